@@ -1,0 +1,196 @@
+"""The Carter-Griffith law of a line contact, solved to rounding.
+
+Source: Ciavarella, Romano & Barber, "Rolling of a cylinder with slip-dependent friction: the
+Carter solution revisited". With m = (1 + c/a)/2 and t = (m/(1 - m))**(1/4), their Eqs. (18) and
+(19) become, for s = 1 - m = 1/(1 + t**4) and y = k_hat t,
+
+    x = m + y,    q = m (1 + s) + 2 y s,    dq/dx = 2 s (1 - 4 m y/(y + 4 m s)),
+
+sums of positive terms for x > 0 (but for the sign change of dq/dx at the peak), so every digit
+survives from x = 1e-12 to the far tail. x grows strictly with t: one root, found in ln(t).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from contactlib.parameters import FINITE, FloatArray, Parameters, Quantity, checked
+
+
+class Peak(NamedTuple):
+    """The largest traction ratio and the normalized creepage where it stands."""
+
+    normalized_creepage: float
+    traction_ratio: float
+
+
+class _Split(NamedTuple):
+    """Stick measure m, its complement s = 1 - m, and y = k_hat t, at x = m + y."""
+
+    m: FloatArray
+    s: FloatArray
+    y: FloatArray
+
+
+def _split(t: FloatArray, k_hat: float) -> _Split:
+    with np.errstate(over="ignore", divide="ignore"):
+        small = t < 1.0
+        power = np.where(small, t, 1.0 / t) ** 4
+        m = np.where(small, power, 1.0) / (1.0 + power)
+        s = np.where(small, 1.0, power) / (1.0 + power)
+    return _Split(m, s, k_hat * t)
+
+
+def _solve_split(x: FloatArray, k_hat: float) -> _Split:
+    """Solve x = m + y for x >= 0: Newton's method in ln(t), kept inside a bracket."""
+    if k_hat == 0.0:  # Carter: stick until x = 1, then y = x - 1 is pure sliding
+        m = np.minimum(x, 1.0)
+        return _Split(m, 1.0 - m, x - m)
+    # x is a sum of m and y, so at the root neither exceeds x and one is at least x/2.
+    with np.errstate(divide="ignore"):
+        carter = np.where(x < 1.0, x / np.where(x < 1.0, 1.0 - x, 1.0), np.inf) ** 0.25
+        half = np.where(x < 2.0, x / np.where(x < 2.0, 2.0 - x, 1.0), np.inf) ** 0.25
+        upper = np.log(np.minimum(carter, x / k_hat))
+        lower = np.log(np.maximum(np.minimum(half, x / (2.0 * k_hat)), (x - 1.0) / k_hat))
+    zero = x == 0.0
+    lower, upper = np.where(zero, 0.0, lower), np.where(zero, 0.0, upper)
+    log_t = 0.5 * (lower + upper)
+    for _ in range(200):
+        m, s, y = _split(np.exp(log_t), k_hat)
+        residual = (m - x) + y
+        lower = np.where(residual <= 0.0, log_t, lower)
+        upper = np.where(residual >= 0.0, log_t, upper)
+        newton = log_t - residual / (4.0 * m * s + y)
+        # A converged step may land on a bracket end: that is still inside.
+        inside = (newton >= lower) & (newton <= upper)
+        step = np.where(inside, newton, 0.5 * (lower + upper)) - log_t
+        log_t = log_t + step
+        # A step of rounding size ends the search; the stated accuracy needs no smaller one.
+        if np.all(zero | (np.abs(step) <= 4e-16 * np.maximum(1.0, np.abs(log_t)))):
+            break
+    return _split(np.where(zero, 0.0, np.exp(log_t)), k_hat)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarterGriffith(Parameters):
+    """Traction ratio q = Q/(f_d P) against normalized creepage x = zeta/zeta0.
+
+    The limit of slip weakening over a vanishing process zone: a square-root singularity of the
+    traction at the stick boundary takes the place of the weakening law.
+
+    Parameters
+    ----------
+    k_hat : float
+        Largest normalized stress-intensity factor, Eq. (17) [1], from 0 to 2. Zero is Carter's
+        law for Coulomb friction.
+    contact : {"line"}
+        Shape of the contact.
+
+    Raises
+    ------
+    ValueError
+        If `k_hat` is out of range or `contact` is not a known shape.
+
+    Examples
+    --------
+    >>> law = CarterGriffith(k_hat=1.0)
+    >>> law.peak
+    Peak(normalized_creepage=1.5, traction_ratio=1.75)
+    >>> law.slope(0.0).item()
+    2.0
+    """
+
+    k_hat: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0)]
+    contact: Literal["line"] = "line"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.contact != "line":
+            raise ValueError(f"CarterGriffith.contact = {self.contact!r} must be 'line'")
+
+    def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
+        """q at x, for any shape of finite x; odd in x. Eqs. (18) and (19).
+
+        Raises
+        ------
+        ValueError
+            If a creepage is not a finite real number.
+        """
+        x = checked("normalized_creepage", normalized_creepage, FINITE)
+        m, s, y = _solve_split(np.abs(x), self.k_hat)
+        return np.copysign(m * (1.0 + s) + 2.0 * y * s, x)  # Eq. (18)
+
+    def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
+        """dq/dx at x, for any shape of finite x; even in x. At x = 0 it is 2 for every k_hat.
+
+        Raises
+        ------
+        ValueError
+            If a creepage is not a finite real number.
+        """
+        x = checked("normalized_creepage", normalized_creepage, FINITE)
+        m, s, y = _solve_split(np.abs(x), self.k_hat)
+        stretch = y + 4.0 * m * s  # dx/d(ln t)
+        share = np.divide(m * y, stretch, out=np.zeros_like(x), where=stretch > 0.0)
+        return np.asarray(2.0 * s * (1.0 - 4.0 * share))
+
+    def stick_boundary(self, normalized_creepage: ArrayLike) -> FloatArray:
+        """c/a at x: the surface sticks for c < xi < a. From -1 (all stick) to 1 (all slip)."""
+        x = checked("normalized_creepage", normalized_creepage, FINITE)
+        m, s, _ = _solve_split(np.abs(x), self.k_hat)
+        return np.asarray(m - s)
+
+    def shear_traction(self, position: ArrayLike, normalized_creepage: ArrayLike) -> FloatArray:
+        """Surface shear traction q(xi)/(f_d p0), Eq. (16); arguments broadcast.
+
+        Parameters
+        ----------
+        position : array_like
+            xi/a [1]; the contact is -1 to 1, its leading edge +1.
+        normalized_creepage : array_like
+            x [1].
+
+        Returns
+        -------
+        ndarray
+            Zero outside the contact, infinite at the stick boundary if `k_hat` > 0.
+        """
+        xi, x = np.broadcast_arrays(
+            checked("position", position, FINITE),
+            checked("normalized_creepage", normalized_creepage, FINITE),
+        )
+        m, s, _ = _solve_split(np.abs(x), self.k_hat)
+        lead = np.maximum(1.0 - xi, 0.0)
+        behind = np.maximum(xi - (m - s), 0.0)
+        sliding = np.sqrt(lead * np.maximum(1.0 + xi, 0.0))
+        intensity = self.k_hat * (4.0 * m * s) ** 0.25  # Eq. (17): 1 - (c/a)**2 = 4 m s
+        stick = (xi >= m - s) & (lead > 0.0) & (xi >= -1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            singular = intensity / np.sqrt(2.0 * s) * np.sqrt(lead / behind)
+        traction = sliding - np.where(stick, np.sqrt(lead * behind), 0.0)
+        if self.k_hat > 0.0:
+            traction = traction + np.where(stick & (s > 0.0), singular, 0.0)
+        return np.asarray(np.copysign(1.0, x) * traction)  # Eq. (16)
+
+    @cached_property
+    def peak(self) -> Peak:
+        """Maximum of the law: the root of k_hat (1 + t**4) (3 t**4 - 1) = 4 t**3.
+
+        For ``k_hat=0`` it is the first point of Carter's plateau.
+        """
+        k = self.k_hat
+        if k == 0.0:
+            return Peak(1.0, 1.0)
+
+        def condition(v: float) -> float:  # in v = 1/t, where the root is in (0, 3**(1/4))
+            return k * (1.0 + v**4) * (3.0 - v**4) - 4.0 * v**5
+
+        v = float(brentq(condition, 0.0, 3.0**0.25, xtol=1e-300, rtol=1e-15))
+        m, s, y = _split(np.array(1.0 / v), k)
+        return Peak(float(m + y), float(m * (1.0 + s) + 2.0 * y * s))

@@ -1,0 +1,102 @@
+"""Declared physical quantities: one declaration checks Python calls and model files alike.
+
+A field ``radius: Annotated[float, Quantity("m", above=0.0)]`` of a `Parameters` subclass is
+checked when the object is made. The same declaration tells `contactlib.scenario` the unit that
+a model file may use.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import Annotated, Any, ClassVar, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Open or closed bounds of a number; a bound left out is infinite."""
+
+    above: float = -math.inf
+    at_least: float = -math.inf
+    below: float = math.inf
+    at_most: float = math.inf
+
+    def allows(self, value: ArrayLike) -> NDArray[np.bool_]:
+        """Elementwise: finite and within the bounds."""
+        v = np.asarray(value, dtype=np.float64)
+        ok = np.isfinite(v) & (v > self.above) & (v >= self.at_least)
+        return np.asarray(ok & (v < self.below) & (v <= self.at_most))
+
+    def __str__(self) -> str:
+        signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        return " and ".join(["finite"] + [f"{s} {b:g}" for s, b in signs if math.isfinite(b)])
+
+
+@dataclass(frozen=True)
+class Quantity(Limits):
+    """A unit and the limits of a number, for use in ``Annotated``."""
+
+    unit: str
+
+
+FINITE = Limits()
+POSITIVE = Limits(above=0.0)
+
+
+def checked(name: str, value: ArrayLike, limits: Limits) -> FloatArray:
+    """Return `value` as a float64 array of the same shape, or raise.
+
+    Raises
+    ------
+    ValueError
+        If `value` is not real numbers or any of them breaks `limits`; the message names the
+        argument, the first offending value and the limits.
+    """
+    raw = np.asarray(value)
+    if raw.dtype.kind not in "iuf":
+        raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
+    array = raw.astype(np.float64)
+    bad = ~limits.allows(array)
+    if bad.any():
+        raise ValueError(f"{name} = {float(array[bad].flat[0])!r} is out of range: must be {limits}")
+    return array
+
+
+class Parameters:
+    """Base of the frozen, keyword-only dataclasses: checks every declared quantity."""
+
+    _quantities: ClassVar[Mapping[str, Quantity]]
+
+    @classmethod
+    def quantities(cls) -> Mapping[str, Quantity]:
+        """Unit and limits of every field that is a physical quantity, by field name."""
+        if "_quantities" not in cls.__dict__:
+            found: dict[str, Quantity] = {}
+            for name, hint in get_type_hints(cls, include_extras=True).items():
+                for part in (hint, *get_args(hint)):  # also inside "Annotated[...] | None"
+                    if get_origin(part) is Annotated:
+                        found.update({name: q for q in get_args(part) if isinstance(q, Quantity)})
+            cls._quantities = found
+        return cls._quantities
+
+    def __post_init__(self) -> None:
+        quantities = self.quantities()
+        for field in fields(self):  # type: ignore[arg-type]
+            value: Any = getattr(self, field.name)
+            if field.name not in quantities or (value is None and field.default is None):
+                continue
+            name, limits = f"{type(self).__name__}.{field.name}", quantities[field.name]
+            if isinstance(value, tuple):
+                checked(name, value, limits)
+                continue
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
+            checked(name, float(value), limits)
+            object.__setattr__(self, field.name, float(value))
