@@ -1,0 +1,256 @@
+"""The only module that touches the native library.
+
+It hands numpy arrays and C structs across and knows no contact mechanics. The declarations are
+read from the C headers themselves, so nothing is declared twice.
+"""
+
+from __future__ import annotations
+
+import platform
+import re
+import struct
+import zlib
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from cffi import FFI
+from numpy.typing import NDArray
+
+from contactlib.files import PACKAGE, package_folder
+from contactlib.parameters import FloatArray, Limits
+
+HEADERS = ("variable.h", "creep_table.h", "force_element.h", "wheelset.h", "token.h")
+SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
+
+ffi = FFI()
+
+
+def platform_name() -> str:
+    """FMI 3 platform tuple of this machine, such as ``x86_64-linux``."""
+    machine = platform.machine().lower()
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    return f"{machine}-{platform.system().lower()}"
+
+
+def library_path(name: str) -> Path:
+    """File of the native library of platform tuple `name`; it need not exist."""
+    suffix = SUFFIXES.get(name.partition("-")[2], ".so")
+    return PACKAGE / "_native" / name / f"contactlib{suffix}"
+
+
+@cache
+def library() -> Any:
+    """The loaded native library.
+
+    Raises
+    ------
+    ImportError
+        If it was not built for this machine.
+    """
+    for header in HEADERS:
+        text = (package_folder("fmu") / header).read_text(encoding="ascii")
+        text = re.sub(r"^#.*(?:\n.*(?<=\\))*$", "", text, flags=re.MULTILINE)
+        ffi.cdef(text.replace("CONTACTLIB_API ", ""))
+    path = library_path(platform_name())
+    if not path.is_file():
+        raise ImportError(
+            f"contactlib has no native library for {platform_name()} at {path}; "
+            "install the package again with 'pip install .' to build it"
+        )
+    return ffi.dlopen(str(path))
+
+
+def token() -> str:
+    """Digest of the C sources that the library was built from."""
+    return str(ffi.string(library().contactlib_token()).decode())
+
+
+# ---- binary files ---------------------------------------------------------------------------
+
+
+def framed(magic: bytes, version: int, contents: bytes) -> bytes:
+    """Put the frame of fmu/checked_file.h around `contents`."""
+    rest = struct.pack("<Q", 24 + len(contents)) + contents
+    return magic + struct.pack("<II", version, zlib.crc32(rest)) + rest
+
+
+# ---- table ----------------------------------------------------------------------------------
+
+
+class NativeTable:
+    """A table that the kernel has checked and can read.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are not a whole, undamaged table.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        lib = library()
+        # Eight-byte alignment, which a bytes object does not promise.
+        self._buffer = np.zeros(-(-len(data) // 8), dtype=np.uint64)
+        self._buffer.view(np.uint8)[: len(data)] = np.frombuffer(data, np.uint8)
+        self.struct = ffi.new("creep_table *")
+        error = lib.creep_table_open(self.struct, _pointer(self._buffer, "void *"), len(data))
+        if error != ffi.NULL:
+            raise ValueError(ffi.string(error).decode())
+
+    def evaluate(self, x: FloatArray, k_hat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Traction ratio and slope; `k_hat` has the shape of `x` or one element."""
+        x = np.asarray(x, dtype=np.float64, order="C")
+        k_hat = np.asarray(k_hat, dtype=np.float64, order="C")
+        ratio, slope = np.empty_like(x), np.empty_like(x)
+        library().creep_table_evaluate_many(
+            self.struct,
+            x.size,
+            _pointer(x, "double *"),
+            _pointer(k_hat, "double *"),
+            int(k_hat.size > 1),
+            _pointer(ratio, "double *"),
+            _pointer(slope, "double *"),
+        )
+        return ratio, slope
+
+
+class Node(NamedTuple):
+    """Where a law is sampled to make a table; see fmu/creep_table.h."""
+
+    normalized_creepage: FloatArray
+    line: FloatArray
+    weight: FloatArray
+
+
+def table_nodes(u: FloatArray, k_hat: float) -> Node:
+    """Law arguments at the spline coordinates `u`, 0 <= u < 1."""
+    lib, node = library(), ffi.new("creep_node *")
+    rows = []
+    for value in u:
+        lib.creep_table_node(value, k_hat, node)
+        rows.append((node.normalized_creepage, node.line, node.weight))
+    return Node(*np.array(rows).T)
+
+
+# ---- force element --------------------------------------------------------------------------
+
+
+class Variable(NamedTuple):
+    """One entry of the force element's list of variables."""
+
+    name: str
+    unit: str
+    description: str
+    role: str
+    limits: Limits
+
+
+@cache
+def force_element_variables() -> tuple[Variable, ...]:
+    """The list of variables; an index is an FMI value reference."""
+    lib = library()
+    count = ffi.new("size_t *")
+    entries = lib.force_element_variables(count)
+    roles = ffi.typeof("variable_role").elements
+
+    def text(cdata: Any) -> str:
+        return str(ffi.string(cdata).decode())
+
+    return tuple(
+        Variable(
+            text(v.name),
+            text(v.unit),
+            text(v.description),
+            roles[v.role].lower(),
+            Limits(at_least=v.minimum, at_most=v.maximum),
+        )
+        for v in (entries[i] for i in range(count[0]))
+    )
+
+
+def _struct_dtype(name: str) -> np.dtype[np.void]:
+    library()
+    fields = ffi.typeof(name).fields
+    return np.dtype([(field, np.float64) for field, _ in fields])
+
+
+@cache
+def force_input_dtype() -> np.dtype[np.void]:
+    """Structured dtype of the force element's input."""
+    return _struct_dtype("force_element_input")
+
+
+@cache
+def force_output_dtype() -> np.dtype[np.void]:
+    """Structured dtype of the force element's output."""
+    return _struct_dtype("force_element_output")
+
+
+def contact_scales(parameters: Mapping[str, float], normal_load: float) -> Any:
+    """Struct of the saturation creepage, k_hat and process zone ratio at a load above zero."""
+    lib, scales = library(), ffi.new("contact_scales *")
+    given = ffi.new("force_element_parameters *", dict(parameters))
+    lib.force_element_scales(given, normal_load, 1.0, scales)
+    return scales
+
+
+class NativeForceElement:
+    """Parameters and table of a force element, ready to evaluate."""
+
+    def __init__(self, table: NativeTable, parameters: Mapping[str, float]) -> None:
+        library()
+        self._table = table
+        self._parameters = ffi.new("force_element_parameters *", dict(parameters))
+
+    def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
+        """Output records of input records, one for one."""
+        inputs = np.asarray(inputs, dtype=force_input_dtype(), order="C")
+        outputs = np.empty(inputs.shape, dtype=force_output_dtype())
+        library().force_element_evaluate_many(
+            self._table.struct,
+            self._parameters,
+            inputs.size,
+            _pointer(inputs, "force_element_input *"),
+            _pointer(outputs, "force_element_output *"),
+        )
+        return outputs
+
+    def evaluate_one(self, omega: float, speed: float, load: float, friction_scale: float) -> Any:
+        """Output struct at one point: the quick way for an integrator. Checks nothing."""
+        given = ffi.new("force_element_input *", (omega, speed, load, friction_scale))
+        result = ffi.new("force_element_output *")
+        library().force_element_evaluate(self._table.struct, self._parameters, given, result)
+        return result
+
+
+# ---- wheelset -------------------------------------------------------------------------------
+
+
+class NativeWheelset:
+    """Parameters of the equations of motion, ready to evaluate."""
+
+    def __init__(self, parameters: Mapping[str, float]) -> None:
+        library()
+        self._parameters = ffi.new("wheelset_parameters *", dict(parameters))
+
+    def motion(
+        self, omega: float, speed: float, torque: float, resistance: float, contact: Any
+    ) -> Any:
+        """Rates struct of one state; `contact` is an output struct of the force element."""
+        rates = ffi.new("wheelset_rates *")
+        library().wheelset_motion(
+            self._parameters, omega, speed, torque, resistance, contact, rates
+        )
+        return rates
+
+
+def contact_with_force(creep_force: float) -> Any:
+    """Contact struct that carries nothing but a force, for a force made elsewhere."""
+    library()
+    return ffi.new("force_element_output *", {"creep_force": creep_force})
+
+
+def _pointer(array: NDArray[Any], kind: str) -> Any:
+    return ffi.cast(kind, array.ctypes.data)

@@ -1,0 +1,117 @@
+"""Compile the kernel and the FMI shell into one shared library when the package is built.
+
+The compiler is Zig's C compiler from the `ziglang` package, so no machine needs one of its own,
+and every platform's library can be built on any other:
+
+    python fmu/build_hook.py                      # this machine's library
+    python fmu/build_hook.py x86_64-windows ...   # others
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+SOURCES = Path(__file__).resolve().parent
+NATIVE = SOURCES.parent / "contactlib" / "_native"
+
+
+class Target(NamedTuple):
+    """What a platform calls itself: for the compiler, its libraries, its wheels."""
+
+    zig: str
+    suffix: str
+    wheel_tag: str
+
+
+# Keys are FMI 3 platform tuples. The versions are the oldest systems that are served.
+TARGETS = {
+    "x86_64-linux": Target("x86_64-linux-gnu.2.17", ".so", "manylinux_2_17_x86_64"),
+    "aarch64-linux": Target("aarch64-linux-gnu.2.17", ".so", "manylinux_2_17_aarch64"),
+    "x86_64-windows": Target("x86_64-windows-gnu", ".dll", "win_amd64"),
+    "aarch64-darwin": Target("aarch64-macos.11.0", ".dylib", "macosx_11_0_arm64"),
+    "x86_64-darwin": Target("x86_64-macos.10.15", ".dylib", "macosx_10_15_x86_64"),
+}
+
+
+def host() -> str:
+    """Platform tuple of this machine."""
+    machine = platform.machine().lower()
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    name = f"{machine}-{platform.system().lower()}"
+    if name not in TARGETS:
+        raise RuntimeError(f"no library can be built for {name}; known: {', '.join(TARGETS)}")
+    return name
+
+
+def fmi_headers() -> Path:
+    """Folder of the FMI headers, which come with FMPy (found without importing it)."""
+    spec = importlib.util.find_spec("fmpy")
+    if spec is None or spec.origin is None:
+        raise RuntimeError("the FMI headers come with the package fmpy, which is not installed")
+    return Path(spec.origin).parent / "c-code"
+
+
+def source_token() -> str:
+    """Digest of the C sources: what ties an FMU's description to its binary."""
+    digest = hashlib.sha256()
+    for path in sorted(SOURCES.glob("*.[ch]")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
+    return digest.hexdigest()[:32]
+
+
+def compiler_flags() -> list[str]:
+    """Flags that any C99 compiler takes; strict IEEE arithmetic, so all platforms agree."""
+    return [
+        "-std=c99",
+        "-O2",
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-fvisibility=hidden",
+        "-ffp-contract=off",
+        "-fno-math-errno",
+        "-fno-trapping-math",
+        f'-DCONTACTLIB_TOKEN="{source_token()}"',
+        f"-I{fmi_headers()}",
+    ]
+
+
+def build_library(name: str) -> Path:
+    """Compile for platform tuple `name`; return the library's path."""
+    target = TARGETS[name]
+    library = NATIVE / name / f"contactlib{target.suffix}"
+    library.parent.mkdir(parents=True, exist_ok=True)
+    sources = [str(path) for path in sorted(SOURCES.glob("*.c"))]
+    with tempfile.TemporaryDirectory() as scratch:
+        built = Path(scratch) / library.name
+        command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-shared", "-s"]
+        if target.suffix == ".so":
+            command += ["-fPIC", "-lm"]
+        subprocess.run([*command, *compiler_flags(), *sources, "-o", str(built)], check=True)
+        library.write_bytes(built.read_bytes())
+    return library
+
+
+class NativeLibraryHook(BuildHookInterface[Any]):
+    """Hatchling's hook: a wheel is for one platform and carries that platform's library."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Compile before the wheel (or the editable install) is put together."""
+        library = build_library(host())
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{TARGETS[host()].wheel_tag}"
+        build_data["artifacts"].append(str(library.relative_to(NATIVE.parent.parent)))
+
+
+if __name__ == "__main__":
+    for wanted in sys.argv[1:] or [host()]:
+        print(build_library(wanted))  # noqa: T201

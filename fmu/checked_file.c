@@ -1,0 +1,31 @@
+#include "checked_file.h"
+
+#include <string.h>
+
+static uint32_t crc32_of(const unsigned char *bytes, size_t size) {
+    uint32_t table[256];
+    for (uint32_t i = 0; i < 256; i++) {
+        uint32_t c = i;
+        for (int bit = 0; bit < 8; bit++) c = (c & 1u) ? 0xEDB88320u ^ (c >> 1) : c >> 1;
+        table[i] = c;
+    }
+    uint32_t crc = 0xFFFFFFFFu;
+    for (size_t i = 0; i < size; i++) crc = table[(crc ^ bytes[i]) & 0xFFu] ^ (crc >> 8);
+    return crc ^ 0xFFFFFFFFu;
+}
+
+const char *checked_file_error(const void *bytes, size_t size, const char magic[8],
+                               uint32_t version) {
+    const unsigned char *start = bytes;
+    uint32_t found_version, found_crc;
+    uint64_t found_size;
+    if (size < CHECKED_FILE_FRAME) return "the file is shorter than its header";
+    if (memcmp(start, magic, 8) != 0) return "the file is not of this kind (wrong magic)";
+    memcpy(&found_version, start + 8, sizeof found_version);
+    memcpy(&found_crc, start + 12, sizeof found_crc);
+    memcpy(&found_size, start + 16, sizeof found_size);
+    if (found_version != version) return "the file has another format version";
+    if (found_size != size) return "the file's length differs from the one in its header";
+    if (found_crc != crc32_of(start + 16, size - 16)) return "the file is damaged (checksum)";
+    return NULL;
+}

@@ -1,0 +1,21 @@
+/* The frame that all of contactlib's binary files share: magic, version, size, checksum.
+ *
+ *     offset 0   8 bytes   magic
+ *            8   uint32    format version
+ *           12   uint32    CRC-32 (zlib's) of all bytes from offset 16 on
+ *           16   uint64    size of the whole file
+ *           24   ...       contents, little-endian
+ */
+#ifndef CHECKED_FILE_H
+#define CHECKED_FILE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { CHECKED_FILE_FRAME = 24 };
+
+/* NULL, or a message that says why these bytes are not such a file. */
+const char *checked_file_error(const void *bytes, size_t size, const char magic[8],
+                               uint32_t version);
+
+#endif

@@ -1,0 +1,205 @@
+#include "creep_table.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "checked_file.h"
+
+/* After the frame: cells_u, cells_k, k_max, max_error, max_slope_error, certificate_points, then
+ * 64 characters that name the law, then the coefficients. */
+enum { TABLE_VERSION = 1, TABLE_HEADER = 128 };
+
+/* Position on the law: x = m + y, with y = k_hat t. Every term is kept to full relative accuracy,
+ * so nothing below subtracts nearly equal numbers. */
+typedef struct {
+    double t, m, s, y;
+} coordinate;
+
+static coordinate coordinate_at(double t, double k) {
+    coordinate c;
+    c.t = t;
+    if (t < 1.0) {
+        double p = (t * t) * (t * t);
+        c.s = 1.0 / (1.0 + p);
+        c.m = p * c.s;
+    } else {
+        double r = 1.0 / t, p = (r * r) * (r * r);
+        c.m = 1.0 / (1.0 + p);
+        c.s = p * c.m;
+    }
+    c.y = k * t;
+    return c;
+}
+
+static double fourth_root(double v) { return sqrt(sqrt(v)); }
+
+/* m(t) + k t is convex below this t and concave above it: Newton's method runs to the root from
+ * the right below, from the left above. */
+static const double INFLEXION_T = 0.88011173679339345; /* (3/5)^(1/4), where m = 3/8 */
+
+/* A start within some 10 % of the root. */
+static double start_value(double x, double k) {
+    if (x <= 0.375 + k * INFLEXION_T) { /* m or y alone gives an upper bound of t: blend them */
+        double linear = x / k;
+        if (x >= 1.0) return linear;
+        double carter = fourth_root(x / (1.0 - x)), ratio = carter / linear;
+        return carter / sqrt(1.0 + ratio * ratio);
+    }
+    double corner = pow(k, -0.2); /* t at x = 1, where k t = s = t^-4 nearly */
+    if (x < 1.0) return fmax(INFLEXION_T, fourth_root(1.0 / (1.0 - x + k * corner)));
+    double sliding = (x - 1.0) / k;
+    return sliding > 8.0 * corner ? sliding : sqrt(corner * corner + sliding * sliding);
+}
+
+/* Solve x = m + y for x > 0: Newton's method, kept inside a bracket. */
+static coordinate solve_coordinate(double x, double k) {
+    if (k == 0.0) { /* Carter: stick until x = 1, then y = x - 1 is pure sliding */
+        coordinate c = {INFINITY, 1.0, 0.0, x - 1.0};
+        if (x < 1.0) {
+            c = coordinate_at(fourth_root(x / (1.0 - x)), k);
+            c.m = x;
+            c.s = 1.0 - x;
+        }
+        return c;
+    }
+    double low = 0.0, high = x / k, t = start_value(x, k);
+    for (int i = 0; i < 100; i++) {
+        coordinate c = coordinate_at(t, k);
+        /* Both forms are m + y - x; the second keeps the digits of a small s. */
+        double residual = t < 1.0 ? (c.m - x) + c.y : (c.y - (x - 1.0)) - c.s;
+        if (residual > 0.0) high = t;
+        else low = t;
+        double step = t * residual / (c.y + 4.0 * c.m * c.s);
+        double next = t - step;
+        if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+        else if (fabs(step) <= 1e-9 * t) { /* converges quadratically: this was the last step */
+            t = next;
+            break;
+        }
+        if (next == t) break;
+        t = next;
+    }
+    return coordinate_at(t, k);
+}
+
+static double line_traction_ratio(coordinate c) {
+    return c.m * (1.0 + c.s) + 2.0 * c.y * c.s; /* Eq. (18) */
+}
+
+/* Uniform cubic B-spline: weights of 4 neighbours and their derivatives at 0 <= f <= 1. */
+static void basis(double f, double weight[4], double derivative[4]) {
+    double g = 1.0 - f;
+    weight[0] = g * g * g / 6.0;
+    weight[1] = (4.0 - 6.0 * f * f + 3.0 * f * f * f) / 6.0;
+    weight[2] = (4.0 - 6.0 * g * g + 3.0 * g * g * g) / 6.0;
+    weight[3] = f * f * f / 6.0;
+    derivative[0] = -0.5 * g * g;
+    derivative[1] = (1.5 * f - 2.0) * f;
+    derivative[2] = (2.0 - 1.5 * g) * g;
+    derivative[3] = 0.5 * f * f;
+}
+
+/* Cell of a coordinate in [0, cells], and the place inside it. */
+static uint32_t locate(double position, uint32_t cells, double *fraction) {
+    uint32_t cell = position < (double)cells ? (uint32_t)position : cells - 1u;
+    *fraction = position - (double)cell;
+    return cell;
+}
+
+/* H and its derivatives to u and to sqrt(k_hat). */
+static void correction(const creep_table *table, double u, double root_k, double h[3]) {
+    double wu[4], du[4], wk[4], dk[4], fraction;
+    double scale_u = (double)table->cells_u;
+    double scale_k = (double)table->cells_k / sqrt(table->k_max);
+    uint32_t cell_u = locate(u * scale_u, table->cells_u, &fraction);
+    basis(fraction, wu, du);
+    uint32_t cell_k = locate(root_k * scale_k, table->cells_k, &fraction);
+    basis(fraction, wk, dk);
+    size_t row_length = (size_t)table->cells_u + 3;
+    const double *corner = table->coefficients + cell_k * row_length + cell_u;
+    h[0] = h[1] = h[2] = 0.0;
+    for (int j = 0; j < 4; j++) {
+        const double *row = corner + (size_t)j * row_length;
+        double value = row[0] * wu[0] + row[1] * wu[1] + row[2] * wu[2] + row[3] * wu[3];
+        double along = row[0] * du[0] + row[1] * du[1] + row[2] * du[2] + row[3] * du[3];
+        h[0] += wk[j] * value;
+        h[1] += wk[j] * along;
+        h[2] += dk[j] * value;
+    }
+    h[1] *= scale_u;
+    h[2] *= scale_k;
+}
+
+void creep_table_evaluate(const creep_table *table, double normalized_creepage, double k_hat,
+                          creep_value *value) {
+    double x = fabs(normalized_creepage), q = 0.0, slope = 2.0, log_k = 0.0;
+    double u = 0.0, u_of_log_t = 0.0, stretch = 0.0, share = 0.0;
+    coordinate c = {0.0, 0.0, 1.0, 0.0};
+    if (x > 0.0) {
+        c = solve_coordinate(x, k_hat);
+        stretch = c.y + 4.0 * c.m * c.s; /* dx/d(ln t) */
+        if (stretch > 0.0) share = c.y / stretch; /* -d(ln t)/d(ln k_hat) at fixed x */
+        q = line_traction_ratio(c);
+        slope = 2.0 * c.s * (1.0 - 4.0 * c.m * share);
+        log_k = 8.0 * c.m * c.s * c.y * share;
+        u = 1.0 / (1.0 + 1.0 / c.t);
+        u_of_log_t = u * (1.0 - u);
+    }
+    if (table->cells_u > 0) { /* q = q_line + s x H, with ds/d(ln t) = -4 m s */
+        double h[3], root_k = sqrt(k_hat), falling = 4.0 * c.m * c.s;
+        correction(table, u, root_k, h);
+        q += c.s * x * h[0];
+        slope += c.s * h[0];
+        if (stretch > 0.0) slope += x * (c.s * u_of_log_t * h[1] - falling * h[0]) / stretch;
+        log_k += x * share * (falling * h[0] - c.s * u_of_log_t * h[1]);
+        log_k += x * c.s * 0.5 * root_k * h[2];
+    }
+    value->traction_ratio = copysign(q, normalized_creepage);
+    value->slope = slope;
+    value->log_k_derivative = copysign(log_k, normalized_creepage);
+}
+
+void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
+                               const double *k_hat, size_t k_stride, double *ratio,
+                               double *slope) {
+    for (size_t i = 0; i < n; i++) {
+        creep_value value;
+        creep_table_evaluate(table, x[i], k_hat[i * k_stride], &value);
+        ratio[i] = value.traction_ratio;
+        slope[i] = value.slope;
+    }
+}
+
+void creep_table_node(double u, double k_hat, creep_node *node) {
+    coordinate c = coordinate_at(u / (1.0 - u), k_hat);
+    node->normalized_creepage = c.m + c.y; /* Eq. (19) */
+    node->line = line_traction_ratio(c);
+    node->weight = c.s * node->normalized_creepage;
+}
+
+const char *creep_table_open(creep_table *table, const void *bytes, size_t size) {
+    const unsigned char *start = bytes;
+    const char *error = checked_file_error(bytes, size, "CREEPTAB", TABLE_VERSION);
+    if (error != NULL) return error;
+    if (size < TABLE_HEADER) return "the table is shorter than its header";
+    memcpy(&table->cells_u, start + 24, 4);
+    memcpy(&table->cells_k, start + 28, 4);
+    memcpy(&table->k_max, start + 32, 8);
+    memcpy(&table->max_error, start + 40, 8);
+    memcpy(&table->max_slope_error, start + 48, 8);
+    memcpy(&table->certificate_points, start + 56, 8);
+    table->coefficients = (const double *)(const void *)(start + TABLE_HEADER);
+    size_t count = 0;
+    if (table->cells_u > 0 || table->cells_k > 0) {
+        if (table->cells_u < 1 || table->cells_u > 4096 || table->cells_k < 1 ||
+            table->cells_k > 4096)
+            return "the table's number of cells is out of range (1 to 4096)";
+        count = ((size_t)table->cells_u + 3) * ((size_t)table->cells_k + 3);
+    }
+    if (size != TABLE_HEADER + count * sizeof(double))
+        return "the table's length does not fit its number of cells";
+    if (!(table->k_max > 0.0 && table->k_max <= 1e3)) return "the table's k_max is out of range";
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(table->coefficients[i])) return "the table holds a number that is not finite";
+    return NULL;
+}
