@@ -1,0 +1,189 @@
+"""What sets the drive torque: a prescribed torque, or creep control.
+
+A controller is a rule from (reference, creepage, memory) to a torque and the rate of its memory.
+References are `Profile` objects, so an integrator knows every corner and steps over none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.parameters import FINITE, FloatArray, Parameters, Quantity, checked
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Piecewise linear function of time, given by breakpoints; constant beyond its ends.
+
+    A time given twice is a jump: the profile has the first value up to it, the second from it on.
+
+    Parameters
+    ----------
+    time : sequence of float
+        Rising or repeated at most once [s].
+    value : sequence of float
+        As many as times.
+
+    Examples
+    --------
+    >>> pulse = Profile((1.0, 1.0, 2.0, 2.0), (0.0, 5.0, 5.0, 0.0))
+    >>> pulse([0.5, 1.0, 1.5, 2.0]).tolist()
+    [0.0, 5.0, 5.0, 0.0]
+    >>> pulse.on(1.0, 2.0)  # the ends as seen from inside
+    (5.0, 5.0)
+    """
+
+    time: tuple[float, ...]
+    value: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        time, value = checked("time", self.time, FINITE), checked("value", self.value, FINITE)
+        if time.ndim != 1 or time.size == 0 or time.shape != value.shape:
+            raise ValueError(
+                f"time has {time.size} and value {value.size} entries: both must be sequences of "
+                "the same length, at least 1"
+            )
+        steps = np.diff(time)
+        if (steps < 0.0).any() or ((steps[:-1] == 0.0) & (steps[1:] == 0.0)).any():
+            raise ValueError(f"time = {self.time!r} must rise, and repeat a time at most once")
+        object.__setattr__(self, "time", tuple(time.tolist()))
+        object.__setattr__(self, "value", tuple(value.tolist()))
+
+    @classmethod
+    def of(cls, value: float | Profile) -> Profile:
+        """`value` itself if it is a profile, else a constant."""
+        return value if isinstance(value, Profile) else cls((0.0,), (float(value),))
+
+    def __call__(self, time: ArrayLike) -> FloatArray:
+        """Value at any times; at a jump the one from it on."""
+        t = np.asarray(time, dtype=np.float64)
+        last = np.searchsorted(self.time, t, side="right") - 1  # last breakpoint not after t
+        i = np.clip(last, 0, len(self.time) - 1)
+        j = np.clip(last + 1, 0, len(self.time) - 1)
+        times, values = np.array(self.time), np.array(self.value)
+        width = times[j] - times[i]
+        part = np.divide(t - times[i], width, out=np.zeros_like(t), where=width > 0.0)
+        return np.asarray(values[i] + part * (values[j] - values[i]))
+
+    def on(self, start: float, end: float) -> tuple[float, float]:
+        """Values at `start` and `end` as seen between them; no breakpoint may lie between."""
+        middle = 0.5 * (start + end)
+        at_start, at_middle = float(self(start)), float(self(middle))
+        return at_start, 2.0 * at_middle - at_start
+
+
+class Command(NamedTuple):
+    """A controller's answer and its partial derivatives.
+
+    Attributes
+    ----------
+    torque : float
+        Drive torque [N.m].
+    torque_by_creepage, torque_by_memory : float
+        Partial derivatives [N.m, 1].
+    memory_rate : float
+        Rate of the controller's memory [N.m/s].
+    rate_by_creepage, rate_by_memory : float
+        Partial derivatives [N.m/s, 1/s].
+    """
+
+    torque: float
+    torque_by_creepage: float = 0.0
+    torque_by_memory: float = 0.0
+    memory_rate: float = 0.0
+    rate_by_creepage: float = 0.0
+    rate_by_memory: float = 0.0
+
+
+class Controller(Protocol):
+    """What a simulation needs of a controller."""
+
+    @property
+    def reference(self) -> Profile:
+        """What is asked for: a torque [N.m] or a creepage [1]."""
+
+    def start(self, torque: float) -> float:
+        """Memory that gives `torque` while creepage and reference agree."""
+
+    def command(self, reference: float, creepage: float, memory: float) -> Command:
+        """Torque and memory rate."""
+
+
+@dataclass(frozen=True)
+class TorqueControl:
+    """Prescribed drive torque ("load control").
+
+    Parameters
+    ----------
+    reference : Profile
+        Drive torque over time [N.m].
+    """
+
+    reference: Profile
+
+    def start(self, torque: float) -> float:
+        """No memory."""
+        return 0.0
+
+    def command(self, reference: float, creepage: float, memory: float) -> Command:
+        """The reference is the torque."""
+        return Command(reference)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CreepControl(Parameters):
+    """PI control of the creepage, with torque limits and anti-windup by back-calculation.
+
+    T = Kp e + I, held within the limits, and dI/dt = Ki e + (Ki/Kp)(T - (Kp e + I)),
+    e = zeta_ref - zeta: at a limit the memory I follows the torque within the time Kp/Ki.
+
+    Parameters
+    ----------
+    reference : Profile
+        Creepage over time [1].
+    proportional_gain : float
+        Kp [N.m].
+    integral_gain : float, optional
+        Ki [N.m/s].
+    torque_min, torque_max : float
+        Limits of the drive torque [N.m].
+
+    Raises
+    ------
+    ValueError
+        If a gain is out of range or the limits are not in order.
+    """
+
+    reference: Profile
+    proportional_gain: Annotated[float, Quantity("N.m", above=0.0)]
+    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0)] = 0.0
+    torque_min: Annotated[float, Quantity("N.m")]
+    torque_max: Annotated[float, Quantity("N.m")]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.torque_min >= self.torque_max:
+            raise ValueError(
+                f"CreepControl.torque_min = {self.torque_min!r} is out of range: "
+                f"must be < torque_max = {self.torque_max!r}"
+            )
+
+    def start(self, torque: float) -> float:
+        """Memory that gives `torque` while creepage and reference agree."""
+        return min(max(torque, self.torque_min), self.torque_max)
+
+    def command(self, reference: float, creepage: float, memory: float) -> Command:
+        """Torque and memory rate."""
+        error = reference - creepage
+        wanted = self.proportional_gain * error + memory
+        torque = min(max(wanted, self.torque_min), self.torque_max)
+        tracking = self.integral_gain / self.proportional_gain
+        rate = self.integral_gain * error + tracking * (torque - wanted)
+        if torque == wanted:
+            return Command(torque, -self.proportional_gain, 1.0, rate, -self.integral_gain, 0.0)
+        # Held at a limit: Ki e - (Ki/Kp)(Kp e + I) leaves only the memory.
+        return Command(torque, 0.0, 0.0, rate, 0.0, -tracking)

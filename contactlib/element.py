@@ -1,0 +1,256 @@
+"""The force element: velocities and load in, creep force out, evaluated by the kernel.
+
+Sign: rolling is along +x with omega > 0; creepage and creep force are positive when the wheel
+drives the vehicle forward.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlib import kernel
+from contactlib.friction import Friction
+from contactlib.hertz import LineContact
+from contactlib.parameters import FINITE, FloatArray, Limits, Parameters, Quantity, checked
+from contactlib.table import CreepForceTable
+
+PROCESS_ZONE_LIMIT = 0.5
+
+
+class ProcessZoneWarning(UserWarning):
+    """The weakening zone is too long for the law's limit of a vanishing one."""
+
+
+def _contact_parameters(
+    contact: LineContact, friction: Friction, slope_reduction: float
+) -> dict[str, float]:
+    return {
+        "static_friction": friction.static,
+        "kinetic_friction": friction.kinetic,
+        "weakening_length": friction.weakening_length,
+        "slope_reduction": slope_reduction,
+        "semi_width": contact.semi_width,
+        "peak_pressure": contact.peak_pressure,
+        "contact_modulus": contact.contact_modulus,
+        "nominal_load": contact.normal_load,
+        "load_exponent": contact.load_exponent,
+    }
+
+
+def _scale(name: str, contact: LineContact, friction: Friction, slope_reduction: float) -> float:
+    parameters = _contact_parameters(contact, friction, slope_reduction)
+    return float(getattr(kernel.contact_scales(parameters, contact.normal_load), name))
+
+
+def saturation_creepage(
+    contact: LineContact, friction: Friction, *, slope_reduction: float = 1.0
+) -> float:
+    """zeta0 = f_d a/R at the nominal load, over the slope reduction [1], Eq. (15)."""
+    checked("slope_reduction", slope_reduction, Limits(above=0.0, at_most=1.0))
+    return _scale("saturation_creepage", contact, friction, slope_reduction)
+
+
+def k_hat(contact: LineContact, friction: Friction) -> float:
+    """Largest normalized stress-intensity factor at the nominal load [1], Eq. (17).
+
+    Examples
+    --------
+    >>> contact = LineContact.from_semi_width(
+    ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3)
+    >>> round(k_hat(contact, Friction(static=0.45, kinetic=0.21, weakening_length=1.3e-6)), 3)
+    0.3
+    """
+    return _scale("k_hat", contact, friction, 1.0)
+
+
+def process_zone_ratio(contact: LineContact, friction: Friction) -> float:
+    """Length of the weakening zone over the contact semi-width, at the nominal load [1].
+
+    2 pi k_hat**2 (f_d/(f_s - f_d))**2. The Carter-Griffith law is the limit of zero; above 0.5
+    take it with care.
+    """
+    return _scale("process_zone_ratio", contact, friction, 1.0)
+
+
+def friction_with_k_hat(
+    contact: LineContact, *, k_hat: float, static: float, kinetic: float
+) -> Friction:
+    """Friction whose weakening length gives `k_hat` in `contact` at its nominal load.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or `k_hat` is above zero and `static` equals `kinetic`.
+    """
+    checked("k_hat", k_hat, Limits(at_least=0.0))
+    of_one_metre = Friction(static=static, kinetic=kinetic, weakening_length=1.0)
+    if k_hat > 0.0 and static == kinetic:
+        raise ValueError(f"k_hat = {k_hat!r} needs static > kinetic = {kinetic!r}")
+    reference = _scale("k_hat", contact, of_one_metre, 1.0)
+    length = (k_hat / reference) ** 2 if k_hat > 0.0 else 0.0  # k_hat grows like its root
+    return Friction(static=static, kinetic=kinetic, weakening_length=length)
+
+
+@dataclass(frozen=True, eq=False)
+class ForceElement(Parameters):
+    """Creep force of a wheel.
+
+    Parameters
+    ----------
+    contact : LineContact
+        Geometry, modulus and nominal load.
+    friction : Friction
+        Static and kinetic coefficient, weakening length.
+    table : CreepForceTable
+        The law.
+    radius : float
+        Rolling radius of the wheel [m].
+    slope_reduction : float, optional
+        Third-body layer: the initial slope is this times that of clean surfaces, and zeta0 is
+        divided by it [1].
+    minimum_speed : float, optional
+        Below it the reference speed of the creepage is regularised, and the output
+        ``speed_regularized`` is 1 [m/s].
+
+    Warns
+    -----
+    ProcessZoneWarning
+        If the process zone ratio at nominal load is above 0.5.
+
+    Notes
+    -----
+    The force never exceeds static friction times load: the law itself does not know f_s, so it is
+    held there and the output ``force_limited`` is 1.
+    """
+
+    contact: LineContact
+    friction: Friction
+    _: KW_ONLY
+    table: CreepForceTable
+    radius: Annotated[float, Quantity("m", above=0.0)]
+    slope_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
+    minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        nominal = self.k_hat
+        if nominal > self.table.k_max:
+            raise ValueError(
+                f"k_hat = {nominal!r} of this contact and friction is out of the table's range: "
+                f"must be <= {self.table.k_max!r}"
+            )
+        zone = process_zone_ratio(self.contact, self.friction)
+        if zone > PROCESS_ZONE_LIMIT:
+            warnings.warn(
+                f"process zone ratio {zone:.2f} is above {PROCESS_ZONE_LIMIT}: the law is the "
+                "limit of a short weakening zone and overrates this contact's force in the tail",
+                ProcessZoneWarning,
+                stacklevel=3,
+            )
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the kernel's force element, by name, in SI units."""
+        return {
+            "radius": self.radius,
+            "minimum_speed": self.minimum_speed,
+            **_contact_parameters(self.contact, self.friction, self.slope_reduction),
+        }
+
+    @cached_property
+    def native(self) -> kernel.NativeForceElement:
+        """The kernel's force element; it does not check its input."""
+        return kernel.NativeForceElement(self.table.native, self.parameters)
+
+    @property
+    def k_hat(self) -> float:
+        """k_hat at the nominal load [1]."""
+        return k_hat(self.contact, self.friction)
+
+    @property
+    def saturation_creepage(self) -> float:
+        """zeta0 at the nominal load [1]."""
+        return saturation_creepage(
+            self.contact, self.friction, slope_reduction=self.slope_reduction
+        )
+
+    def evaluate(
+        self,
+        *,
+        omega: ArrayLike,
+        speed: ArrayLike,
+        normal_load: ArrayLike | None = None,
+        friction_scale: ArrayLike = 1.0,
+    ) -> NDArray[np.void]:
+        """All outputs of the element; arguments broadcast.
+
+        Parameters
+        ----------
+        omega : array_like
+            Angular velocity [rad/s].
+        speed : array_like
+            Forward velocity [m/s].
+        normal_load : array_like, optional
+            [N]; the contact's nominal load if left out.
+        friction_scale : array_like, optional
+            Multiplies both friction coefficients [1].
+
+        Returns
+        -------
+        ndarray
+            Structured: fields ``creep_force``, ``creepage``, ``force_gradient``, ...; their
+            meaning and units stand in fmu/force_element.h.
+
+        Raises
+        ------
+        ValueError
+            If a value is not finite or out of its range, such as a negative load.
+        """
+        given = {
+            "omega": omega,
+            "speed": speed,
+            "normal_load": self.contact.normal_load if normal_load is None else normal_load,
+            "friction_scale": friction_scale,
+        }
+        limits = {v.name: v.limits for v in kernel.force_element_variables()}
+        arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
+        shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
+        inputs = np.empty(shape, dtype=kernel.force_input_dtype())
+        for name, array in arrays.items():
+            inputs[name] = array
+        return self.native.evaluate(inputs)
+
+    def force(
+        self,
+        *,
+        omega: ArrayLike,
+        speed: ArrayLike,
+        normal_load: ArrayLike | None = None,
+        friction_scale: ArrayLike = 1.0,
+    ) -> FloatArray:
+        """Creep force [N], positive when it drives the vehicle forward; as `evaluate`."""
+        record = self.evaluate(
+            omega=omega, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+        )
+        return np.asarray(record["creep_force"])
+
+    def at_creepage(
+        self,
+        creepage: ArrayLike,
+        *,
+        speed: float,
+        normal_load: float | None = None,
+        friction_scale: float = 1.0,
+    ) -> NDArray[np.void]:
+        """All outputs at creepages [1] and one forward speed [m/s], at least `minimum_speed`."""
+        checked("speed", speed, Limits(at_least=self.minimum_speed))
+        omega = (1.0 + checked("creepage", creepage, FINITE)) * speed / self.radius
+        return self.evaluate(
+            omega=omega, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+        )

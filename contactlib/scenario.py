@@ -1,0 +1,349 @@
+"""Model files: TOML in, validated and frozen parameters out.
+
+Numbers are in SI units; a string such as ``"5 mm"`` names its unit, which must measure the same
+thing. An unknown key, a missing key, a wrong type or a value out of range is a `ModelError` of one
+line that names file, key, value and limit.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_origin, get_type_hints
+
+from contactlib.controllers import CreepControl, Profile, TorqueControl
+from contactlib.element import ForceElement, friction_with_k_hat, saturation_creepage
+from contactlib.files import package_folder
+from contactlib.friction import Friction
+from contactlib.hertz import LineContact, Material
+from contactlib.laws import CarterGriffith
+from contactlib.parameters import Parameters, Quantity
+from contactlib.table import CreepForceTable
+from contactlib.wheelset import Resistance, Wheelset
+
+# How many SI units one of each unit is, by the SI unit of the quantity.
+UNITS = {
+    "1": {"%": 1e-2},
+    "m": {"km": 1e3, "mm": 1e-3, "um": 1e-6},
+    "s": {"ms": 1e-3, "min": 60.0},
+    "kg": {"t": 1e3},
+    "N": {"kN": 1e3, "MN": 1e6},
+    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+    "m/s": {"km/h": 1.0 / 3.6},
+    "N.m": {"kN.m": 1e3},
+    "N.m/s": {"kN.m/s": 1e3},
+}
+
+
+class ModelError(ValueError):
+    """A model file that cannot be used; one line says where and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSection(Parameters):
+    """``[contact]``: a line contact under its nominal load, of two bodies of one material."""
+
+    semi_width: Annotated[float, Quantity("m", above=0.0)]
+    radius: Annotated[float, Quantity("m", above=0.0)]
+    normal_load: Annotated[float, Quantity("N", above=0.0)]
+    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+
+    def build(self) -> LineContact:
+        """The contact."""
+        material = Material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
+        return LineContact.from_semi_width(
+            semi_width=self.semi_width,
+            radius=self.radius,
+            normal_load=self.normal_load,
+            contact_modulus=material.contact_modulus_with(material),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionSection(Parameters):
+    """``[friction]``: give one of `weakening_length` and `k_hat`."""
+
+    static: Annotated[float, Quantity("1", above=0.0)]
+    kinetic: Annotated[float, Quantity("1", above=0.0)]
+    weakening_length: Annotated[float | None, Quantity("m", at_least=0.0)] = None
+    k_hat: Annotated[float | None, Quantity("1", at_least=0.0, at_most=2.0)] = None
+
+    def build(self, contact: LineContact) -> Friction:
+        """The friction, whose weakening length may follow from `k_hat`."""
+        _one_of(self, "weakening_length", "k_hat")
+        if self.weakening_length is not None:
+            return Friction(
+                static=self.static, kinetic=self.kinetic, weakening_length=self.weakening_length
+            )
+        return friction_with_k_hat(
+            contact, k_hat=self.k_hat or 0.0, static=self.static, kinetic=self.kinetic
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelsetSection(Parameters):
+    """``[wheelset]``: give at most one of `saturation_creepage` and `slope_reduction`."""
+
+    radius: Annotated[float, Quantity("m", above=0.0)]
+    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
+    mass: Annotated[float | None, Quantity("kg", above=0.0)] = None
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
+    saturation_creepage: Annotated[float | None, Quantity("1", above=0.0)] = None
+    slope_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
+    minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
+
+    def reduction(self, contact: LineContact, friction: Friction) -> float:
+        """Slope reduction, which may follow from the saturation creepage."""
+        if self.saturation_creepage is None:
+            return 1.0 if self.slope_reduction is None else self.slope_reduction
+        _one_of(self, "saturation_creepage", "slope_reduction")
+        clean = saturation_creepage(contact, friction)
+        if self.saturation_creepage < clean * (1.0 - 1e-12):
+            raise ValueError(
+                f"saturation_creepage = {self.saturation_creepage!r} is out of range: must be >= "
+                f"{clean:.6g}, that of clean surfaces"
+            )
+        return min(1.0, clean / self.saturation_creepage)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorqueSection(Parameters):
+    """``[torque_control]``: breakpoints of the drive torque."""
+
+    time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
+    torque: Annotated[tuple[float, ...], Quantity("N.m")]
+
+    def build(self) -> TorqueControl:
+        """The controller."""
+        return TorqueControl(Profile(self.time, self.torque))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CreepSection(Parameters):
+    """``[creep_control]``: breakpoints of the creepage, gains and torque limits."""
+
+    time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
+    creepage: Annotated[tuple[float, ...], Quantity("1", above=-1.0)]
+    proportional_gain: Annotated[float, Quantity("N.m", above=0.0)]
+    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0)]
+    torque_min: Annotated[float, Quantity("N.m")]
+    torque_max: Annotated[float, Quantity("N.m")]
+
+    def build(self) -> CreepControl:
+        """The controller."""
+        return CreepControl(
+            reference=Profile(self.time, self.creepage),
+            proportional_gain=self.proportional_gain,
+            integral_gain=self.integral_gain,
+            torque_min=self.torque_min,
+            torque_max=self.torque_max,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSection(Parameters):
+    """``[run]``: what both controls start from."""
+
+    initial_speed: Annotated[float, Quantity("m/s", above=0.0)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A wheelset and what it is put through.
+
+    Attributes
+    ----------
+    name, source : str
+        What it is, and where its numbers come from.
+    wheelset : Wheelset
+        Contact, friction, table and body.
+    torque_control, creep_control : TorqueControl, CreepControl
+        The two runs of the demonstration.
+    initial_speed : float
+        [m/s].
+    """
+
+    name: str
+    source: str
+    wheelset: Wheelset
+    torque_control: TorqueControl
+    creep_control: CreepControl
+    initial_speed: float
+
+
+@cache
+def line_table() -> CreepForceTable:
+    """The table of the Carter-Griffith law of a line contact, made once."""
+    return CreepForceTable.from_law(CarterGriffith, contact="line")
+
+
+def model_path(name: str | os.PathLike[str]) -> Path:
+    """A file of this path or, failing that, of this name among the models that are shipped."""
+    path = Path(name)
+    shipped = package_folder("models") / path.name
+    return shipped if not path.exists() and shipped.is_file() else path
+
+
+def load_model(path: str | os.PathLike[str], *, table: CreepForceTable | None = None) -> Model:
+    """Read a model file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one such as ``"models/roller_rig.toml"``.
+    table : CreepForceTable, optional
+        The law; the line contact's Carter-Griffith law if left out.
+
+    Raises
+    ------
+    ModelError
+        If the file is not a valid model; one line names file, key, value and limit.
+    OSError
+        If it cannot be read.
+    """
+    file = model_path(path)
+    try:
+        data = tomllib.loads(file.read_bytes().decode())
+        return _build_model(data, table)
+    except ValueError as error:  # TOML, encoding and range errors alike
+        raise ModelError(f"{os.fspath(path)}: {error}") from None
+
+
+def _build_model(data: dict[str, Any], table: CreepForceTable | None) -> Model:
+    sections = {
+        "contact": ContactSection,
+        "friction": FrictionSection,
+        "wheelset": WheelsetSection,
+        "resistance": Resistance,
+        "run": RunSection,
+        "torque_control": TorqueSection,
+        "creep_control": CreepSection,
+    }
+    _check_keys("", data, ["name", "source", *sections], needed=["name", "source", *sections])
+    for key in ("name", "source"):
+        if not isinstance(data[key], str):
+            raise ValueError(f"{key} = {data[key]!r} must be a string")
+    contact_section = _read("contact", ContactSection, data)
+    friction_section = _read("friction", FrictionSection, data)
+    body = _read("wheelset", WheelsetSection, data)
+    with _named("friction"):
+        contact = contact_section.build()
+        friction = friction_section.build(contact)
+    with _named("wheelset"):
+        element = ForceElement(
+            contact,
+            friction,
+            table=line_table() if table is None else table,
+            radius=body.radius,
+            slope_reduction=body.reduction(contact, friction),
+            minimum_speed=body.minimum_speed,
+        )
+    torque_section = _read("torque_control", TorqueSection, data)
+    creep_section = _read("creep_control", CreepSection, data)
+    with _named("torque_control"):
+        torque_control = torque_section.build()
+    with _named("creep_control"):
+        creep_control = creep_section.build()
+    return Model(
+        name=data["name"],
+        source=data["source"],
+        wheelset=Wheelset(
+            element,
+            inertia=body.inertia,
+            mass=body.mass,
+            damping=body.damping,
+            resistance=_read("resistance", Resistance, data),
+        ),
+        torque_control=torque_control,
+        creep_control=creep_control,
+        initial_speed=_read("run", RunSection, data).initial_speed,
+    )
+
+
+class _named:  # noqa: N801 - reads as a statement: with _named("friction"): ...
+    """Put the section's name before any ValueError from inside."""
+
+    def __init__(self, section: str) -> None:
+        self._section = section
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, ValueError):
+            message = str(error)
+            name, dot, rest = message.partition(".")
+            if dot and name.isidentifier() and name[0].isupper():  # Class.argument: the key
+                message = rest
+            raise ValueError(f"{self._section}.{message}") from None
+
+
+Section = TypeVar("Section", bound=Parameters)
+
+
+def _read(name: str, section: type[Section], data: Mapping[str, Any]) -> Section:
+    table = data[name]
+    if not isinstance(table, dict):
+        raise ValueError(f"{name} = {table!r} must be a section: [{name}]")
+    declared = {f.name: f.default for f in fields(section)}  # type: ignore[arg-type]
+    needed = [key for key, default in declared.items() if default is MISSING]
+    _check_keys(f"{name}.", table, list(declared), needed)
+    quantities, hints = section.quantities(), get_type_hints(section)
+    values: dict[str, Any] = {}
+    for key, value in table.items():
+        where = f"{name}.{key}"
+        if get_origin(hints[key]) is tuple:
+            if not isinstance(value, list) or not value:
+                raise ValueError(f"{where} = {value!r} must be a list of at least one number")
+            values[key] = tuple(_number(where, entry, quantities[key]) for entry in value)
+        else:
+            values[key] = _number(where, value, quantities[key])
+    with _named(name):
+        return section(**values)
+
+
+def _check_keys(prefix: str, table: Mapping[str, Any], known: list[str], needed: list[str]) -> None:
+    for key in table:
+        if key not in known:
+            close = difflib.get_close_matches(key, known, 1)
+            meant = f"did you mean {close[0]!r}? " if close else ""
+            raise ValueError(f"{prefix}{key} is not a known key; {meant}known: {', '.join(known)}")
+    for key in needed:
+        if key not in table:
+            raise ValueError(f"{prefix}{key} is missing")
+
+
+def _number(where: str, value: object, quantity: Quantity) -> float:
+    """A TOML value in SI units, within the limits."""
+    number: float
+    if isinstance(value, str):
+        text, _, unit = value.strip().partition(" ")
+        units = {quantity.unit: 1.0, **UNITS.get(quantity.unit, {})}
+        if unit not in units:
+            raise ValueError(
+                f"{where} = {value!r} must be a number in {quantity.unit}, "
+                f"or a number and one of: {', '.join(units)}"
+            )
+        try:
+            number = float(text) * units[unit]
+        except ValueError:
+            raise ValueError(f"{where} = {value!r} does not begin with a number") from None
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        number = float(value)
+    else:
+        raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
+    if not quantity.allows(number):
+        raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
+    return number
+
+
+def _one_of(section: Parameters, *keys: str) -> None:
+    given = [key for key in keys if getattr(section, key) is not None]
+    if len(given) != 1:
+        raise ValueError(f"{' and '.join(keys)}: give exactly one of them, not {len(given)}")

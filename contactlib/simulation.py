@@ -1,0 +1,371 @@
+"""One run of a wheelset under a controller, by a stiff solver with the kernel's Jacobian."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from contactlib.controllers import Command, Controller, CreepControl, Profile
+from contactlib.files import write_whole
+from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
+from contactlib.stability import quasi_steady_torque
+from contactlib.wheelset import Wheelset
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+UNITS = {
+    "omega": "rad/s",
+    "speed": "m/s",
+    "drive_torque": "N.m",
+    "creep_force": "N",
+    "creepage": "1",
+    "normalized_creepage": "1",
+    "traction_coefficient": "1",
+    "slip_velocity": "m/s",
+    "normal_load": "N",
+    "friction_scale": "1",
+    "resistance_force": "N",
+    "falling_branch": "1",
+    "reference": "controller",
+}
+
+PEAK_PASSED, SLIP_AWAY, STANDSTILL = "peak_passed", "slip_away", "standstill"
+
+
+class Event(NamedTuple):
+    """Something that happened in a run.
+
+    Attributes
+    ----------
+    name : str
+        ``peak_passed``: the creep force began to fall with creepage; ``slip_away``: the creepage
+        passed the threshold; ``standstill``: the speed fell through the minimum speed.
+    time, creepage, speed, drive_torque : float
+        When [s], and the state there [1, m/s, N.m].
+    """
+
+    name: str
+    time: float
+    creepage: float
+    speed: float
+    drive_torque: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """Time series of one run.
+
+    Attributes
+    ----------
+    time : ndarray
+        [s], rising; a jump of an input has one row, from it on.
+    signals, units : mapping
+        Signal arrays of the shape of `time`, and their units, by name.
+    events : tuple of Event
+        In order of time.
+    """
+
+    time: FloatArray
+    signals: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+    events: tuple[Event, ...] = ()
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """One signal."""
+        return self.signals[name]
+
+    def first(self, name: str) -> Event | None:
+        """First event of a name, or None."""
+        return next((event for event in self.events if event.name == name), None)
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """Write all signals, names and units in the first line, numbers to full precision."""
+        head = ",".join(["time [s]", *(f"{n} [{self.units[n]}]" for n in self.signals)])
+        columns = np.column_stack([self.time, *self.signals.values()]).tolist()
+        lines = [head, *(",".join(map(repr, row)) for row in columns)]
+        return write_whole(path, ("\n".join(lines) + "\n").encode())
+
+    def to_xarray(self) -> Dataset:
+        """As an `xarray.Dataset` over time, each variable with its ``units``."""
+        import xarray
+
+        data = {
+            name: ("time", values, {"units": self.units[name]})
+            for name, values in self.signals.items()
+        }
+        return xarray.Dataset(data, coords={"time": ("time", self.time, {"units": "s"})})
+
+
+def make_result(
+    wheelset: Wheelset,
+    time: FloatArray,
+    states: Mapping[str, FloatArray],
+    inputs: Mapping[str, FloatArray],
+    events: tuple[Event, ...] = (),
+) -> Result:
+    """Put together a result: what the contact did is evaluated once more, over all rows."""
+    contact = wheelset.element.evaluate(
+        omega=states["omega"],
+        speed=states["speed"],
+        normal_load=inputs["normal_load"],
+        friction_scale=inputs["friction_scale"],
+    )
+    names = ("creep_force", "creepage", "normalized_creepage", "traction_coefficient")
+    signals = {
+        **states,
+        **{name: contact[name].copy() for name in (*names, "falling_branch")},
+        "slip_velocity": wheelset.radius * states["omega"] - states["speed"],
+        **inputs,
+    }
+    ordered = {name: signals[name] for name in UNITS if name in signals}
+    units = {name: UNITS[name] for name in ordered}
+    return Result(time, MappingProxyType(ordered), MappingProxyType(units), events)
+
+
+@dataclass(frozen=True)
+class _Segment:
+    """A stretch of time on which every input is a straight line."""
+
+    start: float
+    end: float
+    ends: dict[str, tuple[float, float]]
+
+    def at(self, time: float) -> dict[str, float]:
+        part = (time - self.start) / (self.end - self.start)
+        return {name: a + part * (b - a) for name, (a, b) in self.ends.items()}
+
+
+def _segments(profiles: Mapping[str, Profile], duration: float) -> list[_Segment]:
+    corners = {0.0, duration}
+    for profile in profiles.values():
+        corners.update(t for t in profile.time if 0.0 < t < duration)
+    edges = sorted(corners)
+    return [
+        _Segment(a, b, {name: profile.on(a, b) for name, profile in profiles.items()})
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+    ]
+
+
+class _Loop:
+    """Wheelset and controller on one segment: right-hand side, Jacobian, events."""
+
+    def __init__(self, wheelset: Wheelset, controller: Controller, segment: _Segment) -> None:
+        self._wheelset, self._controller, self._segment = wheelset, controller, segment
+
+    def at(self, time: float, state: FloatArray) -> tuple[Command, Any, Any]:
+        omega, speed, memory = state.tolist()
+        given = self._segment.at(time)
+        load, scale = given["normal_load"], given["friction_scale"]
+        contact = self._wheelset.element.native.evaluate_one(omega, speed, load, scale)
+        command = self._controller.command(given["reference"], contact.creepage, memory)
+        rates = self._wheelset.native.motion(
+            omega, speed, command.torque, given["resistance_force"], contact
+        )
+        return command, contact, rates
+
+    def right_hand_side(self, time: float, state: FloatArray) -> list[float]:
+        command, _, rates = self.at(time, state)
+        return [rates.omega_rate, rates.speed_rate, command.memory_rate]
+
+    def jacobian(self, time: float, state: FloatArray) -> list[list[float]]:
+        command, contact, rates = self.at(time, state)
+        (a, b), (c, d) = rates.jacobian
+        by_omega, by_speed = contact.creepage_by_omega, contact.creepage_by_speed
+        through = command.torque_by_creepage / self._wheelset.inertia
+        return [
+            [
+                a + through * by_omega,
+                b + through * by_speed,
+                command.torque_by_memory / self._wheelset.inertia,
+            ],
+            [c, d, 0.0],
+            [
+                command.rate_by_creepage * by_omega,
+                command.rate_by_creepage * by_speed,
+                command.rate_by_memory,
+            ],
+        ]
+
+    def events(self, slip_away_creepage: float) -> dict[str, Callable[..., float]]:
+        def peak_passed(time: float, state: FloatArray) -> float:
+            return -float(self.at(time, state)[1].force_gradient)
+
+        def slip_away(time: float, state: FloatArray) -> float:
+            return abs(self.at(time, state)[1].creepage) - slip_away_creepage
+
+        def standstill(time: float, state: FloatArray) -> float:
+            return self._wheelset.element.minimum_speed - abs(state[1])
+
+        return {PEAK_PASSED: peak_passed, SLIP_AWAY: slip_away, STANDSTILL: standstill}
+
+
+def simulate(
+    wheelset: Wheelset,
+    controller: Controller,
+    *,
+    duration: float,
+    initial_speed: float,
+    initial_creepage: float | None = None,
+    normal_load: float | Profile | None = None,
+    friction_scale: float | Profile = 1.0,
+    resistance_force: float | Profile = 0.0,
+    slip_away_creepage: float | None = None,
+    stop_at: Collection[str] = (),
+    output_interval: float | None = None,
+    tolerance: float = 1e-9,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Result:
+    """Integrate a wheelset under a controller.
+
+    Parameters
+    ----------
+    wheelset, controller
+        What moves, and what drives it.
+    duration, initial_speed : float
+        [s, m/s].
+    initial_creepage : float, optional
+        [1]. Left out, the run starts where the reference is met: at the reference creepage of
+        creep control, or on the stable branch at the first torque.
+    normal_load, friction_scale, resistance_force : float or Profile, optional
+        Inputs over time [N, 1, N].
+    slip_away_creepage : float, optional
+        Threshold of the slip-away event [1]; ten times the saturation creepage if left out.
+    stop_at : collection of str, optional
+        Names of the events that end the run.
+    output_interval : float, optional
+        Rows are the solver's own steps and this grid [s]; a thousandth of `duration` if left out.
+    tolerance : float, optional
+        Relative error tolerance of the solver [1].
+    progress : callable, optional
+        Is told the part of `duration` that is done, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or no stable operating point gives the first torque.
+    RuntimeError
+        If the solver cannot meet the tolerance.
+    """
+    checked("duration", duration, POSITIVE)
+    checked("initial_speed", initial_speed, POSITIVE)
+    checked("tolerance", tolerance, Limits(at_least=1e-13, at_most=1e-2))
+    interval = duration / 1000.0 if output_interval is None else output_interval
+    checked("output_interval", interval, POSITIVE)
+    unknown = set(stop_at) - {PEAK_PASSED, SLIP_AWAY, STANDSTILL}
+    if unknown:
+        raise ValueError(f"stop_at = {sorted(unknown)!r} holds no name of an event")
+    nominal_load = wheelset.element.contact.normal_load
+    profiles = {
+        "reference": controller.reference,
+        "normal_load": Profile.of(nominal_load if normal_load is None else normal_load),
+        "friction_scale": Profile.of(friction_scale),
+        "resistance_force": Profile.of(resistance_force),
+    }
+    checked("normal_load", profiles["normal_load"].value, Limits(at_least=0.0))
+    checked("friction_scale", profiles["friction_scale"].value, POSITIVE)
+    segments = _segments(profiles, duration)
+    first = segments[0].at(0.0)
+    away = slip_away_creepage
+    if away is None:
+        away = 10.0 * wheelset.element.saturation_creepage
+    checked("slip_away_creepage", away, POSITIVE)
+
+    creepage = initial_creepage
+    if creepage is None:
+        creepage = _starting_creepage(wheelset, controller, initial_speed, first)
+    inputs = {n: first[n] for n in ("normal_load", "friction_scale", "resistance_force")}
+    torque = float(quasi_steady_torque(wheelset, creepage, speed=initial_speed, **inputs))
+    omega = (1.0 + creepage) * initial_speed / wheelset.radius
+    state = np.array([omega, initial_speed, controller.start(torque)])
+    scales = np.array([abs(omega), initial_speed, max(abs(torque), 1.0)])
+
+    times, states, torques, events = [], [], [], []
+    rows: dict[str, list[float]] = {name: [] for name in profiles}
+    for segment in segments:
+        loop = _Loop(wheelset, controller, segment)
+        watched = loop.events(away)
+        for name, function in watched.items():
+            function.direction = 1.0  # type: ignore[attr-defined]
+            function.terminal = name in stop_at  # type: ignore[attr-defined]
+        solution = solve_ivp(
+            loop.right_hand_side,
+            (segment.start, segment.end),
+            state,
+            method="Radau",
+            jac=loop.jacobian,
+            events=list(watched.values()),
+            rtol=tolerance,
+            atol=tolerance * scales,
+            dense_output=True,
+        )
+        if not solution.success:
+            raise RuntimeError(f"the solver stopped at {solution.t[-1]:.6g} s: {solution.message}")
+        for name, when, where in zip(watched, solution.t_events, solution.y_events, strict=True):
+            for t, y in zip(when, where, strict=True):
+                command, contact, _ = loop.at(t, y)
+                events.append(
+                    Event(name, float(t), contact.creepage, float(y[1]), float(command.torque))
+                )
+        grid = np.arange(np.ceil(segment.start / interval), solution.t[-1] / interval) * interval
+        row_times = np.union1d(solution.t, grid[(grid > segment.start) & (grid < solution.t[-1])])
+        last = segment is segments[-1] or solution.status == 1
+        if not last:
+            row_times = row_times[:-1]  # the next segment begins with this row
+        for t, y in zip(row_times, solution.sol(row_times).T, strict=True):
+            times.append(t)
+            states.append(y)
+            torques.append(loop.at(t, y)[0].torque)
+            for name, value in segment.at(t).items():
+                rows[name].append(value)
+        state = solution.y[:, -1]
+        progress(solution.t[-1] / duration)
+        if solution.status == 1:
+            break
+
+    table = np.array(states)
+    return make_result(
+        wheelset,
+        np.array(times),
+        {"omega": table[:, 0], "speed": table[:, 1]},
+        {"drive_torque": np.array(torques), **{n: np.array(v) for n, v in rows.items()}},
+        tuple(sorted(events, key=lambda event: event.time)),
+    )
+
+
+def _starting_creepage(
+    wheelset: Wheelset, controller: Controller, speed: float, first: Mapping[str, float]
+) -> float:
+    """Creepage at which the controller's first reference is met, on the rising branch."""
+    if isinstance(controller, CreepControl):
+        return first["reference"]
+    inputs = {n: first[n] for n in ("normal_load", "friction_scale", "resistance_force")}
+    here = wheelset.element.at_creepage(
+        0.0, speed=speed, normal_load=inputs["normal_load"], friction_scale=inputs["friction_scale"]
+    )
+    wanted = first["reference"]
+
+    def excess(creepage: float) -> float:
+        return float(quasi_steady_torque(wheelset, creepage, speed=speed, **inputs)) - wanted
+
+    sign = 1.0 if excess(0.0) <= 0.0 else -1.0
+    ends = sign * float(here["saturation_creepage"]) * np.linspace(0.0, 2.0, 201)
+    values = sign * np.array([excess(e) for e in ends])
+    passed = np.flatnonzero(values >= 0.0)
+    if passed.size == 0:
+        raise ValueError(
+            f"drive torque = {wanted!r} at the start: no stable operating point gives more than "
+            f"{wanted + sign * float(np.max(values))!r} in that direction"
+        )
+    i = int(passed[0])
+    if i == 0:
+        return 0.0
+    return float(brentq(excess, min(ends[i - 1], ends[i]), max(ends[i - 1], ends[i]), xtol=1e-16))

@@ -1,0 +1,167 @@
+"""Why a wheelset runs away under torque control, and what creep control needs to hold it.
+
+At fixed speed the slip dynamics is one pole; it turns unstable where the creep force falls steeply
+enough with creepage. These are closed forms of the linearisation in `contactlib.wheelset`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from contactlib.parameters import FloatArray
+from contactlib.wheelset import OperatingPoint, Wheelset
+
+
+def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
+    """Creep force slope Q' = dQ/dzeta below which a constant torque cannot hold `point` [N].
+
+    -V/(r**2/b + (1 + zeta)/F') for a free wheelset, -b V/r**2 for a held speed; zero, the case
+    of the paper, without damping or without a resistance that grows with speed.
+    """
+    r, b, speed = wheelset.radius, wheelset.damping, point.speed
+    if b == 0.0:
+        return 0.0
+    if wheelset.speed_held:
+        return -b * speed / r**2
+    if point.resistance_slope <= 0.0:
+        return 0.0
+    return -speed / (r**2 / b + (1.0 + point.creepage) / point.resistance_slope)
+
+
+def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
+    """Smallest gain Kp of T = T0 + Kp (zeta_ref - zeta) that holds `point` [N.m].
+
+    The larger of two bounds, from the determinant and the trace of the closed loop; zero or less
+    where a constant torque does it too.
+    """
+    r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
+    fall, speed, stretch = -point.creep_force_slope, point.speed, 1.0 + point.creepage
+    if wheelset.mass is None:
+        return r * fall - b * speed / r
+    m, slope = wheelset.mass, point.resistance_slope
+    trace = r * fall * (1.0 + j * stretch / (m * r**2)) - speed / r * (b + j * slope / m)
+    if slope <= 0.0:
+        return trace
+    determinant = r * fall * (1.0 + b * stretch / (r**2 * slope)) - b * speed / r
+    return max(determinant, trace)
+
+
+def quasi_steady_torque(
+    wheelset: Wheelset,
+    creepage: ArrayLike,
+    *,
+    speed: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+    resistance_force: float = 0.0,
+) -> FloatArray:
+    """Drive torque that keeps a creepage unchanged while the vehicle accelerates [N.m].
+
+    T = r Q + b omega + (J/r)(1 + zeta) dV/dt. The last term turns the wheelset along with the
+    vehicle; it vanishes if the speed is held.
+    """
+    zeta = np.asarray(creepage, dtype=np.float64)
+    record = wheelset.element.at_creepage(
+        zeta, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+    )
+    force, omega = record["creep_force"], (1.0 + zeta) * speed / wheelset.radius
+    torque = wheelset.radius * force + wheelset.damping * omega
+    if wheelset.mass is not None:
+        load = wheelset.element.contact.normal_load
+        rolling, _ = wheelset.rates(
+            speed / wheelset.radius, speed, 0.0, load, friction_scale, resistance_force
+        )
+        acceleration = force / wheelset.mass + rolling.speed_rate  # no creep force when rolling
+        torque = torque + wheelset.inertia / wheelset.radius * (1.0 + zeta) * acceleration
+    return np.asarray(torque)
+
+
+class Fold(NamedTuple):
+    """Where a slow torque ramp loses the stable branch, and where it finds it again.
+
+    Attributes
+    ----------
+    creepage, drive_torque : float
+        The fold [1, N.m]: no operating point stands above this torque but far out in the tail.
+    return_creepage, return_torque : float
+        The end of the run-away branch on the way down [1, N.m]; the creepage is infinite where
+        the torque falls to its limit without a minimum.
+    """
+
+    creepage: float
+    drive_torque: float
+    return_creepage: float
+    return_torque: float
+
+    @property
+    def hysteresis(self) -> float:
+        """Torque drop needed to come back, over the critical torque [1]."""
+        return 1.0 - self.return_torque / self.drive_torque
+
+
+def find_fold(
+    wheelset: Wheelset,
+    *,
+    speed: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+    resistance_force: float = 0.0,
+) -> Fold:
+    """Fold of the (creepage, torque) curve in traction, at one speed.
+
+    Raises
+    ------
+    ValueError
+        If the torque has no maximum: the law does not fall, or damping outweighs its fall.
+    """
+
+    def torque(zeta: ArrayLike) -> FloatArray:
+        return quasi_steady_torque(
+            wheelset,
+            zeta,
+            speed=speed,
+            normal_load=normal_load,
+            friction_scale=friction_scale,
+            resistance_force=resistance_force,
+        )
+
+    def torque_slope(zeta: ArrayLike) -> FloatArray:
+        record = wheelset.element.at_creepage(
+            zeta, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+        )
+        r, fall = wheelset.radius, record["force_gradient"] * speed
+        slope = r * fall + wheelset.damping * speed / r
+        if wheelset.mass is not None:
+            turning = (torque(zeta) - r * record["creep_force"]) / (1.0 + np.asarray(zeta))
+            turning = turning - wheelset.damping * speed / r
+            stretch = 1.0 + np.asarray(zeta)
+            slope = slope + turning + wheelset.inertia / r * stretch * fall / wheelset.mass
+        return np.asarray(slope)
+
+    scale = float(
+        wheelset.element.at_creepage(
+            0.0, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+        )["saturation_creepage"]
+    )
+    grid = scale * np.geomspace(0.01, 1e5, 4001)
+    slopes = torque_slope(grid)
+    falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
+    if falling.size == 0:
+        raise ValueError(
+            f"speed = {speed!r}, damping = {wheelset.damping!r}: the torque has no maximum over "
+            "creepage, so there is no fold"
+        )
+
+    def root(i: int) -> float:
+        return float(brentq(torque_slope, grid[i], grid[i + 1], xtol=1e-16, rtol=1e-14))
+
+    fold = root(int(falling[0]))
+    rising = np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))
+    back = root(int(rising[0])) if rising.size else math.inf
+    return_torque = float(torque(back if rising.size else grid[-1]))
+    return Fold(fold, float(torque(fold)), back, return_torque)

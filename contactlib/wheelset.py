@@ -1,0 +1,308 @@
+"""A single wheelset: rotation and forward motion, driven by a torque through the creep force.
+
+    J domega/dt = T - r Q - b omega
+    M dV/dt     = Q - F(V) - F_outer,      F(V) = A + B V + C V**2 + M g grade
+
+The right-hand side and its Jacobian are the kernel's (fmu/wheelset.c). The linearisation is handed
+on as a `control.StateSpace`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from contactlib import kernel
+from contactlib.element import ForceElement
+from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, Parameters, Quantity, checked
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+GRAVITY = 9.80665  # standard gravity [m/s2]
+FASTEST = 1e3  # equilibria are looked for up to this speed [m/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resistance(Parameters):
+    """Running resistance (Davis) and grade.
+
+    Parameters
+    ----------
+    constant, linear, quadratic : float, optional
+        A [N], B [N.s/m] and C [N.s2/m2].
+    grade : float, optional
+        Rise over distance, positive uphill [1].
+    """
+
+    constant: Annotated[float, Quantity("N", at_least=0.0)] = 0.0
+    linear: Annotated[float, Quantity("N.s/m", at_least=0.0)] = 0.0
+    quadratic: Annotated[float, Quantity("N.s2/m2", at_least=0.0)] = 0.0
+    grade: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperatingPoint:
+    """A state at rest: with these inputs neither creepage nor speed changes.
+
+    Attributes
+    ----------
+    omega, speed, creepage : float
+        State [rad/s, m/s, 1].
+    drive_torque, resistance_force, normal_load, friction_scale : float
+        Inputs [N.m, N, N, 1].
+    creep_force : float
+        Q [N].
+    creep_force_slope : float
+        Q' = dQ/dzeta at fixed speed [N].
+    resistance_slope : float
+        F' = dF/dV [N.s/m].
+    jacobian : ndarray
+        Of (omega, speed), or of omega alone if the speed is held [1/s, ...].
+    """
+
+    omega: float
+    speed: float
+    creepage: float
+    drive_torque: float
+    resistance_force: float
+    normal_load: float
+    friction_scale: float
+    creep_force: float
+    creep_force_slope: float
+    resistance_slope: float
+    jacobian: FloatArray
+
+    @property
+    def eigenvalues(self) -> FloatArray:
+        """Of the Jacobian, by falling real part [1/s]."""
+        values = np.linalg.eigvals(self.jacobian)
+        return np.asarray(values[np.argsort(-values.real)])
+
+    @property
+    def stable(self) -> bool:
+        """Whether a constant drive torque can hold this point."""
+        return bool(np.max(self.eigenvalues.real) < 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Wheelset(Parameters):
+    """Wheelset with its drive, on rails or on a roller rig.
+
+    Parameters
+    ----------
+    element : ForceElement
+        The contact of the whole wheelset.
+    inertia : float
+        J about the axle, with the drive's inertia [kg.m2].
+    mass : float, optional
+        M moved by this wheelset [kg]. Left out, the speed is held, as on a roller rig.
+    damping : float, optional
+        b, drive torque lost per angular velocity [N.m.s/rad].
+    resistance : Resistance, optional
+        Running resistance and grade; none if left out.
+    """
+
+    element: ForceElement
+    _: KW_ONLY
+    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
+    mass: Annotated[float | None, Quantity("kg", above=0.0)] = None
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
+    resistance: Resistance = Resistance()
+
+    @property
+    def radius(self) -> float:
+        """Rolling radius [m]."""
+        return self.element.radius
+
+    @property
+    def speed_held(self) -> bool:
+        """Whether the forward speed is prescribed."""
+        return self.mass is None
+
+    @cached_property
+    def native(self) -> kernel.NativeWheelset:
+        """The kernel's equations of motion."""
+        return kernel.NativeWheelset(
+            {
+                "radius": self.radius,
+                "inertia": self.inertia,
+                "inverse_mass": 0.0 if self.mass is None else 1.0 / self.mass,
+                "damping": self.damping,
+                "constant_resistance": self.resistance.constant,
+                "linear_resistance": self.resistance.linear,
+                "quadratic_resistance": self.resistance.quadratic,
+                "grade_acceleration": GRAVITY * self.resistance.grade,
+                "minimum_speed": self.element.minimum_speed,
+            }
+        )
+
+    def rates(
+        self,
+        omega: float,
+        speed: float,
+        drive_torque: float,
+        normal_load: float,
+        friction_scale: float,
+        resistance_force: float,
+    ) -> tuple[Any, Any]:
+        """Kernel structs (rates, contact) of one state. Checks nothing: for integrators."""
+        contact = self.element.native.evaluate_one(omega, speed, normal_load, friction_scale)
+        return self.native.motion(omega, speed, drive_torque, resistance_force, contact), contact
+
+    def balanced(
+        self,
+        *,
+        creepage: float,
+        speed: float,
+        normal_load: float | None = None,
+        friction_scale: float = 1.0,
+    ) -> OperatingPoint:
+        """Operating point at a creepage: the torque and outer resistance that hold it there.
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range; the speed must be at least the element's minimum speed.
+        """
+        load = self._load(normal_load)
+        record = self.element.at_creepage(
+            creepage, speed=speed, normal_load=load, friction_scale=friction_scale
+        )
+        omega, force = (1.0 + creepage) * speed / self.radius, float(record["creep_force"])
+        free, contact = self.rates(omega, speed, 0.0, load, friction_scale, 0.0)
+        jacobian = np.array([list(row) for row in free.jacobian])
+        resistance_slope = 0.0
+        if self.mass is not None:
+            resistance_slope = contact.force_by_speed - self.mass * jacobian[1, 1]
+        return OperatingPoint(
+            omega=omega,
+            speed=float(speed),
+            creepage=float(creepage),
+            drive_torque=-self.inertia * free.omega_rate,
+            resistance_force=0.0 if self.mass is None else self.mass * free.speed_rate,
+            normal_load=load,
+            friction_scale=float(friction_scale),
+            creep_force=force,
+            creep_force_slope=contact.force_gradient * abs(speed),
+            resistance_slope=resistance_slope,
+            jacobian=jacobian[:1, :1] if self.mass is None else jacobian,
+        )
+
+    def equilibria(
+        self,
+        *,
+        drive_torque: float,
+        speed: float | None = None,
+        normal_load: float | None = None,
+        friction_scale: float = 1.0,
+        resistance_force: float = 0.0,
+    ) -> list[OperatingPoint]:
+        """All operating points of a drive torque, by rising creepage, on both branches.
+
+        Parameters
+        ----------
+        drive_torque : float
+            [N.m].
+        speed : float, optional
+            Held forward speed [m/s]; needed if, and only if, the wheelset has no mass. A free
+            wheelset finds its own, where the creep force meets the resistance.
+        normal_load, friction_scale, resistance_force : float, optional
+            Further inputs [N, 1, N].
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range or `speed` is missing or not wanted.
+        """
+        checked("drive_torque", drive_torque, FINITE)
+        if (speed is None) == self.speed_held:
+            wanted = "is needed: the speed is held" if speed is None else "is found, not given"
+            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
+
+        def point(x: float) -> OperatingPoint | None:
+            at = speed if speed is not None else self._free_speed(x * scale, load, friction_scale,
+                                                                   resistance_force)
+            if at is None:
+                return None
+            return self.balanced(
+                creepage=x * scale, speed=at, normal_load=load, friction_scale=friction_scale
+            )
+
+        def excess(x: float) -> float:
+            found = point(x)
+            return np.nan if found is None else found.drive_torque - drive_torque
+
+        load = self._load(normal_load)
+        scale = float(
+            self.element.at_creepage(
+                0.0, speed=1.0, normal_load=load, friction_scale=friction_scale
+            )["saturation_creepage"]
+        )
+        positive = np.geomspace(1e-9, 1e7, 1601)
+        grid = np.concatenate([-positive[::-1], [0.0], positive])
+        values = np.array([excess(x) for x in grid])
+        found = [point(x) for x, value in zip(grid, values, strict=True) if value == 0.0]
+        for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
+            found.append(point(float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15, rtol=1e-14))))
+        return sorted((p for p in found if p is not None), key=lambda p: p.creepage)
+
+    def _free_speed(
+        self, creepage: float, load: float, friction_scale: float, resistance_force: float
+    ) -> float | None:
+        """Speed at which the resistance takes up the creep force; None if there is none."""
+
+        def surplus(speed: float) -> float:
+            omega = (1.0 + creepage) * speed / self.radius
+            rates, _ = self.rates(omega, speed, 0.0, load, friction_scale, resistance_force)
+            return float(rates.speed_rate)
+
+        slowest = self.element.minimum_speed
+        if surplus(slowest) * surplus(FASTEST) > 0.0:
+            return None
+        return float(brentq(surplus, slowest, FASTEST, xtol=1e-13, rtol=1e-14))
+
+    def linearize(self, point: OperatingPoint) -> StateSpace:
+        """Linear model about an operating point.
+
+        States ``omega`` and, unless held, ``speed``; inputs ``drive_torque`` and
+        ``resistance_force``; outputs ``omega``, ``speed``, ``creepage``, ``creep_force``.
+        """
+        import control
+
+        _, contact = self.rates(
+            point.omega,
+            point.speed,
+            point.drive_torque,
+            point.normal_load,
+            point.friction_scale,
+            point.resistance_force,
+        )
+        n = len(point.jacobian)
+        inverse_mass = 0.0 if self.mass is None else 1.0 / self.mass
+        by_state = [
+            [1.0, 0.0],
+            [0.0, 1.0],
+            [contact.creepage_by_omega, contact.creepage_by_speed],
+            [contact.force_by_omega, contact.force_by_speed],
+        ]
+        return control.ss(
+            point.jacobian,
+            np.array([[1.0 / self.inertia, 0.0], [0.0, -inverse_mass]])[:n],
+            np.array(by_state)[:, :n],
+            np.zeros((4, 2)),
+            states=["omega", "speed"][:n],
+            inputs=["drive_torque", "resistance_force"],
+            outputs=["omega", "speed", "creepage", "creep_force"],
+        )
+
+    def _load(self, normal_load: float | None) -> float:
+        load = self.element.contact.normal_load if normal_load is None else normal_load
+        checked("normal_load", load, POSITIVE)
+        return float(load)
+
+
