@@ -1,0 +1,70 @@
+"""Creep force element for vehicle dynamics: the Carter-Griffith law from table to FMU.
+
+    import contactlib as cl
+
+    law = cl.CarterGriffith(k_hat=0.3)              # the law itself
+    table = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
+    model = cl.load_model("models/roller_rig.toml") # a wheelset and its runs
+    cl.export_fmu(model, "CreepForceElement.fmu")   # for any vehicle tool
+"""
+
+from contactlib.controllers import CreepControl, Profile, TorqueControl
+from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
+from contactlib.element import (
+    ForceElement,
+    ProcessZoneWarning,
+    friction_with_k_hat,
+    k_hat,
+    process_zone_ratio,
+    saturation_creepage,
+)
+from contactlib.export import export_fmu
+from contactlib.friction import Friction
+from contactlib.hertz import LineContact, Material
+from contactlib.laws import CarterGriffith
+from contactlib.scenario import Model, ModelError, load_model
+from contactlib.simulation import Event, Result, simulate
+from contactlib.stability import (
+    Fold,
+    creep_control_gain,
+    find_fold,
+    quasi_steady_torque,
+    slope_threshold,
+)
+from contactlib.table import CreepForceTable
+from contactlib.wheelset import OperatingPoint, Resistance, Wheelset
+
+__all__ = [
+    "CarterGriffith",
+    "CreepControl",
+    "CreepForceTable",
+    "Event",
+    "FmuSource",
+    "Fold",
+    "ForceElement",
+    "Friction",
+    "KernelSource",
+    "LineContact",
+    "Material",
+    "Model",
+    "ModelError",
+    "OperatingPoint",
+    "ProcessZoneWarning",
+    "Profile",
+    "Resistance",
+    "Result",
+    "TorqueControl",
+    "Wheelset",
+    "cosimulate",
+    "creep_control_gain",
+    "export_fmu",
+    "find_fold",
+    "friction_with_k_hat",
+    "k_hat",
+    "load_model",
+    "process_zone_ratio",
+    "quasi_steady_torque",
+    "saturation_creepage",
+    "simulate",
+    "slope_threshold",
+]

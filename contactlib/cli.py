@@ -1,0 +1,141 @@
+"""The command ``contactlib``."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+
+class _Command(click.Group):
+    """Turns what a user can get wrong into one line on stderr and exit status 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
+        try:
+            return super().invoke(ctx)
+        except (ValueError, OSError, RuntimeError) as error:
+            click.echo(f"contactlib: {error}", err=True)
+            ctx.exit(2)
+
+
+class _ConsoleReporter:
+    """Progress bars on a terminal, plain lines elsewhere."""
+
+    def __init__(self) -> None:
+        self._console = Console(highlight=False, soft_wrap=True)
+
+    @contextmanager
+    def step(self, title: str) -> Iterator[Callable[[float], object]]:
+        if not self._console.is_terminal:
+            self._console.print(f"... {title}")
+            yield lambda part: None
+            return
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        with Progress(*columns, TimeElapsedColumn(), console=self._console, transient=True) as bar:
+            task = bar.add_task(title, total=None)
+            yield lambda part: bar.update(task, total=1.0, completed=part)
+
+    def heading(self, text: str) -> None:
+        self._console.print(f"\n[bold]{text}[/bold]")
+
+    def number(self, number: object) -> None:
+        self._console.print(f"  {number}", markup=False)
+
+
+def _output_option(default: str, what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    return click.option(
+        "-o",
+        "--output",
+        type=click.Path(path_type=Path),
+        default=default,
+        show_default=True,
+        help=what,
+    )
+
+
+@click.group(cls=_Command, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="contactlib")
+def main() -> None:
+    """Creep force element for vehicle dynamics: from the law to a running FMU.
+
+    MODEL is a TOML file, or the name of one that is shipped: roller_rig.toml, locomotive.toml.
+    """
+
+
+@main.command()
+@_output_option("contactlib-demo", "Folder for figures, FMU, CSV files and summary.json.")
+def demo(output: Path) -> None:
+    """Show it all: table, run-away, creep control, FMU."""
+    from contactlib.demo import run_demo
+
+    summary = run_demo(output, _ConsoleReporter())
+    pictures = ", ".join(sorted(p.name for p in output.glob("*.png")))
+    click.echo(f"\nLook at {pictures} in {output}{'/' if output.name else ''}")
+    click.echo(f"Every number above is in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
+
+
+@main.command()
+@click.argument("model")
+@click.option("--control", type=click.Choice(["torque", "creep"]), default="torque")
+@_output_option("run.csv", "CSV file for the time series.")
+def simulate(model: str, control: str, output: Path) -> None:
+    """Run MODEL under torque or creep control."""
+    from contactlib.scenario import load_model
+    from contactlib.simulation import simulate as run
+
+    loaded = load_model(model)
+    controller = loaded.torque_control if control == "torque" else loaded.creep_control
+    with _ConsoleReporter().step(loaded.name) as progress:
+        result = run(
+            loaded.wheelset,
+            controller,
+            duration=controller.reference.time[-1],
+            initial_speed=loaded.initial_speed,
+            progress=progress,
+        )
+    for event in result.events:
+        click.echo(
+            f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
+            f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
+        )
+    click.echo(f"{result.to_csv(output)}: {result.time.size} rows")
+
+
+@main.command()
+@click.argument("model")
+@_output_option("creep_table.bin", "Table file.")
+def table(model: str, output: Path) -> None:
+    """Write the table of the law that MODEL uses."""
+    from contactlib.scenario import load_model
+
+    made = load_model(model).wheelset.element.table
+    click.echo(
+        f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} of the "
+        f"traction ratio and {made.max_slope_error:.2g} of its slope, at "
+        f"{made.certificate_points} points"
+    )
+
+
+@main.command()
+@click.argument("model")
+@_output_option("CreepForceElement.fmu", "FMU file.")
+@click.option("--platforms", help="Comma-separated, such as x86_64-linux; default: this machine.")
+def fmu(model: str, output: Path, platforms: str | None) -> None:
+    """Export the force element of MODEL as an FMI 2.0 co-simulation FMU."""
+    from contactlib.export import export_fmu
+    from contactlib.scenario import load_model
+
+    names = None if platforms is None else [name.strip() for name in platforms.split(",")]
+    click.echo(str(export_fmu(load_model(model), output, platforms=names)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

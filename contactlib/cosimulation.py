@@ -1,0 +1,199 @@
+"""A wheelset whose creep force comes from outside, exchanged at fixed steps.
+
+This is what a co-simulation master does: at every step it hands velocities over, takes a force
+back and moves the body under it. With the kernel in place of the FMU the same loop shows what the
+FMU adds, and the stiff solver of `contactlib.simulation` what the exchange costs.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Protocol, Self
+
+import numpy as np
+
+from contactlib import kernel
+from contactlib.controllers import Controller, Profile
+from contactlib.element import ForceElement
+from contactlib.parameters import POSITIVE, checked
+from contactlib.simulation import Result, make_result
+from contactlib.stability import quasi_steady_torque
+from contactlib.wheelset import Wheelset
+
+
+class Contact(NamedTuple):
+    """What the body and the controller need to know of the contact."""
+
+    creep_force: float
+    creepage: float
+
+
+class ForceSource(Protocol):
+    """Anything that answers velocities with a creep force."""
+
+    def exchange(
+        self, time: float, step: float, omega: float, speed: float, load: float, scale: float
+    ) -> Contact:
+        """Force for the step from `time`, from the state at its start."""
+
+
+class KernelSource:
+    """The force element in this process."""
+
+    def __init__(self, element: ForceElement) -> None:
+        self._native = element.native
+
+    def exchange(
+        self, time: float, step: float, omega: float, speed: float, load: float, scale: float
+    ) -> Contact:
+        """Force for the step from `time`, from the state at its start."""
+        contact = self._native.evaluate_one(omega, speed, load, scale)
+        return Contact(contact.creep_force, contact.creepage)
+
+
+class FmuSource:
+    """The force element as an FMI 2.0 co-simulation FMU, run by FMPy.
+
+    A context manager: unpacks and starts the FMU, ends and removes it.
+
+    Raises
+    ------
+    RuntimeError
+        If the FMU reports an error; the message holds what it logged.
+    """
+
+    INPUTS = ("omega", "speed", "normal_load", "friction_scale")
+    OUTPUTS = ("creep_force", "creepage")
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = Path(path)
+        self._messages: list[str] = []
+
+    def __enter__(self) -> Self:
+        from fmpy import extract, read_model_description
+        from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+
+        description = read_model_description(str(self._path))
+        references = {v.name: v.valueReference for v in description.modelVariables}
+        self._inputs = [references[name] for name in self.INPUTS]
+        self._outputs = [references[name] for name in self.OUTPUTS]
+        self._folder = extract(str(self._path))
+
+        def log(environment: Any, name: bytes, status: int, category: bytes, text: bytes) -> None:
+            self._messages.append(text.decode(errors="replace"))
+
+        self._callbacks = fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(log)
+        self._fmu = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=self._folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="creep_force",
+        )
+        try:
+            self._run(self._fmu.instantiate, callbacks=self._callbacks)
+            self._run(self._fmu.setupExperiment, startTime=0.0)
+            self._run(self._fmu.enterInitializationMode)
+            self._run(self._fmu.exitInitializationMode)
+        except BaseException:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if error is None:
+            self._fmu.terminate()
+        self._fmu.freeInstance()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _run(self, function: Callable[..., Any], *args: Any, **named: Any) -> Any:
+        from fmpy.fmi1 import FMICallException
+
+        try:
+            return function(*args, **named)
+        except FMICallException as error:
+            said = "; ".join(self._messages) or str(error)
+            raise RuntimeError(f"{self._path}: {said}") from None
+
+    def exchange(
+        self, time: float, step: float, omega: float, speed: float, load: float, scale: float
+    ) -> Contact:
+        """Force for the step from `time`, from the state at its start."""
+        self._run(self._fmu.setReal, self._inputs, [omega, speed, load, scale])
+        self._run(self._fmu.doStep, currentCommunicationPoint=time, communicationStepSize=step)
+        return Contact(*self._run(self._fmu.getReal, self._outputs))
+
+
+def cosimulate(
+    wheelset: Wheelset,
+    source: ForceSource,
+    controller: Controller,
+    *,
+    duration: float,
+    step: float,
+    initial_speed: float,
+    initial_creepage: float,
+    friction_scale: float | Profile = 1.0,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Result:
+    """Step the body with the force held over each step (explicit, first order in `step`).
+
+    The creep force makes the coupling stiff: `step` times the slip pole must stay below 2.
+
+    Parameters
+    ----------
+    wheelset, source, controller
+        Body, force and drive.
+    duration, step : float
+        [s].
+    initial_speed, initial_creepage : float
+        [m/s, 1].
+    friction_scale : float or Profile, optional
+        [1].
+    progress : callable, optional
+        Is told the part of `duration` that is done.
+    """
+    checked("duration", duration, POSITIVE)
+    checked("step", step, POSITIVE)
+    n = max(1, round(duration / step))
+    time = step * np.arange(n + 1)
+    reference = controller.reference(time).tolist()
+    scale = Profile.of(friction_scale)(time).tolist()
+    load = wheelset.element.contact.normal_load
+    torque = float(quasi_steady_torque(wheelset, initial_creepage, speed=initial_speed))
+    omega, speed = (1.0 + initial_creepage) * initial_speed / wheelset.radius, initial_speed
+    memory = controller.start(torque)
+    rows = np.empty((n + 1, 3))
+    for i, t in enumerate(time.tolist()):
+        contact = source.exchange(t, step, omega, speed, load, scale[i])
+        command = controller.command(reference[i], contact.creepage, memory)
+        rows[i] = omega, speed, command.torque
+        rates = wheelset.native.motion(
+            omega, speed, command.torque, 0.0, kernel.contact_with_force(contact.creep_force)
+        )
+        omega += step * rates.omega_rate
+        speed += step * rates.speed_rate
+        memory += step * command.memory_rate
+        if i % 1000 == 0:
+            progress(i / n)
+    return make_result(
+        wheelset,
+        time,
+        {"omega": rows[:, 0], "speed": rows[:, 1]},
+        {
+            "drive_torque": rows[:, 2],
+            "normal_load": np.full(n + 1, load),
+            "friction_scale": np.array(scale),
+            "resistance_force": np.zeros(n + 1),
+            "reference": np.array(reference),
+        },
+    )

@@ -1,0 +1,205 @@
+"""The demonstration: from the law to a running FMU, on the models that are shipped."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from contactlib import figures
+from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
+from contactlib.export import export_fmu
+from contactlib.files import write_whole
+from contactlib.laws import CarterGriffith
+from contactlib.scenario import Model, load_model
+from contactlib.simulation import Result, simulate
+from contactlib.stability import creep_control_gain, find_fold
+from contactlib.table import CreepForceTable
+
+MODELS = ("roller_rig", "locomotive")
+STEP = 1e-3  # of the co-simulation [s]
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of the report: what it is called, what it measures, what it is."""
+
+    key: str
+    label: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.label:<52} {self.value:.6g} {self.unit if self.unit != '1' else ''}".rstrip()
+
+
+class Reporter(Protocol):
+    """Where the demonstration shows what it does."""
+
+    def step(self, title: str) -> AbstractContextManager[Callable[[float], object]]:
+        """A step that takes time; what it yields is told the part done, from 0 to 1."""
+
+    def heading(self, text: str) -> None:
+        """Begin a part of the report."""
+
+    def number(self, number: Number) -> None:
+        """Show a number."""
+
+
+def run_demo(output: str | os.PathLike[str], reporter: Reporter) -> Path:
+    """Run everything and write it to the folder `output`; return the path of summary.json.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be made or written.
+    """
+    folder = Path(output)
+    folder.mkdir(parents=True, exist_ok=True)
+    summary: dict[str, Any] = {}
+
+    def report(section: str, heading: str, numbers: Iterator[Number]) -> None:
+        reporter.heading(heading)
+        summary[section] = {"title": heading, "numbers": {}}
+        for number in numbers:
+            reporter.number(number)
+            entry = {"label": number.label, "value": number.value, "unit": number.unit}
+            summary[section]["numbers"][number.key] = entry
+
+    with reporter.step("Tabulating Q(zeta) from the Carter-Griffith law"):
+        table = CreepForceTable.from_law(CarterGriffith, contact="line")
+        table.save(folder / "creep_table.bin")
+    report("table", "Table of the Carter-Griffith law", _table_numbers(table))
+
+    for name in MODELS:
+        model = load_model(f"models/{name}.toml", table=table)
+        runs: dict[str, Result] = {}
+        for key, control, title in (
+            ("torque", model.torque_control, "ramping the torque"),
+            ("creep", model.creep_control, "controlling the creepage"),
+        ):
+            with reporter.step(f"{model.name}: {title}") as progress:
+                runs[key] = simulate(
+                    model.wheelset,
+                    control,
+                    duration=control.reference.time[-1],
+                    initial_speed=model.initial_speed,
+                    progress=progress,
+                )
+                runs[key].to_csv(folder / f"{name}_{key}_control.csv")
+        report(name, model.name, _run_numbers(model, runs["torque"], runs["creep"]))
+        with reporter.step(f"{model.name}: drawing"):
+            _draw(folder, name, model, runs["torque"], runs["creep"])
+        fmu = folder / "CreepForceElement.fmu"
+        if name == MODELS[0]:
+            export_fmu(model, fmu)
+            with reporter.step("FMU in the loop, run by FMPy") as progress:
+                numbers = list(_fmu_numbers(folder, fmu, model, runs["creep"], progress))
+            report("fmu", "CreepForceElement.fmu as the force of that wheelset", iter(numbers))
+
+    return write_whole(folder / "summary.json", json.dumps(summary, indent=2).encode() + b"\n")
+
+
+def _table_numbers(table: CreepForceTable) -> Iterator[Number]:
+    law = CarterGriffith(k_hat=0.3)
+    yield Number("points", "points where the table was held against the law",
+                 table.certificate_points, "1")  # fmt: skip
+    yield Number("max_error", "certified error of the traction ratio", table.max_error, "1")
+    yield Number("max_slope_error", "certified error of its slope", table.max_slope_error, "1")
+    yield Number("peak_creepage", "peak at k_hat 0.3: creepage/zeta0",
+                 law.peak.normalized_creepage, "1")  # fmt: skip
+    yield Number("peak_ratio", "peak at k_hat 0.3: Q/(f_d P)", law.peak.traction_ratio, "1")
+
+
+def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterator[Number]:
+    wheelset = model.wheelset
+    element = wheelset.element
+    passed = torque_run.first("peak_passed")
+    away = torque_run.first("slip_away")
+    if passed is None or away is None:
+        raise RuntimeError(f"{model.name}: the torque ramp did not pass the fold")
+    fold = find_fold(wheelset, speed=passed.speed)
+    at_peak = wheelset.balanced(creepage=passed.creepage, speed=passed.speed)
+    held = wheelset.radius * at_peak.creep_force + wheelset.damping * at_peak.omega
+    yield Number("peak_force", "peak creep force", at_peak.creep_force, "N")
+    yield Number("peak_creepage", "creepage at the peak", passed.creepage, "1")
+    yield Number("steady_torque", "r Q_peak + b omega", held, "N.m")
+    if wheelset.mass is not None:
+        yield Number("turning_torque", "torque that turns the wheelset along with the train",
+                     fold.drive_torque - held, "N.m")  # fmt: skip
+    yield Number("critical_torque_predicted", "critical torque, predicted (fold)",
+                 fold.drive_torque, "N.m")  # fmt: skip
+    yield Number("critical_torque_simulated", "critical torque, simulated (slow ramp)",
+                 passed.drive_torque, "N.m")  # fmt: skip
+    yield Number("critical_torque_difference", "relative difference",
+                 passed.drive_torque / fold.drive_torque - 1.0, "1")  # fmt: skip
+    yield Number("slip_away_time", "time from the peak to ten times zeta0",
+                 away.time - passed.time, "s")  # fmt: skip
+    yield Number("largest_creepage", "largest creepage after the run-away",
+                 float(torque_run["creepage"].max()), "1")  # fmt: skip
+    yield Number("hysteresis", "torque drop needed to come back, predicted", fold.hysteresis, "1")
+
+    target = float(creep_run["reference"][-1])
+    tail = creep_run.time > 0.75 * creep_run.time[-1]
+    point = wheelset.balanced(creepage=target, speed=float(creep_run["speed"][-1]))
+    yield Number("held_creepage", "creepage held by creep control, falling branch",
+                 float(creep_run["creepage"][-1]), "1")  # fmt: skip
+    yield Number("held_deviation", "largest deviation in the last quarter of the run",
+                 float(np.abs(creep_run["creepage"] - target)[tail].max()), "1")  # fmt: skip
+    yield Number("open_loop_pole", "pole there under constant torque",
+                 float(point.eigenvalues[0].real), "1/s")  # fmt: skip
+    yield Number("smallest_gain", "smallest gain that holds it",
+                 creep_control_gain(wheelset, point), "N.m")  # fmt: skip
+    yield Number("gain", "gain used", model.creep_control.proportional_gain, "N.m")
+    yield Number("process_zone_ratio", "process zone ratio (the law's limit: below 0.5)",
+                 float(element.at_creepage(0.0, speed=1.0)["process_zone_ratio"]), "1")  # fmt: skip
+
+
+def _fmu_numbers(
+    folder: Path, fmu: Path, model: Model, stiff: Result, progress: Callable[[float], object]
+) -> Iterator[Number]:
+    settings = {
+        "duration": float(stiff.time[-1]),
+        "step": STEP,
+        "initial_speed": model.initial_speed,
+        "initial_creepage": float(stiff["creepage"][0]),
+    }
+    arguments = (model.wheelset, model.creep_control)
+    with FmuSource(fmu) as source:
+        with_fmu = cosimulate(
+            arguments[0], source, arguments[1], **settings, progress=progress
+        )
+    kernel = cosimulate(arguments[0], KernelSource(model.wheelset.element), arguments[1], **settings)
+    with_fmu.to_csv(folder / "roller_rig_creep_control_fmu.csv")
+
+    def apart(name: str, time: Any, values: Any) -> float:
+        other = np.interp(time, with_fmu.time, with_fmu[name])
+        return float(np.max(np.abs(other - values)) / np.max(np.abs(values)))
+
+    names = ("omega", "creep_force", "drive_torque")
+    yield Number("step", "communication step", STEP, "s")
+    yield Number("against_kernel", "FMU against the kernel in Python, same steps, relative",
+                 max(apart(n, kernel.time, kernel[n]) for n in names), "1")  # fmt: skip
+    yield Number("against_solver", "FMU against the stiff solver (cost of the steps), relative",
+                 max(apart(n, stiff.time, stiff[n]) for n in names), "1")  # fmt: skip
+
+
+def _draw(folder: Path, name: str, model: Model, torque_run: Result, creep_run: Result) -> None:
+    passed = torque_run.first("peak_passed")
+    speed = model.initial_speed if passed is None else passed.speed
+    drawn = {
+        "creep_curve": figures.creep_curve(model.wheelset, speed=speed),
+        "time_histories": figures.time_histories(torque_run, creep_run, title=model.name),
+        "fold_diagram": figures.fold_diagram(
+            model.wheelset, torque_run, creep_run, speed=speed, title=model.name
+        ),
+    }
+    for kind, figure in drawn.items():
+        for suffix in ("png", "svg"):
+            figures.save(figure, folder / f"{name}_{kind}.{suffix}")

@@ -1,0 +1,242 @@
+"""Figures. The only module that imports matplotlib; every function returns a `Figure`.
+
+Stable branches are solid, unstable ones dashed, so a figure reads in grey as well.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from contactlib.files import write_whole
+from contactlib.simulation import Result
+from contactlib.stability import Fold, find_fold, quasi_steady_torque
+from contactlib.wheelset import Wheelset
+
+# Colours that colour-blind readers can tell apart (Okabe & Ito).
+BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#6E6E6E"
+STYLE = {
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.8,
+    "legend.frameon": False,
+    "lines.linewidth": 2.0,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "contactlib",
+}
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write a figure to `path`; its ending (png, svg, pdf) tells the format."""
+    path, buffer = Path(path), io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(buffer, format=path.suffix[1:], dpi=150)
+    return write_whole(path, buffer.getvalue())
+
+
+def _new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(**grid)
+
+
+def _percent_axis(axis: Any) -> None:
+    axis.set_major_formatter(FuncFormatter(lambda v, _: f"{100.0 * v:g}"))
+
+
+def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
+    """Traction coefficient over creepage, with what a constant torque can hold."""
+    element = wheelset.element
+    fold = find_fold(wheelset, speed=speed)
+    far = 5.0 * element.saturation_creepage
+    zeta = np.union1d(np.linspace(0.0, far, 1200), [fold.creepage])
+    record = element.at_creepage(zeta, speed=speed)
+    mu, stable = record["traction_coefficient"], zeta <= fold.creepage
+    unstable = (zeta >= fold.creepage) & (zeta <= fold.return_creepage)
+    kinetic = element.friction.kinetic
+    carter = element.table.traction_ratio(record["normalized_creepage"], 0.0)
+    with mpl.rc_context(STYLE):
+        figure, axes = _new_figure(7.2, 4.4)
+        axes.plot(zeta, kinetic * carter, color=GREY, lw=1.2, label="Carter (Coulomb friction)")
+        axes.plot(zeta[stable], mu[stable], color=BLUE, label="stable under torque control")
+        axes.plot(
+            zeta[unstable],
+            mu[unstable],
+            color=ORANGE,
+            ls=(0, (4, 1.5)),
+            label="unstable under torque control",
+        )
+        beyond = zeta >= fold.return_creepage
+        if beyond.any():
+            axes.plot(zeta[beyond], mu[beyond], color=BLUE)
+        _mark(axes, fold.creepage, mu[stable][-1], "fold", (12, 6))
+        axes.axhline(kinetic, color=GREY, lw=0.8, ls=":")
+        axes.annotate(
+            f"kinetic friction $f_d$ = {kinetic:g}",
+            (far, kinetic),
+            xytext=(0, -13),
+            textcoords="offset points",
+            ha="right",
+            color=GREY,
+        )
+        axes.set_xlim(0.0, far)
+        axes.set_ylim(0.0, 1.12 * float(mu.max()))
+        _percent_axis(axes.xaxis)
+        axes.set_xlabel(r"creepage $\zeta$  [%]")
+        axes.set_ylabel(r"traction coefficient $Q/P$  [1]")
+        axes.set_title(
+            rf"Creep curve, $\hat K$ = {element.k_hat:.2g}, "
+            rf"$\zeta_0$ = {100 * element.saturation_creepage:.2g} %, $V$ = {speed:g} m/s",
+            loc="left",
+        )
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.08))
+    return figure
+
+
+def _mark(
+    axes: Axes, x: float, y: float, text: str, offset: tuple[float, float], **style: Any
+) -> None:
+    axes.plot([x], [y], "o", color="black", ms=6, zorder=5)
+    axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", **style)
+
+
+def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figure:
+    """Torque, creepage and creep force over time: torque control beside creep control."""
+    rows = (
+        ("drive_torque", 1e-3, "drive torque  [kN m]"),
+        ("creepage", 100.0, "creepage  [%]"),
+        ("creep_force", 1e-3, "creep force  [kN]"),
+    )
+    with mpl.rc_context(STYLE):
+        figure, grid = _new_figure(9.6, 6.6, nrows=3, ncols=2, sharex="col", sharey="row")
+        columns = (("Torque control: runs away", torque_run), ("Creep control: stays", creep_run))
+        for column, (heading, run) in enumerate(columns):
+            for row, (name, scale, label) in enumerate(rows):
+                axes = grid[row, column]
+                axes.plot(run.time, scale * run[name], color=BLUE, lw=1.6)
+                falling = np.where(run["falling_branch"] > 0.0, scale * run[name], np.nan)
+                axes.plot(run.time, falling, color=ORANGE, lw=2.4, ls=(0, (4, 1.5)))
+                if name == "creepage":
+                    axes.set_yscale("log")
+                    axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+                    axes.yaxis.set_minor_formatter(NullFormatter())
+                if column == 0:
+                    axes.set_ylabel(label)
+                event = run.first("peak_passed")
+                if event is not None:
+                    axes.axvline(event.time, color="black", lw=1.0, ls=":")
+            grid[0, column].set_title(heading, loc="left")
+            grid[2, column].set_xlabel("time  [s]")
+            grid[2, column].set_xlim(run.time[0], run.time[-1])
+            event = run.first("peak_passed")
+            if event is not None:
+                grid[0, column].annotate(
+                    "passes the peak",
+                    (event.time, 0.04),
+                    xycoords=("data", "axes fraction"),
+                    xytext=(5, 0),
+                    textcoords="offset points",
+                )
+        asked = creep_run["reference"]
+        grid[1, 1].plot(creep_run.time, 100.0 * asked, color="black", lw=0.9, label="reference")
+        grid[1, 1].legend(loc="upper right")
+        handles = [
+            mpl.lines.Line2D([], [], color=BLUE, lw=1.6, label="rising branch"),
+            mpl.lines.Line2D([], [], color=ORANGE, lw=2.4, ls=(0, (4, 1.5)), label="falling"),
+        ]
+        grid[2, 0].legend(handles=handles, loc="lower right", title=None)
+        figure.suptitle(title, x=0.01, ha="left")
+    return figure
+
+
+def fold_diagram(
+    wheelset: Wheelset, torque_run: Result, creep_run: Result, *, speed: float, title: str
+) -> Figure:
+    """Creepage against drive torque: equilibria, fold, hysteresis loop, and creep control."""
+    fold = find_fold(wheelset, speed=speed)
+    scale = wheelset.element.saturation_creepage
+    top = max(10.0, 1.3 * float(torque_run["creepage"].max()))
+    zeta = np.union1d(
+        np.geomspace(0.2 * scale, top, 2000),
+        [z for z in (fold.creepage, fold.return_creepage) if np.isfinite(z)],
+    )
+    torque = quasi_steady_torque(wheelset, zeta, speed=speed) / 1e3
+    with mpl.rc_context(STYLE):
+        figure, axes = _new_figure(7.6, 5.2)
+        _branches(axes, zeta, torque, fold)
+        run = torque_run
+        shown = run["creepage"] > 0.2 * scale
+        axes.plot(
+            np.where(shown, run["drive_torque"], np.nan) / 1e3,
+            run["creepage"],
+            color=GREY,
+            lw=1.3,
+            label="torque ramped up and down",
+        )
+        for part in (0.3, 0.85):
+            _arrow(axes, run, part)
+        late = creep_run.time > 0.5 * creep_run.time[-1]
+        _mark(
+            axes,
+            float(creep_run["drive_torque"][late][-1]) / 1e3,
+            float(creep_run["creepage"][-1]),
+            "held by creep control",
+            (-14, -4),
+            ha="right",
+            va="top",
+        )
+        _mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
+        if np.isfinite(fold.return_creepage):
+            _mark(
+                axes, fold.return_torque / 1e3, fold.return_creepage, "return", (-9, 5), ha="right"
+            )
+        axes.set_yscale("log")
+        axes.set_ylim(0.2 * scale, top)
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        _percent_axis(axes.yaxis)
+        low = min(fold.return_torque, fold.drive_torque) / 1e3
+        high = fold.drive_torque / 1e3
+        axes.set_xlim(low - 0.45 * (high - low) - 0.5, high + 0.25 * (high - low) + 0.3)
+        axes.set_xlabel("drive torque  [kN m]")
+        axes.set_ylabel(r"creepage $\zeta$  [%]")
+        axes.set_title(f"{title}, $V$ = {speed:.3g} m/s", loc="left")
+        axes.legend(loc="upper left")
+    return figure
+
+
+def _branches(axes: Axes, zeta: Any, torque: Any, fold: Fold) -> None:
+    lower = zeta <= fold.creepage
+    middle = (zeta >= fold.creepage) & (zeta <= fold.return_creepage)
+    upper = zeta >= fold.return_creepage
+    axes.plot(torque[lower], zeta[lower], color=BLUE, label="stable equilibria")
+    axes.plot(
+        torque[middle], zeta[middle], color=ORANGE, ls=(0, (4, 1.5)), label="unstable equilibria"
+    )
+    if upper.any():
+        axes.plot(torque[upper], zeta[upper], color=BLUE)
+
+
+def _arrow(axes: Axes, run: Result, part: float) -> None:
+    """Direction of a run at a part of its time."""
+    i = int(np.searchsorted(run.time, part * run.time[-1]))
+    j = min(i + 20, run.time.size - 1)
+    axes.annotate(
+        "",
+        (run["drive_torque"][j] / 1e3, run["creepage"][j]),
+        (run["drive_torque"][i] / 1e3, run["creepage"][i]),
+        arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 1.3},
+    )
