@@ -1,11 +1,11 @@
 """Creep force element for vehicle dynamics: the Carter-Griffith law from table to FMU.
 
-    import contactlib as cl
+import contactlib as cl
 
-    law = cl.CarterGriffith(k_hat=0.3)              # the law itself
-    table = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
-    model = cl.load_model("models/roller_rig.toml") # a wheelset and its runs
-    cl.export_fmu(model, "CreepForceElement.fmu")   # for any vehicle tool
+law = cl.CarterGriffith(k_hat=0.3)              # the law itself
+table = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
+model = cl.load_model("models/roller_rig.toml") # a wheelset and its runs
+cl.export_fmu(model, "CreepForceElement.fmu")   # for any vehicle tool
 """
 
 from contactlib.controllers import CreepControl, Profile, TorqueControl

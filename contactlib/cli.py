@@ -21,6 +21,8 @@ class _Command(click.Group):
         warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
         try:
             return super().invoke(ctx)
+        except (click.exceptions.Exit, click.exceptions.Abort):  # RuntimeErrors of click's own
+            raise
         except (ValueError, OSError, RuntimeError) as error:
             click.echo(f"contactlib: {error}", err=True)
             ctx.exit(2)
@@ -62,7 +64,7 @@ def _output_option(default: str, what: str) -> Callable[[Callable[..., Any]], Ca
 
 
 @click.group(cls=_Command, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="contactlib")
+@click.version_option(package_name="contactlib", prog_name="contactlib")
 def main() -> None:
     """Creep force element for vehicle dynamics: from the law to a running FMU.
 

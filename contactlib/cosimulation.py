@@ -165,7 +165,7 @@ def cosimulate(
     checked("duration", duration, POSITIVE)
     checked("step", step, POSITIVE)
     n = max(1, round(duration / step))
-    time = step * np.arange(n + 1)
+    time = step * np.arange(n + 1, dtype=np.float64)
     reference = controller.reference(time).tolist()
     scale = Profile.of(friction_scale)(time).tolist()
     load = wheelset.element.contact.normal_load

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from contactlib import figures
+from contactlib.controllers import Controller
 from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
 from contactlib.export import export_fmu
 from contactlib.files import write_whole
@@ -36,7 +37,7 @@ class Number:
     unit: str
 
     def __str__(self) -> str:
-        return f"{self.label:<52} {self.value:.6g} {self.unit if self.unit != '1' else ''}".rstrip()
+        return f"{self.label:<60} {self.value:.6g} {self.unit if self.unit != '1' else ''}".rstrip()
 
 
 class Reporter(Protocol):
@@ -77,43 +78,54 @@ def run_demo(output: str | os.PathLike[str], reporter: Reporter) -> Path:
         table.save(folder / "creep_table.bin")
     report("table", "Table of the Carter-Griffith law", _table_numbers(table))
 
-    for name in MODELS:
-        model = load_model(f"models/{name}.toml", table=table)
-        runs: dict[str, Result] = {}
-        for key, control, title in (
-            ("torque", model.torque_control, "ramping the torque"),
-            ("creep", model.creep_control, "controlling the creepage"),
-        ):
-            with reporter.step(f"{model.name}: {title}") as progress:
-                runs[key] = simulate(
-                    model.wheelset,
-                    control,
-                    duration=control.reference.time[-1],
-                    initial_speed=model.initial_speed,
-                    progress=progress,
-                )
-                runs[key].to_csv(folder / f"{name}_{key}_control.csv")
-        report(name, model.name, _run_numbers(model, runs["torque"], runs["creep"]))
+    models = {name: load_model(f"models/{name}.toml", table=table) for name in MODELS}
+    held: dict[str, Result] = {}
+    for name, model in models.items():
+        with reporter.step(f"{model.name}: ramping the torque") as progress:
+            away = _run(
+                folder / f"{name}_torque_control.csv", model, model.torque_control, progress
+            )
+        with reporter.step(f"{model.name}: controlling the creepage") as progress:
+            held[name] = _run(
+                folder / f"{name}_creep_control.csv", model, model.creep_control, progress
+            )
+        report(name, model.name, _run_numbers(model, away, held[name]))
         with reporter.step(f"{model.name}: drawing"):
-            _draw(folder, name, model, runs["torque"], runs["creep"])
-        fmu = folder / "CreepForceElement.fmu"
-        if name == MODELS[0]:
-            export_fmu(model, fmu)
-            with reporter.step("FMU in the loop, run by FMPy") as progress:
-                numbers = list(_fmu_numbers(folder, fmu, model, runs["creep"], progress))
-            report("fmu", "CreepForceElement.fmu as the force of that wheelset", iter(numbers))
+            _draw(folder, name, model, away, held[name])
+
+    rig = MODELS[0]
+    fmu = export_fmu(models[rig], folder / "CreepForceElement.fmu")
+    with reporter.step(f"{models[rig].name}: the force from {fmu.name}, run by FMPy") as progress:
+        numbers = list(_fmu_numbers(folder, fmu, models[rig], held[rig], progress))
+    report("fmu", "The FMU as the force of the wheelset on the roller rig", iter(numbers))
 
     return write_whole(folder / "summary.json", json.dumps(summary, indent=2).encode() + b"\n")
 
 
+def _run(
+    csv: Path, model: Model, control: Controller, progress: Callable[[float], object]
+) -> Result:
+    result = simulate(
+        model.wheelset,
+        control,
+        duration=control.reference.time[-1],
+        initial_speed=model.initial_speed,
+        progress=progress,
+    )
+    result.to_csv(csv)
+    return result
+
+
 def _table_numbers(table: CreepForceTable) -> Iterator[Number]:
     law = CarterGriffith(k_hat=0.3)
-    yield Number("points", "points where the table was held against the law",
-                 table.certificate_points, "1")  # fmt: skip
+    yield Number(
+        "points", "points where the table was held against the law", table.certificate_points, "1"
+    )
     yield Number("max_error", "certified error of the traction ratio", table.max_error, "1")
     yield Number("max_slope_error", "certified error of its slope", table.max_slope_error, "1")
-    yield Number("peak_creepage", "peak at k_hat 0.3: creepage/zeta0",
-                 law.peak.normalized_creepage, "1")  # fmt: skip
+    yield Number(
+        "peak_creepage", "peak at k_hat 0.3: creepage/zeta0", law.peak.normalized_creepage, "1"
+    )
     yield Number("peak_ratio", "peak at k_hat 0.3: Q/(f_d P)", law.peak.traction_ratio, "1")
 
 
@@ -131,51 +143,84 @@ def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterato
     yield Number("peak_creepage", "creepage at the peak", passed.creepage, "1")
     yield Number("steady_torque", "r Q_peak + b omega", held, "N.m")
     if wheelset.mass is not None:
-        yield Number("turning_torque", "torque that turns the wheelset along with the train",
-                     fold.drive_torque - held, "N.m")  # fmt: skip
-    yield Number("critical_torque_predicted", "critical torque, predicted (fold)",
-                 fold.drive_torque, "N.m")  # fmt: skip
-    yield Number("critical_torque_simulated", "critical torque, simulated (slow ramp)",
-                 passed.drive_torque, "N.m")  # fmt: skip
-    yield Number("critical_torque_difference", "relative difference",
-                 passed.drive_torque / fold.drive_torque - 1.0, "1")  # fmt: skip
-    yield Number("slip_away_time", "time from the peak to ten times zeta0",
-                 away.time - passed.time, "s")  # fmt: skip
-    yield Number("largest_creepage", "largest creepage after the run-away",
-                 float(torque_run["creepage"].max()), "1")  # fmt: skip
+        yield Number(
+            "turning_torque",
+            "torque that turns the wheelset along with the train",
+            fold.drive_torque - held,
+            "N.m",
+        )
+    yield Number(
+        "critical_torque_predicted", "critical torque, predicted (fold)", fold.drive_torque, "N.m"
+    )
+    yield Number(
+        "critical_torque_simulated",
+        "critical torque, simulated (slow ramp)",
+        passed.drive_torque,
+        "N.m",
+    )
+    yield Number(
+        "critical_torque_difference",
+        "relative difference",
+        passed.drive_torque / fold.drive_torque - 1.0,
+        "1",
+    )
+    yield Number(
+        "slip_away_time", "time from the peak to ten times zeta0", away.time - passed.time, "s"
+    )
+    yield Number(
+        "largest_creepage",
+        "largest creepage after the run-away",
+        float(torque_run["creepage"].max()),
+        "1",
+    )
     yield Number("hysteresis", "torque drop needed to come back, predicted", fold.hysteresis, "1")
 
     target = float(creep_run["reference"][-1])
     tail = creep_run.time > 0.75 * creep_run.time[-1]
     point = wheelset.balanced(creepage=target, speed=float(creep_run["speed"][-1]))
-    yield Number("held_creepage", "creepage held by creep control, falling branch",
-                 float(creep_run["creepage"][-1]), "1")  # fmt: skip
-    yield Number("held_deviation", "largest deviation in the last quarter of the run",
-                 float(np.abs(creep_run["creepage"] - target)[tail].max()), "1")  # fmt: skip
-    yield Number("open_loop_pole", "pole there under constant torque",
-                 float(point.eigenvalues[0].real), "1/s")  # fmt: skip
-    yield Number("smallest_gain", "smallest gain that holds it",
-                 creep_control_gain(wheelset, point), "N.m")  # fmt: skip
+    yield Number(
+        "held_creepage",
+        "creepage held by creep control, falling branch",
+        float(creep_run["creepage"][-1]),
+        "1",
+    )
+    yield Number(
+        "held_deviation",
+        "largest deviation in the last quarter of the run",
+        float(np.abs(creep_run["creepage"] - target)[tail].max()),
+        "1",
+    )
+    yield Number(
+        "open_loop_pole",
+        "pole there under constant torque",
+        float(point.eigenvalues[0].real),
+        "1/s",
+    )
+    yield Number(
+        "smallest_gain", "smallest gain that holds it", creep_control_gain(wheelset, point), "N.m"
+    )
     yield Number("gain", "gain used", model.creep_control.proportional_gain, "N.m")
-    yield Number("process_zone_ratio", "process zone ratio (the law's limit: below 0.5)",
-                 float(element.at_creepage(0.0, speed=1.0)["process_zone_ratio"]), "1")  # fmt: skip
+    yield Number(
+        "process_zone_ratio",
+        "process zone ratio (the law's limit: below 0.5)",
+        float(element.at_creepage(0.0, speed=1.0)["process_zone_ratio"]),
+        "1",
+    )
 
 
 def _fmu_numbers(
     folder: Path, fmu: Path, model: Model, stiff: Result, progress: Callable[[float], object]
 ) -> Iterator[Number]:
-    settings = {
+    settings: dict[str, Any] = {
         "duration": float(stiff.time[-1]),
         "step": STEP,
         "initial_speed": model.initial_speed,
         "initial_creepage": float(stiff["creepage"][0]),
     }
-    arguments = (model.wheelset, model.creep_control)
+    body, control = model.wheelset, model.creep_control
     with FmuSource(fmu) as source:
-        with_fmu = cosimulate(
-            arguments[0], source, arguments[1], **settings, progress=progress
-        )
-    kernel = cosimulate(arguments[0], KernelSource(model.wheelset.element), arguments[1], **settings)
+        with_fmu = cosimulate(body, source, control, **settings, progress=progress)
+    kernel = cosimulate(body, KernelSource(body.element), control, **settings)
     with_fmu.to_csv(folder / "roller_rig_creep_control_fmu.csv")
 
     def apart(name: str, time: Any, values: Any) -> float:
@@ -184,10 +229,18 @@ def _fmu_numbers(
 
     names = ("omega", "creep_force", "drive_torque")
     yield Number("step", "communication step", STEP, "s")
-    yield Number("against_kernel", "FMU against the kernel in Python, same steps, relative",
-                 max(apart(n, kernel.time, kernel[n]) for n in names), "1")  # fmt: skip
-    yield Number("against_solver", "FMU against the stiff solver (cost of the steps), relative",
-                 max(apart(n, stiff.time, stiff[n]) for n in names), "1")  # fmt: skip
+    yield Number(
+        "against_kernel",
+        "FMU against the kernel in Python, same steps, relative",
+        max(apart(n, kernel.time, kernel[n]) for n in names),
+        "1",
+    )
+    yield Number(
+        "against_solver",
+        "FMU against the stiff solver (cost of the steps), relative",
+        max(apart(n, stiff.time, stiff[n]) for n in names),
+        "1",
+    )
 
 
 def _draw(folder: Path, name: str, model: Model, torque_run: Result, creep_run: Result) -> None:

@@ -188,7 +188,7 @@ def model_description(model: Model) -> bytes:
             if v.role == "output":
                 ElementTree.SubElement(unknowns, "Unknown", index=str(index))
     ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return bytes(ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True))
 
 
 def _zip(files: dict[str, bytes]) -> bytes:

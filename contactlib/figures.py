@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from contactlib.files import write_whole
@@ -24,7 +25,7 @@ from contactlib.wheelset import Wheelset
 
 # Colours that colour-blind readers can tell apart (Okabe & Ito).
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#6E6E6E"
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.titlesize": 11,
     "axes.spines.top": False,
@@ -80,9 +81,10 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
             label="unstable under torque control",
         )
         beyond = zeta >= fold.return_creepage
-        if beyond.any():
+        if beyond.any():  # only damping makes it so: the torque rises again with the speed
             axes.plot(zeta[beyond], mu[beyond], color=BLUE)
-        _mark(axes, fold.creepage, mu[stable][-1], "fold", (12, 6))
+            _mark(axes, zeta[beyond][0], mu[beyond][0], "return", (0, 9), ha="center")
+        _mark(axes, fold.creepage, mu[stable][-1], "fold", (0, 9), ha="center")
         axes.axhline(kinetic, color=GREY, lw=0.8, ls=":")
         axes.annotate(
             f"kinetic friction $f_d$ = {kinetic:g}",
@@ -99,7 +101,7 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
         axes.set_ylabel(r"traction coefficient $Q/P$  [1]")
         axes.set_title(
             rf"Creep curve, $\hat K$ = {element.k_hat:.2g}, "
-            rf"$\zeta_0$ = {100 * element.saturation_creepage:.2g} %, $V$ = {speed:g} m/s",
+            rf"$\zeta_0$ = {100 * element.saturation_creepage:.2g} %, $V$ = {speed:.3g} m/s",
             loc="left",
         )
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.08))
@@ -120,44 +122,43 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         ("creepage", 100.0, "creepage  [%]"),
         ("creep_force", 1e-3, "creep force  [kN]"),
     )
+    columns = (("Torque control: runs away", torque_run), ("Creep control: stays", creep_run))
     with mpl.rc_context(STYLE):
-        figure, grid = _new_figure(9.6, 6.6, nrows=3, ncols=2, sharex="col", sharey="row")
-        columns = (("Torque control: runs away", torque_run), ("Creep control: stays", creep_run))
+        figure, grid = _new_figure(9.6, 6.8, nrows=3, ncols=2, sharex="col")
         for column, (heading, run) in enumerate(columns):
+            falls = run["falling_branch"] > 0.0
+            # A row beside a change of branch belongs to both lines, so that they meet.
+            meets = falls | np.append(falls[1:], False) | np.append(False, falls[:-1])
             for row, (name, scale, label) in enumerate(rows):
-                axes = grid[row, column]
-                axes.plot(run.time, scale * run[name], color=BLUE, lw=1.6)
-                falling = np.where(run["falling_branch"] > 0.0, scale * run[name], np.nan)
-                axes.plot(run.time, falling, color=ORANGE, lw=2.4, ls=(0, (4, 1.5)))
-                if name == "creepage":
-                    axes.set_yscale("log")
-                    axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-                    axes.yaxis.set_minor_formatter(NullFormatter())
-                if column == 0:
-                    axes.set_ylabel(label)
+                axes, values = grid[row, column], scale * run[name]
+                axes.plot(run.time, np.where(falls, np.nan, values), color=BLUE, lw=1.6)
+                axes.plot(run.time, np.where(meets, values, np.nan), color=ORANGE, ls=(0, (4, 1.5)))
+                axes.set_ylabel(label)
                 event = run.first("peak_passed")
                 if event is not None:
                     axes.axvline(event.time, color="black", lw=1.0, ls=":")
+                    if row == 0:
+                        axes.annotate(
+                            "passes the peak",
+                            (event.time, 0.04),
+                            xycoords=("data", "axes fraction"),
+                            xytext=(5, 0),
+                            textcoords="offset points",
+                        )
             grid[0, column].set_title(heading, loc="left")
             grid[2, column].set_xlabel("time  [s]")
             grid[2, column].set_xlim(run.time[0], run.time[-1])
-            event = run.first("peak_passed")
-            if event is not None:
-                grid[0, column].annotate(
-                    "passes the peak",
-                    (event.time, 0.04),
-                    xycoords=("data", "axes fraction"),
-                    xytext=(5, 0),
-                    textcoords="offset points",
-                )
-        asked = creep_run["reference"]
-        grid[1, 1].plot(creep_run.time, 100.0 * asked, color="black", lw=0.9, label="reference")
-        grid[1, 1].legend(loc="upper right")
-        handles = [
-            mpl.lines.Line2D([], [], color=BLUE, lw=1.6, label="rising branch"),
-            mpl.lines.Line2D([], [], color=ORANGE, lw=2.4, ls=(0, (4, 1.5)), label="falling"),
-        ]
-        grid[2, 0].legend(handles=handles, loc="lower right", title=None)
+        grid[1, 0].set_yscale("log")
+        grid[1, 0].yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        grid[1, 0].yaxis.set_minor_formatter(NullFormatter())
+        grid[1, 1].plot(
+            creep_run.time, 100.0 * creep_run["reference"], color="black", lw=0.9, label="reference"
+        )
+        grid[1, 1].legend(loc="lower right")
+        grid[1, 1].set_ylim(bottom=0.0)
+        lines = (("rising branch", BLUE, "-"), ("falling branch", ORANGE, (0, (4, 1.5))))
+        handles = [Line2D([], [], color=color, ls=ls, label=label) for label, color, ls in lines]
+        figure.legend(handles=handles, loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.005))
         figure.suptitle(title, x=0.01, ha="left")
     return figure
 
@@ -165,7 +166,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
 def fold_diagram(
     wheelset: Wheelset, torque_run: Result, creep_run: Result, *, speed: float, title: str
 ) -> Figure:
-    """Creepage against drive torque: equilibria, fold, hysteresis loop, and creep control."""
+    """Creepage against drive torque: steady states, fold, hysteresis loop, and creep control."""
     fold = find_fold(wheelset, speed=speed)
     scale = wheelset.element.saturation_creepage
     top = max(10.0, 1.3 * float(torque_run["creepage"].max()))
@@ -186,7 +187,7 @@ def fold_diagram(
             lw=1.3,
             label="torque ramped up and down",
         )
-        for part in (0.3, 0.85):
+        for part in (0.3, 0.75):
             _arrow(axes, run, part)
         late = creep_run.time > 0.5 * creep_run.time[-1]
         _mark(
@@ -200,21 +201,20 @@ def fold_diagram(
         )
         _mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
         if np.isfinite(fold.return_creepage):
-            _mark(
-                axes, fold.return_torque / 1e3, fold.return_creepage, "return", (-9, 5), ha="right"
-            )
+            _mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
         axes.set_yscale("log")
         axes.set_ylim(0.2 * scale, top)
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
         axes.yaxis.set_minor_formatter(NullFormatter())
         _percent_axis(axes.yaxis)
-        low = min(fold.return_torque, fold.drive_torque) / 1e3
-        high = fold.drive_torque / 1e3
-        axes.set_xlim(low - 0.45 * (high - low) - 0.5, high + 0.25 * (high - low) + 0.3)
+        low = min(fold.return_torque, float(run["drive_torque"].min())) / 1e3
+        high = max(fold.drive_torque, float(run["drive_torque"].max())) / 1e3
+        margin = 0.06 * (high - low)
+        axes.set_xlim(low - margin, high + margin)
         axes.set_xlabel("drive torque  [kN m]")
         axes.set_ylabel(r"creepage $\zeta$  [%]")
-        axes.set_title(f"{title}, $V$ = {speed:.3g} m/s", loc="left")
-        axes.legend(loc="upper left")
+        axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s", loc="left")
+        axes.legend(loc="lower right")
     return figure
 
 
@@ -222,9 +222,13 @@ def _branches(axes: Axes, zeta: Any, torque: Any, fold: Fold) -> None:
     lower = zeta <= fold.creepage
     middle = (zeta >= fold.creepage) & (zeta <= fold.return_creepage)
     upper = zeta >= fold.return_creepage
-    axes.plot(torque[lower], zeta[lower], color=BLUE, label="stable equilibria")
+    axes.plot(torque[lower], zeta[lower], color=BLUE, label="stable at constant torque")
     axes.plot(
-        torque[middle], zeta[middle], color=ORANGE, ls=(0, (4, 1.5)), label="unstable equilibria"
+        torque[middle],
+        zeta[middle],
+        color=ORANGE,
+        ls=(0, (4, 1.5)),
+        label="unstable at constant torque",
     )
     if upper.any():
         axes.plot(torque[upper], zeta[upper], color=BLUE)

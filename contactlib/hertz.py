@@ -107,11 +107,11 @@ class LineContact(Parameters):
 
     @property
     def semi_width(self) -> float:
-        """a at the nominal load [m]."""
+        """Half the contact width at the nominal load, a [m]."""
         load_radius = self.normal_load_per_length * self.radius
         return 2.0 * math.sqrt(load_radius / (math.pi * self.contact_modulus))  # Eq. (5)
 
     @property
     def peak_pressure(self) -> float:
-        """p0 at the nominal load [Pa]."""
+        """Largest pressure at the nominal load, p0 [Pa]."""
         return 2.0 * self.normal_load_per_length / (math.pi * self.semi_width)  # Eq. (5)

@@ -25,7 +25,7 @@ from contactlib.parameters import FloatArray, Limits
 HEADERS = ("variable.h", "creep_table.h", "force_element.h", "wheelset.h", "token.h")
 SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
-ffi = FFI()
+ffi: Any = FFI()
 
 
 def platform_name() -> str:

@@ -65,7 +65,9 @@ def checked(name: str, value: ArrayLike, limits: Limits) -> FloatArray:
     array = raw.astype(np.float64)
     bad = ~limits.allows(array)
     if bad.any():
-        raise ValueError(f"{name} = {float(array[bad].flat[0])!r} is out of range: must be {limits}")
+        raise ValueError(
+            f"{name} = {float(array[bad].flat[0])!r} is out of range: must be {limits}"
+        )
     return array
 
 
@@ -78,12 +80,14 @@ class Parameters:
     def quantities(cls) -> Mapping[str, Quantity]:
         """Unit and limits of every field that is a physical quantity, by field name."""
         if "_quantities" not in cls.__dict__:
-            found: dict[str, Quantity] = {}
-            for name, hint in get_type_hints(cls, include_extras=True).items():
-                for part in (hint, *get_args(hint)):  # also inside "Annotated[...] | None"
-                    if get_origin(part) is Annotated:
-                        found.update({name: q for q in get_args(part) if isinstance(q, Quantity)})
-            cls._quantities = found
+            hints = get_type_hints(cls, include_extras=True).items()
+            annotated = [(name, hint) for name, hint in hints if get_origin(hint) is Annotated]
+            cls._quantities = {
+                name: part
+                for name, hint in annotated
+                for part in get_args(hint)
+                if isinstance(part, Quantity)
+            }
         return cls._quantities
 
     def __post_init__(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -148,10 +149,9 @@ def _segments(profiles: Mapping[str, Profile], duration: float) -> list[_Segment
     corners = {0.0, duration}
     for profile in profiles.values():
         corners.update(t for t in profile.time if 0.0 < t < duration)
-    edges = sorted(corners)
     return [
         _Segment(a, b, {name: profile.on(a, b) for name, profile in profiles.items()})
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        for a, b in pairwise(sorted(corners))
     ]
 
 
@@ -200,10 +200,10 @@ class _Loop:
             return -float(self.at(time, state)[1].force_gradient)
 
         def slip_away(time: float, state: FloatArray) -> float:
-            return abs(self.at(time, state)[1].creepage) - slip_away_creepage
+            return abs(float(self.at(time, state)[1].creepage)) - slip_away_creepage
 
         def standstill(time: float, state: FloatArray) -> float:
-            return self._wheelset.element.minimum_speed - abs(state[1])
+            return self._wheelset.element.minimum_speed - abs(float(state[1]))
 
         return {PEAK_PASSED: peak_passed, SLIP_AWAY: slip_away, STANDSTILL: standstill}
 
@@ -296,7 +296,7 @@ def simulate(
         for name, function in watched.items():
             function.direction = 1.0  # type: ignore[attr-defined]
             function.terminal = name in stop_at  # type: ignore[attr-defined]
-        solution = solve_ivp(
+        solution: Any = solve_ivp(
             loop.right_hand_side,
             (segment.start, segment.end),
             state,

@@ -158,7 +158,9 @@ def find_fold(
         )
 
     def root(i: int) -> float:
-        return float(brentq(torque_slope, grid[i], grid[i + 1], xtol=1e-16, rtol=1e-14))
+        return float(
+            brentq(lambda z: float(torque_slope(z)), grid[i], grid[i + 1], xtol=1e-16, rtol=1e-14)
+        )
 
     fold = root(int(falling[0]))
     rising = np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))

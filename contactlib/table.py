@@ -214,8 +214,9 @@ def _fit(law_at: Callable[[float], Law], cells_u: int, cells_k: int) -> FloatArr
     inner = u[1:-1]  # the ends, where the weight vanishes, continue the cubic
     samples = np.empty((cells_k + 1, cells_u + 1))
     for row, root_k in enumerate(np.linspace(0.0, np.sqrt(K_MAX), cells_k + 1)):
-        node = kernel.table_nodes(inner, root_k**2)
-        ratio = law_at(root_k**2).traction_ratio(node.normalized_creepage)
+        k_hat = min(float(root_k) ** 2, K_MAX)  # rounding must not leave the law's range
+        node = kernel.table_nodes(inner, k_hat)
+        ratio = law_at(k_hat).traction_ratio(node.normalized_creepage)
         samples[row] = _with_ends((ratio - node.line) / node.weight)
     return _b_spline(_b_spline(samples.T).T)
 
@@ -249,4 +250,3 @@ def _pack(
     label = name.encode()[:NAME_SIZE].ljust(NAME_SIZE, b"\0")
     body = np.ascontiguousarray(coefficients, dtype="<f8").tobytes()
     return kernel.framed(MAGIC, VERSION, header + label + body)
-

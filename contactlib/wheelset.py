@@ -18,7 +18,14 @@ from scipy.optimize import brentq
 
 from contactlib import kernel
 from contactlib.element import ForceElement
-from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, Parameters, Quantity, checked
+from contactlib.parameters import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    Parameters,
+    Quantity,
+    checked,
+)
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -225,8 +232,11 @@ class Wheelset(Parameters):
             raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
 
         def point(x: float) -> OperatingPoint | None:
-            at = speed if speed is not None else self._free_speed(x * scale, load, friction_scale,
-                                                                   resistance_force)
+            at = (
+                speed
+                if speed is not None
+                else self._free_speed(x * scale, load, friction_scale, resistance_force)
+            )
             if at is None:
                 return None
             return self.balanced(
@@ -304,5 +314,3 @@ class Wheelset(Parameters):
         load = self.element.contact.normal_load if normal_load is None else normal_load
         checked("normal_load", load, POSITIVE)
         return float(load)
-
-

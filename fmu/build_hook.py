@@ -5,6 +5,7 @@ and every platform's library can be built on any other:
 
     python fmu/build_hook.py                      # this machine's library
     python fmu/build_hook.py x86_64-windows ...   # others
+    python fmu/build_hook.py --check              # only compile, and take warnings for errors
 """
 
 from __future__ import annotations
@@ -85,20 +86,35 @@ def compiler_flags() -> list[str]:
     ]
 
 
-def build_library(name: str) -> Path:
-    """Compile for platform tuple `name`; return the library's path."""
+def compile_library(name: str, library: Path, *extra_flags: str) -> None:
+    """Compile all sources for platform tuple `name` into the file `library`."""
     target = TARGETS[name]
-    library = NATIVE / name / f"contactlib{target.suffix}"
-    library.parent.mkdir(parents=True, exist_ok=True)
     sources = [str(path) for path in sorted(SOURCES.glob("*.c"))]
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-shared", "-s"]
+    if target.suffix == ".so":
+        command += ["-fPIC", "-lm"]
+    flags = [*compiler_flags(), *extra_flags]
+    subprocess.run([*command, *flags, *sources, "-o", str(library)], check=True)
+
+
+def build_library(name: str) -> Path:
+    """Compile for platform tuple `name` into the package; return the library's path."""
+    library = NATIVE / name / f"contactlib{TARGETS[name].suffix}"
+    library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         built = Path(scratch) / library.name
-        command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-shared", "-s"]
-        if target.suffix == ".so":
-            command += ["-fPIC", "-lm"]
-        subprocess.run([*command, *compiler_flags(), *sources, "-o", str(built)], check=True)
-        library.write_bytes(built.read_bytes())
+        compile_library(name, built)
+        # A library that is in use keeps its file; the new one takes the name.
+        beside = library.with_suffix(".new")
+        beside.write_bytes(built.read_bytes())
+        beside.replace(library)
     return library
+
+
+def check_sources() -> None:
+    """Compile for this machine with warnings as errors; keep nothing."""
+    with tempfile.TemporaryDirectory() as scratch:
+        compile_library(host(), Path(scratch) / "checked", "-Werror")
 
 
 class NativeLibraryHook(BuildHookInterface[Any]):
@@ -113,5 +129,8 @@ class NativeLibraryHook(BuildHookInterface[Any]):
 
 
 if __name__ == "__main__":
-    for wanted in sys.argv[1:] or [host()]:
-        print(build_library(wanted))  # noqa: T201
+    if sys.argv[1:] == ["--check"]:
+        check_sources()
+    else:
+        for wanted in sys.argv[1:] or [host()]:
+            print(build_library(wanted))

@@ -42,8 +42,9 @@ static double start_value(double x, double k) {
     if (x <= 0.375 + k * INFLEXION_T) { /* m or y alone gives an upper bound of t: blend them */
         double linear = x / k;
         if (x >= 1.0) return linear;
-        double carter = fourth_root(x / (1.0 - x)), ratio = carter / linear;
-        return carter / sqrt(1.0 + ratio * ratio);
+        double carter = fourth_root(x / (1.0 - x));
+        double least = fmin(carter, linear), ratio = least / fmax(carter, linear);
+        return least / sqrt(1.0 + ratio * ratio);
     }
     double corner = pow(k, -0.2); /* t at x = 1, where k t = s = t^-4 nearly */
     if (x < 1.0) return fmax(INFLEXION_T, fourth_root(1.0 / (1.0 - x + k * corner)));
@@ -51,17 +52,12 @@ static double start_value(double x, double k) {
     return sliding > 8.0 * corner ? sliding : sqrt(corner * corner + sliding * sliding);
 }
 
-/* Solve x = m + y for x > 0: Newton's method, kept inside a bracket. */
+/* Solve x = m + y for x > 0: Newton's method, kept inside a bracket. Without k_hat this is Carter:
+ * y is zero until nothing sticks any more, then it is the sliding x - 1. */
 static coordinate solve_coordinate(double x, double k) {
-    if (k == 0.0) { /* Carter: stick until x = 1, then y = x - 1 is pure sliding */
-        coordinate c = {INFINITY, 1.0, 0.0, x - 1.0};
-        if (x < 1.0) {
-            c = coordinate_at(fourth_root(x / (1.0 - x)), k);
-            c.m = x;
-            c.s = 1.0 - x;
-        }
-        return c;
-    }
+    if (x >= 1.0 && 1e-60 * (x - 1.0) >= k) /* s below 1e-240, or Carter: nothing sticks */
+        return (coordinate){INFINITY, 1.0, 0.0, x - 1.0};
+    if (k == 0.0) return (coordinate){fourth_root(x / (1.0 - x)), x, 1.0 - x, 0.0};
     double low = 0.0, high = x / k, t = start_value(x, k);
     for (int i = 0; i < 100; i++) {
         coordinate c = coordinate_at(t, k);
@@ -83,7 +79,7 @@ static coordinate solve_coordinate(double x, double k) {
 }
 
 static double line_traction_ratio(coordinate c) {
-    return c.m * (1.0 + c.s) + 2.0 * c.y * c.s; /* Eq. (18) */
+    return c.m * (1.0 + c.s) + 2.0 * (c.y * c.s); /* Eq. (18) */
 }
 
 /* Uniform cubic B-spline: weights of 4 neighbours and their derivatives at 0 <= f <= 1. */
@@ -137,7 +133,7 @@ void creep_table_evaluate(const creep_table *table, double normalized_creepage, 
     coordinate c = {0.0, 0.0, 1.0, 0.0};
     if (x > 0.0) {
         c = solve_coordinate(x, k_hat);
-        stretch = c.y + 4.0 * c.m * c.s; /* dx/d(ln t) */
+        stretch = c.y + 4.0 * c.m * c.s;          /* dx/d(ln t) */
         if (stretch > 0.0) share = c.y / stretch; /* -d(ln t)/d(ln k_hat) at fixed x */
         q = line_traction_ratio(c);
         slope = 2.0 * c.s * (1.0 - 4.0 * c.m * share);
@@ -160,8 +156,7 @@ void creep_table_evaluate(const creep_table *table, double normalized_creepage, 
 }
 
 void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
-                               const double *k_hat, size_t k_stride, double *ratio,
-                               double *slope) {
+                               const double *k_hat, size_t k_stride, double *ratio, double *slope) {
     for (size_t i = 0; i < n; i++) {
         creep_value value;
         creep_table_evaluate(table, x[i], k_hat[i * k_stride], &value);

@@ -146,8 +146,8 @@ static fmi2Status called(instance *self, const char *function, unsigned allowed)
 
 #define IN(a) (1u << (a))
 #define ANY_STAGE (IN(INSTANTIATED) | IN(INITIALIZING) | IN(STEPPING) | IN(TERMINATED))
-#define CHECK_CALL(self, allowed)                                    \
-    do {                                                             \
+#define CHECK_CALL(self, allowed)                                            \
+    do {                                                                     \
         if (called((self), __func__, (allowed)) != fmi2OK) return fmi2Error; \
     } while (0)
 
@@ -235,8 +235,7 @@ fmi2Status fmi2Reset(fmi2Component component) {
 static int is_boolean(const model_variable *v) { return strcmp(v->unit, "Boolean") == 0; }
 
 /* The variable of a value reference, if it is of the wanted type. */
-static const model_variable *find(const instance *self, fmi2ValueReference reference,
-                                  int boolean) {
+static const model_variable *find(const instance *self, fmi2ValueReference reference, int boolean) {
     size_t count;
     const model_variable *variables = force_element_variables(&count);
     if (reference < count && is_boolean(&variables[reference]) == boolean)
@@ -401,10 +400,10 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes
     return not_offered(component, __func__);
 }
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component component,
-                                        const fmi2ValueReference unknown[], size_t n_unknown,
-                                        const fmi2ValueReference known[], size_t n_known,
-                                        const fmi2Real seed[], fmi2Real sensitivity[]) {
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknown[],
+                                        size_t n_unknown, const fmi2ValueReference known[],
+                                        size_t n_known, const fmi2Real seed[],
+                                        fmi2Real sensitivity[]) {
     (void)unknown, (void)n_unknown, (void)known, (void)n_known, (void)seed, (void)sensitivity;
     return not_offered(component, __func__);
 }

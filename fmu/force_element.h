@@ -7,17 +7,17 @@
 #include "variable.h"
 
 typedef struct {
-    double radius;            /* rolling radius [m] */
-    double static_friction;   /* f_s [1] */
-    double kinetic_friction;  /* f_d [1] */
-    double weakening_length;  /* Delta [m] */
-    double slope_reduction;   /* third-body layer: initial slope is this times the elastic one [1] */
-    double semi_width;        /* a at nominal load [m] */
-    double peak_pressure;     /* p0 at nominal load [Pa] */
-    double contact_modulus;   /* E* [Pa] */
-    double nominal_load;      /* P [N] */
-    double load_exponent;     /* a and p0 grow like load to this power [1] */
-    double minimum_speed;     /* below it the reference speed of the creepage is regularised [m/s] */
+    double radius;           /* rolling radius [m] */
+    double static_friction;  /* f_s [1] */
+    double kinetic_friction; /* f_d [1] */
+    double weakening_length; /* Delta [m] */
+    double slope_reduction;  /* third-body layer: initial slope is this times the elastic one [1] */
+    double semi_width;       /* a at nominal load [m] */
+    double peak_pressure;    /* p0 at nominal load [Pa] */
+    double contact_modulus;  /* E* [Pa] */
+    double nominal_load;     /* P [N] */
+    double load_exponent;    /* a and p0 grow like load to this power [1] */
+    double minimum_speed;    /* below it the reference speed of the creepage is regularised [m/s] */
 } force_element_parameters;
 
 typedef struct {

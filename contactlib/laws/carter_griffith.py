@@ -115,7 +115,7 @@ class CarterGriffith(Parameters):
             raise ValueError(f"CarterGriffith.contact = {self.contact!r} must be 'line'")
 
     def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """q at x, for any shape of finite x; odd in x. Eqs. (18) and (19).
+        """Traction ratio q at x, for any shape of finite x; odd in x. Eqs. (18) and (19).
 
         Raises
         ------
@@ -124,10 +124,10 @@ class CarterGriffith(Parameters):
         """
         x = checked("normalized_creepage", normalized_creepage, FINITE)
         m, s, y = _solve_split(np.abs(x), self.k_hat)
-        return np.copysign(m * (1.0 + s) + 2.0 * y * s, x)  # Eq. (18)
+        return np.copysign(m * (1.0 + s) + 2.0 * (y * s), x)  # Eq. (18)
 
     def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """dq/dx at x, for any shape of finite x; even in x. At x = 0 it is 2 for every k_hat.
+        """Slope dq/dx at x, for any shape of finite x; even in x. At x = 0 it is 2 for every k_hat.
 
         Raises
         ------
@@ -141,7 +141,7 @@ class CarterGriffith(Parameters):
         return np.asarray(2.0 * s * (1.0 - 4.0 * share))
 
     def stick_boundary(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """c/a at x: the surface sticks for c < xi < a. From -1 (all stick) to 1 (all slip)."""
+        """Stick boundary c/a at x, from -1 to 1: the surface sticks for c < xi < a."""
         x = checked("normalized_creepage", normalized_creepage, FINITE)
         m, s, _ = _solve_split(np.abs(x), self.k_hat)
         return np.asarray(m - s)
@@ -193,4 +193,4 @@ class CarterGriffith(Parameters):
 
         v = float(brentq(condition, 0.0, 3.0**0.25, xtol=1e-300, rtol=1e-15))
         m, s, y = _split(np.array(1.0 / v), k)
-        return Peak(float(m + y), float(m * (1.0 + s) + 2.0 * y * s))
+        return Peak(float(m + y), float(m * (1.0 + s) + 2.0 * (y * s)))

@@ -1,0 +1,186 @@
+/* Run under the address and undefined-behaviour sanitizers: the kernel over its whole range, and
+ * the FMI shell through orderly, disorderly and broken lives.
+ *
+ * Arguments: the FMU's resources folder as a URI, and the guid. */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+#include "force_element.h"
+#include "resource.h"
+#include "wheelset.h"
+
+static int failures, logged;
+
+#define CHECK(condition)                                           \
+    do {                                                           \
+        if (!(condition)) {                                        \
+            printf("%s:%d: %s\n", __FILE__, __LINE__, #condition); \
+            failures++;                                            \
+        }                                                          \
+    } while (0)
+
+static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                        fmi2String category, fmi2String message, ...) {
+    (void)environment, (void)name, (void)status, (void)category;
+    CHECK(message != NULL && message[0] != '\0');
+    logged++;
+}
+
+static uint64_t random_state = 88172645463325252u;
+
+static double random_unit(void) {
+    random_state ^= random_state << 13;
+    random_state ^= random_state >> 7;
+    random_state ^= random_state << 17;
+    return (double)(random_state >> 11) / 9007199254740992.0;
+}
+
+static double random_exponent(double low, double high) {
+    return pow(10.0, low + (high - low) * random_unit());
+}
+
+/* Every finite creepage and every k_hat: finite, odd, bounded by the law's own maximum. */
+static void test_table(const creep_table *table) {
+    static const double edges[] = {
+        0.0, 4.9406564584124654e-324, DBL_MIN, 1.0 - 1e-16, 1.0, 1.0 + 3e-16, 1e300, DBL_MAX};
+    for (int i = 0; i < 200000; i++) {
+        double x = random_exponent(-320.0, 308.0), k = random_exponent(-320.0, 0.30);
+        if (i % 16 == 0) x = edges[(i / 16) % 8];
+        if (i % 7 == 0) k = i % 14 == 0 ? 0.0 : table->k_max;
+        if (i % 3 == 0) x = 1.0 + (random_unit() - 0.5) * random_exponent(-16.0, 1.0);
+        k = fmin(k, table->k_max);
+        creep_value there, back;
+        creep_table_evaluate(table, x, k, &there);
+        creep_table_evaluate(table, -x, k, &back);
+        CHECK(isfinite(there.traction_ratio) && isfinite(there.slope));
+        CHECK(isfinite(there.log_k_derivative));
+        CHECK(there.traction_ratio == -back.traction_ratio && there.slope == back.slope);
+        CHECK(fabs(there.traction_ratio) <= 1.0 + 1.7 * k && fabs(there.slope) <= 2.0 + 1e-12);
+    }
+}
+
+static void test_force(const creep_table *table, const force_element_parameters *parameters) {
+    for (int i = 0; i < 200000; i++) {
+        force_element_input in = {(random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+                                  (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+                                  i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
+                                  random_exponent(-6.0, 3.0)};
+        force_element_output out;
+        force_element_evaluate(table, parameters, &in, &out);
+        CHECK(isfinite(out.creep_force) && isfinite(out.force_by_omega));
+        CHECK(isfinite(out.force_by_speed) && isfinite(out.force_by_load));
+        CHECK(fabs(out.creep_force) <=
+              parameters->static_friction * in.friction_scale * in.normal_load * (1.0 + 1e-15));
+        CHECK(out.creep_force * out.creepage >= 0.0);
+    }
+}
+
+static fmi2Component new_instance(const char *location, const char *guid) {
+    static const fmi2CallbackFunctions callbacks = {log_message, calloc, free, NULL, NULL};
+    return fmi2Instantiate("sanitized", fmi2CoSimulation, guid, location, &callbacks, 0, 1);
+}
+
+static void test_lives(const char *location, const char *guid) {
+    size_t count;
+    const model_variable *variables = force_element_variables(&count);
+    fmi2ValueReference omega = 0, force = 0;
+    for (unsigned i = 0; i < count; i++) {
+        if (strcmp(variables[i].name, "omega") == 0) omega = i;
+        if (strcmp(variables[i].name, "creep_force") == 0) force = i;
+    }
+    for (int life = 0; life < 200; life++) {
+        fmi2Component c = new_instance(location, guid);
+        fmi2Real value = 0.0, bad = NAN;
+        fmi2FMUstate saved = NULL;
+        CHECK(c != NULL);
+        CHECK(fmi2DoStep(c, 0.0, 1e-3, 0) == fmi2Error); /* too early */
+        CHECK(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) == fmi2OK);
+        CHECK(fmi2EnterInitializationMode(c) == fmi2OK);
+        CHECK(fmi2GetReal(c, &force, 1, &value) == fmi2OK && value == 0.0);
+        CHECK(fmi2ExitInitializationMode(c) == fmi2OK);
+        for (int i = 0; i < 50; i++) {
+            fmi2Real w = 20.0 + 0.02 * i;
+            CHECK(fmi2SetReal(c, &omega, 1, &w) == fmi2OK);
+            CHECK(fmi2DoStep(c, 1e-3 * i, 1e-3, 1) == fmi2OK);
+            CHECK(fmi2GetReal(c, &force, 1, &value) == fmi2OK && isfinite(value));
+        }
+        CHECK(fmi2GetFMUstate(c, &saved) == fmi2OK);
+        CHECK(fmi2SetReal(c, &omega, 1, &bad) == fmi2Error);
+        CHECK(fmi2SetFMUstate(c, saved) == fmi2OK);
+        CHECK(fmi2SetFMUstate(c, NULL) == fmi2Error);
+        CHECK(fmi2FreeFMUstate(c, &saved) == fmi2OK && saved == NULL);
+        for (fmi2ValueReference r = (fmi2ValueReference)count; r < count + 3; r++)
+            CHECK(fmi2GetReal(c, &r, 1, &value) == fmi2Error);
+        CHECK(fmi2GetStatus(c, fmi2DoStepStatus, NULL) == fmi2Error);
+        CHECK(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &value) == fmi2OK);
+        CHECK(fmi2SetInteger(c, NULL, 0, NULL) == fmi2OK);
+        CHECK(life % 2 == 0 || fmi2Terminate(c) == fmi2OK);
+        CHECK(life % 3 == 0 || fmi2Reset(c) == fmi2OK);
+        fmi2FreeInstance(c);
+    }
+    fmi2FreeInstance(NULL);
+    CHECK(fmi2DoStep(NULL, 0.0, 1.0, 0) == fmi2Error);
+    logged = 0;
+    CHECK(new_instance(NULL, guid) == NULL);
+    CHECK(new_instance("file:///no/such/folder", guid) == NULL);
+    CHECK(new_instance("file://elsewhere/folder", guid) == NULL);
+    CHECK(new_instance("file:///broken%2", guid) == NULL);
+    CHECK(new_instance("file:///broken%zz", guid) == NULL);
+    CHECK(new_instance("file:///null%00", guid) == NULL);
+    CHECK(new_instance("", guid) == NULL);
+    CHECK(new_instance(location, "another guid") == NULL);
+    CHECK(new_instance(location, NULL) == NULL);
+    CHECK(logged == 9);
+    char *endless = malloc(100001);
+    memset(endless, 'a', 100000);
+    endless[100000] = '\0';
+    CHECK(new_instance(endless, guid) == NULL);
+    free(endless);
+    CHECK(fmi2Instantiate(NULL, fmi2ModelExchange, guid, location, NULL, 0, 0) == NULL);
+}
+
+/* Any bytes at all: an error message, never a crash. */
+static void test_broken_tables(const unsigned char *good, size_t size) {
+    double *aligned = malloc(size + 8);
+    unsigned char *copy = (unsigned char *)aligned;
+    creep_table table;
+    for (int i = 0; i < 20000; i++) {
+        size_t cut = (size_t)(random_unit() * (double)(size + 1));
+        memcpy(copy, good, size);
+        if (i % 2 == 0) {
+            CHECK(creep_table_open(&table, copy, cut) != NULL || cut == size);
+        } else {
+            copy[cut % size] ^= (unsigned char)(1u << (i % 8));
+            CHECK(creep_table_open(&table, copy, size) != NULL);
+        }
+    }
+    free(aligned);
+}
+
+int main(int count, char **arguments) {
+    char message[4096];
+    void *bytes;
+    size_t size;
+    creep_table table;
+    if (count != 3) return 2;
+    const char *error =
+        resource_read(arguments[1], "creep_table.bin", &bytes, &size, message, sizeof message);
+    if (error == NULL) error = creep_table_open(&table, bytes, size);
+    if (error != NULL) {
+        printf("%s\n", error);
+        return 2;
+    }
+    force_element_parameters parameters = {0.5,    0.45,     0.21,  1.3e-6, 0.14, 5e-3,
+                                           5.77e8, 1.154e11, 2.2e5, 0.5,    0.1};
+    test_table(&table);
+    test_force(&table, &parameters);
+    test_lives(arguments[1], arguments[2]);
+    test_broken_tables(bytes, size);
+    free(bytes);
+    printf("%d failures\n", failures);
+    return failures != 0;
+}

@@ -1,0 +1,115 @@
+"""The commands, as a user types them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import contactlib as cl
+from contactlib.cli import main
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    folder = tmp_path_factory.mktemp("demo") / "out"
+    result = CliRunner().invoke(main, ["demo", "--output", str(folder)])
+    assert result.exit_code == 0, result.output
+    return folder, result.output
+
+
+def test_demo_writes_all_it_promises(shown: tuple[Path, str]) -> None:
+    folder, _ = shown
+    names = {path.name for path in folder.iterdir()}
+    for model in ("roller_rig", "locomotive"):
+        for kind in ("creep_curve", "time_histories", "fold_diagram"):
+            for suffix in ("png", "svg"):
+                assert f"{model}_{kind}.{suffix}" in names
+        for control in ("torque", "creep"):
+            assert f"{model}_{control}_control.csv" in names
+    assert {"CreepForceElement.fmu", "creep_table.bin", "summary.json"} <= names
+    assert cl.CreepForceTable.load(folder / "creep_table.bin").max_error <= 1e-6
+
+
+def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]) -> None:
+    folder, output = shown
+    summary = json.loads((folder / "summary.json").read_text())
+    rows = iter(output.splitlines())  # the sections and numbers stand in the same order
+    for section in summary.values():
+        assert section["title"] in rows
+        for number in section["numbers"].values():
+            line = next(row for row in rows if number["label"] in row)
+            assert f"{number['value']:.6g}" in line
+
+    def value(section: str, key: str) -> float:
+        return float(summary[section]["numbers"][key]["value"])
+
+    assert value("table", "max_error") <= 1e-6
+    assert value("table", "max_slope_error") <= 1e-4
+    assert value("table", "peak_creepage") == pytest.approx(1.131634, abs=1e-6)
+    assert value("table", "peak_ratio") == pytest.approx(1.135026, abs=1e-6)
+    rig = "roller_rig"
+    assert value(rig, "critical_torque_simulated") == pytest.approx(
+        value(rig, "steady_torque"), rel=1e-3
+    )
+    for model in ("roller_rig", "locomotive"):
+        assert abs(value(model, "critical_torque_difference")) < 1e-3
+        assert value(model, "open_loop_pole") > 10.0
+        assert value(model, "held_deviation") < 1e-5
+        assert value(model, "gain") > value(model, "smallest_gain") > 0.0
+    assert value("fmu", "against_kernel") <= 1e-9
+    assert value("fmu", "against_solver") <= 1e-3
+
+
+def test_bad_model_is_one_line_and_status_2(tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text('name = "x"\nsource = "y"\n')
+    for command in ("simulate", "table", "fmu"):
+        result = CliRunner().invoke(main, [command, str(path), "-o", str(tmp_path / "out")])
+        assert result.exit_code == 2
+        assert result.stderr == f"contactlib: {path}: contact is missing\n"
+        assert not (tmp_path / "out").exists()
+    result = CliRunner().invoke(main, ["simulate", "no_such.toml"])
+    assert result.exit_code == 2
+    assert "no_such.toml" in result.stderr
+
+
+def test_unwritable_output_is_one_line_and_status_2(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    result = CliRunner().invoke(main, ["demo", "-o", str(tmp_path / "file" / "below")])
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+
+
+def test_simulate_table_and_fmu_commands(tmp_path: Path) -> None:
+    run = CliRunner().invoke(
+        main,
+        ["simulate", "roller_rig.toml", "--control", "creep", "-o", str(tmp_path / "run.csv")],
+    )
+    assert run.exit_code == 0, run.output
+    assert "peak_passed" in run.output
+    data = np.genfromtxt(tmp_path / "run.csv", delimiter=",", skip_header=1)
+    assert np.isfinite(data).all()
+    for command, name in (("table", "t.bin"), ("fmu", "x.fmu")):
+        made = CliRunner().invoke(main, [command, "locomotive.toml", "-o", str(tmp_path / name)])
+        assert made.exit_code == 0, made.output
+        assert (tmp_path / name).stat().st_size > 0
+
+
+def test_help_and_version() -> None:
+    for arguments in (["--help"], ["demo", "-h"], ["fmu", "--help"]):
+        assert CliRunner().invoke(main, arguments).exit_code == 0
+    assert "contactlib" in CliRunner().invoke(main, ["--version"]).output
+
+
+def test_import_loads_no_heavy_library() -> None:
+    code = (
+        "import sys, contactlib; print([m for m in ('matplotlib', 'control') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

@@ -1,0 +1,124 @@
+"""Model files: what is read, and what a mistake in one is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import contactlib as cl
+from contactlib.files import package_folder
+
+SHIPPED = sorted(package_folder("models").glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_shipped_models_load(path: Path, table: cl.CreepForceTable) -> None:
+    model = cl.load_model(path, table=table)
+    assert model.source
+    assert model.wheelset.element.k_hat == pytest.approx(0.3, rel=1e-12)
+    assert model.wheelset.element.saturation_creepage == pytest.approx(0.015, rel=1e-12)
+
+
+def test_roller_rig_is_the_wheel_of_the_paper(rig: cl.Model) -> None:
+    element = rig.wheelset.element
+    assert element.radius == 0.5
+    assert element.contact.semi_width == pytest.approx(5e-3)
+    assert element.contact.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    assert element.friction.kinetic == 0.21
+    assert cl.saturation_creepage(element.contact, element.friction) == pytest.approx(0.0021)
+    assert rig.wheelset.speed_held
+
+
+def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:
+    pound, mile_per_hour, short_ton = 4.4482216152605, 0.44704, 907.18474
+    loco_axle, wagon_axle, wagon_axles = 22.5e3 / short_ton, 20e3 / short_ton, 6
+    constant = (1.3 * loco_axle + 29.0) + wagon_axles * (1.3 * wagon_axle + 29.0)
+    linear = 0.03 * loco_axle + wagon_axles * 0.045 * wagon_axle
+    quadratic = (0.0024 * 120.0 + wagon_axles * 0.0005 * 90.0) / 4.0
+    found = locomotive.wheelset.resistance
+    assert found.constant == pytest.approx(constant * pound, rel=1e-3)
+    assert found.linear == pytest.approx(linear * pound / mile_per_hour, rel=1e-3)
+    assert found.quadratic == pytest.approx(quadratic * pound / mile_per_hour**2, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "static = 0.45",
+            "statc = 0.45",
+            r"friction\.statc is not a known key; did you mean 'static'",
+        ),
+        ("static = 0.45", "", r"friction\.static is missing"),
+        ("static = 0.45", "static = true", r"friction\.static = True must be a number"),
+        ("static = 0.45", "static = -0.45", r"friction\.static = -0\.45 .*> 0"),
+        (
+            "static = 0.45",
+            "static = 0.1",
+            r"friction\.static = 0\.1 .*>= Friction\.kinetic = 0\.21",
+        ),
+        ("static = 0.45", "static = nan", r"friction\.static = nan .*finite"),
+        ("static = 0.45", "static = [0.45]", r"friction\.static = \[0\.45\] must be a number"),
+        ("k_hat = 0.3", "k_hat = 2.5", r"friction\.k_hat = 2\.5 .*>= 0 and <= 2"),
+        ("k_hat = 0.3", "", r"friction\.weakening_length and k_hat: give exactly one"),
+        ("k_hat = 0.3", "k_hat = 0.3\nweakening_length = 1e-6", "exactly one of them, not 2"),
+        ('"500 mm"', '"500 kg"', r"contact\.radius = '500 kg' must be a number in m.*mm"),
+        ('"500 mm"', '"wide mm"', r"contact\.radius = 'wide mm' does not begin with a number"),
+        (
+            "saturation_creepage = 0.015",
+            "saturation_creepage = 0.001",
+            r"wheelset\.saturation_creepage = 0\.001 .*0\.0021",
+        ),
+        (
+            "[resistance]",
+            "[resistence]",
+            r"resistence is not a known key; did you mean 'resistance'",
+        ),
+        ("[resistance]", "", "resistance is missing"),
+        (
+            "time = [0.0, 2.0, 10.0, 20.0]",
+            "time = [0.0, 2.0, 1.0, 20.0]",
+            r"creep_control\.time = .*must rise",
+        ),
+        (
+            "time = [0.0, 2.0, 10.0, 20.0]",
+            "time = []",
+            r"creep_control\.time = \[\] must be a list",
+        ),
+        ("time = [0.0, 2.0, 10.0, 20.0]", "time = [0.0]", r"creep_control\.time has 1 and value 4"),
+        (
+            "torque_min = 0.0",
+            "torque_min = 4e4",
+            r"creep_control\.torque_min = 40000\.0 .*< torque_max",
+        ),
+        ("name =", "name = 3 #", "name = 3 must be a string"),
+        ("[run]", "[run", "at line"),
+    ],
+)
+def test_a_mistake_is_one_clear_line(
+    old: str, new: str, message: str, tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    text = (package_folder("models") / "roller_rig.toml").read_text()
+    assert old in text
+    path = tmp_path / "broken.toml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(cl.ModelError, match=rf"broken\.toml: .*{message}") as caught:
+        cl.load_model(path, table=table)
+    assert "\n" not in str(caught.value)
+
+
+def test_units_are_converted(tmp_path: Path, table: cl.CreepForceTable) -> None:
+    text = (package_folder("models") / "roller_rig.toml").read_text()
+    path = tmp_path / "same.toml"
+    path.write_text(
+        text.replace('"500 mm"', "0.5").replace("initial_speed = 10.0", 'initial_speed = "36 km/h"')
+    )
+    model = cl.load_model(path, table=table)
+    assert model.initial_speed == pytest.approx(10.0)
+    assert model.wheelset.radius == 0.5
+
+
+def test_missing_file_names_it(table: cl.CreepForceTable) -> None:
+    with pytest.raises(FileNotFoundError, match=r"no_such\.toml"):
+        cl.load_model("no_such.toml", table=table)
