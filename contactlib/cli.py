@@ -99,7 +99,6 @@ def simulate(model: str, control: str, output: Path) -> None:
         result = run(
             loaded.wheelset,
             controller,
-            duration=controller.reference.time[-1],
             initial_speed=loaded.initial_speed,
             progress=progress,
         )

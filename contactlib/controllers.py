@@ -7,7 +7,7 @@ References are `Profile` objects, so an integrator knows every corner and steps 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple, Protocol
+from typing import Annotated, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -102,6 +102,8 @@ class Command(NamedTuple):
 class Controller(Protocol):
     """What a simulation needs of a controller."""
 
+    asks_for: ClassVar[Literal["drive_torque", "creepage"]]
+
     @property
     def reference(self) -> Profile:
         """What is asked for: a torque [N.m] or a creepage [1]."""
@@ -122,6 +124,8 @@ class TorqueControl:
     reference : Profile
         Drive torque over time [N.m].
     """
+
+    asks_for: ClassVar[Literal["drive_torque", "creepage"]] = "drive_torque"
 
     reference: Profile
 
@@ -157,6 +161,8 @@ class CreepControl(Parameters):
     ValueError
         If a gain is out of range or the limits are not in order.
     """
+
+    asks_for: ClassVar[Literal["drive_torque", "creepage"]] = "creepage"
 
     reference: Profile
     proportional_gain: Annotated[float, Quantity("N.m", above=0.0)]

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Protocol, Self
 import numpy as np
 
 from contactlib import kernel
-from contactlib.controllers import Controller, Profile
+from contactlib.controllers import Controller
 from contactlib.element import ForceElement
 from contactlib.parameters import POSITIVE, checked
 from contactlib.simulation import Result, make_result
@@ -142,12 +142,12 @@ def cosimulate(
     step: float,
     initial_speed: float,
     initial_creepage: float,
-    friction_scale: float | Profile = 1.0,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Result:
-    """Step the body with the force held over each step (explicit, first order in `step`).
+    """Step the body under nominal load with the force held over each step.
 
-    The creep force makes the coupling stiff: `step` times the slip pole must stay below 2.
+    Explicit and of first order in `step`. The creep force makes the coupling stiff: `step` times
+    the slip pole must stay below 2.
 
     Parameters
     ----------
@@ -157,26 +157,30 @@ def cosimulate(
         [s].
     initial_speed, initial_creepage : float
         [m/s, 1].
-    friction_scale : float or Profile, optional
-        [1].
     progress : callable, optional
         Is told the part of `duration` that is done.
+
+    Raises
+    ------
+    ValueError
+        If `duration` or `step` is not above zero.
+    RuntimeError
+        If the source reports an error.
     """
     checked("duration", duration, POSITIVE)
     checked("step", step, POSITIVE)
     n = max(1, round(duration / step))
     time = step * np.arange(n + 1, dtype=np.float64)
-    reference = controller.reference(time).tolist()
-    scale = Profile.of(friction_scale)(time).tolist()
+    reference = controller.reference(time)
     load = wheelset.element.contact.normal_load
-    torque = float(quasi_steady_torque(wheelset, initial_creepage, speed=initial_speed))
+    start = float(quasi_steady_torque(wheelset, initial_creepage, speed=initial_speed))
     omega, speed = (1.0 + initial_creepage) * initial_speed / wheelset.radius, initial_speed
-    memory = controller.start(torque)
-    rows = np.empty((n + 1, 3))
-    for i, t in enumerate(time.tolist()):
-        contact = source.exchange(t, step, omega, speed, load, scale[i])
-        command = controller.command(reference[i], contact.creepage, memory)
-        rows[i] = omega, speed, command.torque
+    memory = controller.start(start)
+    omegas, speeds, torques = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
+    for i, (t, asked) in enumerate(zip(time.tolist(), reference.tolist(), strict=True)):
+        contact = source.exchange(t, step, omega, speed, load, 1.0)
+        command = controller.command(asked, contact.creepage, memory)
+        omegas[i], speeds[i], torques[i] = omega, speed, command.torque
         rates = wheelset.native.motion(
             omega, speed, command.torque, 0.0, kernel.contact_with_force(contact.creep_force)
         )
@@ -185,15 +189,14 @@ def cosimulate(
         memory += step * command.memory_rate
         if i % 1000 == 0:
             progress(i / n)
-    return make_result(
-        wheelset,
-        time,
-        {"omega": rows[:, 0], "speed": rows[:, 1]},
-        {
-            "drive_torque": rows[:, 2],
-            "normal_load": np.full(n + 1, load),
-            "friction_scale": np.array(scale),
-            "resistance_force": np.zeros(n + 1),
-            "reference": np.array(reference),
-        },
-    )
+    columns = {
+        "time": time,
+        "omega": omegas,
+        "speed": speeds,
+        "drive_torque": torques,
+        "reference": reference,
+        "normal_load": np.full(n + 1, load),
+        "friction_scale": np.ones(n + 1),
+        "resistance_force": np.zeros(n + 1),
+    }
+    return make_result(wheelset, controller, columns)

@@ -108,7 +108,6 @@ def _run(
     result = simulate(
         model.wheelset,
         control,
-        duration=control.reference.time[-1],
         initial_speed=model.initial_speed,
         progress=progress,
     )

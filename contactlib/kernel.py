@@ -52,8 +52,8 @@ def library() -> Any:
     """
     for header in HEADERS:
         text = (package_folder("fmu") / header).read_text(encoding="ascii")
-        text = re.sub(r"^#.*(?:\n.*(?<=\\))*$", "", text, flags=re.MULTILINE)
-        ffi.cdef(text.replace("CONTACTLIB_API ", ""))
+        text = re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
+        ffi.cdef(text.replace("CONTACTLIB_API ", ""), override=True)
     path = library_path(platform_name())
     if not path.is_file():
         raise ImportError(

@@ -11,10 +11,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from contactlib.controllers import Command, Controller, CreepControl, Profile
+from contactlib.controllers import Command, Controller, Profile
 from contactlib.files import write_whole
 from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
 from contactlib.stability import quasi_steady_torque
@@ -36,7 +37,6 @@ UNITS = {
     "friction_scale": "1",
     "resistance_force": "N",
     "falling_branch": "1",
-    "reference": "controller",
 }
 
 PEAK_PASSED, SLIP_AWAY, STANDSTILL = "peak_passed", "slip_away", "standstill"
@@ -108,28 +108,33 @@ class Result:
 
 def make_result(
     wheelset: Wheelset,
-    time: FloatArray,
-    states: Mapping[str, FloatArray],
-    inputs: Mapping[str, FloatArray],
+    controller: Controller,
+    columns: Mapping[str, FloatArray],
     events: tuple[Event, ...] = (),
 ) -> Result:
-    """Put together a result: what the contact did is evaluated once more, over all rows."""
+    """Put together a result from time, states and inputs.
+
+    What the contact did is evaluated once more, over all rows.
+    """
     contact = wheelset.element.evaluate(
-        omega=states["omega"],
-        speed=states["speed"],
-        normal_load=inputs["normal_load"],
-        friction_scale=inputs["friction_scale"],
+        omega=columns["omega"],
+        speed=columns["speed"],
+        normal_load=columns["normal_load"],
+        friction_scale=columns["friction_scale"],
     )
     names = ("creep_force", "creepage", "normalized_creepage", "traction_coefficient")
     signals = {
-        **states,
+        **columns,
         **{name: contact[name].copy() for name in (*names, "falling_branch")},
-        "slip_velocity": wheelset.radius * states["omega"] - states["speed"],
-        **inputs,
+        "slip_velocity": wheelset.radius * columns["omega"] - columns["speed"],
     }
-    ordered = {name: signals[name] for name in UNITS if name in signals}
-    units = {name: UNITS[name] for name in ordered}
-    return Result(time, MappingProxyType(ordered), MappingProxyType(units), events)
+    units = {**UNITS, "reference": UNITS[controller.asks_for]}
+    return Result(
+        columns["time"],
+        MappingProxyType({name: signals[name] for name in units}),
+        MappingProxyType(units),
+        events,
+    )
 
 
 @dataclass(frozen=True)
@@ -156,7 +161,7 @@ def _segments(profiles: Mapping[str, Profile], duration: float) -> list[_Segment
 
 
 class _Loop:
-    """Wheelset and controller on one segment: right-hand side, Jacobian, events."""
+    """Wheelset and controller on one segment: right-hand side, Jacobian, events, rows."""
 
     def __init__(self, wheelset: Wheelset, controller: Controller, segment: _Segment) -> None:
         self._wheelset, self._controller, self._segment = wheelset, controller, segment
@@ -195,7 +200,9 @@ class _Loop:
             ],
         ]
 
-    def events(self, slip_away_creepage: float) -> dict[str, Callable[..., float]]:
+    def conditions(self, slip_away_creepage: float) -> dict[str, Callable[..., float]]:
+        """Functions that rise through zero when an event happens."""
+
         def peak_passed(time: float, state: FloatArray) -> float:
             return -float(self.at(time, state)[1].force_gradient)
 
@@ -207,13 +214,56 @@ class _Loop:
 
         return {PEAK_PASSED: peak_passed, SLIP_AWAY: slip_away, STANDSTILL: standstill}
 
+    def integrate(
+        self,
+        state: FloatArray,
+        conditions: Mapping[str, Callable[..., float]],
+        stop_at: Collection[str],
+        tolerance: float,
+        scales: FloatArray,
+    ) -> Any:
+        """Solve from `state` at the segment's start to its end, or to an event that stops it."""
+        for name, function in conditions.items():
+            function.direction = 1.0  # type: ignore[attr-defined]
+            function.terminal = name in stop_at  # type: ignore[attr-defined]
+        solution: Any = solve_ivp(
+            self.right_hand_side,
+            (self._segment.start, self._segment.end),
+            state,
+            method="Radau",
+            jac=self.jacobian,
+            events=list(conditions.values()),
+            rtol=tolerance,
+            atol=tolerance * scales,
+            dense_output=True,
+        )
+        if not solution.success:
+            raise RuntimeError(f"the solver stopped at {solution.t[-1]:.6g} s: {solution.message}")
+        return solution
+
+    def event(self, name: str, time: float, state: FloatArray) -> Event:
+        command, contact, _ = self.at(time, state)
+        return Event(name, float(time), contact.creepage, float(state[1]), float(command.torque))
+
+    def rows(self, times: FloatArray, states: FloatArray) -> dict[str, FloatArray]:
+        """Columns of a result; `states` has a column for each time."""
+        torques = [self.at(t, y)[0].torque for t, y in zip(times, states.T, strict=True)]
+        inputs = [self._segment.at(t) for t in times]
+        return {
+            "time": times,
+            "omega": states[0],
+            "speed": states[1],
+            "drive_torque": np.array(torques),
+            **{name: np.array([row[name] for row in inputs]) for name in self._segment.ends},
+        }
+
 
 def simulate(
     wheelset: Wheelset,
     controller: Controller,
     *,
-    duration: float,
     initial_speed: float,
+    duration: float | None = None,
     initial_creepage: float | None = None,
     normal_load: float | Profile | None = None,
     friction_scale: float | Profile = 1.0,
@@ -230,8 +280,10 @@ def simulate(
     ----------
     wheelset, controller
         What moves, and what drives it.
-    duration, initial_speed : float
-        [s, m/s].
+    initial_speed : float
+        [m/s].
+    duration : float, optional
+        [s]; to the last breakpoint of the controller's reference if left out.
     initial_creepage : float, optional
         [1]. Left out, the run starts where the reference is met: at the reference creepage of
         creep control, or on the stable branch at the first torque.
@@ -255,11 +307,16 @@ def simulate(
     RuntimeError
         If the solver cannot meet the tolerance.
     """
-    checked("duration", duration, POSITIVE)
+    end = controller.reference.time[-1] if duration is None else duration
+    interval = end / 1000.0 if output_interval is None else output_interval
+    away = slip_away_creepage
+    if away is None:
+        away = 10.0 * wheelset.element.saturation_creepage
+    checked("duration", end, POSITIVE)
     checked("initial_speed", initial_speed, POSITIVE)
     checked("tolerance", tolerance, Limits(at_least=1e-13, at_most=1e-2))
-    interval = duration / 1000.0 if output_interval is None else output_interval
     checked("output_interval", interval, POSITIVE)
+    checked("slip_away_creepage", away, POSITIVE)
     unknown = set(stop_at) - {PEAK_PASSED, SLIP_AWAY, STANDSTILL}
     if unknown:
         raise ValueError(f"stop_at = {sorted(unknown)!r} holds no name of an event")
@@ -272,100 +329,64 @@ def simulate(
     }
     checked("normal_load", profiles["normal_load"].value, Limits(at_least=0.0))
     checked("friction_scale", profiles["friction_scale"].value, POSITIVE)
-    segments = _segments(profiles, duration)
-    first = segments[0].at(0.0)
-    away = slip_away_creepage
-    if away is None:
-        away = 10.0 * wheelset.element.saturation_creepage
-    checked("slip_away_creepage", away, POSITIVE)
-
+    segments = _segments(profiles, end)
+    given = segments[0].at(0.0)
+    reference = given.pop("reference")
     creepage = initial_creepage
-    if creepage is None:
-        creepage = _starting_creepage(wheelset, controller, initial_speed, first)
-    inputs = {n: first[n] for n in ("normal_load", "friction_scale", "resistance_force")}
-    torque = float(quasi_steady_torque(wheelset, creepage, speed=initial_speed, **inputs))
+    if creepage is None and controller.asks_for == "creepage":
+        creepage = reference
+    elif creepage is None:
+        creepage = _creepage_at_torque(wheelset, reference, initial_speed, given)
+    torque = float(quasi_steady_torque(wheelset, creepage, speed=initial_speed, **given))
     omega = (1.0 + creepage) * initial_speed / wheelset.radius
     state = np.array([omega, initial_speed, controller.start(torque)])
     scales = np.array([abs(omega), initial_speed, max(abs(torque), 1.0)])
 
-    times, states, torques, events = [], [], [], []
-    rows: dict[str, list[float]] = {name: [] for name in profiles}
+    parts: list[dict[str, FloatArray]] = []
+    events: list[Event] = []
     for segment in segments:
         loop = _Loop(wheelset, controller, segment)
-        watched = loop.events(away)
-        for name, function in watched.items():
-            function.direction = 1.0  # type: ignore[attr-defined]
-            function.terminal = name in stop_at  # type: ignore[attr-defined]
-        solution: Any = solve_ivp(
-            loop.right_hand_side,
-            (segment.start, segment.end),
-            state,
-            method="Radau",
-            jac=loop.jacobian,
-            events=list(watched.values()),
-            rtol=tolerance,
-            atol=tolerance * scales,
-            dense_output=True,
-        )
-        if not solution.success:
-            raise RuntimeError(f"the solver stopped at {solution.t[-1]:.6g} s: {solution.message}")
-        for name, when, where in zip(watched, solution.t_events, solution.y_events, strict=True):
-            for t, y in zip(when, where, strict=True):
-                command, contact, _ = loop.at(t, y)
-                events.append(
-                    Event(name, float(t), contact.creepage, float(y[1]), float(command.torque))
-                )
-        grid = np.arange(np.ceil(segment.start / interval), solution.t[-1] / interval) * interval
-        row_times = np.union1d(solution.t, grid[(grid > segment.start) & (grid < solution.t[-1])])
-        last = segment is segments[-1] or solution.status == 1
-        if not last:
-            row_times = row_times[:-1]  # the next segment begins with this row
-        for t, y in zip(row_times, solution.sol(row_times).T, strict=True):
-            times.append(t)
-            states.append(y)
-            torques.append(loop.at(t, y)[0].torque)
-            for name, value in segment.at(t).items():
-                rows[name].append(value)
+        conditions = loop.conditions(away)
+        solution = loop.integrate(state, conditions, stop_at, tolerance, scales)
+        for name, when, where in zip(conditions, solution.t_events, solution.y_events, strict=True):
+            events += [loop.event(name, t, y) for t, y in zip(when, where, strict=True)]
+        stopped = solution.status == 1
+        grid = interval * np.arange(np.ceil(segment.start / interval), solution.t[-1] / interval)
+        times = np.union1d(solution.t, grid[(grid > segment.start) & (grid < solution.t[-1])])
+        if not stopped and segment is not segments[-1]:
+            times = times[:-1]  # the next segment begins with this row
+        parts.append(loop.rows(times, solution.sol(times)))
         state = solution.y[:, -1]
-        progress(solution.t[-1] / duration)
-        if solution.status == 1:
+        progress(solution.t[-1] / end)
+        if stopped:
             break
 
-    table = np.array(states)
-    return make_result(
-        wheelset,
-        np.array(times),
-        {"omega": table[:, 0], "speed": table[:, 1]},
-        {"drive_torque": np.array(torques), **{n: np.array(v) for n, v in rows.items()}},
-        tuple(sorted(events, key=lambda event: event.time)),
-    )
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    events.sort(key=lambda event: event.time)
+    return make_result(wheelset, controller, columns, tuple(events))
 
 
-def _starting_creepage(
-    wheelset: Wheelset, controller: Controller, speed: float, first: Mapping[str, float]
+def _creepage_at_torque(
+    wheelset: Wheelset, torque: float, speed: float, given: Mapping[str, float]
 ) -> float:
-    """Creepage at which the controller's first reference is met, on the rising branch."""
-    if isinstance(controller, CreepControl):
-        return first["reference"]
-    inputs = {n: first[n] for n in ("normal_load", "friction_scale", "resistance_force")}
+    """Creepage that a torque holds on the rising branch."""
     here = wheelset.element.at_creepage(
-        0.0, speed=speed, normal_load=inputs["normal_load"], friction_scale=inputs["friction_scale"]
+        0.0, speed=speed, normal_load=given["normal_load"], friction_scale=given["friction_scale"]
     )
-    wanted = first["reference"]
 
-    def excess(creepage: float) -> float:
-        return float(quasi_steady_torque(wheelset, creepage, speed=speed, **inputs)) - wanted
+    def excess(creepage: ArrayLike) -> FloatArray:
+        return quasi_steady_torque(wheelset, creepage, speed=speed, **given) - torque
 
     sign = 1.0 if excess(0.0) <= 0.0 else -1.0
     ends = sign * float(here["saturation_creepage"]) * np.linspace(0.0, 2.0, 201)
-    values = sign * np.array([excess(e) for e in ends])
-    passed = np.flatnonzero(values >= 0.0)
+    passed = np.flatnonzero(sign * excess(ends) >= 0.0)
     if passed.size == 0:
+        most = torque + sign * float(np.max(sign * excess(ends)))
         raise ValueError(
-            f"drive torque = {wanted!r} at the start: no stable operating point gives more than "
-            f"{wanted + sign * float(np.max(values))!r} in that direction"
+            f"drive torque = {torque!r} at the start is out of range: the rising branch ends at "
+            f"{most:.6g}"
         )
     i = int(passed[0])
     if i == 0:
         return 0.0
-    return float(brentq(excess, min(ends[i - 1], ends[i]), max(ends[i - 1], ends[i]), xtol=1e-16))
+    return float(brentq(lambda z: float(excess(z)), ends[i - 1], ends[i], xtol=1e-16))

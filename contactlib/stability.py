@@ -7,7 +7,7 @@ enough with creepage. These are closed forms of the linearisation in `contactlib
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,16 +69,22 @@ def quasi_steady_torque(
     record = wheelset.element.at_creepage(
         zeta, speed=speed, normal_load=normal_load, friction_scale=friction_scale
     )
-    force, omega = record["creep_force"], (1.0 + zeta) * speed / wheelset.radius
-    torque = wheelset.radius * force + wheelset.damping * omega
-    if wheelset.mass is not None:
-        load = wheelset.element.contact.normal_load
-        rolling, _ = wheelset.rates(
-            speed / wheelset.radius, speed, 0.0, load, friction_scale, resistance_force
-        )
-        acceleration = force / wheelset.mass + rolling.speed_rate  # no creep force when rolling
-        torque = torque + wheelset.inertia / wheelset.radius * (1.0 + zeta) * acceleration
-    return np.asarray(torque)
+    r, force = wheelset.radius, record["creep_force"]
+    acceleration = _acceleration(wheelset, force, speed, resistance_force)
+    turning = wheelset.inertia / r * (1.0 + zeta) * acceleration
+    return np.asarray(r * force + wheelset.damping * (1.0 + zeta) * speed / r + turning)
+
+
+def _acceleration(
+    wheelset: Wheelset, creep_force: FloatArray, speed: float, resistance_force: float
+) -> FloatArray:
+    """dV/dt under a creep force [m/s2]: zero if the speed is held."""
+    if wheelset.mass is None:
+        return np.zeros_like(creep_force)
+    load = wheelset.element.contact.normal_load
+    omega = speed / wheelset.radius  # rolling without creepage, hence without creep force
+    coasting, _ = wheelset.rates(omega, speed, 0.0, load, 1.0, resistance_force)
+    return np.asarray(creep_force / wheelset.mass + coasting.speed_rate)
 
 
 class Fold(NamedTuple):
@@ -119,35 +125,30 @@ def find_fold(
     ValueError
         If the torque has no maximum: the law does not fall, or damping outweighs its fall.
     """
+    inputs: dict[str, Any] = {
+        "speed": speed,
+        "normal_load": normal_load,
+        "friction_scale": friction_scale,
+    }
+    r, inertia, damping = wheelset.radius, wheelset.inertia, wheelset.damping
 
-    def torque(zeta: ArrayLike) -> FloatArray:
-        return quasi_steady_torque(
-            wheelset,
-            zeta,
-            speed=speed,
-            normal_load=normal_load,
-            friction_scale=friction_scale,
-            resistance_force=resistance_force,
-        )
+    def torque(zeta: float) -> float:
+        found = quasi_steady_torque(wheelset, zeta, resistance_force=resistance_force, **inputs)
+        return float(found)
 
     def torque_slope(zeta: ArrayLike) -> FloatArray:
-        record = wheelset.element.at_creepage(
-            zeta, speed=speed, normal_load=normal_load, friction_scale=friction_scale
-        )
-        r, fall = wheelset.radius, record["force_gradient"] * speed
-        slope = r * fall + wheelset.damping * speed / r
+        """Derivative of `quasi_steady_torque` to the creepage."""
+        record = wheelset.element.at_creepage(zeta, **inputs)
+        fall = record["force_gradient"] * speed  # dQ/dzeta
+        slope = r * fall + damping * speed / r
         if wheelset.mass is not None:
-            turning = (torque(zeta) - r * record["creep_force"]) / (1.0 + np.asarray(zeta))
-            turning = turning - wheelset.damping * speed / r
+            force = record["creep_force"]
+            acceleration = _acceleration(wheelset, force, speed, resistance_force)
             stretch = 1.0 + np.asarray(zeta)
-            slope = slope + turning + wheelset.inertia / r * stretch * fall / wheelset.mass
+            slope = slope + inertia / r * (acceleration + stretch * fall / wheelset.mass)
         return np.asarray(slope)
 
-    scale = float(
-        wheelset.element.at_creepage(
-            0.0, speed=speed, normal_load=normal_load, friction_scale=friction_scale
-        )["saturation_creepage"]
-    )
+    scale = float(wheelset.element.at_creepage(0.0, **inputs)["saturation_creepage"])
     grid = scale * np.geomspace(0.01, 1e5, 4001)
     slopes = torque_slope(grid)
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
@@ -165,5 +166,4 @@ def find_fold(
     fold = root(int(falling[0]))
     rising = np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))
     back = root(int(rising[0])) if rising.size else math.inf
-    return_torque = float(torque(back if rising.size else grid[-1]))
-    return Fold(fold, float(torque(fold)), back, return_torque)
+    return Fold(fold, torque(fold), back, torque(back if rising.size else grid[-1]))

@@ -120,11 +120,12 @@ def integrals_of_shear_traction(law: CarterGriffith, x: float) -> tuple[float, l
     return float(0.5 * np.pi + share.sum()), cauchy
 
 
-@pytest.mark.parametrize("k_hat", [0.0, 0.1, 0.3, 1.0, 2.0])
-@pytest.mark.parametrize("x", [0.2, 0.6, 0.9, 1.3, 1.6])
+@pytest.mark.parametrize(
+    ("k_hat", "x"),
+    [(k, x) for k in (0.0, 0.1, 0.3, 1.0, 2.0) for x in (0.2, 0.6, 0.9)]
+    + [(k, x) for k in (0.1, 0.3, 1.0, 2.0) for x in (1.3, 1.6)],  # Carter has no stick there
+)
 def test_shear_traction_integrates_to_force_and_creepage(k_hat: float, x: float) -> None:
-    if k_hat == 0.0 and x >= 1.0:
-        pytest.skip("Carter's contact has no stick zone there")
     law = CarterGriffith(k_hat=k_hat)
     force, cauchy = integrals_of_shear_traction(law, x)
     # Eq. (18): P = pi a p0/2, so Q/(f_d P) is 2/pi times the integral.
