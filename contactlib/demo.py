@@ -73,8 +73,8 @@ def run_demo(output: str | os.PathLike[str], reporter: Reporter) -> Path:
             entry = {"label": number.label, "value": number.value, "unit": number.unit}
             summary[section]["numbers"][number.key] = entry
 
-    with reporter.step("Tabulating Q(zeta) from the Carter-Griffith law"):
-        table = CreepForceTable.from_law(CarterGriffith, contact="line")
+    with reporter.step("Tabulating Q(zeta) from the Carter-Griffith law") as progress:
+        table = CreepForceTable.from_law(CarterGriffith, contact="line", progress=progress)
         table.save(folder / "creep_table.bin")
     report("table", "Table of the Carter-Griffith law", _table_numbers(table))
 

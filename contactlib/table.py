@@ -67,7 +67,7 @@ class CreepForceTable:
         law_type: Callable[..., Law],
         *,
         target: float = 1e-8,
-        progress: Callable[[str], object] = lambda message: None,
+        progress: Callable[[float], object] = lambda part: None,
         **options: Any,
     ) -> CreepForceTable:
         """Tabulate a law for all k_hat from 0 to 2 and certify the result.
@@ -79,7 +79,7 @@ class CreepForceTable:
         target : float
             Largest error of the traction ratio to accept [1]; the slope's is 1e-4.
         progress : callable
-            Is told of every grid tried.
+            Is told what part of the certificate's points the law has been solved at.
         **options
             Handed to `law_type`.
 
@@ -94,12 +94,11 @@ class CreepForceTable:
         def law_at(k_hat: float) -> Law:
             return law_type(k_hat=k_hat, **options)
 
-        reference = _reference_values(law_at)
+        reference = _reference_values(law_at, progress)
         for cells_u, cells_k in GRIDS:
             coefficients = _fit(law_at, cells_u, cells_k)
             draft = cls(_pack(name, cells_u, cells_k, (0.0, 0.0, 0), coefficients))
             certificate = draft._errors_against(reference)
-            progress(f"{cells_u} x {cells_k} correction cells: error {certificate[0]:.1e}")
             if certificate[0] <= target and certificate[1] <= SLOPE_TARGET:
                 return cls(_pack(name, cells_u, cells_k, certificate, coefficients))
         raise ValueError(
@@ -190,15 +189,20 @@ class CreepForceTable:
 _Reference = tuple[float, FloatArray, FloatArray, FloatArray]
 
 
-def _reference_values(law_at: Callable[[float], Law]) -> list[_Reference]:
+def _reference_values(
+    law_at: Callable[[float], Law], progress: Callable[[float], object]
+) -> list[_Reference]:
     """Values of the law on the certificate's points, none of which is a node of any grid."""
-    rows = []
     # Irrational fractions of the table's axes; the ends are its real borders.
-    for k_hat in (0.0, *K_MAX * _off_nodes(96) ** 2, *np.geomspace(1e-12, 1e-3, 10), K_MAX):
-        law = law_at(float(k_hat))
-        in_cells = kernel.table_nodes(_off_nodes(1500), float(k_hat)).normalized_creepage
+    inner = K_MAX * _off_nodes(96) ** 2
+    k_hats = [0.0, *np.geomspace(1e-12, 1e-3, 10).tolist(), *inner.tolist(), K_MAX]
+    rows = []
+    for row, k_hat in enumerate(k_hats):
+        law = law_at(k_hat)
+        in_cells = kernel.table_nodes(_off_nodes(1500), k_hat).normalized_creepage
         x = np.concatenate([in_cells, np.geomspace(1e-12, 1e6, 500), [0.0, 1.0]])
-        rows.append((float(k_hat), x, law.traction_ratio(x), law.slope(x)))
+        rows.append((k_hat, x, law.traction_ratio(x), law.slope(x)))
+        progress((row + 1) / len(k_hats))
     return rows
 
 
