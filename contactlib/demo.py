@@ -15,6 +15,7 @@ import numpy as np
 from contactlib import figures
 from contactlib.controllers import Controller
 from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
+from contactlib.element import process_zone_ratio
 from contactlib.export import export_fmu
 from contactlib.files import write_whole
 from contactlib.laws import CarterGriffith
@@ -202,7 +203,7 @@ def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterato
     yield Number(
         "process_zone_ratio",
         "process zone ratio (the law's limit: below 0.5)",
-        float(element.at_creepage(0.0, speed=1.0)["process_zone_ratio"]),
+        process_zone_ratio(element.contact, element.friction),
         "1",
     )
 

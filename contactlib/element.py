@@ -17,7 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from contactlib import kernel
 from contactlib.friction import Friction
 from contactlib.hertz import LineContact
-from contactlib.parameters import FINITE, FloatArray, Limits, Parameters, Quantity, checked
+from contactlib.parameters import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    Limits,
+    Parameters,
+    Quantity,
+    checked,
+)
 from contactlib.table import CreepForceTable
 
 PROCESS_ZONE_LIMIT = 0.5
@@ -179,6 +187,16 @@ class ForceElement(Parameters):
         return saturation_creepage(
             self.contact, self.friction, slope_reduction=self.slope_reduction
         )
+
+    def saturation_creepage_at(
+        self, *, normal_load: float | None = None, friction_scale: float = 1.0
+    ) -> float:
+        """zeta0 at a load above zero [N] and a friction scale [1]."""
+        load = self.contact.normal_load if normal_load is None else normal_load
+        checked("normal_load", load, POSITIVE)
+        checked("friction_scale", friction_scale, POSITIVE)
+        scales = kernel.contact_scales(self.parameters, load, friction_scale)
+        return float(scales.saturation_creepage)
 
     def evaluate(
         self,

@@ -188,11 +188,13 @@ def force_output_dtype() -> np.dtype[np.void]:
     return _struct_dtype("force_element_output")
 
 
-def contact_scales(parameters: Mapping[str, float], normal_load: float) -> Any:
+def contact_scales(
+    parameters: Mapping[str, float], normal_load: float, friction_scale: float = 1.0
+) -> Any:
     """Struct of the saturation creepage, k_hat and process zone ratio at a load above zero."""
     lib, scales = library(), ffi.new("contact_scales *")
     given = ffi.new("force_element_parameters *", dict(parameters))
-    lib.force_element_scales(given, normal_load, 1.0, scales)
+    lib.force_element_scales(given, normal_load, friction_scale, scales)
     return scales
 
 

@@ -232,8 +232,9 @@ def _build_model(data: dict[str, Any], table: CreepForceTable | None) -> Model:
     contact_section = _read("contact", ContactSection, data)
     friction_section = _read("friction", FrictionSection, data)
     body = _read("wheelset", WheelsetSection, data)
-    with _named("friction"):
+    with _named("contact"):
         contact = contact_section.build()
+    with _named("friction"):
         friction = friction_section.build(contact)
     with _named("wheelset"):
         element = ForceElement(

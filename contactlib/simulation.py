@@ -370,15 +370,15 @@ def _creepage_at_torque(
     wheelset: Wheelset, torque: float, speed: float, given: Mapping[str, float]
 ) -> float:
     """Creepage that a torque holds on the rising branch."""
-    here = wheelset.element.at_creepage(
-        0.0, speed=speed, normal_load=given["normal_load"], friction_scale=given["friction_scale"]
+    scale = wheelset.element.saturation_creepage_at(
+        normal_load=given["normal_load"], friction_scale=given["friction_scale"]
     )
 
     def excess(creepage: ArrayLike) -> FloatArray:
         return quasi_steady_torque(wheelset, creepage, speed=speed, **given) - torque
 
     sign = 1.0 if excess(0.0) <= 0.0 else -1.0
-    ends = sign * float(here["saturation_creepage"]) * np.linspace(0.0, 2.0, 201)
+    ends = sign * scale * np.linspace(0.0, 2.0, 201)
     passed = np.flatnonzero(sign * excess(ends) >= 0.0)
     if passed.size == 0:
         most = torque + sign * float(np.max(sign * excess(ends)))

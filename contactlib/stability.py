@@ -148,7 +148,9 @@ def find_fold(
             slope = slope + inertia / r * (acceleration + stretch * fall / wheelset.mass)
         return np.asarray(slope)
 
-    scale = float(wheelset.element.at_creepage(0.0, **inputs)["saturation_creepage"])
+    scale = wheelset.element.saturation_creepage_at(
+        normal_load=normal_load, friction_scale=friction_scale
+    )
     grid = scale * np.geomspace(0.01, 1e5, 4001)
     slopes = torque_slope(grid)
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))

@@ -231,28 +231,23 @@ class Wheelset(Parameters):
             wanted = "is needed: the speed is held" if speed is None else "is found, not given"
             raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
 
+        load = self._load(normal_load)
+        scale = self.element.saturation_creepage_at(normal_load=load, friction_scale=friction_scale)
+
         def point(x: float) -> OperatingPoint | None:
-            at = (
-                speed
-                if speed is not None
-                else self._free_speed(x * scale, load, friction_scale, resistance_force)
-            )
+            creepage, at = x * scale, speed
+            if at is None:
+                at = self._free_speed(creepage, load, friction_scale, resistance_force)
             if at is None:
                 return None
             return self.balanced(
-                creepage=x * scale, speed=at, normal_load=load, friction_scale=friction_scale
+                creepage=creepage, speed=at, normal_load=load, friction_scale=friction_scale
             )
 
         def excess(x: float) -> float:
             found = point(x)
             return np.nan if found is None else found.drive_torque - drive_torque
 
-        load = self._load(normal_load)
-        scale = float(
-            self.element.at_creepage(
-                0.0, speed=1.0, normal_load=load, friction_scale=friction_scale
-            )["saturation_creepage"]
-        )
         positive = np.geomspace(1e-9, 1e7, 1601)
         grid = np.concatenate([-positive[::-1], [0.0], positive])
         values = np.array([excess(x) for x in grid])

@@ -37,7 +37,7 @@ static double fourth_root(double v) { return sqrt(sqrt(v)); }
  * the right below, from the left above. */
 static const double INFLEXION_T = 0.88011173679339345; /* (3/5)^(1/4), where m = 3/8 */
 
-/* A start within some 10 % of the root. */
+/* A start from which Newton's method takes two to five steps. */
 static double start_value(double x, double k) {
     if (x <= 0.375 + k * INFLEXION_T) { /* m or y alone gives an upper bound of t: blend them */
         double linear = x / k;
