@@ -71,8 +71,9 @@ def _solve_split(x: FloatArray, k_hat: float) -> _Split:
         inside = (newton >= lower) & (newton <= upper)
         step = np.where(inside, newton, 0.5 * (lower + upper)) - log_t
         log_t = log_t + step
-        # A step of rounding size ends the search; the stated accuracy needs no smaller one.
-        if np.all(zero | (np.abs(step) <= 4e-16 * np.maximum(1.0, np.abs(log_t)))):
+        # Rounding is reached in ln(t), or in x where x hardly depends on t.
+        small = np.abs(step) <= 4e-16 * np.maximum(1.0, np.abs(log_t))
+        if np.all(zero | small | (np.abs(residual) <= 4e-16 * x)):
             break
     return _split(np.where(zero, 0.0, np.exp(log_t)), k_hat)
 
