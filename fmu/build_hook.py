@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import os
 import platform
 import subprocess
 import sys
@@ -94,7 +95,11 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
     if target.suffix == ".so":
         command += ["-fPIC", "-lm"]
     flags = [*compiler_flags(), *extra_flags]
-    subprocess.run([*command, *flags, *sources, "-o", str(library)], check=True)
+    environment = dict(os.environ)
+    if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
+        # Without a home folder Zig has no place for its cache.
+        environment.setdefault("ZIG_GLOBAL_CACHE_DIR", f"{tempfile.gettempdir()}/zig-cache")
+    subprocess.run([*command, *flags, *sources, "-o", str(library)], check=True, env=environment)
 
 
 def build_library(name: str) -> Path:
