@@ -14,13 +14,17 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 
-class _Command(click.Group):
+class _Group(click.Group):
     """Turns what a user can get wrong into one line on stderr and exit status 2."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
+        def show(message: Warning | str, *_: object, **__: object) -> None:
+            click.echo(f"warning: {message}", err=True)
+
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = show
+                return super().invoke(ctx)
         except (click.exceptions.Exit, click.exceptions.Abort):  # RuntimeErrors of click's own
             raise
         except (ValueError, OSError, RuntimeError) as error:
@@ -63,7 +67,7 @@ def _output_option(default: str, what: str) -> Callable[[Callable[..., Any]], Ca
     )
 
 
-@click.group(cls=_Command, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="contactlib", prog_name="contactlib")
 def main() -> None:
     """Creep force element for vehicle dynamics: from the law to a running FMU.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,7 +66,7 @@ def run_demo(output: str | os.PathLike[str], reporter: Reporter) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     summary: dict[str, Any] = {}
 
-    def report(section: str, heading: str, numbers: Iterator[Number]) -> None:
+    def report(section: str, heading: str, numbers: Iterable[Number]) -> None:
         reporter.heading(heading)
         summary[section] = {"title": heading, "numbers": {}}
         for number in numbers:
@@ -98,7 +98,7 @@ def run_demo(output: str | os.PathLike[str], reporter: Reporter) -> Path:
     fmu = export_fmu(models[rig], folder / "CreepForceElement.fmu")
     with reporter.step(f"{models[rig].name}: the force from {fmu.name}, run by FMPy") as progress:
         numbers = list(_fmu_numbers(folder, fmu, models[rig], held[rig], progress))
-    report("fmu", "The FMU as the force of the wheelset on the roller rig", iter(numbers))
+    report("fmu", "The FMU as the force of the wheelset on the roller rig", numbers)
 
     return write_whole(folder / "summary.json", json.dumps(summary, indent=2).encode() + b"\n")
 

@@ -236,7 +236,7 @@ class ForceElement(Parameters):
             "normal_load": self.contact.normal_load if normal_load is None else normal_load,
             "friction_scale": friction_scale,
         }
-        limits = {v.name: v.limits for v in kernel.force_element_variables()}
+        limits = kernel.force_input_limits()
         arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
         shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
         inputs = np.empty(shape, dtype=kernel.force_input_dtype())

@@ -176,11 +176,11 @@ def model_description(model: Model) -> bytes:
                 **attributes,
             },
         )
-        kind = {} if boolean else {"unit": v.unit}
+        typed = {} if boolean else {"unit": v.unit}
         if v.role != "output":
-            kind["min"], kind["max"] = repr(v.limits.at_least), repr(v.limits.at_most)
-            kind["start"] = repr(values[v.name])
-        ElementTree.SubElement(scalar, "Boolean" if boolean else "Real", kind)
+            typed["min"], typed["max"] = repr(v.limits.at_least), repr(v.limits.at_most)
+            typed["start"] = repr(values[v.name])
+        ElementTree.SubElement(scalar, "Boolean" if boolean else "Real", typed)
     structure = ElementTree.SubElement(root, "ModelStructure")
     for group in ("Outputs", "InitialUnknowns"):
         unknowns = ElementTree.SubElement(structure, group)

@@ -19,12 +19,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from contactlib.files import write_whole
+from contactlib.parameters import FloatArray
 from contactlib.simulation import Result
 from contactlib.stability import Fold, find_fold, quasi_steady_torque
 from contactlib.wheelset import Wheelset
 
 # Colours that colour-blind readers can tell apart (Okabe & Ito).
-BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#6E6E6E"
+BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#6E6E6E"
+DASHED = (0, (4, 1.5))
 STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.titlesize": 11,
@@ -63,28 +65,19 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     element = wheelset.element
     fold = find_fold(wheelset, speed=speed)
     far = 5.0 * element.saturation_creepage
-    zeta = np.union1d(np.linspace(0.0, far, 1200), [fold.creepage])
+    zeta = _with_fold(np.linspace(0.0, far, 1200), fold)
     record = element.at_creepage(zeta, speed=speed)
-    mu, stable = record["traction_coefficient"], zeta <= fold.creepage
-    unstable = (zeta >= fold.creepage) & (zeta <= fold.return_creepage)
+    mu = record["traction_coefficient"]
     kinetic = element.friction.kinetic
     carter = element.table.traction_ratio(record["normalized_creepage"], 0.0)
     with mpl.rc_context(STYLE):
         figure, axes = _new_figure(7.2, 4.4)
         axes.plot(zeta, kinetic * carter, color=GREY, lw=1.2, label="Carter (Coulomb friction)")
-        axes.plot(zeta[stable], mu[stable], color=BLUE, label="stable under torque control")
-        axes.plot(
-            zeta[unstable],
-            mu[unstable],
-            color=ORANGE,
-            ls=(0, (4, 1.5)),
-            label="unstable under torque control",
-        )
-        beyond = zeta >= fold.return_creepage
-        if beyond.any():  # only damping makes it so: the torque rises again with the speed
-            axes.plot(zeta[beyond], mu[beyond], color=BLUE)
-            _mark(axes, zeta[beyond][0], mu[beyond][0], "return", (0, 9), ha="center")
-        _mark(axes, fold.creepage, mu[stable][-1], "fold", (0, 9), ha="center")
+        _branches(axes, zeta, mu, zeta, fold)
+        for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
+            if creepage <= far:
+                height = float(np.interp(creepage, zeta, mu))
+                _mark(axes, creepage, height, text, (0, 9), ha="center")
         axes.axhline(kinetic, color=GREY, lw=0.8, ls=":")
         axes.annotate(
             f"kinetic friction $f_d$ = {kinetic:g}",
@@ -132,7 +125,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
             for row, (name, scale, label) in enumerate(rows):
                 axes, values = grid[row, column], scale * run[name]
                 axes.plot(run.time, np.where(falls, np.nan, values), color=BLUE, lw=1.6)
-                axes.plot(run.time, np.where(meets, values, np.nan), color=ORANGE, ls=(0, (4, 1.5)))
+                axes.plot(run.time, np.where(meets, values, np.nan), color=ORANGE, ls=DASHED)
                 axes.set_ylabel(label)
                 event = run.first("peak_passed")
                 if event is not None:
@@ -156,7 +149,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         )
         grid[1, 1].legend(loc="lower right")
         grid[1, 1].set_ylim(bottom=0.0)
-        lines = (("rising branch", BLUE, "-"), ("falling branch", ORANGE, (0, (4, 1.5))))
+        lines = (("rising branch", BLUE, "-"), ("falling branch", ORANGE, DASHED))
         handles = [Line2D([], [], color=color, ls=ls, label=label) for label, color, ls in lines]
         figure.legend(handles=handles, loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.005))
         figure.suptitle(title, x=0.01, ha="left")
@@ -170,14 +163,11 @@ def fold_diagram(
     fold = find_fold(wheelset, speed=speed)
     scale = wheelset.element.saturation_creepage
     top = max(10.0, 1.3 * float(torque_run["creepage"].max()))
-    zeta = np.union1d(
-        np.geomspace(0.2 * scale, top, 2000),
-        [z for z in (fold.creepage, fold.return_creepage) if np.isfinite(z)],
-    )
+    zeta = _with_fold(np.geomspace(0.2 * scale, top, 2000), fold)
     torque = quasi_steady_torque(wheelset, zeta, speed=speed) / 1e3
     with mpl.rc_context(STYLE):
         figure, axes = _new_figure(7.6, 5.2)
-        _branches(axes, zeta, torque, fold)
+        _branches(axes, torque, zeta, zeta, fold)
         run = torque_run
         shown = run["creepage"] > 0.2 * scale
         axes.plot(
@@ -189,10 +179,9 @@ def fold_diagram(
         )
         for part in (0.3, 0.75):
             _arrow(axes, run, part)
-        late = creep_run.time > 0.5 * creep_run.time[-1]
         _mark(
             axes,
-            float(creep_run["drive_torque"][late][-1]) / 1e3,
+            float(creep_run["drive_torque"][-1]) / 1e3,
             float(creep_run["creepage"][-1]),
             "held by creep control",
             (-14, -4),
@@ -218,20 +207,29 @@ def fold_diagram(
     return figure
 
 
-def _branches(axes: Axes, zeta: Any, torque: Any, fold: Fold) -> None:
-    lower = zeta <= fold.creepage
-    middle = (zeta >= fold.creepage) & (zeta <= fold.return_creepage)
-    upper = zeta >= fold.return_creepage
-    axes.plot(torque[lower], zeta[lower], color=BLUE, label="stable at constant torque")
-    axes.plot(
-        torque[middle],
-        zeta[middle],
-        color=ORANGE,
-        ls=(0, (4, 1.5)),
-        label="unstable at constant torque",
+def _with_fold(zeta: FloatArray, fold: Fold) -> FloatArray:
+    """Creepages that also hold the ends of the branches, so that the lines meet there."""
+    ends = [z for z in (fold.creepage, fold.return_creepage) if z <= zeta[-1]]
+    return np.union1d(zeta, ends)
+
+
+def _branches(axes: Axes, x: FloatArray, y: FloatArray, zeta: FloatArray, fold: Fold) -> None:
+    """A curve over creepage, by what a constant torque can hold.
+
+    Beyond the return it can again: only damping makes it so, as its torque rises with the speed.
+    """
+    parts = (
+        (zeta <= fold.creepage, BLUE, "-", "stable at constant torque"),
+        (
+            (zeta >= fold.creepage) & (zeta <= fold.return_creepage),
+            ORANGE,
+            DASHED,
+            "unstable at constant torque",
+        ),
+        (zeta >= fold.return_creepage, BLUE, "-", None),
     )
-    if upper.any():
-        axes.plot(torque[upper], zeta[upper], color=BLUE)
+    for part, color, style, label in parts:
+        axes.plot(x[part], y[part], color=color, ls=style, label=label)
 
 
 def _arrow(axes: Axes, run: Result, part: float) -> None:

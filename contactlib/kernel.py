@@ -170,6 +170,12 @@ def force_element_variables() -> tuple[Variable, ...]:
     )
 
 
+@cache
+def force_input_limits() -> Mapping[str, Limits]:
+    """Limits of the force element's inputs, by name."""
+    return {v.name: v.limits for v in force_element_variables() if v.role == "input"}
+
+
 def _struct_dtype(name: str) -> np.dtype[np.void]:
     library()
     fields = ffi.typeof(name).fields

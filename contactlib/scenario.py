@@ -10,7 +10,8 @@ from __future__ import annotations
 import difflib
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from pathlib import Path
@@ -184,10 +185,11 @@ def line_table() -> CreepForceTable:
 
 
 def model_path(name: str | os.PathLike[str]) -> Path:
-    """A file of this path or, failing that, of this name among the models that are shipped."""
+    """A file of this path or, failing that, a shipped one: ``x.toml`` or ``models/x.toml``."""
     path = Path(name)
     shipped = package_folder("models") / path.name
-    return shipped if not path.exists() and shipped.is_file() else path
+    meant = path in (Path(path.name), Path("models") / path.name)
+    return shipped if meant and not path.exists() and shipped.is_file() else path
 
 
 def load_model(path: str | os.PathLike[str], *, table: CreepForceTable | None = None) -> Model:
@@ -267,22 +269,17 @@ def _build_model(data: dict[str, Any], table: CreepForceTable | None) -> Model:
     )
 
 
-class _named:  # noqa: N801 - reads as a statement: with _named("friction"): ...
+@contextmanager
+def _named(section: str) -> Iterator[None]:
     """Put the section's name before any ValueError from inside."""
-
-    def __init__(self, section: str) -> None:
-        self._section = section
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, ValueError):
-            message = str(error)
-            name, dot, rest = message.partition(".")
-            if dot and name.isidentifier() and name[0].isupper():  # Class.argument: the key
-                message = rest
-            raise ValueError(f"{self._section}.{message}") from None
+    try:
+        yield
+    except ValueError as error:
+        message = str(error)
+        name, dot, rest = message.partition(".")
+        if dot and name.isidentifier() and name[0].isupper():  # Class.argument: the key
+            message = rest
+        raise ValueError(f"{section}.{message}") from None
 
 
 Section = TypeVar("Section", bound=Parameters)

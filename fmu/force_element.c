@@ -86,14 +86,10 @@ const model_variable *force_element_invalid(const force_element *element, variab
     return NULL;
 }
 
-static double friction_drop(const force_element_parameters *p, double friction_scale) {
-    return friction_scale * (p->static_friction - p->kinetic_friction);
-}
-
 void force_element_scales(const force_element_parameters *p, double normal_load,
                           double friction_scale, contact_scales *scales) {
     double kinetic = friction_scale * p->kinetic_friction;
-    double drop = friction_drop(p, friction_scale);
+    double drop = friction_scale * (p->static_friction - p->kinetic_friction);
     double growth = pow(normal_load / p->nominal_load, p->load_exponent);
     double semi_width = p->semi_width * growth, pressure = p->peak_pressure * growth;
     double modulus = p->contact_modulus, width_load = semi_width * pressure;

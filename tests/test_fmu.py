@@ -18,6 +18,8 @@ from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 import contactlib as cl
 from contactlib import kernel
 
+BOOLEANS = ("falling_branch", "speed_regularized", "k_hat_limited", "force_limited")
+
 
 @pytest.fixture(scope="module")
 def fmu(rig: cl.Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -104,9 +106,6 @@ def test_outputs_at_initialisation_are_the_kernel_s(slave: Slave, rig: cl.Model)
     assert len(reals) == 9
 
 
-BOOLEANS = ("falling_branch", "speed_regularized", "k_hat_limited", "force_limited")
-
-
 def test_booleans(slave: Slave) -> None:
     slave.start()
     references = [slave.references[n] for n in BOOLEANS]
@@ -159,6 +158,26 @@ def test_exchange_converges_to_the_stiff_solver_with_first_order(rig: cl.Model) 
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert order == pytest.approx(1.0, abs=0.1)
     assert errors[1] < 1e-4
+
+
+def test_exchange_is_stable_up_to_twice_the_inverse_slip_pole(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point = body.balanced(creepage=0.002, speed=10.0)
+    gradient = point.creep_force_slope / point.speed
+    pole = gradient * body.radius**2 / body.inertia + body.damping / body.inertia
+    for factor, grows in ((0.97, False), (1.03, True)):
+        step = factor * 2.0 / pole
+        run = cl.cosimulate(
+            body,
+            cl.KernelSource(body.element),
+            cl.TorqueControl(cl.Profile.of(point.drive_torque)),
+            duration=200 * step,
+            step=step,
+            initial_speed=10.0,
+            initial_creepage=0.002 * (1.0 + 1e-6),
+        )
+        away = np.abs(run["omega"] - point.omega)
+        assert (away[-1] > away[0]) == grows
 
 
 def test_fmpy_runs_it_alone(fmu: Path, rig: cl.Model) -> None:

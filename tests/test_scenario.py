@@ -119,6 +119,12 @@ def test_units_are_converted(tmp_path: Path, table: cl.CreepForceTable) -> None:
     assert model.wheelset.radius == 0.5
 
 
+def test_a_shipped_model_never_stands_in_for_a_missing_file(table: cl.CreepForceTable) -> None:
+    with pytest.raises(FileNotFoundError, match="elsewhere"):
+        cl.load_model("elsewhere/roller_rig.toml", table=table)
+    assert cl.load_model("roller_rig.toml", table=table).name == "Wheelset on a roller rig"
+
+
 def test_missing_file_names_it(table: cl.CreepForceTable) -> None:
     with pytest.raises(FileNotFoundError, match=r"no_such\.toml"):
         cl.load_model("no_such.toml", table=table)
