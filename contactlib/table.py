@@ -28,7 +28,7 @@ from contactlib.parameters import FINITE, FloatArray, Limits, checked
 
 MAGIC, VERSION, NAME_SIZE = b"CREEPTAB", 1, 64
 K_MAX = 2.0
-GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 96), (384, 192))
+GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
 SLOPE_TARGET = 1e-4
 
 
