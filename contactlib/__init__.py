@@ -19,8 +19,8 @@ from contactlib.element import (
     saturation_creepage,
 )
 from contactlib.export import export_fmu
-from contactlib.friction import Friction
-from contactlib.hertz import LineContact, Material
+from contactlib.friction import EXPONENTIAL, Friction, Weakening
+from contactlib.hertz import EllipticContact, LineContact, Material
 from contactlib.laws import CarterGriffith
 from contactlib.scenario import Model, ModelError, load_model
 from contactlib.simulation import Event, Result, simulate
@@ -35,9 +35,11 @@ from contactlib.table import CreepForceTable
 from contactlib.wheelset import OperatingPoint, Resistance, Wheelset
 
 __all__ = [
+    "EXPONENTIAL",
     "CarterGriffith",
     "CreepControl",
     "CreepForceTable",
+    "EllipticContact",
     "Event",
     "FmuSource",
     "Fold",
@@ -54,6 +56,7 @@ __all__ = [
     "Resistance",
     "Result",
     "TorqueControl",
+    "Weakening",
     "Wheelset",
     "cosimulate",
     "creep_control_gain",

@@ -1,6 +1,6 @@
 """The normal contact problem: Hertzian contact of a wheel on a rail or roller.
 
-Equations (4) and (5) are those of Ciavarella, Romano & Barber, "Rolling of a cylinder with
+Equations (4), (5) and (20) are those of Ciavarella, Romano & Barber, "Rolling of a cylinder with
 slip-dependent friction: the Carter solution revisited"; they are Hertz's.
 """
 
@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
+
+from scipy.optimize import brentq
+from scipy.special import elliprd
 
 from contactlib.parameters import POSITIVE, Parameters, Quantity, checked
 
@@ -115,3 +119,112 @@ class LineContact(Parameters):
     def peak_pressure(self) -> float:
         """Largest pressure at the nominal load, p0 [Pa]."""
         return 2.0 * self.normal_load_per_length / (math.pi * self.semi_width)  # Eq. (5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EllipticContact(Parameters):
+    """Two curved surfaces that touch in an ellipse, with its axes along and across rolling.
+
+    Parameters
+    ----------
+    normal_load : float
+        P at the nominal state [N].
+    radius_x, radius_y : float
+        Relative principal radii of the two surfaces in the rolling direction x and across it [m].
+    contact_modulus : float
+        E*, Eq. (4) [Pa].
+
+    Notes
+    -----
+    The pressure p0 sqrt(1 - (x/a)**2 - (y/b)**2) must flatten both curvatures:
+
+        1/R_x = P R_D(0, b**2, a**2)/(pi E*),    1/R_y = P R_D(0, a**2, b**2)/(pi E*)
+
+    with Carlson's complete elliptic integral R_D, which needs no case for the longer axis and
+    keeps its digits in any ellipse. Away from the nominal load, semi-axes and peak pressure grow
+    like the load to the power `load_exponent`.
+
+    Examples
+    --------
+    >>> ball = EllipticContact(
+    ...     normal_load=100e3, radius_x=0.5, radius_y=0.5, contact_modulus=115.4e9)
+    >>> round(1e3 * ball.semi_axis_x, 3), round(1e3 * ball.semi_axis_y, 3)
+    (6.875, 6.875)
+    """
+
+    normal_load: Annotated[float, Quantity("N", above=0.0)]
+    radius_x: Annotated[float, Quantity("m", above=0.0)]
+    radius_y: Annotated[float, Quantity("m", above=0.0)]
+    contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+
+    load_exponent = 1.0 / 3.0
+
+    @classmethod
+    def from_semi_axes(
+        cls, *, semi_axis_x: float, semi_axis_y: float, normal_load: float, contact_modulus: float
+    ) -> EllipticContact:
+        """Make the contact whose semi-axes are a along and b across rolling [m] under a load [N].
+
+        Examples
+        --------
+        >>> contact = EllipticContact.from_semi_axes(
+        ...     semi_axis_x=6.304e-3, semi_axis_y=12.61e-3, normal_load=106.7e3,
+        ...     contact_modulus=113.9e9)
+        >>> round(contact.semi_axis_y, 12), round(contact.peak_pressure / 1e6, 1)
+        (0.01261, 640.9)
+        """
+        arguments = {
+            "semi_axis_x": semi_axis_x,
+            "semi_axis_y": semi_axis_y,
+            "normal_load": normal_load,
+            "contact_modulus": contact_modulus,
+        }
+        for name, value in arguments.items():
+            checked(name, value, POSITIVE)
+        stiffness = math.pi * contact_modulus / normal_load
+        xx, yy = semi_axis_x**2, semi_axis_y**2
+        return cls(
+            normal_load=normal_load,
+            radius_x=stiffness / float(elliprd(0.0, yy, xx)),
+            radius_y=stiffness / float(elliprd(0.0, xx, yy)),
+            contact_modulus=contact_modulus,
+        )
+
+    @cached_property
+    def _semi_axes(self) -> tuple[float, float]:
+        """Semi-axes a and b at the nominal load [m]."""
+        log_radii = math.log(self.radius_y) - math.log(self.radius_x)
+
+        def excess(log_aspect: float) -> float:  # of ln(R_y/R_x) at ln(b/a); it rises
+            g = math.exp(log_aspect)
+            return math.log(elliprd(0.0, g, 1.0 / g) / elliprd(0.0, 1.0 / g, g)) - log_radii
+
+        # b/a is between the powers 1/2 and 2/3 of R_y/R_x, or of its inverse.
+        bound = 0.7 * abs(log_radii) + 1e-3
+        g = math.exp(brentq(excess, -bound, bound, xtol=1e-15, rtol=1e-15))
+        compliance = self.normal_load / (math.pi * self.contact_modulus)
+        mean = math.cbrt(compliance * self.radius_x * float(elliprd(0.0, g, 1.0 / g)))
+        return mean / math.sqrt(g), mean * math.sqrt(g)
+
+    @property
+    def semi_axis_x(self) -> float:
+        """Semi-axis in the rolling direction at the nominal load, a [m]."""
+        return self._semi_axes[0]
+
+    @property
+    def semi_axis_y(self) -> float:
+        """Semi-axis across the rolling direction at the nominal load, b [m]."""
+        return self._semi_axes[1]
+
+    @property
+    def semi_width(self) -> float:
+        """Half the contact width in the rolling direction, a [m]: `semi_axis_x`."""
+        return self.semi_axis_x
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure at the nominal load, p0 [Pa]."""
+        return 1.5 * self.normal_load / (math.pi * self.semi_axis_x * self.semi_axis_y)  # Eq. (20)
+
+
+Contact = LineContact | EllipticContact
