@@ -7,16 +7,16 @@ drives the vehicle forward.
 from __future__ import annotations
 
 import warnings
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlib import kernel
 from contactlib.friction import Friction
-from contactlib.hertz import LineContact
+from contactlib.hertz import Contact
 from contactlib.parameters import (
     FINITE,
     POSITIVE,
@@ -36,12 +36,14 @@ class ProcessZoneWarning(UserWarning):
 
 
 def _contact_parameters(
-    contact: LineContact, friction: Friction, slope_reduction: float
+    contact: Contact, friction: Friction, slope_reduction: float
 ) -> dict[str, float]:
     return {
         "static_friction": friction.static,
         "kinetic_friction": friction.kinetic,
         "weakening_length": friction.weakening_length,
+        "slip_rate_residual": friction.slip_rate_residual,
+        "slip_rate_decay": friction.slip_rate_decay,
         "slope_reduction": slope_reduction,
         "semi_width": contact.semi_width,
         "peak_pressure": contact.peak_pressure,
@@ -51,24 +53,29 @@ def _contact_parameters(
     }
 
 
-def _scale(name: str, contact: LineContact, friction: Friction, slope_reduction: float) -> float:
+def _scale(name: str, contact: Contact, friction: Friction, slope_reduction: float) -> float:
     parameters = _contact_parameters(contact, friction, slope_reduction)
     return float(getattr(kernel.contact_scales(parameters, contact.normal_load), name))
 
 
 def saturation_creepage(
-    contact: LineContact, friction: Friction, *, slope_reduction: float = 1.0
+    contact: Contact, friction: Friction, *, slope_reduction: float = 1.0
 ) -> float:
-    """zeta0 = f_d a/R at the nominal load, over the slope reduction [1], Eq. (15)."""
+    """zeta0 = 2 f_d p0/E* at the nominal load, over the slope reduction [1], Eq. (15).
+
+    For a line contact that is f_d a/R. The slip speed is zero here, as in all of this module's
+    scales: friction that falls with it by g makes zeta0 g times as large.
+    """
     checked("slope_reduction", slope_reduction, Limits(above=0.0, at_most=1.0))
     return _scale("saturation_creepage", contact, friction, slope_reduction)
 
 
-def k_hat(contact: LineContact, friction: Friction) -> float:
+def k_hat(contact: Contact, friction: Friction) -> float:
     """Largest normalized stress-intensity factor at the nominal load [1], Eq. (17).
 
     Examples
     --------
+    >>> from contactlib.hertz import LineContact
     >>> contact = LineContact.from_semi_width(
     ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3)
     >>> round(k_hat(contact, Friction(static=0.45, kinetic=0.21, weakening_length=1.3e-6)), 3)
@@ -77,7 +84,7 @@ def k_hat(contact: LineContact, friction: Friction) -> float:
     return _scale("k_hat", contact, friction, 1.0)
 
 
-def process_zone_ratio(contact: LineContact, friction: Friction) -> float:
+def process_zone_ratio(contact: Contact, friction: Friction) -> float:
     """Length of the weakening zone over the contact semi-width, at the nominal load [1].
 
     2 pi k_hat**2 (f_d/(f_s - f_d))**2. The Carter-Griffith law is the limit of zero; above 0.5
@@ -87,9 +94,18 @@ def process_zone_ratio(contact: LineContact, friction: Friction) -> float:
 
 
 def friction_with_k_hat(
-    contact: LineContact, *, k_hat: float, static: float, kinetic: float
+    contact: Contact, *, k_hat: float, static: float, kinetic: float, **others: Any
 ) -> Friction:
     """Friction whose weakening length gives `k_hat` in `contact` at its nominal load.
+
+    Parameters
+    ----------
+    contact : LineContact or EllipticContact
+        Where.
+    k_hat, static, kinetic : float
+        Largest normalized stress-intensity factor, coefficients [1].
+    **others
+        Further fields of `Friction`.
 
     Raises
     ------
@@ -97,12 +113,12 @@ def friction_with_k_hat(
         If a value is out of range, or `k_hat` is above zero and `static` equals `kinetic`.
     """
     checked("k_hat", k_hat, Limits(at_least=0.0))
-    of_one_metre = Friction(static=static, kinetic=kinetic, weakening_length=1.0)
+    of_one_metre = Friction(static=static, kinetic=kinetic, weakening_length=1.0, **others)
     if k_hat > 0.0 and static == kinetic:
         raise ValueError(f"k_hat = {k_hat!r} needs static > kinetic = {kinetic!r}")
     reference = _scale("k_hat", contact, of_one_metre, 1.0)
     length = (k_hat / reference) ** 2 if k_hat > 0.0 else 0.0  # k_hat grows like its root
-    return Friction(static=static, kinetic=kinetic, weakening_length=length)
+    return replace(of_one_metre, weakening_length=length)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +127,11 @@ class ForceElement(Parameters):
 
     Parameters
     ----------
-    contact : LineContact
+    contact : LineContact or EllipticContact
         Geometry, modulus and nominal load.
     friction : Friction
-        Static and kinetic coefficient, weakening length.
+        Static and kinetic coefficient, weakening length, fall with slip speed. The weakening's
+        shape is the table's affair.
     table : CreepForceTable
         The law.
     radius : float
@@ -137,7 +154,7 @@ class ForceElement(Parameters):
     held there and the output ``force_limited`` is 1.
     """
 
-    contact: LineContact
+    contact: Contact
     friction: Friction
     _: KW_ONLY
     table: CreepForceTable
@@ -178,12 +195,12 @@ class ForceElement(Parameters):
 
     @property
     def k_hat(self) -> float:
-        """k_hat at the nominal load [1]."""
+        """k_hat at the nominal load and no slip speed [1]."""
         return k_hat(self.contact, self.friction)
 
     @property
     def saturation_creepage(self) -> float:
-        """zeta0 at the nominal load [1]."""
+        """zeta0 at the nominal load and no slip speed [1]."""
         return saturation_creepage(
             self.contact, self.friction, slope_reduction=self.slope_reduction
         )
@@ -191,7 +208,7 @@ class ForceElement(Parameters):
     def saturation_creepage_at(
         self, *, normal_load: float | None = None, friction_scale: float = 1.0
     ) -> float:
-        """zeta0 at a load above zero [N] and a friction scale [1]."""
+        """zeta0 at a load above zero [N], a friction scale [1], and no slip speed."""
         load = self.contact.normal_load if normal_load is None else normal_load
         checked("normal_load", load, POSITIVE)
         checked("friction_scale", friction_scale, POSITIVE)

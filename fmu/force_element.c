@@ -32,6 +32,10 @@ static const model_variable VARIABLES[] = {
      AT(parameters, load_exponent), FIXED_PARAMETER},
     {"minimum_speed", "m/s", "speed below which the creepage is regularised", 1e-9, 1e3,
      AT(parameters, minimum_speed), FIXED_PARAMETER},
+    {"slip_rate_residual", "1", "part of friction that high slip speed leaves", 1e-6, 1.0,
+     AT(parameters, slip_rate_residual), TUNABLE_PARAMETER},
+    {"slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6,
+     AT(parameters, slip_rate_decay), TUNABLE_PARAMETER},
     {"omega", "rad/s", "angular velocity of the wheel, positive when rolling forward", -1e9, 1e9,
      AT(input, omega), INPUT},
     {"speed", "m/s", "forward velocity of the wheel's centre", -1e9, 1e9, AT(input, speed), INPUT},
@@ -50,13 +54,14 @@ static const model_variable VARIABLES[] = {
      AT(output, traction_coefficient), OUTPUT},
     {"force_gradient", "N.s/m", "change of creep force with slip velocity at fixed speed", -LARGE,
      LARGE, AT(output, force_gradient), OUTPUT},
-    {"k_hat", "1", "normalized stress-intensity factor at this load and friction", 0.0, LARGE,
-     AT(output, k_hat), OUTPUT},
-    {"saturation_creepage", "1", "creepage where Carter's stick zone vanishes", 0.0, LARGE,
-     AT(output, saturation_creepage), OUTPUT},
+    {"k_hat", "1", "normalized stress-intensity factor at this load, friction and slip speed", 0.0,
+     LARGE, AT(output, k_hat), OUTPUT},
+    {"saturation_creepage", "1",
+     "creepage where Carter's stick zone vanishes, at this load, friction and slip speed", 0.0,
+     LARGE, AT(output, saturation_creepage), OUTPUT},
     {"process_zone_ratio", "1", "length of the weakening zone over semi-width; valid below 0.5",
      0.0, LARGE, AT(output, process_zone_ratio), OUTPUT},
-    {"falling_branch", "Boolean", "the force falls with creepage", 0.0, 1.0,
+    {"falling_branch", "Boolean", "the force falls with creepage at fixed speed", 0.0, 1.0,
      AT(output, falling_branch), OUTPUT},
     {"speed_regularized", "Boolean", "speed is below minimum_speed", 0.0, 1.0,
      AT(output, speed_regularized), OUTPUT},
@@ -106,7 +111,8 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
                             const force_element_input *in, force_element_output *out) {
     double reference, reference_slope;
     regularized_speed(in->speed, p->minimum_speed, &reference, &reference_slope);
-    double zeta = (p->radius * in->omega - in->speed) / reference;
+    double slip = p->radius * in->omega - in->speed;
+    double zeta = slip / reference;
 
     *out = (force_element_output){0};
     out->creepage = zeta;
@@ -115,10 +121,18 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     out->speed_regularized = fabs(in->speed) < p->minimum_speed;
     if (in->normal_load == 0.0) return; /* no contact: no force, and no scales to speak of */
 
+    /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
+    double passing = (1.0 - p->slip_rate_residual) * exp(-p->slip_rate_decay * fabs(slip));
+    double g = passing + p->slip_rate_residual;
+    double log_g_by_slip = -copysign(p->slip_rate_decay * passing / g, slip);
+    double friction_scale = g * in->friction_scale;
+
     contact_scales scales;
-    force_element_scales(p, in->normal_load, in->friction_scale, &scales);
+    force_element_scales(p, in->normal_load, friction_scale, &scales);
     double k_hat = fmin(scales.k_hat, table->k_max);
-    double log_k_by_log_load = k_hat < scales.k_hat ? 0.0 : -p->load_exponent;
+    int k_hat_limited = k_hat < scales.k_hat;
+    double log_k_by_log_load = k_hat_limited ? 0.0 : -p->load_exponent;
+    double log_k_by_log_g = k_hat_limited ? 0.0 : -0.5;
     double x = zeta / scales.saturation_creepage;
     creep_value q;
     creep_table_evaluate(table, x, k_hat, &q);
@@ -127,8 +141,11 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     int limited = fabs(q.traction_ratio) > most; /* the law does not know f_s; friction does */
     if (limited) q = (creep_value){copysign(most, q.traction_ratio), 0.0, 0.0};
 
-    double kinetic = in->friction_scale * p->kinetic_friction, sliding = kinetic * in->normal_load;
-    double by_creepage = sliding * q.slope / scales.saturation_creepage;
+    double kinetic = friction_scale * p->kinetic_friction, sliding = kinetic * in->normal_load;
+    double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
+    double through_g = by_log_g * log_g_by_slip; /* dq/dw by way of the slip speed w alone */
+    double slope = q.slope + through_g * reference * scales.saturation_creepage; /* at this speed */
+    double by_creepage = sliding * slope / scales.saturation_creepage;
     out->creep_force = sliding * q.traction_ratio;
     out->wheel_torque = -p->radius * out->creep_force;
     out->normalized_creepage = x;
@@ -137,11 +154,12 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     out->k_hat = k_hat;
     out->saturation_creepage = scales.saturation_creepage;
     out->process_zone_ratio = scales.process_zone_ratio;
-    out->falling_branch = q.slope < 0.0;
-    out->k_hat_limited = k_hat < scales.k_hat;
+    out->falling_branch = slope < 0.0;
+    out->k_hat_limited = k_hat_limited;
     out->force_limited = limited;
     out->force_by_omega = by_creepage * out->creepage_by_omega;
-    out->force_by_speed = by_creepage * out->creepage_by_speed;
+    out->force_by_speed = sliding * q.slope / scales.saturation_creepage * out->creepage_by_speed -
+                          sliding * through_g;
     out->force_by_load = kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
                                     log_k_by_log_load * q.log_k_derivative);
 }

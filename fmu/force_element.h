@@ -17,7 +17,9 @@ typedef struct {
     double contact_modulus;  /* E* [Pa] */
     double nominal_load;     /* P [N] */
     double load_exponent;    /* a and p0 grow like load to this power [1] */
-    double minimum_speed;    /* below it the reference speed of the creepage is regularised [m/s] */
+    double minimum_speed;    /* below it the creepage's reference speed is regularised [m/s] */
+    double slip_rate_residual; /* A of the factor (1 - A) exp(-B w) + A on friction [1] */
+    double slip_rate_decay;    /* B, w being the slip speed [s/m] */
 } force_element_parameters;
 
 typedef struct {
@@ -34,10 +36,10 @@ typedef struct {
     double normalized_creepage;  /* x = zeta/zeta0 [1] */
     double traction_coefficient; /* creep force over normal load [1] */
     double force_gradient;       /* d(creep force)/d(slip velocity) at fixed speed [N.s/m] */
-    double k_hat;                /* at this load and friction [1] */
-    double saturation_creepage;  /* zeta0 at this load and friction [1] */
-    double process_zone_ratio;   /* weakening zone over contact semi-width [1] */
-    double falling_branch;       /* 1 if the force falls with creepage */
+    double k_hat;                /* at this load, friction and slip speed [1] */
+    double saturation_creepage;  /* zeta0 at this load, friction and slip speed [1] */
+    double process_zone_ratio;   /* weakening zone over contact semi-width, likewise [1] */
+    double falling_branch;       /* 1 if the force falls with creepage at fixed speed */
     double speed_regularized;    /* 1 if |speed| < minimum_speed */
     double k_hat_limited;        /* 1 if k_hat is held at the table's largest value */
     double force_limited;        /* 1 if the force is held at f_s times the load */
@@ -68,7 +70,7 @@ typedef struct {
     double process_zone_ratio;  /* [1] */
 } contact_scales;
 
-/* Scales at a load above zero. */
+/* Scales at a load above zero; friction_scale is to hold the factor of the slip speed too. */
 CONTACTLIB_API void force_element_scales(const force_element_parameters *parameters,
                                          double normal_load, double friction_scale,
                                          contact_scales *scales);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -171,3 +173,135 @@ def test_k_hat_beyond_the_table_is_refused(table: cl.CreepForceTable) -> None:
     friction = cl.friction_with_k_hat(contact, k_hat=2.5, static=0.9, kinetic=0.21)
     with pytest.raises(ValueError, match=r"k_hat = 2\.5.*<= 2\.0"):
         cl.ForceElement(contact, friction, table=table, radius=0.5)
+
+
+SLIP_RATES = [(0.4, 0.6), (0.05, 3.0), (1e-3, 20.0)]
+
+
+def falling(element: cl.ForceElement, residual: float, decay: float) -> cl.ForceElement:
+    """The element with friction that falls with slip speed as well."""
+    friction = dataclasses.replace(
+        element.friction, slip_rate_residual=residual, slip_rate_decay=decay
+    )
+    return dataclasses.replace(element, friction=friction)
+
+
+@pytest.mark.parametrize(("residual", "decay"), [(1.0, 0.6), (0.4, 0.0)])
+def test_no_fall_with_slip_speed_changes_nothing(
+    element: cl.ForceElement, residual: float, decay: float
+) -> None:
+    random = np.random.default_rng(7)
+    omega, speed = random.uniform(-60.0, 60.0, 5000), random.uniform(-20.0, 20.0, 5000)
+    there = element.evaluate(omega=omega, speed=speed)
+    here = falling(element, residual, decay).evaluate(omega=omega, speed=speed)
+    np.testing.assert_array_equal(here, there)
+
+
+@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
+def test_slip_speed_scales_force_creepage_and_k_hat(
+    element: cl.ForceElement, residual: float, decay: float
+) -> None:
+    # Q = f_d g P q(x/g, K/sqrt(g)), by the law in Python.
+    weak = falling(element, residual, decay)
+    for zeta in (-0.03, 0.001, 0.01, 0.017, 0.1, 3.0):
+        record = weak.at_creepage(zeta, speed=SPEED)
+        g = (1.0 - residual) * np.exp(-decay * abs(zeta) * SPEED) + residual
+        k_hat = min(0.3 / np.sqrt(g), 2.0)
+        law = cl.CarterGriffith(k_hat=float(k_hat))
+        limited = min(abs(law.traction_ratio(zeta / 0.015 / g)), element.friction.ratio)
+        expected = np.copysign(0.21 * g * 220.65e3 * limited, zeta)
+        np.testing.assert_allclose(record["creep_force"], expected, rtol=1e-9)
+        assert record["k_hat"] == pytest.approx(k_hat)
+        assert record["saturation_creepage"] == pytest.approx(0.015 * g)
+        assert weak.friction.slip_rate_factor(zeta * SPEED) == pytest.approx(g, rel=1e-14)
+
+
+@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
+def test_symmetry_and_bounds_with_slip_speed(
+    element: cl.ForceElement, residual: float, decay: float
+) -> None:
+    random = np.random.default_rng(8)
+    weak = falling(element, residual, decay)
+    omega, speed = random.uniform(-60.0, 60.0, 5000), random.uniform(-20.0, 20.0, 5000)
+    load = 10.0 ** random.uniform(0.0, 7.0, 5000)
+    there = weak.evaluate(omega=omega, speed=speed, normal_load=load)
+    back = weak.evaluate(omega=-omega, speed=-speed, normal_load=load)
+    np.testing.assert_array_equal(there["creep_force"], -back["creep_force"])
+    np.testing.assert_array_equal(there["force_by_speed"], back["force_by_speed"])
+    slip = weak.radius * omega - speed
+    most = weak.friction.static * weak.friction.slip_rate_factor(slip) * load
+    assert (np.abs(there["creep_force"]) <= most * (1.0 + 1e-14)).all()
+    assert (there["creep_force"] * slip >= 0.0).all()
+
+
+@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
+@pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, 0.0])
+def test_partial_derivatives_with_slip_speed(
+    table: cl.CreepForceTable, speed: float, residual: float, decay: float
+) -> None:
+    # Low static friction and a wide range of loads: both limits are met, and the elastic range.
+    contact = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=1e5, contact_modulus=115e9
+    )
+    friction = cl.friction_with_k_hat(
+        contact,
+        k_hat=0.7,
+        static=0.33,
+        kinetic=0.21,
+        slip_rate_residual=residual,
+        slip_rate_decay=decay,
+    )
+    with pytest.warns(cl.ProcessZoneWarning):
+        element = cl.ForceElement(contact, friction, table=table, radius=0.5)
+    random = np.random.default_rng(9)
+    n = 3000
+    reference = max(abs(speed), 0.1)
+    zeta = 10.0 ** random.uniform(-4.0, 1.0, n) * random.choice([-1.0, 1.0], n)
+    slip = zeta * reference
+    inputs = {
+        "slip": slip,
+        "omega": (speed + slip) / 0.5,
+        "speed": np.full(n, speed),
+        "normal_load": 10.0 ** random.uniform(0.0, 6.0, n),
+    }
+    here = element.evaluate(**{k: inputs[k] for k in ("omega", "speed", "normal_load")})
+    assert {0.0, 1.0} == set(here["k_hat_limited"]) == set(here["force_limited"])
+    unit = {"slip": slip, "omega": slip / 0.5, "speed": slip, "normal_load": inputs["normal_load"]}
+    force = np.maximum(np.abs(here["creep_force"]), 1e-3 * 0.21 * inputs["normal_load"])
+    for name, field in (
+        ("omega", "force_by_omega"),
+        ("speed", "force_by_speed"),
+        ("normal_load", "force_by_load"),
+    ):
+        h = 1e-4 * np.abs(unit[name])
+        sides = []
+        for i in (-2.0, -1.0, 1.0, 2.0):
+            at = {k: inputs[k] for k in ("omega", "speed", "normal_load")}
+            at[name] = at[name] + i * h
+            sides.append(element.evaluate(**at))
+        f = [side["creep_force"] for side in sides]
+        difference = (f[0] - 8.0 * f[1] + 8.0 * f[2] - f[3]) / (12.0 * h)
+        smooth = np.ones(n, bool)  # neither limit begins nor ends between the points
+        for flag in ("k_hat_limited", "force_limited"):
+            smooth &= (sides[0][flag] == here[flag]) & (sides[-1][flag] == here[flag])
+        error = np.abs(here[field] - difference) * h / (1e-4 * force)
+        assert smooth.mean() > 0.95
+        assert error[smooth].max() < 1e-6
+    np.testing.assert_allclose(here["force_by_omega"], 0.5 * here["force_gradient"], rtol=1e-14)
+    np.testing.assert_array_equal(here["falling_branch"], here["force_gradient"] < 0.0)
+
+
+def test_slip_speed_alone_makes_a_falling_branch(
+    element: cl.ForceElement, table: cl.CreepForceTable
+) -> None:
+    coulomb = cl.Friction(
+        static=0.21,
+        kinetic=0.21,
+        weakening_length=0.0,
+        slip_rate_residual=0.4,
+        slip_rate_decay=0.6,
+    )
+    weak = cl.ForceElement(element.contact, coulomb, table=table, radius=0.5)
+    zeta = np.array([0.5, 1.5, 10.0, 100.0]) * 0.0021
+    record = weak.at_creepage(zeta, speed=SPEED)
+    np.testing.assert_array_equal(record["falling_branch"], zeta > 0.0021)

@@ -145,6 +145,20 @@ def test_eurosprinter_s_peak_pressure() -> None:
     assert contact.peak_pressure == pytest.approx(640.7e6, rel=rounding)
 
 
+def test_scales_of_an_elliptic_contact() -> None:
+    contact = ellipse(0.46, 2.0)
+    friction = cl.friction_with_k_hat(
+        contact, k_hat=0.4, static=0.5, kinetic=0.3, slip_rate_residual=0.4, slip_rate_decay=0.6
+    )
+    assert (friction.slip_rate_residual, friction.slip_rate_decay) == (0.4, 0.6)
+    a, p0, length = contact.semi_axis_x, contact.peak_pressure, friction.weakening_length
+    eq_17 = math.sqrt(MODULUS * 0.2 * length / (math.pi * 0.3**2 * a * p0))
+    assert eq_17 == pytest.approx(0.4, rel=1e-13)
+    assert cl.k_hat(contact, friction) == pytest.approx(0.4, rel=1e-13)
+    zeta0 = 2.0 * 0.3 * p0 / MODULUS
+    assert cl.saturation_creepage(contact, friction) == pytest.approx(zeta0, rel=1e-14)
+
+
 def test_scales_are_those_of_the_paper() -> None:
     line = contact()
     friction = cl.Friction(static=0.45, kinetic=0.21, weakening_length=1.5e-6)

@@ -175,9 +175,12 @@ int main(int count, char **arguments) {
         printf("%s\n", error);
         return 2;
     }
-    force_element_parameters parameters = {0.5,    0.45,     0.21,  1.3e-6, 0.14, 5e-3,
-                                           5.77e8, 1.154e11, 2.2e5, 0.5,    0.1};
+    force_element_parameters parameters = {0.5,      0.45,  0.21, 1.3e-6, 0.14, 5e-3, 5.77e8,
+                                           1.154e11, 2.2e5, 0.5,  0.1,    1.0,  0.0};
     test_table(&table);
+    test_force(&table, &parameters);
+    parameters.slip_rate_residual = 0.4;
+    parameters.slip_rate_decay = 0.6;
     test_force(&table, &parameters);
     test_lives(arguments[1], arguments[2]);
     test_broken_tables(bytes, size);
