@@ -68,7 +68,7 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     zeta = _with_fold(np.linspace(0.0, far, 1200), fold)
     record = element.at_creepage(zeta, speed=speed)
     mu = record["traction_coefficient"]
-    kinetic = element.friction.kinetic
+    kinetic = element.friction.kinetic * element.friction.slip_rate_factor(zeta * speed)
     carter = element.table.traction_ratio(record["normalized_creepage"], 0.0)
     with mpl.rc_context(STYLE):
         figure, axes = _new_figure(7.2, 4.4)
@@ -78,10 +78,10 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
             if creepage <= far:
                 height = float(np.interp(creepage, zeta, mu))
                 _mark(axes, creepage, height, text, (0, 9), ha="center")
-        axes.axhline(kinetic, color=GREY, lw=0.8, ls=":")
+        axes.plot(zeta, kinetic, color=GREY, lw=0.8, ls=":")
         axes.annotate(
-            f"kinetic friction $f_d$ = {kinetic:g}",
-            (far, kinetic),
+            f"kinetic friction $f_d$ = {kinetic[-1]:.3g}",
+            (far, kinetic[-1]),
             xytext=(0, -13),
             textcoords="offset points",
             ha="right",
@@ -161,15 +161,15 @@ def fold_diagram(
 ) -> Figure:
     """Creepage against drive torque: steady states, fold, hysteresis loop, and creep control."""
     fold = find_fold(wheelset, speed=speed)
-    scale = wheelset.element.saturation_creepage
+    bottom = 0.2 * min(wheelset.element.saturation_creepage, fold.creepage)
     top = max(10.0, 1.3 * float(torque_run["creepage"].max()))
-    zeta = _with_fold(np.geomspace(0.2 * scale, top, 2000), fold)
+    zeta = _with_fold(np.geomspace(bottom, top, 2000), fold)
     torque = quasi_steady_torque(wheelset, zeta, speed=speed) / 1e3
     with mpl.rc_context(STYLE):
         figure, axes = _new_figure(7.6, 5.2)
         _branches(axes, torque, zeta, zeta, fold)
         run = torque_run
-        shown = run["creepage"] > 0.2 * scale
+        shown = run["creepage"] > bottom
         axes.plot(
             np.where(shown, run["drive_torque"], np.nan) / 1e3,
             run["creepage"],
@@ -192,7 +192,7 @@ def fold_diagram(
         if np.isfinite(fold.return_creepage):
             _mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
         axes.set_yscale("log")
-        axes.set_ylim(0.2 * scale, top)
+        axes.set_ylim(bottom, top)
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
         axes.yaxis.set_minor_formatter(NullFormatter())
         _percent_axis(axes.yaxis)

@@ -378,7 +378,8 @@ def _creepage_at_torque(
         return quasi_steady_torque(wheelset, creepage, speed=speed, **given) - torque
 
     sign = 1.0 if excess(0.0) <= 0.0 else -1.0
-    ends = sign * scale * np.linspace(0.0, 2.0, 201)
+    least = 0.01 * wheelset.element.friction.slip_rate_residual  # the peak is not below that
+    ends = sign * scale * np.append(0.0, np.geomspace(least, 2.0, 801))
     passed = np.flatnonzero(sign * excess(ends) >= 0.0)
     if passed.size == 0:
         most = torque + sign * float(np.max(sign * excess(ends)))

@@ -21,16 +21,17 @@ def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
     """Creep force slope Q' = dQ/dzeta below which a constant torque cannot hold `point` [N].
 
     -V/(r**2/b + (1 + zeta)/F') for a free wheelset, -b V/r**2 for a held speed; zero, the case
-    of the paper, without damping or without a resistance that grows with speed.
+    of the paper, without damping or without a resistance that grows with speed. If friction falls
+    with slip speed, dQ/dV at fixed creepage is not zero, and a free wheelset with damping has
+    -V (F' - dQ/dV)/(r**2 F'/b + 1 + zeta).
     """
     r, b, speed = wheelset.radius, wheelset.damping, point.speed
     if b == 0.0:
         return 0.0
     if wheelset.speed_held:
         return -b * speed / r**2
-    if point.resistance_slope <= 0.0:
-        return 0.0
-    return -speed / (r**2 / b + (1.0 + point.creepage) / point.resistance_slope)
+    growth = point.resistance_slope - point.creep_force_speed_slope
+    return -speed * growth / (r**2 * point.resistance_slope / b + 1.0 + point.creepage)
 
 
 def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
@@ -44,10 +45,11 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     if wheelset.mass is None:
         return r * fall - b * speed / r
     m, slope = wheelset.mass, point.resistance_slope
-    trace = r * fall * (1.0 + j * stretch / (m * r**2)) - speed / r * (b + j * slope / m)
-    if slope <= 0.0:
+    growth = slope - point.creep_force_speed_slope
+    trace = r * fall * (1.0 + j * stretch / (m * r**2)) - speed / r * (b + j * growth / m)
+    if growth <= 0.0:
         return trace
-    determinant = r * fall * (1.0 + b * stretch / (r**2 * slope)) - b * speed / r
+    determinant = r * fall * (slope + b * stretch / r**2) / growth - b * speed / r
     return max(determinant, trace)
 
 
@@ -151,7 +153,12 @@ def find_fold(
     scale = wheelset.element.saturation_creepage_at(
         normal_load=normal_load, friction_scale=friction_scale
     )
-    grid = scale * np.geomspace(0.01, 1e5, 4001)
+    # Where friction falls with slip speed, the peak may be at as little as its residual's zeta0,
+    # and the tail is as long as the fall.
+    friction = wheelset.element.friction
+    fall = friction.slip_rate_decay * speed * scale  # over one zeta0
+    first, last = 0.01 * friction.slip_rate_residual, max(1e5, 40.0 / fall if fall > 0.0 else 0.0)
+    grid = scale * np.geomspace(first, last, round(571.0 * math.log10(last / first)) + 4)
     slopes = torque_slope(grid)
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
     if falling.size == 0:
@@ -166,6 +173,11 @@ def find_fold(
         )
 
     fold = root(int(falling[0]))
-    rising = np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))
-    back = root(int(rising[0])) if rising.size else math.inf
-    return Fold(fold, torque(fold), back, torque(back if rising.size else grid[-1]))
+    highest = torque(fold)
+    # The run-away ends where the torque is as high again; on the way down it stays on that branch.
+    torques = quasi_steady_torque(wheelset, grid, resistance_force=resistance_force, **inputs)
+    higher = np.flatnonzero((grid > fold) & (slopes > 0.0) & (torques > highest))
+    landing = int(higher[0]) if higher.size else grid.size - 1
+    rising = np.flatnonzero((slopes[:landing] < 0.0) & (slopes[1 : landing + 1] > 0.0))
+    back = root(int(rising[-1])) if rising.size and slopes[landing] > 0.0 else math.inf
+    return Fold(fold, highest, back, torque(back if math.isfinite(back) else grid[-1]))

@@ -66,6 +66,8 @@ class OperatingPoint:
         Q [N].
     creep_force_slope : float
         Q' = dQ/dzeta at fixed speed [N].
+    creep_force_speed_slope : float
+        dQ/dV at fixed creepage [N.s/m]: zero, but for friction that falls with slip speed.
     resistance_slope : float
         F' = dF/dV [N.s/m].
     jacobian : ndarray
@@ -81,6 +83,7 @@ class OperatingPoint:
     friction_scale: float
     creep_force: float
     creep_force_slope: float
+    creep_force_speed_slope: float
     resistance_slope: float
     jacobian: FloatArray
 
@@ -196,6 +199,8 @@ class Wheelset(Parameters):
             friction_scale=float(friction_scale),
             creep_force=force,
             creep_force_slope=contact.force_gradient * abs(speed),
+            creep_force_speed_slope=contact.force_by_speed
+            + (1.0 + creepage) * contact.force_gradient,
             resistance_slope=resistance_slope,
             jacobian=jacobian[:1, :1] if self.mass is None else jacobian,
         )

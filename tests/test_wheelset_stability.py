@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -101,16 +102,25 @@ def test_speed_must_fit_the_kind_of_wheelset(rig: cl.Model, locomotive: cl.Model
         locomotive.wheelset.equilibria(drive_torque=1e3, speed=10.0)
 
 
-@pytest.mark.parametrize("kind", ["held", "held, damped", "free", "free, damped", "free, no F'"])
-def test_eigenvalue_changes_sign_at_the_threshold(rig: cl.Model, kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "residual"),
+    [
+        *itertools.product(["held", "held, damped", "free", "free, damped"], [1.0, 0.4]),
+        ("free, no F'", 1.0),
+        ("free, damped, no F'", 0.4),
+    ],
+)
+def test_eigenvalue_changes_sign_at_the_threshold(
+    rig: cl.Model, kind: str, residual: float
+) -> None:
     body = variant(
-        rig.wheelset,
+        weaker(rig.wheelset, residual, 0.6),
         damping=400.0 if "damped" in kind else 0.0,
         mass=None if "held" in kind else 22.5e3,
         resistance=cl.Resistance(linear=0.0 if "no F'" in kind else 900.0),
     )
     speed = 8.0
-    peak = 0.015 * cl.CarterGriffith(k_hat=0.3).peak.normalized_creepage
+    peak = cl.find_fold(variant(body, damping=0.0, mass=None), speed=speed).creepage
 
     def growth(creepage: float) -> float:
         """Sign of the determinant: one real eigenvalue crosses zero."""
@@ -196,6 +206,66 @@ def test_fold_is_the_largest_quasi_steady_torque(rig: cl.Model, mass: float | No
     assert fold.return_torque == pytest.approx(least.min(), rel=1e-10)
 
 
+def weaker(wheelset: cl.Wheelset, residual: float, decay: float) -> cl.Wheelset:
+    """The wheelset with friction that falls with slip speed as well."""
+    element = wheelset.element
+    friction = dataclasses.replace(
+        element.friction, slip_rate_residual=residual, slip_rate_decay=decay
+    )
+    return variant(wheelset, element=dataclasses.replace(element, friction=friction))
+
+
+@pytest.mark.parametrize("mass", [None, 22.5e3])
+@pytest.mark.parametrize(
+    ("residual", "decay", "tolerance"),
+    # In the last case the peak is the kink where the force begins to be held at static friction,
+    # and where that ends the torque has another hump.
+    [(0.4, 0.6, 1e-8), (0.2, 30.0, 1e-8), (0.5, 1e-2, 1e-8), (0.03, 1e3, 1e-6)],
+)
+def test_fold_of_friction_that_falls_with_slip_speed(
+    rig: cl.Model, mass: float | None, residual: float, decay: float, tolerance: float
+) -> None:
+    body = weaker(variant(rig.wheelset, mass=mass), residual, decay)
+    fold = cl.find_fold(body, speed=10.0)
+    zeta = np.geomspace(1e-6, 1e3, 900_001)
+    torque = cl.quasi_steady_torque(body, zeta, speed=10.0)
+    peak = int(np.flatnonzero(np.diff(torque) < 0.0)[0])  # the first maximum
+    assert fold.drive_torque == pytest.approx(torque[peak], rel=tolerance)
+    assert fold.creepage == pytest.approx(zeta[peak], rel=5e-5)
+    assert fold.return_torque == pytest.approx(torque[peak:].min(), rel=tolerance)
+    # Without damping the torque falls to what slip speed leaves of kinetic friction.
+    free_running = variant(body, damping=0.0, mass=None)
+    left = 0.5 * residual * 0.21 * 220.65e3
+    tail = cl.find_fold(free_running, speed=10.0)
+    assert np.isinf(tail.return_creepage)
+    assert tail.return_torque == pytest.approx(left, rel=1e-6)
+
+
+def test_coulomb_friction_that_falls_with_slip_speed_has_a_fold(
+    rig: cl.Model, table: cl.CreepForceTable
+) -> None:
+    coulomb = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
+    element = dataclasses.replace(rig.wheelset.element, friction=coulomb)
+    body = weaker(variant(rig.wheelset, element=element), 0.4, 0.6)
+    fold = cl.find_fold(body, speed=10.0)
+    saturated = body.element.at_creepage(fold.creepage, speed=10.0)["normalized_creepage"]
+    assert 0.8 < saturated < 1.0  # the fall begins before Carter's stick zone has vanished
+
+
+@pytest.mark.parametrize("torque", [2e3, 1.5e4, 2.5e4])
+def test_start_on_the_rising_branch(rig: cl.Model, torque: float) -> None:
+    body = weaker(rig.wheelset, 1e-3, 50.0)
+    control = cl.TorqueControl(cl.Profile.of(torque))
+    fold = cl.find_fold(body, speed=10.0)
+    if torque > fold.drive_torque:
+        with pytest.raises(ValueError, match="rising branch ends"):
+            cl.simulate(body, control, duration=0.1, initial_speed=10.0)
+    else:
+        run = cl.simulate(body, control, duration=0.1, initial_speed=10.0)
+        assert 0.0 < run["creepage"][0] < fold.creepage
+        assert run["creepage"][-1] == pytest.approx(run["creepage"][0], rel=1e-6)
+
+
 def test_no_fold_without_weakening(rig: cl.Model, table: cl.CreepForceTable) -> None:
     element = rig.wheelset.element
     coulomb = cl.ForceElement(
@@ -209,11 +279,16 @@ def test_no_fold_without_weakening(rig: cl.Model, table: cl.CreepForceTable) -> 
         cl.find_fold(variant(rig.wheelset, element=coulomb), speed=10.0)
 
 
+@pytest.mark.parametrize("residual", [1.0, 0.4])
 @pytest.mark.parametrize("mass", [None, 22.5e3])
 @pytest.mark.parametrize("creepage", [0.019, 0.0216, 0.03])
-def test_creep_control_gain(rig: cl.Model, mass: float | None, creepage: float) -> None:
+def test_creep_control_gain(
+    rig: cl.Model, mass: float | None, creepage: float, residual: float
+) -> None:
     # The closed loop's Jacobian, from the open one and the gain, against the closed form.
-    body = variant(rig.wheelset, mass=mass, resistance=cl.Resistance(linear=700.0))
+    body = variant(
+        weaker(rig.wheelset, residual, 0.6), mass=mass, resistance=cl.Resistance(linear=700.0)
+    )
     point = body.balanced(creepage=creepage, speed=10.0)
     gain = cl.creep_control_gain(body, point)
     _, contact = body.rates(point.omega, 10.0, 0.0, point.normal_load, 1.0, 0.0)
