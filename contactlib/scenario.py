@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import os
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
@@ -21,7 +21,7 @@ from contactlib.controllers import CreepControl, Profile, TorqueControl
 from contactlib.element import ForceElement, friction_with_k_hat, saturation_creepage
 from contactlib.files import package_folder
 from contactlib.friction import Friction
-from contactlib.hertz import LineContact, Material
+from contactlib.hertz import Contact, EllipticContact, LineContact, Material
 from contactlib.laws import CarterGriffith
 from contactlib.parameters import Parameters, Quantity
 from contactlib.table import CreepForceTable
@@ -36,6 +36,7 @@ UNITS = {
     "N": {"kN": 1e3, "MN": 1e6},
     "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
     "m/s": {"km/h": 1.0 / 3.6},
+    "s/m": {"h/km": 3.6},
     "N.m": {"kN.m": 1e3},
     "N.m/s": {"kN.m/s": 1e3},
 }
@@ -47,22 +48,41 @@ class ModelError(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSection(Parameters):
-    """``[contact]``: a line contact under its nominal load, of two bodies of one material."""
+    """``[contact]``: a contact under its nominal load, of two bodies of one material.
 
-    semi_width: Annotated[float, Quantity("m", above=0.0)]
-    radius: Annotated[float, Quantity("m", above=0.0)]
+    A line contact has `semi_width` and `radius`; an elliptic one has either the relative radii or
+    the semi-axes, in the rolling direction x and across it.
+    """
+
+    semi_width: Annotated[float | None, Quantity("m", above=0.0)] = None
+    radius: Annotated[float | None, Quantity("m", above=0.0)] = None
+    radius_x: Annotated[float | None, Quantity("m", above=0.0)] = None
+    radius_y: Annotated[float | None, Quantity("m", above=0.0)] = None
+    semi_axis_x: Annotated[float | None, Quantity("m", above=0.0)] = None
+    semi_axis_y: Annotated[float | None, Quantity("m", above=0.0)] = None
     normal_load: Annotated[float, Quantity("N", above=0.0)]
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
     poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
 
-    def build(self) -> LineContact:
+    def build(self) -> Contact:
         """The contact."""
+        makers: dict[tuple[str, ...], Callable[..., Contact]] = {
+            ("semi_width", "radius"): LineContact.from_semi_width,
+            ("radius_x", "radius_y"): EllipticContact,
+            ("semi_axis_x", "semi_axis_y"): EllipticContact.from_semi_axes,
+        }
+        keys = [key for pair in makers for key in pair]
+        given = tuple(key for key in keys if getattr(self, key) is not None)
+        if given not in makers:
+            pairs = ", or ".join(" and ".join(pair) for pair in makers)
+            raise ValueError(
+                f"{pairs}: give exactly one of these pairs, not {' and '.join(given) or 'nothing'}"
+            )
         material = Material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
-        return LineContact.from_semi_width(
-            semi_width=self.semi_width,
-            radius=self.radius,
+        return makers[given](
             normal_load=self.normal_load,
             contact_modulus=material.contact_modulus_with(material),
+            **{key: getattr(self, key) for key in given},
         )
 
 
@@ -74,17 +94,19 @@ class FrictionSection(Parameters):
     kinetic: Annotated[float, Quantity("1", above=0.0)]
     weakening_length: Annotated[float | None, Quantity("m", at_least=0.0)] = None
     k_hat: Annotated[float | None, Quantity("1", at_least=0.0, at_most=2.0)] = None
+    slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
+    slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0)] = 0.0
 
-    def build(self, contact: LineContact) -> Friction:
+    def build(self, contact: Contact) -> Friction:
         """The friction, whose weakening length may follow from `k_hat`."""
         _one_of(self, "weakening_length", "k_hat")
+        values = {
+            key: getattr(self, key)
+            for key in ("static", "kinetic", "slip_rate_residual", "slip_rate_decay")
+        }
         if self.weakening_length is not None:
-            return Friction(
-                static=self.static, kinetic=self.kinetic, weakening_length=self.weakening_length
-            )
-        return friction_with_k_hat(
-            contact, k_hat=self.k_hat or 0.0, static=self.static, kinetic=self.kinetic
-        )
+            return Friction(weakening_length=self.weakening_length, **values)
+        return friction_with_k_hat(contact, k_hat=self.k_hat or 0.0, **values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +121,7 @@ class WheelsetSection(Parameters):
     slope_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
     minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
 
-    def reduction(self, contact: LineContact, friction: Friction) -> float:
+    def reduction(self, contact: Contact, friction: Friction) -> float:
         """Slope reduction, which may follow from the saturation creepage."""
         if self.saturation_creepage is None:
             return 1.0 if self.slope_reduction is None else self.slope_reduction

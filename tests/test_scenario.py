@@ -61,6 +61,26 @@ def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:
         ("static = 0.45", "static = nan", r"friction\.static = nan .*finite"),
         ("static = 0.45", "static = [0.45]", r"friction\.static = \[0\.45\] must be a number"),
         ("k_hat = 0.3", "k_hat = 2.5", r"friction\.k_hat = 2\.5 .*>= 0 and <= 2"),
+        (
+            "radius =",
+            "radius_x =",
+            r"contact\.semi_width and radius, or .*one of these pairs, not semi_width and radius_x",
+        ),
+        (
+            'semi_width = "5 mm"',
+            'semi_axis_x = "5 mm"\nsemi_axis_y = "5 mm"',
+            r"contact\.semi_width and radius, or .*one of these pairs, not radius and semi_axis_x",
+        ),
+        (
+            'semi_width = "5 mm"',
+            "",
+            r"contact\.semi_width and radius, or .*one of these pairs, not radius",
+        ),
+        (
+            "k_hat = 0.3",
+            "k_hat = 0.3\nslip_rate_residual = 0.0",
+            r"friction\.slip_rate_residual = 0\.0 .*> 0 and <= 1",
+        ),
         ("k_hat = 0.3", "", r"friction\.weakening_length and k_hat: give exactly one"),
         ("k_hat = 0.3", "k_hat = 0.3\nweakening_length = 1e-6", "exactly one of them, not 2"),
         ('"500 mm"', '"500 kg"', r"contact\.radius = '500 kg' must be a number in m.*mm"),
@@ -117,6 +137,44 @@ def test_units_are_converted(tmp_path: Path, table: cl.CreepForceTable) -> None:
     model = cl.load_model(path, table=table)
     assert model.initial_speed == pytest.approx(10.0)
     assert model.wheelset.radius == 0.5
+
+
+SHAPE = 'radius = "500 mm"\nsemi_width = "5 mm"'
+
+
+def load_changed(
+    tmp_path: Path, table: cl.CreepForceTable, changes: dict[str, str]
+) -> cl.ForceElement:
+    text = (package_folder("models") / "roller_rig.toml").read_text()
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "changed.toml"
+    path.write_text(text)
+    return cl.load_model(path, table=table).wheelset.element
+
+
+def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path, table: cl.CreepForceTable) -> None:
+    axes = {SHAPE: 'semi_axis_x = "12 mm"\nsemi_axis_y = "20 mm"'}
+    by_axes = load_changed(tmp_path, table, axes).contact
+    assert isinstance(by_axes, cl.EllipticContact)
+    assert (by_axes.semi_axis_x, by_axes.semi_axis_y) == pytest.approx((12e-3, 20e-3), rel=1e-13)
+    assert by_axes.normal_load == 220.65e3
+    radii = {SHAPE: f"radius_x = {by_axes.radius_x!r}\nradius_y = {by_axes.radius_y!r}"}
+    element = load_changed(tmp_path, table, radii)
+    assert element.contact == by_axes
+    assert element.k_hat == pytest.approx(0.3, rel=1e-12)
+    assert element.saturation_creepage == pytest.approx(0.015, rel=1e-12)
+
+
+@pytest.mark.parametrize("given", ["k_hat = 0.3", 'weakening_length = "1 um"'])
+def test_friction_may_fall_with_slip_speed(
+    given: str, tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    rates = 'slip_rate_residual = "40 %"\nslip_rate_decay = "0.1 h/km"'
+    friction = load_changed(tmp_path, table, {"k_hat = 0.3": f"{given}\n{rates}"}).friction
+    assert friction.slip_rate_residual == pytest.approx(0.4)
+    assert friction.slip_rate_decay == pytest.approx(0.36)
 
 
 def test_a_shipped_model_never_stands_in_for_a_missing_file(table: cl.CreepForceTable) -> None:
