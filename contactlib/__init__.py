@@ -21,7 +21,7 @@ from contactlib.element import (
 from contactlib.export import export_fmu
 from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
-from contactlib.laws import CarterGriffith
+from contactlib.laws import CarterGriffith, Polach
 from contactlib.scenario import Model, ModelError, load_model
 from contactlib.simulation import Event, Result, simulate
 from contactlib.stability import (
@@ -51,6 +51,7 @@ __all__ = [
     "Model",
     "ModelError",
     "OperatingPoint",
+    "Polach",
     "ProcessZoneWarning",
     "Profile",
     "Resistance",

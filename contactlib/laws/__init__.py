@@ -1,5 +1,7 @@
 """Creep force laws: normalized creepage to traction ratio."""
 
-from contactlib.laws.carter_griffith import CarterGriffith, Peak
+from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws.peak import Peak
+from contactlib.laws.polach import Polach
 
-__all__ = ["CarterGriffith", "Peak"]
+__all__ = ["CarterGriffith", "Peak", "Polach"]

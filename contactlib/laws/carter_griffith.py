@@ -21,17 +21,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from contactlib.laws.peak import Peak
 from contactlib.laws.strips import SMALLEST_K_HAT, carter_ellipse, griffith_ellipse
 from contactlib.parameters import FINITE, FloatArray, Limits, Parameters, Quantity, checked
 
 LATERAL = Limits(at_least=-1.0, at_most=1.0)
-
-
-class Peak(NamedTuple):
-    """The largest traction ratio and the normalized creepage where it stands."""
-
-    normalized_creepage: float
-    traction_ratio: float
 
 
 class _Split(NamedTuple):
