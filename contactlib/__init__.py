@@ -10,6 +10,7 @@ cl.export_fmu(model, "CreepForceElement.fmu")   # for any vehicle tool
 
 from contactlib.controllers import CreepControl, Profile, TorqueControl
 from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
+from contactlib.data import TractionData
 from contactlib.element import (
     ForceElement,
     ProcessZoneWarning,
@@ -57,6 +58,7 @@ __all__ = [
     "Resistance",
     "Result",
     "TorqueControl",
+    "TractionData",
     "Weakening",
     "Wheelset",
     "cosimulate",

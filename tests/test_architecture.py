@@ -11,7 +11,7 @@ from contactlib.files import package_folder
 # Lowest first; modules of one line do not import each other.
 FLOORS = [
     {"parameters", "files"},
-    {"friction", "hertz", "kernel"},
+    {"data", "friction", "hertz", "kernel"},
     {"laws"},
     {"table"},
     {"element"},
