@@ -22,7 +22,7 @@ from contactlib.element import (
 from contactlib.export import export_fmu
 from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
-from contactlib.laws import CarterGriffith, Polach
+from contactlib.laws import CarterGriffith, MeasuredCurve, Polach
 from contactlib.scenario import Model, ModelError, load_model
 from contactlib.simulation import Event, Result, simulate
 from contactlib.stability import (
@@ -49,6 +49,7 @@ __all__ = [
     "KernelSource",
     "LineContact",
     "Material",
+    "MeasuredCurve",
     "Model",
     "ModelError",
     "OperatingPoint",
