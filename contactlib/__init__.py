@@ -20,6 +20,7 @@ from contactlib.element import (
     saturation_creepage,
 )
 from contactlib.export import export_fmu
+from contactlib.fit import FitResult, fit
 from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
 from contactlib.laws import CarterGriffith, MeasuredCurve, Polach
@@ -42,6 +43,7 @@ __all__ = [
     "CreepForceTable",
     "EllipticContact",
     "Event",
+    "FitResult",
     "FmuSource",
     "Fold",
     "ForceElement",
@@ -66,6 +68,7 @@ __all__ = [
     "creep_control_gain",
     "export_fmu",
     "find_fold",
+    "fit",
     "friction_with_k_hat",
     "k_hat",
     "load_model",

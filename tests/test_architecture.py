@@ -13,7 +13,7 @@ FLOORS = [
     {"parameters", "files"},
     {"data", "friction", "hertz", "kernel"},
     {"laws"},
-    {"table"},
+    {"fit", "table"},
     {"element"},
     {"wheelset"},
     {"stability", "controllers"},
