@@ -23,7 +23,7 @@ from contactlib.export import export_fmu
 from contactlib.fit import FitResult, fit
 from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
-from contactlib.laws import CarterGriffith, MeasuredCurve, Polach
+from contactlib.laws import CarterGriffith, CohesiveZone, ConvergenceError, MeasuredCurve, Polach
 from contactlib.scenario import Model, ModelError, load_model
 from contactlib.simulation import Event, Result, simulate
 from contactlib.stability import (
@@ -39,6 +39,8 @@ from contactlib.wheelset import OperatingPoint, Resistance, Wheelset
 __all__ = [
     "EXPONENTIAL",
     "CarterGriffith",
+    "CohesiveZone",
+    "ConvergenceError",
     "CreepControl",
     "CreepForceTable",
     "EllipticContact",

@@ -1,84 +1,26 @@
 """The Carter-Griffith law of line and elliptic contacts, solved to rounding.
 
 Source: Ciavarella, Romano & Barber, "Rolling of a cylinder with slip-dependent friction: the
-Carter solution revisited". With m = (1 + c/a)/2 and t = (m/(1 - m))**(1/4), their Eqs. (18) and
-(19) become, for s = 1 - m = 1/(1 + t**4) and y = k_hat t,
-
-    x = m + y,    q = m (1 + s) + 2 y s,    dq/dx = 2 s (1 - 4 m y/(y + 4 m s)),
-
-sums of positive terms for x > 0 (but for the sign change of dq/dx at the peak), so every digit
-survives from x = 1e-12 to the far tail. x grows strictly with t: one root, found in ln(t).
-An ellipse is made of such line contacts, see `contactlib.laws.strips`.
+Carter solution revisited". The line contact's equations are solved in `contactlib.laws.line`, the
+ellipse is made of such contacts in `contactlib.laws.strips`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from contactlib.laws.line import line_values, solve_split, split_at
 from contactlib.laws.peak import Peak
 from contactlib.laws.strips import SMALLEST_K_HAT, carter_ellipse, griffith_ellipse
 from contactlib.parameters import FINITE, FloatArray, Limits, Parameters, Quantity, checked
 
 LATERAL = Limits(at_least=-1.0, at_most=1.0)
-
-
-class _Split(NamedTuple):
-    """Stick measure m, its complement s = 1 - m, and y = k_hat t, at x = m + y."""
-
-    m: FloatArray
-    s: FloatArray
-    y: FloatArray
-
-
-def _split(t: FloatArray, k_hat: float | FloatArray) -> _Split:
-    with np.errstate(over="ignore", divide="ignore"):
-        small = t < 1.0
-        power = np.where(small, t, 1.0 / t) ** 4
-        m = np.where(small, power, 1.0) / (1.0 + power)
-        s = np.where(small, 1.0, power) / (1.0 + power)
-    return _Split(m, s, k_hat * t)
-
-
-def _solve_split(x: FloatArray, k_hat: float | FloatArray) -> _Split:
-    """Solve x = m + y for x >= 0: Newton's method in ln(t), kept inside a bracket.
-
-    `k_hat` is zero, or above zero with the shape of `x`.
-    """
-    if (
-        np.ndim(k_hat) == 0 and k_hat == 0.0
-    ):  # Carter: stick until x = 1, then y = x - 1 is pure sliding
-        m = np.minimum(x, 1.0)
-        return _Split(m, 1.0 - m, x - m)
-    # x is a sum of m and y, so at the root neither exceeds x and one is at least x/2.
-    with np.errstate(divide="ignore"):
-        carter = np.where(x < 1.0, x / np.where(x < 1.0, 1.0 - x, 1.0), np.inf) ** 0.25
-        half = np.where(x < 2.0, x / np.where(x < 2.0, 2.0 - x, 1.0), np.inf) ** 0.25
-        upper = np.log(np.minimum(carter, x / k_hat))
-        lower = np.log(np.maximum(np.minimum(half, x / (2.0 * k_hat)), (x - 1.0) / k_hat))
-    zero = x == 0.0
-    lower, upper = np.where(zero, 0.0, lower), np.where(zero, 0.0, upper)
-    log_t = 0.5 * (lower + upper)
-    for _ in range(200):
-        m, s, y = _split(np.exp(log_t), k_hat)
-        residual = (m - x) + y
-        lower = np.where(residual <= 0.0, log_t, lower)
-        upper = np.where(residual >= 0.0, log_t, upper)
-        newton = log_t - residual / (4.0 * m * s + y)
-        # A converged step may land on a bracket end: that is still inside.
-        inside = (newton >= lower) & (newton <= upper)
-        step = np.where(inside, newton, 0.5 * (lower + upper)) - log_t
-        log_t = log_t + step
-        # Rounding is reached in ln(t), or in x where x hardly depends on t.
-        small = np.abs(step) <= 4e-16 * np.maximum(1.0, np.abs(log_t))
-        if np.all(zero | small | (np.abs(residual) <= 4e-16 * x)):
-            break
-    return _split(np.where(zero, 0.0, np.exp(log_t)), k_hat)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,14 +90,14 @@ class CarterGriffith(Parameters):
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope at x >= 0."""
         if self.contact == "line":
-            return _line(_solve_split(x, self.k_hat))
+            return line_values(solve_split(x, self.k_hat))
         if self.k_hat < SMALLEST_K_HAT:
             return carter_ellipse(x)
         ratio, slope = np.zeros(x.size), np.full(x.size, 0.75 * np.pi)
         rolling = np.flatnonzero(x)
         for part in np.array_split(rolling, 1 + rolling.size // 4096):  # to bound the memory
             at = x.flat[part]
-            middle = _solve_split(at, self.k_hat)
+            middle = solve_split(at, self.k_hat)
             ratio[part], slope[part] = griffith_ellipse(at, self.k_hat, middle)
         return ratio.reshape(x.shape), slope.reshape(x.shape)
 
@@ -177,7 +119,7 @@ class CarterGriffith(Parameters):
         ndarray
             From -a1/a to a1/a; arguments broadcast.
         """
-        x, w = self._strips(normalized_creepage, lateral_position)
+        x, w = strips_at(self.contact, normalized_creepage, lateral_position)
         m, s = self._stick(x, w)
         return np.asarray(w * (m - s))
 
@@ -203,7 +145,7 @@ class CarterGriffith(Parameters):
         ndarray
             Zero outside the contact, infinite at the stick boundary if `k_hat` > 0.
         """
-        x, w = self._strips(normalized_creepage, lateral_position)
+        x, w = strips_at(self.contact, normalized_creepage, lateral_position)
         xi, x, w = np.broadcast_arrays(checked("position", position, FINITE), x, w)
         m, s = self._stick(x, w)
         lead = np.maximum(w - xi, 0.0)
@@ -218,22 +160,44 @@ class CarterGriffith(Parameters):
             traction = traction + np.where(stick & (s > 0.0), singular, 0.0)
         return np.asarray(np.copysign(1.0, x) * traction)  # Eq. (16)
 
-    def _strips(
-        self, normalized_creepage: ArrayLike, lateral_position: ArrayLike
-    ) -> tuple[FloatArray, FloatArray]:
-        """Creepage and relative half-width w of the strips, broadcast."""
-        x = checked("normalized_creepage", normalized_creepage, FINITE)
-        eta = checked("lateral_position", lateral_position, LATERAL)
-        w = np.sqrt((1.0 - eta) * (1.0 + eta)) if self.contact == "elliptic" else np.ones_like(eta)
-        x, w = np.broadcast_arrays(x, w)
-        return x, w
+    def slip_rate(
+        self,
+        position: ArrayLike,
+        normalized_creepage: ArrayLike,
+        lateral_position: ArrayLike = 0.0,
+    ) -> FloatArray:
+        """Slip per rolled distance over zeta0; arguments broadcast, as in `shear_traction`.
+
+        From Eq. (9) with the traction of Eq. (16): what the surface strain lacks of the creepage.
+
+        Returns
+        -------
+        ndarray
+            Zero where the surface sticks and outside the contact, infinite behind the stick
+            boundary if `k_hat` > 0; the sign is that of x.
+        """
+        x, w = strips_at(self.contact, normalized_creepage, lateral_position)
+        xi, x, w = np.broadcast_arrays(checked("position", position, FINITE), x, w)
+        m, s = self._stick(x, w)
+        lead = np.maximum(w - xi, 0.0)
+        behind = np.where(xi >= -w, np.maximum(w * (m - s) - xi, 0.0), 0.0)
+        rate = np.sqrt(lead * behind)
+        if self.k_hat > 0.0:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                intensity = self.k_hat * (4.0 * m * s) ** 0.25  # Eq. (17)
+                singular = intensity / np.sqrt(2.0 * s) * np.sqrt(lead / behind)
+            rate = rate + np.where((behind > 0.0) & (s > 0.0), singular, 0.0)
+        else:
+            # Beyond saturation all slips, and faster than the strain alone.
+            rate = rate + np.where(np.abs(xi) <= w, np.maximum(np.abs(x) - w, 0.0), 0.0)
+        return np.asarray(np.copysign(1.0, x) * rate)
 
     def _stick(self, x: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stick measure m of the strips and its complement; a strip of no width only slips."""
         m, s = np.ones(x.shape), np.zeros(x.shape)
         wide = w > 0.0
         k_hat = self.k_hat / w[wide] if self.k_hat > 0.0 else 0.0  # Eq. (22)
-        m[wide], s[wide], _ = _solve_split(np.abs(x[wide]) / w[wide], k_hat)
+        m[wide], s[wide], _ = solve_split(np.abs(x[wide]) / w[wide], k_hat)
         return m, s
 
     @cached_property
@@ -256,14 +220,16 @@ class CarterGriffith(Parameters):
             return k * (1.0 + v**4) * (3.0 - v**4) - 4.0 * v**5
 
         v = float(brentq(condition, 0.0, 3.0**0.25, xtol=1e-300, rtol=1e-15))
-        split = _split(np.array(1.0 / v), k)
-        return Peak(float(split.m + split.y), float(_line(split)[0]))
+        split = split_at(np.array(1.0 / v), k)
+        return Peak(float(split.m + split.y), float(line_values(split)[0]))
 
 
-def _line(split: _Split) -> tuple[FloatArray, FloatArray]:
-    """Traction ratio and slope of a line contact."""
-    m, s, y = split
-    stretch = y + 4.0 * m * s  # dx/d(ln t)
-    share = np.divide(m * y, stretch, out=np.zeros_like(m), where=stretch > 0.0)
-    ratio = m * (1.0 + s) + 2.0 * (y * s)  # Eq. (18)
-    return np.asarray(ratio), np.asarray(2.0 * s * (1.0 - 4.0 * share))
+def strips_at(
+    contact: str, normalized_creepage: ArrayLike, lateral_position: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Creepage and relative half-width w of the strips, broadcast and checked."""
+    x = checked("normalized_creepage", normalized_creepage, FINITE)
+    eta = checked("lateral_position", lateral_position, LATERAL)
+    w = np.sqrt((1.0 - eta) * (1.0 + eta)) if contact == "elliptic" else np.ones_like(eta)
+    x, w = np.broadcast_arrays(x, w)
+    return x, w

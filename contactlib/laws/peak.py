@@ -1,4 +1,4 @@
-"""What every law says of its maximum."""
+"""Points of a law: its maximum, and where its second derivative is not continuous."""
 
 from __future__ import annotations
 
@@ -10,3 +10,10 @@ class Peak(NamedTuple):
 
     normalized_creepage: float
     traction_ratio: float
+
+
+class Corner(NamedTuple):
+    """A creepage x* below which a law has parts like (x* - x)**power, also times ln(x* - x)."""
+
+    normalized_creepage: float
+    power: float

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contactlib.laws.line import Split
 from contactlib.parameters import FloatArray
 
 NODES = 192  # gives every digit for k_hat >= SMALLEST_K_HAT
@@ -48,7 +49,7 @@ def double_exponential(n: int, start: float, end: float) -> Rule:
 
 
 def griffith_ellipse(
-    x: FloatArray, k_hat: float, middle: tuple[FloatArray, FloatArray, FloatArray]
+    x: FloatArray, k_hat: float, middle: Split, rim: tuple[float, Split] | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Traction ratio and slope of the Carter-Griffith law on an ellipse.
 
@@ -58,8 +59,10 @@ def griffith_ellipse(
         Normalized creepages, above zero, (n,).
     k_hat : float
         At least `SMALLEST_K_HAT`.
-    middle : tuple of ndarray
-        m, s and y = k_hat t of the strip in the middle, each (n,).
+    middle : Split
+        The strip in the middle, (n,).
+    rim : tuple of float and Split, optional
+        Relative half-width and state of the narrowest strip to count; all strips if left out.
     """
     m1, s1, _ = middle
     mixed = (m1 > NOTHING) & (s1 > NOTHING)  # else all strips only stick, or only slip
@@ -67,12 +70,14 @@ def griffith_ellipse(
     slope = np.where(m1 > NOTHING, 0.0, 0.75 * np.pi)
     m1, s1, y1, x = (v[mixed, np.newaxis] for v in (*middle, x))
     rule = double_exponential(NODES, 3.85, 3.1)  # longer where the square root is: at the middle
-    span = np.log1p(m1 / y1)  # of ln(t), from the middle to the rim
+    # m of the last strip, in units of the middle one's; at no width k_hat t = x.
+    last = np.zeros_like(x) if rim is None else rim[0] * rim[1].m[mixed, np.newaxis]
+    span = np.log1p((m1 - last) / y1)  # of ln(t)
     grown = np.expm1(span * rule.from_start)
     fourth = m1 / s1 * (1.0 + grown) ** 4  # t**4
     m, s = fourth / (1.0 + fourth), 1.0 / (1.0 + fourth)
     y = y1 * (1.0 + grown)
-    left = -x * np.expm1(-span * rule.from_end)  # x - k_hat t
+    left = last - (x - last) * np.expm1(-span * rule.from_end)  # x - k_hat t
     w = left / m  # Eq. (23)
     # 1 - w in positive terms, as it vanishes at the middle.
     shrunk = -np.expm1(-4.0 * span * rule.from_start)
