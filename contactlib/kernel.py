@@ -13,6 +13,7 @@ import zlib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ HEADERS = ("variable.h", "creep_table.h", "force_element.h", "wheelset.h", "toke
 SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
 ffi: Any = FFI()
+_LOADING = Lock()
 
 
 def platform_name() -> str:
@@ -41,15 +43,20 @@ def library_path(name: str) -> Path:
     return PACKAGE / "_native" / name / f"contactlib{suffix}"
 
 
-@cache
 def library() -> Any:
-    """The loaded native library.
+    """The loaded native library, loaded once whatever the number of threads.
 
     Raises
     ------
     ImportError
         If it was not built for this machine.
     """
+    with _LOADING:
+        return _load()
+
+
+@cache
+def _load() -> Any:
     for header in HEADERS:
         text = (package_folder("fmu") / header).read_text(encoding="ascii")
         text = re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
@@ -124,14 +131,19 @@ class Node(NamedTuple):
     weight: FloatArray
 
 
-def table_nodes(u: FloatArray, k_hat: float) -> Node:
-    """Law arguments at the spline coordinates `u`, 0 <= u < 1."""
+def table_nodes(u: FloatArray, k_hat: float, **shape: int) -> Node:
+    """Law arguments at the spline coordinates `u`, 0 <= u < 1, of a table of this shape."""
     lib, node = library(), ffi.new("creep_node *")
-    rows = []
+    table, rows = ffi.new("creep_table *", shape), []
     for value in u:
-        lib.creep_table_node(value, k_hat, node)
+        lib.creep_table_node(table, value, k_hat, node)
         rows.append((node.normalized_creepage, node.line, node.weight))
     return Node(*np.array(rows).T)
+
+
+def table_place(normalized_creepage: float, k_hat: float) -> float:
+    """Parameter t of the table at a creepage and a k_hat above zero."""
+    return float(library().creep_table_place(normalized_creepage, k_hat))
 
 
 # ---- force element --------------------------------------------------------------------------

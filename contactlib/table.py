@@ -3,7 +3,7 @@
 A law is sampled over the coordinates that fmu/creep_table.h explains, splined, written into one
 checked block of bytes, and evaluated through the kernel. This module knows no contact mechanics:
 it takes any factory ``law_type(k_hat=..., **options)`` whose objects have ``traction_ratio`` and
-``slope``.
+``slope``, or one such object that does not depend on k_hat.
 
 The grid is refined until the certificate meets the target: the largest error against the law,
 found on a dense set of points that are not grid nodes, over all k_hat and from the smallest
@@ -14,32 +14,61 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, CubicSpline
+from threadpoolctl import threadpool_limits
 
 from contactlib import kernel
 from contactlib.files import write_whole
 from contactlib.parameters import FINITE, FloatArray, Limits, checked
 
-MAGIC, VERSION, NAME_SIZE = b"CREEPTAB", 1, 64
+MAGIC, VERSION, HEADER, NAME_SIZE = b"CREEPTAB", 2, 192, 104
 K_MAX = 2.0
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
+CORNER_GRIDS = ((512, 232),)
+ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 SLOPE_TARGET = 1e-4
+CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # continues four values by one
+CORNER = 7  # numbers a row that describe a corner
+
+REACH = 0.1  # of the fit to a corner, in t/T
+SMOOTHING = 8  # intervals along sqrt(k_hat)
+FADE = 0.2
+
+Row = TypeVar("Row")
 
 
 class Law(Protocol):
-    """What a table needs of a contact law at one k_hat."""
+    """What a table needs of a contact law at one k_hat.
+
+    A law that tends to 1 like a power of 1/x other than the third says which as `tail_decay`; one
+    whose second derivative is not continuous says where as `corner`.
+    """
 
     def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
         """Traction ratio at normalized creepages."""
 
     def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
         """Its derivative."""
+
+
+class Corner(Protocol):
+    """A creepage x* below which a law has parts like (x* - x)**power, also times ln(x* - x)."""
+
+    @property
+    def normalized_creepage(self) -> float:
+        """Creepage x*."""
+
+    @property
+    def power(self) -> float:
+        """A multiple of one half."""
 
 
 class CreepForceTable:
@@ -64,7 +93,7 @@ class CreepForceTable:
     @classmethod
     def from_law(
         cls,
-        law_type: Callable[..., Law],
+        law: Callable[..., Law] | Law,
         *,
         target: float = 1e-8,
         progress: Callable[[float], object] = lambda part: None,
@@ -74,14 +103,14 @@ class CreepForceTable:
 
         Parameters
         ----------
-        law_type : callable
-            ``law_type(k_hat=k, **options)`` is the law at one k_hat.
+        law : callable or Law
+            ``law(k_hat=k, **options)`` is the law at one k_hat; or a law that has none.
         target : float
             Largest error of the traction ratio to accept [1]; the slope's is 1e-4.
         progress : callable
-            Is told what part of the certificate's points the law has been solved at.
+            Is told what part of the work has been done, from 0 to 1.
         **options
-            Handed to `law_type`.
+            Handed to `law`.
 
         Raises
         ------
@@ -89,37 +118,47 @@ class CreepForceTable:
             If the finest grid misses the target; the message names the error reached.
         """
         checked("target", target, Limits(above=0.0))
-        name = " ".join([law_type.__name__, *(f"{k}={v}" for k, v in options.items())])
-
-        def law_at(k_hat: float) -> Law:
-            return law_type(k_hat=k_hat, **options)
-
-        reference = _reference_values(law_at, progress)
-        for cells_u, cells_k in GRIDS:
-            coefficients = _fit(law_at, cells_u, cells_k)
-            draft = cls(_pack(name, cells_u, cells_k, (0.0, 0.0, 0), coefficients))
+        sampler = _Sampler(law, options, progress)
+        reference = _reference_values(sampler)
+        done = 0.5
+        for cells in sampler.grids:
+            then = 0.5 * (1.0 + done)  # nobody knows which grid will do
+            coefficients = _fit(sampler, *cells, done, then)
+            draft = cls(_pack(sampler, cells, (0.0, 0.0, 0), coefficients))
             certificate = draft._errors_against(reference)
             if certificate[0] <= target and certificate[1] <= SLOPE_TARGET:
-                return cls(_pack(name, cells_u, cells_k, certificate, coefficients))
+                progress(1.0)
+                return cls(_pack(sampler, cells, certificate, coefficients))
+            done = then
         raise ValueError(
-            f"target = {target!r} is not reached for {name}: the finest grid has the error "
+            f"target = {target!r} is not reached for {sampler.name}: the finest grid has the error "
             f"{certificate[0]:.2e} of the traction ratio and {certificate[1]:.2e} of its slope"
         )
 
     def _errors_against(self, reference: list[_Reference]) -> tuple[float, float, int]:
         error = slope_error = 0.0
         points = 0
-        for k_hat, x, law_ratio, law_slope in reference:
-            ratio, slope = self.native.evaluate(x, np.array([k_hat]))
-            error = max(error, float(np.max(np.abs(ratio - law_ratio))))
-            slope_error = max(slope_error, float(np.max(np.abs(slope - law_slope))))
-            points += x.size
+        for row in reference:
+            ratio, slope = self.native.evaluate(row.x, np.array([row.k_hat]))
+            error = max(error, float(np.max(np.abs(ratio - row.ratio))))
+            slope_error = max(slope_error, float(np.max(np.abs(slope - row.slope))))
+            points += row.x.size
         return error, slope_error, points
 
     @property
     def law(self) -> str:
         """Name and options of the law behind the table."""
-        return self.data[64 : 64 + NAME_SIZE].rstrip(b"\0").decode()
+        return self.data[HEADER - NAME_SIZE : HEADER].rstrip(b"\0").decode()
+
+    @property
+    def options(self) -> dict[str, str]:
+        """Options of the law by name, as they stand in `law`."""
+        return dict(word.split("=", 1) for word in self.law.split()[1:])
+
+    @property
+    def static_to_kinetic(self) -> float | None:
+        """Friction ratio f_s/f_d that the law holds for; None if for any."""
+        return float(self.native.struct.static_to_kinetic) or None
 
     @property
     def max_error(self) -> float:
@@ -186,48 +225,166 @@ class CreepForceTable:
             raise ValueError(f"{os.fspath(path)}: {error}") from None
 
 
-_Reference = tuple[float, FloatArray, FloatArray, FloatArray]
+class _Reference(NamedTuple):
+    """Values of a law at points of the certificate for one k_hat."""
+
+    k_hat: float
+    x: FloatArray
+    ratio: FloatArray
+    slope: FloatArray
 
 
-def _reference_values(
-    law_at: Callable[[float], Law], progress: Callable[[float], object]
-) -> list[_Reference]:
+class _Sampler:
+    """A law to tabulate, and the shape of its table."""
+
+    def __init__(
+        self,
+        law: Callable[..., Law] | Law,
+        options: dict[str, Any],
+        progress: Callable[[float], object],
+    ) -> None:
+        self._law, self._options, self._progress = law, options, progress
+        self.one_axis = not callable(law)
+        kind = type(law).__name__ if self.one_axis else getattr(law, "__name__", "law")
+        self.name = " ".join([kind, *(f"{key}={value}" for key, value in options.items())])
+        some = self.at(1.0)
+        corner: Corner | None = getattr(some, "corner", None)
+        self.static_to_kinetic = float(getattr(some, "static_to_kinetic", 0.0))
+        self.shape = {
+            "one_axis": int(self.one_axis),
+            "twice_decay": round(2.0 * float(getattr(some, "tail_decay", 3.0))) + 2,
+            "twice_corner": 0 if corner is None else round(2.0 * corner.power),
+            "root_k": int(bool(getattr(some, "carter_at_zero", False))),
+        }
+
+    @property
+    def grids(self) -> tuple[tuple[int, int], ...]:
+        """Numbers of cells to try, coarse to fine."""
+        if self.one_axis:
+            return ONE_AXIS_GRIDS
+        return CORNER_GRIDS if self.shape["twice_corner"] else GRIDS
+
+    def at(self, k_hat: float) -> Law:
+        """The law at one k_hat."""
+        if callable(self._law):
+            return self._law(k_hat=k_hat, **self._options)
+        return self._law
+
+    def rows(
+        self, row: Callable[[float], Row], k_hats: Sequence[float], done: float, then: float
+    ) -> list[Row]:
+        """Call `row` for every k_hat, in threads; report progress from `done` to `then`.
+
+        Neighbours may share work that a law keeps, so the threads take k_hats far apart.
+        """
+        found: dict[int, Row] = {}
+        order = np.random.default_rng(0).permutation(len(k_hats)).tolist()
+        # The law's own linear algebra is on small matrices, where more threads are slower.
+        with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as pool:
+            jobs = {pool.submit(row, k_hats[i]): i for i in order}
+            try:
+                for job in as_completed(jobs):
+                    found[jobs[job]] = job.result()
+                    self._progress(done + (then - done) * len(found) / len(k_hats))
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+        return [found[i] for i in range(len(k_hats))]
+
+
+def _reference_values(sampler: _Sampler) -> list[_Reference]:
     """Values of the law on the certificate's points, none of which is a node of any grid."""
+
+    def row(k_hat: float) -> _Reference:
+        law = sampler.at(k_hat)
+        in_cells = kernel.table_nodes(_off_nodes(600), k_hat, **sampler.shape).normalized_creepage
+        x = np.concatenate([in_cells, np.geomspace(1e-12, 1e6, 200), [0.0, 1.0]])
+        return _Reference(k_hat, x, law.traction_ratio(x), law.slope(x))
+
     # Irrational fractions of the table's axes; the ends are its real borders.
-    inner = K_MAX * _off_nodes(96) ** 2
-    k_hats = [0.0, *np.geomspace(1e-12, 1e-3, 10).tolist(), *inner.tolist(), K_MAX]
-    rows = []
-    for row, k_hat in enumerate(k_hats):
-        law = law_at(k_hat)
-        in_cells = kernel.table_nodes(_off_nodes(1500), k_hat).normalized_creepage
-        x = np.concatenate([in_cells, np.geomspace(1e-12, 1e6, 500), [0.0, 1.0]])
-        rows.append((k_hat, x, law.traction_ratio(x), law.slope(x)))
-        progress((row + 1) / len(k_hats))
-    return rows
+    inner = K_MAX * _off_nodes(48) ** 2
+    k_hats = [0.0, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, *inner.tolist(), K_MAX]
+    return sampler.rows(row, [1.0] if sampler.one_axis else k_hats, 0.0, 0.5)
 
 
 def _off_nodes(n: int) -> FloatArray:
     return np.asarray((np.arange(n) + np.sqrt(0.5)) / (n + 1.0))
 
 
-def _fit(law_at: Callable[[float], Law], cells_u: int, cells_k: int) -> FloatArray:
-    """Spline coefficients of what the law adds to the line contact: (cells_k+3, cells_u+3)."""
+def _fit(sampler: _Sampler, cells_u: int, cells_k: int, done: float, then: float) -> FloatArray:
+    """Numbers of the table, a row for each spline coefficient along sqrt(k_hat)."""
     if cells_u == 0:
         return np.empty((0, 0))
-    u = np.linspace(0.0, 1.0, cells_u + 1)
-    inner = u[1:-1]  # the ends, where the weight vanishes, continue the cubic
-    samples = np.empty((cells_k + 1, cells_u + 1))
-    for row, root_k in enumerate(np.linspace(0.0, np.sqrt(K_MAX), cells_k + 1)):
-        k_hat = min(float(root_k) ** 2, K_MAX)  # rounding must not leave the law's range
-        node = kernel.table_nodes(inner, k_hat)
-        ratio = law_at(k_hat).traction_ratio(node.normalized_creepage)
-        samples[row] = _with_ends((ratio - node.line) / node.weight)
-    return _b_spline(_b_spline(samples.T).T)
+    inner = np.linspace(0.0, 1.0, cells_u + 1)[1:-1]
+
+    lead = CORNER if sampler.shape["twice_corner"] else 0
+
+    def row(k_hat: float) -> FloatArray:
+        if k_hat == 0.0 and sampler.shape["root_k"]:
+            return np.zeros(lead + cells_u - 1)
+        law = sampler.at(k_hat)
+        node = kernel.table_nodes(inner, k_hat, **sampler.shape)
+        h = (law.traction_ratio(node.normalized_creepage) - node.line) / node.weight
+        return np.concatenate([_corner_numbers(sampler, law, k_hat), h]) if lead else np.asarray(h)
+
+    if sampler.one_axis:
+        return _b_spline(_with_ends(row(1.0)))[np.newaxis]
+    root_k = np.linspace(0.0, np.sqrt(K_MAX), cells_k + 1)
+    # Rounding must not leave the law's range.
+    k_hats = np.minimum(root_k**2, K_MAX).tolist()
+    rows = np.array(sampler.rows(row, k_hats, done, then))
+    numbers, h = rows[:, :lead], rows[:, lead:]
+    if lead:
+        # Each row's fit has some noise, which an interpolation between rows would not forgive.
+        numbers[:, 1:] = _smooth(root_k, numbers[:, 1:])
+        power, t = 0.5 * sampler.shape["twice_corner"], inner / (1.0 - inner)
+        for values, number in zip(h, numbers, strict=True):
+            values -= _corner_terms(t, number[0], power) @ number[1:]
+    along_u = _b_spline(np.apply_along_axis(_with_ends, 1, h).T).T
+    return _b_spline(np.hstack([numbers, along_u]))
+
+
+def _smooth(x: FloatArray, values: FloatArray) -> FloatArray:
+    """Quintic splines over few intervals through the columns of `values`, by least squares.
+
+    They fade out at small x, where a corner is too weak to need its terms.
+    """
+    fade = x**4 / (x**4 + FADE**4)
+    knots = np.linspace(0.0, x[-1], SMOOTHING + 1)
+    knots = np.concatenate([[0.0] * 5, knots, [x[-1]] * 5])
+    basis = fade[:, np.newaxis] * BSpline.design_matrix(x, knots, 5).toarray()
+    return np.asarray(basis @ np.linalg.lstsq(basis, values, rcond=None)[0])
+
+
+def _corner_terms(t: ArrayLike, inverse_place: float, power: float) -> FloatArray:
+    """The singular functions of fmu/creep_table.h at t, (t.size, CORNER - 1)."""
+    y = np.asarray(t) * inverse_place
+    z = np.maximum(1.0 - y, 0.0) if inverse_place > 0.0 else np.zeros_like(y)
+    logarithm = np.log(np.where(z > 0.0, z, 1.0))
+    parts = y**4 * z ** (power + np.arange(CORNER // 2)[:, np.newaxis])
+    return np.stack([v for part in parts for v in (part, part * logarithm)], axis=1)
+
+
+def _corner_numbers(sampler: _Sampler, law: Law, k_hat: float) -> FloatArray:
+    """1/T and the factors of the singular functions, from a fit close to the corner."""
+    corner: Corner | None = getattr(law, "corner", None)
+    if corner is None or k_hat == 0.0:
+        return np.zeros(CORNER)
+    place = kernel.table_place(corner.normalized_creepage, k_hat)
+    off = REACH * ((np.arange(60) + 0.5) / 60.0) ** 2
+    off = np.concatenate([-off, off])
+    t = place * (1.0 + off)
+    node = kernel.table_nodes(t / (1.0 + t), k_hat, **sampler.shape)
+    h = (law.traction_ratio(node.normalized_creepage) - node.line) / node.weight
+    # The singular terms, and a smooth rest.
+    terms = _corner_terms(t, 1.0 / place, corner.power)
+    matrix = np.hstack([terms, chebvander(off / REACH, 8)])
+    factors = np.linalg.lstsq(matrix, h, rcond=None)[0]
+    return np.concatenate([[1.0 / place], factors[: CORNER - 1]])
 
 
 def _with_ends(h: FloatArray) -> FloatArray:
-    cubic = np.array([4.0, -6.0, 4.0, -1.0])
-    return np.concatenate([[cubic @ h[:4]], h, [cubic @ h[:-5:-1]]])
+    return np.concatenate([[CUBIC @ h[:4]], h, [CUBIC @ h[:-5:-1]]])
 
 
 def _b_spline(values: FloatArray) -> FloatArray:
@@ -243,14 +400,21 @@ def _b_spline(values: FloatArray) -> FloatArray:
 
 
 def _pack(
-    name: str,
-    cells_u: int,
-    cells_k: int,
+    sampler: _Sampler,
+    cells: tuple[int, int],
     certificate: tuple[float, float, int],
     coefficients: FloatArray,
 ) -> bytes:
     """The table file; its layout is that of fmu/creep_table.c."""
-    header = struct.pack("<IIdddd", cells_u, cells_k, K_MAX, *certificate)
-    label = name.encode()[:NAME_SIZE].ljust(NAME_SIZE, b"\0")
+    shape = sampler.shape
+    header = struct.pack("<IIdddd", *cells, K_MAX, *certificate) + struct.pack(
+        "<dIIII",
+        sampler.static_to_kinetic,
+        shape["one_axis"],
+        shape["twice_decay"],
+        shape["twice_corner"],
+        shape["root_k"],
+    )
+    label = sampler.name.encode()[:NAME_SIZE].ljust(NAME_SIZE, b"\0")
     body = np.ascontiguousarray(coefficients, dtype="<f8").tobytes()
     return kernel.framed(MAGIC, VERSION, header + label + body)

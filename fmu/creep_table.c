@@ -5,9 +5,10 @@
 
 #include "checked_file.h"
 
-/* After the frame: cells_u, cells_k, k_max, max_error, max_slope_error, certificate_points, then
- * 64 characters that name the law, then the coefficients. */
-enum { TABLE_VERSION = 1, TABLE_HEADER = 128 };
+/* After the frame: cells_u, cells_k, k_max, max_error, max_slope_error, certificate_points,
+ * static_to_kinetic, one_axis, twice_decay, twice_corner, root_k, then 104 characters that name the
+ * law, then the coefficients. */
+enum { TABLE_VERSION = 2, TABLE_HEADER = 192, CORNER = 7 };
 
 /* Position on the law: x = m + y, with y = k_hat t. Every term is kept to full relative accuracy,
  * so nothing below subtracts nearly equal numbers. */
@@ -102,35 +103,85 @@ static uint32_t locate(double position, uint32_t cells, double *fraction) {
     return cell;
 }
 
-/* H and its derivatives to u and to sqrt(k_hat). */
-static void correction(const creep_table *table, double u, double root_k, double h[3]) {
+/* v to the power twice/2. */
+static double half_power(double v, uint32_t twice) {
+    double power = twice % 2u != 0 ? sqrt(v) : 1.0;
+    for (uint32_t i = 0; i < twice / 2u; i++) power *= v;
+    return power;
+}
+
+/* C and its derivatives to ln t and to sqrt(k_hat), from the row's c and its derivative. */
+static void add_corner(const creep_table *table, double t, const double c[CORNER],
+                       const double by_root_k[CORNER], double h[3]) {
+    double y = t * c[0], z = 1.0 - y;
+    if (!(z > 0.0 && y > 0.0)) return;
+    double part = (y * y) * (y * y) * half_power(z, table->twice_corner), logarithm = log(z);
+    double constant = c[1] + z * (c[3] + z * c[5]), factor = c[2] + z * (c[4] + z * c[6]);
+    double sum = constant + factor * logarithm;
+    double by_z = c[3] + 2.0 * z * c[5] + (c[4] + 2.0 * z * c[6]) * logarithm;
+    double by_y = part * ((4.0 / y - 0.5 * table->twice_corner / z) * sum - factor / z - by_z);
+    const double *d = by_root_k;
+    double varied = d[1] + z * (d[3] + z * d[5]) + (d[2] + z * (d[4] + z * d[6])) * logarithm;
+    h[0] += part * sum;
+    h[1] += y * by_y;
+    h[2] += part * varied + t * by_root_k[0] * by_y;
+}
+
+/* H + C and its derivatives to ln t and to sqrt(k_hat). */
+static void correction(const creep_table *table, double t, double root_k, double h[3]) {
     double wu[4], du[4], wk[4], dk[4], fraction;
+    double u = 1.0 / (1.0 + 1.0 / t);
     double scale_u = (double)table->cells_u;
     double scale_k = (double)table->cells_k / sqrt(table->k_max);
     uint32_t cell_u = locate(u * scale_u, table->cells_u, &fraction);
     basis(fraction, wu, du);
     uint32_t cell_k = locate(root_k * scale_k, table->cells_k, &fraction);
     basis(fraction, wk, dk);
-    size_t row_length = (size_t)table->cells_u + 3;
-    const double *corner = table->coefficients + cell_k * row_length + cell_u;
+    size_t corner = table->twice_corner > 0 ? CORNER : 0;
+    size_t row_length = corner + (size_t)table->cells_u + 3;
+    const double *first = table->coefficients + cell_k * row_length;
+    double c[CORNER] = {0.0}, by_root_k[CORNER] = {0.0};
     h[0] = h[1] = h[2] = 0.0;
     for (int j = 0; j < 4; j++) {
-        const double *row = corner + (size_t)j * row_length;
+        const double *start = first + (size_t)j * row_length, *row = start + corner + cell_u;
         double value = row[0] * wu[0] + row[1] * wu[1] + row[2] * wu[2] + row[3] * wu[3];
         double along = row[0] * du[0] + row[1] * du[1] + row[2] * du[2] + row[3] * du[3];
         h[0] += wk[j] * value;
         h[1] += wk[j] * along;
         h[2] += dk[j] * value;
+        for (size_t i = 0; i < corner; i++) {
+            c[i] += wk[j] * start[i];
+            by_root_k[i] += scale_k * dk[j] * start[i];
+        }
     }
-    h[1] *= scale_u;
+    h[1] *= scale_u * u * (1.0 - u);
     h[2] *= scale_k;
+    if (corner > 0) add_corner(table, t, c, by_root_k, h);
+}
+
+/* q = u H(u), u = x / (1 + x). */
+static void evaluate_one_axis(const creep_table *table, double x, creep_value *value) {
+    double w[4], d[4], fraction, u = x / (1.0 + x), rest = 1.0 / (1.0 + x);
+    double scale = (double)table->cells_u;
+    const double *row = table->coefficients + locate(u * scale, table->cells_u, &fraction);
+    basis(fraction, w, d);
+    double h = row[0] * w[0] + row[1] * w[1] + row[2] * w[2] + row[3] * w[3];
+    double along = row[0] * d[0] + row[1] * d[1] + row[2] * d[2] + row[3] * d[3];
+    value->traction_ratio = u * h;
+    value->slope = (h + u * scale * along) * rest * rest;
+    value->log_k_derivative = 0.0;
 }
 
 void creep_table_evaluate(const creep_table *table, double normalized_creepage, double k_hat,
                           creep_value *value) {
     double x = fabs(normalized_creepage), q = 0.0, slope = 2.0, log_k = 0.0;
-    double u = 0.0, u_of_log_t = 0.0, stretch = 0.0, share = 0.0;
+    double stretch = 0.0, share = 0.0;
     coordinate c = {0.0, 0.0, 1.0, 0.0};
+    if (table->one_axis) {
+        evaluate_one_axis(table, x, value);
+        value->traction_ratio = copysign(value->traction_ratio, normalized_creepage);
+        return;
+    }
     if (x > 0.0) {
         c = solve_coordinate(x, k_hat);
         stretch = c.y + 4.0 * c.m * c.s;          /* dx/d(ln t) */
@@ -138,17 +189,21 @@ void creep_table_evaluate(const creep_table *table, double normalized_creepage, 
         q = line_traction_ratio(c);
         slope = 2.0 * c.s * (1.0 - 4.0 * c.m * share);
         log_k = 8.0 * c.m * c.s * c.y * share;
-        u = 1.0 / (1.0 + 1.0 / c.t);
-        u_of_log_t = u * (1.0 - u);
     }
-    if (table->cells_u > 0) { /* q = q_line + s x H, with ds/d(ln t) = -4 m s */
-        double h[3], root_k = sqrt(k_hat), falling = 4.0 * c.m * c.s;
-        correction(table, u, root_k, h);
-        q += c.s * x * h[0];
-        slope += c.s * h[0];
-        if (stretch > 0.0) slope += x * (c.s * u_of_log_t * h[1] - falling * h[0]) / stretch;
-        log_k += x * share * (falling * h[0] - c.s * u_of_log_t * h[1]);
-        log_k += x * c.s * 0.5 * root_k * h[2];
+    if (table->cells_u > 0) { /* q = q_line + x w H, with w = (1 + t)^-d */
+        double h[3], root_k = sqrt(k_hat), rest = 1.0 / (1.0 + c.t), u = 1.0 - rest;
+        double w = half_power(rest, table->twice_decay), decay = 0.5 * table->twice_decay;
+        correction(table, c.t, root_k, h);
+        if (table->root_k) {
+            h[2] = h[0] + root_k * h[2];
+            h[0] *= root_k;
+            h[1] *= root_k;
+        }
+        double by_log_t = w * (h[1] - decay * u * h[0]);
+        q += x * w * h[0];
+        slope += w * h[0];
+        if (stretch > 0.0) slope += x * by_log_t / stretch;
+        log_k += x * (w * 0.5 * root_k * h[2] - share * by_log_t);
     }
     value->traction_ratio = copysign(q, normalized_creepage);
     value->slope = slope;
@@ -165,11 +220,20 @@ void creep_table_evaluate_many(const creep_table *table, size_t n, const double 
     }
 }
 
-void creep_table_node(double u, double k_hat, creep_node *node) {
+void creep_table_node(const creep_table *shape, double u, double k_hat, creep_node *node) {
+    if (shape->one_axis) {
+        *node = (creep_node){u / (1.0 - u), 0.0, u};
+        return;
+    }
     coordinate c = coordinate_at(u / (1.0 - u), k_hat);
     node->normalized_creepage = c.m + c.y; /* Eq. (19) */
     node->line = line_traction_ratio(c);
-    node->weight = c.s * node->normalized_creepage;
+    node->weight = node->normalized_creepage * half_power(1.0 - u, shape->twice_decay);
+    if (shape->root_k) node->weight *= sqrt(k_hat);
+}
+
+double creep_table_place(double normalized_creepage, double k_hat) {
+    return solve_coordinate(normalized_creepage, k_hat).t;
 }
 
 const char *creep_table_open(creep_table *table, const void *bytes, size_t size) {
@@ -183,16 +247,27 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
     memcpy(&table->max_error, start + 40, 8);
     memcpy(&table->max_slope_error, start + 48, 8);
     memcpy(&table->certificate_points, start + 56, 8);
+    memcpy(&table->static_to_kinetic, start + 64, 8);
+    memcpy(&table->one_axis, start + 72, 4);
+    memcpy(&table->twice_decay, start + 76, 4);
+    memcpy(&table->twice_corner, start + 80, 4);
+    memcpy(&table->root_k, start + 84, 4);
     table->coefficients = (const double *)(const void *)(start + TABLE_HEADER);
-    size_t count = 0;
-    if (table->cells_u > 0 || table->cells_k > 0) {
+    if (table->one_axis > 1 || table->twice_decay > 16 || table->twice_corner > 16 ||
+        table->root_k > 1)
+        return "the table's shape is not known";
+    size_t count = 0, rows = table->one_axis ? 1 : (size_t)table->cells_k + 3;
+    if (table->cells_u > 0 || table->cells_k > 0 || table->one_axis) {
         if (table->cells_u < 1 || table->cells_u > 4096 || table->cells_k < 1 ||
             table->cells_k > 4096)
             return "the table's number of cells is out of range (1 to 4096)";
-        count = ((size_t)table->cells_u + 3) * ((size_t)table->cells_k + 3);
+        count = rows * ((table->twice_corner > 0 ? CORNER : 0) + (size_t)table->cells_u + 3);
     }
+    if (table->one_axis && table->twice_corner > 0) return "a table of one axis has no corner";
     if (size != TABLE_HEADER + count * sizeof(double))
         return "the table's length does not fit its number of cells";
+    if (!(table->static_to_kinetic >= 0.0 && table->static_to_kinetic <= 1e3))
+        return "the table's static_to_kinetic is out of range";
     if (!(table->k_max > 0.0 && table->k_max <= 1e3)) return "the table's k_max is out of range";
     for (size_t i = 0; i < count; i++)
         if (!isfinite(table->coefficients[i])) return "the table holds a number that is not finite";

@@ -1,13 +1,19 @@
 /* Traction ratio of a creep force law, read from a table.
  *
- * A table holds what a law adds to the Carter-Griffith law of a line contact, as a bicubic C2
- * spline over the line contact's own parameter t and the intensity k_hat:
+ * A table of two axes holds what a law adds to the Carter-Griffith law of a line contact, as a
+ * bicubic C2 spline over the line contact's own parameter t and the intensity k_hat:
  *
- *     x = m + k_hat t,   m = t^4 / (1 + t^4),   s = 1 - m
- *     q(x, k_hat) = q_line(x, k_hat) + s x H(t / (1 + t), sqrt(k_hat))
+ *     x = m + k_hat t,   m = t^4 / (1 + t^4),   u = t / (1 + t)
+ *     q(x, k_hat) = q_line(x, k_hat) + x (1 - u)^d (H(u, sqrt(k_hat)) + C)
  *
- * In these coordinates both boundary layers of the law (small x, and x near 1 at small k_hat)
- * are smooth, the tail keeps its sign, and H of the line contact is zero.
+ * In these coordinates both boundary layers of the law (small x, and x near 1 at small k_hat) are
+ * smooth; d is the power at which the tail falls, and H of the line contact is zero. C is there for
+ * a law whose second derivative is not continuous at a creepage t = T(k_hat), its corner: with
+ * y = t/T and z = 1 - y > 0,
+ *
+ *     C = y^4 z^p (c0 + c2 z + c4 z^2 + (c1 + c3 z + c5 z^2) ln z)
+ *
+ * A table of one axis holds q = u H(u) with u = x / (1 + x), for every k_hat.
  */
 #ifndef CREEP_TABLE_H
 #define CREEP_TABLE_H
@@ -24,7 +30,13 @@ typedef struct {
     double max_error;           /* certificate: largest error of q found */
     double max_slope_error;     /* certificate: largest error of dq/dx found */
     double certificate_points;  /* number of points behind the certificate */
-    const double *coefficients; /* (cells_k + 3) rows of (cells_u + 3), in the caller's bytes */
+    double static_to_kinetic;   /* f_s/f_d that the law holds for, 0 if for any */
+    uint32_t one_axis;          /* 1 if the law does not depend on k_hat */
+    uint32_t twice_decay;       /* 2 d */
+    uint32_t twice_corner;      /* 2 p, 0 if there is no corner */
+    uint32_t root_k;            /* 1 if H + C has the factor sqrt(k_hat) */
+    const double *coefficients; /* rows along sqrt(k_hat), each 1/T and c0 to c5 if there is a
+                                   corner, then cells_u + 3; in the caller's bytes */
 } creep_table;
 
 typedef struct {
@@ -37,7 +49,7 @@ typedef struct {
 typedef struct {
     double normalized_creepage; /* x */
     double line;                /* q_line */
-    double weight;              /* s x */
+    double weight;              /* x (1 - u)^d; u if of one axis */
 } creep_node;
 
 /* Read a table file that lies in memory, aligned to 8 bytes. The bytes must outlive the table.
@@ -53,7 +65,11 @@ CONTACTLIB_API void creep_table_evaluate_many(const creep_table *table, size_t n
                                               const double *k_hat, size_t k_stride, double *ratio,
                                               double *slope);
 
-/* The law's argument at the spline coordinates 0 <= u < 1 and k_hat. */
-CONTACTLIB_API void creep_table_node(double u, double k_hat, creep_node *node);
+/* The law's argument at the spline coordinates 0 <= u < 1 and k_hat of a table of this shape. */
+CONTACTLIB_API void creep_table_node(const creep_table *shape, double u, double k_hat,
+                                     creep_node *node);
+
+/* t at a creepage x > 0 and k_hat > 0. */
+CONTACTLIB_API double creep_table_place(double normalized_creepage, double k_hat);
 
 #endif
