@@ -8,7 +8,7 @@ from pathlib import Path
 import contactlib
 from contactlib.files import package_folder
 
-# Lowest first; modules of one line do not import each other.
+# Lowest first; a room is a module or a folder, and rooms of one line do not import each other.
 FLOORS = [
     {"parameters", "files"},
     {"data", "friction", "hertz", "kernel"},
@@ -27,6 +27,10 @@ FLOOR = {name: level for level, names in enumerate(FLOORS) for name in names}
 PACKAGE = Path(contactlib.__file__).parent
 
 
+def room_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
 def imports(path: Path) -> set[str]:
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
@@ -41,7 +45,7 @@ def imports(path: Path) -> set[str]:
 
 def test_imports_point_down() -> None:
     for path in PACKAGE.rglob("*.py"):
-        room = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+        room = room_of(path)
         if room == "__init__":
             continue
         for name in imports(path):
@@ -54,7 +58,7 @@ def test_each_outside_library_has_one_door() -> None:
     doors = {"matplotlib": {"figures"}, "cffi": {"kernel"}, "click": {"cli"}, "rich": {"cli"}}
     for path in PACKAGE.rglob("*.py"):
         for library, rooms in doors.items():
-            if path.stem not in rooms:
+            if room_of(path) not in rooms:
                 assert not any(name.split(".")[0] == library for name in imports(path)), path
 
 

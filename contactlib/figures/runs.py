@@ -1,63 +1,31 @@
-"""Figures. The only module that imports matplotlib; every function returns a `Figure`.
+"""Figures of a wheelset and its runs.
 
 Stable branches are solid, unstable ones dashed, so a figure reads in grey as well.
 """
 
 from __future__ import annotations
 
-import io
-import os
-from pathlib import Path
-from typing import Any
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from contactlib.files import write_whole
+from contactlib.figures.style import (
+    BLUE,
+    DASHED,
+    GREY,
+    ORANGE,
+    STYLE,
+    mark,
+    new_figure,
+    percent_axis,
+)
 from contactlib.parameters import FloatArray
 from contactlib.simulation import Result
 from contactlib.stability import Fold, find_fold, quasi_steady_torque
 from contactlib.wheelset import Wheelset
-
-# Colours that colour-blind readers can tell apart (Okabe & Ito).
-BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#6E6E6E"
-DASHED = (0, (4, 1.5))
-STYLE: dict[Any, Any] = {
-    "font.size": 10,
-    "axes.titlesize": 11,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#E3E3E3",
-    "grid.linewidth": 0.8,
-    "legend.frameon": False,
-    "lines.linewidth": 2.0,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "contactlib",
-}
-
-
-def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to `path`; its ending (png, svg, pdf) tells the format."""
-    path, buffer = Path(path), io.BytesIO()
-    with mpl.rc_context(STYLE):
-        figure.savefig(buffer, format=path.suffix[1:], dpi=150)
-    return write_whole(path, buffer.getvalue())
-
-
-def _new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.subplots(**grid)
-
-
-def _percent_axis(axis: Any) -> None:
-    axis.set_major_formatter(FuncFormatter(lambda v, _: f"{100.0 * v:g}"))
 
 
 def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
@@ -71,13 +39,13 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     kinetic = element.friction.kinetic * element.friction.slip_rate_factor(zeta * speed)
     carter = element.table.traction_ratio(record["normalized_creepage"], 0.0)
     with mpl.rc_context(STYLE):
-        figure, axes = _new_figure(7.2, 4.4)
+        figure, axes = new_figure(7.2, 4.4)
         axes.plot(zeta, kinetic * carter, color=GREY, lw=1.2, label="Carter (Coulomb friction)")
         _branches(axes, zeta, mu, zeta, fold)
         for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
             if creepage <= far:
                 height = float(np.interp(creepage, zeta, mu))
-                _mark(axes, creepage, height, text, (0, 9), ha="center")
+                mark(axes, creepage, height, text, (0, 9), ha="center")
         axes.plot(zeta, kinetic, color=GREY, lw=0.8, ls=":")
         axes.annotate(
             f"kinetic friction $f_d$ = {kinetic[-1]:.3g}",
@@ -89,7 +57,7 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
         )
         axes.set_xlim(0.0, far)
         axes.set_ylim(0.0, 1.12 * float(mu.max()))
-        _percent_axis(axes.xaxis)
+        percent_axis(axes.xaxis)
         axes.set_xlabel(r"creepage $\zeta$  [%]")
         axes.set_ylabel(r"traction coefficient $Q/P$  [1]")
         axes.set_title(
@@ -101,13 +69,6 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     return figure
 
 
-def _mark(
-    axes: Axes, x: float, y: float, text: str, offset: tuple[float, float], **style: Any
-) -> None:
-    axes.plot([x], [y], "o", color="black", ms=6, zorder=5)
-    axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", **style)
-
-
 def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figure:
     """Torque, creepage and creep force over time: torque control beside creep control."""
     rows = (
@@ -117,7 +78,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
     )
     columns = (("Torque control: runs away", torque_run), ("Creep control: stays", creep_run))
     with mpl.rc_context(STYLE):
-        figure, grid = _new_figure(9.6, 6.8, nrows=3, ncols=2, sharex="col")
+        figure, grid = new_figure(9.6, 6.8, nrows=3, ncols=2, sharex="col")
         for column, (heading, run) in enumerate(columns):
             falls = run["falling_branch"] > 0.0
             # A row beside a change of branch belongs to both lines, so that they meet.
@@ -166,7 +127,7 @@ def fold_diagram(
     zeta = _with_fold(np.geomspace(bottom, top, 2000), fold)
     torque = quasi_steady_torque(wheelset, zeta, speed=speed) / 1e3
     with mpl.rc_context(STYLE):
-        figure, axes = _new_figure(7.6, 5.2)
+        figure, axes = new_figure(7.6, 5.2)
         _branches(axes, torque, zeta, zeta, fold)
         run = torque_run
         shown = run["creepage"] > bottom
@@ -179,7 +140,7 @@ def fold_diagram(
         )
         for part in (0.3, 0.75):
             _arrow(axes, run, part)
-        _mark(
+        mark(
             axes,
             float(creep_run["drive_torque"][-1]) / 1e3,
             float(creep_run["creepage"][-1]),
@@ -188,14 +149,14 @@ def fold_diagram(
             ha="right",
             va="top",
         )
-        _mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
+        mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
         if np.isfinite(fold.return_creepage):
-            _mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
+            mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
         axes.set_yscale("log")
         axes.set_ylim(bottom, top)
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
         axes.yaxis.set_minor_formatter(NullFormatter())
-        _percent_axis(axes.yaxis)
+        percent_axis(axes.yaxis)
         low = min(fold.return_torque, float(run["drive_torque"].min())) / 1e3
         high = max(fold.drive_torque, float(run["drive_torque"].max())) / 1e3
         margin = 0.06 * (high - low)

@@ -1,0 +1,61 @@
+"""Colours, style and files that all figures share."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+from contactlib.files import write_whole
+
+# Colours that colour-blind readers can tell apart (Okabe & Ito).
+BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#6E6E6E"
+DASHED = (0, (4, 1.5))
+STYLE: dict[Any, Any] = {
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.8,
+    "legend.frameon": False,
+    "lines.linewidth": 2.0,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "contactlib",
+}
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write a figure to `path`; its ending (png, svg, pdf) tells the format."""
+    path, buffer = Path(path), io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(buffer, format=path.suffix[1:], dpi=150)
+    return write_whole(path, buffer.getvalue())
+
+
+def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
+    """A figure of so many inches, and its axes."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(**grid)
+
+
+def percent_axis(axis: Any) -> None:
+    """Label an axis of numbers in per cent."""
+    axis.set_major_formatter(FuncFormatter(lambda v, _: f"{100.0 * v:g}"))
+
+
+def mark(
+    axes: Axes, x: float, y: float, text: str, offset: tuple[float, float], **style: Any
+) -> None:
+    """Mark a point and name it."""
+    axes.plot([x], [y], "o", color="black", ms=6, zorder=5)
+    axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", **style)
