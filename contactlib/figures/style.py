@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import os
+import re
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +18,16 @@ from matplotlib.ticker import FuncFormatter
 from contactlib.files import write_whole
 
 # Colours that colour-blind readers can tell apart (Okabe & Ito).
-BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#6E6E6E"
-DASHED = (0, (4, 1.5))
+BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#6E6E6E"
+DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 1.5))
+# Captions are plain text; under a figure their symbols are set as on its axes.
+SYMBOLS = {
+    "k_hat": r"$\hat{K}$",
+    "zeta0": r"$\zeta_0$",
+    "f_s": "$f_s$",
+    "f_d": "$f_d$",
+    "c/a": "$c/a$",
+}
 STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.titlesize": 11,
@@ -59,3 +69,10 @@ def mark(
     """Mark a point and name it."""
     axes.plot([x], [y], "o", color="black", ms=6, zorder=5)
     axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", **style)
+
+
+def add_caption(figure: Figure, caption: str) -> None:
+    """Set a text under a figure."""
+    lines = textwrap.fill(caption, width=int(14.5 * figure.get_figwidth()))
+    typeset = re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
+    figure.supxlabel(typeset, x=0.01, ha="left", size=9, linespacing=1.4)
