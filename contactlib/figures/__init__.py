@@ -1,13 +1,33 @@
 """Figures: the only room that imports matplotlib. Every function returns a `Figure`."""
 
+from contactlib.figures.paper import (
+    CONTACT_PATCH,
+    PAPER_FIGURES,
+    PaperFigure,
+    figure_1,
+    figure_2,
+    figure_3,
+    figure_4,
+    figure_5,
+    figure_6,
+)
 from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.style import save
 
 __all__ = [
+    "CONTACT_PATCH",
+    "PAPER_FIGURES",
+    "PaperFigure",
     "contact_patch",
     "contact_patches",
     "creep_curve",
+    "figure_1",
+    "figure_2",
+    "figure_3",
+    "figure_4",
+    "figure_5",
+    "figure_6",
     "fold_diagram",
     "save",
     "time_histories",

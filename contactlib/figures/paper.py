@@ -1,0 +1,328 @@
+"""Figures 1 to 6 of the paper, drawn from the package's laws.
+
+Source: Ciavarella, Romano & Barber, "Rolling of a cylinder with slip-dependent friction: the
+Carter solution revisited". Equation numbers are theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from scipy.optimize import brentq
+
+from contactlib.data import TractionData
+from contactlib.figures import patch
+from contactlib.figures.style import (
+    BLUE,
+    DASHED,
+    DOTTED,
+    GREEN,
+    GREY,
+    ORANGE,
+    STYLE,
+    add_caption,
+    mark,
+    new_figure,
+    percent_axis,
+)
+from contactlib.files import package_folder
+from contactlib.fit import fit
+from contactlib.laws import CarterGriffith, CohesiveZone, Polach
+from contactlib.parameters import FloatArray
+
+# The paper's parameters, and a static friction, which it does not give.
+K_HAT, KINETIC, SATURATION = 0.3, 0.21, 0.015
+STATIC = 0.45
+CARTER, GRIFFITH, COHESIVE = "Carter", "Carter-Griffith", "cohesive zone"
+
+CAPTIONS = {
+    1: "Shear traction over the contact, stick boundary at c/a = -0.5. Friction that drops where "
+    "slip begins lets the traction grow without bound in the limit of a vanishing weakening "
+    f"length (k_hat {K_HAT}); over a finite one (same k_hat, f_s/f_d = {STATIC}/{KINETIC}) static "
+    "friction bounds it. The first term of the paper's Eq. (11) lacks a minus sign: drawn is "
+    "Eq. (16), which has it.",
+    2: "Creep force over the stick boundary. Above kinetic friction each force belongs to two "
+    "states, and the one with less stick is unstable at constant load. Eq. (18), drawn here, does "
+    "not know static friction, which no force exceeds: where f_s/f_d is below 1.135, it cuts the "
+    "peak off.",
+    3: "Creepage over the stick boundary. By Eq. (19), Carter's stick zone vanishes at zeta0; with "
+    "falling friction some of it is left at any creepage. The dot is the peak of the creep force.",
+    4: "Creep force over creepage. Beyond the peak a contact at constant load "
+    "runs away; a prescribed creepage holds it. Sec. 5 of the paper says that the curve "
+    "starts more steeply than Carter's: by Eqs. (18) and (19) both start with slope 2, and only "
+    "the secant is larger.",
+    5: "Creep force over creepage of a line contact and, by strip theory, of an ellipse. Sec. 4 of "
+    "the paper says that the ellipse's maximum is clearly the lower one: by its Eqs. (23) and (24) "
+    "it is slightly higher, and at a smaller creepage.",
+    6: "Traction coefficient over creepage: the laws with the paper's parameters beside points of "
+    "a locomotive, the Eurosprinter. The paper compares with other measurements, and its "
+    f"parameters (k_hat {K_HAT}, f_d {KINETIC}, zeta0 {SATURATION}) belong to those; the cohesive "
+    f"zone has f_s {STATIC}. Only Polach's law is fitted to these points, with friction that falls "
+    "with slip speed.",
+}
+
+
+class LineStates(NamedTuple):
+    """Steady states of a line contact: stick boundary c/a, creepage x and traction ratio q."""
+
+    stick_boundary: FloatArray
+    creepage: FloatArray
+    traction_ratio: FloatArray
+
+
+def line_states(law: CarterGriffith) -> LineStates:
+    """States of a line contact that sticks somewhere, from no creepage on, with the force's peak.
+
+    They are spaced evenly in t/(1 + t), t = ((1 + c/a)/(1 - c/a))**(1/4), in which all is smooth.
+    """
+    u = np.linspace(0.0, 0.99, 1000)
+    t = u / (1.0 - u)
+    peak = law.peak.normalized_creepage
+    x = np.union1d(t**4 / (1.0 + t**4) + law.k_hat * t, [peak])  # Eq. (19)
+    return LineStates(law.stick_boundary(x), x, law.traction_ratio(x))
+
+
+def creepage_of(law: CarterGriffith | CohesiveZone, stick_boundary: float) -> float:
+    """Normalized creepage at which a line contact's stick boundary is c/a."""
+
+    def off(x: float) -> float:
+        return float(law.stick_boundary(x)) - stick_boundary
+
+    return float(brentq(off, 1e-9, 10.0, xtol=1e-15, rtol=1e-15))
+
+
+def figure_1() -> Figure:
+    """Shear traction over the contact."""
+    c = -0.5
+    near = c + np.geomspace(1e-7, 0.1, 200)
+    xi = np.unique(np.concatenate([np.linspace(-1.0, 1.0, 801), near]))
+    laws = (
+        (CarterGriffith(k_hat=K_HAT), GRIFFITH, ORANGE, "-", 2.0),
+        (CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC), COHESIVE, BLUE, "-", 1.1),
+        (CarterGriffith(k_hat=0.0), CARTER, "black", DASHED, 1.6),
+    )
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(7.2, 5.0)
+        for law, name, color, style, width in laws:
+            traction = law.shear_traction(xi, creepage_of(law, c))
+            axes.plot(xi, traction, color=color, ls=style, lw=width, label=_named(name, law))
+        axes.axvline(c, color=GREY, lw=0.8, ls=DOTTED)
+        axes.set_xlim(-1.05, 1.05)
+        axes.set_ylim(0.0, 2.4)
+        for text, x in (("slip", -0.75), ("stick", 0.25)):
+            axes.text(x, 0.08, text, ha="center", color=GREY)
+        axes.annotate(
+            "rolling direction",
+            (0.98, 1.35),
+            xytext=(0.42, 1.35),
+            va="center",
+            color=GREY,
+            arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 1.3},
+        )
+        axes.set_xlabel(r"position $\xi/a$  [1], leading edge at 1")
+        axes.set_ylabel(r"shear traction $q(\xi)/(f_d\,p_0)$  [1]")
+        axes.legend(loc="upper right")
+        add_caption(figure, CAPTIONS[1])
+    return figure
+
+
+def figure_2() -> Figure:
+    """Creep force over the stick boundary."""
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(7.2, 4.8)
+        carter, griffith = CarterGriffith(k_hat=0.0), CarterGriffith(k_hat=K_HAT)
+        states = line_states(carter)
+        axes.plot(
+            states.stick_boundary,
+            states.traction_ratio,
+            color=GREY,
+            lw=1.2,
+            label=_named(CARTER, carter),
+        )
+        states = line_states(griffith)
+        _branches(axes, states.stick_boundary, states, griffith)
+        axes.axhline(1.0, color=GREY, lw=0.8, ls=DOTTED)
+        axes.set_xlim(-1.0, 1.05)
+        axes.set_ylim(0.0, 1.25)
+        axes.set_xlabel("stick boundary $c/a$  [1]: all sticks at -1, nothing at 1")
+        axes.set_ylabel(r"traction ratio $Q/(f_d P)$  [1]")
+        axes.legend(loc="lower right")
+        add_caption(figure, CAPTIONS[2])
+    return figure
+
+
+def figure_3() -> Figure:
+    """Creepage over the stick boundary."""
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(7.2, 4.8)
+        for k_hat, name, color, width in ((0.0, CARTER, GREY, 1.2), (K_HAT, GRIFFITH, BLUE, 2.0)):
+            law = CarterGriffith(k_hat=k_hat)
+            states = line_states(law)
+            axes.plot(
+                states.stick_boundary,
+                states.creepage,
+                color=color,
+                lw=width,
+                label=_named(name, law),
+            )
+        peak = law.peak.normalized_creepage
+        mark(axes, float(law.stick_boundary(peak)), peak, "peak force", (-9, 4), ha="right")
+        axes.set_xlim(-1.0, 1.05)
+        axes.set_ylim(0.0, 2.5)
+        axes.set_xlabel("stick boundary $c/a$  [1]: all sticks at -1, nothing at 1")
+        axes.set_ylabel(r"creepage $\zeta/\zeta_0$  [1]")
+        axes.legend(loc="upper left")
+        add_caption(figure, CAPTIONS[3])
+    return figure
+
+
+def figure_4() -> Figure:
+    """Creep force over creepage."""
+    far = 3.0
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(7.2, 4.8)
+        carter, griffith = CarterGriffith(k_hat=0.0), CarterGriffith(k_hat=K_HAT)
+        x = np.append(line_states(carter).creepage, far)
+        axes.plot(x, carter.traction_ratio(x), color=GREY, lw=1.2, label=_named(CARTER, carter))
+        states = line_states(griffith)
+        _branches(axes, states.creepage, states, griffith)
+        axes.plot([0.0, 0.6], [0.0, 1.2], color="black", lw=1.0, ls=DOTTED, label="slope 2")
+        axes.set_xlim(0.0, far)
+        axes.set_ylim(0.0, 1.25)
+        axes.set_xlabel(r"creepage $\zeta/\zeta_0$  [1]")
+        axes.set_ylabel(r"traction ratio $Q/(f_d P)$  [1]")
+        axes.legend(loc="lower right")
+        add_caption(figure, CAPTIONS[4])
+    return figure
+
+
+def figure_5() -> Figure:
+    """Creep force over creepage, ellipse beside line."""
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(7.2, 4.8)
+        for k_hat, name, color in ((0.0, CARTER, "black"), (K_HAT, GRIFFITH, BLUE)):
+            ellipse = CarterGriffith(k_hat=k_hat, contact="elliptic")
+            line = CarterGriffith(k_hat=k_hat, contact="line")
+            for law, shape, style in ((ellipse, "ellipse", "-"), (line, "line", DASHED)):
+                x = np.union1d(np.linspace(0.0, 3.0, 1201), [law.peak.normalized_creepage])
+                label = f"{_named(name, law)}, {shape}"
+                axes.plot(x, law.traction_ratio(x), color=color, ls=style, lw=1.6, label=label)
+            if k_hat > 0.0:
+                for peak, offset, side in (
+                    (ellipse.peak, (-6, 5), "right"),
+                    (line.peak, (-3, -16), "left"),
+                ):
+                    mark(axes, *peak, f"{peak.traction_ratio:.4f}", offset, ha=side)
+        axes.set_xlim(0.0, 3.0)
+        axes.set_ylim(0.0, 1.25)
+        axes.set_xlabel(r"creepage $\zeta/\zeta_0$  [1]")
+        axes.set_ylabel(r"traction ratio $Q/(f_d P)$  [1]")
+        axes.legend(loc="lower right")
+        add_caption(figure, CAPTIONS[5])
+    return figure
+
+
+def figure_6() -> Figure:
+    """Traction coefficient over creepage, beside measured points."""
+    path = package_folder("models") / "eurosprinter_engel1998.csv"
+    data = TractionData.from_csv(path, speed=10.0)
+    polach = fit(
+        Polach,
+        data,
+        slip_rate=True,
+        kalker_coefficient=3.7,  # of the measured ellipse
+        poisson_ratio=0.28,
+        saturation_creepage=0.00397,  # 2 mu0 p0/E* at the fitted mu0
+    )
+    far = 0.22
+    griffith = CarterGriffith(k_hat=K_HAT)
+    zeta = np.union1d(
+        np.geomspace(1e-5, far, 2000), [SATURATION, SATURATION * griffith.peak.normalized_creepage]
+    )
+
+    def of(law: CarterGriffith | CohesiveZone) -> FloatArray:
+        return np.asarray(KINETIC * law.traction_ratio(zeta / SATURATION))
+
+    curves = (
+        ("Polach, fitted to the points", polach.traction_coefficient(zeta, 10.0), GREEN, "-", 2.0),
+        (GRIFFITH, of(griffith), ORANGE, "-", 2.0),
+        (
+            COHESIVE,
+            of(CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC)),
+            BLUE,
+            DASHED,
+            1.6,
+        ),
+        (CARTER, of(CarterGriffith(k_hat=0.0)), "black", DASHED, 1.2),
+        ("Coulomb", np.full(zeta.shape, KINETIC), "black", DOTTED, 1.2),
+    )
+    with mpl.rc_context(STYLE):
+        figure, grid = new_figure(9.6, 5.2, ncols=2, sharey=True)
+        for axes, shown, title in zip(
+            grid, (0.05, far), ("Small creepages", "All creepages"), strict=True
+        ):
+            axes.plot(
+                data.creepage,
+                data.traction_coefficient,
+                "o",
+                color="#B8B8B8",
+                ms=3.5,
+                label="Engel, Beck & Alders 1998, 10 m/s",
+            )
+            for name, mu, color, style, width in curves:
+                axes.plot(zeta, mu, color=color, ls=style, lw=width, label=name)
+            axes.set_xlim(0.0, shown)
+            axes.set_title(title, loc="left")
+            percent_axis(axes.xaxis)
+            axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+            axes.set_xlabel(r"creepage $\zeta$  [%]")
+        grid[0].set_ylim(0.0, 0.36)
+        grid[0].set_ylabel(r"traction coefficient $Q/P$  [1]")
+        grid[1].legend(loc="lower right")
+        add_caption(figure, CAPTIONS[6])
+    return figure
+
+
+def _named(name: str, law: CarterGriffith | CohesiveZone) -> str:
+    return rf"{name}, $\hat K$ = {law.k_hat:g}"
+
+
+def _branches(axes: Axes, x: FloatArray, states: LineStates, law: CarterGriffith) -> None:
+    """The force of a law, solid up to the peak and dashed where a constant load runs away."""
+    peak = law.peak.normalized_creepage
+    parts = (
+        (states.creepage <= peak, BLUE, "-", _named(GRIFFITH, law)),
+        (states.creepage >= peak, ORANGE, DASHED, "unstable at constant load"),
+    )
+    for part, color, style, label in parts:
+        axes.plot(x[part], states.traction_ratio[part], color=color, ls=style, label=label)
+
+
+class PaperFigure(NamedTuple):
+    """What draws a figure, and what is written under it."""
+
+    draw: Callable[[], Figure]
+    caption: str
+
+    @property
+    def title(self) -> str:
+        """The caption's first sentence."""
+        return self.caption.partition(". ")[0] + "."
+
+
+PAPER_FIGURES = {
+    number: PaperFigure(draw, CAPTIONS[number])
+    for number, draw in enumerate(
+        (figure_1, figure_2, figure_3, figure_4, figure_5, figure_6), start=1
+    )
+}
+CONTACT_PATCH = PaperFigure(
+    partial(patch.contact_patches, CarterGriffith(k_hat=K_HAT, contact="elliptic")), patch.CAPTION
+)
