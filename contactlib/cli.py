@@ -142,5 +142,22 @@ def fmu(model: str, output: Path, platforms: str | None) -> None:
     click.echo(str(export_fmu(load_model(model), output, platforms=names)))
 
 
+@main.command()
+@click.option("--paper", is_flag=True, help="Figures 1 to 6 of the paper, and the contact patch.")
+@_output_option("contactlib-figures", "Folder for the figures.")
+def figures(paper: bool, output: Path) -> None:
+    """Draw figures of the laws, as PNG and SVG."""
+    from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, save
+
+    if not paper:
+        raise ValueError("figures: pass --paper for the figures of the paper")
+    output.mkdir(parents=True, exist_ok=True)
+    named = {f"paper_figure_{number}": figure for number, figure in PAPER_FIGURES.items()}
+    for name, figure in {**named, "contact_patch": CONTACT_PATCH}.items():
+        drawn = figure.draw()
+        paths = [save(drawn, output / f"{name}.{suffix}") for suffix in ("png", "svg")]
+        click.echo(f"{paths[0]}, {paths[1].name}: {figure.title}")
+
+
 if __name__ == "__main__":
     sys.exit(main())

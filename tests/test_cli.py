@@ -101,6 +101,29 @@ def test_simulate_table_and_fmu_commands(tmp_path: Path) -> None:
         assert (tmp_path / name).stat().st_size > 0
 
 
+def test_figures_command_writes_the_papers(tmp_path: Path) -> None:
+    folder = tmp_path / "deep" / "out"
+    result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(folder)])
+    assert result.exit_code == 0, result.output
+    stems = [f"paper_figure_{number}" for number in range(1, 7)] + ["contact_patch"]
+    assert {p.name for p in folder.iterdir()} == {f"{s}.{e}" for s in stems for e in ("png", "svg")}
+    for stem, line in zip(stems, result.output.splitlines(), strict=True):
+        paths, _, sentence = line.partition(": ")
+        assert paths == f"{folder / stem}.png, {stem}.svg"
+        assert sentence.endswith(".")
+
+
+def test_figures_command_asks_which(tmp_path: Path) -> None:
+    result = CliRunner().invoke(main, ["figures", "-o", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert result.stderr == "contactlib: figures: pass --paper for the figures of the paper\n"
+    assert not (tmp_path / "out").exists()
+    (tmp_path / "file").write_text("")
+    result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(tmp_path / "file")])
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+
+
 def test_help_and_version() -> None:
     for arguments in (["--help"], ["demo", "-h"], ["fmu", "--help"]):
         assert CliRunner().invoke(main, arguments).exit_code == 0
