@@ -23,6 +23,7 @@ from contactlib.export import export_fmu
 from contactlib.fit import FitResult, fit
 from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
+from contactlib.law_tables import carter_griffith_table, cohesive_table
 from contactlib.laws import CarterGriffith, CohesiveZone, ConvergenceError, MeasuredCurve, Polach
 from contactlib.scenario import Model, ModelError, load_model
 from contactlib.simulation import Event, Result, simulate
@@ -66,6 +67,8 @@ __all__ = [
     "TractionData",
     "Weakening",
     "Wheelset",
+    "carter_griffith_table",
+    "cohesive_table",
     "cosimulate",
     "creep_control_gain",
     "export_fmu",

@@ -6,6 +6,7 @@ drives the vehicle forward.
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contactlib import kernel
 from contactlib.friction import Friction
-from contactlib.hertz import Contact
+from contactlib.hertz import Contact, EllipticContact
 from contactlib.parameters import (
     FINITE,
     POSITIVE,
@@ -146,12 +147,19 @@ class ForceElement(Parameters):
     Warns
     -----
     ProcessZoneWarning
-        If the process zone ratio at nominal load is above 0.5.
+        If the process zone ratio at nominal load is above 0.5 and the law is the limit of zero.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or the table's law is of another shape of contact, friction
+        ratio or shape of weakening.
 
     Notes
     -----
-    The force never exceeds static friction times load: the law itself does not know f_s, so it is
-    held there and the output ``force_limited`` is 1.
+    The force never exceeds static friction times load: the Carter-Griffith law does not know f_s,
+    so it is held there and the output ``force_limited`` is 1. The cohesive-zone law never gets
+    there.
     """
 
     contact: Contact
@@ -164,19 +172,38 @@ class ForceElement(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        nominal = self.k_hat
-        if nominal > self.table.k_max:
-            raise ValueError(
-                f"k_hat = {nominal!r} of this contact and friction is out of the table's range: "
-                f"must be <= {self.table.k_max!r}"
-            )
+        self._check_table()
         zone = process_zone_ratio(self.contact, self.friction)
-        if zone > PROCESS_ZONE_LIMIT:
+        if self.table.is_limit and zone > PROCESS_ZONE_LIMIT:
             warnings.warn(
                 f"process zone ratio {zone:.2f} is above {PROCESS_ZONE_LIMIT}: the law is the "
-                "limit of a short weakening zone and overrates this contact's force in the tail",
+                "limit of a short weakening zone and misses this contact's tail, which the "
+                "cohesive-zone law has",
                 ProcessZoneWarning,
                 stacklevel=3,
+            )
+
+    def _check_table(self) -> None:
+        """Refuse a table whose law is not that of this contact and friction."""
+        table, ratio = self.table, self.friction.ratio
+        if not table.one_axis and self.k_hat > table.k_max:
+            raise ValueError(
+                f"k_hat = {self.k_hat!r} of this contact and friction is out of the table's range: "
+                f"must be <= {table.k_max!r}"
+            )
+        shape = "elliptic" if isinstance(self.contact, EllipticContact) else "line"
+        if table.options.get("contact", shape) != shape:
+            raise ValueError(f"ForceElement.table is of {table.law!r}, but its contact is {shape}")
+        if table.static_to_kinetic and not math.isclose(table.static_to_kinetic, ratio):
+            raise ValueError(
+                f"ForceElement.friction.ratio = {ratio!r} is not that of the table's law: "
+                f"must be {table.static_to_kinetic!r}"
+            )
+        weakening = table.options.get("weakening", "exponential")
+        if table.static_to_kinetic and weakening != self.friction.weakening.name:
+            raise ValueError(
+                f"ForceElement.friction.weakening is {self.friction.weakening.name!r}, "
+                f"but that of the table's law is {weakening!r}"
             )
 
     @property

@@ -13,7 +13,6 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_origin, get_type_hints
 
@@ -22,7 +21,8 @@ from contactlib.element import ForceElement, friction_with_k_hat, saturation_cre
 from contactlib.files import package_folder
 from contactlib.friction import Friction
 from contactlib.hertz import Contact, EllipticContact, LineContact, Material
-from contactlib.laws import CarterGriffith
+from contactlib.law_tables import Shape, carter_griffith_table, cohesive_table
+from contactlib.laws import MeasuredCurve, Polach
 from contactlib.parameters import Parameters, Quantity
 from contactlib.table import CreepForceTable
 from contactlib.wheelset import Resistance, Wheelset
@@ -107,6 +107,52 @@ class FrictionSection(Parameters):
         if self.weakening_length is not None:
             return Friction(weakening_length=self.weakening_length, **values)
         return friction_with_k_hat(contact, k_hat=self.k_hat or 0.0, **values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawSection(Parameters):
+    """``[law]``: which law gives the creep force; Carter-Griffith's if left out."""
+
+    kind: str = "carter_griffith"
+    adhesion_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
+    slip_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
+    kalker_coefficient: Annotated[float | None, Quantity("1", above=0.0)] = None
+    file: str | None = None
+
+    def build(
+        self,
+        contact: Contact,
+        friction: Friction,
+        poisson_ratio: float,
+        progress: Callable[[float], object],
+    ) -> CreepForceTable:
+        """The law's table."""
+        shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
+        wanted = LAWS.get(self.kind)
+        if wanted is None:
+            raise ValueError(f"kind = {self.kind!r} must be one of: {', '.join(LAWS)}")
+        given = [f.name for f in fields(self)[1:] if getattr(self, f.name) is not None]
+        if given != list(wanted):
+            what = f"the keys {', '.join(wanted)}" if wanted else "no other key"
+            raise ValueError(f"kind = {self.kind!r} takes {what}, not {given}")
+        if self.kind == "cohesive":
+            return cohesive_table(shape, friction.ratio, friction.weakening, progress)
+        if self.kind == "polach":
+            values = {name: getattr(self, name) for name in wanted}
+            return CreepForceTable.from_law(Polach(**values, poisson_ratio=poisson_ratio))
+        if self.file is not None:
+            curve = MeasuredCurve.from_csv(model_path(self.file), kinetic=friction.kinetic)
+            return CreepForceTable.from_law(curve)
+        return carter_griffith_table(shape)
+
+
+# Keys that each kind of law needs.
+LAWS: dict[str, tuple[str, ...]] = {
+    "carter_griffith": (),
+    "cohesive": (),
+    "polach": ("adhesion_reduction", "slip_reduction", "kalker_coefficient"),
+    "measured": ("file",),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,12 +246,6 @@ class Model:
     initial_speed: float
 
 
-@cache
-def line_table() -> CreepForceTable:
-    """The table of the Carter-Griffith law of a line contact, made once."""
-    return CreepForceTable.from_law(CarterGriffith, contact="line")
-
-
 def model_path(name: str | os.PathLike[str]) -> Path:
     """A file of this path or, failing that, a shipped one: ``x.toml`` or ``models/x.toml``."""
     path = Path(name)
@@ -214,7 +254,12 @@ def model_path(name: str | os.PathLike[str]) -> Path:
     return shipped if meant and not path.exists() and shipped.is_file() else path
 
 
-def load_model(path: str | os.PathLike[str], *, table: CreepForceTable | None = None) -> Model:
+def load_model(
+    path: str | os.PathLike[str],
+    *,
+    table: CreepForceTable | None = None,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Model:
     """Read a model file.
 
     Parameters
@@ -222,7 +267,9 @@ def load_model(path: str | os.PathLike[str], *, table: CreepForceTable | None = 
     path : path
         A TOML file, or the name of a shipped one such as ``"models/roller_rig.toml"``.
     table : CreepForceTable, optional
-        The law; the line contact's Carter-Griffith law if left out.
+        The law; if left out that of the file's ``[law]`` section, or Carter and Griffith's.
+    progress : callable
+        Is told what part of the law's table has been built, which the cohesive law needs.
 
     Raises
     ------
@@ -234,12 +281,14 @@ def load_model(path: str | os.PathLike[str], *, table: CreepForceTable | None = 
     file = model_path(path)
     try:
         data = tomllib.loads(file.read_bytes().decode())
-        return _build_model(data, table)
+        return _build_model(data, table, progress)
     except ValueError as error:  # TOML, encoding and range errors alike
         raise ModelError(f"{os.fspath(path)}: {error}") from None
 
 
-def _build_model(data: dict[str, Any], table: CreepForceTable | None) -> Model:
+def _build_model(
+    data: dict[str, Any], table: CreepForceTable | None, progress: Callable[[float], object]
+) -> Model:
     sections = {
         "contact": ContactSection,
         "friction": FrictionSection,
@@ -249,22 +298,27 @@ def _build_model(data: dict[str, Any], table: CreepForceTable | None) -> Model:
         "torque_control": TorqueSection,
         "creep_control": CreepSection,
     }
-    _check_keys("", data, ["name", "source", *sections], needed=["name", "source", *sections])
+    needed = ["name", "source", *sections]
+    _check_keys("", data, [*needed, "law"], needed)
     for key in ("name", "source"):
         if not isinstance(data[key], str):
             raise ValueError(f"{key} = {data[key]!r} must be a string")
     contact_section = _read("contact", ContactSection, data)
     friction_section = _read("friction", FrictionSection, data)
+    law_section = _read("law", LawSection, {"law": {}, **data})
     body = _read("wheelset", WheelsetSection, data)
     with _named("contact"):
         contact = contact_section.build()
     with _named("friction"):
         friction = friction_section.build(contact)
+    with _named("law"):
+        if table is None:
+            table = law_section.build(contact, friction, contact_section.poisson_ratio, progress)
     with _named("wheelset"):
         element = ForceElement(
             contact,
             friction,
-            table=line_table() if table is None else table,
+            table=table,
             radius=body.radius,
             slope_reduction=body.reduction(contact, friction),
             minimum_speed=body.minimum_speed,
@@ -318,7 +372,11 @@ def _read(name: str, section: type[Section], data: Mapping[str, Any]) -> Section
     values: dict[str, Any] = {}
     for key, value in table.items():
         where = f"{name}.{key}"
-        if get_origin(hints[key]) is tuple:
+        if key not in quantities:
+            if not isinstance(value, str):
+                raise ValueError(f"{where} = {value!r} must be a string")
+            values[key] = value
+        elif get_origin(hints[key]) is tuple:
             if not isinstance(value, list) or not value:
                 raise ValueError(f"{where} = {value!r} must be a list of at least one number")
             values[key] = tuple(_number(where, entry, quantities[key]) for entry in value)

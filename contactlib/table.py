@@ -32,7 +32,7 @@ from contactlib.parameters import FINITE, FloatArray, Limits, checked
 MAGIC, VERSION, HEADER, NAME_SIZE = b"CREEPTAB", 2, 192, 104
 K_MAX = 2.0
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
-CORNER_GRIDS = ((512, 232),)
+CORNER_GRIDS = {4: ((512, 232),), 5: ((384, 128), (512, 232))}  # by twice the corner's power
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 SLOPE_TARGET = 1e-4
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # continues four values by one
@@ -49,7 +49,8 @@ class Law(Protocol):
     """What a table needs of a contact law at one k_hat.
 
     A law that tends to 1 like a power of 1/x other than the third says which as `tail_decay`; one
-    whose second derivative is not continuous says where as `corner`.
+    whose second derivative is not continuous says where as `corner`; one that knows both values at
+    once gives them as ``evaluate(x)``.
     """
 
     def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
@@ -156,6 +157,16 @@ class CreepForceTable:
         return dict(word.split("=", 1) for word in self.law.split()[1:])
 
     @property
+    def one_axis(self) -> bool:
+        """Whether the law does not depend on k_hat."""
+        return bool(self.native.struct.one_axis)
+
+    @property
+    def is_limit(self) -> bool:
+        """Whether the law depends on k_hat but not on the friction ratio behind it."""
+        return not self.one_axis and self.static_to_kinetic is None
+
+    @property
     def static_to_kinetic(self) -> float | None:
         """Friction ratio f_s/f_d that the law holds for; None if for any."""
         return float(self.native.struct.static_to_kinetic) or None
@@ -246,7 +257,9 @@ class _Sampler:
         self._law, self._options, self._progress = law, options, progress
         self.one_axis = not callable(law)
         kind = type(law).__name__ if self.one_axis else getattr(law, "__name__", "law")
-        self.name = " ".join([kind, *(f"{key}={value}" for key, value in options.items())])
+        self.name = " ".join(
+            [kind, *(f"{key}={getattr(value, 'name', value)}" for key, value in options.items())]
+        )
         some = self.at(1.0)
         corner: Corner | None = getattr(some, "corner", None)
         self.static_to_kinetic = float(getattr(some, "static_to_kinetic", 0.0))
@@ -262,7 +275,7 @@ class _Sampler:
         """Numbers of cells to try, coarse to fine."""
         if self.one_axis:
             return ONE_AXIS_GRIDS
-        return CORNER_GRIDS if self.shape["twice_corner"] else GRIDS
+        return CORNER_GRIDS.get(self.shape["twice_corner"], GRIDS)
 
     def at(self, k_hat: float) -> Law:
         """The law at one k_hat."""
@@ -297,9 +310,11 @@ def _reference_values(sampler: _Sampler) -> list[_Reference]:
 
     def row(k_hat: float) -> _Reference:
         law = sampler.at(k_hat)
-        in_cells = kernel.table_nodes(_off_nodes(600), k_hat, **sampler.shape).normalized_creepage
-        x = np.concatenate([in_cells, np.geomspace(1e-12, 1e6, 200), [0.0, 1.0]])
-        return _Reference(k_hat, x, law.traction_ratio(x), law.slope(x))
+        in_cells = kernel.table_nodes(_off_nodes(500), k_hat, **sampler.shape).normalized_creepage
+        x = np.concatenate([in_cells, np.geomspace(1e-12, 1e6, 150), [0.0, 1.0]])
+        evaluate = getattr(law, "evaluate", None)
+        values = evaluate(x) if evaluate else (law.traction_ratio(x), law.slope(x))
+        return _Reference(k_hat, x, *values)
 
     # Irrational fractions of the table's axes; the ends are its real borders.
     inner = K_MAX * _off_nodes(48) ** 2

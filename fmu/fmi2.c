@@ -189,6 +189,16 @@ static fmi2Status evaluate(instance *self) {
     if (!now->stale) return fmi2OK;
     for (int role = FIXED_PARAMETER; role <= INPUT; role++)
         if (check_values(self, (variable_role)role) != fmi2OK) return fmi2Error;
+    double held = self->table.static_to_kinetic;
+    double ratio =
+        now->element.parameters.static_friction / now->element.parameters.kinetic_friction;
+    if (held > 0.0 && !(fabs(ratio - held) <= 1e-9 * held)) {
+        log_message(self, fmi2Error,
+                    "static_friction / kinetic_friction = %.10g must be %.10g, the one ratio that "
+                    "the table's law holds for",
+                    ratio, held);
+        return fmi2Error;
+    }
     force_element_evaluate(&self->table, &now->element.parameters, &now->element.input,
                            &now->element.output);
     now->stale = 0;

@@ -129,7 +129,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
 
     contact_scales scales;
     force_element_scales(p, in->normal_load, friction_scale, &scales);
-    double k_hat = fmin(scales.k_hat, table->k_max);
+    double k_hat = table->one_axis ? scales.k_hat : fmin(scales.k_hat, table->k_max);
     int k_hat_limited = k_hat < scales.k_hat;
     double log_k_by_log_load = k_hat_limited ? 0.0 : -p->load_exponent;
     double log_k_by_log_g = k_hat_limited ? 0.0 : -0.5;

@@ -14,7 +14,7 @@ FLOORS = [
     {"data", "friction", "hertz", "kernel"},
     {"laws"},
     {"fit", "table"},
-    {"element"},
+    {"law_tables", "element"},
     {"wheelset"},
     {"stability", "controllers"},
     {"simulation", "scenario"},

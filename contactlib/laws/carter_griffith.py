@@ -71,8 +71,7 @@ class CarterGriffith(Parameters):
         ValueError
             If a creepage is not a finite real number.
         """
-        x = checked("normalized_creepage", normalized_creepage, FINITE)
-        return np.copysign(self._evaluate(np.abs(x))[0], x)
+        return self.evaluate(normalized_creepage)[0]
 
     def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
         """Slope dq/dx at x, for any shape of finite x; even in x.
@@ -84,8 +83,13 @@ class CarterGriffith(Parameters):
         ValueError
             If a creepage is not a finite real number.
         """
+        return self.evaluate(normalized_creepage)[1]
+
+    def evaluate(self, normalized_creepage: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """`traction_ratio` and `slope` at once, for the work of one."""
         x = checked("normalized_creepage", normalized_creepage, FINITE)
-        return self._evaluate(np.abs(x))[1]
+        ratio, slope = self._evaluate(np.abs(x))
+        return np.copysign(ratio, x), slope
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope at x >= 0."""

@@ -2,7 +2,7 @@
 
 `contactlib.laws.slip_zone` solves states of given stick length or edge slip rate. Their release A
 and excess B are smooth in those, over each of four stretches of the curve, so each stretch is cut
-into panels until a Chebyshev series of fixed degree gives them to `TOLERANCE`:
+into panels until a Chebyshev series of fixed degree gives them to the last digits asked for:
 
     rear    stick begins to end: L = 2 - epsilon = v**2, A/L and B/L
     front   stick comes to its end: epsilon = v**2, v < 0, for A and B have epsilon**2 ln(epsilon)
@@ -25,7 +25,6 @@ from contactlib.laws.slip_zone import ConvergenceError, solve_slip_zones, weaken
 from contactlib.parameters import FloatArray
 
 DEGREE = 15
-TOLERANCE = 1e-11
 NOISE = 1e-9  # most that the states themselves may err
 MOST_PANELS = 200
 REAR, FRONT, SLIP, TAIL = range(4)
@@ -70,9 +69,13 @@ class SlipCurve(NamedTuple):
 
     @classmethod
     def solve(
-        cls, k_hats: FloatArray, static_to_kinetic: float, weakening: Weakening
+        cls,
+        k_hats: FloatArray,
+        static_to_kinetic: float,
+        weakening: Weakening,
+        tolerance: float = 1e-11,
     ) -> list[SlipCurve]:
-        """Curves at several k_hat that share their panels.
+        """Curves at several k_hat that share their panels, resolved to `tolerance`.
 
         Raises
         ------
@@ -89,7 +92,7 @@ class SlipCurve(NamedTuple):
             # The last terms tell what the series leaves out. Where a cut has not made them much
             # smaller, they are the noise of the states.
             rest = np.abs(found[:, :, -2:]).max(axis=(0, 2, 3))
-            good = (rest <= TOLERANCE) | ((rest > 0.2 * before) & (rest <= NOISE))
+            good = (rest <= tolerance) | ((rest > 0.2 * before) & (rest <= NOISE))
             done += [p for p, ok in zip(panels, good, strict=True) if ok]
             series += list(np.moveaxis(found[:, good], 0, 1))
             panels = [h for p, ok in zip(panels, good, strict=True) if not ok for h in _halves(p)]
@@ -97,7 +100,7 @@ class SlipCurve(NamedTuple):
             if len(panels) + len(done) > MOST_PANELS:
                 raise ConvergenceError(
                     f"the creep curve from k_hat {k_hats.min():.4g} to {k_hats.max():.4g}, "
-                    f"static_to_kinetic {static_to_kinetic:.4g} is not resolved to {TOLERANCE}: "
+                    f"static_to_kinetic {static_to_kinetic:.4g} is not resolved to {tolerance}: "
                     f"the weakening law is too rough"
                 )
         order = sorted(range(len(done)), key=lambda i: done[i])

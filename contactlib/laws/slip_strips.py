@@ -27,15 +27,17 @@ from contactlib.laws.slip_curve import SlipCurve, State, find_points
 from contactlib.laws.strips import griffith_ellipse
 from contactlib.parameters import FloatArray
 
-LOWEST, HIGHEST = -10, 2  # powers of e at which the first and the last panel begin
+LOWEST, HIGHEST = -10, 5  # powers of e at which the first and the last panel begin
 LIMIT_UP_TO = 0  # power of e up to which the Carter-Griffith law is taken out
 SMALLEST_K_HAT = float(np.exp(LOWEST))  # below it the limit's ellipse is nearer than 2e-9
-GAUSS = 20  # nodes in each part of the strips
+GAUSS, FEWER_GAUSS = 20, 8  # nodes in each part of the strips, and of the narrow ones
 
 
 def _panel_nodes(power: int) -> int:
     """Curves in a panel; the last one goes on to infinity."""
-    return 16 if power == HIGHEST else 14 if power >= -1 else 12 if power >= -3 else 7
+    if power == HIGHEST:
+        return 16
+    return 14 if power >= -1 else 12 if power >= -3 else 7 if power >= -5 else 5
 
 
 class _Panel(NamedTuple):
@@ -99,7 +101,9 @@ def _solve_panel(power: int, static_to_kinetic: float, weakening: Weakening) -> 
     places = chebyshev.chebpts1(n)
     last = power == HIGHEST
     k_hats = np.exp(power) * (2.0 / (1.0 + places) if last else np.exp(0.5 * (1.0 + places)))
-    curves = SlipCurve.solve(k_hats, static_to_kinetic, weakening)
+    # Where the Carter-Griffith law is taken out of small k_hats, what is left is small.
+    tolerance = 1e-9 if power < -3 else 1e-11
+    curves = SlipCurve.solve(k_hats, static_to_kinetic, weakening, tolerance)
     coefficients = np.stack([c.coefficients.reshape(len(c.kind), -1) for c in curves], axis=1)
     return _Panel(
         power,
@@ -133,7 +137,7 @@ def cohesive_ellipse(
             part = np.flatnonzero(high - low > 1e-12)
             if not part.size:
                 continue
-            place, weight = leggauss(GAUSS)
+            place, weight = leggauss(GAUSS if wide > 0.35 else FEWER_GAUSS)
             half = 0.5 * (high - low)[part, np.newaxis]
             w = np.cos(low[part, np.newaxis] + half * (1.0 + place))  # w = cos(angle)
             strip_x, strip_k = (x[part, np.newaxis] / w).ravel(), (k_hat / w).ravel()
