@@ -32,7 +32,7 @@ from contactlib.parameters import FINITE, FloatArray, Limits, checked
 MAGIC, VERSION, HEADER, NAME_SIZE = b"CREEPTAB", 2, 192, 104
 K_MAX = 2.0
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
-CORNER_GRIDS = {4: ((512, 232),), 5: ((384, 128), (512, 232))}  # by twice the corner's power
+CORNER_GRIDS = {4: ((512, 232),), 5: ((448, 192), (512, 232))}  # by twice the corner's power
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 SLOPE_TARGET = 1e-4
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # continues four values by one

@@ -20,3 +20,8 @@ def rig(table: cl.CreepForceTable) -> cl.Model:
 @pytest.fixture(scope="session")
 def locomotive(table: cl.CreepForceTable) -> cl.Model:
     return cl.load_model("models/locomotive.toml", table=table)
+
+
+@pytest.fixture(scope="session")
+def cohesive_table() -> cl.CreepForceTable:
+    return cl.cohesive_table("line", 0.45 / 0.21)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import contactlib as cl
@@ -143,7 +144,7 @@ SHAPE = 'radius = "500 mm"\nsemi_width = "5 mm"'
 
 
 def load_changed(
-    tmp_path: Path, table: cl.CreepForceTable, changes: dict[str, str]
+    tmp_path: Path, table: cl.CreepForceTable | None, changes: dict[str, str]
 ) -> cl.ForceElement:
     text = (package_folder("models") / "roller_rig.toml").read_text()
     for old, new in changes.items():
@@ -154,17 +155,67 @@ def load_changed(
     return cl.load_model(path, table=table).wheelset.element
 
 
-def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path, table: cl.CreepForceTable) -> None:
+def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path) -> None:
     axes = {SHAPE: 'semi_axis_x = "12 mm"\nsemi_axis_y = "20 mm"'}
-    by_axes = load_changed(tmp_path, table, axes).contact
+    by_axes = load_changed(tmp_path, None, axes).contact
     assert isinstance(by_axes, cl.EllipticContact)
     assert (by_axes.semi_axis_x, by_axes.semi_axis_y) == pytest.approx((12e-3, 20e-3), rel=1e-13)
     assert by_axes.normal_load == 220.65e3
     radii = {SHAPE: f"radius_x = {by_axes.radius_x!r}\nradius_y = {by_axes.radius_y!r}"}
-    element = load_changed(tmp_path, table, radii)
+    element = load_changed(tmp_path, None, radii)
+    assert element.table is cl.carter_griffith_table("elliptic")
     assert element.contact == by_axes
     assert element.k_hat == pytest.approx(0.3, rel=1e-12)
     assert element.saturation_creepage == pytest.approx(0.015, rel=1e-12)
+
+
+POLACH = """
+[law]
+kind = "polach"
+adhesion_reduction = 0.9
+slip_reduction = 0.4
+kalker_coefficient = 3.7
+"""
+
+
+def test_law_by_its_name(tmp_path: Path) -> None:
+    line = load_changed(tmp_path, None, {})
+    assert line.table is cl.carter_griffith_table("line")
+    polach = load_changed(tmp_path, None, {"\n[run]": POLACH + "\n[run]"})
+    law = cl.Polach(
+        adhesion_reduction=0.9, slip_reduction=0.4, kalker_coefficient=3.7, poisson_ratio=0.3
+    )
+    zeta = np.linspace(-0.1, 0.1, 41)
+    expected = polach.friction.kinetic * law.traction_ratio(zeta / polach.saturation_creepage)
+    found = polach.at_creepage(zeta, speed=10.0)["traction_coefficient"]
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+def test_measured_curve_as_law(tmp_path: Path) -> None:
+    section = '\n[law]\nkind = "measured"\nfile = "eurosprinter_engel1998.csv"\n\n[run]'
+    element = load_changed(tmp_path, None, {"\n[run]": section})
+    curve = cl.MeasuredCurve.from_csv(
+        package_folder("models") / "eurosprinter_engel1998.csv", kinetic=0.21
+    )
+    x = np.linspace(0.0, 10.0, 41)
+    zeta = x * element.saturation_creepage
+    found = element.at_creepage(zeta, speed=10.0)["traction_coefficient"]
+    np.testing.assert_allclose(found, 0.21 * curve.traction_ratio(x), atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ('kind = "kalker"', r"law.kind = 'kalker' must be one of: carter_griffith, cohesive"),
+        ('kind = "measured"', r"law.kind = 'measured' takes the keys file, not \[\]"),
+        ('file = "x.csv"', r"law.kind = 'carter_griffith' takes no other key"),
+        ("kind = 3", r"law.kind = 3 must be a string"),
+        ('kind = "measured"\nfile = "no_such.csv"', "no_such.csv"),
+    ],
+)
+def test_bad_laws_are_refused(tmp_path: Path, section: str, message: str) -> None:
+    with pytest.raises((cl.ModelError, FileNotFoundError), match=message):
+        load_changed(tmp_path, None, {"\n[run]": f"\n[law]\n{section}\n\n[run]"})
 
 
 @pytest.mark.parametrize("given", ["k_hat = 0.3", 'weakening_length = "1 um"'])
