@@ -5,13 +5,16 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from contactlib.scenario import Model
 
 
 class _Group(click.Group):
@@ -56,6 +59,22 @@ class _ConsoleReporter:
         self._console.print(f"  {number}", markup=False)
 
 
+def _load(name: str) -> Model:
+    """Read a model; show progress if the table of its law has to be built."""
+    from contactlib.scenario import load_model
+
+    with ExitStack() as stack:
+        bar: list[Callable[[float], object]] = []
+
+        def progress(part: float) -> None:
+            if not bar:
+                step = _ConsoleReporter().step("Building the table of the law")
+                bar.append(stack.enter_context(step))
+            bar[0](part)
+
+        return load_model(name, progress=progress)
+
+
 def _output_option(default: str, what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     return click.option(
         "-o",
@@ -94,10 +113,9 @@ def demo(output: Path) -> None:
 @_output_option("run.csv", "CSV file for the time series.")
 def simulate(model: str, control: str, output: Path) -> None:
     """Run MODEL under torque or creep control."""
-    from contactlib.scenario import load_model
     from contactlib.simulation import simulate as run
 
-    loaded = load_model(model)
+    loaded = _load(model)
     controller = loaded.torque_control if control == "torque" else loaded.creep_control
     with _ConsoleReporter().step(loaded.name) as progress:
         result = run(
@@ -117,11 +135,15 @@ def simulate(model: str, control: str, output: Path) -> None:
 @main.command()
 @click.argument("model")
 @_output_option("creep_table.bin", "Table file.")
-def table(model: str, output: Path) -> None:
+@click.option("--rebuild", is_flag=True, help="Solve the law anew instead of reading its table.")
+def table(model: str, output: Path, rebuild: bool) -> None:
     """Write the table of the law that MODEL uses."""
-    from contactlib.scenario import load_model
+    made = _load(model).wheelset.element.table
+    if rebuild and made.law.startswith("CarterGriffith"):
+        from contactlib.law_tables import build_carter_griffith_table
 
-    made = load_model(model).wheelset.element.table
+        with _ConsoleReporter().step("Building the table of the law") as progress:
+            made = build_carter_griffith_table(made.options["contact"], progress)
     click.echo(
         f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} of the "
         f"traction ratio and {made.max_slope_error:.2g} of its slope, at "
@@ -136,10 +158,9 @@ def table(model: str, output: Path) -> None:
 def fmu(model: str, output: Path, platforms: str | None) -> None:
     """Export the force element of MODEL as an FMI 2.0 co-simulation FMU."""
     from contactlib.export import export_fmu
-    from contactlib.scenario import load_model
 
     names = None if platforms is None else [name.strip() for name in platforms.split(",")]
-    click.echo(str(export_fmu(load_model(model), output, platforms=names)))
+    click.echo(str(export_fmu(_load(model), output, platforms=names)))
 
 
 @main.command()

@@ -31,7 +31,7 @@ def carter_griffith_table(contact: Shape) -> CreepForceTable:
 
 
 def build_carter_griffith_table(
-    contact: Shape, progress: Callable[[float], object] = _silent
+    contact: str, progress: Callable[[float], object] = _silent
 ) -> CreepForceTable:
     """The same table from the law itself: a second for the line, some for the ellipse."""
     return CreepForceTable.from_law(CarterGriffith, contact=contact, progress=progress)

@@ -124,6 +124,14 @@ def test_figures_command_asks_which(tmp_path: Path) -> None:
     assert result.stderr.count("\n") == 1
 
 
+def test_table_is_rebuilt_from_the_law(tmp_path: Path) -> None:
+    arguments = ["table", "roller_rig.toml", "--rebuild", "-o", str(tmp_path / "t.bin")]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 0, result.output
+    assert "CarterGriffith contact=line, largest error found" in result.output
+    assert cl.CreepForceTable.load(tmp_path / "t.bin").max_error < 1e-13
+
+
 def test_help_and_version() -> None:
     for arguments in (["--help"], ["demo", "-h"], ["fmu", "--help"]):
         assert CliRunner().invoke(main, arguments).exit_code == 0
