@@ -25,7 +25,7 @@ from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
 from contactlib.law_tables import carter_griffith_table, cohesive_table
 from contactlib.laws import CarterGriffith, CohesiveZone, ConvergenceError, MeasuredCurve, Polach
-from contactlib.scenario import Model, ModelError, load_model
+from contactlib.scenario import Model, ModelError, load_model, model_path
 from contactlib.simulation import Event, Result, simulate
 from contactlib.stability import (
     Fold,
@@ -77,6 +77,7 @@ __all__ = [
     "friction_with_k_hat",
     "k_hat",
     "load_model",
+    "model_path",
     "process_zone_ratio",
     "quasi_steady_torque",
     "saturation_creepage",

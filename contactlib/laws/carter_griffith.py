@@ -9,22 +9,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from contactlib.laws.contact_law import ContactLaw, strips_at
 from contactlib.laws.line import line_values, solve_split, split_at
 from contactlib.laws.peak import Peak
 from contactlib.laws.strips import SMALLEST_K_HAT, carter_ellipse, griffith_ellipse
-from contactlib.parameters import FINITE, FloatArray, Limits, Parameters, Quantity, checked
-
-LATERAL = Limits(at_least=-1.0, at_most=1.0)
+from contactlib.parameters import FINITE, FloatArray, checked
 
 
 @dataclass(frozen=True, kw_only=True)
-class CarterGriffith(Parameters):
+class CarterGriffith(ContactLaw):
     """Traction ratio q = Q/(f_d P) against normalized creepage x = zeta/zeta0.
 
     The limit of slip weakening over a vanishing process zone: a square-root singularity of the
@@ -52,44 +50,6 @@ class CarterGriffith(Parameters):
     >>> law.slope(0.0).item()
     2.0
     """
-
-    k_hat: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0)]
-    contact: Literal["line", "elliptic"] = "line"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.contact not in ("line", "elliptic"):
-            raise ValueError(
-                f"CarterGriffith.contact = {self.contact!r} must be 'line' or 'elliptic'"
-            )
-
-    def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """Traction ratio q at x, for any shape of finite x; odd in x. Eqs. (18), (19), (23), (24).
-
-        Raises
-        ------
-        ValueError
-            If a creepage is not a finite real number.
-        """
-        return self.evaluate(normalized_creepage)[0]
-
-    def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """Slope dq/dx at x, for any shape of finite x; even in x.
-
-        At x = 0 it is 2 for the line and 3 pi/4 for the ellipse, whatever `k_hat` is.
-
-        Raises
-        ------
-        ValueError
-            If a creepage is not a finite real number.
-        """
-        return self.evaluate(normalized_creepage)[1]
-
-    def evaluate(self, normalized_creepage: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """`traction_ratio` and `slope` at once, for the work of one."""
-        x = checked("normalized_creepage", normalized_creepage, FINITE)
-        ratio, slope = self._evaluate(np.abs(x))
-        return np.copysign(ratio, x), slope
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope at x >= 0."""
@@ -226,14 +186,3 @@ class CarterGriffith(Parameters):
         v = float(brentq(condition, 0.0, 3.0**0.25, xtol=1e-300, rtol=1e-15))
         split = split_at(np.array(1.0 / v), k)
         return Peak(float(split.m + split.y), float(line_values(split)[0]))
-
-
-def strips_at(
-    contact: str, normalized_creepage: ArrayLike, lateral_position: ArrayLike
-) -> tuple[FloatArray, FloatArray]:
-    """Creepage and relative half-width w of the strips, broadcast and checked."""
-    x = checked("normalized_creepage", normalized_creepage, FINITE)
-    eta = checked("lateral_position", lateral_position, LATERAL)
-    w = np.sqrt((1.0 - eta) * (1.0 + eta)) if contact == "elliptic" else np.ones_like(eta)
-    x, w = np.broadcast_arrays(x, w)
-    return x, w

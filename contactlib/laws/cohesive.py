@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,11 +18,13 @@ from scipy.optimize import brentq
 
 from contactlib.friction import EXPONENTIAL, Weakening
 from contactlib.laws import slip_strips
-from contactlib.laws.carter_griffith import CarterGriffith, strips_at
+from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws.contact_law import ContactLaw, strips_at
 from contactlib.laws.peak import Corner, Peak
 from contactlib.laws.slip_curve import SlipCurve
-from contactlib.laws.slip_zone import Along, along_contact, find_state, sliding_creepage
-from contactlib.parameters import FINITE, FloatArray, Parameters, Quantity, checked
+from contactlib.laws.slip_profile import Along, along_contact, find_state
+from contactlib.laws.slip_zone import sliding_creepage
+from contactlib.parameters import FINITE, FloatArray, Quantity, checked
 
 # Below these the Carter-Griffith law is nearer than 1e-12 and 2e-9.
 SMALLEST_K_HAT = {"line": 1e-6, "elliptic": slip_strips.SMALLEST_K_HAT}
@@ -34,7 +36,7 @@ def _curve(k_hat: float, static_to_kinetic: float, weakening: Weakening) -> Slip
 
 
 @dataclass(frozen=True, kw_only=True)
-class CohesiveZone(Parameters):
+class CohesiveZone(ContactLaw):
     """Traction ratio q = Q/(f_d P) against normalized creepage x = zeta/zeta0.
 
     Parameters
@@ -65,17 +67,8 @@ class CohesiveZone(Parameters):
     1.06477
     """
 
-    k_hat: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0)]
     static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=100.0)]
-    contact: Literal["line", "elliptic"] = "line"
     weakening: Weakening = EXPONENTIAL
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.contact not in ("line", "elliptic"):
-            raise ValueError(
-                f"CohesiveZone.contact = {self.contact!r} must be 'line' or 'elliptic'"
-            )
 
     @cached_property
     def _limit(self) -> CarterGriffith | None:
@@ -87,32 +80,6 @@ class CohesiveZone(Parameters):
     @property
     def _curve(self) -> SlipCurve:
         return _curve(self.k_hat, self.static_to_kinetic, self.weakening)
-
-    def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """Traction ratio q at x, for any shape of finite x; odd in x.
-
-        Raises
-        ------
-        ValueError
-            If a creepage is not a finite real number.
-        """
-        return self.evaluate(normalized_creepage)[0]
-
-    def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """Slope dq/dx at x, for any shape of finite x; even in x.
-
-        Raises
-        ------
-        ValueError
-            If a creepage is not a finite real number.
-        """
-        return self.evaluate(normalized_creepage)[1]
-
-    def evaluate(self, normalized_creepage: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """`traction_ratio` and `slope` at once, for the work of one."""
-        x = checked("normalized_creepage", normalized_creepage, FINITE)
-        ratio, slope = self._evaluate(np.abs(x))
-        return np.copysign(ratio, x), slope
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self._limit is not None:
