@@ -30,7 +30,7 @@ from contactlib.parameters import FloatArray
 LOWEST, HIGHEST = -10, 5  # powers of e at which the first and the last panel begin
 LIMIT_UP_TO = 0  # power of e up to which the Carter-Griffith law is taken out
 SMALLEST_K_HAT = float(np.exp(LOWEST))  # below it the limit's ellipse is nearer than 2e-9
-GAUSS, FEWER_GAUSS = 20, 8  # nodes in each part of the strips, and of the narrow ones
+GAUSS, FEWER_GAUSS = 16, 6  # nodes in each part of the strips, and of the narrow ones
 
 
 def _panel_nodes(power: int) -> int:

@@ -38,7 +38,7 @@ from contactlib.parameters import FloatArray
 
 ITERATIONS = 60
 NEGLIGIBLE = 1e-16  # part of the drop in friction that is left at Y
-BATCH = 64  # states solved at once
+BATCH = 32  # states solved at once
 
 
 class ConvergenceError(RuntimeError):
@@ -224,7 +224,7 @@ def _newton(
     u = slip(h)
     left = residual(h, u)
     unit = np.eye(nodes)
-    tolerance = 1e-13 * full[:, :1]
+    tolerance = 1e-12 * full[:, :1]
     for _ in range(ITERATIONS):
         error = np.abs(left).max(axis=1, keepdims=True)
         open_ = (error > tolerance)[:, 0]
@@ -246,7 +246,7 @@ def _newton(
         h, u, left = new_h, new_u, new_left
     slip_rate = root * (y - h @ rules.principal.T) + edge
     backwards = slip_rate.min(axis=1) < -1e-3 * slip_rate.max(axis=1)
-    failed = (np.abs(left).max(axis=1) > 1e-11 * full[:, 0]) | backwards
+    failed = (np.abs(left).max(axis=1) > 1e-10 * full[:, 0]) | backwards
     if failed.any():
         i = int(np.argmax(failed))
         raise ConvergenceError(
