@@ -28,6 +28,7 @@ from contactlib.parameters import FINITE, FloatArray, Quantity, checked
 
 # Below these the Carter-Griffith law is nearer than 1e-12 and 2e-9.
 SMALLEST_K_HAT = {"line": 1e-6, "elliptic": slip_strips.SMALLEST_K_HAT}
+SMALLEST_X, LARGEST_X = 1e-9, 1e12
 
 
 @lru_cache(maxsize=64)  # not a cached property, whose lock would keep threads waiting
@@ -45,7 +46,7 @@ class CohesiveZone(ContactLaw):
         Normalized stress-intensity factor of Eq. (17), from 0 to 2: it measures the weakening
         length, Delta R/(f_d a**2) = pi k_hat**2/(2 (r - 1)) with r = `static_to_kinetic`.
     static_to_kinetic : float
-        r = f_s/f_d, above 1 and at most 100.
+        r = f_s/f_d, above 1 and at most 10.
     contact : {"line", "elliptic"}
         Shape of the contact, as in `CarterGriffith`.
     weakening : Weakening
@@ -67,7 +68,7 @@ class CohesiveZone(ContactLaw):
     1.06477
     """
 
-    static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=100.0)]
+    static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=10.0)]
     weakening: Weakening = EXPONENTIAL
 
     @cached_property
@@ -85,9 +86,10 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             return self._limit.evaluate(x)
         line = self.contact == "line"
-        ratio, slope = np.zeros(x.size), np.full(x.size, 2.0 if line else 0.75 * np.pi)
-        rolling = np.flatnonzero(x)
-        at = x.flat[rolling]
+        slope = np.full(x.size, 2.0 if line else 0.75 * np.pi)
+        ratio = slope * x.ravel()  # to nine digits at the smallest creepages
+        rolling = np.flatnonzero(x > SMALLEST_X)
+        at = np.minimum(x.flat[rolling], LARGEST_X)  # where q is 1 to the last digit
         if line:
             state = self._curve.at(at)
             ratio[rolling], slope[rolling] = state.traction_ratio, state.slope

@@ -21,12 +21,17 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from contactlib.friction import Weakening
-from contactlib.laws.slip_zone import ConvergenceError, solve_slip_zones, weakening_length
+from contactlib.laws.slip_zone import (
+    ConvergenceError,
+    enough_nodes,
+    solve_slip_zones,
+    weakening_length,
+)
 from contactlib.parameters import FloatArray
 
 DEGREE = 15
 NOISE = 1e-9  # most that the states themselves may err
-MOST_PANELS = 200
+MOST_PANELS, NARROWEST = 200, 1e-3  # the latter of the first panels
 REAR, FRONT, SLIP, TAIL = range(4)
 
 
@@ -83,12 +88,30 @@ class SlipCurve(NamedTuple):
             If a state has no solution, the series do not converge, or creepage does not grow
             along a curve, so that it would not be a function of creepage.
         """
+        fewest = enough_nodes(float(k_hats.min()), static_to_kinetic)
+        for nodes in (fewest, 3 * fewest // 2, 9 * fewest // 4):
+            try:
+                return cls._resolve(k_hats, static_to_kinetic, weakening, tolerance, nodes)
+            except ConvergenceError as error:
+                failure = error  # more nodes may help
+        raise failure
+
+    @classmethod
+    def _resolve(
+        cls,
+        k_hats: FloatArray,
+        static_to_kinetic: float,
+        weakening: Weakening,
+        tolerance: float,
+        nodes: int,
+    ) -> list[SlipCurve]:
         panels = _stretches(k_hats, static_to_kinetic)
+        narrowest = NARROWEST * min(high - low for _, low, high in panels)
         before = np.full(len(panels), np.inf)
         done: list[tuple[int, float, float]] = []
         series: list[FloatArray] = []
         while panels:
-            found = _series(panels, k_hats, static_to_kinetic, weakening)
+            found = _series(panels, k_hats, static_to_kinetic, weakening, nodes)
             # The last terms tell what the series leaves out. Where a cut has not made them much
             # smaller, they are the noise of the states.
             rest = np.abs(found[:, :, -2:]).max(axis=(0, 2, 3))
@@ -97,11 +120,12 @@ class SlipCurve(NamedTuple):
             series += list(np.moveaxis(found[:, good], 0, 1))
             panels = [h for p, ok in zip(panels, good, strict=True) if not ok for h in _halves(p)]
             before = np.repeat(rest[~good], 2)
-            if len(panels) + len(done) > MOST_PANELS:
+            lost = any(high - low < narrowest for _, low, high in panels)
+            if lost or len(panels) + len(done) > MOST_PANELS:
                 raise ConvergenceError(
                     f"the creep curve from k_hat {k_hats.min():.4g} to {k_hats.max():.4g}, "
-                    f"static_to_kinetic {static_to_kinetic:.4g} is not resolved to {tolerance}: "
-                    f"the weakening law is too rough"
+                    f"static_to_kinetic {static_to_kinetic:.4g} is not resolved to {tolerance} "
+                    f"with {nodes} nodes: the weakening law is too rough or its zone too short"
                 )
         order = sorted(range(len(done)), key=lambda i: done[i])
         kind, low, high = (np.array(column) for column in zip(*sorted(done), strict=True))
@@ -222,6 +246,7 @@ def _series(
     k_hats: FloatArray,
     static_to_kinetic: float,
     weakening: Weakening,
+    nodes: int,
 ) -> FloatArray:
     """Chebyshev coefficients of the two functions, (k_hats, panels, DEGREE + 1, 2)."""
     places = chebyshev.chebpts1(DEGREE + 1)
@@ -235,11 +260,16 @@ def _series(
         k_hat=np.repeat(k_hats, v.size),
         static_to_kinetic=static_to_kinetic,
         weakening=weakening,
+        nodes=nodes,
     )
     scale = np.where(kind == REAR, slipped, 1.0)[:, :, np.newaxis]
     values = np.stack([zones.release, zones.excess], axis=-1).reshape(*shape, 2) / scale
     to_series = np.linalg.inv(chebyshev.chebvander(places, DEGREE))
-    return np.asarray(np.einsum("ij,kpjc->kpic", to_series, values))
+    series = np.asarray(np.einsum("ij,kpjc->kpic", to_series, values))
+    # Where stick ends, A and B have no slope in v: else dq/dx would be noise over noise there.
+    last = (kind[:, 0] == FRONT) & (high[:, 0] == 0.0)
+    series[:, last, 1] -= np.einsum("i,kpic->kpc", np.arange(DEGREE + 1.0) ** 2, series[:, last])
+    return series
 
 
 def _clenshaw(
