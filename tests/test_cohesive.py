@@ -6,6 +6,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from math import gamma
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from scipy.optimize import brentq
 from contactlib import EXPONENTIAL, CarterGriffith, CohesiveZone, ConvergenceError, Friction
 from contactlib.laws import slip_zone
 from contactlib.laws.cohesive import SMALLEST_K_HAT
-from contactlib.laws.slip_zone import enough_nodes, find_state, solve_slip_zones, weakening_length
+from contactlib.laws.slip_profile import find_state
+from contactlib.laws.slip_zone import enough_nodes, solve_slip_zones, weakening_length
 from contactlib.parameters import FloatArray
 
 RATIO = 0.33 / 0.21
@@ -525,9 +527,9 @@ def test_bad_k_hat_is_refused(k_hat: float) -> None:
         CohesiveZone(k_hat=k_hat, static_to_kinetic=2.0)
 
 
-@pytest.mark.parametrize("ratio", [1.0, 0.5, 100.1, np.nan, np.inf, "2", True])
+@pytest.mark.parametrize("ratio", [1.0, 0.5, 30.1, np.nan, np.inf, "2", True])
 def test_bad_static_to_kinetic_is_refused(ratio: float) -> None:
-    with pytest.raises(ValueError, match=r"CohesiveZone\.static_to_kinetic = .*> 1 and <= 100"):
+    with pytest.raises(ValueError, match=r"CohesiveZone\.static_to_kinetic = .*> 1 and <= 30"):
         CohesiveZone(k_hat=0.3, static_to_kinetic=ratio)
 
 
@@ -543,3 +545,29 @@ def test_bad_contact_and_places_are_refused() -> None:
         law.stick_boundary(0.5, 1.5)
     with pytest.raises(ValueError, match=r"position = inf .*finite"):
         law.shear_traction(np.inf, 0.5)
+
+
+@pytest.mark.parametrize("k_hat", [0.05, 0.3, 2.0])
+def test_slope_up_to_the_last_digit_before_stick_ends(k_hat: float) -> None:
+    law = CohesiveZone(k_hat=k_hat, static_to_kinetic=RATIO)
+    off = np.array([1e-6, 1e-9, 1e-12, 1e-15])
+    slope = law.slope(law.sliding_creepage * (1.0 - off))
+    np.testing.assert_allclose(slope, law.slope(law.sliding_creepage), atol=2e-5)
+
+
+@pytest.mark.parametrize("contact", ["line", "elliptic"])
+def test_smallest_and_largest_creepages(contact: Any) -> None:
+    law = CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, contact=contact)
+    small = np.array([1e-300, 1e-20, 1e-10])
+    np.testing.assert_allclose(law.traction_ratio(small), law.slope(0.0) * small, rtol=1e-9)
+    np.testing.assert_allclose(law.traction_ratio([1e14, 1e300]), 1.0, atol=1e-15)
+    assert np.abs(law.slope([1e14, 1e300])).max() < 1e-20
+
+
+def test_rough_weakening_in_a_short_zone_takes_more_nodes() -> None:
+    # The tail of this f(u) reaches through the whole contact, so nothing of it can be cut off.
+    length = 2e-6
+    friction = Friction.from_function(lambda u: 0.21 + 0.12 / (1.0 + u / length) ** 3)
+    law = CohesiveZone(k_hat=0.01, static_to_kinetic=RATIO, weakening=friction.weakening)
+    limit = CarterGriffith(k_hat=0.01)
+    np.testing.assert_allclose(law.traction_ratio(0.5), limit.traction_ratio(0.5), atol=1e-6)

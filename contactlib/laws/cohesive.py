@@ -46,7 +46,7 @@ class CohesiveZone(ContactLaw):
         Normalized stress-intensity factor of Eq. (17), from 0 to 2: it measures the weakening
         length, Delta R/(f_d a**2) = pi k_hat**2/(2 (r - 1)) with r = `static_to_kinetic`.
     static_to_kinetic : float
-        r = f_s/f_d, above 1 and at most 10.
+        r = f_s/f_d, above 1 and at most 30.
     contact : {"line", "elliptic"}
         Shape of the contact, as in `CarterGriffith`.
     weakening : Weakening
@@ -68,7 +68,7 @@ class CohesiveZone(ContactLaw):
     1.06477
     """
 
-    static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=10.0)]
+    static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=30.0)]
     weakening: Weakening = EXPONENTIAL
 
     @cached_property
