@@ -32,7 +32,10 @@ from contactlib.parameters import FINITE, FloatArray, Limits, checked
 MAGIC, VERSION, HEADER, NAME_SIZE = b"CREEPTAB", 2, 192, 104
 K_MAX = 2.0
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
-CORNER_GRIDS = {4: ((512, 232),), 5: ((448, 192), (512, 232))}  # by twice the corner's power
+CORNER_GRIDS = {
+    4: ((512, 204), (512, 232)),
+    5: ((416, 160), (512, 232)),
+}  # by twice the corner's power
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 SLOPE_TARGET = 1e-4
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # continues four values by one
@@ -317,7 +320,7 @@ def _reference_values(sampler: _Sampler) -> list[_Reference]:
         return _Reference(k_hat, x, *values)
 
     # Irrational fractions of the table's axes; the ends are its real borders.
-    inner = K_MAX * _off_nodes(48) ** 2
+    inner = K_MAX * _off_nodes(44) ** 2
     k_hats = [0.0, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, *inner.tolist(), K_MAX]
     return sampler.rows(row, [1.0] if sampler.one_axis else k_hats, 0.0, 0.5)
 

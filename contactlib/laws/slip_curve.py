@@ -143,8 +143,10 @@ class SlipCurve(NamedTuple):
 
     def borders(self) -> FloatArray:
         """Creepages x between the panels, (p - 1,)."""
-        rest = (self.kind[1:], self.low[1:], self.high[1:], self.coefficients[1:])
-        return _points(*rest, np.full(len(self.kind) - 1, -1.0))[0]
+        rest = (self.kind[1:], self.low[1:], self.high[1:])
+        return _points(
+            *rest, np.moveaxis(self.coefficients[1:], 0, -1), np.full(len(self.kind) - 1, -1.0)
+        )[0]
 
     @property
     def sliding_creepage(self) -> float:
@@ -161,7 +163,7 @@ class SlipCurve(NamedTuple):
             self.kind[panel],
             self.low[panel],
             self.high[panel],
-            self.coefficients[panel],
+            np.ascontiguousarray(np.moveaxis(self.coefficients[panel], 0, -1)),
             (ends[panel], ends[panel + 1]),
             x,
         )
@@ -173,8 +175,8 @@ def _points(
     """x, q, dx/dv, dq/dv, v, stick length and edge slip at places in [-1, 1] of panels, (n,)."""
     v = 0.5 * (low + high) + 0.5 * (high - low) * place
     stick, slipped, edge, d_stick, d_edge = _regime(kind, v)
-    (a, b), (d_a, d_b) = _clenshaw(coefficients, place)
-    d_a, d_b = d_a * (2.0 / (high - low)), d_b * (2.0 / (high - low))
+    (a, b), slopes = _clenshaw(coefficients, place)
+    d_a, d_b = slopes * (2.0 / (high - low))
     rear = kind == REAR
     scale, d_scale = np.where(rear, slipped, 1.0), np.where(rear, -d_stick, 0.0)
     a, d_a = a * scale, d_a * scale + a * d_scale
@@ -194,7 +196,10 @@ def find_points(
     ends: tuple[FloatArray, FloatArray],
     x: FloatArray,
 ) -> State:
-    """Points at creepages x > 0 that lie in the given panels, whose ends in x are given, (n,)."""
+    """Points at creepages x > 0 that lie in the given panels, whose ends in x are given, (n,).
+
+    The coefficients are of shape (DEGREE + 1, 2, n), which is how they are gone through.
+    """
     tail, first, last = kind == TAIL, (kind == REAR) & (low == 0.0), (kind == FRONT) & (high == 0.0)
     # Start from x linear in v, or in its square where that is what x is like.
     with np.errstate(invalid="ignore"):
@@ -272,19 +277,14 @@ def _series(
     return series
 
 
-def _clenshaw(
-    series: FloatArray, place: FloatArray
-) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Values and derivatives of two Chebyshev series a point, (n, DEGREE + 1, 2) at (n,)."""
-    twice = 2.0 * place[:, np.newaxis]
-    value, last = np.zeros_like(series[:, 0]), np.zeros_like(series[:, 0])
-    d_value, d_last = np.zeros_like(value), np.zeros_like(value)
-    for i in range(DEGREE, 0, -1):
+def _clenshaw(series: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values and derivatives of two Chebyshev series a point, (DEGREE + 1, 2, n) at (n,)."""
+    twice = 2.0 * place
+    value, last, d_value, d_last = (np.zeros_like(series[0]) for _ in range(4))
+    for term in series[:0:-1]:
         d_value, d_last = 2.0 * value + twice * d_value - d_last, d_value
-        value, last = series[:, i] + twice * value - last, value
-    d_sum = value + 0.5 * twice * d_value - d_last
-    total = series[:, 0] + 0.5 * twice * value - last
-    return (total[:, 0], total[:, 1]), (d_sum[:, 0], d_sum[:, 1])
+        value, last = term + twice * value - last, value
+    return series[0] + place * value - last, value + place * d_value - d_last
 
 
 def _halves(panel: tuple[int, float, float]) -> list[tuple[int, float, float]]:

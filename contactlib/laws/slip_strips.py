@@ -61,16 +61,16 @@ class _Panel(NamedTuple):
         zero, infinity = np.zeros((x.size, 1)), np.full((x.size, 1), np.inf)
         ends = np.hstack([zero, basis @ self.borders, infinity])
         panel = (x[:, np.newaxis] >= ends[:, 1:-1]).sum(axis=1)
-        series = np.empty((x.size, self.coefficients.shape[2]))
+        series = np.empty((self.coefficients.shape[2], x.size))
         for i in np.unique(panel):
             here = panel == i
-            series[here] = basis[here] @ self.coefficients[i]
+            series[:, here] = self.coefficients[i].T @ basis[here].T
         row = np.arange(x.size)
         return find_points(
             self.shape.kind[panel],
             self.shape.low[panel],
             self.shape.high[panel],
-            series.reshape(x.size, -1, 2),
+            series.reshape(-1, 2, x.size),
             (ends[row, panel], ends[row, panel + 1]),
             x,
         )
