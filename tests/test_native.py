@@ -28,7 +28,9 @@ FLAGS = [
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
-def test_sources_are_strict_c99_and_clean_under_sanitizers(rig: cl.Model, tmp_path: Path) -> None:
+def test_sources_are_strict_c99_and_clean_under_sanitizers(
+    rig: cl.Model, cohesive_table: cl.CreepForceTable, tmp_path: Path
+) -> None:
     fmu = cl.export_fmu(rig, tmp_path / "x.fmu")
     resources = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "a b"))) / "resources"
     headers = Path(fmpy.__file__).parent / "c-code"
@@ -49,8 +51,17 @@ def test_sources_are_strict_c99_and_clean_under_sanitizers(rig: cl.Model, tmp_pa
         ],
         check=True,
     )
-    run = subprocess.run(
-        [str(program), resources.as_uri(), kernel.token()], capture_output=True, text=True
-    )
-    assert run.returncode == 0, run.stdout + run.stderr
-    assert run.stdout.strip() == "0 failures"
+    polach = cl.Polach.dry(kalker_coefficient=3.7, poisson_ratio=0.28)
+    tables = [
+        rig.wheelset.element.table,
+        cl.carter_griffith_table("elliptic"),
+        cohesive_table,
+        cl.CreepForceTable.from_law(polach),
+    ]
+    for table in tables:
+        table.save(resources / "creep_table.bin")
+        run = subprocess.run(
+            [str(program), resources.as_uri(), kernel.token()], capture_output=True, text=True
+        )
+        assert run.returncode == 0, table.law + run.stdout + run.stderr
+        assert run.stdout.strip() == "0 failures", table.law
