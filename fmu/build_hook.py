@@ -94,6 +94,9 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-shared", "-s"]
     if target.suffix == ".so":
         command += ["-fPIC", "-lm"]
+    if target.suffix == ".dylib":
+        # Else the library's name is the path it was built at.
+        command += ["-Wl,-install_name,@rpath/contactlib.dylib"]
     flags = [*compiler_flags(), *extra_flags]
     environment = dict(os.environ)
     if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
