@@ -4,8 +4,11 @@ The compiler is Zig's C compiler from the `ziglang` package, so no machine needs
 and every platform's library can be built on any other:
 
     python fmu/build_hook.py                      # this machine's library
-    python fmu/build_hook.py x86_64-windows ...   # others
+    python fmu/build_hook.py x86_64-windows ...   # others; 'all' stands for all of them
     python fmu/build_hook.py --check              # only compile, and take warnings for errors
+
+Two environment variables make a wheel into a release: CONTACTLIB_PLATFORMS names platforms whose
+libraries it carries beside its own, and CONTACTLIB_HOST the one that it is for.
 """
 
 from __future__ import annotations
@@ -17,6 +20,8 @@ import platform
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,14 +49,24 @@ TARGETS = {
 }
 
 
+def known(name: str) -> str:
+    """`name`, if it is a platform tuple that a library can be built for."""
+    if name not in TARGETS:
+        raise SystemExit(f"no library can be built for {name!r}; known: {', '.join(TARGETS)}, all")
+    return name
+
+
+def named(names: Iterable[str]) -> list[str]:
+    """Each of these platform tuples once, where ``all`` stands for all of them."""
+    each = (TARGETS if name == "all" else [known(name)] for name in names)
+    return list(dict.fromkeys(chain.from_iterable(each)))
+
+
 def host() -> str:
-    """Platform tuple of this machine."""
+    """Platform tuple of this machine, or the one in CONTACTLIB_HOST."""
     machine = platform.machine().lower()
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
-    name = f"{machine}-{platform.system().lower()}"
-    if name not in TARGETS:
-        raise RuntimeError(f"no library can be built for {name}; known: {', '.join(TARGETS)}")
-    return name
+    return known(os.environ.get("CONTACTLIB_HOST") or f"{machine}-{platform.system().lower()}")
 
 
 def fmi_headers() -> Path:
@@ -126,19 +141,21 @@ def check_sources() -> None:
 
 
 class NativeLibraryHook(BuildHookInterface[Any]):
-    """Hatchling's hook: a wheel is for one platform and carries that platform's library."""
+    """Hatchling's hook: a wheel is for one platform and carries at least that one's library."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile before the wheel (or the editable install) is put together."""
-        library = build_library(host())
+        beside = os.environ.get("CONTACTLIB_PLATFORMS", "").replace(",", " ").split()
+        for name in named([host(), *beside]):
+            library = build_library(name)
+            build_data["artifacts"].append(library.relative_to(NATIVE.parent.parent).as_posix())
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{TARGETS[host()].wheel_tag}"
-        build_data["artifacts"].append(str(library.relative_to(NATIVE.parent.parent)))
 
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--check"]:
         check_sources()
     else:
-        for wanted in sys.argv[1:] or [host()]:
+        for wanted in named(sys.argv[1:] or [host()]):
             print(build_library(wanted))
