@@ -153,14 +153,46 @@ def table(model: str, output: Path, rebuild: bool) -> None:
 
 @main.command()
 @click.argument("model")
-@_output_option("CreepForceElement.fmu", "FMU file.")
-@click.option("--platforms", help="Comma-separated, such as x86_64-linux; default: this machine.")
-def fmu(model: str, output: Path, platforms: str | None) -> None:
-    """Export the force element of MODEL as an FMI 2.0 co-simulation FMU."""
-    from contactlib.export import export_fmu
+@click.option(
+    "--kind",
+    type=click.Choice(["force_element", "wheelset", "wheelset_body"]),
+    default="force_element",
+    show_default=True,
+    help="The force for given velocities, the wheelset with it, or the wheelset without it.",
+)
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True)
+@click.option(
+    "--platforms",
+    help="Comma-separated, such as x86_64-linux,x86_64-windows, or all; default: this machine.",
+)
+@click.option("--relaxation-length", type=float, help="Adds the state of a contact that lags [m].")
+@click.option("--implicit", is_flag=True, help="Solve the element's own slip over each step.")
+@click.option("--parallel-exchange", is_flag=True, help="Both sides of the coupling step at once.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Default: KIND.fmu.")
+def fmu(
+    model: str,
+    kind: str,
+    fmi: str,
+    platforms: str | None,
+    relaxation_length: float | None,
+    implicit: bool,
+    parallel_exchange: bool,
+    output: Path | None,
+) -> None:
+    """Export MODEL as an FMU for model exchange and co-simulation."""
+    from contactlib.export import MODEL_NAMES, export_fmu
 
-    names = None if platforms is None else [name.strip() for name in platforms.split(",")]
-    click.echo(str(export_fmu(_load(model), output, platforms=names)))
+    written = export_fmu(
+        _load(model),
+        output or f"{MODEL_NAMES[kind]}.fmu",
+        fmi_version=int(fmi),
+        kind=kind,
+        platforms=None if platforms is None else [name.strip() for name in platforms.split(",")],
+        relaxation_length=relaxation_length,
+        implicit=implicit,
+        parallel_exchange=parallel_exchange,
+    )
+    click.echo(str(written))
 
 
 @main.command()

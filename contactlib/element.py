@@ -283,7 +283,7 @@ class ForceElement(Parameters):
         limits = kernel.force_input_limits()
         arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
         shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
-        inputs = np.empty(shape, dtype=kernel.force_input_dtype())
+        inputs = np.zeros(shape, dtype=kernel.force_input_dtype())
         for name, array in arrays.items():
             inputs[name] = array
         return self.native.evaluate(inputs)

@@ -10,7 +10,7 @@ import platform
 import re
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -23,7 +23,15 @@ from numpy.typing import NDArray
 from contactlib.files import PACKAGE, package_folder
 from contactlib.parameters import FloatArray, Limits
 
-HEADERS = ("variable.h", "creep_table.h", "force_element.h", "wheelset.h", "token.h")
+HEADERS = (
+    "variable.h",
+    "creep_table.h",
+    "force_element.h",
+    "wheelset.h",
+    "wheelset_step.h",
+    "model.h",
+    "token.h",
+)
 SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
 ffi: Any = FFI()
@@ -149,43 +157,10 @@ def table_place(normalized_creepage: float, k_hat: float) -> float:
 # ---- force element --------------------------------------------------------------------------
 
 
-class Variable(NamedTuple):
-    """One entry of the force element's list of variables."""
-
-    name: str
-    unit: str
-    description: str
-    role: str
-    limits: Limits
-
-
-@cache
-def force_element_variables() -> tuple[Variable, ...]:
-    """The list of variables; an index is an FMI value reference."""
-    lib = library()
-    count = ffi.new("size_t *")
-    entries = lib.force_element_variables(count)
-    roles = ffi.typeof("variable_role").elements
-
-    def text(cdata: Any) -> str:
-        return str(ffi.string(cdata).decode())
-
-    return tuple(
-        Variable(
-            text(v.name),
-            text(v.unit),
-            text(v.description),
-            roles[v.role].lower(),
-            Limits(at_least=v.minimum, at_most=v.maximum),
-        )
-        for v in (entries[i] for i in range(count[0]))
-    )
-
-
 @cache
 def force_input_limits() -> Mapping[str, Limits]:
     """Limits of the force element's inputs, by name."""
-    return {v.name: v.limits for v in force_element_variables() if v.role == "input"}
+    return {v.name: v.limits for v in model_variables("force_element") if v.role == "input"}
 
 
 def _struct_dtype(name: str) -> np.dtype[np.void]:
@@ -270,6 +245,110 @@ def contact_with_force(creep_force: float) -> Any:
     """Contact struct that carries nothing but a force, for a force made elsewhere."""
     library()
     return ffi.new("force_element_output *", {"creep_force": creep_force})
+
+
+# ---- models that an FMU can hold ------------------------------------------------------------
+
+MODEL_KINDS = ("force_element", "wheelset", "wheelset_body")
+GIVEN = ("fixed_parameter", "tunable_parameter", "input", "state")  # roles with a start value
+
+
+class Variable(NamedTuple):
+    """One entry of a model's list of variables."""
+
+    name: str
+    unit: str
+    description: str
+    role: str
+    limits: Limits
+    only_relaxed: bool
+
+    @property
+    def boolean(self) -> bool:
+        """Whether it is a truth value."""
+        return self.unit == "Boolean"
+
+
+@cache
+def model_variables(kind: str) -> tuple[Variable, ...]:
+    """The list of variables of a kind of model; an index is an FMI value reference."""
+    model = _model(kind)
+    roles = ffi.typeof("variable_role").elements
+
+    def text(cdata: Any) -> str:
+        return str(ffi.string(cdata).decode())
+
+    return tuple(
+        Variable(
+            text(v.name),
+            text(v.unit),
+            text(v.description),
+            roles[v.role].lower(),
+            Limits(at_least=v.minimum, at_most=v.maximum),
+            v.part == library().IF_RELAXED,
+        )
+        for v in (model.variables[i] for i in range(model.count))
+    )
+
+
+def _model(kind: str) -> Any:
+    if kind not in MODEL_KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of: {', '.join(MODEL_KINDS)}")
+    return library().model_of(kind.encode())
+
+
+class NativeModel:
+    """What an FMU holds, without FMI: values by name, steps and directional derivatives.
+
+    Checks nothing but names: it is for what has been checked.
+    """
+
+    def __init__(self, kind: str, table: NativeTable, start: Mapping[str, float]) -> None:
+        self._model, self._table = _model(kind), table
+        self._entries = {v.name: i for i, v in enumerate(model_variables(kind))}
+        self._values = ffi.new("model_values *")
+        self.set(**start)
+        self.evaluate()
+
+    def set(self, **values: float) -> None:
+        """Set variables of any role; the outputs stay until `evaluate`."""
+        for name, value in values.items():
+            library().model_set(self._entry(name), self._values, float(value))
+
+    def get(self, *names: str) -> list[float]:
+        """Values by name."""
+        return [library().model_get(self._entry(name), self._values) for name in names]
+
+    def evaluate(self) -> None:
+        """Make the outputs and derivatives from all else."""
+        library().model_evaluate(self._model, self._table.struct, self._values)
+
+    def advance(self, step: float, tolerance: float = 1e-6) -> None:
+        """Step the states with the inputs held.
+
+        Raises
+        ------
+        RuntimeError
+            If the integrator gives up.
+        """
+        error = library().model_advance(
+            self._model, self._table.struct, self._values, step, tolerance
+        )
+        if error != ffi.NULL:
+            raise RuntimeError(ffi.string(error).decode())
+        self.evaluate()
+
+    def tangent(self, unknowns: Sequence[str], direction: Mapping[str, float]) -> list[float]:
+        """Change of outputs and derivatives when all else changes along a direction."""
+        lib = library()
+        moved, change = ffi.new("model_values *"), ffi.new("model_values *")
+        for name, value in direction.items():
+            lib.model_set(self._entry(name), moved, float(value))
+        lib.model_tangent(self._model, self._table.struct, self._values, moved, change)
+        return [lib.model_get(self._entry(name), change) for name in unknowns]
+
+    def _entry(self, name: str) -> Any:
+        return ffi.addressof(self._model.variables[self._entries[name]])
 
 
 def _pointer(array: NDArray[Any], kind: str) -> Any:

@@ -98,7 +98,7 @@ def compiler_flags() -> list[str]:
         "-fno-math-errno",
         "-fno-trapping-math",
         f'-DCONTACTLIB_TOKEN="{source_token()}"',
-        f"-I{fmi_headers()}",
+        f"-isystem{fmi_headers()}",  # their warnings are not ours
     ]
 
 

@@ -14,6 +14,16 @@ static uint32_t crc32_of(const unsigned char *bytes, size_t size) {
     return crc ^ 0xFFFFFFFFu;
 }
 
+void checked_file_frame(void *bytes, size_t size, const char magic[8], uint32_t version) {
+    unsigned char *start = bytes;
+    uint64_t whole = size;
+    memcpy(start, magic, 8);
+    memcpy(start + 8, &version, sizeof version);
+    memcpy(start + 16, &whole, sizeof whole);
+    uint32_t crc = crc32_of(start + 16, size - 16);
+    memcpy(start + 12, &crc, sizeof crc);
+}
+
 const char *checked_file_error(const void *bytes, size_t size, const char magic[8],
                                uint32_t version) {
     const unsigned char *start = bytes;

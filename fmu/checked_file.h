@@ -14,6 +14,9 @@
 
 enum { CHECKED_FILE_FRAME = 24 };
 
+/* Put the frame around contents that already stand behind it in bytes. */
+void checked_file_frame(void *bytes, size_t size, const char magic[8], uint32_t version);
+
 /* NULL, or a message that says why these bytes are not such a file. */
 const char *checked_file_error(const void *bytes, size_t size, const char magic[8],
                                uint32_t version);

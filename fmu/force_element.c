@@ -4,92 +4,7 @@
 
 #include "regularized_speed.h"
 
-#define AT(group, member) offsetof(force_element, group.member)
-#define LARGE 1e300
-
 static const double PI = 3.14159265358979323846;
-
-static const model_variable VARIABLES[] = {
-    {"radius", "m", "rolling radius of the wheel", 1e-6, 1e6, AT(parameters, radius),
-     FIXED_PARAMETER},
-    {"static_friction", "1", "friction coefficient before slip, not below the kinetic one", 1e-6,
-     1e3, AT(parameters, static_friction), TUNABLE_PARAMETER},
-    {"kinetic_friction", "1", "friction coefficient after much slip", 1e-6, 1e3,
-     AT(parameters, kinetic_friction), TUNABLE_PARAMETER},
-    {"weakening_length", "m", "slip over which friction weakens", 0.0, 1.0,
-     AT(parameters, weakening_length), TUNABLE_PARAMETER},
-    {"slope_reduction", "1", "third-body layer: initial slope over the elastic one", 1e-6, 1.0,
-     AT(parameters, slope_reduction), TUNABLE_PARAMETER},
-    {"semi_width", "m", "contact semi-width at nominal load", 1e-9, 1e3, AT(parameters, semi_width),
-     FIXED_PARAMETER},
-    {"peak_pressure", "Pa", "peak contact pressure at nominal load", 1e-3, 1e15,
-     AT(parameters, peak_pressure), FIXED_PARAMETER},
-    {"contact_modulus", "Pa", "composite contact modulus", 1e-3, 1e15,
-     AT(parameters, contact_modulus), FIXED_PARAMETER},
-    {"nominal_load", "N", "load of the given semi-width and peak pressure", 1e-6, 1e12,
-     AT(parameters, nominal_load), FIXED_PARAMETER},
-    {"load_exponent", "1", "semi-width and pressure grow like load to this power", 0.0, 1.0,
-     AT(parameters, load_exponent), FIXED_PARAMETER},
-    {"minimum_speed", "m/s", "speed below which the creepage is regularised", 1e-9, 1e3,
-     AT(parameters, minimum_speed), FIXED_PARAMETER},
-    {"slip_rate_residual", "1", "part of friction that high slip speed leaves", 1e-6, 1.0,
-     AT(parameters, slip_rate_residual), TUNABLE_PARAMETER},
-    {"slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6,
-     AT(parameters, slip_rate_decay), TUNABLE_PARAMETER},
-    {"omega", "rad/s", "angular velocity of the wheel, positive when rolling forward", -1e9, 1e9,
-     AT(input, omega), INPUT},
-    {"speed", "m/s", "forward velocity of the wheel's centre", -1e9, 1e9, AT(input, speed), INPUT},
-    {"normal_load", "N", "normal load", 0.0, 1e12, AT(input, normal_load), INPUT},
-    {"friction_scale", "1", "multiplies both friction coefficients", 1e-6, 1e3,
-     AT(input, friction_scale), INPUT},
-    {"creep_force", "N", "force on the wheel, positive forward", -LARGE, LARGE,
-     AT(output, creep_force), OUTPUT},
-    {"wheel_torque", "N.m", "torque of the creep force on the wheel: -radius * creep_force", -LARGE,
-     LARGE, AT(output, wheel_torque), OUTPUT},
-    {"creepage", "1", "slip velocity over speed, positive in traction", -LARGE, LARGE,
-     AT(output, creepage), OUTPUT},
-    {"normalized_creepage", "1", "creepage over saturation creepage", -LARGE, LARGE,
-     AT(output, normalized_creepage), OUTPUT},
-    {"traction_coefficient", "1", "creep force over normal load", -LARGE, LARGE,
-     AT(output, traction_coefficient), OUTPUT},
-    {"force_gradient", "N.s/m", "change of creep force with slip velocity at fixed speed", -LARGE,
-     LARGE, AT(output, force_gradient), OUTPUT},
-    {"k_hat", "1", "normalized stress-intensity factor at this load, friction and slip speed", 0.0,
-     LARGE, AT(output, k_hat), OUTPUT},
-    {"saturation_creepage", "1",
-     "creepage where Carter's stick zone vanishes, at this load, friction and slip speed", 0.0,
-     LARGE, AT(output, saturation_creepage), OUTPUT},
-    {"process_zone_ratio", "1", "length of the weakening zone over semi-width; valid below 0.5",
-     0.0, LARGE, AT(output, process_zone_ratio), OUTPUT},
-    {"falling_branch", "Boolean", "the force falls with creepage at fixed speed", 0.0, 1.0,
-     AT(output, falling_branch), OUTPUT},
-    {"speed_regularized", "Boolean", "speed is below minimum_speed", 0.0, 1.0,
-     AT(output, speed_regularized), OUTPUT},
-    {"k_hat_limited", "Boolean", "k_hat is held at the largest value of the table", 0.0, 1.0,
-     AT(output, k_hat_limited), OUTPUT},
-    {"force_limited", "Boolean", "the force is held at static friction times load", 0.0, 1.0,
-     AT(output, force_limited), OUTPUT},
-};
-
-enum { VARIABLE_COUNT = sizeof VARIABLES / sizeof VARIABLES[0] };
-
-const model_variable *force_element_variables(size_t *count) {
-    *count = VARIABLE_COUNT;
-    return VARIABLES;
-}
-
-const model_variable *force_element_invalid(const force_element *element, variable_role role) {
-    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
-        const model_variable *v = &VARIABLES[i];
-        if (v->role != role) continue;
-        double value = *(const double *)(const void *)((const char *)element + v->offset);
-        if (!(value >= v->minimum && value <= v->maximum)) return v; /* catches NaN too */
-        if (v->offset == AT(parameters, static_friction) &&
-            value < element->parameters.kinetic_friction)
-            return v;
-    }
-    return NULL;
-}
 
 void force_element_scales(const force_element_parameters *p, double normal_load,
                           double friction_scale, contact_scales *scales) {
@@ -107,25 +22,128 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
         drop > 0.0 ? 2.0 * modulus * p->weakening_length / (drop * width_load) : 0.0;
 }
 
+/* ---- relaxation ---------------------------------------------------------------------------- */
+
+/* sigma_e dzeta'/dt = w - |v| zeta', with w the slip velocity. The length sigma_e is sigma while
+ * |zeta'| stays below the saturation creepage, and shrinks like 1/|zeta'| beyond: what slides
+ * stores no more deflection, so a wheel that spins at standstill winds up no spring without end. */
+
+/* Beyond saturation the decay is by |v|, but at least by this part of |w|/zeta0: it ends the growth
+ * at a million times zeta0, where every law has long come to its tail. */
+static const double LEAST_DECAY = 1e-6;
+
+static double sliding_decay(double slip, double speed, double limit) {
+    return fmax(fabs(speed), LEAST_DECAY * fabs(slip) / limit);
+}
+
+/* The relaxed creepage beyond which the patch slides. The saturation creepage vanishes with the
+ * load, and the length would with it; it stops where nothing is transmitted any more. */
+static double sliding_limit(double saturation_creepage) { return fmax(saturation_creepage, 1e-5); }
+
+/* (1 - exp(-z)) / z */
+static double mean_decay(double z) { return fabs(z) < 1e-8 ? 1.0 - 0.5 * z : -expm1(-z) / z; }
+
+/* Time in which y' = a - b y goes a distance, at whose end the rate is rate_at_end. */
+static double time_to_go(double distance, double rate_at_end, double b) {
+    double growth = b * distance / rate_at_end;
+    double logarithm = fabs(growth) < 1e-8 ? 1.0 - 0.5 * growth : log1p(growth) / growth;
+    return distance / rate_at_end * logarithm;
+}
+
+double force_element_relax(const force_element_parameters *p, const force_element_input *in,
+                           double saturation_creepage, double step) {
+    double limit = sliding_limit(saturation_creepage);
+    double slip = p->radius * in->omega - in->speed, v = fabs(in->speed);
+    double zeta = in->relaxed_creepage, sigma = p->relaxation_length, left = step;
+    /* At most from sliding through sticking to sliding again: three passes. */
+    for (int i = 0; i < 4 && left > 0.0; i++) {
+        double rate = slip - v * zeta, went = left;
+        int sliding = fabs(zeta) > limit ||
+                      (fabs(zeta) == limit && rate * zeta > 0.0); /* about to slide on */
+        if (!sliding) {
+            /* sigma zeta' = w - v zeta: an exponential */
+            double edge = copysign(limit, rate), rate_at_edge = slip - v * edge;
+            int leaves = rate * rate_at_edge > 0.0;
+            if (leaves) went = fmin(left, sigma * time_to_go(edge - zeta, rate_at_edge, v));
+            double z = v * went / sigma;
+            if (leaves && went < left) zeta = edge;
+            else zeta = zeta * exp(-z) + slip * went / sigma * mean_decay(z);
+        } else {
+            /* y = 1/|zeta|: sigma limit y' = v - w y, an exponential again */
+            double sign = copysign(1.0, zeta), w = sign * slip, slow = sigma * limit;
+            double decay = sliding_decay(slip, v, limit), y = 1.0 / fabs(zeta), edge = 1.0 / limit;
+            double rate_at_edge = decay - w * edge;
+            int returns = rate_at_edge > 0.0 && decay - w * y > 0.0;
+            if (returns) went = fmin(left, slow * time_to_go(edge - y, rate_at_edge, w));
+            double z = w * went / slow;
+            if (returns && went < left) zeta = sign * limit;
+            else zeta = sign / (y * exp(-z) + decay * went / slow * mean_decay(z));
+        }
+        left -= went;
+    }
+    return zeta;
+}
+
+/* The relaxation rate and its partial derivatives; log_by_slip is that of the saturation creepage
+ * to the slip velocity. */
+static void relaxation(const force_element_parameters *p, const force_element_input *in,
+                       double slip, double saturation_creepage, double log_by_slip,
+                       force_element_output *out) {
+    double zeta = in->relaxed_creepage, length = p->relaxation_length;
+    double limit = sliding_limit(saturation_creepage);
+    double decay = fabs(in->speed), direction = in->speed == 0.0 ? 0.0 : copysign(1.0, in->speed);
+    int sliding = fabs(zeta) > limit;
+    if (sliding) {
+        length *= limit / fabs(zeta);
+        decay = sliding_decay(slip, in->speed, limit);
+    }
+    double rate = (slip - decay * zeta) / length;
+    double by_slip = 1.0 / length;
+    if (sliding && limit == saturation_creepage) by_slip -= rate * log_by_slip;
+    out->relaxation_rate = rate;
+    out->rate_by_omega = by_slip * p->radius;
+    out->rate_by_speed = -by_slip - direction * zeta / length;
+    out->rate_by_relaxed = -decay / length + (sliding ? rate / zeta : 0.0);
+}
+
+/* ---- force --------------------------------------------------------------------------------- */
+
+/* Factor on friction at a slip velocity, and its part that passes. */
+static double slip_rate_factor(const force_element_parameters *p, double slip, double *passing) {
+    *passing = (1.0 - p->slip_rate_residual) * exp(-p->slip_rate_decay * fabs(slip));
+    return *passing + p->slip_rate_residual;
+}
+
 void force_element_evaluate(const creep_table *table, const force_element_parameters *p,
                             const force_element_input *in, force_element_output *out) {
     double reference, reference_slope;
     regularized_speed(in->speed, p->minimum_speed, &reference, &reference_slope);
     double slip = p->radius * in->omega - in->speed;
     double zeta = slip / reference;
+    int relaxed = p->relaxation_length > 0.0;
 
     *out = (force_element_output){0};
     out->creepage = zeta;
     out->creepage_by_omega = p->radius / reference;
     out->creepage_by_speed = -(1.0 + zeta * reference_slope) / reference;
-    out->speed_regularized = fabs(in->speed) < p->minimum_speed;
-    if (in->normal_load == 0.0) return; /* no contact: no force, and no scales to speak of */
+    out->speed_margin = relaxed ? -1.0 : 1.0 - fabs(in->speed) / p->minimum_speed;
+    out->speed_regularized = out->speed_margin > 0.0;
+    out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
+    double acting = relaxed ? in->relaxed_creepage : zeta;
 
     /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
-    double passing = (1.0 - p->slip_rate_residual) * exp(-p->slip_rate_decay * fabs(slip));
-    double g = passing + p->slip_rate_residual;
+    double passing, g = slip_rate_factor(p, slip, &passing);
     double log_g_by_slip = -copysign(p->slip_rate_decay * passing / g, slip);
     double friction_scale = g * in->friction_scale;
+    double kinetic = friction_scale * p->kinetic_friction;
+    creep_value q;
+    if (in->normal_load == 0.0) { /* no contact: no force, and no scales to speak of */
+        if (relaxed) relaxation(p, in, slip, 0.0, 0.0, out);
+        creep_table_evaluate(table, copysign(1e30, acting), table->one_axis ? 1.0 : table->k_max,
+                             &q); /* but the first load slides */
+        out->force_by_load = acting == 0.0 ? 0.0 : kinetic * q.traction_ratio;
+        return;
+    }
 
     contact_scales scales;
     force_element_scales(p, in->normal_load, friction_scale, &scales);
@@ -133,19 +151,20 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     int k_hat_limited = k_hat < scales.k_hat;
     double log_k_by_log_load = k_hat_limited ? 0.0 : -p->load_exponent;
     double log_k_by_log_g = k_hat_limited ? 0.0 : -0.5;
-    double x = zeta / scales.saturation_creepage;
-    creep_value q;
+    double x = acting / scales.saturation_creepage;
     creep_table_evaluate(table, x, k_hat, &q);
 
     double most = p->static_friction / p->kinetic_friction;
+    out->force_margin = fabs(q.traction_ratio) / most - 1.0;
     int limited = fabs(q.traction_ratio) > most; /* the law does not know f_s; friction does */
     if (limited) q = (creep_value){copysign(most, q.traction_ratio), 0.0, 0.0};
 
-    double kinetic = friction_scale * p->kinetic_friction, sliding = kinetic * in->normal_load;
+    double sliding = kinetic * in->normal_load;
     double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
     double through_g = by_log_g * log_g_by_slip; /* dq/dw by way of the slip speed w alone */
     double slope = q.slope + through_g * reference * scales.saturation_creepage; /* at this speed */
     double by_creepage = sliding * slope / scales.saturation_creepage;
+    double by_acting = sliding * q.slope / scales.saturation_creepage;
     out->creep_force = sliding * q.traction_ratio;
     out->wheel_torque = -p->radius * out->creep_force;
     out->normalized_creepage = x;
@@ -154,12 +173,20 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     out->k_hat = k_hat;
     out->saturation_creepage = scales.saturation_creepage;
     out->process_zone_ratio = scales.process_zone_ratio;
+    out->falling_margin = -slope;
     out->falling_branch = slope < 0.0;
+    if (!table->one_axis) out->k_hat_margin = scales.k_hat / table->k_max - 1.0;
     out->k_hat_limited = k_hat_limited;
     out->force_limited = limited;
-    out->force_by_omega = by_creepage * out->creepage_by_omega;
-    out->force_by_speed = sliding * q.slope / scales.saturation_creepage * out->creepage_by_speed -
-                          sliding * through_g;
+    if (relaxed) {
+        out->force_by_omega = sliding * through_g * p->radius;
+        out->force_by_speed = -sliding * through_g;
+        out->force_by_relaxed = by_acting;
+        relaxation(p, in, slip, scales.saturation_creepage, log_g_by_slip, out);
+    } else {
+        out->force_by_omega = by_creepage * out->creepage_by_omega;
+        out->force_by_speed = by_acting * out->creepage_by_speed - sliding * through_g;
+    }
     out->force_by_load = kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
                                     log_k_by_log_load * q.log_k_derivative);
 }
@@ -168,4 +195,150 @@ void force_element_evaluate_many(const creep_table *table,
                                  const force_element_parameters *parameters, size_t n,
                                  const force_element_input *input, force_element_output *output) {
     for (size_t i = 0; i < n; i++) force_element_evaluate(table, parameters, &input[i], &output[i]);
+}
+
+/* ---- directional derivative ---------------------------------------------------------------- */
+
+/* Change of slope and of k dq/dk along (dx, dlog_k). The table gives first derivatives only, so
+ * these are its central differences. */
+static void second_derivatives(const creep_table *table, double x, double k_hat, double dx,
+                               double dlog_k, double *dslope, double *dlog_k_derivative) {
+    double pace = fabs(dx) / (fabs(x) + 1e-2) + fabs(dlog_k);
+    *dslope = *dlog_k_derivative = 0.0;
+    if (!(pace > 0.0)) return;
+    double e = 1e-6 / pace, most = table->one_axis ? INFINITY : table->k_max;
+    creep_value ahead, behind;
+    creep_table_evaluate(table, x + e * dx, fmin(k_hat * exp(e * dlog_k), most), &ahead);
+    creep_table_evaluate(table, x - e * dx, fmin(k_hat * exp(-e * dlog_k), most), &behind);
+    *dslope = (ahead.slope - behind.slope) / (2.0 * e);
+    *dlog_k_derivative = (ahead.log_k_derivative - behind.log_k_derivative) / (2.0 * e);
+}
+
+void force_element_tangent(const creep_table *table, const force_element_parameters *p,
+                           const force_element_input *in, const force_element_output *out,
+                           const force_element_parameters *dp, const force_element_input *din,
+                           force_element_output *dout) {
+    double reference, reference_slope;
+    regularized_speed(in->speed, p->minimum_speed, &reference, &reference_slope);
+    /* The regularised speed is homogeneous of degree one in speed and minimum speed. */
+    double dreference = reference_slope * din->speed + (reference - reference_slope * in->speed) *
+                                                           dp->minimum_speed / p->minimum_speed;
+    double slip = p->radius * in->omega - in->speed;
+    double dslip = p->radius * din->omega + in->omega * dp->radius - din->speed;
+    int relaxed = p->relaxation_length > 0.0;
+
+    *dout = (force_element_output){0};
+    if (!relaxed && in->speed != 0.0)
+        dout->speed_margin = (fabs(in->speed) * dp->minimum_speed / p->minimum_speed -
+                              copysign(1.0, in->speed) * din->speed) /
+                             p->minimum_speed;
+    dout->creepage = (dslip - out->creepage * dreference) / reference;
+    double acting = relaxed ? in->relaxed_creepage : out->creepage;
+    double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
+
+    double passing, g = slip_rate_factor(p, slip, &passing), w = fabs(slip);
+    double dw = slip == 0.0 ? 0.0 : copysign(dslip, slip * dslip);
+    double part = p->slip_rate_residual < 1.0 ? passing / (1.0 - p->slip_rate_residual)
+                                              : exp(-p->slip_rate_decay * w);
+    double dlog_g = (dp->slip_rate_residual * (1.0 - part) -
+                     passing * (w * dp->slip_rate_decay + p->slip_rate_decay * dw)) /
+                    g;
+    double scale = g * in->friction_scale, kinetic = scale * p->kinetic_friction;
+    double dlog_scale = dlog_g + din->friction_scale / in->friction_scale;
+    double dlog_kinetic = dlog_scale + dp->kinetic_friction / p->kinetic_friction;
+
+    double zeta0 = out->saturation_creepage, dlog_zeta0 = 0.0;
+    if (in->normal_load > 0.0) {
+        double drop = p->static_friction - p->kinetic_friction;
+        double ddrop = dp->static_friction - dp->kinetic_friction;
+        double dlog_drop = dlog_scale + (drop > 0.0 ? ddrop / drop : 0.0);
+        double dlog_growth = p->load_exponent * (din->normal_load / in->normal_load -
+                                                 dp->nominal_load / p->nominal_load) +
+                             log(in->normal_load / p->nominal_load) * dp->load_exponent;
+        double dlog_width = dlog_growth + dp->semi_width / p->semi_width;
+        double dlog_pressure = dlog_growth + dp->peak_pressure / p->peak_pressure;
+        double dlog_modulus = dp->contact_modulus / p->contact_modulus;
+        double dlog_length =
+            p->weakening_length > 0.0 ? dp->weakening_length / p->weakening_length : 0.0;
+        /* Eqs. (15) and (17) are products of powers. */
+        dlog_zeta0 =
+            dlog_kinetic + dlog_pressure - dlog_modulus - dp->slope_reduction / p->slope_reduction;
+        double dlog_k_free = 0.0;
+        if (out->k_hat > 0.0)
+            dlog_k_free =
+                0.5 * (dlog_modulus + dlog_drop + dlog_length - dlog_width - dlog_pressure) -
+                dlog_kinetic;
+        double dlog_k = out->k_hat_limited > 0.0 ? 0.0 : dlog_k_free;
+        if (!table->one_axis) dout->k_hat_margin = (1.0 + out->k_hat_margin) * dlog_k_free;
+        contact_scales longer = {0.0, 0.0, 0.0};
+        if (p->weakening_length == 0.0 && drop > 0.0) { /* the zone's length grows from nothing */
+            force_element_parameters unit = *p;
+            unit.weakening_length = 1.0;
+            force_element_scales(&unit, in->normal_load, scale, &longer);
+        }
+        dout->saturation_creepage = zeta0 * dlog_zeta0;
+        dout->k_hat = out->k_hat * dlog_k;
+        dout->process_zone_ratio =
+            out->process_zone_ratio *
+                (dlog_modulus + dlog_length - dlog_drop - dlog_width - dlog_pressure) +
+            longer.process_zone_ratio * dp->weakening_length;
+
+        double x = out->normalized_creepage, dx = dacting / zeta0 - x * dlog_zeta0;
+        dout->normalized_creepage = dx;
+        creep_value q;
+        double dslope = 0.0, dlog_k_derivative = 0.0;
+        creep_table_evaluate(table, x, out->k_hat, &q);
+        double dratio = q.slope * dx + q.log_k_derivative * dlog_k, side = copysign(1.0, x);
+        double most = p->static_friction / p->kinetic_friction;
+        double dmost = (dp->static_friction - most * dp->kinetic_friction) / p->kinetic_friction;
+        dout->force_margin = (side * dratio - fabs(q.traction_ratio) / most * dmost) / most;
+        if (out->force_limited > 0.0) {
+            q = (creep_value){side * most, 0.0, 0.0};
+            dratio = side * dmost;
+        } else {
+            second_derivatives(table, x, out->k_hat, dx, dlog_k, &dslope, &dlog_k_derivative);
+        }
+        dout->traction_coefficient = kinetic * (q.traction_ratio * dlog_kinetic + dratio);
+        dout->creep_force = in->normal_load * dout->traction_coefficient +
+                            kinetic * q.traction_ratio * din->normal_load;
+
+        /* force_gradient = kinetic P (slope / (zeta0 reference) + through_g) */
+        double b = p->slip_rate_decay, share = passing / g;
+        double log_k_by_log_g = out->k_hat_limited > 0.0 ? 0.0 : -0.5;
+        double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
+        double dby_log_g = dratio - dx * q.slope - x * dslope + log_k_by_log_g * dlog_k_derivative;
+        /* d(passing)/passing - d(g)/g, with passing = (1 - A) exp(-B w) */
+        double dpassing =
+            -dp->slip_rate_residual * part - passing * (w * dp->slip_rate_decay + b * dw);
+        double dshare = dpassing / g - share * dlog_g;
+        double sign = copysign(1.0, slip);
+        double elastic = q.slope / (zeta0 * reference);
+        double delastic =
+            dslope / (zeta0 * reference) - elastic * (dlog_zeta0 + dreference / reference);
+        double through_g = -sign * b * share * by_log_g;
+        double dthrough_g = -sign * (dp->slip_rate_decay * share * by_log_g +
+                                     b * dshare * by_log_g + b * share * dby_log_g);
+        double stretch = zeta0 * reference;
+        dout->falling_margin = -dslope - dthrough_g * stretch -
+                               through_g * stretch * (dlog_zeta0 + dreference / reference);
+        double dsliding = kinetic * (in->normal_load * dlog_kinetic + din->normal_load);
+        dout->force_gradient =
+            dsliding * (elastic + through_g) + kinetic * in->normal_load * (delastic + dthrough_g);
+    } else {
+        dout->creep_force = out->force_by_load * din->normal_load;
+    }
+    dout->wheel_torque = -p->radius * dout->creep_force - out->creep_force * dp->radius;
+    if (relaxed) {
+        double length = p->relaxation_length, dlog_length = dp->relaxation_length / length;
+        double decay = fabs(in->speed), ddecay = 0.0;
+        if (in->speed != 0.0) ddecay = copysign(1.0, in->speed) * din->speed;
+        double limit = sliding_limit(zeta0);
+        if (fabs(acting) > limit) {
+            decay = sliding_decay(slip, in->speed, limit);
+            length *= limit / fabs(acting);
+            dlog_length += (limit == zeta0 ? dlog_zeta0 : 0.0) - dacting / acting;
+        }
+        dout->relaxation_rate = (dslip - ddecay * acting - decay * dacting) / length -
+                                out->relaxation_rate * dlog_length;
+    }
 }

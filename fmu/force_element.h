@@ -4,7 +4,6 @@
 
 #include "creep_table.h"
 #include "export.h"
-#include "variable.h"
 
 typedef struct {
     double radius;           /* rolling radius [m] */
@@ -20,48 +19,46 @@ typedef struct {
     double minimum_speed;    /* below it the creepage's reference speed is regularised [m/s] */
     double slip_rate_residual; /* A of the factor (1 - A) exp(-B w) + A on friction [1] */
     double slip_rate_decay;    /* B, w being the slip speed [s/m] */
+    double relaxation_length;  /* sigma [m]; 0 if the force follows the creepage at once */
 } force_element_parameters;
 
 typedef struct {
-    double omega;          /* angular velocity [rad/s] */
-    double speed;          /* forward velocity [m/s] */
-    double normal_load;    /* [N] */
-    double friction_scale; /* multiplies f_s and f_d [1] */
+    double omega;            /* angular velocity [rad/s] */
+    double speed;            /* forward velocity [m/s] */
+    double normal_load;      /* [N] */
+    double friction_scale;   /* multiplies f_s and f_d [1] */
+    double relaxed_creepage; /* state of the relaxation, if there is one [1] */
 } force_element_input;
 
 typedef struct {
     double creep_force;          /* on the wheel, forward [N] */
     double wheel_torque;         /* of the creep force on the wheel [N.m] */
     double creepage;             /* zeta [1] */
-    double normalized_creepage;  /* x = zeta/zeta0 [1] */
+    double normalized_creepage;  /* x = zeta/zeta0, of the relaxed creepage if relaxed [1] */
     double traction_coefficient; /* creep force over normal load [1] */
     double force_gradient;       /* d(creep force)/d(slip velocity) at fixed speed [N.s/m] */
     double k_hat;                /* at this load, friction and slip speed [1] */
     double saturation_creepage;  /* zeta0 at this load, friction and slip speed [1] */
     double process_zone_ratio;   /* weakening zone over contact semi-width, likewise [1] */
+    double relaxation_rate;      /* d(relaxed creepage)/dt [1/s] */
     double falling_branch;       /* 1 if the force falls with creepage at fixed speed */
-    double speed_regularized;    /* 1 if |speed| < minimum_speed */
+    double speed_regularized;    /* 1 if |speed| < minimum_speed and that matters */
     double k_hat_limited;        /* 1 if k_hat is held at the table's largest value */
     double force_limited;        /* 1 if the force is held at f_s times the load */
-    double force_by_omega;       /* partial derivatives of the creep force [N.s] */
-    double force_by_speed;       /* [N.s/m] */
-    double force_by_load;        /* [1] */
-    double creepage_by_omega;    /* partial derivatives of the creepage [s] */
-    double creepage_by_speed;    /* [s/m] */
+    double falling_margin;       /* each truth value above is 1 where its margin is > 0 [1] */
+    double speed_margin;
+    double k_hat_margin;
+    double force_margin;
+    double force_by_omega;    /* partial derivatives of the creep force [N.s] */
+    double force_by_speed;    /* [N.s/m] */
+    double force_by_load;     /* [1] */
+    double force_by_relaxed;  /* [N] */
+    double creepage_by_omega; /* partial derivatives of the creepage [s] */
+    double creepage_by_speed; /* [s/m] */
+    double rate_by_omega;     /* partial derivatives of the relaxation rate [1] */
+    double rate_by_speed;     /* [1/m] */
+    double rate_by_relaxed;   /* [1/s] */
 } force_element_output;
-
-typedef struct {
-    force_element_parameters parameters;
-    force_element_input input;
-    force_element_output output;
-} force_element;
-
-/* The list of variables; sets *count. */
-CONTACTLIB_API const model_variable *force_element_variables(size_t *count);
-
-/* The first variable of this role whose value is not finite or out of its limits, or NULL. */
-CONTACTLIB_API const model_variable *force_element_invalid(const force_element *element,
-                                                           variable_role role);
 
 /* What load, friction and materials amount to in the law's own measures. */
 typedef struct {
@@ -85,5 +82,20 @@ CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 const force_element_parameters *parameters,
                                                 size_t n, const force_element_input *input,
                                                 force_element_output *output);
+
+/* Directional derivative of the output, from the creep force to the relaxation rate, when
+ * parameters and input change along a direction; output is that of the input. */
+CONTACTLIB_API void force_element_tangent(const creep_table *table,
+                                          const force_element_parameters *parameters,
+                                          const force_element_input *input,
+                                          const force_element_output *output,
+                                          const force_element_parameters *parameters_direction,
+                                          const force_element_input *input_direction,
+                                          force_element_output *change);
+
+/* The relaxed creepage after a step with everything else constant: exact. */
+CONTACTLIB_API double force_element_relax(const force_element_parameters *parameters,
+                                          const force_element_input *input,
+                                          double saturation_creepage, double step);
 
 #endif

@@ -5,7 +5,7 @@
 #include "export.h"
 
 #ifndef CONTACTLIB_TOKEN
-#error "define CONTACTLIB_TOKEN as a string, as build_hook.py does"
+#include "token_value.h" /* beside the sources inside an FMU; build_hook.py sets it by a flag */
 #endif
 
 CONTACTLIB_API const char *contactlib_token(void);

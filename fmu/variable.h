@@ -5,15 +5,27 @@
 
 #include <stddef.h>
 
-typedef enum { FIXED_PARAMETER, TUNABLE_PARAMETER, INPUT, OUTPUT } variable_role;
+typedef enum {
+    INDEPENDENT, /* time */
+    FIXED_PARAMETER,
+    TUNABLE_PARAMETER,
+    INPUT,
+    OUTPUT,
+    STATE,      /* continuous, and an output */
+    DERIVATIVE, /* of the states, in their order */
+    INDICATOR   /* of an event: where it changes sign, a truth value does */
+} variable_role;
+
+typedef enum { ALWAYS, IF_RELAXED } variable_part;
 
 typedef struct {
     const char *name;
     const char *unit; /* "Boolean" marks a truth value, held as 0 or 1 */
     const char *description;
     double minimum, maximum; /* limits, both allowed; infinite values never are */
-    size_t offset;           /* of the double in the model's struct */
+    size_t offset;           /* of the double in model_values */
     variable_role role;
+    variable_part part; /* of the model that the variable belongs to */
 } model_variable;
 
 #endif

@@ -6,7 +6,7 @@ import csv
 import io
 import re
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Literal
@@ -16,9 +16,8 @@ import numpy as np
 import pytest
 
 import contactlib as cl
-from contactlib import kernel
-from contactlib.export import start_values
 from contactlib.export.curve_svg import sample_curve
+from contactlib.export.description import Description
 from contactlib.export.documentation import (
     ASSETS,
     TITLES,
@@ -45,16 +44,11 @@ class Variable:
 
 
 def variables_of(model: cl.Model) -> list[Variable]:
-    starts = start_values(model)
-    listed = []
-    for v in kernel.force_element_variables():
-        variability, _, causality = v.role.rpartition("_")
-        low, high = v.limits.at_least, v.limits.at_most
-        start = starts.get(v.name)
-        listed.append(
-            Variable(v.name, causality, variability, v.unit, low, high, start, v.description)
-        )
-    more = Variable("implicit", "parameter", "fixed", "Boolean", None, None, False, "a < b & c")
+    listed = [
+        Variable(*(getattr(v, f.name) for f in fields(Variable)))
+        for v in Description(model, "force_element").variables
+    ]
+    more = Variable("tricky", "parameter", "fixed", "Boolean", None, None, False, "a < b & c")
     length = Variable("relaxation_length", "parameter", "fixed", "m", 0.0, None, SIGMA, "way")
     return [*listed, more, length]
 

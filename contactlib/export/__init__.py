@@ -1,4 +1,4 @@
-"""Assemble the force element as an FMU: a zip of the library, the table and one description.
+"""Assemble an FMU: a zip of libraries, table, description and what a person finds in it.
 
 No compiler is needed. The kernel's own list of variables gives names, units, limits and value
 references; the start values stand beside the table in ``resources/``, where the library reads
@@ -14,43 +14,22 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 from contactlib import kernel
-from contactlib.files import write_whole
+from contactlib.export import documentation, fmi2, fmi3
+from contactlib.export.description import MODEL_NAMES, Description
+from contactlib.export.platforms import binaries
+from contactlib.export.reference_run import EXPERIMENTS, reference_run
+from contactlib.files import package_folder, write_whole
+from contactlib.parameters import Limits, checked
 
 if TYPE_CHECKING:
     from contactlib.scenario import Model
 
-MODEL_NAME = "CreepForceElement"
-START_VALUES_VERSION = 1
+__all__ = ["MODEL_NAMES", "export_fmu"]
 
-# FMI 2 folder of each FMI 3 platform tuple.
-FMI2_PLATFORMS = {
-    "x86_64-linux": "linux64",
-    "x86_64-windows": "win64",
-    "x86_64-darwin": "darwin64",
-}
-
-# Exponents of the SI base units.
-BASE_UNITS = {
-    "1": {},
-    "m": {"m": 1},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "Pa": {"kg": 1, "m": -1, "s": -2},
-    "m/s": {"m": 1, "s": -1},
-    "s/m": {"m": -1, "s": 1},
-    "rad/s": {"rad": 1, "s": -1},
-    "N.m": {"kg": 1, "m": 2, "s": -2},
-    "N.s/m": {"kg": 1, "s": -1},
-}
-
-CAUSALITY = {
-    "fixed_parameter": {"causality": "parameter", "variability": "fixed"},
-    "tunable_parameter": {"causality": "parameter", "variability": "tunable"},
-    "input": {"causality": "input", "variability": "continuous"},
-    "output": {"causality": "output", "variability": "continuous"},
-}
+START_VALUES_VERSION = 2
+RELAXATION_LENGTHS = Limits(at_least=1e-6, at_most=1e3)  # as in fmu/model.c [m]
 
 
 def export_fmu(
@@ -60,8 +39,11 @@ def export_fmu(
     fmi_version: int = 2,
     kind: str = "force_element",
     platforms: Sequence[str] | None = None,
+    relaxation_length: float | None = None,
+    implicit: bool = False,
+    parallel_exchange: bool = False,
 ) -> Path:
-    """Write the force element of `model` as an FMI 2.0 co-simulation FMU.
+    """Write `model` as an FMU for model exchange and co-simulation.
 
     Parameters
     ----------
@@ -69,12 +51,20 @@ def export_fmu(
         Gives parameters, table and start values.
     path : path
         The file to write.
-    fmi_version : {2}, optional
+    fmi_version : {2, 3}, optional
         Version of the standard.
-    kind : {"force_element"}, optional
-        What to export.
+    kind : {"force_element", "wheelset", "wheelset_body"}, optional
+        What to export: the creep force for given velocities; the wheelset with its creep force,
+        for a given drive torque; or the wheelset for a given creep force.
     platforms : sequence of str, optional
-        FMI 3 platform tuples, such as ``"x86_64-linux"``; this machine's if left out.
+        FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``; this machine's if left
+        out.
+    relaxation_length : float, optional
+        Distance rolled in which the force follows the creepage [m]; it adds a state. Left out, the
+        force follows at once.
+    implicit, parallel_exchange : bool, optional
+        Start values of the force element's parameters of these names: whether it solves its own
+        slip over a step, and whether both sides of the coupling step at once.
 
     Returns
     -------
@@ -84,112 +74,94 @@ def export_fmu(
     Raises
     ------
     ValueError
-        If an argument is unknown, or a platform's library is not built; the message names the
-        command that builds it.
+        If an argument is unknown or does not go with the kind, or a platform's library is not
+        built; the message names the command that builds it.
     """
-    if fmi_version != 2:
-        raise ValueError(f"fmi_version = {fmi_version!r} must be 2")
-    if kind != "force_element":
-        raise ValueError(f"kind = {kind!r} must be 'force_element'")
-    wanted = [kernel.platform_name()] if platforms is None else list(platforms)
-    files = {
-        "modelDescription.xml": model_description(model),
-        "resources/creep_table.bin": model.wheelset.element.table.data,
-        "resources/start_values.bin": _start_values_file(model),
-    }
-    for name in wanted:
-        if name not in FMI2_PLATFORMS:
-            raise ValueError(f"platforms holds {name!r}, must be of {', '.join(FMI2_PLATFORMS)}")
-        library = kernel.library_path(name)
-        if not library.is_file():
+    data = _fmu(
+        _description(model, kind, relaxation_length, implicit, parallel_exchange),
+        fmi_version,
+        platforms,
+    )
+    return write_whole(path, data)
+
+
+def _description(
+    model: Model,
+    kind: str,
+    relaxation_length: float | None,
+    implicit: bool,
+    parallel_exchange: bool,
+) -> Description:
+    if kind not in kernel.MODEL_KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of: {', '.join(kernel.MODEL_KINDS)}")
+    if relaxation_length is not None:
+        checked("relaxation_length", relaxation_length, RELAXATION_LENGTHS)
+        if kind == "wheelset_body":
             raise ValueError(
-                f"platforms holds {name!r}, whose library is not built; in a checkout, "
-                f"'python fmu/build_hook.py {name}' builds it"
+                f"relaxation_length = {relaxation_length!r} goes with a contact, not with {kind!r}"
             )
-        binary = f"binaries/{FMI2_PLATFORMS[name]}/{MODEL_NAME}{library.suffix}"
-        files[binary] = library.read_bytes()
-    return write_whole(path, _zip(files))
+    if (implicit or parallel_exchange) and kind != "force_element":
+        name = "implicit" if implicit else "parallel_exchange"
+        raise ValueError(f"{name} = True goes with kind = 'force_element', not with {kind!r}")
+    return Description(
+        model,
+        kind,
+        relaxation_length=relaxation_length or 0.0,
+        implicit=implicit,
+        parallel_exchange=parallel_exchange,
+    )
 
 
-def start_values(model: Model) -> dict[str, float]:
-    """Start value of every parameter and input, by name, in SI units."""
-    element, speed = model.wheelset.element, model.initial_speed
-    inputs = {
-        "omega": speed / element.radius,
-        "speed": speed,
-        "normal_load": element.contact.normal_load,
-        "friction_scale": 1.0,
-    }
-    return {**element.parameters, **inputs}
+def _fmu(description: Description, fmi_version: int, platforms: Sequence[str] | None) -> bytes:
+    """The FMU's bytes."""
+    if fmi_version not in (2, 3):
+        raise ValueError(f"fmi_version = {fmi_version!r} must be 2 or 3")
+    stop, step = EXPERIMENTS[description.kind]
+    sources = _sources(fmi_version)
+    compiled = [name for name in sources if name.endswith(".c")]
+    icon = documentation.icon()
+    files: dict[str, bytes] = {}
+    if fmi_version == 2:
+        files["modelDescription.xml"] = fmi2.model_description(description, compiled, stop, step)
+        files["model.png"] = icon
+    else:
+        files["modelDescription.xml"] = fmi3.model_description(description, stop, step)
+        files["sources/buildDescription.xml"] = fmi3.build_description(description, compiled)
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = fmi3.terminals_and_icons(description)
+        files["terminalsAndIcons/icon.png"] = icon
+    files |= binaries(platforms, fmi_version, description.model_name)
+    files |= {f"sources/{name}": data for name, data in sources.items()}
+    files["resources/start_values.bin"] = _start_values_file(description)
+    if description.has_contact:
+        table = description.model.wheelset.element.table
+        files["resources/creep_table.bin"] = table.data
+        files["resources/creep_table.csv"] = documentation.readable_table(table)
+    files["documentation/index.html"] = documentation.index_page(
+        description.model, description.kind, description.variables, relaxed=description.relaxed
+    )
+    files["documentation/licenses/license.txt"] = documentation.licence_text()
+    files["documentation/reference_run.csv"] = reference_run(description)
+    return _zip(files)
 
 
-def _start_values_file(model: Model) -> bytes:
-    """Values in the order of the list of variables; read by fmu/fmi2.c."""
-    values = start_values(model)
-    ordered = [values[v.name] for v in kernel.force_element_variables() if v.role != "output"]
+def _sources(fmi_version: int) -> dict[str, bytes]:
+    """The C sources that this version of the standard needs, by name.
+
+    The headers of the standard are the importer's.
+    """
+    other = f"fmi{5 - fmi_version}.c"
+    paths = sorted(package_folder("fmu").glob("*.[ch]"))
+    found = {path.name: path.read_bytes() for path in paths if path.name != other}
+    # What the build sets by a flag; see fmu/token.h.
+    found["token_value.h"] = f'#define CONTACTLIB_TOKEN "{kernel.token()}"\n'.encode()
+    return found
+
+
+def _start_values_file(description: Description) -> bytes:
+    """Values in the order of the list of variables; read by fmu/component.c."""
+    ordered = list(description.start_values.values())
     body = struct.pack(f"<{len(ordered)}d", *ordered)
     return kernel.framed(b"CREEPVAL", START_VALUES_VERSION, body)
-
-
-def model_description(model: Model) -> bytes:
-    """modelDescription.xml of the force element for FMI 2.0 co-simulation."""
-    root = ElementTree.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=MODEL_NAME,
-        guid=kernel.token(),
-        description=f"Creep force of a wheel ({model.wheelset.element.table.law}): {model.name}",
-        generationTool="contactlib",
-        variableNamingConvention="flat",
-        numberOfEventIndicators="0",
-    )
-    ElementTree.SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=MODEL_NAME,
-        canHandleVariableCommunicationStepSize="true",
-        canGetAndSetFMUstate="true",
-    )
-    variables = kernel.force_element_variables()
-    units = ElementTree.SubElement(root, "UnitDefinitions")
-    for name in sorted({v.unit for v in variables} - {"Boolean"}):
-        unit = ElementTree.SubElement(units, "Unit", name=name)
-        exponents = {base: str(power) for base, power in BASE_UNITS[name].items()}
-        ElementTree.SubElement(unit, "BaseUnit", exponents)
-    categories = ElementTree.SubElement(root, "LogCategories")
-    for category in ("logStatusWarning", "logStatusError"):
-        ElementTree.SubElement(categories, "Category", name=category)
-    ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stopTime="10", stepSize="1e-3")
-    values = start_values(model)
-    listed = ElementTree.SubElement(root, "ModelVariables")
-    for reference, v in enumerate(variables):
-        boolean = v.unit == "Boolean"
-        attributes = dict(CAUSALITY[v.role])
-        if boolean:
-            attributes["variability"] = "discrete"
-        scalar = ElementTree.SubElement(
-            listed,
-            "ScalarVariable",
-            {
-                "name": v.name,
-                "valueReference": str(reference),
-                "description": v.description,
-                **attributes,
-            },
-        )
-        typed = {} if boolean else {"unit": v.unit}
-        if v.role != "output":
-            typed["min"], typed["max"] = repr(v.limits.at_least), repr(v.limits.at_most)
-            typed["start"] = repr(values[v.name])
-        ElementTree.SubElement(scalar, "Boolean" if boolean else "Real", typed)
-    structure = ElementTree.SubElement(root, "ModelStructure")
-    for group in ("Outputs", "InitialUnknowns"):
-        unknowns = ElementTree.SubElement(structure, group)
-        for index, v in enumerate(variables, start=1):
-            if v.role == "output":
-                ElementTree.SubElement(unknowns, "Unknown", index=str(index))
-    ElementTree.indent(root)
-    return bytes(ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True))
 
 
 def _zip(files: dict[str, bytes]) -> bytes:

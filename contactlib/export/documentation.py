@@ -169,6 +169,11 @@ def licence_text() -> bytes:
     raise FileNotFoundError("contactlib is installed without its LICENSE")
 
 
+def icon() -> bytes:
+    """Picture of the FMU, a PNG."""
+    return (ASSETS / "icon.png").read_bytes()
+
+
 def version() -> str:
     """Version of the installed package, or a word for a checkout that was never installed."""
     try:

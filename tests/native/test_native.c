@@ -8,10 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "component.h"
 #include "fmi2Functions.h"
-#include "force_element.h"
+#include "fmi3Functions.h"
 #include "resource.h"
-#include "wheelset.h"
+#include "wheelset_step.h"
 
 static int failures, logged;
 
@@ -68,15 +69,44 @@ static void test_force(const creep_table *table, const force_element_parameters 
         force_element_input in = {(random_unit() - 0.5) * random_exponent(-12.0, 9.0),
                                   (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
                                   i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
-                                  random_exponent(-6.0, 3.0)};
+                                  random_exponent(-6.0, 3.0),
+                                  (random_unit() - 0.5) * random_exponent(-12.0, 9.0)};
         force_element_output out;
         force_element_evaluate(table, parameters, &in, &out);
         CHECK(isfinite(out.creep_force) && isfinite(out.force_by_omega));
         CHECK(isfinite(out.force_by_speed) && isfinite(out.force_by_load));
         CHECK(fabs(out.creep_force) <=
               parameters->static_friction * in.friction_scale * in.normal_load * (1.0 + 1e-15));
-        CHECK(out.creep_force * out.creepage >= 0.0);
+        CHECK(parameters->relaxation_length > 0.0 || out.creep_force * out.creepage >= 0.0);
+        if (parameters->relaxation_length == 0.0) continue;
+        double limit = out.saturation_creepage, step = random_exponent(-9.0, 3.0);
+        CHECK(isfinite(out.relaxation_rate) && isfinite(out.rate_by_relaxed));
+        CHECK(isfinite(force_element_relax(parameters, &in, limit, step)));
     }
+}
+
+/* Any state and any step: stepped on, or left as it was with a message. */
+static void test_steps(const creep_table *table, const force_element_parameters *parameters) {
+    wheelset_parameters body = {parameters->radius, 250.0, 1e-5, 50.0, 1800.0, 66.0, 3.1, 0.0, 0.1};
+    for (int i = 0; i < 100; i++) {
+        wheelset_input in = {(random_unit() - 0.5) * random_exponent(0.0, 7.0), 0.0,
+                             i % 10 == 0 ? 0.0 : random_exponent(0.0, 6.0), 1.0};
+        wheelset_state state = {(random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+                                (random_unit() - 0.5) * random_exponent(-6.0, 3.0), 0.0};
+        wheelset_state before = state;
+        double substep = 0.0;
+        const char *error = wheelset_advance(table, parameters, &body, &in, &state,
+                                             random_exponent(-6.0, -1.0), 1e-3, &substep);
+        CHECK(isfinite(state.omega) && isfinite(state.speed) && isfinite(state.relaxed_creepage));
+        CHECK(error == NULL || memcmp(&state, &before, sizeof state) == 0);
+    }
+}
+
+static unsigned reference_of(const model *m, const char *name) {
+    for (unsigned i = 0; i < m->count; i++)
+        if (strcmp(m->variables[i].name, name) == 0) return i;
+    CHECK(!"a variable of this name");
+    return 0;
 }
 
 static fmi2Component new_instance(const char *location, const char *guid) {
@@ -84,18 +114,21 @@ static fmi2Component new_instance(const char *location, const char *guid) {
     return fmi2Instantiate("sanitized", fmi2CoSimulation, guid, location, &callbacks, 0, 1);
 }
 
+static void log_message3(fmi3InstanceEnvironment environment, fmi3Status status,
+                         fmi3String category, fmi3String message) {
+    (void)environment, (void)status, (void)category;
+    CHECK(message != NULL && message[0] != '\0');
+    logged++;
+}
+
 static void test_lives(const char *location, const char *guid) {
-    size_t count;
-    const model_variable *variables = force_element_variables(&count);
-    fmi2ValueReference omega = 0, force = 0;
-    for (unsigned i = 0; i < count; i++) {
-        if (strcmp(variables[i].name, "omega") == 0) omega = i;
-        if (strcmp(variables[i].name, "creep_force") == 0) force = i;
-    }
-    for (int life = 0; life < 200; life++) {
+    const model *m = model_of("force_element");
+    fmi2ValueReference omega = reference_of(m, "omega"), force = reference_of(m, "creep_force");
+    for (int life = 0; life < 40; life++) {
         fmi2Component c = new_instance(location, guid);
-        fmi2Real value = 0.0, bad = NAN;
-        fmi2FMUstate saved = NULL;
+        fmi2Real value = 0.0, bad = NAN, one = 1.0;
+        fmi2FMUstate saved = NULL, read = NULL;
+        size_t size = 0;
         CHECK(c != NULL);
         CHECK(fmi2DoStep(c, 0.0, 1e-3, 0) == fmi2Error); /* too early */
         CHECK(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) == fmi2OK);
@@ -108,12 +141,26 @@ static void test_lives(const char *location, const char *guid) {
             CHECK(fmi2DoStep(c, 1e-3 * i, 1e-3, 1) == fmi2OK);
             CHECK(fmi2GetReal(c, &force, 1, &value) == fmi2OK && isfinite(value));
         }
+        CHECK(fmi2GetDirectionalDerivative(c, &force, 1, &omega, 1, &one, &value) == fmi2OK);
+        CHECK(isfinite(value) && value != 0.0);
+        CHECK(fmi2GetDirectionalDerivative(c, &omega, 1, &omega, 1, &one, &value) == fmi2Error);
         CHECK(fmi2GetFMUstate(c, &saved) == fmi2OK);
-        CHECK(fmi2SetReal(c, &omega, 1, &bad) == fmi2Error);
-        CHECK(fmi2SetFMUstate(c, saved) == fmi2OK);
+        CHECK(fmi2SetReal(c, &omega, 1, &bad) == fmi2Discard);
+        CHECK(fmi2SerializedFMUstateSize(c, saved, &size) == fmi2OK);
+        fmi2Byte *bytes = malloc(size);
+        CHECK(fmi2SerializeFMUstate(c, saved, bytes, size) == fmi2OK);
+        CHECK(fmi2SerializeFMUstate(c, saved, bytes, size - 1) == fmi2Error);
+        CHECK(fmi2DeSerializeFMUstate(c, bytes, size, &read) == fmi2OK);
+        CHECK(fmi2SetFMUstate(c, read) == fmi2OK);
+        bytes[(size_t)(random_unit() * (double)size)] ^= 1;
+        CHECK(fmi2DeSerializeFMUstate(c, bytes, size, &read) == fmi2Error);
+        CHECK(fmi2DeSerializeFMUstate(c, bytes, (size_t)(random_unit() * (double)size), &read) ==
+              fmi2Error);
+        free(bytes);
         CHECK(fmi2SetFMUstate(c, NULL) == fmi2Error);
         CHECK(fmi2FreeFMUstate(c, &saved) == fmi2OK && saved == NULL);
-        for (fmi2ValueReference r = (fmi2ValueReference)count; r < count + 3; r++)
+        CHECK(fmi2FreeFMUstate(c, &read) == fmi2OK && read == NULL);
+        for (fmi2ValueReference r = (fmi2ValueReference)m->count; r < m->count + 3; r++)
             CHECK(fmi2GetReal(c, &r, 1, &value) == fmi2Error);
         CHECK(fmi2GetStatus(c, fmi2DoStepStatus, NULL) == fmi2Error);
         CHECK(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &value) == fmi2OK);
@@ -140,7 +187,76 @@ static void test_lives(const char *location, const char *guid) {
     endless[100000] = '\0';
     CHECK(new_instance(endless, guid) == NULL);
     free(endless);
-    CHECK(fmi2Instantiate(NULL, fmi2ModelExchange, guid, location, NULL, 0, 0) == NULL);
+    CHECK(fmi2Instantiate(NULL, fmi2ModelExchange, "x", location, NULL, 0, 0) == NULL);
+}
+
+/* The same through FMI 3, in model exchange, with calls in no order at all mixed in. */
+static void test_lives3(const char *location, const char *token, int falls) {
+    const model *m = model_of("force_element");
+    fmi3ValueReference omega = reference_of(m, "omega"), force = reference_of(m, "creep_force");
+    fmi3ValueReference falling = reference_of(m, "falling_branch");
+    for (int life = 0; life < 40; life++) {
+        fmi3Instance c =
+            fmi3InstantiateModelExchange("x", token, location, 0, 1, NULL, log_message3);
+        fmi3Float64 value, z[4], one = 1.0, next;
+        fmi3Boolean flag, b[5];
+        size_t n = 99;
+        CHECK(c != NULL);
+        CHECK(fmi3EnterInitializationMode(c, 1, 1e-6, 0.0, 0, 0.0) == fmi3OK);
+        CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
+        CHECK(fmi3GetNumberOfContinuousStates(c, &n) == fmi3OK && n == 0);
+        CHECK(fmi3GetNumberOfEventIndicators(c, &n) == fmi3OK && n == 4);
+        CHECK(fmi3EnterContinuousTimeMode(c) == fmi3OK);
+        value = 20.5;
+        CHECK(fmi3SetFloat64(c, &omega, 1, &value, 1) == fmi3OK);
+        CHECK(fmi3SetFloat64(c, &omega, 1, &value, 2) == fmi3Error);
+        CHECK(fmi3GetBoolean(c, &falling, 1, &flag, 1) == fmi3OK && !flag); /* no event yet */
+        CHECK(fmi3GetEventIndicators(c, z, 4) == fmi3OK && (z[0] > 0.0) == falls && z[1] < 0.0);
+        CHECK(fmi3EnterEventMode(c) == fmi3OK);
+        CHECK(fmi3UpdateDiscreteStates(c, b, b + 1, b + 2, b + 3, b + 4, &next) == fmi3OK);
+        CHECK(fmi3GetBoolean(c, &falling, 1, &flag, 1) == fmi3OK && flag == falls);
+        CHECK(fmi3GetAdjointDerivative(c, &force, 1, &omega, 1, &one, 1, &value, 1) == fmi3OK);
+        CHECK((value < 0.0) == falls);
+        CHECK(fmi3DoStep(c, 0.0, 1e-3, 1, b, b, b, &next) == fmi3Error);
+        for (int i = 0; i < 50; i++) {
+            switch ((int)(random_unit() * 9.0)) {
+                case 0:
+                    fmi3EnterEventMode(c);
+                    break;
+                case 1:
+                    fmi3EnterContinuousTimeMode(c);
+                    break;
+                case 2:
+                    fmi3Reset(c);
+                    break;
+                case 3:
+                    fmi3EnterInitializationMode(c, 0, 0.0, random_unit(), 0, 0.0);
+                    break;
+                case 4:
+                    fmi3ExitInitializationMode(c);
+                    break;
+                case 5:
+                    fmi3Terminate(c);
+                    break;
+                case 6:
+                    fmi3GetFloat64(c, &force, 1, &value, 1);
+                    break;
+                case 7:
+                    fmi3GetEventIndicators(c, z, (size_t)(random_unit() * 5.0));
+                    break;
+                default:
+                    fmi3SetTime(c, random_exponent(-300.0, 308.0));
+                    break;
+            }
+        }
+        fmi3FreeInstance(c);
+    }
+    fmi3FreeInstance(NULL);
+    logged = 0;
+    CHECK(fmi3InstantiateCoSimulation("x", token, location, 0, 1, 1, 0, NULL, 0, NULL, log_message3,
+                                      NULL) == NULL);
+    CHECK(fmi3InstantiateModelExchange("x", token, NULL, 0, 1, NULL, log_message3) == NULL);
+    CHECK(logged == 2);
 }
 
 /* Any bytes at all: an error message, never a crash. */
@@ -175,14 +291,19 @@ int main(int count, char **arguments) {
         return 2;
     }
     force_element_parameters parameters = {0.5,      0.45,  0.21, 1.3e-6, 0.14, 5e-3, 5.77e8,
-                                           1.154e11, 2.2e5, 0.5,  0.1,    1.0,  0.0};
+                                           1.154e11, 2.2e5, 0.5,  0.1,    1.0,  0.0,  0.0};
     test_table(&table);
     test_force(&table, &parameters);
+    test_steps(&table, &parameters);
     parameters.slip_rate_residual = 0.4;
     parameters.slip_rate_decay = 0.6;
     test_force(&table, &parameters);
+    parameters.relaxation_length = 8e-3;
+    test_force(&table, &parameters);
+    test_steps(&table, &parameters);
     test_lives(arguments[1], arguments[2]);
-    if (size < 10000) test_broken_tables(bytes, size); /* each try sums all of the bytes */
+    test_lives3(arguments[1], arguments[2], !table.one_axis); /* Polach's law does not fall */
+    if (size < 10000) test_broken_tables(bytes, size);        /* each try sums all of the bytes */
     free(bytes);
     printf("%d failures\n", failures);
     return failures != 0;

@@ -1,0 +1,115 @@
+"""modelDescription.xml of FMI 2.0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+from contactlib.export.description import Description, Unknown
+from contactlib.export.markup import (
+    add_default_experiment,
+    add_log_categories,
+    add_units,
+    dependency_attributes,
+    document,
+    type_attributes,
+    types_of,
+    value_attributes,
+)
+
+CAPABILITIES = {
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+    "providesDirectionalDerivative": "true",
+    "canNotUseMemoryManagementFunctions": "true",
+}
+
+
+def model_description(
+    description: Description, sources: Sequence[str], stop: float, step: float
+) -> bytes:
+    """The file; `sources` are the names of the C files, `stop` and `step` the experiment's [s]."""
+    indicators = description.of_role("indicator")
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=description.model_name,
+        guid=description.token,
+        description=description.text,
+        license="MIT",
+        generationTool="contactlib",
+        variableNamingConvention="structured",
+        numberOfEventIndicators=str(len(indicators)),
+    )
+    own = {
+        "ModelExchange": {"completedIntegratorStepNotNeeded": "true"},
+        "CoSimulation": {"canHandleVariableCommunicationStepSize": "true"},
+    }
+    for interface, attributes in own.items():
+        element = SubElement(
+            root,
+            interface,
+            {"modelIdentifier": description.model_name, **CAPABILITIES, **attributes},
+        )
+        files = SubElement(element, "SourceFiles")
+        for name in sources:
+            SubElement(files, "File", name=name)
+    add_units(root, description)
+    types = SubElement(root, "TypeDefinitions")
+    for kind in types_of(description):
+        SubElement(SubElement(types, "SimpleType", name=kind.name), "Real", type_attributes(kind))
+    add_log_categories(root)
+    add_default_experiment(root, stop, step)
+    _add_variables(root, description)
+    _add_structure(root, description)
+    return document(root)
+
+
+def _indices(description: Description) -> dict[str, int]:
+    """Place of each variable in the list, which counts from one."""
+    return {v.name: i for i, v in enumerate(description.variables, start=1)}
+
+
+def _add_variables(root: Element, description: Description) -> None:
+    indices = _indices(description)
+    states = [v.name for v in description.of_role("state")]
+    derivatives = [v.name for v in description.of_role("derivative")]
+    state_of = dict(zip(derivatives, states, strict=True))
+    listed = SubElement(root, "ModelVariables")
+    for v in description.variables:
+        attributes = {
+            "name": v.name,
+            "valueReference": str(v.reference),
+            "description": v.description,
+            "causality": v.causality,
+            "variability": v.variability,
+        }
+        if v.initial is not None:
+            attributes["initial"] = v.initial
+        scalar = SubElement(listed, "ScalarVariable", attributes)
+        typed = value_attributes(v)
+        if v.type is not None:
+            typed = {"declaredType": v.type.name, **type_attributes(v.type), **typed}
+        if v.name in state_of:
+            typed["derivative"] = str(indices[state_of[v.name]])
+        SubElement(scalar, "Boolean" if v.boolean else "Real", typed)
+
+
+def _add_structure(root: Element, description: Description) -> None:
+    indices = _indices(description)
+    outputs = [v for v in description.variables if v.causality == "output"]
+    derivatives = description.of_role("derivative")
+    initial = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
+    structure = SubElement(root, "ModelStructure")
+    groups: dict[str, list[Unknown]] = {
+        "Outputs": description.unknowns(outputs),
+        "Derivatives": description.unknowns(derivatives),
+        "InitialUnknowns": description.unknowns(initial, initial=True),
+    }
+    for group, unknowns in groups.items():
+        if not unknowns:
+            continue
+        parent = SubElement(structure, group)
+        for unknown in sorted(unknowns, key=lambda u: u.variable.reference):
+            index = {"index": str(indices[unknown.variable.name])}
+            SubElement(parent, "Unknown", {**index, **dependency_attributes(unknown, indices)})

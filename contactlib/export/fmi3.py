@@ -1,0 +1,171 @@
+"""modelDescription.xml, build description and terminals of FMI 3.0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+from contactlib.export.description import Description, Unknown
+from contactlib.export.markup import (
+    add_default_experiment,
+    add_log_categories,
+    add_units,
+    dependency_attributes,
+    document,
+    type_attributes,
+    types_of,
+    value_attributes,
+)
+
+CAPABILITIES = {
+    "canGetAndSetFMUState": "true",
+    "canSerializeFMUState": "true",
+    "providesDirectionalDerivatives": "true",
+    "providesAdjointDerivatives": "true",
+}
+
+# Members of the flanges: variable, what it is to the connection. Velocities are the same on both
+# sides; what the contact does to the wheel flows out of the force element and into the body.
+Flange = dict[str, tuple[str, str]]
+TERMINALS: dict[str, dict[str, Flange]] = {
+    "force_element": {
+        "rotational_flange": {
+            "angular_velocity": ("omega", "signal"),
+            "torque": ("wheel_torque", "outflow"),
+        },
+        "translational_flange": {
+            "velocity": ("speed", "signal"),
+            "force": ("creep_force", "outflow"),
+        },
+    },
+    "wheelset": {
+        "rotational_flange": {
+            "angular_velocity": ("omega", "signal"),
+            "torque": ("drive_torque", "inflow"),
+        },
+        "translational_flange": {
+            "velocity": ("speed", "signal"),
+            "force": ("resistance_force", "outflow"),
+        },
+    },
+    "wheelset_body": {
+        "rotational_flange": {
+            "angular_velocity": ("omega", "signal"),
+            "torque": ("drive_torque", "inflow"),
+        },
+        "translational_flange": {
+            "velocity": ("speed", "signal"),
+            "force": ("creep_force", "inflow"),
+        },
+    },
+}
+
+
+def model_description(description: Description, stop: float, step: float) -> bytes:
+    """The file; `stop` and `step` are the experiment's [s]."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=description.model_name,
+        instantiationToken=description.token,
+        description=description.text,
+        license="MIT",
+        generationTool="contactlib",
+        variableNamingConvention="structured",
+    )
+    own = {
+        "ModelExchange": {"needsCompletedIntegratorStep": "false"},
+        "CoSimulation": {"canHandleVariableCommunicationStepSize": "true"},
+    }
+    for interface, attributes in own.items():
+        identifier = {"modelIdentifier": description.model_name}
+        SubElement(root, interface, {**identifier, **CAPABILITIES, **attributes})
+    add_units(root, description)
+    types = SubElement(root, "TypeDefinitions")
+    for kind in types_of(description):
+        SubElement(types, "Float64Type", {"name": kind.name, **type_attributes(kind)})
+    add_log_categories(root)
+    add_default_experiment(root, stop, step)
+    _add_variables(root, description)
+    _add_structure(root, description)
+    return document(root)
+
+
+def _add_variables(root: Element, description: Description) -> None:
+    states = [v.reference for v in description.of_role("state")]
+    derivatives = [v.name for v in description.of_role("derivative")]
+    state_of = dict(zip(derivatives, states, strict=True))
+    listed = SubElement(root, "ModelVariables")
+    for v in description.variables:
+        attributes = {
+            "name": v.name,
+            "valueReference": str(v.reference),
+            "description": v.description,
+            "causality": v.causality,
+            "variability": v.variability,
+        }
+        if v.initial is not None:
+            attributes["initial"] = v.initial
+        if v.type is not None:
+            attributes |= {"declaredType": v.type.name, **type_attributes(v.type)}
+        if v.name in state_of:
+            attributes["derivative"] = str(state_of[v.name])
+        SubElement(
+            listed, "Boolean" if v.boolean else "Float64", {**attributes, **value_attributes(v)}
+        )
+
+
+def _add_structure(root: Element, description: Description) -> None:
+    references = {v.name: v.reference for v in description.variables}
+    outputs = [v for v in description.variables if v.causality == "output"]
+    derivatives = description.of_role("derivative")
+    initial = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
+    structure = SubElement(root, "ModelStructure")
+    groups: dict[str, list[Unknown]] = {
+        "Output": description.unknowns(outputs),
+        "ContinuousStateDerivative": description.unknowns(derivatives),
+        "InitialUnknown": description.unknowns(initial, initial=True),
+        "EventIndicator": description.unknowns(description.of_role("indicator")),
+    }
+    for tag, unknowns in groups.items():
+        for unknown in unknowns:
+            reference = {"valueReference": str(unknown.variable.reference)}
+            SubElement(structure, tag, {**reference, **dependency_attributes(unknown, references)})
+
+
+def build_description(description: Description, sources: Sequence[str]) -> bytes:
+    """sources/buildDescription.xml; `sources` are the names of the C files."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    build = SubElement(root, "BuildConfiguration", modelIdentifier=description.model_name)
+    files = SubElement(build, "SourceFileSet", language="C99")
+    for name in sources:
+        SubElement(files, "SourceFile", name=name)
+    return document(root)
+
+
+def terminals_and_icons(description: Description) -> bytes:
+    """terminalsAndIcons/terminalsAndIcons.xml: the flanges, and where the icon is."""
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    view = SubElement(root, "GraphicalRepresentation")
+    box = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
+    SubElement(view, "CoordinateSystem", box)
+    SubElement(view, "Icon", box)
+    terminals = SubElement(root, "Terminals")
+    for name, flange in TERMINALS[description.kind].items():
+        terminal = SubElement(
+            terminals,
+            "Terminal",
+            name=name,
+            matchingRule="bus",
+            terminalKind=f"contactlib.{name}",
+            description=f"{name.replace('_', ' ')} of the wheel",
+        )
+        for member, (variable, kind) in flange.items():
+            SubElement(
+                terminal,
+                "TerminalMemberVariable",
+                variableName=variable,
+                memberName=member,
+                variableKind=kind,
+            )
+    return document(root)

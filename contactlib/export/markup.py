@@ -1,0 +1,88 @@
+"""What the descriptions of both versions of the standard have in common."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from contactlib.export.description import Description, Unknown, Variable
+from contactlib.export.units import UNITS, Type
+
+CATEGORIES = {
+    "logStatusWarning": "a limit of the law is left",
+    "logStatusDiscard": "a value or a step was refused, and nothing was changed",
+    "logStatusError": "a call was wrong",
+}
+TOLERANCE = 1e-6  # of the integrator, as in fmu/component.c
+
+
+def number(value: float | bool) -> str:
+    """A number or truth value as XML writes it."""
+    return str(value).lower() if isinstance(value, bool) else repr(float(value))
+
+
+def document(root: Element) -> bytes:
+    """The whole file."""
+    ElementTree.indent(root)
+    return bytes(ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True))
+
+
+def types_of(description: Description) -> list[Type]:
+    """Types that occur, by name."""
+    return sorted({v.type for v in description.variables if v.type is not None})
+
+
+def add_units(root: Element, description: Description) -> None:
+    """Units with exponents of the base units, and units to show."""
+    parent = SubElement(root, "UnitDefinitions")
+    for name in sorted({kind.unit for kind in types_of(description)}):
+        unit = SubElement(parent, "Unit", name=name)
+        base, display = UNITS[name]
+        SubElement(unit, "BaseUnit", {key: str(power) for key, power in base.items()})
+        if display is not None:
+            SubElement(unit, "DisplayUnit", name=display.name, factor=number(display.factor))
+
+
+def type_attributes(kind: Type) -> dict[str, str]:
+    """Attributes of a type's definition."""
+    display = UNITS[kind.unit].display
+    shown = {"displayUnit": display.name} if kind.displayed and display is not None else {}
+    return {"quantity": kind.name, "unit": kind.unit, **shown}
+
+
+def add_log_categories(root: Element) -> None:
+    """Categories that fmu/component.c logs under."""
+    parent = SubElement(root, "LogCategories")
+    for name, meaning in CATEGORIES.items():
+        SubElement(parent, "Category", name=name, description=meaning)
+
+
+def add_default_experiment(root: Element, stop: float, step: float) -> None:
+    """The experiment of the reference run."""
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0",
+        stopTime=number(stop),
+        tolerance=number(TOLERANCE),
+        stepSize=number(step),
+    )
+
+
+def value_attributes(variable: Variable) -> dict[str, str]:
+    """Limits, nominal value and start of a variable."""
+    values = {
+        "min": variable.minimum,
+        "max": variable.maximum,
+        "nominal": variable.nominal,
+        "start": variable.start,
+    }
+    return {key: number(value) for key, value in values.items() if value is not None}
+
+
+def dependency_attributes(unknown: Unknown, indices: dict[str, int]) -> dict[str, str]:
+    """Dependencies by the number that each known has in the description."""
+    return {
+        "dependencies": " ".join(str(indices[name]) for name in unknown.dependencies),
+        "dependenciesKind": " ".join(unknown.dependencies.values()),
+    }

@@ -1,0 +1,83 @@
+"""Units, display units and types of the variables, for both versions of the standard."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class Display(NamedTuple):
+    """A unit to show: value shown = factor * value in the SI unit."""
+
+    name: str
+    factor: float
+
+
+class Unit(NamedTuple):
+    """Exponents of the SI base units, and the unit that people like to see."""
+
+    base: dict[str, int]
+    display: Display | None = None
+
+
+UNITS: dict[str, Unit] = {
+    "1": Unit({}, Display("%", 100.0)),
+    "s": Unit({"s": 1}, Display("ms", 1e3)),
+    "m": Unit({"m": 1}, Display("mm", 1e3)),
+    "N": Unit({"kg": 1, "m": 1, "s": -2}, Display("kN", 1e-3)),
+    "Pa": Unit({"kg": 1, "m": -1, "s": -2}, Display("MPa", 1e-6)),
+    "m/s": Unit({"m": 1, "s": -1}, Display("km/h", 3.6)),
+    "s/m": Unit({"m": -1, "s": 1}),
+    "m/s2": Unit({"m": 1, "s": -2}),
+    "1/s": Unit({"s": -1}),
+    "rad/s": Unit({"rad": 1, "s": -1}, Display("rpm", 30.0 / math.pi)),
+    "rad/s2": Unit({"rad": 1, "s": -2}),
+    "N.m": Unit({"kg": 1, "m": 2, "s": -2}, Display("kN.m", 1e-3)),
+    "N.s/m": Unit({"kg": 1, "s": -1}),
+    "N.s2/m2": Unit({"kg": 1, "m": -1}),
+    "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
+    "kg.m2": Unit({"kg": 1, "m": 2}),
+    "1/kg": Unit({"kg": -1}),
+}
+
+
+class Type(NamedTuple):
+    """A physical type: one unit, and whether it is shown in that unit's display unit."""
+
+    name: str
+    unit: str
+    displayed: bool = True
+
+
+# Types by unit; those of unit 1 are told by the variable's name.
+TYPES = {
+    kind.unit: kind
+    for kind in (
+        Type("Time", "s", displayed=False),
+        Type("Length", "m"),
+        Type("Force", "N"),
+        Type("Pressure", "Pa"),
+        Type("Velocity", "m/s"),
+        Type("InverseVelocity", "s/m"),
+        Type("Acceleration", "m/s2"),
+        Type("Rate", "1/s"),
+        Type("AngularVelocity", "rad/s"),
+        Type("AngularAcceleration", "rad/s2"),
+        Type("Torque", "N.m"),
+        Type("ForcePerVelocity", "N.s/m"),
+        Type("ForcePerVelocitySquared", "N.s2/m2"),
+        Type("RotationalDamping", "N.m.s/rad"),
+        Type("MomentOfInertia", "kg.m2"),
+        Type("InverseMass", "1/kg"),
+    )
+}
+NUMBER = Type("Number", "1", displayed=False)
+CREEPAGE = Type("Creepage", "1")
+CREEPAGES = ("creepage", "saturation_creepage", "relaxed_creepage")
+
+
+def type_of(name: str, unit: str) -> Type:
+    """Type of a variable."""
+    if unit == "1":
+        return CREEPAGE if name in CREEPAGES else NUMBER
+    return TYPES[unit]

@@ -1,0 +1,484 @@
+#include "component.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "checked_file.h"
+#include "resource.h"
+#include "token.h"
+
+enum { MESSAGE_SIZE = 8192, START_VALUES_VERSION = 2, STATE_VERSION = 1, TOKEN_SIZE = 64 };
+
+const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
+                                                "logStatusError"};
+
+static const double DEFAULT_TOLERANCE = 1e-6;
+
+/* ---- log ----------------------------------------------------------------------------------- */
+
+void component_log(component *self, result status, const char *format, ...) {
+    char text[MESSAGE_SIZE];
+    int category = (int)status - (int)RESULT_WARNING;
+    if (self->logger == NULL || !(self->logged >> category & 1u)) return;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    self->logger(self->shell, status, CATEGORIES[category], text);
+}
+
+result component_set_logging(component *self, int on, size_t count, const char *const names[]) {
+    unsigned mask = on && count == 0 ? ~0u : 0u;
+    for (size_t i = 0; i < count; i++) {
+        int known = 0;
+        for (int c = 0; c < CATEGORY_COUNT; c++) {
+            if (names[i] == NULL || strcmp(names[i], CATEGORIES[c]) != 0) continue;
+            mask |= 1u << c;
+            known = 1;
+        }
+        if (!known) {
+            component_log(self, RESULT_ERROR, "%s is no category of this FMU's log",
+                          names[i] != NULL ? names[i] : "(null)");
+            return RESULT_ERROR;
+        }
+    }
+    self->logged = on ? mask : self->logged & ~mask;
+    if (!on && count == 0) self->logged = ~0u << (RESULT_DISCARD - RESULT_WARNING);
+    return RESULT_OK;
+}
+
+result component_called(component *self, const char *function, unsigned allowed) {
+    if (allowed >> self->now.stage & 1u) return RESULT_OK;
+    component_log(self, RESULT_ERROR, "%s is not allowed in this state of the FMU", function);
+    return RESULT_ERROR;
+}
+
+/* ---- life ---------------------------------------------------------------------------------- */
+
+/* The token of an FMU is that of the library and its kind of model. */
+static const model *model_of_token(const char *token) {
+    size_t length = strlen(CONTACTLIB_TOKEN);
+    if (token == NULL || strncmp(token, CONTACTLIB_TOKEN "-", length + 1) != 0) return NULL;
+    return model_of(token + length + 1);
+}
+
+static int is_given(const model_variable *v) {
+    return v->role == FIXED_PARAMETER || v->role == TUNABLE_PARAMETER || v->role == INPUT ||
+           v->role == STATE;
+}
+
+static int is_boolean(const model_variable *v) { return strcmp(v->unit, "Boolean") == 0; }
+
+/* Parameters, inputs and states, in the order of the list of variables. */
+static const char *read_start_values(const model *m, model_values *values, const void *bytes,
+                                     size_t size) {
+    size_t wanted = 0, at = CHECKED_FILE_FRAME;
+    const char *error = checked_file_error(bytes, size, "CREEPVAL", START_VALUES_VERSION);
+    if (error != NULL) return error;
+    for (size_t i = 0; i < m->count; i++) wanted += (size_t)is_given(&m->variables[i]);
+    if (size != at + wanted * sizeof(double)) return "the file holds another number of values";
+    for (size_t i = 0; i < m->count; i++) {
+        if (!is_given(&m->variables[i])) continue;
+        double value;
+        memcpy(&value, (const char *)bytes + at, sizeof value);
+        if (!isfinite(value)) return "the file holds a value that is not finite";
+        model_set(&m->variables[i], values, value);
+        at += sizeof value;
+    }
+    return NULL;
+}
+
+static result load_resources(component *self, const char *location) {
+    char text[MESSAGE_SIZE];
+    const char *file = "creep_table.bin", *error = NULL;
+    void *values = NULL;
+    size_t size;
+    if (self->model->has_contact) {
+        error = resource_read(location, file, &self->table_bytes, &size, text, sizeof text);
+        if (error == NULL) error = creep_table_open(&self->table, self->table_bytes, size);
+    }
+    if (error == NULL) {
+        file = "start_values.bin";
+        error = resource_read(location, file, &values, &size, text, sizeof text);
+        if (error == NULL) error = read_start_values(self->model, &self->start, values, size);
+        free(values);
+    }
+    if (error == NULL) return RESULT_OK;
+    component_log(self, RESULT_ERROR, "resource %s: %s", file, error);
+    return RESULT_ERROR;
+}
+
+void component_reset(component *self) {
+    memset(&self->now, 0, sizeof self->now); /* padding too: states are compared as bytes */
+    self->now.values = self->start;
+    self->now.stop_time = INFINITY;
+    self->now.tolerance = DEFAULT_TOLERANCE;
+    self->now.stage = INSTANTIATED;
+    self->now.stale = 1;
+}
+
+result component_open(component *self, int model_exchange, const char *token,
+                      const char *resources) {
+    self->model_exchange = model_exchange;
+    self->model = model_of_token(token);
+    if (self->model == NULL) {
+        component_log(self, RESULT_ERROR, "token %s is not this library's %s and a model",
+                      token != NULL ? token : "(null)", CONTACTLIB_TOKEN);
+        return RESULT_ERROR;
+    }
+    if (load_resources(self, resources) != RESULT_OK) return RESULT_ERROR;
+    for (size_t i = 0; i < self->model->count; i++) {
+        const model_variable *v = &self->model->variables[i];
+        self->states += v->role == STATE && model_has(v, &self->start);
+    }
+    component_reset(self);
+    return RESULT_OK;
+}
+
+void component_close(component *self) { free(self->table_bytes); }
+
+result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,
+                        double tolerance) {
+    if (!isfinite(start) || (has_stop && !(stop >= start))) {
+        component_log(self, RESULT_ERROR,
+                      "start time = %g must be finite, and stop time = %g not before it", start,
+                      has_stop ? stop : INFINITY);
+        return RESULT_ERROR;
+    }
+    if (has_tolerance && !(tolerance > 0.0 && tolerance < INFINITY)) {
+        component_log(self, RESULT_ERROR, "tolerance = %g must be finite and > 0", tolerance);
+        return RESULT_ERROR;
+    }
+    self->now.values.time = start;
+    self->now.stop_time = has_stop ? stop : INFINITY;
+    /* What the integrator can keep to. */
+    if (has_tolerance) self->now.tolerance = fmin(1e-2, fmax(1e-10, tolerance));
+    return RESULT_OK;
+}
+
+/* ---- values -------------------------------------------------------------------------------- */
+
+/* The variable of a value reference, if it is part of the model and of the wanted type. */
+static const model_variable *find(component *self, unsigned reference, int boolean) {
+    const model *m = self->model;
+    if (reference < m->count) {
+        const model_variable *v = &m->variables[reference];
+        if (is_boolean(v) == boolean && model_has(v, &self->start)) return v;
+    }
+    component_log(self, RESULT_ERROR, "value reference %u is no %s variable", reference,
+                  boolean ? "Boolean" : "real");
+    return NULL;
+}
+
+/* What no single variable's limits can say. */
+static result check_friction(component *self) {
+    const force_element_parameters *p = &self->now.values.contact;
+    if (!(p->static_friction >= p->kinetic_friction)) {
+        component_log(self, RESULT_DISCARD,
+                      "static_friction = %g is out of range: must be at least kinetic_friction = "
+                      "%g",
+                      p->static_friction, p->kinetic_friction);
+        return RESULT_DISCARD;
+    }
+    double held = self->table.static_to_kinetic, ratio = p->static_friction / p->kinetic_friction;
+    if (held > 0.0 && !(fabs(ratio - held) <= 1e-9 * held)) {
+        component_log(self, RESULT_DISCARD,
+                      "static_friction / kinetic_friction = %.10g must be %.10g, the one ratio "
+                      "that the table's law holds for",
+                      ratio, held);
+        return RESULT_DISCARD;
+    }
+    return RESULT_OK;
+}
+
+static result evaluate(component *self) {
+    if (!self->now.stale) return RESULT_OK;
+    if (self->model->has_contact && check_friction(self) != RESULT_OK) return RESULT_DISCARD;
+    self->model->evaluate(&self->table, &self->now.values);
+    self->now.stale = 0;
+    return RESULT_OK;
+}
+
+static double *flags_of(model_values *values) { return &values->output.falling_branch; }
+
+result component_update_flags(component *self) {
+    if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    memcpy(self->now.held_flags, flags_of(&self->now.values), sizeof self->now.held_flags);
+    return RESULT_OK;
+}
+
+result component_start(component *self) {
+    if (component_update_flags(self) != RESULT_OK) return RESULT_DISCARD;
+    double zone = self->now.values.output.process_zone_ratio;
+    self->now.stage = self->model_exchange ? EVENTS : STEPPING;
+    /* A cohesive law, which is tied to its friction ratio, has no such limit. */
+    if (!(zone > 0.5) || self->table.static_to_kinetic > 0.0 || self->table.one_axis)
+        return RESULT_OK;
+    component_log(self, RESULT_WARNING,
+                  "process_zone_ratio = %g is above 0.5: the law's limit of a small weakening zone "
+                  "is left",
+                  zone);
+    return RESULT_OK;
+}
+
+result component_get(component *self, unsigned reference, int boolean, double *value) {
+    const model_variable *v = find(self, reference, boolean);
+    if (v == NULL) return RESULT_ERROR;
+    if (v->role == OUTPUT || v->role == DERIVATIVE || v->role == INDICATOR) {
+        if (boolean && self->now.stage == CONTINUOUS) { /* truth values change at events only */
+            size_t i = (v->offset - offsetof(model_values, output.falling_branch)) / sizeof(double);
+            *value = self->now.held_flags[i];
+            return RESULT_OK;
+        }
+        if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    }
+    *value = model_get(v, &self->now.values);
+    return RESULT_OK;
+}
+
+static result check_range(component *self, const model_variable *v, double value) {
+    if (value >= v->minimum && value <= v->maximum) return RESULT_OK; /* catches NaN too */
+    component_log(self, RESULT_DISCARD, "%s = %g is out of range: must be from %g to %g", v->name,
+                  value, v->minimum, v->maximum);
+    return RESULT_DISCARD;
+}
+
+result component_set(component *self, unsigned reference, int boolean, double value) {
+    const model_variable *v = find(self, reference, boolean);
+    if (v == NULL) return RESULT_ERROR;
+    int running = (RUNNING >> self->now.stage & 1u) != 0;
+    const char *why = NULL;
+    if (!is_given(v)) why = ": it is calculated";
+    else if (running && (v->role == FIXED_PARAMETER || v->role == STATE))
+        why = " after initialization";
+    if (why != NULL) {
+        component_log(self, RESULT_ERROR, "%s cannot be set%s", v->name, why);
+        return RESULT_ERROR;
+    }
+    if (check_range(self, v, value) != RESULT_OK) return RESULT_DISCARD;
+    model_set(v, &self->now.values, value);
+    self->now.stale = 1;
+    return RESULT_OK;
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+result component_step(component *self, double point, double step) {
+    model_values *values = &self->now.values;
+    double end = point + step;
+    if (!(step > 0.0 && isfinite(end))) {
+        component_log(self, RESULT_ERROR, "step size = %g must be > 0 and end at a finite time",
+                      step);
+        return RESULT_ERROR;
+    }
+    /* Tools add up step sizes: the last bits of the time may differ from ours. */
+    double slack = 1e-6 * step + 1e-12 * fabs(point);
+    if (!(fabs(point - values->time) <= slack)) {
+        component_log(self, RESULT_ERROR,
+                      "communication point = %.17g must be the FMU's time %.17g", point,
+                      values->time);
+        return RESULT_ERROR;
+    }
+    if (!(end <= self->now.stop_time + slack)) {
+        component_log(self, RESULT_ERROR, "the step ends at %.17g, after the stop time %.17g", end,
+                      self->now.stop_time);
+        return RESULT_ERROR;
+    }
+    if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
+    if (error != NULL) {
+        component_log(self, RESULT_DISCARD, "the step of %g s from %g s: %s", step, point, error);
+        return RESULT_DISCARD;
+    }
+    values->time = end;
+    if (self->states > 0) self->now.stale = 1; /* else the outputs are still those of the inputs */
+    return RESULT_OK;
+}
+
+/* ---- model exchange ------------------------------------------------------------------------ */
+
+size_t component_indicators(const component *self) {
+    return self->model->has_contact ? FLAG_COUNT : 0;
+}
+
+static result check_count(component *self, const char *what, size_t count, size_t wanted) {
+    if (count == wanted) return RESULT_OK;
+    component_log(self, RESULT_ERROR, "number of %s = %zu must be %zu", what, count, wanted);
+    return RESULT_ERROR;
+}
+
+result component_set_time(component *self, double time) {
+    if (!isfinite(time)) {
+        component_log(self, RESULT_ERROR, "time = %g must be finite", time);
+        return RESULT_ERROR;
+    }
+    self->now.values.time = time;
+    return RESULT_OK;
+}
+
+/* Read all variables of a role, in the order of the list. */
+static result get_role(component *self, variable_role role, size_t count, double *values) {
+    if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
+        return RESULT_ERROR;
+    if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    size_t n = 0;
+    for (size_t i = 0; i < self->model->count; i++) {
+        const model_variable *v = &self->model->variables[i];
+        if (v->role == role && model_has(v, &self->start))
+            values[n++] = model_get(v, &self->now.values);
+    }
+    return RESULT_OK;
+}
+
+result component_get_states(component *self, size_t count, double *values) {
+    return get_role(self, STATE, count, values);
+}
+
+result component_get_derivatives(component *self, size_t count, double *values) {
+    return get_role(self, DERIVATIVE, count, values);
+}
+
+result component_set_states(component *self, size_t count, const double *values) {
+    if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
+        return RESULT_ERROR;
+    model_values changed = self->now.values;
+    size_t n = 0;
+    for (size_t i = 0; i < self->model->count; i++) {
+        const model_variable *v = &self->model->variables[i];
+        if (v->role != STATE || !model_has(v, &self->start)) continue;
+        if (check_range(self, v, values[n]) != RESULT_OK) return RESULT_DISCARD;
+        model_set(v, &changed, values[n++]);
+    }
+    self->now.values = changed;
+    self->now.stale = 1;
+    return RESULT_OK;
+}
+
+result component_get_indicators(component *self, size_t count, double *values) {
+    if (check_count(self, "event indicators", count, component_indicators(self)) != RESULT_OK)
+        return RESULT_ERROR;
+    if (count == 0) return RESULT_OK;
+    if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    memcpy(values, &self->now.values.output.falling_margin, FLAG_COUNT * sizeof(double));
+    return RESULT_OK;
+}
+
+result component_get_nominals(component *self, size_t count, double *values) {
+    if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
+        return RESULT_ERROR;
+    size_t n = 0;
+    for (size_t i = 0; i < self->model->count; i++) {
+        const model_variable *v = &self->model->variables[i];
+        if (v->role != STATE || !model_has(v, &self->start)) continue;
+        double value = fabs(model_get(v, &self->start));
+        values[n++] = v->part == IF_RELAXED ? 1e-2 : fmax(value, 1.0);
+    }
+    return RESULT_OK;
+}
+
+/* ---- directional derivatives --------------------------------------------------------------- */
+
+static int is_unknown(const model_variable *v) {
+    return v->role == OUTPUT || v->role == DERIVATIVE || v->role == STATE || v->role == INDICATOR;
+}
+
+/* Unknowns and knowns must be real variables that can be such. */
+static result check_references(component *self, const unsigned *references, size_t count,
+                               int unknown) {
+    for (size_t i = 0; i < count; i++) {
+        const model_variable *v = find(self, references[i], 0);
+        if (v == NULL) return RESULT_ERROR;
+        if (unknown ? is_unknown(v) : is_given(v) || v->role == INDEPENDENT) continue;
+        component_log(self, RESULT_ERROR, "%s is no %s of a derivative", v->name,
+                      unknown ? "unknown" : "known");
+        return RESULT_ERROR;
+    }
+    return RESULT_OK;
+}
+
+/* Change of the unknowns when the known variables change along a direction. */
+static void follow(component *self, const model_values *direction, const unsigned *unknowns,
+                   size_t count, double *changes) {
+    const model *m = self->model;
+    model_values change = {0};
+    m->tangent(&self->table, &self->now.values, direction, &change);
+    for (size_t i = 0; i < count; i++) {
+        const model_variable *v = &m->variables[unknowns[i]];
+        changes[i] = model_get(v, v->role == STATE ? direction : &change);
+    }
+}
+
+result component_derivative(component *self, int adjoint, const unsigned *unknowns,
+                            size_t unknown_count, const unsigned *knowns, size_t known_count,
+                            const double *seed, double *sensitivity) {
+    if (check_references(self, unknowns, unknown_count, 1) != RESULT_OK ||
+        check_references(self, knowns, known_count, 0) != RESULT_OK)
+        return RESULT_ERROR;
+    if (unknown_count > MOST_VARIABLES) return check_count(self, "unknowns", unknown_count, 0);
+    if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    const model_variable *variables = self->model->variables;
+    model_values direction = {0};
+    if (!adjoint) {
+        for (size_t i = 0; i < known_count; i++) {
+            const model_variable *v = &variables[knowns[i]];
+            model_set(v, &direction, model_get(v, &direction) + seed[i]);
+        }
+        follow(self, &direction, unknowns, unknown_count, sensitivity);
+        return RESULT_OK;
+    }
+    for (size_t i = 0; i < known_count; i++) {
+        double column[MOST_VARIABLES];
+        model_set(&variables[knowns[i]], &direction, 1.0);
+        follow(self, &direction, unknowns, unknown_count, column);
+        model_set(&variables[knowns[i]], &direction, 0.0);
+        sensitivity[i] = 0.0;
+        for (size_t k = 0; k < unknown_count; k++) sensitivity[i] += seed[k] * column[k];
+    }
+    return RESULT_OK;
+}
+
+/* ---- saved states -------------------------------------------------------------------------- */
+
+/* Frame, token with the kind of model, state. */
+enum { STATE_AT = CHECKED_FILE_FRAME + TOKEN_SIZE };
+
+size_t component_serialized_size(void) { return STATE_AT + sizeof(component_state); }
+
+static void write_token(const component *self, char token[TOKEN_SIZE]) {
+    memset(token, 0, TOKEN_SIZE);
+    snprintf(token, TOKEN_SIZE, "%s-%s", CONTACTLIB_TOKEN, self->model->kind);
+}
+
+void component_serialize(const component *self, const component_state *saved, void *bytes) {
+    char *start = bytes;
+    write_token(self, start + CHECKED_FILE_FRAME);
+    memcpy(start + STATE_AT, saved, sizeof *saved);
+    checked_file_frame(bytes, component_serialized_size(), "CREEPSTA", STATE_VERSION);
+}
+
+const char *component_deserialize(const component *self, const void *bytes, size_t size,
+                                  component_state *saved) {
+    char token[TOKEN_SIZE];
+    const char *start = bytes;
+    const char *error = checked_file_error(bytes, size, "CREEPSTA", STATE_VERSION);
+    if (error != NULL) return error;
+    write_token(self, token);
+    if (size != component_serialized_size() ||
+        memcmp(token, start + CHECKED_FILE_FRAME, sizeof token) != 0)
+        return "the state is of another library or another kind of model";
+    memcpy(saved, start + STATE_AT, sizeof *saved);
+    if (saved->stage < INSTANTIATED || saved->stage > TERMINATED) return "the stage is not known";
+    return NULL;
+}
+
+result component_restore(component *self, const component_state *saved) {
+    if (saved == NULL) {
+        component_log(self, RESULT_ERROR, "the state to set is null");
+        return RESULT_ERROR;
+    }
+    memcpy(&self->now, saved, sizeof self->now);
+    return RESULT_OK;
+}

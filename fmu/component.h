@@ -1,0 +1,102 @@
+/* An instance of a model as a tool sees it, whatever the version of the standard: its life, its
+ * variables by reference, steps, derivatives, saved states, and what it says of errors. The shells
+ * fmi2.c and fmi3.c translate calls and nothing else. */
+#ifndef COMPONENT_H
+#define COMPONENT_H
+
+#include <stdint.h>
+
+#include "model.h"
+
+/* The numbers of fmi2Status and fmi3Status. */
+typedef enum { RESULT_OK, RESULT_WARNING, RESULT_DISCARD, RESULT_ERROR } result;
+
+typedef enum {
+    INSTANTIATED,
+    INITIALIZING,
+    EVENTS,     /* model exchange */
+    CONTINUOUS, /* model exchange */
+    STEPPING,   /* co-simulation */
+    TERMINATED
+} component_stage;
+
+#define IN(stage) (1u << (stage))
+#define ANY_STAGE 0xFFu
+#define RUNNING (IN(EVENTS) | IN(CONTINUOUS) | IN(STEPPING))
+
+enum { CATEGORY_COUNT = 3, FLAG_COUNT = 4, MOST_VARIABLES = 64 };
+
+/* Names of the log's categories, of falling severity. */
+extern const char *const CATEGORIES[CATEGORY_COUNT];
+
+typedef void component_logger(void *shell, result status, const char *category, const char *text);
+
+/* All that a saved state keeps: no pointer. */
+typedef struct {
+    model_values values;
+    double held_flags[FLAG_COUNT]; /* truth values between two events of model exchange */
+    double stop_time;              /* infinite if the tool named none */
+    double tolerance;              /* of the integrator */
+    int32_t stage;
+    int32_t stale; /* outputs do not belong to the inputs yet */
+} component_state;
+
+typedef struct {
+    component_state now;
+    model_values start;
+    const model *model;
+    creep_table table;
+    void *table_bytes;
+    size_t states; /* continuous ones */
+    int model_exchange;
+    unsigned logged; /* bit for each category */
+    component_logger *logger;
+    void *shell;
+} component;
+
+/* Make an instance of the model that the token names. resources is a URI or a path. On failure
+ * what went wrong has been logged, and component_close must still be called. */
+result component_open(component *self, int model_exchange, const char *token,
+                      const char *resources);
+void component_close(component *self);
+
+/* Whether the call is allowed now; if not, logs it by the function's name. */
+result component_called(component *self, const char *function, unsigned allowed_stages);
+void component_log(component *self, result status, const char *format, ...);
+/* Log these categories only; all if there are none named. */
+result component_set_logging(component *self, int on, size_t count, const char *const names[]);
+
+result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,
+                        double tolerance);
+result component_start(component *self); /* ends the initialization */
+void component_reset(component *self);
+result component_update_flags(component *self); /* at an event */
+
+/* Variables by reference; truth values are 0 or 1. */
+result component_get(component *self, unsigned reference, int boolean, double *value);
+result component_set(component *self, unsigned reference, int boolean, double value);
+
+result component_step(component *self, double point, double step);
+
+/* Model exchange. Every pointer is to as many doubles as there are states or flags. */
+size_t component_indicators(const component *self);
+result component_set_time(component *self, double time);
+result component_get_states(component *self, size_t count, double *values);
+result component_set_states(component *self, size_t count, const double *values);
+result component_get_derivatives(component *self, size_t count, double *values);
+result component_get_indicators(component *self, size_t count, double *values);
+result component_get_nominals(component *self, size_t count, double *values);
+
+/* sensitivity = (d unknowns / d knowns) seed, or seed times it if adjoint. */
+result component_derivative(component *self, int adjoint, const unsigned *unknowns,
+                            size_t unknown_count, const unsigned *knowns, size_t known_count,
+                            const double *seed, double *sensitivity);
+
+/* Saved states as bytes, good for any instance of the same model in any process. */
+size_t component_serialized_size(void);
+void component_serialize(const component *self, const component_state *saved, void *bytes);
+const char *component_deserialize(const component *self, const void *bytes, size_t size,
+                                  component_state *saved);
+result component_restore(component *self, const component_state *saved);
+
+#endif

@@ -1,0 +1,39 @@
+/* Time integration of a wheelset and the relaxation of its contact, stable at any step.
+ *
+ * Rodas3: a linearly implicit Rosenbrock method of four stages and third order, L-stable and
+ * stiffly accurate, with an embedded second-order solution that controls the substeps. It needs
+ * the exact Jacobian, which the contact's derivatives give, and no iteration.
+ *
+ * A. Sandu, J. G. Verwer, J. G. Blom, E. J. Spee, G. R. Carmichael & F. A. Potra, "Benchmarking
+ * stiff ODE solvers for atmospheric chemistry problems II: Rosenbrock solvers", Atmospheric
+ * Environment 31 (1997) 3459-3472. */
+#ifndef WHEELSET_STEP_H
+#define WHEELSET_STEP_H
+
+#include "wheelset.h"
+
+typedef struct {
+    double omega;            /* [rad/s] */
+    double speed;            /* [m/s] */
+    double relaxed_creepage; /* only moves if the contact has a relaxation length [1] */
+} wheelset_state;
+
+/* Held over the step. */
+typedef struct {
+    double drive_torque;     /* [N.m] */
+    double resistance_force; /* [N] */
+    double normal_load;      /* [N] */
+    double friction_scale;   /* [1] */
+} wheelset_input;
+
+/* Step the state on. The tolerance is relative: to the slip velocity plus that of saturation, to
+ * the speed plus the minimum speed, to the relaxed creepage plus the saturation creepage. substep
+ * is the length to try first, 0 if none is known, and then the one to go on with. Returns NULL, or
+ * why the step failed; the state is then as it was. */
+CONTACTLIB_API const char *wheelset_advance(const creep_table *table,
+                                            const force_element_parameters *contact,
+                                            const wheelset_parameters *body,
+                                            const wheelset_input *input, wheelset_state *state,
+                                            double step, double tolerance, double *substep);
+
+#endif
