@@ -351,9 +351,10 @@ def _tools(kind: str, variables: Sequence[DescribedVariable]) -> str:
 
 
 def _licence(table: CreepForceTable) -> str:
-    cells = " &#215; ".join(str(n) for n in table.cells)
+    cells = " by ".join(str(n) for n in table.cells)
+    size = f", {cells} cells" if any(table.cells) else ""
     return (
         f"<p>contactlib {version()}; library <code>{escape(kernel.token())}</code>; table of "
-        f"<code>{escape(table.law)}</code>, {cells} cells.</p>\n"
+        f"<code>{escape(table.law)}</code>{size}.</p>\n"
         f"<pre>{escape(licence_text().decode())}</pre>"
     )
