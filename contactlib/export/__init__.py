@@ -136,9 +136,7 @@ def _fmu(description: Description, fmi_version: int, platforms: Sequence[str] | 
         table = description.model.wheelset.element.table
         files["resources/creep_table.bin"] = table.data
         files["resources/creep_table.csv"] = documentation.readable_table(table)
-    files["documentation/index.html"] = documentation.index_page(
-        description.model, description.kind, description.variables, relaxed=description.relaxed
-    )
+    files["documentation/index.html"] = documentation.index_page(description)
     files["documentation/licenses/license.txt"] = documentation.licence_text()
     files["documentation/reference_run.csv"] = reference_run(description)
     return _zip(files)
