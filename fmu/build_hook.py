@@ -102,22 +102,26 @@ def compiler_flags() -> list[str]:
     ]
 
 
-def compile_library(name: str, library: Path, *extra_flags: str) -> None:
-    """Compile all sources for platform tuple `name` into the file `library`."""
-    target = TARGETS[name]
-    sources = [str(path) for path in sorted(SOURCES.glob("*.c"))]
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-shared", "-s"]
-    if target.suffix == ".so":
-        command += ["-fPIC", "-lm"]
-    if target.suffix == ".dylib":
-        # Else the library's name is the path it was built at.
-        command += ["-Wl,-install_name,@rpath/contactlib.dylib"]
-    flags = [*compiler_flags(), *extra_flags]
+def zig_cc(name: str, *arguments: str) -> None:
+    """Run the compiler for platform tuple `name`."""
     environment = dict(os.environ)
     if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
         # Without a home folder Zig has no place for its cache.
         environment.setdefault("ZIG_GLOBAL_CACHE_DIR", f"{tempfile.gettempdir()}/zig-cache")
-    subprocess.run([*command, *flags, *sources, "-o", str(library)], check=True, env=environment)
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", TARGETS[name].zig, *arguments]
+    subprocess.run(command, check=True, env=environment)
+
+
+def compile_library(name: str, library: Path, *extra_flags: str) -> None:
+    """Compile all sources for platform tuple `name` into the file `library`."""
+    sources = [str(path) for path in sorted(SOURCES.glob("*.c"))]
+    kind = ["-shared", "-s"]
+    if TARGETS[name].suffix == ".so":
+        kind += ["-fPIC", "-lm"]
+    if TARGETS[name].suffix == ".dylib":
+        # Else the library's name is the path it was built at.
+        kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]
+    zig_cc(name, *kind, *compiler_flags(), *extra_flags, *sources, "-o", str(library))
 
 
 def build_library(name: str) -> Path:
