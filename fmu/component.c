@@ -10,7 +10,7 @@
 #include "resource.h"
 #include "token.h"
 
-enum { MESSAGE_SIZE = 8192, START_VALUES_VERSION = 2, STATE_VERSION = 1, TOKEN_SIZE = 64 };
+enum { MESSAGE_SIZE = 8192, START_VALUES_VERSION = 2, STATE_VERSION = 1 };
 
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};
@@ -58,11 +58,18 @@ result component_called(component *self, const char *function, unsigned allowed)
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
-/* The token of an FMU is that of the library and its kind of model. */
+/* The token of an FMU is that of the library, its kind of model and a digest of its contents, with
+ * dashes between: tools take FMUs of the same token for the same. */
 static const model *model_of_token(const char *token) {
     size_t length = strlen(CONTACTLIB_TOKEN);
     if (token == NULL || strncmp(token, CONTACTLIB_TOKEN "-", length + 1) != 0) return NULL;
-    return model_of(token + length + 1);
+    const char *name = token + length + 1, *end = strchr(name, '-');
+    char kind[32];
+    size_t n = end != NULL ? (size_t)(end - name) : 0;
+    if (n == 0 || n >= sizeof kind || strlen(token) >= TOKEN_SIZE) return NULL;
+    memcpy(kind, name, n);
+    kind[n] = '\0';
+    return model_of(kind);
 }
 
 static int is_given(const model_variable *v) {
@@ -129,6 +136,8 @@ result component_open(component *self, int model_exchange, const char *token,
                       token != NULL ? token : "(null)", CONTACTLIB_TOKEN);
         return RESULT_ERROR;
     }
+    memset(self->token, 0, sizeof self->token);
+    strcpy(self->token, token);
     if (load_resources(self, resources) != RESULT_OK) return RESULT_ERROR;
     for (size_t i = 0; i < self->model->count; i++) {
         const model_variable *v = &self->model->variables[i];
@@ -442,33 +451,26 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
 
 /* ---- saved states -------------------------------------------------------------------------- */
 
-/* Frame, token with the kind of model, state. */
+/* Frame, token, state. */
 enum { STATE_AT = CHECKED_FILE_FRAME + TOKEN_SIZE };
 
 size_t component_serialized_size(void) { return STATE_AT + sizeof(component_state); }
 
-static void write_token(const component *self, char token[TOKEN_SIZE]) {
-    memset(token, 0, TOKEN_SIZE);
-    snprintf(token, TOKEN_SIZE, "%s-%s", CONTACTLIB_TOKEN, self->model->kind);
-}
-
 void component_serialize(const component *self, const component_state *saved, void *bytes) {
     char *start = bytes;
-    write_token(self, start + CHECKED_FILE_FRAME);
+    memcpy(start + CHECKED_FILE_FRAME, self->token, TOKEN_SIZE);
     memcpy(start + STATE_AT, saved, sizeof *saved);
     checked_file_frame(bytes, component_serialized_size(), "CREEPSTA", STATE_VERSION);
 }
 
 const char *component_deserialize(const component *self, const void *bytes, size_t size,
                                   component_state *saved) {
-    char token[TOKEN_SIZE];
     const char *start = bytes;
     const char *error = checked_file_error(bytes, size, "CREEPSTA", STATE_VERSION);
     if (error != NULL) return error;
-    write_token(self, token);
     if (size != component_serialized_size() ||
-        memcmp(token, start + CHECKED_FILE_FRAME, sizeof token) != 0)
-        return "the state is of another library or another kind of model";
+        memcmp(self->token, start + CHECKED_FILE_FRAME, TOKEN_SIZE) != 0)
+        return "the state is of another FMU";
     memcpy(saved, start + STATE_AT, sizeof *saved);
     if (saved->stage < INSTANTIATED || saved->stage > TERMINATED) return "the stage is not known";
     return NULL;

@@ -24,7 +24,7 @@ typedef enum {
 #define ANY_STAGE 0xFFu
 #define RUNNING (IN(EVENTS) | IN(CONTINUOUS) | IN(STEPPING))
 
-enum { CATEGORY_COUNT = 3, FLAG_COUNT = 4, MOST_VARIABLES = 64 };
+enum { CATEGORY_COUNT = 3, FLAG_COUNT = 4, MOST_VARIABLES = 64, TOKEN_SIZE = 80 };
 
 /* Names of the log's categories, of falling severity. */
 extern const char *const CATEGORIES[CATEGORY_COUNT];
@@ -45,6 +45,7 @@ typedef struct {
     component_state now;
     model_values start;
     const model *model;
+    char token[TOKEN_SIZE]; /* of the FMU; zero behind its end */
     creep_table table;
     void *table_bytes;
     size_t states; /* continuous ones */

@@ -244,7 +244,6 @@ def test_tool_gives_the_same_trajectory(
     assert {name: error for name, error, most in rows if not error <= most} == {}
 
 
-@pytest.mark.xfail(strict=True, reason="every FMU has the same guid, whatever its parameters")
 def test_two_fmus_in_one_system_keep_their_parameters(rig: cl.Model, tmp_path: Path) -> None:
     # A system unpacks what has the guid of an FMU before once, and takes that one's resources.
     cosim = module("libcosimpy.CosimExecution").CosimExecution

@@ -6,6 +6,7 @@ start values; here are roles, dependencies and nominal values.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -120,10 +121,18 @@ class Description:
         """Name of the model, and of its binary."""
         return MODEL_NAMES[self.kind]
 
-    @property
+    @cached_property
     def token(self) -> str:
-        """What ties the description to the binary and its kind of model."""
-        return f"{kernel.token()}-{self.kind}"
+        """What ties the description to the binary, its kind of model and its resources.
+
+        Tools take FMUs of the same token for the same, so it differs with everything that a model
+        can change.
+        """
+        digest = hashlib.sha256()
+        if self.has_contact:
+            digest.update(self.model.wheelset.element.table.data)
+        digest.update(repr((self.text, self.start_values)).encode())
+        return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
     @property
     def has_contact(self) -> bool:
