@@ -196,6 +196,24 @@ def fmu(
 
 
 @main.command()
+@click.argument("path", metavar="FMU", type=click.Path(path_type=Path))
+def check(path: Path) -> None:
+    """Check any FMU: archive, description, libraries.
+
+    Prints one line for each problem, and exits with status 1 if there is one. The library for
+    this machine is loaded.
+    """
+    from contactlib.checker import examine_fmu
+
+    problems, checked = examine_fmu(path)
+    for problem in problems:
+        click.echo(problem)
+    if problems:
+        click.get_current_context().exit(1)
+    click.echo(f"{path}: no problem found ({checked})")
+
+
+@main.command()
 @click.option("--paper", is_flag=True, help="Figures 1 to 6 of the paper, and the contact patch.")
 @_output_option("contactlib-figures", "Folder for the figures.")
 def figures(paper: bool, output: Path) -> None:
