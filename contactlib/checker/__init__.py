@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from contactlib.checker import description as model_description
 from contactlib.checker.archive import read_archive
 from contactlib.checker.binaries import binary_problems, oldest_systems
 from contactlib.checker.companions import companion_problems
 from contactlib.checker.definitions import definition_problems
-from contactlib.checker.description import FILE, Description
+from contactlib.checker.description import FILE, Description, fmi_version
 from contactlib.checker.loading import host_library, loading_problems
 from contactlib.checker.structure import structure_problems
 from contactlib.checker.variables import variable_problems
@@ -62,37 +61,32 @@ def examine_fmu(path: str | os.PathLike[str]) -> Examination:
         if FILE not in files:
             raise ValueError("is missing")
         root = parse(files[FILE])
-        version = model_description.fmi_version(root)
+        version = fmi_version(root)
     except ValueError as error:
         return Examination([*problems, f"{FILE} {error}"], f"{len(files)} files")
-    described = list(_description_problems(root, version)) or list(_second_opinion(path))
+    kind = f"FMI {root.get('fmiVersion')}"
+    # All further rules take for granted what the schema demands.
+    if violated := [f"{FILE}: {problem}" for problem in violations(root, SCHEMAS[version])]:
+        return Examination([*problems, *violated], kind)
+    description = Description(root)
+    described = list(_description_problems(description)) or list(_second_opinion(path))
     problems += [f"{FILE}: {problem}" for problem in described]
     problems += companion_problems(files, root)
     broken = list(binary_problems(files, root, version))
     problems += broken
     problems += loading_problems(files, root, version)
-    systems = [] if broken else list(oldest_systems(files))
-    interfaces = [e for name in model_description.INTERFACES for e in root.iterfind(name)]
-    if any(host_library(element, version) in files for element in interfaces):
-        systems.append("loaded on this machine")
-    parts = (
-        f"FMI {root.get('fmiVersion')}",
-        " and ".join(element.tag for element in interfaces),
-        f"{len(root.findall('ModelVariables/*'))} variables",
-        f"{len(files)} files",
-        *systems,
-    )
+    interfaces = description.interfaces
+    parts = [kind, " and ".join(interfaces), f"{len(description.variables)} variables"]
+    parts += [f"{len(files)} files", *([] if broken else oldest_systems(files))]
+    if any(host_library(element, version) in files for element in interfaces.values()):
+        parts.append("loaded on this machine")
     return Examination(problems, ", ".join(parts))
 
 
-def _description_problems(root: Any, version: int) -> Iterator[str]:
-    violated = list(violations(root, SCHEMAS[version]))
-    yield from violated
-    if not violated:
-        described = Description(root)
-        yield from definition_problems(described)
-        yield from variable_problems(described)
-        yield from structure_problems(described)
+def _description_problems(description: Description) -> Iterator[str]:
+    yield from definition_problems(description)
+    yield from variable_problems(description)
+    yield from structure_problems(description)
 
 
 def _second_opinion(path: str | os.PathLike[str]) -> Iterator[str]:

@@ -178,7 +178,7 @@ class Description:
         if "start" in own:
             start = (own["start"],) if self.version == 2 else tuple(own["start"].split())
         elif listed := element.findall("Start"):
-            start = tuple(each.get("value") for each in listed)
+            start = tuple(each.get("value", "") for each in listed)
         reference = int(own["valueReference"])
         return Variable(
             name=own["name"],

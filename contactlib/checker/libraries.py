@@ -38,7 +38,7 @@ def read_libraries(data: bytes) -> list[Library]:
         if data.startswith(magics):
             try:
                 return read(data)
-            except (struct.error, IndexError, ValueError) as error:
+            except (struct.error, IndexError, OverflowError, ValueError) as error:
                 raise ValueError(f"is no whole {kind} file: {error}") from None
     raise ValueError("is neither an ELF, nor a PE, nor a Mach-O file")
 

@@ -39,6 +39,8 @@ def _library(data: bytes) -> Library:
     place = 32
     for _ in range(count):
         command, size = struct.unpack_from("<II", data, place)
+        if size < 8:
+            raise ValueError("a load command is too short")
         if command in LOADED_LIBRARIES:
             needed.append(text_at(data, place + struct.unpack_from("<I", data, place + 8)[0]))
         elif command == EXPORTS_TRIE or command in EXPORTS_IN_DYLD_INFO:
