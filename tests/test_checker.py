@@ -670,6 +670,9 @@ def test_paths_stay_in_the_folder(name: str, problems: Callable[[Files], list[st
 def test_names_are_unique(tmp_path: Path, problems: Callable[[Files], list[str]]) -> None:
     files = {**fmi2_files(), "resources/a": b"", "resources/A": b""}
     assert problems(files) == ["resources/A: differs from resources/a in nothing but case"]
+    assert problems({**files, "resources/A": b"", "resources/a/b": b""})[0] == (
+        "resources/a: is a file and a folder"
+    )
     with zipfile.ZipFile(tmp_path / "made.fmu", "a") as archive:
         archive.writestr("sources/wheel.c", b"again")
     assert "sources/wheel.c: is in the zip 2 times" in check_fmu(tmp_path / "made.fmu")
@@ -709,6 +712,18 @@ def test_library_of_another_name(
     other = path.replace("CreepForceElement", "Creep")
     files = {other if name == path else name: data for name, data in exported_files.items()}
     assert problems(files) == [f"{path} is missing"]
+
+
+def test_only_what_can_be_loaded_is(exported_files: Files) -> None:
+    root = parse(exported_files["modelDescription.xml"])
+    version = int(root.get("fmiVersion")[0])
+    path = library_of(exported_files)
+    assert set(loading.loadable(exported_files, root, version).values()) == {path}
+    for data in (b"", b"MZ" + bytes(100)):
+        assert loading.loadable({**exported_files, path: data}, root, version) == {}
+    for interface in root.findall("*[@modelIdentifier]"):
+        interface.set("needsExecutionTool", "true")
+    assert loading.loadable(exported_files, root, version) == {}
 
 
 def test_what_a_library_says_is_passed_on(

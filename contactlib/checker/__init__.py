@@ -15,7 +15,7 @@ from contactlib.checker.binaries import binary_problems, oldest_systems
 from contactlib.checker.companions import companion_problems
 from contactlib.checker.definitions import definition_problems
 from contactlib.checker.description import FILE, Description, fmi_version
-from contactlib.checker.loading import host_library, loading_problems
+from contactlib.checker.loading import loadable, loading_problems
 from contactlib.checker.structure import structure_problems
 from contactlib.checker.variables import variable_problems
 from contactlib.checker.xml import parse, violations
@@ -57,6 +57,7 @@ def check_fmu(path: str | os.PathLike[str]) -> list[str]:
 def examine_fmu(path: str | os.PathLike[str]) -> Examination:
     """Problems as of `check_fmu`, and one line on what was checked."""
     files, problems = read_archive(path)
+    whole = not problems  # what is not must not be unpacked
     try:
         if FILE not in files:
             raise ValueError("is missing")
@@ -74,11 +75,12 @@ def examine_fmu(path: str | os.PathLike[str]) -> Examination:
     problems += companion_problems(files, root)
     broken = list(binary_problems(files, root, version))
     problems += broken
-    problems += loading_problems(files, root, version)
+    if whole:
+        problems += loading_problems(files, root, version)
     interfaces = description.interfaces
     parts = [kind, " and ".join(interfaces), f"{len(description.variables)} variables"]
     parts += [f"{len(files)} files", *([] if broken else oldest_systems(files))]
-    if any(host_library(element, version) in files for element in interfaces.values()):
+    if loadable(files, root, version):
         parts.append("loaded on this machine")
     return Examination(problems, ", ".join(parts))
 

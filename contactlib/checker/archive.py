@@ -51,17 +51,15 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
     return Archive(files, problems)
 
 
-def is_safe(name: str) -> bool:
-    """Whether unpacking `name` stays in its folder, on every system."""
-    parts = PurePosixPath(name).parts
-    return not (name.startswith("/") or ".." in parts or "\\" in name or ":" in name)
-
-
 def _bad_names(names: list[str]) -> Iterator[str]:
     seen: dict[str, str] = {}
+    folders = {str(folder) for name in names for folder in PurePosixPath(name).parents}
     for name, times in Counter(names).items():
-        if not is_safe(name):
+        # Unpacking must stay in its folder, on every system.
+        if name.startswith("/") or ".." in name.split("/") or "\\" in name or ":" in name:
             yield f"{name}: the path must be relative, without '..', '\\' and ':'"
+        if name in folders:
+            yield f"{name}: is a file and a folder"
         if times > 1:
             yield f"{name}: is in the zip {times} times"
         # Windows and macOS take names that differ in case for one file.

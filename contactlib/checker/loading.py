@@ -12,10 +12,10 @@ from typing import Any
 
 import fmpy
 
-from contactlib.checker.archive import is_safe
 from contactlib.checker.binaries import library_path
 from contactlib.checker.definitions import TOKENS
 from contactlib.checker.description import INTERFACES
+from contactlib.checker.libraries import read_libraries
 from contactlib.checker.xml import is_true
 
 PROGRAM = Path(__file__).with_name("instantiate.py")
@@ -26,29 +26,41 @@ def loading_problems(
     files: Mapping[str, bytes], root: Any, version: int, time_limit: float = TIME_LIMIT
 ) -> Iterator[str]:
     """What goes wrong when each interface is instantiated and freed on this machine."""
-    elements = [(name, e) for name in INTERFACES for e in root.iterfind(name)]
-    paths = {name: host_library(e, version) for name, e in elements}
-    if not any(path in files for path in paths.values()) or not all(map(is_safe, files)):
+    found = loadable(files, root, version)
+    if not found:
         return
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
         folder = Path(scratch) / "fmu"
         for name, data in files.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(data)
-        for interface, element in elements:
-            # A tool on another machine may have what this one has not.
-            if paths[interface] in files and not is_true(element.get("needsExecutionTool")):
-                token = root.get(TOKENS[version], "")
-                arguments = [str(version), interface, element.get("modelIdentifier", ""), token]
-                if problem := _run([str(folder), *arguments], scratch, time_limit):
-                    yield f"{paths[interface]} {problem} for {interface}"
+        for interface, path in found.items():
+            identifier, token = Path(path).stem, root.get(TOKENS[version])
+            arguments = [str(folder), str(version), interface, identifier, token]
+            if problem := _run(arguments, scratch, time_limit):
+                yield f"{path} {problem} for {interface}"
 
 
-def host_library(interface: Any, version: int) -> str:
-    """Where the library for this machine should be."""
+def loadable(files: Mapping[str, bytes], root: Any, version: int) -> dict[str, str]:
+    """Library for this machine of each interface that has one and needs no other tool."""
     folder = fmpy.platform if version == 2 else fmpy.platform_tuple
-    identifier = interface.get("modelIdentifier", "")
-    return library_path(folder, identifier, fmpy.sharedLibraryExtension)
+    found = {}
+    for interface in INTERFACES:
+        for element in root.iterfind(interface):
+            identifier = element.get("modelIdentifier")
+            path = library_path(folder, identifier, fmpy.sharedLibraryExtension)
+            needs_tool = is_true(element.get("needsExecutionTool"))
+            if path in files and _is_for_this_machine(files[path]) and not needs_tool:
+                found[interface] = path
+    return found
+
+
+def _is_for_this_machine(data: bytes) -> bool:
+    # FMPy takes linux64 for its own on every machine of 64 bits.
+    try:
+        return any(library.platform == fmpy.platform_tuple for library in read_libraries(data))
+    except ValueError:
+        return False
 
 
 def _run(arguments: list[str], folder: str, time_limit: float) -> str:
