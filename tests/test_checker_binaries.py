@@ -14,7 +14,7 @@ import fmpy
 import pytest
 
 from contactlib import kernel
-from contactlib.checker.binaries import binary_problems, needed_functions
+from contactlib.checker.binaries import binary_problems, needed_functions, oldest_systems
 from contactlib.checker.libraries import Library, read_libraries
 from contactlib.checker.xml import parse
 
@@ -270,6 +270,7 @@ def judged(version: int, folder: str, name: str, data: bytes, *others: str) -> l
     ("version", "folder", "name", "data"),
     [
         (2, "linux64", "m.so", elf(exports=ALL2)),
+        (2, "linux64", "m.so", elf(183, exports=ALL2)),
         (2, "linux32", "m.so", elf(3, wide=False, exports=ALL2)),
         (2, "win64", "m.dll", pe(exports=ALL2)),
         (2, "win32", "m.dll", pe(0x14C, exports=ALL2)),
@@ -349,6 +350,34 @@ def test_library_beside_is_in_the_fmu() -> None:
     other = "binaries/x86_64-linux/libother.so"
     assert len(judged(3, "x86_64-linux", "m.so", data)) == 1
     assert judged(3, "x86_64-linux", "m.so", data, other) == []
+
+
+@pytest.mark.parametrize(
+    ("folder", "name", "data", "said"),
+    [
+        ("linux32", "m.so", elf(exports=ALL2), "is for x86_64-linux, must be for x86-linux"),
+        ("win64", "m.dll", pe(0x14C), "is for x86-windows, must be for x86_64-windows or aarch64"),
+        ("darwin64", "m.dylib", elf(), "is for x86_64-linux, must be for x86_64-darwin or aarch"),
+    ],
+)
+def test_wrong_fmi2_folders(folder: str, name: str, data: bytes, said: str) -> None:
+    (found,) = judged(2, folder, name, data)
+    assert found.startswith(f"binaries/{folder}/{name} {said}")
+
+
+def test_systems_are_named() -> None:
+    files = {
+        "binaries/linux64/m.so": elf(),
+        "binaries/darwin64/m.dylib": universal(mach_o(), mach_o(0x01000007, macos=(10, 15))),
+        "binaries/win64/m.dll": pe(),
+        "binaries/win64/notes.txt": b"",
+        "binaries/win64/other.dll": b"",
+    }
+    assert list(oldest_systems(files)) == [
+        "darwin64 (macOS 10.15, macOS 11.0)",
+        "linux64 (glibc 2.17)",
+        "win64",
+    ]
 
 
 def test_folders_and_names() -> None:

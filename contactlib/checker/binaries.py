@@ -6,6 +6,7 @@ import inspect
 import posixpath
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
@@ -15,11 +16,12 @@ from contactlib.checker.companions import has_sources
 from contactlib.checker.description import INTERFACES
 from contactlib.checker.libraries import Library, Version, read_libraries
 
+# FMI 2.0.4 says that 64 means x86_64; earlier ones do not, and importers on Arm look there too.
 FMI2_PLATFORMS = {
     "linux32": ("x86-linux",),
-    "linux64": ("x86_64-linux",),
+    "linux64": ("x86_64-linux", "aarch64-linux"),
     "win32": ("x86-windows",),
-    "win64": ("x86_64-windows",),
+    "win64": ("x86_64-windows", "aarch64-windows"),
     "darwin64": ("x86_64-darwin", "aarch64-darwin"),
 }
 FMI3_PLATFORM = re.compile(r"(aarch32|aarch64|riscv32|riscv64|x86|x86_64|ppc32|ppc64)-[a-z]+")
@@ -96,7 +98,8 @@ def oldest_systems(files: Mapping[str, bytes]) -> Iterator[str]:
         systems = set()
         for name, data in files.items():
             if name.startswith(f"binaries/{folder}/") and name.endswith(tuple(SUFFIXES.values())):
-                systems |= {library.oldest_system for library in read_libraries(data)}
+                with suppress(ValueError):  # beside the FMU's own libraries anything may stand
+                    systems |= {library.oldest_system for library in read_libraries(data)}
         said = ", ".join(f"{name} {_dotted(v)}" for name, v in sorted(filter(None, systems)))
         yield f"{folder} ({said})" if said else folder
 
