@@ -179,6 +179,21 @@ FMI2_FAULTS = {
         'factor="0"',
         'unit "N": DisplayUnit kN: factor 0 must be finite and not 0',
     ),
+    "offset": (
+        'factor="1e-3"',
+        'factor="1e-3" offset="INF"',
+        'unit "N": DisplayUnit kN: offset INF must be finite',
+    ),
+    "display unit twice": (
+        '<DisplayUnit name="kN" factor="1e-3"/>',
+        '<DisplayUnit name="kN" factor="1e-3"/><DisplayUnit name="kN"/>',
+        'unit "N": display unit "kN" is defined 2 times, must be unique',
+    ),
+    "type twice": (
+        'SimpleType name="Rail"',
+        'SimpleType name="Load"',
+        'type "Load" is defined 2 times, must be unique',
+    ),
     "display unit": (
         'displayUnit="kN"',
         'displayUnit="lbf"',
@@ -426,6 +441,26 @@ def test_fmi2_description(fault: str, problems: Callable[[Files], list[str]]) ->
 
 
 FMI3_FAULTS = {
+    "independent variable of another type": (
+        '<Float64 name="time"',
+        '<Int32 name="time"',
+        'variable "time" (line 7): causality independent is not for type Int32',
+    ),
+    "derivative of itself": (
+        'derivative="3"',
+        'derivative="4"',
+        'variable "der(x)" (line 11): derivative 4 is the variable itself',
+    ),
+    "state is an input": (
+        'derivative="3"',
+        'derivative="2"',
+        'ModelStructure/ContinuousStateDerivative: state "load" has causality input, must be local',
+    ),
+    "second derivative not listed": (
+        '"indicator" valueReference="11"/>',
+        '"indicator" valueReference="11"/><Float64 name="v" valueReference="12" derivative="3"/>',
+        'ModelStructure/ContinuousStateDerivative lacks "v"',
+    ),
     "empty token": ('instantiationToken="{1}"', 'instantiationToken=""', "instantiationToken is"),
     "capability": (
         'providesIntermediateUpdate="true" ',
@@ -519,7 +554,7 @@ FMI3_FAULTS = {
         'derivative="33"',
         'variable "der(x)" (line 11): derivative 33: there is no such variable',
     ),
-    "two derivatives": (
+    "derivative twice": (
         '<ContinuousStateDerivative valueReference="4"/>',
         '<ContinuousStateDerivative valueReference="4"/>'
         '<ContinuousStateDerivative valueReference="4"/>',
@@ -562,6 +597,28 @@ def test_fmi3_description(fault: str, problems: Callable[[Files], list[str]]) ->
     assert len(found) <= 5, found
 
 
+def test_there_is_an_interface(problems: Callable[[Files], list[str]]) -> None:
+    interfaces = FMI3[FMI3.index("<ModelExchange") : FMI3.index("<UnitDefinitions>")]
+    found = problems(fmi3_files(replaced(FMI3, interfaces, "")))
+    assert found[0] == (
+        "modelDescription.xml: there is no interface: neither ModelExchange nor CoSimulation"
+    )
+
+
+def test_a_state_has_one_derivative(problems: Callable[[Files], list[str]]) -> None:
+    more = replaced(
+        FMI3,
+        "</ModelVariables>",
+        '<Float64 name="v" valueReference="12" derivative="3"/></ModelVariables>',
+    )
+    for entry in ("ContinuousStateDerivative", "InitialUnknown"):
+        first = f'<{entry} valueReference="4"/>'
+        more = replaced(more, first, f'{first}<{entry} valueReference="12"/>')
+    assert problems(fmi3_files(more)) == [
+        'modelDescription.xml: ModelStructure/ContinuousStateDerivative lists 2 derivatives of "x"'
+    ]
+
+
 def test_clocked_variables_may_be_initial_unknowns(problems: Callable[[Files], list[str]]) -> None:
     last = '<InitialUnknown valueReference="6"/>'
     more = replaced(FMI3, last, f'{last}<InitialUnknown valueReference="9"/>')
@@ -600,6 +657,15 @@ def test_fmi2_source_files(problems: Callable[[Files], list[str]]) -> None:
     assert problems(files) == [
         f"sources/wheel.c is missing, though {interface}/SourceFiles names it"
         for interface in ("ModelExchange", "CoSimulation")
+    ]
+
+
+def test_fmi2_source_file_twice(problems: Callable[[Files], list[str]]) -> None:
+    once = '<File name="wheel.c"/></SourceFiles></CoSimulation>'
+    twice = replaced(FMI2, once, f'<File name="wheel.c"/>{once}')
+    assert problems(fmi2_files(twice)) == [
+        'modelDescription.xml: CoSimulation: source file "wheel.c" is defined 2 times, '
+        "must be unique"
     ]
 
 

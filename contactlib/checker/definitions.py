@@ -63,7 +63,7 @@ def _interfaces(description: Description) -> Iterator[str]:
     if not description.root.get(token, "").strip():
         yield f"{token} is empty"
     if not description.interfaces:
-        yield "there is neither ModelExchange nor CoSimulation"
+        yield "there is no interface: neither ModelExchange nor CoSimulation"
     for name, element in description.interfaces.items():
         identifier = element.get("modelIdentifier")
         if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", identifier):
