@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,20 @@ def test_description_is_valid(fmu: Path, unzipped: Path) -> None:
         else:
             assert real.get("start") is None
     assert root.get("guid") == kernel.token()
+
+
+@pytest.mark.parametrize("kind", kernel.MODEL_KINDS)
+@pytest.mark.parametrize("version", [2, 3])
+def test_initial_unknowns_have_plain_kinds(
+    rig: cl.Model, tmp_path: Path, kind: str, version: int
+) -> None:
+    # Others are for the running model; FMI Library, and with it libcosim, refuses the FMU.
+    fmu = cl.export_fmu(rig, tmp_path / "it.fmu", kind=kind, fmi_version=version)
+    with zipfile.ZipFile(fmu) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    unknowns = [*root.findall(".//InitialUnknowns/Unknown"), *root.iter("InitialUnknown")]
+    kinds = {kind for u in unknowns for kind in u.get("dependenciesKind", "").split()}
+    assert kinds == {"dependent"}
 
 
 def test_export_depends_on_nothing_but_the_model(fmu: Path, rig: cl.Model, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-from lxml import etree  # type: ignore[import-untyped]
+from lxml import etree
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
 

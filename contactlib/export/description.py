@@ -251,7 +251,9 @@ class Description:
         names = [n for n in self._dependencies(name) if n in present]
         if not initial:
             names = [n for n in names if present[n].causality != "parameter"]
-        kinds = self._kinds.get(name, {})
+        kinds = dict(self._kinds.get(name, {}))
+        if initial:  # when parameters are still set, nothing that they scale is fixed
+            kinds = {n: kind for n, kind in kinds.items() if kind == "constant"}
         return Unknown(
             variable=present[name], dependencies={n: kinds.get(n, "dependent") for n in names}
         )
@@ -301,13 +303,10 @@ class Description:
         flags = ("falling_branch", "speed_regularized", "k_hat_limited", "force_limited")
         rates: dict[str, set[str]] = {"relaxed_creepage": {*velocity, *zeta0, *acting}}
         rates["relaxed_creepage"] |= {"relaxation_length"}
-        body = {"radius", "inertia", "damping", "omega", "drive_torque", "creep_force"}
-        moved = {"inverse_mass", "speed", "resistance_force", "creep_force", "minimum_speed"}
+        pull = force if self.has_contact else {"creep_force"}
+        body = {*pull, "radius", "inertia", "damping", "omega", "drive_torque"}
+        moved = {*pull, *reference, "inverse_mass", "resistance_force", "grade_acceleration"}
         moved |= {f"{part}_resistance" for part in ("constant", "linear", "quadratic")}
-        moved |= {"grade_acceleration"}
-        if self.has_contact:
-            body |= force
-            moved |= force
         rates |= {"omega": body, "speed": moved}
         hint = {*gradient, "effective_inverse_mass", "implicit", "parallel_exchange"}
         return {

@@ -148,7 +148,7 @@ def terminals_and_icons(description: Description) -> bytes:
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     view = SubElement(root, "GraphicalRepresentation")
     box = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
-    SubElement(view, "CoordinateSystem", box)
+    SubElement(view, "CoordinateSystem", {**box, "suggestedScalingFactorTo_mm": "0.1"})
     SubElement(view, "Icon", box)
     terminals = SubElement(root, "Terminals")
     for name, flange in TERMINALS[description.kind].items():
