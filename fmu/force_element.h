@@ -46,18 +46,18 @@ typedef struct {
     double k_hat_limited;        /* 1 if k_hat is held at the table's largest value */
     double force_limited;        /* 1 if the force is held at f_s times the load */
     double falling_margin;       /* each truth value above is 1 where its margin is > 0 [1] */
-    double speed_margin;
-    double k_hat_margin;
-    double force_margin;
-    double force_by_omega;    /* partial derivatives of the creep force [N.s] */
-    double force_by_speed;    /* [N.s/m] */
-    double force_by_load;     /* [1] */
-    double force_by_relaxed;  /* [N] */
-    double creepage_by_omega; /* partial derivatives of the creepage [s] */
-    double creepage_by_speed; /* [s/m] */
-    double rate_by_omega;     /* partial derivatives of the relaxation rate [1] */
-    double rate_by_speed;     /* [1/m] */
-    double rate_by_relaxed;   /* [1/s] */
+    double speed_margin;         /* [m/s] */
+    double k_hat_margin;         /* [1] */
+    double force_margin;         /* in friction coefficients [1] */
+    double force_by_omega;       /* partial derivatives of the creep force [N.s] */
+    double force_by_speed;       /* [N.s/m] */
+    double force_by_load;        /* [1] */
+    double force_by_relaxed;     /* [N] */
+    double creepage_by_omega;    /* partial derivatives of the creepage [s] */
+    double creepage_by_speed;    /* [s/m] */
+    double rate_by_omega;        /* partial derivatives of the relaxation rate [1] */
+    double rate_by_speed;        /* [1/m] */
+    double rate_by_relaxed;      /* [1/s] */
 } force_element_output;
 
 /* What load, friction and materials amount to in the law's own measures. */

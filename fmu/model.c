@@ -11,6 +11,8 @@
 
 /* ---- variables ----------------------------------------------------------------------------- */
 
+const char TRUTH[] = "Boolean";
+
 #define TIME {"time", "s", "simulation time", -LARGE, LARGE, AT(time), INDEPENDENT, ALWAYS}
 
 /* clang-format off */
@@ -69,19 +71,19 @@
      LARGE, AT(output.saturation_creepage), OUTPUT, ALWAYS}, \
     {"process_zone_ratio", "1", "length of the weakening zone over semi-width; valid below 0.5", \
      0.0, LARGE, AT(output.process_zone_ratio), OUTPUT, ALWAYS}, \
-    {"falling_branch", "Boolean", "the force falls with creepage at fixed speed", 0.0, 1.0, \
+    {"falling_branch", TRUTH, "the force falls with creepage at fixed speed", 0.0, 1.0, \
      AT(output.falling_branch), OUTPUT, ALWAYS}, \
-    {"speed_regularized", "Boolean", "speed is below minimum_speed", 0.0, 1.0, \
+    {"speed_regularized", TRUTH, "speed is below minimum_speed", 0.0, 1.0, \
      AT(output.speed_regularized), OUTPUT, ALWAYS}, \
-    {"k_hat_limited", "Boolean", "k_hat is held at the largest value of the table", 0.0, 1.0, \
+    {"k_hat_limited", TRUTH, "k_hat is held at the largest value of the table", 0.0, 1.0, \
      AT(output.k_hat_limited), OUTPUT, ALWAYS}, \
-    {"force_limited", "Boolean", "the force is held at static friction times load", 0.0, 1.0, \
+    {"force_limited", TRUTH, "the force is held at static friction times load", 0.0, 1.0, \
      AT(output.force_limited), OUTPUT, ALWAYS}
 
 #define INDICATORS \
     {"falling_indicator", "1", "positive where falling_branch is true", -LARGE, LARGE, \
      AT(output.falling_margin), INDICATOR, ALWAYS}, \
-    {"speed_indicator", "1", "positive where speed_regularized is true", -LARGE, LARGE, \
+    {"speed_indicator", "m/s", "positive where speed_regularized is true", -LARGE, LARGE, \
      AT(output.speed_margin), INDICATOR, ALWAYS}, \
     {"k_hat_indicator", "1", "positive where k_hat_limited is true", -LARGE, LARGE, \
      AT(output.k_hat_margin), INDICATOR, ALWAYS}, \
@@ -136,9 +138,9 @@ static const model_variable FORCE_ELEMENT_VARIABLES[] = {
     {"effective_inverse_mass", "1/kg",
      "slip acceleration per creep force: radius^2 / inertia + 1 / mass of what is coupled", 1e-12,
      1e9, AT(effective_inverse_mass), TUNABLE_PARAMETER, ALWAYS},
-    {"implicit", "Boolean", "the force is the mean over a step whose slip the element solves", 0.0,
+    {"implicit", TRUTH, "the force is the mean over a step whose slip the element solves", 0.0,
      1.0, AT(implicit), FIXED_PARAMETER, ALWAYS},
-    {"parallel_exchange", "Boolean", "both sides step at once, so a force acts one step later",
+    {"parallel_exchange", TRUTH, "both sides step at once, so a force acts one step later",
      0.0, 1.0, AT(parallel_exchange), FIXED_PARAMETER, ALWAYS},
     {"omega", "rad/s", "angular velocity of the wheel, positive when rolling forward", -1e9, 1e9,
      AT(input.omega), INPUT, ALWAYS},

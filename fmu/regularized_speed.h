@@ -6,12 +6,11 @@
 #include <math.h>
 
 static inline void regularized_speed(double v, double minimum, double *value, double *slope) {
-    double z = v / minimum;
-    if (fabs(z) >= 1.0) {
+    if (fabs(v) >= minimum) {
         *value = fabs(v);
         *slope = copysign(1.0, v);
     } else {
-        double z2 = z * z;
+        double z = v / minimum, z2 = z * z;
         *value = minimum * (3.0 + z2 * (6.0 - z2)) / 8.0;
         *slope = z * (3.0 - z2) / 2.0;
     }

@@ -18,9 +18,12 @@ typedef enum {
 
 typedef enum { ALWAYS, IF_RELAXED } variable_part;
 
+/* The unit of a truth value, which is held as 0 or 1: "Boolean". */
+extern const char TRUTH[];
+
 typedef struct {
     const char *name;
-    const char *unit; /* "Boolean" marks a truth value, held as 0 or 1 */
+    const char *unit;
     const char *description;
     double minimum, maximum; /* limits, both allowed; infinite values never are */
     size_t offset;           /* of the double in model_values */
