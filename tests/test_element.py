@@ -171,7 +171,7 @@ def test_long_process_zone_warns(table: cl.CreepForceTable) -> None:
 def test_k_hat_beyond_the_table_is_refused(table: cl.CreepForceTable) -> None:
     contact = cl.LineContact(normal_load_per_length=4.5e6, radius=0.5, contact_modulus=115e9)
     friction = cl.friction_with_k_hat(contact, k_hat=2.5, static=0.9, kinetic=0.21)
-    with pytest.raises(ValueError, match=r"k_hat = 2\.5.*<= 2\.0"):
+    with pytest.raises(ValueError, match=r"k_hat = 2\.\d+.*<= 2\.0"):
         cl.ForceElement(contact, friction, table=table, radius=0.5)
 
 
