@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "regularized_speed.h"
+#include "relaxation.h"
 
 static const double PI = 3.14159265358979323846;
 
@@ -21,90 +22,6 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
     scales->k_hat = sqrt(weakening * drop * (1.0 / PI)) / kinetic; /* Eq. (17) */
     /* 2 pi k_hat^2 (f_d / (f_s - f_d))^2, with Eq. (17) put in */
     scales->process_zone_ratio = drop > 0.0 ? 2.0 * weakening / drop : 0.0;
-}
-
-/* ---- relaxation ---------------------------------------------------------------------------- */
-
-/* sigma_e dzeta'/dt = w - |v| zeta', with w the slip velocity. The length sigma_e is sigma while
- * |zeta'| stays below the saturation creepage, and shrinks like 1/|zeta'| beyond: what slides
- * stores no more deflection, so a wheel that spins at standstill winds up no spring without end. */
-
-/* Beyond saturation the decay is by |v|, but at least by this part of |w|/zeta0: it ends the growth
- * at a million times zeta0, where every law has long come to its tail. */
-static const double LEAST_DECAY = 1e-6;
-
-static double sliding_decay(double slip, double speed, double limit) {
-    return fmax(fabs(speed), LEAST_DECAY * fabs(slip) / limit);
-}
-
-/* The relaxed creepage beyond which the patch slides. The saturation creepage vanishes with the
- * load, and the length would with it; it stops where nothing is transmitted any more. */
-static double sliding_limit(double saturation_creepage) { return fmax(saturation_creepage, 1e-5); }
-
-/* (1 - exp(-z)) / z */
-static double mean_decay(double z) { return fabs(z) < 1e-8 ? 1.0 - 0.5 * z : -expm1(-z) / z; }
-
-/* Time in which y' = a - b y goes a distance, at whose end the rate is rate_at_end. */
-static double time_to_go(double distance, double rate_at_end, double b) {
-    double growth = b * distance / rate_at_end;
-    double logarithm = fabs(growth) < 1e-8 ? 1.0 - 0.5 * growth : log1p(growth) / growth;
-    return distance / rate_at_end * logarithm;
-}
-
-double force_element_relax(const force_element_parameters *p, const force_element_input *in,
-                           double saturation_creepage, double step) {
-    double limit = sliding_limit(saturation_creepage);
-    double slip = p->radius * in->omega - in->speed, v = fabs(in->speed);
-    double zeta = in->relaxed_creepage, sigma = p->relaxation_length, left = step;
-    /* At most from sliding through sticking to sliding again: three passes. */
-    for (int i = 0; i < 4 && left > 0.0; i++) {
-        double rate = slip - v * zeta, went = left;
-        int sliding = fabs(zeta) > limit ||
-                      (fabs(zeta) == limit && rate * zeta > 0.0); /* about to slide on */
-        if (!sliding) {
-            /* sigma zeta' = w - v zeta: an exponential */
-            double edge = copysign(limit, rate), rate_at_edge = slip - v * edge;
-            int leaves = rate * rate_at_edge > 0.0;
-            if (leaves) went = fmin(left, sigma * time_to_go(edge - zeta, rate_at_edge, v));
-            double z = v * went / sigma;
-            if (leaves && went < left) zeta = edge;
-            else zeta = zeta * exp(-z) + slip * went / sigma * mean_decay(z);
-        } else {
-            /* y = 1/|zeta|: sigma limit y' = v - w y, an exponential again */
-            double sign = copysign(1.0, zeta), w = sign * slip, slow = sigma * limit;
-            double decay = sliding_decay(slip, v, limit), y = 1.0 / fabs(zeta), edge = 1.0 / limit;
-            double rate_at_edge = decay - w * edge;
-            int returns = rate_at_edge > 0.0 && decay - w * y > 0.0;
-            if (returns) went = fmin(left, slow * time_to_go(edge - y, rate_at_edge, w));
-            double z = w * went / slow;
-            if (returns && went < left) zeta = sign * limit;
-            else zeta = sign / (y * exp(-z) + decay * went / slow * mean_decay(z));
-        }
-        left -= went;
-    }
-    return zeta;
-}
-
-/* The relaxation rate and its partial derivatives; log_by_slip is that of the saturation creepage
- * to the slip velocity. */
-static void relaxation(const force_element_parameters *p, const force_element_input *in,
-                       double slip, double saturation_creepage, double log_by_slip,
-                       force_element_output *out) {
-    double zeta = in->relaxed_creepage, length = p->relaxation_length;
-    double limit = sliding_limit(saturation_creepage);
-    double decay = fabs(in->speed), direction = in->speed == 0.0 ? 0.0 : copysign(1.0, in->speed);
-    int sliding = fabs(zeta) > limit;
-    if (sliding) {
-        length *= limit / fabs(zeta);
-        decay = sliding_decay(slip, in->speed, limit);
-    }
-    double rate = (slip - decay * zeta) / length;
-    double by_slip = 1.0 / length;
-    if (sliding && limit == saturation_creepage) by_slip -= rate * log_by_slip;
-    out->relaxation_rate = rate;
-    out->rate_by_omega = by_slip * p->radius;
-    out->rate_by_speed = -by_slip - direction * zeta / length;
-    out->rate_by_relaxed = -decay / length + (sliding ? rate / zeta : 0.0);
 }
 
 /* ---- force --------------------------------------------------------------------------------- */
@@ -142,7 +59,7 @@ static void evaluate_unloaded(const creep_table *table, const force_element_para
     kinematics(p, in, slip, out);
     int relaxed = p->relaxation_length > 0.0;
     double acting = relaxed ? in->relaxed_creepage : out->creepage;
-    if (relaxed) relaxation(p, in, slip, 0.0, 0.0, out);
+    if (relaxed) relaxation_rate(p, in, slip, 0.0, 0.0, out);
     creep_table_evaluate(table, copysign(1e30, acting), table->one_axis ? 1.0 : table->k_max, &q);
     out->force_by_load = acting == 0.0 ? 0.0 : kinetic * q.traction_ratio;
 }
@@ -209,7 +126,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
         out->force_by_omega = sliding * through_g * p->radius;
         out->force_by_speed = -sliding * through_g;
         out->force_by_relaxed = per_creepage * q.slope;
-        relaxation(p, in, slip, zeta0, log_g_by_slip, out);
+        relaxation_rate(p, in, slip, zeta0, log_g_by_slip, out);
     } else {
         out->force_by_omega = by_creepage * out->creepage_by_omega;
         out->force_by_speed = per_creepage * q.slope * out->creepage_by_speed - sliding * through_g;

@@ -1,0 +1,115 @@
+/* The force element as a tool steps it: held, relaxed or implicit. */
+#include <math.h>
+
+#include "models.h"
+#include "regularized_speed.h"
+#include "wheelset_step.h"
+
+/* Where the coupling limits no step, the hint is this many seconds. */
+static const double LONG_STEP = 1000.0;
+
+/* Half of the largest step over which the force may be held: h lambda < 2, with lambda the slip
+ * pole; 1 if both sides step at once. With relaxation it is h lambda tanh(|v| h / (2 sigma)) < 2,
+ * and as tanh z <= min(1, z), h^2 lambda |v| < 4 sigma is enough too. */
+static double stable_step(const model_values *v, double *by_gradient) {
+    double gradient = fabs(v->output.force_gradient), pole = gradient * v->effective_inverse_mass;
+    double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole, power = -1.0;
+    if (v->contact.relaxation_length > 0.0 && v->parallel_exchange == 0.0) {
+        double reference, slope;
+        regularized_speed(v->input.speed, v->contact.minimum_speed, &reference, &slope);
+        double relaxed = sqrt(v->contact.relaxation_length / (pole * reference));
+        if (relaxed > hint) hint = relaxed, power = -0.5;
+    }
+    int limits = v->implicit == 0.0 && hint < LONG_STEP; /* and hint is a number */
+    *by_gradient = limits ? power : 0.0;
+    return limits ? hint : LONG_STEP;
+}
+
+void evaluate_force(const creep_table *table, model_values *v) {
+    double unused;
+    if (v->implicit != 0.0 && v->memory.known != 0.0) return; /* outputs are those of the step */
+    force_element_evaluate(table, &v->contact, &v->input, &v->output);
+    v->step_size_hint = stable_step(v, &unused);
+}
+
+void tangent_force(const creep_table *table, const model_values *v, const model_values *direction,
+                   model_values *change) {
+    double by_gradient, hint = stable_step(v, &by_gradient);
+    if (v->implicit != 0.0 && v->memory.known != 0.0) return;
+    force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->contact,
+                          &direction->input, &change->output);
+    if (by_gradient == 0.0) return;
+    double relative = direction->effective_inverse_mass / v->effective_inverse_mass;
+    double gradient = v->output.force_gradient;
+    relative += change->output.force_gradient / gradient;
+    if (by_gradient == -0.5) {
+        double reference, slope, minimum = v->contact.minimum_speed;
+        regularized_speed(v->input.speed, minimum, &reference, &slope);
+        relative += slope * direction->input.speed / reference;
+        relative +=
+            (1.0 - slope * v->input.speed / reference) * direction->contact.minimum_speed / minimum;
+        relative -= direction->contact.relaxation_length / v->contact.relaxation_length;
+    }
+    change->step_size_hint = by_gradient * hint * relative;
+}
+
+/* The implicit mode. During a step the slip velocity w obeys dw/dt = a - m Q(w), where m is the
+ * effective inverse mass and a what everything but the creep force does to the slip. What a was in
+ * the step before follows from the slip at its ends and the force that acted; it is taken to go on.
+ * The element solves this and gives the mean force, so what the tool's body does with it is what a
+ * solution of the coupled equations would do. A wheel of inertia r^2 / m at held speed, driven by
+ * a r / m, has the same equation of slip. */
+static const char *step_slip(const creep_table *table, model_values *v, double step,
+                             double tolerance) {
+    const force_element_parameters *contact = &v->contact;
+    double m = v->effective_inverse_mass, radius = contact->radius;
+    double slip = radius * v->input.omega - v->input.speed, a;
+    slip_memory memory = v->memory;
+    if (memory.known == 0.0) { /* as if the slip were steady */
+        memory.force = v->output.creep_force;
+        a = m * memory.force;
+    } else {
+        a = (slip - memory.slip) / memory.step + m * memory.applied;
+    }
+    double start = slip;
+    if (v->parallel_exchange != 0.0) { /* the last force acts now, the new one from `start` on */
+        start += step * (a - m * memory.force);
+        memory.applied = memory.force;
+    }
+    wheelset_parameters body = {
+        .radius = radius, .inertia = radius * radius / m, .minimum_speed = contact->minimum_speed};
+    wheelset_input given = {a * radius / m, 0.0, v->input.normal_load, v->input.friction_scale};
+    wheelset_state state = {(start + v->input.speed) / radius, v->input.speed,
+                            v->input.relaxed_creepage};
+    double begin = radius * state.omega - state.speed;
+    const char *error =
+        wheelset_advance(table, contact, &body, &given, &state, step, tolerance, &v->substep);
+    if (error != NULL) return error;
+    double end = radius * state.omega - state.speed;
+    memory.force = (a - (end - begin) / step) / m;
+    memory.known = 1.0;
+    memory.slip = slip;
+    memory.step = step;
+    if (v->parallel_exchange == 0.0) memory.applied = memory.force;
+
+    force_element_input last = v->input;
+    last.omega = state.omega;
+    last.relaxed_creepage = v->input.relaxed_creepage = state.relaxed_creepage;
+    force_element_evaluate(table, contact, &last, &v->output);
+    v->memory = memory;
+    v->output.creep_force = v->input.normal_load > 0.0 ? memory.force : 0.0;
+    v->output.wheel_torque = -radius * v->output.creep_force;
+    v->output.traction_coefficient =
+        v->input.normal_load > 0.0 ? memory.force / v->input.normal_load : 0.0;
+    return NULL;
+}
+
+const char *advance_force(const creep_table *table, model_values *v, double step,
+                          double tolerance) {
+    if (v->implicit != 0.0) return step_slip(table, v, step, tolerance);
+    if (v->contact.relaxation_length > 0.0) {
+        double limit = v->output.saturation_creepage;
+        v->input.relaxed_creepage = force_element_relax(&v->contact, &v->input, limit, step);
+    }
+    return NULL;
+}

@@ -1,0 +1,84 @@
+/* The wheelset as a tool steps it, with its creep force and without. */
+#include "models.h"
+#include "wheelset_step.h"
+
+static wheelset_parameters body_of(const model_values *v) {
+    wheelset_parameters body = v->body;
+    body.radius = v->contact.radius;
+    body.minimum_speed = v->contact.minimum_speed;
+    return body;
+}
+
+void evaluate_body(const creep_table *table, model_values *v) {
+    (void)table;
+    wheelset_parameters body = body_of(v);
+    wheelset_motion(&body, v->input.omega, v->input.speed, v->drive_torque, v->resistance_force,
+                    &v->output, &v->rates);
+}
+
+void evaluate_wheelset(const creep_table *table, model_values *v) {
+    force_element_evaluate(table, &v->contact, &v->input, &v->output);
+    evaluate_body(table, v);
+}
+
+/* Change of the accelerations; that of the creep force is known. */
+static void follow_motion(const model_values *v, const model_values *direction,
+                          model_values *change) {
+    wheelset_parameters body = body_of(v), dbody = body_of(direction);
+    wheelset_tangent(&body, v->input.omega, v->input.speed, v->resistance_force, &v->output,
+                     &v->rates, &dbody, direction->input.omega, direction->input.speed,
+                     direction->drive_torque, direction->resistance_force,
+                     change->output.creep_force, &change->rates);
+}
+
+void tangent_wheelset(const creep_table *table, const model_values *v,
+                      const model_values *direction, model_values *change) {
+    force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->contact,
+                          &direction->input, &change->output);
+    follow_motion(v, direction, change);
+}
+
+void tangent_body(const creep_table *table, const model_values *v, const model_values *direction,
+                  model_values *change) {
+    (void)table;
+    change->output.creep_force = direction->output.creep_force; /* an input here */
+    follow_motion(v, direction, change);
+}
+
+const char *advance_wheelset(const creep_table *table, model_values *v, double step,
+                             double tolerance) {
+    wheelset_parameters body = body_of(v);
+    wheelset_input given = {v->drive_torque, v->resistance_force, v->input.normal_load,
+                            v->input.friction_scale};
+    wheelset_state state = {v->input.omega, v->input.speed, v->input.relaxed_creepage};
+    const char *error =
+        wheelset_advance(table, &v->contact, &body, &given, &state, step, tolerance, &v->substep);
+    if (error != NULL) return error;
+    v->input.omega = state.omega;
+    v->input.speed = state.speed;
+    v->input.relaxed_creepage = state.relaxed_creepage;
+    return NULL;
+}
+
+/* The body alone: the same equations with a contact that carries no load, and the held force as
+ * part of torque and resistance. */
+const char *advance_body(const creep_table *table, model_values *v, double step, double tolerance) {
+    (void)table;
+    static const creep_table none = {.k_max = 1.0};
+    wheelset_parameters body = body_of(v);
+    force_element_parameters contact = {.radius = body.radius,
+                                        .kinetic_friction = 1.0,
+                                        .static_friction = 1.0,
+                                        .slip_rate_residual = 1.0,
+                                        .minimum_speed = body.minimum_speed};
+    double force = v->output.creep_force;
+    wheelset_input given = {v->drive_torque - body.radius * force, v->resistance_force - force, 0.0,
+                            1.0};
+    wheelset_state state = {v->input.omega, v->input.speed, 0.0};
+    const char *error =
+        wheelset_advance(&none, &contact, &body, &given, &state, step, tolerance, &v->substep);
+    if (error != NULL) return error;
+    v->input.omega = state.omega;
+    v->input.speed = state.speed;
+    return NULL;
+}
