@@ -451,36 +451,60 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
 
 /* ---- saved states -------------------------------------------------------------------------- */
 
+static result state_error(component *self, const char *why) {
+    component_log(self, RESULT_ERROR, "saved state: %s", why);
+    return RESULT_ERROR;
+}
+
+static result keep(component *self, const component_state *state, void **saved) {
+    if (saved == NULL) return state_error(self, "there is no place to put it");
+    if (*saved == NULL) *saved = malloc(sizeof *state);
+    if (*saved == NULL) return state_error(self, "out of memory");
+    memcpy(*saved, state, sizeof *state);
+    return RESULT_OK;
+}
+
+result component_save(component *self, void **saved) { return keep(self, &self->now, saved); }
+
+result component_restore(component *self, const void *saved) {
+    if (saved == NULL) return state_error(self, "it is null");
+    memcpy(&self->now, saved, sizeof self->now);
+    return RESULT_OK;
+}
+
+result component_forget(component *self, void **saved) {
+    (void)self;
+    if (saved == NULL) return RESULT_OK;
+    free(*saved);
+    *saved = NULL;
+    return RESULT_OK;
+}
+
 /* Frame, token, state. */
 enum { STATE_AT = CHECKED_FILE_FRAME + TOKEN_SIZE };
 
 size_t component_serialized_size(void) { return STATE_AT + sizeof(component_state); }
 
-void component_serialize(const component *self, const component_state *saved, void *bytes) {
+result component_serialize(component *self, const void *saved, void *bytes, size_t size) {
     char *start = bytes;
+    if (saved == NULL || size < component_serialized_size())
+        return state_error(self, "it is null, or there is too little room for it");
     memcpy(start + CHECKED_FILE_FRAME, self->token, TOKEN_SIZE);
-    memcpy(start + STATE_AT, saved, sizeof *saved);
+    memcpy(start + STATE_AT, saved, sizeof(component_state));
     checked_file_frame(bytes, component_serialized_size(), "CREEPSTA", STATE_VERSION);
+    return RESULT_OK;
 }
 
-const char *component_deserialize(const component *self, const void *bytes, size_t size,
-                                  component_state *saved) {
+result component_deserialize(component *self, const void *bytes, size_t size, void **saved) {
+    component_state state;
     const char *start = bytes;
     const char *error = checked_file_error(bytes, size, "CREEPSTA", STATE_VERSION);
-    if (error != NULL) return error;
+    if (error != NULL) return state_error(self, error);
     if (size != component_serialized_size() ||
         memcmp(self->token, start + CHECKED_FILE_FRAME, TOKEN_SIZE) != 0)
-        return "the state is of another FMU";
-    memcpy(saved, start + STATE_AT, sizeof *saved);
-    if (saved->stage < INSTANTIATED || saved->stage > TERMINATED) return "the stage is not known";
-    return NULL;
-}
-
-result component_restore(component *self, const component_state *saved) {
-    if (saved == NULL) {
-        component_log(self, RESULT_ERROR, "the state to set is null");
-        return RESULT_ERROR;
-    }
-    memcpy(&self->now, saved, sizeof self->now);
-    return RESULT_OK;
+        return state_error(self, "it is of another FMU");
+    memcpy(&state, start + STATE_AT, sizeof state);
+    if (state.stage < INSTANTIATED || state.stage > TERMINATED)
+        return state_error(self, "its stage is not known");
+    return keep(self, &state, saved);
 }

@@ -93,11 +93,14 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
                             size_t unknown_count, const unsigned *knowns, size_t known_count,
                             const double *seed, double *sensitivity);
 
-/* Saved states as bytes, good for any instance of the same model in any process. */
+/* Saved states, to which a tool keeps a pointer; null is one not yet made. */
+result component_save(component *self, void **saved);
+result component_restore(component *self, const void *saved);
+result component_forget(component *self, void **saved);
+
+/* Saved states as bytes, good for any instance of the same FMU in any process. */
 size_t component_serialized_size(void);
-void component_serialize(const component *self, const component_state *saved, void *bytes);
-const char *component_deserialize(const component *self, const void *bytes, size_t size,
-                                  component_state *saved);
-result component_restore(component *self, const component_state *saved);
+result component_serialize(component *self, const void *saved, void *bytes, size_t size);
+result component_deserialize(component *self, const void *bytes, size_t size, void **saved);
 
 #endif

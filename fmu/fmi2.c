@@ -194,13 +194,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *saved) {
     CORE(c, ANY_STAGE);
-    if (*saved == NULL) *saved = malloc(sizeof core->now);
-    if (*saved == NULL) {
-        component_log(core, RESULT_ERROR, "out of memory");
-        return fmi2Error;
-    }
-    memcpy(*saved, &core->now, sizeof core->now);
-    return fmi2OK;
+    return (fmi2Status)component_save(core, saved);
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate saved) {
@@ -210,11 +204,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate saved) {
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *saved) {
     CORE(c, ANY_STAGE);
-    if (saved != NULL) {
-        free(*saved);
-        *saved = NULL;
-    }
-    return fmi2OK;
+    return (fmi2Status)component_forget(core, saved);
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved, size_t *size) {
@@ -227,28 +217,13 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved, size_
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate saved, fmi2Byte bytes[],
                                  size_t size) {
     CORE(c, ANY_STAGE);
-    if (saved == NULL || size < component_serialized_size()) {
-        component_log(core, RESULT_ERROR, "size = %zu must be at least %zu, and a state be given",
-                      size, component_serialized_size());
-        return fmi2Error;
-    }
-    component_serialize(core, saved, bytes);
-    return fmi2OK;
+    return (fmi2Status)component_serialize(core, saved, bytes, size);
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate *saved) {
     CORE(c, ANY_STAGE);
-    component_state read;
-    const char *error = component_deserialize(core, bytes, size, &read);
-    if (error == NULL && *saved == NULL) *saved = malloc(sizeof read);
-    if (error == NULL && *saved == NULL) error = "out of memory";
-    if (error != NULL) {
-        component_log(core, RESULT_ERROR, "serialized state: %s", error);
-        return fmi2Error;
-    }
-    memcpy(*saved, &read, sizeof read);
-    return fmi2OK;
+    return (fmi2Status)component_deserialize(core, bytes, size, saved);
 }
 
 /* ---- model exchange ------------------------------------------------------------------------ */

@@ -270,13 +270,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *saved) {
     CORE(c, ANY_STAGE);
-    if (*saved == NULL) *saved = malloc(sizeof core->now);
-    if (*saved == NULL) {
-        component_log(core, RESULT_ERROR, "out of memory");
-        return fmi3Error;
-    }
-    memcpy(*saved, &core->now, sizeof core->now);
-    return fmi3OK;
+    return (fmi3Status)component_save(core, saved);
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState saved) {
@@ -286,11 +280,7 @@ fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState saved) {
 
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *saved) {
     CORE(c, ANY_STAGE);
-    if (saved != NULL) {
-        free(*saved);
-        *saved = NULL;
-    }
-    return fmi3OK;
+    return (fmi3Status)component_forget(core, saved);
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved, size_t *size) {
@@ -303,28 +293,13 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved, size_t
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState saved, fmi3Byte bytes[],
                                  size_t size) {
     CORE(c, ANY_STAGE);
-    if (saved == NULL || size < component_serialized_size()) {
-        component_log(core, RESULT_ERROR, "size = %zu must be at least %zu, and a state be given",
-                      size, component_serialized_size());
-        return fmi3Error;
-    }
-    component_serialize(core, saved, bytes);
-    return fmi3OK;
+    return (fmi3Status)component_serialize(core, saved, bytes, size);
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState *saved) {
     CORE(c, ANY_STAGE);
-    component_state read;
-    const char *error = component_deserialize(core, bytes, size, &read);
-    if (error == NULL && *saved == NULL) *saved = malloc(sizeof read);
-    if (error == NULL && *saved == NULL) error = "out of memory";
-    if (error != NULL) {
-        component_log(core, RESULT_ERROR, "serialized state: %s", error);
-        return fmi3Error;
-    }
-    memcpy(*saved, &read, sizeof read);
-    return fmi3OK;
+    return (fmi3Status)component_deserialize(core, bytes, size, saved);
 }
 
 /* ---- modes and clocks that no model here has ----------------------------------------------- */

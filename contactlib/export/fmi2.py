@@ -15,6 +15,7 @@ from contactlib.export.markup import (
     type_attributes,
     types_of,
     value_attributes,
+    variable_attributes,
 )
 
 CAPABILITIES = {
@@ -77,19 +78,8 @@ def _add_variables(root: Element, description: Description) -> None:
     state_of = dict(zip(derivatives, states, strict=True))
     listed = SubElement(root, "ModelVariables")
     for v in description.variables:
-        attributes = {
-            "name": v.name,
-            "valueReference": str(v.reference),
-            "description": v.description,
-            "causality": v.causality,
-            "variability": v.variability,
-        }
-        if v.initial is not None:
-            attributes["initial"] = v.initial
-        scalar = SubElement(listed, "ScalarVariable", attributes)
+        scalar = SubElement(listed, "ScalarVariable", variable_attributes(v))
         typed = value_attributes(v)
-        if v.type is not None:
-            typed = {"declaredType": v.type.name, **type_attributes(v.type), **typed}
         if v.name in state_of:
             typed["derivative"] = str(indices[state_of[v.name]])
         SubElement(scalar, "Boolean" if v.boolean else "Real", typed)

@@ -15,6 +15,7 @@ from contactlib.export.markup import (
     type_attributes,
     types_of,
     value_attributes,
+    variable_attributes,
 )
 
 CAPABILITIES = {
@@ -97,22 +98,10 @@ def _add_variables(root: Element, description: Description) -> None:
     state_of = dict(zip(derivatives, states, strict=True))
     listed = SubElement(root, "ModelVariables")
     for v in description.variables:
-        attributes = {
-            "name": v.name,
-            "valueReference": str(v.reference),
-            "description": v.description,
-            "causality": v.causality,
-            "variability": v.variability,
-        }
-        if v.initial is not None:
-            attributes["initial"] = v.initial
-        if v.type is not None:
-            attributes |= {"declaredType": v.type.name, **type_attributes(v.type)}
+        attributes = variable_attributes(v) | value_attributes(v)
         if v.name in state_of:
             attributes["derivative"] = str(state_of[v.name])
-        SubElement(
-            listed, "Boolean" if v.boolean else "Float64", {**attributes, **value_attributes(v)}
-        )
+        SubElement(listed, "Boolean" if v.boolean else "Float64", attributes)
 
 
 def _add_structure(root: Element, description: Description) -> None:

@@ -69,15 +69,30 @@ def add_default_experiment(root: Element, stop: float, step: float) -> None:
     )
 
 
+def variable_attributes(variable: Variable) -> dict[str, str]:
+    """What a variable is called and how a tool may treat it."""
+    initial = {} if variable.initial is None else {"initial": variable.initial}
+    return {
+        "name": variable.name,
+        "valueReference": str(variable.reference),
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": variable.variability,
+        **initial,
+    }
+
+
 def value_attributes(variable: Variable) -> dict[str, str]:
-    """Limits, nominal value and start of a variable."""
+    """Type, limits, nominal value and start of a variable."""
+    kind = variable.type
+    typed = {} if kind is None else {"declaredType": kind.name, **type_attributes(kind)}
     values = {
         "min": variable.minimum,
         "max": variable.maximum,
         "nominal": variable.nominal,
         "start": variable.start,
     }
-    return {key: number(value) for key, value in values.items() if value is not None}
+    return typed | {key: number(value) for key, value in values.items() if value is not None}
 
 
 def dependency_attributes(unknown: Unknown, indices: dict[str, int]) -> dict[str, str]:
