@@ -19,7 +19,7 @@ from contactlib.element import (
     process_zone_ratio,
     saturation_creepage,
 )
-from contactlib.export import export_fmu
+from contactlib.export import export_fmu, export_ssp
 from contactlib.fit import FitResult, fit
 from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
@@ -72,6 +72,7 @@ __all__ = [
     "cosimulate",
     "creep_control_gain",
     "export_fmu",
+    "export_ssp",
     "find_fold",
     "fit",
     "friction_with_k_hat",

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 from contactlib.export.description import MODEL_NAMES
 from contactlib.export.package import describe, fmu
+from contactlib.export.ssp import SYSTEM_NAME, export_ssp
 from contactlib.files import write_whole
 
 if TYPE_CHECKING:
     from contactlib.scenario import Model
 
-__all__ = ["MODEL_NAMES", "export_fmu"]
+__all__ = ["MODEL_NAMES", "SYSTEM_NAME", "export_fmu", "export_ssp"]
 
 
 def export_fmu(

@@ -7,8 +7,8 @@ start values; here are roles, dependencies and nominal values.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from contactlib import kernel
@@ -108,6 +108,8 @@ class Description:
         Of the contact [m]; 0 if its force follows the creepage at once.
     implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of the same names.
+    starts : mapping of str to float, optional
+        Start values by name, in place of the model's; names that are not of this kind are ignored.
     """
 
     model: Model
@@ -115,6 +117,7 @@ class Description:
     relaxation_length: float = 0.0
     implicit: bool = False
     parallel_exchange: bool = False
+    starts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def model_name(self) -> str:
@@ -182,6 +185,7 @@ class Description:
             "drive_torque": 0.0,
             "resistance_force": 0.0,
             "creep_force": 0.0,
+            **self.starts,
         }
         given = [v.name for v in kernel.model_variables(self.kind) if v.role in kernel.GIVEN]
         return {name: known[name] for name in given}
