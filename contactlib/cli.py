@@ -156,9 +156,8 @@ def table(model: str, output: Path, rebuild: bool) -> None:
 @click.option(
     "--kind",
     type=click.Choice(["force_element", "wheelset", "wheelset_body"]),
-    default="force_element",
-    show_default=True,
-    help="The force for given velocities, the wheelset with it, or the wheelset without it.",
+    help="The force for given velocities (default), the wheelset with it, or the wheelset "
+    "without it.",
 )
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True)
 @click.option(
@@ -168,30 +167,52 @@ def table(model: str, output: Path, rebuild: bool) -> None:
 @click.option("--relaxation-length", type=float, help="Adds the state of a contact that lags [m].")
 @click.option("--implicit", is_flag=True, help="Solve the element's own slip over each step.")
 @click.option("--parallel-exchange", is_flag=True, help="Both sides of the coupling step at once.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Default: KIND.fmu.")
+@click.option(
+    "--ssp",
+    is_flag=True,
+    help="Export an SSP package instead: force element, wheelset and parameters, coupled.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Default: the kind's name with .fmu, or CreepForceSystem.ssp.",
+)
 def fmu(
     model: str,
-    kind: str,
+    kind: str | None,
     fmi: str,
     platforms: str | None,
     relaxation_length: float | None,
     implicit: bool,
     parallel_exchange: bool,
+    ssp: bool,
     output: Path | None,
 ) -> None:
-    """Export MODEL as an FMU for model exchange and co-simulation."""
-    from contactlib.export import MODEL_NAMES, export_fmu
+    """Export MODEL as an FMU for model exchange and co-simulation, or as a system of two."""
+    from contactlib.export import MODEL_NAMES, SYSTEM_NAME, export_fmu, export_ssp
 
-    written = export_fmu(
-        _load(model),
-        output or f"{MODEL_NAMES[kind]}.fmu",
-        fmi_version=int(fmi),
-        kind=kind,
-        platforms=None if platforms is None else [name.strip() for name in platforms.split(",")],
-        relaxation_length=relaxation_length,
-        implicit=implicit,
-        parallel_exchange=parallel_exchange,
-    )
+    common: dict[str, Any] = {
+        "fmi_version": int(fmi),
+        "platforms": None if platforms is None else [p.strip() for p in platforms.split(",")],
+        "relaxation_length": relaxation_length,
+    }
+    if ssp:
+        chosen = {"kind": kind, "implicit": implicit, "parallel-exchange": parallel_exchange}
+        given = [f"--{name}" for name, value in chosen.items() if value]
+        if given:
+            raise ValueError(f"--ssp goes without {', '.join(given)}: a system has its own choice")
+        written = export_ssp(_load(model), output or f"{SYSTEM_NAME}.ssp", **common)
+    else:
+        kind = kind or "force_element"
+        written = export_fmu(
+            _load(model),
+            output or f"{MODEL_NAMES[kind]}.fmu",
+            kind=kind,
+            implicit=implicit,
+            parallel_exchange=parallel_exchange,
+            **common,
+        )
     click.echo(str(written))
 
 

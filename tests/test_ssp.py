@@ -20,9 +20,11 @@ import fmpy.ssp.ssd
 import fmpy.validation
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import contactlib as cl
 from contactlib import kernel
+from contactlib.cli import main
 from contactlib.export.package import describe
 from contactlib.export.ssp import operating_point
 from contactlib.parameters import FloatArray
@@ -458,7 +460,7 @@ def test_explicit_exchange_leaves_the_rising_branch(locomotive: cl.Model) -> Non
         assert rows[:, 3].max() > 2.0 * peak
 
 
-# ---- page, errors -------------------------------------------------------------------------------
+# ---- page, errors, command ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("tool", ["libcosim", "fmpy", "ecos"])
@@ -501,3 +503,27 @@ def test_unwritable_place_leaves_nothing_behind(locomotive: cl.Model, tmp_path: 
     with pytest.raises(OSError, match=r"it\.ssp"):
         cl.export_ssp(locomotive, tmp_path / "it.ssp")
     assert [path.name for path in tmp_path.iterdir()] == ["it.ssp"]
+
+
+def test_command_writes_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(main, ["fmu", "locomotive.toml", "--ssp"])
+    assert result.exit_code == 0, result.output
+    assert result.output == "CreepForceSystem.ssp\n"
+    same = cl.export_ssp(cl.load_model("locomotive.toml"), tmp_path / "same.ssp")
+    assert (tmp_path / "CreepForceSystem.ssp").read_bytes() == same.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "option", [["--kind", "force_element"], ["--implicit"], ["--parallel-exchange"]]
+)
+def test_command_refuses_what_a_system_chooses(tmp_path: Path, option: list[str]) -> None:
+    output = tmp_path / "it.ssp"
+    result = CliRunner().invoke(
+        main, ["fmu", "locomotive.toml", "--ssp", *option, "-o", str(output)]
+    )
+    assert result.exit_code == 2
+    assert result.stderr == (
+        f"contactlib: --ssp goes without {option[0]}: a system has its own choice\n"
+    )
+    assert not output.exists()
