@@ -224,8 +224,11 @@ def test_parameters_are_start_values_of_the_fmus(package: Path, locomotive: cl.M
     assert float(found["resistance_force"]) == 0.0
 
 
-@pytest.mark.parametrize("law", ["carter_griffith", "polach", "measured"])
-def test_start_is_steady_and_on_the_rising_branch(locomotive: cl.Model, law: str) -> None:
+@pytest.mark.parametrize("law", ["carter_griffith", "falling_friction", "polach", "measured"])
+def test_start_is_steady_and_on_the_rising_branch(
+    locomotive: cl.Model, tmp_path: Path, law: str
+) -> None:
+    text = cl.model_path("locomotive.toml").read_text(encoding="ascii")
     table = locomotive.wheelset.element.table
     if law == "polach":
         wet = cl.Polach.wet(kalker_coefficient=3.7, poisson_ratio=0.28)
@@ -233,7 +236,13 @@ def test_start_is_steady_and_on_the_rising_branch(locomotive: cl.Model, law: str
     elif law == "measured":
         path = cl.model_path("eurosprinter_engel1998.csv")
         table = cl.CreepForceTable.from_law(cl.MeasuredCurve.from_csv(path, kinetic=0.21))
-    model = cl.load_model("models/locomotive.toml", table=table)
+    elif law == "falling_friction":
+        text = text.replace(
+            "k_hat = 0.3", "k_hat = 0.3\nslip_rate_residual = 0.1\nslip_rate_decay = 5"
+        )
+        text = text.replace("initial_speed = 10.0", "initial_speed = 50.0")
+    (tmp_path / "it.toml").write_text(text, encoding="ascii")
+    model = cl.load_model(tmp_path / "it.toml", table=table)
     contact, body = parts(model)
     contact.set(**dict(zip(("omega", "speed"), body.get("omega", "speed"), strict=True)))
     contact.evaluate()

@@ -49,7 +49,7 @@ PARAMETERS: Names = {
     CONTACT: (*INPUTS[CONTACT], "implicit", "parallel_exchange", "effective_inverse_mass"),
 }
 
-START_CREEPAGE = 0.5  # of the saturation creepage: on the rising branch, where a torque is held
+START_CREEPAGE = 0.5  # of the saturation creepage
 STOP, STEP = 10.0, 5e-3  # of the default experiment [s]
 
 # All at the root: libcosim takes an attribute of osp:Algorithm for an algorithm.
@@ -74,7 +74,7 @@ def export_ssp(
 
     The force element `contact` solves its own slip over each step, so that its coupling with the
     wheelset `body` is stable at any step and any speed. Both start where a constant drive torque
-    holds half the saturation creepage.
+    holds half the saturation creepage, or less of it if the force falls there already.
 
     Parameters
     ----------
@@ -116,10 +116,13 @@ def export_ssp(
 
 
 def operating_point(model: Model) -> dict[str, float]:
-    """Start values at which the creepage stays as it is."""
+    """Start values at which the creepage stays as it is, on the rising branch."""
     wheelset, speed = model.wheelset, model.initial_speed
     element = wheelset.element
     creepage = START_CREEPAGE * element.saturation_creepage
+    # Where friction falls with slip speed, the peak is at less the faster the wheel rolls.
+    while element.at_creepage(creepage, speed=speed)["force_gradient"] <= 0.0:
+        creepage *= 0.5
     return {
         "drive_torque": float(quasi_steady_torque(wheelset, creepage, speed=speed)),
         "omega": (1.0 + creepage) * speed / wheelset.radius,
@@ -203,7 +206,7 @@ def _add_units(parent: Element, variables: Iterable[Variable]) -> None:
 
 
 def _add_algorithm(experiment: Element) -> None:
-    """What libcosim needs to run the system when it is not told a step."""
+    """What libcosim needs when it is not told a step: else it ends, and the program with it."""
     annotations = SubElement(experiment, "ssd:Annotations")
     annotation = SubElement(annotations, "ssc:Annotation", type="com.opensimulationplatform")
     algorithm = SubElement(annotation, "osp:Algorithm")
@@ -240,7 +243,6 @@ def _page(model: Model, parts: dict[str, Description]) -> bytes:
         for part in parts
         for v in (parts[part].by_name[name] for name in PARAMETERS[part])
     ]
-    speed, element = model.initial_speed, model.wheelset.element
     page = fragment(
         "ssp.html",
         model_name=escape(model.name),
@@ -248,8 +250,8 @@ def _page(model: Model, parts: dict[str, Description]) -> bytes:
         version=version(),
         style=asset("page.css"),
         icon=asset("icon.svg"),
-        speed=f"{speed:.5g}",
-        creepage=f"{100.0 * START_CREEPAGE * element.saturation_creepage:.4g}",
+        speed=f"{model.initial_speed:.5g}",
+        creepage=f"{100.0 * parts[CONTACT].starts['relaxed_creepage']:.4g}",
         step=f"{1e3 * STEP:g}",
         rows="\n".join(rows),
     )
