@@ -1,4 +1,4 @@
-"""One FMU, one trajectory: in every tool, and by the binaries of every platform.
+"""One FMU, one trajectory: in every tool, by the binaries of every platform, and from its sources.
 
 The trajectory is documentation/reference_run.csv in each FMU, which the kernel wrote in Python. A
 tool that a developer does not have is skipped; with CONTACTLIB_REQUIRE_TOOLS=1 it is a failure.
@@ -11,13 +11,16 @@ import os
 import runpy
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple, NoReturn
+from xml.etree import ElementTree
 
 import fmpy
+import fmpy.build
 import numpy as np
 import pytest
 from fmu_instance import EXPORTS, Instance, Subject
@@ -410,3 +413,64 @@ def test_runner_finds_one_wrong_value(
     ran = run_golden(case, platform, library_of(case, platform), csv, runner(platform), {})
     assert ran.returncode == 1
     assert f"error 1e-06 in {case.outputs[column]}" in ran.stdout
+
+
+# ---- sources ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=lambda version: f"fmi{version}")
+def source_case(
+    request: pytest.FixtureRequest, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> Case:
+    """An FMU without binaries. One kind stands for all, as all have the same sources."""
+    if shutil.which("cc") is None:
+        missing("there is no C compiler")
+    made = make_case(Subject("wheelset-relaxed", request.param), locomotive, tmp_path_factory)
+    shutil.rmtree(made.folder / "binaries")
+    return made
+
+
+def test_fmpy_compiles_the_fmu_from_its_sources(
+    source_case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # CMake comes with FMPy, but for its way to it.
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    for program in ("c++", "make"):  # CMake asks for both, and needs no C++
+        if shutil.which(program) is None:
+            missing(f"there is no {program}")
+    build = tmp_path / "build"
+    build.mkdir()
+    fmpy.build.build_platform_binary(
+        source_case.folder,
+        build_dir=build,
+        all_warnings=True,
+        cmake_options={"CMAKE_C_FLAGS:STRING": "-Werror", "CMAKE_C_EXTENSIONS:BOOL": "OFF"},
+    )
+    errors = np.abs(run_through(source_case).golden - source_case.golden).max(axis=0)
+    assert (errors <= TOLERANCE * np.abs(source_case.golden).max(axis=0)).all()
+
+
+def test_build_description_names_all_that_a_library_needs(
+    source_case: Case, runner: Callable[[str], Path], tmp_path: Path
+) -> None:
+    platform = kernel.platform_name()
+    if source_case.version == 2 or not platform.endswith("linux"):
+        pytest.skip("FMI 2 has no word for libraries, and other platforms have none to name")
+    sources = source_case.folder / "sources"
+    builds = ElementTree.parse(sources / "buildDescription.xml").getroot()
+    (build,) = builds.iterfind(f"BuildConfiguration[@platform='{platform}']")
+    library = tmp_path / "built.so"
+    subprocess.run(
+        [
+            *("cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fPIC", "-shared"),
+            "-Wl,-z,defs",  # nothing may be left for the program that loads it to bring along
+            *("-isystem", str(Path(fmpy.__file__).parent / "c-code")),
+            *(str(sources / file.attrib["name"]) for file in build.iter("SourceFile")),
+            *(f"-l{needed.attrib['name']}" for needed in build.iter("Library")),
+            *("-o", str(library)),
+        ],
+        check=True,
+    )
+    csv = write_golden(source_case, source_case.golden, tmp_path / "golden.csv")
+    ran = run_golden(source_case, platform, library, csv, runner(platform), {})
+    assert ran.returncode == 0, ran.stdout + ran.stderr

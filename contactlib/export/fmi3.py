@@ -125,10 +125,15 @@ def _add_structure(root: Element, description: Description) -> None:
 def build_description(description: Description, sources: Sequence[str]) -> bytes:
     """sources/buildDescription.xml; `sources` are the names of the C files."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    build = SubElement(root, "BuildConfiguration", modelIdentifier=description.model_name)
-    files = SubElement(build, "SourceFileSet", language="C99")
-    for name in sources:
-        SubElement(files, "SourceFile", name=name)
+    # One for any platform, and one for those where C's mathematics is a library of its own.
+    for platform in (None, "x86_64-linux", "aarch64-linux"):
+        build = SubElement(root, "BuildConfiguration", modelIdentifier=description.model_name)
+        files = SubElement(build, "SourceFileSet", language="C99")
+        for name in sources:
+            SubElement(files, "SourceFile", name=name)
+        if platform is not None:
+            build.set("platform", platform)
+            SubElement(build, "Library", name="m", external="true")
     return document(root)
 
 
