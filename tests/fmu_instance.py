@@ -57,11 +57,13 @@ class Instance:
     def __exit__(self, *unused: object) -> None:
         self.fmu.freeInstance()
 
-    def start(self, **values: float) -> Self:
-        """Initialize at time zero with these values."""
+    def start(self, time: float = 0.0, **values: float) -> Self:
+        """Initialize with these values."""
         if self.version == 2:
-            self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
+            self.fmu.setupExperiment(startTime=time)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=time)
         self.set(**values)
         self.fmu.exitInitializationMode()
         return self

@@ -1,0 +1,103 @@
+"""What an FMU remembers: nothing of other instances, and all of it in a saved state."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from threading import Barrier, Thread
+
+import fmpy
+import fmu_run
+import pytest
+from fmu_instance import EXPORTS, Instance, Subject
+
+import contactlib as cl
+
+BEFORE, AFTER = 317, 200  # steps before and after a state is saved
+LONG = 20_000  # steps in two threads
+
+
+@pytest.fixture(
+    scope="module", params=[Subject(name, v) for name in EXPORTS for v in (2, 3)], ids=str
+)
+def subject(request: pytest.FixtureRequest) -> Subject:
+    found: Subject = request.param
+    return found
+
+
+@pytest.fixture(scope="module")
+def folder(
+    subject: Subject, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    path = tmp_path_factory.mktemp("fmu")
+    fmu = cl.export_fmu(locomotive, path / "subject.fmu", **subject.arguments)
+    return Path(fmpy.extract(str(fmu), unzipdir=str(path / "unzipped")))
+
+
+def test_saved_state_goes_on_in_another_process(folder: Path, tmp_path: Path) -> None:
+    state = tmp_path / "state.bin"
+    with Instance(folder) as fmu:
+        fmu.start()
+        fmu_run.run(fmu, 0, BEFORE)
+        state.write_bytes(fmu.saved())
+        expected = fmu_run.run(fmu, BEFORE, AFTER)
+    other = subprocess.run(
+        [sys.executable, fmu_run.__file__, str(folder), str(state), str(BEFORE), str(AFTER)],
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert other.stdout.splitlines() == expected
+    assert len(set(expected)) > AFTER // 2
+
+
+def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) -> None:
+    # Else the test above would show little. The integrator goes on with its substep, the implicit
+    # element with its last force; all that the others remember is among their variables.
+    with Instance(folder) as fmu, Instance(folder) as fresh:
+        fmu.start()
+        fmu_run.run(fmu, 0, BEFORE)
+        settable = [
+            v.name
+            for v in fmu.description.modelVariables
+            if v.start is not None and v.type != "Boolean"
+        ]
+        values = dict(zip(settable, fmu.get(*settable), strict=True))
+        fresh.start(fmu_run.STEP * BEFORE, **values)
+        one = fmu_run.run(fmu, BEFORE, AFTER)
+        other = fmu_run.run(fresh, BEFORE, AFTER)
+    hidden = ("force_element-implicit", "wheelset", "wheelset-relaxed")
+    assert (one != other) == (subject.name in hidden)
+
+
+@pytest.mark.parametrize("name", ["wheelset-relaxed", "force_element-implicit"])
+@pytest.mark.parametrize("version", [2, 3])
+def test_two_threads_do_not_disturb_each_other(
+    name: str,
+    version: int,
+    locomotive: cl.Model,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", **Subject(name, version).arguments)
+    folder = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unzipped")))
+    phases = (0.0, 1.0)
+
+    def run(phase: float) -> list[str]:
+        with Instance(folder) as instance:
+            instance.start()
+            start.wait()  # instances of one library, at the same time
+            return fmu_run.run(instance, 0, LONG, every=10, phase=phase)
+
+    start = Barrier(1)
+    alone = {phase: run(phase) for phase in phases}
+    start = Barrier(len(phases))
+    together: dict[float, list[str]] = {}
+    threads = [Thread(target=lambda p=p: together.update({p: run(p)})) for p in phases]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert together == alone
+    assert alone[0.0] != alone[1.0]
