@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests shar
 
 from fmu_instance import EXPORTS, Subject
 
-CALLS, REPETITIONS = 1_000_000, 5
+CALLS, REPETITIONS = 200_000, 5
 
 # The first input takes values in this range: from stick over the peak into slip, but for the
 # implicit element, which takes jumps of the velocity for what they are: accelerations.
