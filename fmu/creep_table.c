@@ -31,27 +31,35 @@ static double fourth_root(double v) { return sqrt(sqrt(v)); }
 /* m(t) + k t is convex below this t and concave above it. */
 static const double INFLEXION_T = 0.88011173679339345; /* (3/5)^(1/4), where m = 3/8 */
 
-/* k^(-1/5) to 3 %, enough to start from and much cheaper than pow: the bits of an IEEE number are
- * nearly a multiple of its logarithm, so a fifth of them taken from a constant does it. */
-static double rough_inverse_fifth_root(double k) {
+/* Roots to 3 or 4 %, enough to start from and much cheaper than pow or sqrt: the bits of an IEEE
+ * number are nearly a multiple of its logarithm, so a part of them and a constant make a power. */
+static double rough_inverse_fifth_root(double v) {
     uint64_t bits;
-    memcpy(&bits, &k, sizeof bits);
+    memcpy(&bits, &v, sizeof bits);
     bits = 0x4CB8A8C154C98400u - bits / 5u;
-    memcpy(&k, &bits, sizeof k);
-    return k;
+    memcpy(&v, &bits, sizeof v);
+    return v;
 }
 
-/* A start within some 10 % of the root, from which two or three steps reach it. */
+static double rough_fourth_root(double v) {
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    bits = 0x2FF3666666666800u + bits / 4u;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+/* A start within some 10 % of the root, from which two steps reach it, rarely three. */
 static double start_value(double x, double k) {
     if (x <= 0.375 + k * INFLEXION_T) { /* m or y alone gives an upper bound of t: blend them */
         double linear = x / k;
         if (x >= 1.0) return linear;
-        double carter = fourth_root(x / (1.0 - x));
+        double carter = rough_fourth_root(x / (1.0 - x));
         double least = smaller(carter, linear), ratio = least / larger(carter, linear);
-        return least / sqrt(1.0 + ratio * ratio);
+        return least * (1.0 - 0.3 * ratio * ratio); /* 1/sqrt(1 + ratio^2), nearly */
     }
     double corner = rough_inverse_fifth_root(k); /* t at x = 1, where k t = s = t^-4 nearly */
-    if (x < 1.0) return larger(INFLEXION_T, fourth_root(1.0 / (1.0 - x + k * corner)));
+    if (x < 1.0) return larger(INFLEXION_T, rough_fourth_root(1.0 / (1.0 - x + k * corner)));
     double sliding = (x - 1.0) / k;
     return sliding > 8.0 * corner ? sliding : sqrt(corner * corner + sliding * sliding);
 }
@@ -59,21 +67,24 @@ static double start_value(double x, double k) {
 /* Solve x = m + y for x > 0 by Householder's method of fourth order, kept inside a bracket. Without
  * k_hat this is Carter: y is zero until nothing sticks any more, then it is the sliding x - 1. */
 static coordinate solve_coordinate(double x, double k) {
-    if (x >= 1.0 && (1e-60 * (x - 1.0) >= k || k < 1e-60)) /* s is below 1e-48: nothing sticks */
+    if (x >= 1.0 && (1e-20 * (x - 1.0) >= k || k < 1e-60)) /* s is below 1e-80: nothing sticks */
         return (coordinate){INFINITY, 1.0, 0.0, x - 1.0};
     if (k < 1e-60) return (coordinate){fourth_root(x / (1.0 - x)), x, 1.0 - x, 0.0};
     double low = 0.0, high = x / k, t = start_value(x, k);
     for (int i = 0; i < 100; i++) {
-        coordinate c = coordinate_at(t, k);
+        double p = (t * t) * (t * t), d = 1.0 + p, y = k * t;
+        double s = 1.0 / d, m = p * s;
+        /* (1 + p)^2 t dx/dt: two divisions that need not wait for each other. */
+        double inverse = 1.0 / (y * d * d + 4.0 * p);
         /* Both forms are m + y - x; the second keeps the digits of a small s. */
-        double residual = t < 1.0 ? (c.m - x) + c.y : (c.y - (x - 1.0)) - c.s;
+        double residual = t < 1.0 ? (m - x) + y : (y - (x - 1.0)) - s;
         if (residual > 0.0) high = t;
         else low = t;
-        /* t dx/dt, and the second and third such derivatives over twice and six times it. */
-        double bend = 4.0 * c.m * c.s, lean = 1.0 - 2.0 * c.m;
-        double inverse = 1.0 / (c.y + bend), part = bend * inverse, newton = residual * inverse;
+        /* Relative step of Newton, and the second and third derivatives over twice and six times
+         * the first, all in ln t. */
+        double newton = residual * d * d * inverse, part = 4.0 * p * inverse, lean = (1.0 - p) * s;
         double second = part * (2.0 * lean - 0.5);
-        double third = part * (lean * (8.0 * lean - 6.0) - 4.0 * bend + 1.0) * (1.0 / 3.0);
+        double third = part * (lean * (8.0 * lean - 6.0) - 16.0 * m * s + 1.0) * (1.0 / 3.0);
         double step =
             newton * (1.0 - second * newton) / (1.0 - newton * (2.0 * second - third * newton));
         double next = t - t * step;
