@@ -49,6 +49,11 @@ static double kinematics(const force_element_parameters *p, const force_element_
     return inverse;
 }
 
+/* What is next to no load is none: the scales of its contact would leave the range of numbers. */
+static int is_loaded(const force_element_parameters *p, const force_element_input *in) {
+    return in->normal_load > 1e-100 * p->nominal_load;
+}
+
 /* No contact: no force, and no scales to speak of. But the first load slides. */
 static void evaluate_unloaded(const creep_table *table, const force_element_parameters *p,
                               const force_element_input *in, double slip, double kinetic,
@@ -72,7 +77,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     double passing, g = slip_rate_factor(p, slip, &passing);
     double friction_scale = g * in->friction_scale;
     double kinetic = friction_scale * p->kinetic_friction;
-    if (in->normal_load == 0.0) {
+    if (!is_loaded(p, in)) {
         evaluate_unloaded(table, p, in, slip, kinetic, out);
         return;
     }
@@ -190,7 +195,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     double dlog_kinetic = dlog_scale + dp->kinetic_friction / p->kinetic_friction;
 
     double zeta0 = out->saturation_creepage, dlog_zeta0 = 0.0;
-    if (in->normal_load > 0.0) {
+    if (is_loaded(p, in)) {
         double drop = p->static_friction - p->kinetic_friction;
         double ddrop = dp->static_friction - dp->kinetic_friction;
         double dlog_drop = dlog_scale + (drop > 0.0 ? ddrop / drop : 0.0);

@@ -97,10 +97,10 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     last.relaxed_creepage = v->input.relaxed_creepage = state.relaxed_creepage;
     force_element_evaluate(table, contact, &last, &v->output);
     v->memory = memory;
-    v->output.creep_force = v->input.normal_load > 0.0 ? memory.force : 0.0;
+    int loaded = v->output.saturation_creepage > 0.0;
+    v->output.creep_force = loaded ? memory.force : 0.0;
     v->output.wheel_torque = -radius * v->output.creep_force;
-    v->output.traction_coefficient =
-        v->input.normal_load > 0.0 ? memory.force / v->input.normal_load : 0.0;
+    v->output.traction_coefficient = loaded ? memory.force / v->input.normal_load : 0.0;
     return NULL;
 }
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from ctypes import c_double, c_uint32
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import fmpy
-import fmpy.simulation
+from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 # Every kind of FMU that can be exported: arguments of `export_fmu` by name.
 EXPORTS: dict[str, dict[str, Any]] = {
@@ -36,20 +38,48 @@ class Subject(NamedTuple):
 
 
 class Instance:
-    """An FMU that was unpacked, in co-simulation. A context manager, which ends it."""
+    """An FMU that was unpacked, its variables by name, its log. A context manager, which ends it.
 
-    def __init__(self, folder: Path) -> None:
+    `log` takes pairs of a category and a text.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        exchange: bool = False,
+        token: str | None = None,
+        log: list[tuple[str, str]] | None = None,
+        logging: bool = True,
+    ) -> None:
         self.description = fmpy.read_model_description(str(folder))
+        self.version = int(self.description.fmiVersion[0])
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.booleans = {v.name for v in self.description.modelVariables if v.type == "Boolean"}
-        self.version = int(self.description.fmiVersion[0])
-        self.fmu: Any = fmpy.simulation.instantiate_fmu(
-            str(folder), self.description, "CoSimulation"
+        self.log: list[tuple[str, str]] = [] if log is None else log
+        classes = {2: (FMU2Slave, FMU2Model), 3: (FMU3Slave, FMU3Model)}
+        self.fmu: Any = classes[self.version][exchange](
+            guid=self.description.guid if token is None else token,
+            unzipDirectory=str(folder),
+            modelIdentifier=self.description.modelName,
+            instanceName="test",
         )
         if self.version == 2:
             self._set, self._get = self.fmu.setReal, self.fmu.getReal
+            self.callbacks = fmi2CallbackFunctions()
+            self.callbacks.logger = fmi2CallbackLoggerTYPE(
+                lambda environment, name, status, *said: self._note(*said)
+            )
+            self.fmu.instantiate(callbacks=self.callbacks, loggingOn=logging)
         else:
             self._set, self._get = self.fmu.setFloat64, self.fmu.getFloat64
+            self.fmu.instantiate(
+                loggingOn=logging,
+                logMessage=lambda environment, status, *said: self._note(*said),
+            )
+
+    def _note(self, category: bytes, text: bytes) -> None:
+        self.log.append((category.decode(), text.decode()))
 
     def __enter__(self) -> Self:
         return self
@@ -57,20 +87,31 @@ class Instance:
     def __exit__(self, *unused: object) -> None:
         self.fmu.freeInstance()
 
-    def start(self, time: float = 0.0, **values: float) -> Self:
-        """Initialize with these values."""
+    @property
+    def said(self) -> str:
+        """Text of the last message."""
+        return self.log[-1][1]
+
+    def initialize(self, time: float = 0.0, **options: float) -> Self:
+        """Enter initialization; options are the tolerance and the stop time, as FMPy calls them."""
         if self.version == 2:
-            self.fmu.setupExperiment(startTime=time)
+            self.fmu.setupExperiment(startTime=time, **options)
             self.fmu.enterInitializationMode()
         else:
-            self.fmu.enterInitializationMode(startTime=time)
+            self.fmu.enterInitializationMode(startTime=time, **options)
+        return self
+
+    def start(self, time: float = 0.0, **values: float) -> Self:
+        """Initialize with these values."""
+        self.initialize(time)
         self.set(**values)
         self.fmu.exitInitializationMode()
         return self
 
     def set(self, **values: float) -> None:
         """Set real variables."""
-        self._set([self.references[name] for name in values], list(values.values()))
+        if values:
+            self._set([self.references[name] for name in values], list(values.values()))
 
     def get(self, *names: str) -> list[float]:
         """Values of real and Boolean variables."""
@@ -82,6 +123,31 @@ class Instance:
     def step(self, time: float, step: float) -> None:
         """One communication step."""
         self.fmu.doStep(currentCommunicationPoint=time, communicationStepSize=step)
+
+    def derivative(
+        self, unknowns: list[str], knowns: list[str], seed: list[float], *, adjoint: bool = False
+    ) -> list[float]:
+        """Directional derivative, or adjoint one."""
+        of = [self.references[name] for name in unknowns]
+        to = [self.references[name] for name in knowns]
+        if self.version == 2:
+            return list(self.fmu.getDirectionalDerivative(of, to, seed))
+        function = (
+            self.fmu.fmi3GetAdjointDerivative if adjoint else self.fmu.fmi3GetDirectionalDerivative
+        )
+        result = (c_double * len(knowns if adjoint else unknowns))()
+        function(
+            self.fmu.component,
+            (c_uint32 * len(of))(*of),
+            len(of),
+            (c_uint32 * len(to))(*to),
+            len(to),
+            (c_double * len(seed))(*seed),
+            len(seed),
+            result,
+            len(result),
+        )
+        return list(result)
 
     def saved(self) -> bytes:
         """Its state as bytes."""
