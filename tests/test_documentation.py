@@ -129,6 +129,17 @@ def test_every_variable_is_listed_with_its_unit_limits_and_start(rig: cl.Model) 
         assert numbers == (given if v.unit != "Boolean" else [])
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_names_in_the_text_are_names_in_the_fmu(locomotive: cl.Model, kind: str) -> None:
+    sigma = SIGMA if kind == "force_element" else 0.0
+    description = Description(locomotive, kind, relaxation_length=sigma)
+    named = set(re.findall(r"<code>([a-z]+_[a-z_]+)</code>", index_page(description).decode()))
+    # Other kinds of FMU, and what their partner in a coupling has.
+    others = {*KINDS, "wheel_torque"} if kind == "wheelset_body" else set(KINDS)
+    assert named
+    assert named - others <= set(description.by_name)
+
+
 def read_curve(root: ElementTree.Element) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Curves and the marked peak of a page, in the units of its own ticks."""
     svg = next(s for s in root.iter() if s.find(".//*[@class='rising']") is not None)
