@@ -86,7 +86,9 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
         wheelset_advance(table, contact, &body, &given, &state, step, tolerance, &v->substep);
     if (error != NULL) return error;
     double end = radius * state.omega - state.speed;
-    memory.force = (a - (end - begin) / step) / m;
+    /* A small load's force is less than the rounding of this difference may be. */
+    double most = contact->static_friction * v->input.friction_scale * v->input.normal_load;
+    memory.force = fmin(most, fmax(-most, (a - (end - begin) / step) / m));
     memory.known = 1.0;
     memory.slip = slip;
     memory.step = step;

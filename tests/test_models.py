@@ -342,7 +342,7 @@ def coupled(
     *,
     speed: float,
     torque: float | Callable[[float], float],
-    step: float,
+    step: float | Callable[[int], float],
     count: int,
     creepage: float = 0.0,
     mass_factor: float = 1.0,
@@ -350,7 +350,7 @@ def coupled(
     implicit: bool = True,
     parallel: bool = False,
 ) -> np.ndarray:
-    """Slip velocity and force of a body and the force element that exchange at fixed steps."""
+    """Slip velocity and force of a body and the force element that exchange step by step."""
     wheelset = model.wheelset
     description = Description(
         model,
@@ -364,21 +364,23 @@ def coupled(
     inverse_mass = mass_factor * description.start_values["effective_inverse_mass"]
     element = native(description, **start, effective_inverse_mass=inverse_mass)
     (force,) = element.get("creep_force")
-    rows = []
+    rows, time = [], 0.0
     for i in range(count):
         before = force
-        drive = torque(i * step) if callable(torque) else torque
+        length = step(i) if callable(step) else step
+        drive = torque(time) if callable(torque) else torque
         element.set(omega=omega, speed=speed)
         element.evaluate()
         if not (implicit or relaxed):
             (force,) = element.get("creep_force")
-        element.advance(step)
+        element.advance(length)
         if implicit or relaxed:
             (force,) = element.get("creep_force")
         rows.append((wheelset.radius * omega - speed, force))
         contact = kernel.contact_with_force(before if parallel else force)
         rates = wheelset.native.motion(omega, speed, drive, 0.0, contact)
-        omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
+        omega, speed = omega + length * rates.omega_rate, speed + length * rates.speed_rate
+        time += length
     return np.array(rows)
 
 
@@ -425,6 +427,45 @@ def test_implicit_steps_need_the_inverse_mass_this_well(
             parallel=parallel,
         )
         assert settles(run) == (factor in stable), factor
+
+
+@pytest.mark.parametrize(
+    ("parallel", "growth", "stable"),
+    [(False, 100.0, True), (True, 2.0, True), (True, 3.5, False)],
+)
+def test_implicit_steps_may_grow_this_much(
+    rig: cl.Model, parallel: bool, growth: float, stable: bool
+) -> None:
+    # A parallel force is made for as long a step as the last; what slip there was is multiplied
+    # by 1 - growth in the stiff limit, and by 1 - 1/growth in the shorter step that follows.
+    run = coupled(
+        rig,
+        speed=0.01,
+        torque=9e3,
+        step=lambda i: 1e-2 if i % 2 else 1e-2 / growth,
+        count=2000,
+        parallel=parallel,
+    )
+    assert settles(run) == stable
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("step", [1e-9, 1e-3])
+@pytest.mark.parametrize("load", [1e-60, 1e-9, 1e-3])
+def test_implicit_force_stays_below_static_friction_at_any_load(
+    rig: cl.Model, load: float, step: float, parallel: bool
+) -> None:
+    # It is a small difference of momenta, whose rounding may be larger than a small load.
+    description = Description(rig, "force_element", implicit=True, parallel_exchange=parallel)
+    model = native(description, omega=1020.0, normal_load=load)
+    for i in range(20):
+        model.set(omega=1020.0 + 100.0 * np.sin(i))
+        model.evaluate()
+        model.advance(step)
+        force, coefficient = model.get("creep_force", "traction_coefficient")
+        most = rig.wheelset.element.friction.static * (1.0 + 1e-12)
+        assert abs(coefficient) <= most
+        assert abs(force) <= most * load
 
 
 @pytest.mark.parametrize("parallel", [False, True])
