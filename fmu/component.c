@@ -291,7 +291,8 @@ result component_step(component *self, double point, double step) {
                       values->time);
         return RESULT_ERROR;
     }
-    if (!(end <= self->now.stop_time + slack)) {
+    /* And sums of very many steps by much more than the last bits. */
+    if (!(end <= self->now.stop_time + 1e-3 * step + 1e-9 * fabs(end))) {
         component_log(self, RESULT_ERROR, "the step ends at %.17g, after the stop time %.17g", end,
                       self->now.stop_time);
         return RESULT_ERROR;

@@ -462,6 +462,20 @@ def test_time_may_differ_in_the_last_bits(tool: Instance) -> None:
     assert tool.get("time") == [pytest.approx(300.0)]
 
 
+@pytest.mark.parametrize(("step", "count"), [(0.1, 1000000), (0.01, 360000), (1e-5, 10000000)])
+def test_summed_steps_may_pass_the_stop_time_by_their_rounding(
+    tool: Instance, step: float, count: int
+) -> None:
+    stop = step * count
+    time = float(np.cumsum(np.full(count - 1, step))[-1])  # one after the other, as tools do
+    assert time + step > stop
+    tool.initialize(time, stopTime=stop).fmu.exitInitializationMode()
+    tool.step(time, step)
+    with pytest.raises(FMICallException):
+        tool.step(time + step, step)
+    assert "after the stop time" in tool.said
+
+
 def test_steps_of_any_length_lead_to_the_same_place(locomotive: cl.Model, tmp_path: Path) -> None:
     folder = exported(locomotive, tmp_path, "wheelset", 3)
     ends = []
