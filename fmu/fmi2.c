@@ -39,6 +39,11 @@ static fmi2Status not_offered(void *pointer, const char *function) {
     component *core = (c) != NULL ? &((instance *)(c))->core : NULL; \
     if (core == NULL || component_called(core, __func__, (allowed)) != RESULT_OK) return fmi2Error
 
+/* FMI 2 allows fmi2Discard in few functions; elsewhere what it stands for is an error. */
+static fmi2Status undiscarded(result status) {
+    return status == RESULT_DISCARD ? fmi2Error : (fmi2Status)status;
+}
+
 #define BEFORE_RUN (IN(INSTANTIATED) | IN(INITIALIZING))
 
 /* ---- life ---------------------------------------------------------------------------------- */
@@ -100,7 +105,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     CORE(c, IN(INITIALIZING));
-    return (fmi2Status)component_start(core);
+    return undiscarded(component_start(core));
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
@@ -123,7 +128,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], s
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_get(core, references[i], 0, &values[i]);
-    return (fmi2Status)status;
+    return core->model_exchange ? (fmi2Status)status : undiscarded(status);
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[], size_t n,
@@ -135,24 +140,28 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[]
         status = component_get(core, references[i], 1, &value);
         values[i] = value != 0.0 ? fmi2True : fmi2False;
     }
-    return (fmi2Status)status;
+    return undiscarded(status);
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
                        const fmi2Real values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
+    const component_state before = core->now;
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_set(core, references[i], 0, values[i]);
+    if (status != RESULT_OK) core->now = before; /* all values or none */
     return (fmi2Status)status;
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[], size_t n,
                           const fmi2Boolean values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
+    const component_state before = core->now;
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_set(core, references[i], 1, values[i] != fmi2False ? 1.0 : 0.0);
+    if (status != RESULT_OK) core->now = before; /* all values or none */
     return (fmi2Status)status;
 }
 
@@ -186,8 +195,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         size_t known_count, const fmi2Real seed[],
                                         fmi2Real sensitivity[]) {
     CORE(c, IN(INITIALIZING) | RUNNING);
-    return (fmi2Status)component_derivative(core, 0, unknowns, unknown_count, knowns, known_count,
-                                            seed, sensitivity);
+    return undiscarded(component_derivative(core, 0, unknowns, unknown_count, knowns, known_count,
+                                            seed, sensitivity));
 }
 
 /* ---- saved states -------------------------------------------------------------------------- */
@@ -237,7 +246,7 @@ fmi2Status fmi2EnterEventMode(fmi2Component c) {
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     CORE(c, IN(EVENTS));
     memset(info, 0, sizeof *info); /* nothing needs more iterations, terminates or has changed */
-    return (fmi2Status)component_update_flags(core);
+    return undiscarded(component_update_flags(core));
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {

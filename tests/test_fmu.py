@@ -283,6 +283,31 @@ def test_bad_values_are_refused_and_forgotten(
     assert tool.get("creep_force") == before
 
 
+def test_call_with_one_bad_value_sets_none(tool: Instance) -> None:
+    # Discard means that the FMU is as it was before the call.
+    tool.start()
+    before = tool.get("omega", "normal_load", "creep_force")
+    with pytest.raises(FMICallException) as raised:
+        tool.set(omega=20.3, normal_load=-1.0)
+    assert raised.value.status == 2
+    assert tool.get("omega", "normal_load", "creep_force") == before
+
+
+def test_discard_comes_only_where_fmi_2_knows_it(tool: Instance) -> None:
+    # In co-simulation that is for values that are set and for steps; FMI 3 knows it everywhere.
+    tool.initialize().set(static_friction=0.1)
+    for call in (tool.fmu.exitInitializationMode, lambda: tool.get("creep_force")):
+        with pytest.raises(FMICallException) as raised:
+            call()
+        assert raised.value.status == (3 if tool.version == 2 else 2)
+    tool.set(static_friction=0.45)
+    tool.fmu.exitInitializationMode()
+    tool.set(static_friction=0.1)
+    with pytest.raises(FMICallException) as raised:
+        tool.step(0.0, 1e-3)
+    assert raised.value.status == 2
+
+
 @pytest.mark.parametrize(
     ("point", "step", "message"),
     [
