@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -585,6 +587,23 @@ def test_instances_do_not_see_each_other(unpacked: Path) -> None:
     one.fmu.freeInstance()
     assert other.get("creep_force") == before
     other.fmu.freeInstance()
+
+
+@pytest.mark.skipif(
+    shutil.which("gcc") is None or not kernel.platform_name().endswith("linux"),
+    reason="needs gcc on Linux, where a tool may make the names of all libraries global",
+)
+def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Path) -> None:
+    source, other = tmp_path / "other.c", tmp_path / "other.so"
+    source.write_text('const char *creep_table_open(void) { return "of another release"; }\n')
+    subprocess.run(["gcc", "-shared", "-fPIC", str(source), "-o", str(other)], check=True)
+    script = (
+        "import ctypes, sys, fmpy\n"
+        "ctypes.CDLL(sys.argv[1], mode=ctypes.RTLD_GLOBAL)\n"
+        "fmpy.simulate_fmu(sys.argv[2], stop_time=0.01)\n"
+    )
+    run = [sys.executable, "-c", script, str(other), str(fmu)]
+    assert subprocess.run(run, check=False, capture_output=True).returncode == 0
 
 
 # ---- model exchange -----------------------------------------------------------------------------
