@@ -468,8 +468,13 @@ static result keep(component *self, const component_state *state, void **saved) 
 result component_save(component *self, void **saved) { return keep(self, &self->now, saved); }
 
 result component_restore(component *self, const void *saved) {
+    const unsigned foreign = self->model_exchange ? IN(STEPPING) : IN(EVENTS) | IN(CONTINUOUS);
+    component_state state;
     if (saved == NULL) return state_error(self, "it is null");
-    memcpy(&self->now, saved, sizeof self->now);
+    memcpy(&state, saved, sizeof state);
+    if (foreign >> state.stage & 1u)
+        return state_error(self, "it is of an instance with the other interface");
+    self->now = state;
     return RESULT_OK;
 }
 

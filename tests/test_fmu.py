@@ -570,6 +570,20 @@ def test_state_of_another_fmu_is_refused(
     assert "checksum" in one.said
 
 
+@pytest.mark.parametrize("exchange", [False, True])
+def test_state_of_the_other_interface_is_refused(unpacked: Path, exchange: bool) -> None:
+    # It is in a mode that has no way out there.
+    with (
+        Instance(unpacked, exchange=exchange).start() as one,
+        Instance(unpacked, exchange=not exchange).start() as other,
+    ):
+        saved = other.saved()
+        with pytest.raises(FMICallException):
+            one.restore(saved)
+        assert "other interface" in one.said
+        one.restore(one.saved())
+
+
 def test_reset_gives_the_start_values_back(tool: Instance) -> None:
     tool.start()
     before = tool.get("omega", "creep_force")
