@@ -278,14 +278,16 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     dout->wheel_torque = -p->radius * dout->creep_force - out->creep_force * dp->radius;
     if (relaxed) {
         double length = p->relaxation_length, dlog_length = dp->relaxation_length / length;
-        double decay = fabs(in->speed);
+        double decay = fabs(in->speed), ddecay = dmagnitude;
         double limit = sliding_limit(zeta0);
         if (fabs(acting) > limit) {
+            double dlog_limit = limit == zeta0 ? dlog_zeta0 : 0.0;
             decay = sliding_decay(slip, in->speed, limit);
+            if (decay > fabs(in->speed)) ddecay = decay * (dslip / slip - dlog_limit);
             length *= limit / fabs(acting);
-            dlog_length += (limit == zeta0 ? dlog_zeta0 : 0.0) - dacting / acting;
+            dlog_length += dlog_limit - dacting / acting;
         }
-        dout->relaxation_rate = (dslip - dmagnitude * acting - decay * dacting) / length -
+        dout->relaxation_rate = (dslip - ddecay * acting - decay * dacting) / length -
                                 out->relaxation_rate * dlog_length;
     }
 }

@@ -55,8 +55,13 @@ void relaxation_rate(const force_element_parameters *p, const force_element_inpu
         decay = sliding_decay(slip, in->speed, limit);
     }
     double rate = (slip - decay * zeta) / length;
-    double by_slip = 1.0 / length;
-    if (sliding && limit == saturation_creepage) by_slip -= rate * log_by_slip;
+    double log_limit_by_slip = sliding && limit == saturation_creepage ? log_by_slip : 0.0;
+    double decay_by_slip = 0.0;
+    if (decay > fabs(in->speed)) { /* the least decay, by the slip */
+        decay_by_slip = decay / slip - decay * log_limit_by_slip;
+        direction = 0.0;
+    }
+    double by_slip = (1.0 - decay_by_slip * zeta) / length - rate * log_limit_by_slip;
     out->relaxation_rate = rate;
     out->rate_by_omega = by_slip * p->radius;
     out->rate_by_speed = -by_slip - direction * zeta / length;

@@ -277,6 +277,42 @@ def test_wheel_that_spins_at_standstill_winds_up_no_spring(rig: cl.Model) -> Non
     assert model.get("creep_force")[0] < 0.0
 
 
+@pytest.mark.parametrize("decay", [0.0, 0.5])
+@pytest.mark.parametrize("load", [0.0, 1e3, 220e3])
+def test_relaxation_of_a_wheel_that_spins_at_standstill_has_its_derivatives(
+    rig: cl.Model, load: float, decay: float
+) -> None:
+    # Where its decay is by the slip, as there is no speed.
+    description = Description(rig, "wheelset", relaxation_length=SIGMA)
+    given = {"slip_rate_decay": decay, "slip_rate_residual": 0.4, "relaxed_creepage": 9.0}
+    model = native(description, omega=3.0, speed=0.0, normal_load=load, **given)
+    unknowns = ["der(relaxed_creepage)"]
+    names = ["omega", "speed", "relaxed_creepage", "radius", "kinetic_friction", "slip_rate_decay"]
+    for name in [*names, "normal_load"] if load > 0.0 else names:
+        step = 1e-4 * load if name == "normal_load" else 1e-6  # too short for the speed to count
+        found, _ = difference_quotient(model, unknowns, name, step)
+        (exact,) = model.tangent(unknowns, {name: 1.0})
+        size = abs(model.get(*unknowns)[0])
+        assert exact == pytest.approx(found[0], rel=1e-5, abs=1e-6 * size), name
+
+
+@pytest.mark.parametrize(
+    ("omega", "load", "torque"), [(0.0, 0.0, 6e3), (-0.945, 1e3, 6e3), (-1.0, 1.0, -2e4)]
+)
+def test_relaxed_wheelset_spins_at_standstill_with_next_to_no_load(
+    rig: cl.Model, omega: float, load: float, torque: float
+) -> None:
+    # An inexact Jacobian would ask for more substeps than there may be.
+    description = Description(rig, "wheelset", relaxation_length=SIGMA)
+    model = native(
+        description, omega=omega, speed=0.0, normal_load=load, drive_torque=torque, damping=0.0
+    )
+    model.advance(0.5)
+    away = 0.5 * rig.wheelset.element.friction.static * load / rig.wheelset.inertia
+    expected = omega + 0.5 * torque / rig.wheelset.inertia
+    assert model.get("omega")[0] == pytest.approx(expected, abs=0.5 * away + 1e-6)
+
+
 # ---- wheelset -----------------------------------------------------------------------------------
 
 
