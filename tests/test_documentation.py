@@ -140,6 +140,17 @@ def test_names_in_the_text_are_names_in_the_fmu(locomotive: cl.Model, kind: str)
     assert named - others <= set(description.by_name)
 
 
+@pytest.mark.parametrize("implicit", [False, True])
+def test_page_says_how_this_fmu_is_coupled(rig: cl.Model, implicit: bool) -> None:
+    page = tree_of(index_page(Description(rig, "force_element", implicit=implicit)))
+    here = [
+        text_of(h)
+        for h in page.iter(f"{HTML}h3")
+        if h.find(f"{HTML}span[@class='tag here']") is not None
+    ]
+    assert here == ["Implicit this FMU" if implicit else "Held force this FMU"]
+
+
 def read_curve(root: ElementTree.Element) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Curves and the marked peak of a page, in the units of its own ticks."""
     svg = next(s for s in root.iter() if s.find(".//*[@class='rising']") is not None)

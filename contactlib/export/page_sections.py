@@ -29,6 +29,7 @@ GROUPS = {
 }
 HERE = '<span class="tag here">this FMU</span>'
 ELSEWHERE = '<span class="tag">another export</span>'
+PARAMETER = '<span class="tag">a parameter</span>'
 SPEEDS = (0.0, 1.0, 10.0, 50.0)  # of the table of stable steps [m/s]
 
 
@@ -167,11 +168,13 @@ def _inverse_mass(wheelset: Wheelset) -> float:
 def coupling(wheelset: Wheelset, kind: str, variables: Sequence[Variable], relaxed: bool) -> str:
     """Which communication step is stable, and the ways around a short one."""
     starts = {v.name: v.start for v in variables}
+    implicit = bool(starts.get("implicit"))
     length = starts.get("relaxation_length") if relaxed and kind == "force_element" else None
     return fragment(
         f"coupling_{kind}.html",
         step_table=_step_table(wheelset, kind, float(length) if length else None),
-        held_here=ELSEWHERE if relaxed else HERE,
+        held_here=ELSEWHERE if relaxed else PARAMETER if implicit else HERE,
+        implicit_here=HERE if implicit else PARAMETER,
         relaxed_here=HERE if relaxed else ELSEWHERE,
     )
 
