@@ -24,7 +24,11 @@ def write_whole(path: str | os.PathLike[str], data: bytes) -> Path:
         If the folder cannot be written; a file that stood at `path` is unchanged.
     """
     path = Path(path)
-    descriptor, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        descriptor, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    except OSError as error:
+        error.filename = os.fspath(path)  # the name that was asked for
+        raise
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(data)

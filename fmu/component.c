@@ -255,7 +255,7 @@ static result check_range(component *self, const model_variable *v, double value
     return RESULT_DISCARD;
 }
 
-result component_set(component *self, unsigned reference, int boolean, double value) {
+result component_check(component *self, unsigned reference, int boolean, double value) {
     const model_variable *v = find(self, reference, boolean);
     if (v == NULL) return RESULT_ERROR;
     int running = (RUNNING >> self->now.stage & 1u) != 0;
@@ -267,10 +267,12 @@ result component_set(component *self, unsigned reference, int boolean, double va
         component_log(self, RESULT_ERROR, "%s cannot be set%s", v->name, why);
         return RESULT_ERROR;
     }
-    if (check_range(self, v, value) != RESULT_OK) return RESULT_DISCARD;
-    model_set(v, &self->now.values, value);
+    return check_range(self, v, value);
+}
+
+void component_put(component *self, unsigned reference, double value) {
+    model_set(&self->model->variables[reference], &self->now.values, value);
     self->now.stale = 1;
-    return RESULT_OK;
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */

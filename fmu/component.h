@@ -75,7 +75,9 @@ result component_update_flags(component *self); /* at an event */
 
 /* Variables by reference; truth values are 0 or 1. */
 result component_get(component *self, unsigned reference, int boolean, double *value);
-result component_set(component *self, unsigned reference, int boolean, double value);
+/* First check all values of a call, then put them: it sets all of them or none. */
+result component_check(component *self, unsigned reference, int boolean, double value);
+void component_put(component *self, unsigned reference, double value);
 
 result component_step(component *self, double point, double step);
 

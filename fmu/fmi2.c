@@ -146,22 +146,22 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[]
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
                        const fmi2Real values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
-    const component_state before = core->now;
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_set(core, references[i], 0, values[i]);
-    if (status != RESULT_OK) core->now = before; /* all values or none */
+        status = component_check(core, references[i], 0, values[i]);
+    for (size_t i = 0; i < n && status == RESULT_OK; i++)
+        component_put(core, references[i], values[i]);
     return (fmi2Status)status;
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[], size_t n,
                           const fmi2Boolean values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
-    const component_state before = core->now;
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_set(core, references[i], 1, values[i] != fmi2False ? 1.0 : 0.0);
-    if (status != RESULT_OK) core->now = before; /* all values or none */
+        status = component_check(core, references[i], 1, values[i] != fmi2False ? 1.0 : 0.0);
+    for (size_t i = 0; i < n && status == RESULT_OK; i++)
+        component_put(core, references[i], values[i] != fmi2False ? 1.0 : 0.0);
     return (fmi2Status)status;
 }
 

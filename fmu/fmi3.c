@@ -167,11 +167,11 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
                           const fmi3Float64 values[], size_t value_count) {
     CORE(c, BEFORE_RUN | RUNNING);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
-    const component_state before = core->now;
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_set(core, references[i], 0, values[i]);
-    if (status != RESULT_OK) core->now = before; /* all values or none */
+        status = component_check(core, references[i], 0, values[i]);
+    for (size_t i = 0; i < n && status == RESULT_OK; i++)
+        component_put(core, references[i], values[i]);
     return (fmi3Status)status;
 }
 
@@ -179,11 +179,11 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[],
                           const fmi3Boolean values[], size_t value_count) {
     CORE(c, BEFORE_RUN | RUNNING);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
-    const component_state before = core->now;
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_set(core, references[i], 1, values[i] ? 1.0 : 0.0);
-    if (status != RESULT_OK) core->now = before; /* all values or none */
+        status = component_check(core, references[i], 1, values[i] ? 1.0 : 0.0);
+    for (size_t i = 0; i < n && status == RESULT_OK; i++)
+        component_put(core, references[i], values[i] ? 1.0 : 0.0);
     return (fmi3Status)status;
 }
 

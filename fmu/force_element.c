@@ -11,12 +11,16 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
                           double friction_scale, contact_scales *scales) {
     double kinetic = friction_scale * p->kinetic_friction;
     double drop = friction_scale * (p->static_friction - p->kinetic_friction);
-    double load = normal_load / p->nominal_load;
-    /* The square root is that of a line contact, and much cheaper. */
-    double growth = p->load_exponent == 0.5 ? sqrt(load) : pow(load, p->load_exponent);
-    double semi_width = p->semi_width * growth, pressure = p->peak_pressure * growth;
-    double modulus = p->contact_modulus;
-    double weakening = modulus * p->weakening_length / (semi_width * pressure);
+    double load = normal_load / p->nominal_load, growth, square;
+    if (p->load_exponent == 0.5) { /* of a line contact */
+        growth = sqrt(load);
+        square = load;
+    } else {
+        growth = pow(load, p->load_exponent);
+        square = growth * growth;
+    }
+    double modulus = p->contact_modulus, pressure = p->peak_pressure * growth;
+    double weakening = modulus * p->weakening_length / (p->semi_width * p->peak_pressure * square);
     scales->saturation_creepage =
         2.0 * kinetic * pressure / (modulus * p->slope_reduction); /* Eq. (15) */
     scales->k_hat = sqrt(weakening * drop * (1.0 / PI)) / kinetic; /* Eq. (17) */
@@ -121,7 +125,8 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     out->k_hat = k_hat;
     out->saturation_creepage = zeta0;
     out->process_zone_ratio = scales.process_zone_ratio;
-    out->falling_margin = -slope;
+    /* An indicator must not stay at zero, as the slope does where the force is held. */
+    out->falling_margin = slope == 0.0 ? -1.0 : -slope;
     out->falling_branch = slope < 0.0;
     out->k_hat_margin = table->one_axis ? -1.0 : scales.k_hat - table->k_max;
     out->k_hat_limited = k_hat_limited;

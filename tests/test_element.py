@@ -76,8 +76,9 @@ def test_no_load_no_force(element: cl.ForceElement) -> None:
     np.testing.assert_array_equal(record["force_gradient"], 0.0)
     for name in record.dtype.names or ():
         assert np.isfinite(record[name]).all()
-    tiny = element.evaluate(omega=30.0, speed=10.0, normal_load=1e-300)
-    assert 0.0 < tiny["creep_force"] < 1e-299
+    tiny, tinier = element.evaluate(omega=30.0, speed=10.0, normal_load=[1e-90, 1e-300])
+    assert 0.0 < tiny["creep_force"] < 1e-89
+    assert tinier["creep_force"] == 0.0  # next to no load is none
 
 
 @pytest.mark.parametrize(
