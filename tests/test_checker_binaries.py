@@ -15,7 +15,8 @@ import pytest
 
 from contactlib import kernel
 from contactlib.checker.binaries import binary_problems, needed_functions, oldest_systems
-from contactlib.checker.libraries import Library, read_libraries
+from contactlib.checker.libraries import read_libraries
+from contactlib.checker.library import Library
 from contactlib.checker.xml import parse
 
 NAMES = ("fmi3DoStep", "other")

@@ -14,7 +14,8 @@ from fmpy import fmi2, fmi3
 
 from contactlib.checker.companions import has_sources
 from contactlib.checker.description import INTERFACES
-from contactlib.checker.libraries import Library, Version, read_libraries
+from contactlib.checker.libraries import read_libraries
+from contactlib.checker.library import Library, Version
 
 # FMI 2.0.4 says that 64 means x86_64; earlier ones do not, and importers on Arm look there too.
 FMI2_PLATFORMS = {

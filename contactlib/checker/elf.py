@@ -7,7 +7,7 @@ import struct
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from contactlib.checker.libraries import Library, Version, text_at
+from contactlib.checker.library import Library, Version, text_at
 
 MAGICS = (b"\x7fELF",)
 MACHINES = {3: "x86", 40: "aarch32", 62: "x86_64", 183: "aarch64"}

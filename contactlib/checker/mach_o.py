@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from contactlib.checker.libraries import Library, text_at
+from contactlib.checker.library import Library, text_at
 
 UNIVERSAL, UNIVERSAL_WIDE = b"\xca\xfe\xba\xbe", b"\xca\xfe\xba\xbf"
 THIN = b"\xcf\xfa\xed\xfe"  # 64 bits, little endian: all that macOS runs today

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from contactlib.checker.libraries import Library, text_at
+from contactlib.checker.library import Library, text_at
 
 MAGICS = (b"MZ",)
 MACHINES = {0x14C: "x86", 0x8664: "x86_64", 0xAA64: "aarch64"}
