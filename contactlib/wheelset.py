@@ -134,22 +134,30 @@ class Wheelset(Parameters):
         """Whether the forward speed is prescribed."""
         return self.mass is None
 
+    @property
+    def effective_inverse_mass(self) -> float:
+        """Slip acceleration per creep force: r**2/J + 1/M, or r**2/J if V is held [1/kg]."""
+        return self.radius**2 / self.inertia + (0.0 if self.mass is None else 1.0 / self.mass)
+
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        """What the kernel's equations of motion need to know, in SI units."""
+        return {
+            "radius": self.radius,
+            "inertia": self.inertia,
+            "inverse_mass": 0.0 if self.mass is None else 1.0 / self.mass,
+            "damping": self.damping,
+            "constant_resistance": self.resistance.constant,
+            "linear_resistance": self.resistance.linear,
+            "quadratic_resistance": self.resistance.quadratic,
+            "grade_acceleration": GRAVITY * self.resistance.grade,
+            "minimum_speed": self.element.minimum_speed,
+        }
+
     @cached_property
     def native(self) -> kernel.NativeWheelset:
         """The kernel's equations of motion."""
-        return kernel.NativeWheelset(
-            {
-                "radius": self.radius,
-                "inertia": self.inertia,
-                "inverse_mass": 0.0 if self.mass is None else 1.0 / self.mass,
-                "damping": self.damping,
-                "constant_resistance": self.resistance.constant,
-                "linear_resistance": self.resistance.linear,
-                "quadratic_resistance": self.resistance.quadratic,
-                "grade_acceleration": GRAVITY * self.resistance.grade,
-                "minimum_speed": self.element.minimum_speed,
-            }
-        )
+        return kernel.NativeWheelset(self.parameters)
 
     def rates(
         self,

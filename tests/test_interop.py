@@ -6,7 +6,6 @@ tool that a developer does not have is skipped; with CONTACTLIB_REQUIRE_TOOLS=1 
 
 from __future__ import annotations
 
-import importlib
 import os
 import runpy
 import shutil
@@ -16,7 +15,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path, PureWindowsPath
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import fmpy
@@ -24,6 +23,7 @@ import fmpy.build
 import numpy as np
 import pytest
 from fmu_instance import EXPORTS, Instance, Subject
+from outside_tools import missing, module
 
 import contactlib as cl
 from contactlib import kernel
@@ -47,19 +47,6 @@ EMULATORS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("-L", "/usr/aarch64-linux-gnu"),
     ),
 }
-
-
-def missing(what: str) -> NoReturn:
-    if os.environ.get("CONTACTLIB_REQUIRE_TOOLS") == "1":
-        pytest.fail(what)
-    pytest.skip(what)
-
-
-def module(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except (ImportError, OSError) as error:  # OSError: a library that it is linked to
-        missing(f"{name} cannot be imported: {error}")
 
 
 class Case(NamedTuple):

@@ -5,13 +5,11 @@ A tool that a developer does not have is skipped; with CONTACTLIB_REQUIRE_TOOLS=
 
 from __future__ import annotations
 
-import importlib
-import os
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 from xml.etree import ElementTree
 
 import fmpy
@@ -21,6 +19,7 @@ import fmpy.validation
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from outside_tools import module
 
 import contactlib as cl
 from contactlib import kernel
@@ -41,19 +40,6 @@ SIGNALS = (
 )
 DEFAULT_STEP = 5e-3
 TOLERANCE = 1e-9  # of a signal's largest magnitude
-
-
-def missing(what: str) -> NoReturn:
-    if os.environ.get("CONTACTLIB_REQUIRE_TOOLS") == "1":
-        pytest.fail(what)
-    pytest.skip(what)
-
-
-def module(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except (ImportError, OSError) as error:  # OSError: a library that it is linked to
-        missing(f"{name} cannot be imported: {error}")
 
 
 @pytest.fixture(scope="module")

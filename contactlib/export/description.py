@@ -14,7 +14,6 @@ from functools import cached_property
 from contactlib import kernel
 from contactlib.export.units import Type, type_of
 from contactlib.scenario import Model
-from contactlib.wheelset import GRAVITY
 
 MODEL_NAMES = {
     "force_element": "CreepForceElement",
@@ -162,22 +161,15 @@ class Description:
     def start_values(self) -> dict[str, float]:
         """Start value of every variable that is not calculated, by name, in SI units."""
         wheelset, speed = self.model.wheelset, self.model.initial_speed
-        element, resistance = wheelset.element, wheelset.resistance
-        inverse_mass = 0.0 if wheelset.mass is None else 1.0 / wheelset.mass
+        element = wheelset.element
         known = {
             **element.parameters,
+            **wheelset.parameters,
             "relaxation_length": self.relaxation_length,
             "relaxed_creepage": 0.0,
-            "effective_inverse_mass": element.radius**2 / wheelset.inertia + inverse_mass,
+            "effective_inverse_mass": wheelset.effective_inverse_mass,
             "implicit": float(self.implicit),
             "parallel_exchange": float(self.parallel_exchange),
-            "inertia": wheelset.inertia,
-            "inverse_mass": inverse_mass,
-            "damping": wheelset.damping,
-            "constant_resistance": resistance.constant,
-            "linear_resistance": resistance.linear,
-            "quadratic_resistance": resistance.quadratic,
-            "grade_acceleration": GRAVITY * resistance.grade,
             "omega": speed / element.radius,
             "speed": speed,
             "normal_load": element.contact.normal_load,

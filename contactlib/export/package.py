@@ -19,13 +19,12 @@ from contactlib.export.description import Description
 from contactlib.export.platforms import binaries
 from contactlib.export.reference_run import EXPERIMENTS, reference_run
 from contactlib.files import package_folder
-from contactlib.parameters import Limits, checked
+from contactlib.parameters import checked
 
 if TYPE_CHECKING:
     from contactlib.scenario import Model
 
 START_VALUES_VERSION = 2
-RELAXATION_LENGTHS = Limits(at_least=1e-6, at_most=1e3)  # as in fmu/model.c [m]
 
 
 def describe(
@@ -39,7 +38,8 @@ def describe(
     if kind not in kernel.MODEL_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of: {', '.join(kernel.MODEL_KINDS)}")
     if relaxation_length is not None:
-        checked("relaxation_length", relaxation_length, RELAXATION_LENGTHS)
+        limits = {v.name: v.limits for v in kernel.model_variables("force_element")}
+        checked("relaxation_length", relaxation_length, limits["relaxation_length"])
         if kind == "wheelset_body":
             raise ValueError(
                 f"relaxation_length = {relaxation_length!r} goes with a contact, not with {kind!r}"

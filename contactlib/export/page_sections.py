@@ -62,7 +62,7 @@ def facts(model: Model, kind: str) -> str:
     shown |= {
         "inertia about the axle": f"{wheelset.inertia:.5g} kg&#183;m&#178;",
         "mass moved": mass,
-        "effective inverse mass": f"{_inverse_mass(wheelset):.4g} 1/kg",
+        "effective inverse mass": f"{wheelset.effective_inverse_mass:.4g} 1/kg",
     }
     rows = "\n".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in shown.items())
     return f'<dl class="facts">\n{rows}\n</dl>'
@@ -159,12 +159,6 @@ def _rounded(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.9g}".replace(",", "&#8239;")
 
 
-def _inverse_mass(wheelset: Wheelset) -> float:
-    """What resists slip: r**2/J + 1/M, without the latter if the speed is held [1/kg]."""
-    by_mass = 0.0 if wheelset.mass is None else 1.0 / wheelset.mass
-    return wheelset.radius**2 / wheelset.inertia + by_mass
-
-
 def coupling(wheelset: Wheelset, kind: str, variables: Sequence[Variable], relaxed: bool) -> str:
     """Which communication step is stable, and the ways around a short one."""
     starts = {v.name: v.start for v in variables}
@@ -184,7 +178,7 @@ def _step_table(wheelset: Wheelset, kind: str, relaxation_length: float | None) 
     element = wheelset.element
     speeds = np.array(SPEEDS)
     record: Any = element.evaluate(omega=speeds / wheelset.radius, speed=speeds)
-    poles = record["force_gradient"] * _inverse_mass(wheelset)
+    poles = record["force_gradient"] * wheelset.effective_inverse_mass
     sequential = 2.0 / poles
     if relaxation_length is not None:  # and no regularised speed
         stiffness = poles[-1] * speeds[-1]
