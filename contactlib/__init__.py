@@ -8,9 +8,10 @@ model = cl.load_model("models/roller_rig.toml") # a wheelset and its runs
 cl.export_fmu(model, "CreepForceElement.fmu")   # for any vehicle tool
 """
 
-from contactlib.controllers import CreepControl, Profile, TorqueControl
+from contactlib.controllers import CreepControl, TorqueControl
 from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
 from contactlib.data import TractionData
+from contactlib.drivetrain import Axle, Drivetrain
 from contactlib.element import (
     ForceElement,
     ProcessZoneWarning,
@@ -25,6 +26,7 @@ from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
 from contactlib.law_tables import carter_griffith_table, cohesive_table
 from contactlib.laws import CarterGriffith, CohesiveZone, ConvergenceError, MeasuredCurve, Polach
+from contactlib.profile import Profile
 from contactlib.scenario import Model, ModelError, load_model, model_path
 from contactlib.simulation import Event, Result, simulate
 from contactlib.stability import (
@@ -39,11 +41,13 @@ from contactlib.wheelset import OperatingPoint, Resistance, Wheelset
 
 __all__ = [
     "EXPONENTIAL",
+    "Axle",
     "CarterGriffith",
     "CohesiveZone",
     "ConvergenceError",
     "CreepControl",
     "CreepForceTable",
+    "Drivetrain",
     "EllipticContact",
     "Event",
     "FitResult",

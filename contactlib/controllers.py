@@ -9,71 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from contactlib.parameters import FINITE, FloatArray, Parameters, Quantity, checked
-
-
-@dataclass(frozen=True)
-class Profile:
-    """Piecewise linear function of time, given by breakpoints; constant beyond its ends.
-
-    A time given twice is a jump: the profile has the first value up to it, the second from it on.
-
-    Parameters
-    ----------
-    time : sequence of float
-        Rising or repeated at most once [s].
-    value : sequence of float
-        As many as times.
-
-    Examples
-    --------
-    >>> pulse = Profile((1.0, 1.0, 2.0, 2.0), (0.0, 5.0, 5.0, 0.0))
-    >>> pulse([0.5, 1.0, 1.5, 2.0]).tolist()
-    [0.0, 5.0, 5.0, 0.0]
-    >>> pulse.on(1.0, 2.0)  # the ends as seen from inside
-    (5.0, 5.0)
-    """
-
-    time: tuple[float, ...]
-    value: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        time, value = checked("time", self.time, FINITE), checked("value", self.value, FINITE)
-        if time.ndim != 1 or time.size == 0 or time.shape != value.shape:
-            raise ValueError(
-                f"time has {time.size} and value {value.size} entries: both must be sequences of "
-                "the same length, at least 1"
-            )
-        steps = np.diff(time)
-        if (steps < 0.0).any() or ((steps[:-1] == 0.0) & (steps[1:] == 0.0)).any():
-            raise ValueError(f"time = {self.time!r} must rise, and repeat a time at most once")
-        object.__setattr__(self, "time", tuple(time.tolist()))
-        object.__setattr__(self, "value", tuple(value.tolist()))
-
-    @classmethod
-    def of(cls, value: float | Profile) -> Profile:
-        """`value` itself if it is a profile, else a constant."""
-        return value if isinstance(value, Profile) else cls((0.0,), (float(value),))
-
-    def __call__(self, time: ArrayLike) -> FloatArray:
-        """Value at any times; at a jump the one from it on."""
-        t = np.asarray(time, dtype=np.float64)
-        last = np.searchsorted(self.time, t, side="right") - 1  # last breakpoint not after t
-        i = np.clip(last, 0, len(self.time) - 1)
-        j = np.clip(last + 1, 0, len(self.time) - 1)
-        times, values = np.array(self.time), np.array(self.value)
-        width = times[j] - times[i]
-        part = np.divide(t - times[i], width, out=np.zeros_like(t), where=width > 0.0)
-        return np.asarray(values[i] + part * (values[j] - values[i]))
-
-    def on(self, start: float, end: float) -> tuple[float, float]:
-        """Values at `start` and `end` as seen between them; no breakpoint may lie between."""
-        middle = 0.5 * (start + end)
-        at_start, at_middle = float(self(start)), float(self(middle))
-        return at_start, 2.0 * at_middle - at_start
+from contactlib.parameters import Parameters, Quantity
+from contactlib.profile import Profile
 
 
 class Command(NamedTuple):

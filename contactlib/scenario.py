@@ -16,7 +16,7 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_origin, get_type_hints
 
-from contactlib.controllers import CreepControl, Profile, TorqueControl
+from contactlib.controllers import CreepControl, TorqueControl
 from contactlib.element import ForceElement, friction_with_k_hat, saturation_creepage
 from contactlib.files import package_folder
 from contactlib.friction import Friction
@@ -24,6 +24,7 @@ from contactlib.hertz import Contact, EllipticContact, LineContact, Material
 from contactlib.law_tables import Shape, carter_griffith_table, cohesive_table
 from contactlib.laws import MeasuredCurve, Polach
 from contactlib.parameters import Parameters, Quantity
+from contactlib.profile import Profile
 from contactlib.table import CreepForceTable
 from contactlib.wheelset import Resistance, Wheelset
 

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from contactlib.controllers import Command, Controller, Profile
+from contactlib.controllers import Command, Controller
 from contactlib.files import write_whole
 from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
+from contactlib.profile import Profile
 from contactlib.stability import quasi_steady_torque
 from contactlib.wheelset import Wheelset
 
@@ -153,7 +154,7 @@ class _Segment:
 def _segments(profiles: Mapping[str, Profile], duration: float) -> list[_Segment]:
     corners = {0.0, duration}
     for profile in profiles.values():
-        corners.update(t for t in profile.time if 0.0 < t < duration)
+        corners.update(t for t in profile.at if 0.0 < t < duration)
     return [
         _Segment(a, b, {name: profile.on(a, b) for name, profile in profiles.items()})
         for a, b in pairwise(sorted(corners))
@@ -307,7 +308,7 @@ def simulate(
     RuntimeError
         If the solver cannot meet the tolerance.
     """
-    end = controller.reference.time[-1] if duration is None else duration
+    end = controller.reference.at[-1] if duration is None else duration
     interval = end / 1000.0 if output_interval is None else output_interval
     away = slip_away_creepage
     if away is None:

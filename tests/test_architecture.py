@@ -11,12 +11,13 @@ from contactlib.files import package_folder
 # Lowest first; a room is a module or a folder, and rooms of one line do not import each other.
 FLOORS = [
     {"parameters", "files"},
-    {"data", "friction", "hertz", "kernel"},
+    {"data", "friction", "hertz", "kernel", "profile"},
     {"laws"},
     {"fit", "table"},
     {"law_tables", "element"},
     {"wheelset"},
-    {"stability", "controllers"},
+    {"drivetrain", "stability", "controllers"},
+    {"control_systems", "torsion", "traction"},
     {"simulation", "scenario"},
     {"export", "cosimulation", "checker"},
     {"figures"},

@@ -50,7 +50,7 @@ def test_demonstration_ramps_meet_the_fold(rig: cl.Model, locomotive: cl.Model) 
         run = cl.simulate(
             model.wheelset,
             control,
-            duration=control.reference.time[-1],
+            duration=control.reference.at[-1],
             initial_speed=model.initial_speed,
         )
         passed, away = run.first("peak_passed"), run.first("slip_away")
@@ -229,7 +229,7 @@ def test_profile_ends_jumps_and_refusals() -> None:
     assert profile.on(0.5, 1.0) == (0.5, 1.0)
     assert profile.on(1.0, 2.0) == (5.0, 5.5)
     for time, value in (((1.0, 0.0), (0.0, 0.0)), ((), ()), ((0.0,), (1.0, 2.0))):
-        with pytest.raises(ValueError, match="time"):
+        with pytest.raises(ValueError, match="at "):
             cl.Profile(time, value)
     with pytest.raises(ValueError, match="at most once"):
         cl.Profile((1.0, 1.0, 1.0), (0.0, 1.0, 2.0))

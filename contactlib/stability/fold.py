@@ -1,8 +1,4 @@
-"""Why a wheelset runs away under torque control, and what creep control needs to hold it.
-
-At fixed speed the slip dynamics is one pole; it turns unstable where the creep force falls steeply
-enough with creepage. These are closed forms of the linearisation in `contactlib.wheelset`.
-"""
+"""Steady states over the torque: how far it can rise, and how far it must fall again."""
 
 from __future__ import annotations
 
@@ -14,43 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from contactlib.parameters import FloatArray
-from contactlib.wheelset import OperatingPoint, Wheelset
-
-
-def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
-    """Creep force slope Q' = dQ/dzeta below which a constant torque cannot hold `point` [N].
-
-    -V/(r**2/b + (1 + zeta)/F') for a free wheelset, -b V/r**2 for a held speed; zero, the case
-    of the paper, without damping or without a resistance that grows with speed. If friction falls
-    with slip speed, dQ/dV at fixed creepage is not zero, and a free wheelset with damping has
-    -V (F' - dQ/dV)/(r**2 F'/b + 1 + zeta).
-    """
-    r, b, speed = wheelset.radius, wheelset.damping, point.speed
-    if b == 0.0:
-        return 0.0
-    if wheelset.speed_held:
-        return -b * speed / r**2
-    growth = point.resistance_slope - point.creep_force_speed_slope
-    return -speed * growth / (r**2 * point.resistance_slope / b + 1.0 + point.creepage)
-
-
-def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
-    """Smallest gain Kp of T = T0 + Kp (zeta_ref - zeta) that holds `point` [N.m].
-
-    The larger of two bounds, from the determinant and the trace of the closed loop; zero or less
-    where a constant torque does it too.
-    """
-    r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
-    fall, speed, stretch = -point.creep_force_slope, point.speed, 1.0 + point.creepage
-    if wheelset.mass is None:
-        return r * fall - b * speed / r
-    m, slope = wheelset.mass, point.resistance_slope
-    growth = slope - point.creep_force_speed_slope
-    trace = r * fall * (1.0 + j * stretch / (m * r**2)) - speed / r * (b + j * growth / m)
-    if growth <= 0.0:
-        return trace
-    determinant = r * fall * (slope + b * stretch / r**2) / growth - b * speed / r
-    return max(determinant, trace)
+from contactlib.wheelset import Wheelset
 
 
 def quasi_steady_torque(

@@ -1,0 +1,71 @@
+"""Piecewise linear functions of one variable, which know every corner of theirs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.parameters import FINITE, FloatArray, checked
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Piecewise linear function of time or distance, by breakpoints; constant beyond its ends.
+
+    A place given twice is a jump: the profile has the first value up to it, the second from it on.
+
+    Parameters
+    ----------
+    at : sequence of float
+        Times [s] or distances [m], rising or repeated at most once.
+    value : sequence of float
+        As many as places.
+
+    Examples
+    --------
+    >>> pulse = Profile((1.0, 1.0, 2.0, 2.0), (0.0, 5.0, 5.0, 0.0))
+    >>> pulse([0.5, 1.0, 1.5, 2.0]).tolist()
+    [0.0, 5.0, 5.0, 0.0]
+    >>> pulse.on(1.0, 2.0)  # the ends as seen from inside
+    (5.0, 5.0)
+    """
+
+    at: tuple[float, ...]
+    value: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        at, value = checked("at", self.at, FINITE), checked("value", self.value, FINITE)
+        if at.ndim != 1 or at.size == 0 or at.shape != value.shape:
+            raise ValueError(
+                f"at has {at.size} and value {value.size} entries: both must be sequences of "
+                "the same length, at least 1"
+            )
+        steps = np.diff(at)
+        if (steps < 0.0).any() or ((steps[:-1] == 0.0) & (steps[1:] == 0.0)).any():
+            raise ValueError(f"at = {self.at!r} must rise, and repeat a place at most once")
+        object.__setattr__(self, "at", tuple(at.tolist()))
+        object.__setattr__(self, "value", tuple(value.tolist()))
+
+    @classmethod
+    def of(cls, value: float | Profile) -> Profile:
+        """`value` itself if it is a profile, else a constant."""
+        return value if isinstance(value, Profile) else cls((0.0,), (float(value),))
+
+    def __call__(self, at: ArrayLike) -> FloatArray:
+        """Value at any places; at a jump the one from it on."""
+        t = np.asarray(at, dtype=np.float64)
+        last = np.searchsorted(self.at, t, side="right") - 1  # last breakpoint not after t
+        i = np.clip(last, 0, len(self.at) - 1)
+        j = np.clip(last + 1, 0, len(self.at) - 1)
+        places, values = np.array(self.at), np.array(self.value)
+        width = places[j] - places[i]
+        part = np.divide(t - places[i], width, out=np.zeros_like(t), where=width > 0.0)
+        return np.asarray(values[i] + part * (values[j] - values[i]))
+
+    def on(self, start: float, end: float) -> tuple[float, float]:
+        """Values at `start` and `end` as seen between them; no breakpoint may lie between."""
+        middle = 0.5 * (start + end)
+        at_start, at_middle = float(self(start)), float(self(middle))
+        return at_start, 2.0 * at_middle - at_start
