@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
 from typing import Annotated
 
+from contactlib import kernel
 from contactlib.parameters import Parameters, Quantity
 from contactlib.wheelset import Wheelset
 
@@ -73,3 +75,20 @@ class Drivetrain(Parameters):
             return 0.0
         rate = (4.0 * self.axle.damping + self.wheelset.damping) / self.wheelset.inertia
         return 0.5 * rate / self.torsional_frequency
+
+    @cached_property
+    def native(self) -> kernel.NativeDrivetrain:
+        """The kernel's equations of motion and their integrator."""
+        wheelset, axle = self.wheelset, self.axle
+        element = wheelset.element
+        return kernel.NativeDrivetrain(
+            element.table.native,
+            {**element.parameters, "relaxation_length": self.relaxation_length},
+            {
+                "axle_stiffness": 0.0 if axle is None else axle.stiffness,
+                "axle_damping": 0.0 if axle is None else axle.damping,
+                "drive_share": 0.5 if axle is None else axle.drive_share,
+                "motor_lag": self.motor_lag,
+            },
+            wheelset.parameters,
+        )

@@ -29,6 +29,7 @@ HEADERS = (
     "force_element.h",
     "wheelset.h",
     "wheelset_step.h",
+    "drivetrain.h",
     "model.h",
     "token.h",
 )
@@ -245,6 +246,78 @@ def contact_with_force(creep_force: float) -> Any:
     """Contact struct that carries nothing but a force, for a force made elsewhere."""
     library()
     return ffi.new("force_element_output *", {"creep_force": creep_force})
+
+
+# ---- drivetrain -----------------------------------------------------------------------------
+
+
+@cache
+def drivetrain_dtype(what: str) -> np.dtype[np.void]:
+    """Structured dtype of a drivetrain's ``input``, ``state`` or ``output``."""
+    return _struct_dtype(f"drivetrain_{what}")
+
+
+class NativeDrivetrain:
+    """Table and parameters of a drivetrain, ready to step many of its kind. Checks nothing."""
+
+    def __init__(
+        self,
+        table: NativeTable,
+        contact: Mapping[str, float],
+        drivetrain: Mapping[str, float],
+        body: Mapping[str, float],
+    ) -> None:
+        library()
+        self._table = table
+        self._contact = ffi.new("force_element_parameters *", dict(contact))
+        given = {**drivetrain, "body": dict(body)}
+        self._drivetrain = ffi.new("drivetrain_parameters *", given)
+
+    def advance(
+        self,
+        inputs: NDArray[np.void],
+        states: NDArray[np.void],
+        step: float,
+        tolerance: float,
+        substeps: FloatArray,
+    ) -> None:
+        """Step states and substeps on, in place; the arrays are of one length and contiguous.
+
+        Raises
+        ------
+        RuntimeError
+            If the integrator gives up.
+        """
+        failed = ffi.new("size_t *")
+        error = library().drivetrain_advance_many(
+            self._table.struct,
+            self._contact,
+            self._drivetrain,
+            states.size,
+            _pointer(inputs, "drivetrain_input *"),
+            _pointer(states, "drivetrain_state *"),
+            step,
+            tolerance,
+            _pointer(substeps, "double *"),
+            failed,
+        )
+        if error != ffi.NULL:
+            raise RuntimeError(f"drivetrain {failed[0]}: {ffi.string(error).decode()}")
+
+    def evaluate(self, inputs: NDArray[np.void], states: NDArray[np.void]) -> NDArray[np.void]:
+        """Output records of input and state records of one shape."""
+        inputs, states = np.ascontiguousarray(inputs), np.ascontiguousarray(states)
+        outputs = np.empty(states.shape, dtype=drivetrain_dtype("output"))
+        library().drivetrain_evaluate_many(
+            self._table.struct,
+            self._contact,
+            self._drivetrain,
+            states.size,
+            _pointer(inputs, "drivetrain_input *"),
+            _pointer(states, "drivetrain_state *"),
+            _pointer(outputs, "drivetrain_output *"),
+        )
+        return outputs
 
 
 # ---- models that an FMU can hold ------------------------------------------------------------

@@ -1,12 +1,4 @@
-/* Time integration of a wheelset and the relaxation of its contact, stable at any step.
- *
- * Rodas3: a linearly implicit Rosenbrock method of four stages and third order, L-stable and
- * stiffly accurate, with an embedded second-order solution that controls the substeps. It needs
- * the exact Jacobian, which the contact's derivatives give, and no iteration.
- *
- * A. Sandu, J. G. Verwer, J. G. Blom, E. J. Spee, G. R. Carmichael & F. A. Potra, "Benchmarking
- * stiff ODE solvers for atmospheric chemistry problems II: Rosenbrock solvers", Atmospheric
- * Environment 31 (1997) 3459-3472. */
+/* Time integration of a wheelset and the relaxation of its contact, stable at any step. */
 #ifndef WHEELSET_STEP_H
 #define WHEELSET_STEP_H
 

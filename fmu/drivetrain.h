@@ -1,0 +1,73 @@
+/* A wheelset with motor, axle and two wheels that may differ, and the works done along the way.
+ *
+ * The wheelset's contact and body are those of both wheels together: each wheel has half of the
+ * inertia and of the drive's damping, and half of the force that the contact would give under twice
+ * the wheel's own load. */
+#ifndef DRIVETRAIN_H
+#define DRIVETRAIN_H
+
+#include "wheelset.h"
+
+typedef struct {
+    wheelset_parameters body;
+    double axle_stiffness; /* k, between the wheels [N.m/rad]; 0 if the axle is rigid */
+    double axle_damping;   /* d [N.m.s/rad] */
+    double drive_share;    /* part of the drive torque that acts on the left wheel [1] */
+    double motor_lag;      /* time constant of the drive torque [s]; 0 if it follows at once */
+} drivetrain_parameters;
+
+typedef struct {
+    double speed;           /* [m/s] */
+    double omega_left;      /* [rad/s] */
+    double omega_right;     /* that of the left wheel if the axle is rigid [rad/s] */
+    double twist;           /* angle of the left wheel ahead of the right one [rad] */
+    double relaxed_left;    /* relaxed creepages, if the contact has a relaxation length [1] */
+    double relaxed_right;   /* [1] */
+    double drive_torque;    /* at the axle [N.m] */
+    double distance;        /* [m] */
+    double drive_work;      /* of the drive torque [J] */
+    double creep_work;      /* of the creep forces on the slip velocities [J] */
+    double resistance_work; /* of the resistances; at held speed, what the rig takes [J] */
+    double loss_work;       /* of the drive's and the axle's damping [J] */
+} drivetrain_state;
+
+/* Held over a step. */
+typedef struct {
+    double commanded_torque; /* [N.m] */
+    double resistance_force; /* [N] */
+    double acceleration;     /* of a speed that is held: inverse_mass is zero [m/s2] */
+    double load_left;        /* of the wheel [N] */
+    double load_right;       /* [N] */
+    double friction_left;    /* multiplies f_s and f_d [1] */
+    double friction_right;   /* [1] */
+} drivetrain_input;
+
+typedef struct {
+    double creep_force_left;  /* [N] */
+    double creep_force_right; /* [N] */
+    double creepage_left;     /* [1] */
+    double creepage_right;    /* [1] */
+    double falling_left;      /* 1 if the force falls with creepage at fixed speed */
+    double falling_right;     /* [1] */
+    double drive_torque;      /* [N.m] */
+    double axle_torque;       /* what the axle carries from left to right, with its damping [N.m] */
+    double speed_rate;        /* [m/s2] */
+    double stored_energy;     /* kinetic, and of the axle's twist [J] */
+} drivetrain_output;
+
+/* Step n drivetrains on. The tolerance is relative, as in wheelset_advance; substep holds the
+ * length of each that is to be tried first (0: none known). Returns NULL, or why one of them
+ * failed; failed is then its index, it and those after it are as they were. */
+CONTACTLIB_API const char *drivetrain_advance_many(
+    const creep_table *table, const force_element_parameters *contact,
+    const drivetrain_parameters *drivetrain, size_t n, const drivetrain_input *input,
+    drivetrain_state *state, double step, double tolerance, double *substep, size_t *failed);
+
+CONTACTLIB_API void drivetrain_evaluate_many(const creep_table *table,
+                                             const force_element_parameters *contact,
+                                             const drivetrain_parameters *drivetrain, size_t n,
+                                             const drivetrain_input *input,
+                                             const drivetrain_state *state,
+                                             drivetrain_output *output);
+
+#endif
