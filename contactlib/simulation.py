@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from contactlib.controllers import Command, Controller
 from contactlib.files import write_whole
-from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
+from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked
 from contactlib.profile import Profile
 from contactlib.stability import quasi_steady_torque
 from contactlib.wheelset import Wheelset
@@ -39,6 +39,8 @@ UNITS = {
     "resistance_force": "N",
     "falling_branch": "1",
 }
+WORKS = ("drive_work", "creep_work", "resistance_work", "loss_work")
+WORK_UNITS = {"distance": "m", **dict.fromkeys((*WORKS, "stored_energy", "energy_defect"), "J")}
 
 PEAK_PASSED, SLIP_AWAY, STANDSTILL = "peak_passed", "slip_away", "standstill"
 
@@ -107,13 +109,20 @@ class Result:
         return xarray.Dataset(data, coords={"time": ("time", self.time, {"units": "s"})})
 
 
+def energy_defect(signals: Mapping[str, FloatArray]) -> FloatArray:
+    """Drive work that is found neither in stored energy nor in any other work [J]: an error."""
+    stored = signals["stored_energy"]
+    drive, *others = (signals[name] for name in WORKS)
+    return np.asarray(drive - (stored - stored[0]) - sum(others))
+
+
 def make_result(
     wheelset: Wheelset,
     controller: Controller,
     columns: Mapping[str, FloatArray],
     events: tuple[Event, ...] = (),
 ) -> Result:
-    """Put together a result from time, states and inputs.
+    """Put together a result from time, states and inputs, and works if there are any.
 
     What the contact did is evaluated once more, over all rows.
     """
@@ -130,6 +139,14 @@ def make_result(
         "slip_velocity": wheelset.radius * columns["omega"] - columns["speed"],
     }
     units = {**UNITS, "reference": UNITS[controller.asks_for]}
+    if "drive_work" in columns:
+        omega, speed = columns["omega"], columns["speed"]
+        stored = 0.5 * wheelset.inertia * omega**2
+        if wheelset.mass is not None:
+            stored = stored + 0.5 * wheelset.mass * speed**2
+        signals["stored_energy"] = stored
+        signals["energy_defect"] = energy_defect(signals)
+        units |= WORK_UNITS
     return Result(
         columns["time"],
         MappingProxyType({name: signals[name] for name in units}),
@@ -162,13 +179,16 @@ def _segments(profiles: Mapping[str, Profile], duration: float) -> list[_Segment
 
 
 class _Loop:
-    """Wheelset and controller on one segment: right-hand side, Jacobian, events, rows."""
+    """Wheelset and controller on one segment: right-hand side, Jacobian, events, rows.
+
+    The state is omega, speed, the controller's memory, the distance and the works.
+    """
 
     def __init__(self, wheelset: Wheelset, controller: Controller, segment: _Segment) -> None:
         self._wheelset, self._controller, self._segment = wheelset, controller, segment
 
     def at(self, time: float, state: FloatArray) -> tuple[Command, Any, Any]:
-        omega, speed, memory = state.tolist()
+        omega, speed, memory = state[:3].tolist()
         given = self._segment.at(time)
         load, scale = given["normal_load"], given["friction_scale"]
         contact = self._wheelset.element.native.evaluate_one(omega, speed, load, scale)
@@ -179,15 +199,28 @@ class _Loop:
         return command, contact, rates
 
     def right_hand_side(self, time: float, state: FloatArray) -> list[float]:
-        command, _, rates = self.at(time, state)
-        return [rates.omega_rate, rates.speed_rate, command.memory_rate]
+        command, contact, rates = self.at(time, state)
+        omega, speed = float(state[0]), float(state[1])
+        body, force = self._wheelset, contact.creep_force
+        resisting = rates.resistance + self._segment.at(time)["resistance_force"]
+        return [
+            rates.omega_rate,
+            rates.speed_rate,
+            command.memory_rate,
+            speed,
+            command.torque * omega,
+            force * (body.radius * omega - speed),
+            (force if body.speed_held else resisting) * speed,  # a rig takes the whole force
+            body.damping * omega**2,
+        ]
 
-    def jacobian(self, time: float, state: FloatArray) -> list[list[float]]:
+    def jacobian(self, time: float, state: FloatArray) -> FloatArray:
         command, contact, rates = self.at(time, state)
         (a, b), (c, d) = rates.jacobian
         by_omega, by_speed = contact.creepage_by_omega, contact.creepage_by_speed
         through = command.torque_by_creepage / self._wheelset.inertia
-        return [
+        whole = np.zeros((state.size, state.size))  # works feed nothing back, and follow at once
+        whole[:3, :3] = [
             [
                 a + through * by_omega,
                 b + through * by_speed,
@@ -200,6 +233,7 @@ class _Loop:
                 command.rate_by_memory,
             ],
         ]
+        return whole
 
     def conditions(self, slip_away_creepage: float) -> dict[str, Callable[..., float]]:
         """Functions that rise through zero when an event happens."""
@@ -255,6 +289,7 @@ class _Loop:
             "omega": states[0],
             "speed": states[1],
             "drive_torque": np.array(torques),
+            **dict(zip(("distance", *WORKS), states[3:], strict=True)),
             **{name: np.array([row[name] for row in inputs]) for name in self._segment.ends},
         }
 
@@ -282,12 +317,13 @@ def simulate(
     wheelset, controller
         What moves, and what drives it.
     initial_speed : float
-        [m/s].
+        [m/s]; zero and backwards too.
     duration : float, optional
         [s]; to the last breakpoint of the controller's reference if left out.
     initial_creepage : float, optional
         [1]. Left out, the run starts where the reference is met: at the reference creepage of
-        creep control, or on the stable branch at the first torque.
+        creep control, or on the stable branch at the first torque; below the minimum speed, and
+        backwards, it rolls.
     normal_load, friction_scale, resistance_force : float or Profile, optional
         Inputs over time [N, 1, N].
     slip_away_creepage : float, optional
@@ -314,7 +350,7 @@ def simulate(
     if away is None:
         away = 10.0 * wheelset.element.saturation_creepage
     checked("duration", end, POSITIVE)
-    checked("initial_speed", initial_speed, POSITIVE)
+    checked("initial_speed", initial_speed, FINITE)
     checked("tolerance", tolerance, Limits(at_least=1e-13, at_most=1e-2))
     checked("output_interval", interval, POSITIVE)
     checked("slip_away_creepage", away, POSITIVE)
@@ -333,15 +369,25 @@ def simulate(
     segments = _segments(profiles, end)
     given = segments[0].at(0.0)
     reference = given.pop("reference")
-    creepage = initial_creepage
-    if creepage is None and controller.asks_for == "creepage":
-        creepage = reference
-    elif creepage is None:
-        creepage = _creepage_at_torque(wheelset, reference, initial_speed, given)
-    torque = float(quasi_steady_torque(wheelset, creepage, speed=initial_speed, **given))
-    omega = (1.0 + creepage) * initial_speed / wheelset.radius
-    state = np.array([omega, initial_speed, controller.start(torque)])
-    scales = np.array([abs(omega), initial_speed, max(abs(torque), 1.0)])
+    slowest = wheelset.element.minimum_speed
+    creepage, torque = initial_creepage, 0.0
+    if initial_speed < slowest:
+        creepage = 0.0 if creepage is None else creepage
+    else:
+        if creepage is None and controller.asks_for == "creepage":
+            creepage = reference
+        elif creepage is None:
+            creepage = steady_creepage(wheelset, reference, speed=initial_speed, **given)
+        torque = float(quasi_steady_torque(wheelset, creepage, speed=initial_speed, **given))
+    omega = (initial_speed + creepage * max(abs(initial_speed), slowest)) / wheelset.radius
+    # Of each state what a small part of is little.
+    least = max(abs(initial_speed), slowest)
+    turning, stored = (
+        least / wheelset.radius,
+        0.5 * wheelset.inertia * (least / wheelset.radius) ** 2,
+    )
+    scales = np.array([turning, least, max(abs(torque), 1.0), least, *(stored for _ in WORKS)])
+    state = np.array([omega, initial_speed, controller.start(torque), 0.0, *(0.0 for _ in WORKS)])
 
     parts: list[dict[str, FloatArray]] = []
     events: list[Event] = []
@@ -367,16 +413,36 @@ def simulate(
     return make_result(wheelset, controller, columns, tuple(events))
 
 
-def _creepage_at_torque(
-    wheelset: Wheelset, torque: float, speed: float, given: Mapping[str, float]
+def steady_creepage(
+    wheelset: Wheelset,
+    torque: float,
+    *,
+    speed: float,
+    normal_load: float,
+    friction_scale: float,
+    resistance_force: float = 0.0,
 ) -> float:
-    """Creepage that a torque holds on the rising branch."""
+    """Creepage that a drive torque [N.m] holds on the rising branch [1].
+
+    Raises
+    ------
+    ValueError
+        If none does: the torque is above the fold.
+    """
     scale = wheelset.element.saturation_creepage_at(
-        normal_load=given["normal_load"], friction_scale=given["friction_scale"]
+        normal_load=normal_load, friction_scale=friction_scale
     )
 
     def excess(creepage: ArrayLike) -> FloatArray:
-        return quasi_steady_torque(wheelset, creepage, speed=speed, **given) - torque
+        held = quasi_steady_torque(
+            wheelset,
+            creepage,
+            speed=speed,
+            normal_load=normal_load,
+            friction_scale=friction_scale,
+            resistance_force=resistance_force,
+        )
+        return held - torque
 
     sign = 1.0 if excess(0.0) <= 0.0 else -1.0
     least = 0.01 * wheelset.element.friction.slip_rate_residual  # the peak is not below that

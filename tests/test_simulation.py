@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -194,7 +195,7 @@ def test_a_first_torque_out_of_reach_is_refused(rig: cl.Model) -> None:
     ("given", "message"),
     [
         ({"duration": -1.0}, "duration = -1.0"),
-        ({"initial_speed": 0.0}, "initial_speed = 0.0"),
+        ({"initial_speed": np.nan}, "initial_speed = nan"),
         ({"normal_load": -5.0}, "normal_load = -5.0"),
         ({"friction_scale": np.nan}, "value = nan"),
         ({"tolerance": 1.0}, "tolerance = 1.0"),
@@ -233,3 +234,31 @@ def test_profile_ends_jumps_and_refusals() -> None:
             cl.Profile(time, value)
     with pytest.raises(ValueError, match="at most once"):
         cl.Profile((1.0, 1.0, 1.0), (0.0, 1.0, 2.0))
+
+
+def test_energy_balance_of_every_kind_of_run(rig: cl.Model, locomotive: cl.Model) -> None:
+    for model in (rig, locomotive):
+        for control in (model.torque_control, model.creep_control):
+            run = cl.simulate(model.wheelset, control, initial_speed=model.initial_speed)
+            work = np.abs(np.diff(run["drive_work"])).sum()
+            assert np.abs(run["energy_defect"]).max() < 1e-8 * work
+            power = run["creep_force"] * run["slip_velocity"]
+            assert run["creep_work"][-1] == pytest.approx(
+                float(trapezoid(power, run.time)), rel=1e-3
+            )
+
+
+def test_from_standstill_to_forty_and_back_through_zero(locomotive: cl.Model) -> None:
+    torque = cl.Profile((0.0, 1.0, 28.0, 29.0, 56.0), (0.0, 2.2e4, 2.2e4, -2.2e4, -2.2e4))
+    run = cl.simulate(
+        dataclasses.replace(locomotive.wheelset, mass=22.5e3),
+        cl.TorqueControl(torque),
+        initial_speed=0.0,
+    )
+    assert run["speed"].max() > 40.0
+    assert run["speed"][-1] < -0.5
+    assert run["creepage"].min() < 0.0 < run["creepage"].max()
+    for values in run.signals.values():
+        assert np.isfinite(values).all()
+    work = np.abs(np.diff(run["drive_work"])).sum()
+    assert np.abs(run["energy_defect"]).max() < 1e-6 * work
