@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "component.h"
+#include "drivetrain.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 #include "resource.h"
@@ -99,6 +100,48 @@ static void test_steps(const creep_table *table, const force_element_parameters 
                                              random_exponent(-6.0, -1.0), 1e-3, &substep);
         CHECK(isfinite(state.omega) && isfinite(state.speed) && isfinite(state.relaxed_creepage));
         CHECK(error == NULL || memcmp(&state, &before, sizeof state) == 0);
+    }
+}
+
+/* Two wheels, with any of axle, motor and relaxation: the same, and no work without end. */
+static void test_drivetrains(const creep_table *table, const force_element_parameters *parameters) {
+    for (int i = 0; i < 200; i++) {
+        force_element_parameters contact = *parameters;
+        contact.relaxation_length = i % 2 ? 8e-3 : 0.0;
+        drivetrain_parameters train = {
+            .body = {parameters->radius, 250.0, i % 5 ? 1e-5 : 0.0, 50.0, 1800.0, 66.0, 3.1, 0.0,
+                     0.1},
+            .axle_stiffness = i % 3 ? random_exponent(3.0, 8.0) : 0.0,
+            .axle_damping = i % 3 ? random_exponent(0.0, 4.0) : 0.0,
+            .drive_share = random_unit(),
+            .motor_lag = i % 7 ? random_exponent(-3.0, 0.0) : 0.0,
+        };
+        drivetrain_input in = {
+            .commanded_torque = (random_unit() - 0.5) * random_exponent(0.0, 6.0),
+            .load_left = i % 10 ? random_exponent(0.0, 6.0) : 0.0,
+            .load_right = i % 11 ? random_exponent(0.0, 6.0) : 0.0,
+            .friction_left = 1.0,
+            .friction_right = random_exponent(-2.0, 0.0),
+        };
+        drivetrain_state state = {
+            .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+            .omega_left = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+        };
+        state.omega_right = state.omega_left;
+        drivetrain_state before = state;
+        drivetrain_output out;
+        double substep = 0.0;
+        size_t failed = 99;
+        const char *error =
+            drivetrain_advance_many(table, &contact, &train, 1, &in, &state,
+                                    random_exponent(-6.0, -1.0), 1e-3, &substep, &failed);
+        const double *numbers = (const double *)&state;
+        for (size_t k = 0; k < sizeof state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
+        CHECK(error == NULL ? failed == 99 : failed == 0);
+        CHECK(error == NULL || memcmp(&state, &before, sizeof state) == 0);
+        drivetrain_evaluate_many(table, &contact, &train, 1, &in, &state, &out);
+        CHECK(isfinite(out.creep_force_left) && isfinite(out.stored_energy));
+        if (train.axle_stiffness == 0.0) CHECK(state.omega_left == state.omega_right);
     }
 }
 
@@ -392,12 +435,14 @@ int main(int count, char **arguments) {
     test_table(&table);
     test_force(&table, &parameters);
     test_steps(&table, &parameters);
+    test_drivetrains(&table, &parameters);
     parameters.slip_rate_residual = 0.4;
     parameters.slip_rate_decay = 0.6;
     test_force(&table, &parameters);
     parameters.relaxation_length = 8e-3;
     test_force(&table, &parameters);
     test_steps(&table, &parameters);
+    test_drivetrains(&table, &parameters);
     test_lives(arguments[1], arguments[2]);
     test_lives3(arguments[1], arguments[2], !table.one_axis); /* Polach's law does not fall */
     if (size < 10000) test_broken_tables(bytes, size);        /* each try sums all of the bytes */
