@@ -55,14 +55,7 @@ class Profile:
 
     def __call__(self, at: ArrayLike) -> FloatArray:
         """Value at any places; at a jump the one from it on."""
-        t = np.asarray(at, dtype=np.float64)
-        last = np.searchsorted(self.at, t, side="right") - 1  # last breakpoint not after t
-        i = np.clip(last, 0, len(self.at) - 1)
-        j = np.clip(last + 1, 0, len(self.at) - 1)
-        places, values = np.array(self.at), np.array(self.value)
-        width = places[j] - places[i]
-        part = np.divide(t - places[i], width, out=np.zeros_like(t), where=width > 0.0)
-        return np.asarray(values[i] + part * (values[j] - values[i]))
+        return np.asarray(np.interp(at, self.at, self.value))
 
     def on(self, start: float, end: float) -> tuple[float, float]:
         """Values at `start` and `end` as seen between them; no breakpoint may lie between."""

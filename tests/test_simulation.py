@@ -227,6 +227,10 @@ def test_result_keeps_units_and_every_digit(rig: cl.Model, tmp_path: Path) -> No
 def test_profile_ends_jumps_and_refusals() -> None:
     profile = cl.Profile((0.0, 1.0, 1.0, 3.0), (0.0, 1.0, 5.0, 6.0))
     np.testing.assert_allclose(profile([-1.0, 0.5, 1.0, 2.0, 9.0]), [0.0, 0.5, 5.0, 5.5, 6.0])
+    jumps = cl.Profile((0.0, 0.0, 2.0, 2.0), (1.0, 2.0, 3.0, 4.0))  # at both ends
+    np.testing.assert_allclose(
+        jumps([-1e-9, 0.0, 1.0, 2.0 - 1e-12, 2.0]), [1.0, 2.0, 2.5, 3.0, 4.0]
+    )
     assert profile.on(0.5, 1.0) == (0.5, 1.0)
     assert profile.on(1.0, 2.0) == (5.0, 5.5)
     for time, value in (((1.0, 0.0), (0.0, 0.0)), ((), ()), ((0.0,), (1.0, 2.0))):
