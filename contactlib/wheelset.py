@@ -9,6 +9,7 @@ on as a `control.StateSpace`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,10 +29,12 @@ from contactlib.parameters import (
 )
 
 if TYPE_CHECKING:
-    from control import StateSpace
+    from control import NonlinearIOSystem, StateSpace
 
 GRAVITY = 9.80665  # standard gravity [m/s2]
 FASTEST = 1e3  # equilibria are looked for up to this speed [m/s]
+SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
+SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -315,7 +318,57 @@ class Wheelset(Parameters):
             np.zeros((4, 2)),
             states=["omega", "speed"][:n],
             inputs=["drive_torque", "resistance_force"],
-            outputs=["omega", "speed", "creepage", "creep_force"],
+            outputs=list(SIGNALS_OUT),
+        )
+
+    def to_nlsys(self, *, speed: float | None = None) -> NonlinearIOSystem:
+        """The equations of motion for python-control.
+
+        States ``omega`` and, unless held, ``speed``; inputs ``drive_torque``, ``normal_load``,
+        ``friction_scale`` and ``resistance_force``, in that order and all to be given; outputs
+        ``omega``, ``speed``, ``creepage``, ``creep_force``.
+
+        Parameters
+        ----------
+        speed : float, optional
+            Held forward speed [m/s], the parameter ``speed`` of the system; needed if, and only
+            if, the wheelset has no mass.
+
+        Raises
+        ------
+        ValueError
+            If `speed` is missing or not wanted; and by the system, if a load or friction scale is
+            out of range: python-control feeds zero where an input is forgotten.
+        """
+        import control
+
+        if (speed is None) == self.speed_held:
+            wanted = "is needed: the speed is held" if speed is None else "is a state, not given"
+            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
+        limits = kernel.force_input_limits()
+
+        def at(x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> tuple[Any, Any, float]:
+            at_speed = given["speed"] if self.speed_held else x[1]
+            for name, value in zip(SIGNALS_IN[1:3], u[1:3], strict=True):
+                checked(name, value, limits[name])
+            return *self.rates(x[0], at_speed, *u), at_speed
+
+        def update(_: float, x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> Any:
+            rates, _, _ = at(x, u, given)
+            return np.array([rates.omega_rate, rates.speed_rate])[: len(x)]
+
+        def output(_: float, x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> Any:
+            _, contact, at_speed = at(x, u, given)
+            return np.array([x[0], at_speed, contact.creepage, contact.creep_force])
+
+        return control.nlsys(
+            update,
+            output,
+            name="wheelset",
+            states=["omega"] if self.speed_held else ["omega", "speed"],
+            inputs=list(SIGNALS_IN),
+            outputs=list(SIGNALS_OUT),
+            params={"speed": float(checked("speed", speed, FINITE))} if speed is not None else {},
         )
 
     def _load(self, normal_load: float | None) -> float:

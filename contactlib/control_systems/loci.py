@@ -1,0 +1,137 @@
+"""Poles of the closed loop over its gain, and the Nyquist curve that counts the unstable ones."""
+
+from __future__ import annotations
+
+import warnings
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from contactlib.parameters import POSITIVE, FloatArray, checked
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+ComplexArray = NDArray[np.complex128]
+
+
+class RootLocus(NamedTuple):
+    """Closed-loop poles over the gain.
+
+    Attributes
+    ----------
+    gains : ndarray, shape (n,)
+        Factors on the open loop, rising.
+    poles : ndarray, shape (n, order)
+        One row per gain, one column per branch [1/s], or in z if sampled.
+    growth : ndarray, shape (n,)
+        Growth rate of the least stable pole [1/s].
+    critical_gains : tuple of float
+        Where the growth passes through zero.
+    """
+
+    gains: FloatArray
+    poles: ComplexArray
+    growth: FloatArray
+    critical_gains: tuple[float, ...]
+
+
+def growth_rate(poles: ArrayLike, sample_time: float = 0.0) -> float:
+    """Largest growth rate of any pole [1/s]: Re s, or log|z|/h of a sampled loop."""
+    roots = np.asarray(poles, dtype=np.complex128)
+    if sample_time == 0.0:
+        return float(roots.real.max())
+    return float(np.log(np.abs(roots).max()) / sample_time)
+
+
+def root_locus(loop: StateSpace, gains: ArrayLike) -> RootLocus:
+    """Closed-loop poles for factors on an open loop; with `proportional_gain` 1, for gains [N.m].
+
+    Parameters
+    ----------
+    loop : control.StateSpace
+        Open loop.
+    gains : array_like, shape (n,)
+        Above zero and rising. Stability lost and regained between two of them goes unseen.
+
+    Raises
+    ------
+    ValueError
+        If a gain is not above zero, or they do not rise.
+    """
+    import control
+
+    factors = np.atleast_1d(checked("gains", gains, POSITIVE))
+    if factors.ndim != 1 or (np.diff(factors) <= 0.0).any():
+        raise ValueError(f"gains = {factors!r} must be one row that rises")
+
+    def growth(gain: float) -> float:
+        """By eigenvalues: the roots of a polynomial blur where several poles are near z = 1."""
+        return growth_rate(control.feedback(gain * loop, 1.0).poles(), loop.dt)
+
+    found = control.root_locus_map(loop, factors)
+    rates = np.array([growth(gain) for gain in factors])
+    critical = [
+        float(brentq(growth, a, b, xtol=1e-12 * a))
+        for (a, b), (at_a, at_b) in zip(pairwise(factors), pairwise(rates), strict=True)
+        if at_a * at_b < 0.0
+    ]
+    return RootLocus(factors, found.loci, rates, tuple(critical))
+
+
+class Nyquist(NamedTuple):
+    """Nyquist curve of an open loop: Z = N + P.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (n,)
+        Angular frequency along the upper half of the contour [rad/s].
+    response : ndarray, shape (n,)
+        Open loop there [1].
+    encirclements : int
+        N, of -1, clockwise.
+    unstable_poles : int
+        P, of the open loop.
+    unstable_closed_loop_poles : int
+        Z by the count of encirclements.
+    """
+
+    frequency: FloatArray
+    response: ComplexArray
+    encirclements: int
+    unstable_poles: int
+    unstable_closed_loop_poles: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether the closed loop is."""
+        return self.unstable_closed_loop_poles == 0
+
+
+def nyquist(loop: StateSpace) -> Nyquist:
+    """Nyquist curve and its encirclements of -1.
+
+    A pole on the stability boundary, such as an integrator, is left on the stable side.
+
+    Raises
+    ------
+    ValueError
+        If the curve passes so close by -1 that its encirclements cannot be counted.
+    """
+    import control
+
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always")
+        (curve,) = control.nyquist_response([loop])
+    if doubts:
+        raise ValueError(f"the encirclements of -1 cannot be counted: {doubts[0].message}")
+    poles = loop.poles()
+    unstable = int((poles.real > 0.0).sum() if loop.dt == 0.0 else (np.abs(poles) > 1.0).sum())
+    contour = np.asarray(curve.contour, dtype=np.complex128)
+    frequency = contour.imag if loop.dt == 0.0 else np.angle(contour) / loop.dt
+    return Nyquist(
+        frequency, np.asarray(curve.response), curve.count, unstable, curve.count + unstable
+    )
