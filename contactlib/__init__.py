@@ -8,6 +8,19 @@ model = cl.load_model("models/roller_rig.toml") # a wheelset and its runs
 cl.export_fmu(model, "CreepForceElement.fmu")   # for any vehicle tool
 """
 
+from contactlib.control_systems import (
+    closed_loop,
+    creep_control_system,
+    creep_loop,
+    margins,
+    nyquist,
+    open_loop,
+    operating_point,
+    phase_plane_system,
+    response,
+    root_locus,
+    sampled_loop,
+)
 from contactlib.controllers import CreepControl, TorqueControl
 from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
 from contactlib.data import TractionData
@@ -37,6 +50,14 @@ from contactlib.stability import (
     slope_threshold,
 )
 from contactlib.table import CreepForceTable
+from contactlib.torsion import (
+    antiphase_eigenvalues,
+    bistable_range,
+    effective_slope,
+    torsional_jacobian,
+    torsional_state,
+    torsional_threshold,
+)
 from contactlib.wheelset import OperatingPoint, Resistance, Wheelset
 
 __all__ = [
@@ -71,10 +92,16 @@ __all__ = [
     "TractionData",
     "Weakening",
     "Wheelset",
+    "antiphase_eigenvalues",
+    "bistable_range",
     "carter_griffith_table",
+    "closed_loop",
     "cohesive_table",
     "cosimulate",
     "creep_control_gain",
+    "creep_control_system",
+    "creep_loop",
+    "effective_slope",
     "export_fmu",
     "export_ssp",
     "find_fold",
@@ -82,10 +109,21 @@ __all__ = [
     "friction_with_k_hat",
     "k_hat",
     "load_model",
+    "margins",
     "model_path",
+    "nyquist",
+    "open_loop",
+    "operating_point",
+    "phase_plane_system",
     "process_zone_ratio",
     "quasi_steady_torque",
+    "response",
+    "root_locus",
+    "sampled_loop",
     "saturation_creepage",
     "simulate",
     "slope_threshold",
+    "torsional_jacobian",
+    "torsional_state",
+    "torsional_threshold",
 ]

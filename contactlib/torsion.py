@@ -1,0 +1,309 @@
+"""Wheelset on an elastic axle: when its wheels vibrate against each other.
+
+Each wheel has half of the wheelset's inertia J_w = J/2 and load, and half of its creep force,
+Q1 = Q/2, at the same creepage. With the twist theta, k and d of the axle, b/2 on each wheel,
+
+    J_w domega_l/dt = T_l - r Q1(zeta_l) - (b/2) omega_l - k theta - d (omega_l - omega_r)
+    J_w domega_r/dt = T_r - r Q1(zeta_r) - (b/2) omega_r + k theta + d (omega_l - omega_r)
+    dtheta/dt       = omega_l - omega_r
+
+The mean of the two is a rigid wheelset. The difference is an oscillator of omega_t^2 = 2 k/J_w and
+2 D omega_t = (2 d + b/2)/J_w, which a falling creep force drives: its growth is, whatever the
+controller of the mean creepage does, half of
+
+    rate(a) = -(r^2/(J_w V)) N(a) - 2 D omega_t
+
+with N(a), the describing function of z -> (Q1(zeta_m + z) - Q1(zeta_m - z))/2, for an amplitude a
+of the creepage zeta_l = zeta_m + a sin(omega t); N(0) = Q1'. N is real, so a limit cycle,
+rate(a) = 0, has the frequency omega_t. The mean creepage zeta_m is taken as held: creep control
+sees to it, but for a ripple at 2 omega_t that the mean force has besides.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq, minimize_scalar
+
+from contactlib.drivetrain import Axle, Drivetrain
+from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
+from contactlib.wheelset import OperatingPoint, Wheelset
+
+PHASES = 256  # over a quarter of a cycle
+AMPLITUDES = 241  # searched for limit cycles
+
+
+def torsional_jacobian(drivetrain: Drivetrain, point: OperatingPoint) -> FloatArray:
+    """Matrix of (omega_left, omega_right, twist) and, unless held, speed, about `point`.
+
+    Returns
+    -------
+    ndarray, shape (3, 3) or (4, 4)
+        [1/s, ...].
+    """
+    axle = _axle(drivetrain)
+    own = 0.5 * drivetrain.wheelset.inertia
+    rigid = point.jacobian
+    spring, damper = axle.stiffness / own, axle.damping / own
+    matrix = np.zeros((4, 4))
+    matrix[:2, :3] = [
+        [rigid[0, 0] - damper, damper, -spring],
+        [damper, rigid[0, 0] - damper, spring],
+    ]
+    matrix[2, :2] = 1.0, -1.0
+    if drivetrain.wheelset.speed_held:
+        return matrix[:3, :3]
+    matrix[:2, 3] = rigid[0, 1]
+    matrix[3, :2] = 0.5 * rigid[1, 0]
+    matrix[3, 3] = rigid[1, 1]
+    return matrix
+
+
+def antiphase_eigenvalues(drivetrain: Drivetrain, point: OperatingPoint) -> FloatArray:
+    """The two eigenvalues of the wheels against each other [1/s]: closed form.
+
+    lambda^2 - c lambda + omega_t^2 = 0 with c = -(r^2 Q'/V + b + 4 d)/J, whether the speed is held
+    or not.
+    """
+    axle = _axle(drivetrain)
+    growth = point.jacobian[0, 0] - 4.0 * axle.damping / drivetrain.wheelset.inertia
+    root = np.emath.sqrt(0.25 * growth**2 - drivetrain.torsional_frequency**2)
+    return np.asarray([0.5 * growth + root, 0.5 * growth - root])
+
+
+def torsional_threshold(drivetrain: Drivetrain, *, speed: float) -> float:
+    """Slope Q1' of ONE wheel's creep force below which the antiphase vibration grows [N].
+
+    -2 D omega_t J_w V/r^2 = -(2 d + b/2) V/r^2; the stiffness does not matter.
+    """
+    axle, wheelset = _axle(drivetrain), drivetrain.wheelset
+    checked("speed", speed, POSITIVE)
+    return -(2.0 * axle.damping + 0.5 * wheelset.damping) * speed / wheelset.radius**2
+
+
+class AntiphaseForce:
+    """z -> (Q1(zeta_m + z) - Q1(zeta_m - z))/2 for python-control's describing functions [N].
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        Both wheels together.
+    point : OperatingPoint
+        Its creepage is zeta_m; speed, load and friction are held.
+    """
+
+    def __init__(self, wheelset: Wheelset, point: OperatingPoint) -> None:
+        self._wheelset, self._point = wheelset, point
+
+    def __call__(self, deviation: ArrayLike) -> Any:
+        """Value at any deviations z of the creepage [1]."""
+        z = np.asarray(deviation, dtype=np.float64)
+        ahead, behind = self._force(self._point.creepage + np.stack([z, -z]))
+        return 0.25 * (ahead - behind)  # half a difference of halves
+
+    def _force(self, creepage: FloatArray) -> FloatArray:
+        record = self._wheelset.element.at_creepage(
+            creepage,
+            speed=self._point.speed,
+            normal_load=self._point.normal_load,
+            friction_scale=self._point.friction_scale,
+        )
+        return np.asarray(record["creep_force"])
+
+    @cached_property
+    def _cycle(self) -> FloatArray:
+        """Sines at the midpoints of a quarter of a cycle: the rest mirrors them."""
+        return np.sin(0.5 * np.pi * (np.arange(PHASES) + 0.5) / PHASES)
+
+    def describing_function(self, amplitude: float) -> float:
+        """N(a) = (1/(pi a)) int f(a sin phi) sin phi dphi over a cycle [N]; N(0) = Q1'."""
+        if amplitude == 0.0:
+            return 0.5 * self._point.creep_force_slope
+        sines = self._cycle
+        return float(2.0 * np.mean(self(amplitude * sines) * sines) / amplitude)
+
+    def _isstatic(self) -> bool:
+        return True
+
+
+def effective_slope(wheelset: Wheelset, point: OperatingPoint, amplitude: ArrayLike) -> FloatArray:
+    """N(a), the slope of one wheel's creep force that an amplitude of creepage feels [N].
+
+    Parameters
+    ----------
+    wheelset, point
+        Both wheels together, and where they vibrate.
+    amplitude : array_like
+        Amplitude a of the creepage against the mean, at least zero [1].
+    """
+    import control
+
+    size = checked("amplitude", amplitude, Limits(at_least=0.0))
+    return np.asarray(control.describing_function(AntiphaseForce(wheelset, point), size).real)
+
+
+class LimitCycle(NamedTuple):
+    """Vibration of the wheels against each other that neither grows nor decays.
+
+    Attributes
+    ----------
+    amplitude : float
+        Of either wheel's creepage against the mean [1].
+    frequency : float
+        [Hz].
+    axle_torque : float
+        Amplitude of stiffness times twist, 2 k V a/(r omega_t) [N.m].
+    stable : bool
+        Whether neighbouring vibrations run into it.
+    """
+
+    amplitude: float
+    frequency: float
+    axle_torque: float
+    stable: bool
+
+
+class TorsionalState(NamedTuple):
+    """What the wheels can do against each other at one mean creepage.
+
+    Attributes
+    ----------
+    creepage, speed : float
+        [1, m/s].
+    equilibrium_stable : bool
+        Whether small vibrations decay.
+    limit_cycles : tuple of LimitCycle
+        By rising amplitude.
+    """
+
+    creepage: float
+    speed: float
+    equilibrium_stable: bool
+    limit_cycles: tuple[LimitCycle, ...]
+
+    @property
+    def bistable(self) -> bool:
+        """Whether it depends on the kick if the wheels come to rest or keep vibrating."""
+        return self.equilibrium_stable and any(cycle.stable for cycle in self.limit_cycles)
+
+
+def torsional_state(drivetrain: Drivetrain, point: OperatingPoint) -> TorsionalState:
+    """Stability and limit cycles by the describing function, at the creepage of `point` held.
+
+    Raises
+    ------
+    ValueError
+        If the axle is rigid, or the creep force does not follow the creepage at once.
+    """
+    rate, amplitudes = _rate(drivetrain, point)
+    rates = np.array([rate(a) for a in amplitudes])
+    cycles = []
+    for (a, b), (at_a, at_b) in zip(pairwise(amplitudes), pairwise(rates), strict=True):
+        if at_a * at_b < 0.0:
+            root = float(brentq(rate, a, b, xtol=1e-12))
+            cycles.append(_cycle(drivetrain, point, root, stable=bool(at_b < 0.0)))
+    return TorsionalState(point.creepage, point.speed, bool(rates[0] < 0.0), tuple(cycles))
+
+
+def bistable_range(
+    drivetrain: Drivetrain,
+    *,
+    speed: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+) -> tuple[float, float] | None:
+    """Mean creepages between which a stable equilibrium and a stable limit cycle coexist [1].
+
+    From where small vibrations decay again, beyond the steepest fall of the creep force, to where
+    the cycle meets its unstable neighbour and ends. None if the equilibrium is never unstable.
+
+    Raises
+    ------
+    ValueError
+        As `torsional_state`; or if a value is out of range.
+    """
+    wheelset = drivetrain.wheelset
+    given: dict[str, Any] = {
+        "speed": speed,
+        "normal_load": normal_load,
+        "friction_scale": friction_scale,
+    }
+
+    def growth(creepage: float) -> float:
+        point = wheelset.balanced(creepage=creepage, **given)
+        return torsional_threshold(drivetrain, speed=speed) - 0.5 * point.creep_force_slope
+
+    def largest_rate(creepage: float) -> float:
+        return _largest_rate(drivetrain, wheelset.balanced(creepage=creepage, **given))
+
+    scale = wheelset.element.saturation_creepage_at(
+        normal_load=normal_load, friction_scale=friction_scale
+    )
+    grid = scale * np.geomspace(0.05, 100.0, 601)
+    growths = np.array([growth(z) for z in grid])
+    unstable = np.flatnonzero(growths > 0.0)
+    if unstable.size == 0 or unstable[-1] == grid.size - 1:
+        return None
+    last = int(unstable[-1])
+    low = float(brentq(growth, grid[last], grid[last + 1], xtol=1e-12))
+    beyond = [low * (1.0 + 1e-6), *(low * np.geomspace(1.02, 20.0, 60)).tolist()]
+    for a, b in pairwise(beyond):
+        if largest_rate(b) < 0.0:
+            if largest_rate(a) < 0.0:
+                return None
+            return low, float(brentq(largest_rate, a, b, xtol=1e-7 * low))
+    return low, math.inf
+
+
+def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArray]:
+    """rate(a) of the module's head, and amplitudes that reach over the whole curve."""
+    import control
+
+    axle, wheelset = _axle(drivetrain), drivetrain.wheelset
+    own, damping = 0.5 * wheelset.inertia, 2.0 * axle.damping + 0.5 * wheelset.damping
+    force = AntiphaseForce(wheelset, point)
+    scale = wheelset.element.saturation_creepage_at(
+        normal_load=point.normal_load, friction_scale=point.friction_scale
+    )
+
+    def rate(amplitude: float) -> float:
+        slope = float(control.describing_function(force, amplitude).real)
+        return -(wheelset.radius**2 * slope / point.speed + damping) / own
+
+    largest = 3.0 * (abs(point.creepage) + 3.0 * scale)
+    return rate, np.append(0.0, np.geomspace(1e-4 * scale, largest, AMPLITUDES))
+
+
+def _largest_rate(drivetrain: Drivetrain, point: OperatingPoint) -> float:
+    """Largest rate(a) over a > 0."""
+    rate, amplitudes = _rate(drivetrain, point)
+    rates = np.array([rate(a) for a in amplitudes])
+    top = int(np.clip(rates.argmax(), 1, rates.size - 2))
+    bounds = (amplitudes[top - 1], amplitudes[top + 1])
+    found = minimize_scalar(lambda a: -rate(a), bounds=bounds, method="bounded")
+    return -float(found.fun)
+
+
+def _cycle(
+    drivetrain: Drivetrain, point: OperatingPoint, amplitude: float, *, stable: bool
+) -> LimitCycle:
+    frequency = drivetrain.torsional_frequency
+    twist = 2.0 * point.speed * amplitude / (drivetrain.wheelset.radius * frequency)  # [rad]
+    torque = _axle(drivetrain).stiffness * twist
+    return LimitCycle(amplitude, frequency / (2.0 * math.pi), torque, stable)
+
+
+def _axle(drivetrain: Drivetrain) -> Axle:
+    if drivetrain.axle is None:
+        raise ValueError("drivetrain.axle = None: the wheels of a rigid axle do not vibrate")
+    if drivetrain.relaxation_length > 0.0:
+        raise ValueError(
+            f"drivetrain.relaxation_length = {drivetrain.relaxation_length!r}: the analysis takes "
+            "the creep force to follow the creepage at once, so it must be 0"
+        )
+    return drivetrain.axle
