@@ -83,7 +83,7 @@ def amplitudes(
     )
     assert solution.success
     difference = r * (solution.y[0] - solution.y[1]) / (2.0 * solution.y[3])
-    return np.abs(difference).reshape(cycles, rows).max(axis=1)
+    return np.asarray(np.abs(difference).reshape(cycles, rows).max(axis=1))
 
 
 @pytest.mark.parametrize("held", [False, True])
