@@ -1,22 +1,13 @@
-"""Wheelset on an elastic axle: when its wheels vibrate against each other.
+"""Wheelset on an elastic axle: vibrations of its wheels against each other that keep their size.
 
-Each wheel has half of the wheelset's inertia J_w = J/2 and load, and half of its creep force,
-Q1 = Q/2, at the same creepage. With the twist theta, k and d of the axle, b/2 on each wheel,
-
-    J_w domega_l/dt = T_l - r Q1(zeta_l) - (b/2) omega_l - k theta - d (omega_l - omega_r)
-    J_w domega_r/dt = T_r - r Q1(zeta_r) - (b/2) omega_r + k theta + d (omega_l - omega_r)
-    dtheta/dt       = omega_l - omega_r
-
-The mean of the two is a rigid wheelset. The difference is an oscillator of omega_t^2 = 2 k/J_w and
-2 D omega_t = (2 d + b/2)/J_w, which a falling creep force drives: its growth is, whatever the
-controller of the mean creepage does, half of
+The antiphase vibration of `contactlib.torsion.linear` with an amplitude a of either wheel's
+creepage, zeta_l = zeta_m + a sin(omega t), grows by half of
 
     rate(a) = -(r^2/(J_w V)) N(a) - 2 D omega_t
 
-with N(a), the describing function of z -> (Q1(zeta_m + z) - Q1(zeta_m - z))/2, for an amplitude a
-of the creepage zeta_l = zeta_m + a sin(omega t); N(0) = Q1'. N is real, so a limit cycle,
-rate(a) = 0, has the frequency omega_t. The mean creepage zeta_m is taken as held: creep control
-sees to it, but for a ripple at 2 omega_t that the mean force has besides.
+with N(a), the describing function of z -> (Q1(zeta_m + z) - Q1(zeta_m - z))/2; N(0) = Q1'. N is
+real, so a limit cycle, rate(a) = 0, has the frequency omega_t. The mean creepage zeta_m is taken as
+held: creep control sees to it, but for a ripple at 2 omega_t that the mean force has besides.
 """
 
 from __future__ import annotations
@@ -30,60 +21,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from contactlib.drivetrain import Axle, Drivetrain
-from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
+from contactlib.drivetrain import Drivetrain
+from contactlib.parameters import FloatArray, Limits, checked
+from contactlib.torsion.linear import checked_axle, torsional_threshold
 from contactlib.wheelset import OperatingPoint, Wheelset
 
 PHASES = 256  # over a quarter of a cycle
 AMPLITUDES = 241  # searched for limit cycles
-
-
-def torsional_jacobian(drivetrain: Drivetrain, point: OperatingPoint) -> FloatArray:
-    """Matrix of (omega_left, omega_right, twist) and, unless held, speed, about `point`.
-
-    Returns
-    -------
-    ndarray, shape (3, 3) or (4, 4)
-        [1/s, ...].
-    """
-    axle = _axle(drivetrain)
-    own = 0.5 * drivetrain.wheelset.inertia
-    rigid = point.jacobian
-    spring, damper = axle.stiffness / own, axle.damping / own
-    matrix = np.zeros((4, 4))
-    matrix[:2, :3] = [
-        [rigid[0, 0] - damper, damper, -spring],
-        [damper, rigid[0, 0] - damper, spring],
-    ]
-    matrix[2, :2] = 1.0, -1.0
-    if drivetrain.wheelset.speed_held:
-        return matrix[:3, :3]
-    matrix[:2, 3] = rigid[0, 1]
-    matrix[3, :2] = 0.5 * rigid[1, 0]
-    matrix[3, 3] = rigid[1, 1]
-    return matrix
-
-
-def antiphase_eigenvalues(drivetrain: Drivetrain, point: OperatingPoint) -> FloatArray:
-    """The two eigenvalues of the wheels against each other [1/s]: closed form.
-
-    lambda^2 - c lambda + omega_t^2 = 0 with c = -(r^2 Q'/V + b + 4 d)/J, whether the speed is held
-    or not.
-    """
-    axle = _axle(drivetrain)
-    growth = point.jacobian[0, 0] - 4.0 * axle.damping / drivetrain.wheelset.inertia
-    root = np.emath.sqrt(0.25 * growth**2 - drivetrain.torsional_frequency**2)
-    return np.asarray([0.5 * growth + root, 0.5 * growth - root])
-
-
-def torsional_threshold(drivetrain: Drivetrain, *, speed: float) -> float:
-    """Slope Q1' of ONE wheel's creep force below which the antiphase vibration grows [N].
-
-    -2 D omega_t J_w V/r^2 = -(2 d + b/2) V/r^2; the stiffness does not matter.
-    """
-    axle, wheelset = _axle(drivetrain), drivetrain.wheelset
-    checked("speed", speed, POSITIVE)
-    return -(2.0 * axle.damping + 0.5 * wheelset.damping) * speed / wheelset.radius**2
 
 
 class AntiphaseForce:
@@ -220,7 +164,8 @@ def bistable_range(
     """Mean creepages between which a stable equilibrium and a stable limit cycle coexist [1].
 
     From where small vibrations decay again, beyond the steepest fall of the creep force, to where
-    the cycle meets its unstable neighbour and ends. None if the equilibrium is never unstable.
+    the cycle meets its unstable neighbour and ends. None if small vibrations never grow, still grow
+    at a hundred times the saturation creepage, or no cycle outlasts their growth.
 
     Raises
     ------
@@ -264,7 +209,7 @@ def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArra
     """rate(a) of the module's head, and amplitudes that reach over the whole curve."""
     import control
 
-    axle, wheelset = _axle(drivetrain), drivetrain.wheelset
+    axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
     own, damping = 0.5 * wheelset.inertia, 2.0 * axle.damping + 0.5 * wheelset.damping
     force = AntiphaseForce(wheelset, point)
     scale = wheelset.element.saturation_creepage_at(
@@ -294,16 +239,5 @@ def _cycle(
 ) -> LimitCycle:
     frequency = drivetrain.torsional_frequency
     twist = 2.0 * point.speed * amplitude / (drivetrain.wheelset.radius * frequency)  # [rad]
-    torque = _axle(drivetrain).stiffness * twist
+    torque = checked_axle(drivetrain).stiffness * twist
     return LimitCycle(amplitude, frequency / (2.0 * math.pi), torque, stable)
-
-
-def _axle(drivetrain: Drivetrain) -> Axle:
-    if drivetrain.axle is None:
-        raise ValueError("drivetrain.axle = None: the wheels of a rigid axle do not vibrate")
-    if drivetrain.relaxation_length > 0.0:
-        raise ValueError(
-            f"drivetrain.relaxation_length = {drivetrain.relaxation_length!r}: the analysis takes "
-            "the creep force to follow the creepage at once, so it must be 0"
-        )
-    return drivetrain.axle
