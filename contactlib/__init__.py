@@ -40,7 +40,14 @@ from contactlib.hertz import EllipticContact, LineContact, Material
 from contactlib.law_tables import carter_griffith_table, cohesive_table
 from contactlib.laws import CarterGriffith, CohesiveZone, ConvergenceError, MeasuredCurve, Polach
 from contactlib.profile import Profile
-from contactlib.scenario import Model, ModelError, load_model, model_path
+from contactlib.scenario import (
+    Model,
+    ModelError,
+    Scenario,
+    load_model,
+    load_scenario,
+    model_path,
+)
 from contactlib.simulation import Event, Result, simulate
 from contactlib.stability import (
     Fold,
@@ -58,6 +65,7 @@ from contactlib.torsion import (
     torsional_state,
     torsional_threshold,
 )
+from contactlib.track import Track
 from contactlib.wheelset import OperatingPoint, Resistance, Wheelset
 
 __all__ = [
@@ -88,7 +96,9 @@ __all__ = [
     "Profile",
     "Resistance",
     "Result",
+    "Scenario",
     "TorqueControl",
+    "Track",
     "TractionData",
     "Weakening",
     "Wheelset",
@@ -110,6 +120,7 @@ __all__ = [
     "k_hat",
     "load_model",
     "margins",
+    "load_scenario",
     "model_path",
     "nyquist",
     "open_loop",

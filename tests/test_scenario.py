@@ -107,7 +107,11 @@ def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:
             "time = []",
             r"creep_control\.time = \[\] must be a list",
         ),
-        ("time = [0.0, 2.0, 10.0, 20.0]", "time = [0.0]", r"creep_control\.time has 1 and value 4"),
+        (
+            "time = [0.0, 2.0, 10.0, 20.0]",
+            "time = [0.0]",
+            r"creep_control\.time has 1 and creepage 4",
+        ),
         (
             "torque_min = 0.0",
             "torque_min = 4e4",

@@ -1,0 +1,190 @@
+"""Scenario files: a vehicle, how it is driven, where, and by which controllers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Annotated, Any
+
+from contactlib.drivetrain import Axle, Drivetrain
+from contactlib.parameters import Parameters, Quantity
+from contactlib.profile import Profile
+from contactlib.scenario.controllers import read_controllers
+from contactlib.scenario.reading import (
+    check_keys,
+    in_file,
+    model_path,
+    named,
+    parse,
+    read_optional,
+    read_section,
+    text,
+)
+from contactlib.scenario.scenario_sections import (
+    DemandSection,
+    HeldSpeedSection,
+    MotorSection,
+    RelaxationSection,
+    ScenarioRunSection,
+    TrackSection,
+)
+from contactlib.scenario.vehicle import read_vehicle
+from contactlib.table import CreepForceTable
+from contactlib.track import Track
+from contactlib.traction import Sensors, TractionController
+from contactlib.wheelset import Wheelset
+
+NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
+OPTIONAL = (
+    "vehicle_changes",
+    "axle",
+    "motor",
+    "contact_relaxation",
+    "track",
+    "held_speed",
+    "sensors",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario(Parameters):
+    """A drivetrain and what it is put through.
+
+    Attributes
+    ----------
+    name, source : str
+        What it is, and where its numbers come from.
+    drivetrain : Drivetrain
+        Vehicle, axle and motor.
+    track : Track
+        Friction over distance and time.
+    demand : Profile
+        Torque that the driver asks for over time [N.m].
+    held_speed : Profile or None
+        Speed over time that a roller rig holds [m/s]; None if, and only if, the wheelset is free.
+    initial_speed, design_speed : float
+        At the start, and the one that the controllers were designed for [m/s].
+    duration : float
+        [s].
+    sensors : Sensors
+        What the controllers see.
+    controllers : mapping
+        Controllers by name, in the order of the file.
+    """
+
+    name: str
+    source: str
+    drivetrain: Drivetrain
+    track: Track = field(default_factory=Track)
+    demand: Profile
+    held_speed: Profile | None = None
+    initial_speed: Annotated[float, Quantity("m/s")]
+    design_speed: Annotated[float, Quantity("m/s", above=0.0)]
+    duration: Annotated[float, Quantity("s", above=0.0)]
+    sensors: Sensors
+    controllers: Mapping[str, TractionController]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.held_speed is not None) != self.drivetrain.wheelset.speed_held:
+            state = "held" if self.drivetrain.wheelset.speed_held else "free"
+            raise ValueError(f"held_speed = {self.held_speed!r}: the wheelset's speed is {state}")
+        if not self.controllers:
+            raise ValueError("controllers must name at least one controller")
+        object.__setattr__(self, "controllers", MappingProxyType(dict(self.controllers)))
+
+
+def load_scenario(
+    path: str | os.PathLike[str],
+    *,
+    table: CreepForceTable | None = None,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Scenario:
+    """Read a scenario file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one such as ``"dry_wet_dry.toml"``.
+    table : CreepForceTable, optional
+        The law; if left out that of the vehicle's ``[law]`` section, or Carter and Griffith's.
+    progress : callable
+        Is told what part of the law's table has been built, which the cohesive law needs.
+
+    Raises
+    ------
+    ModelError
+        If the file or that of its vehicle is not valid; one line names file, key, value and limit.
+    OSError
+        If a file cannot be read.
+    """
+    file = model_path(path)
+    with in_file(path):
+        data = parse(file)
+        if "vehicle" not in data and "contact" in data:
+            raise ValueError(
+                "is a model, not a scenario: contactlib.load_model reads it; a scenario names its "
+                "model file with the key 'vehicle'"
+            )
+        check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
+        return _build_scenario(data, read_vehicle(data, file.parent, table, progress))
+
+
+def _build_scenario(data: Mapping[str, Any], wheelset: Wheelset) -> Scenario:
+    name, source = (text(key, data[key]) for key in ("name", "source"))
+    motor = read_optional("motor", MotorSection, data) or MotorSection()
+    relaxation = read_optional("contact_relaxation", RelaxationSection, data)
+    drivetrain = Drivetrain(
+        wheelset,
+        axle=read_optional("axle", Axle, data),
+        motor_lag=motor.lag,
+        relaxation_length=(relaxation or RelaxationSection()).length,
+    )
+    run = read_section("run", ScenarioRunSection, data)
+    demand = read_section("demand", DemandSection, data)
+    with named("demand"):
+        torque = demand.build()
+    track = read_optional("track", TrackSection, data) or TrackSection()
+    with named("track"):
+        friction = track.build()
+    initial_speed, held_speed = _speeds(run, data, wheelset)
+    design_speed = initial_speed if run.design_speed is None else run.design_speed
+    if design_speed < wheelset.element.minimum_speed:
+        raise ValueError(
+            "run.design_speed is missing: controllers cannot be designed for the initial speed "
+            f"{initial_speed!r}, below the minimum speed {wheelset.element.minimum_speed!r}"
+        )
+    sensors = read_optional("sensors", Sensors, data) or Sensors()
+    return Scenario(
+        name=name,
+        source=source,
+        drivetrain=drivetrain,
+        track=friction,
+        demand=torque,
+        held_speed=held_speed,
+        initial_speed=initial_speed,
+        design_speed=design_speed,
+        duration=run.duration,
+        sensors=sensors,
+        controllers=read_controllers(data["controllers"], drivetrain, design_speed, sensors),
+    )
+
+
+def _speeds(
+    run: ScenarioRunSection, data: Mapping[str, Any], wheelset: Wheelset
+) -> tuple[float, Profile | None]:
+    """Speed at the start, and the one over time that a roller rig holds."""
+    section = read_optional("held_speed", HeldSpeedSection, data)
+    if section is not None and not wheelset.speed_held:
+        raise ValueError("held_speed needs a vehicle without wheelset.mass: a roller rig")
+    if (section is None) == (run.initial_speed is None):
+        both = "both are" if section is not None else "none is"
+        raise ValueError(f"run.initial_speed and held_speed: give one of them; {both} given")
+    if section is None:
+        initial = float(run.initial_speed or 0.0)
+        return initial, Profile.of(initial) if wheelset.speed_held else None
+    with named("held_speed"):
+        held = section.build()
+    return float(held(0.0)), held
