@@ -39,6 +39,7 @@ from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
 from contactlib.law_tables import carter_griffith_table, cohesive_table
 from contactlib.laws import CarterGriffith, CohesiveZone, ConvergenceError, MeasuredCurve, Polach
+from contactlib.peak_force import available_force
 from contactlib.profile import Profile
 from contactlib.scenario import (
     Model,
@@ -104,6 +105,7 @@ __all__ = [
     "Wheelset",
     "antiphase_eigenvalues",
     "bistable_range",
+    "available_force",
     "carter_griffith_table",
     "closed_loop",
     "cohesive_table",
