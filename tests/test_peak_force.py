@@ -22,7 +22,7 @@ def falling(element: cl.ForceElement, *, residual: float, decay: float) -> cl.Fo
 def searched(element: cl.ForceElement, *, speed: float, load: float, scale: float) -> float:
     """Largest force of two million creepages."""
     zeta0 = element.saturation_creepage_at(normal_load=load, friction_scale=scale)
-    near, far = np.linspace(0.0, 3.0, 1_500_001), np.geomspace(3.0, 1e4, 500_000)
+    near, far = np.linspace(0.0, 3.0, 1_500_001), np.geomspace(3.0, 1e8, 500_000)
     return max(
         float(
             element.at_creepage(zeta0 * x, speed=speed, normal_load=load, friction_scale=scale)[

@@ -31,6 +31,7 @@ UNITS = {
     "m/s": {"km/h": 1.0 / 3.6},
     "s/m": {"h/km": 3.6},
     "N.m": {"kN.m": 1e3},
+    "N.s": {"kN.s": 1e3},
     "N.m/s": {"kN.m/s": 1e3},
     "N.m/rad": {"kN.m/rad": 1e3, "MN.m/rad": 1e6},
     "N.m.s/rad": {"kN.m.s/rad": 1e3},
