@@ -21,6 +21,7 @@ from contactlib.control_systems import (
     root_locus,
     sampled_loop,
 )
+from contactlib.comparison import comparison_table, write_comparison
 from contactlib.controllers import CreepControl, TorqueControl
 from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
 from contactlib.data import TractionData
@@ -39,6 +40,7 @@ from contactlib.friction import EXPONENTIAL, Friction, Weakening
 from contactlib.hertz import EllipticContact, LineContact, Material
 from contactlib.law_tables import carter_griffith_table, cohesive_table
 from contactlib.laws import CarterGriffith, CohesiveZone, ConvergenceError, MeasuredCurve, Polach
+from contactlib.metrics import Metrics, metrics
 from contactlib.peak_force import available_force
 from contactlib.profile import Profile
 from contactlib.scenario import (
@@ -89,6 +91,7 @@ __all__ = [
     "LineContact",
     "Material",
     "MeasuredCurve",
+    "Metrics",
     "Model",
     "ModelError",
     "OperatingPoint",
@@ -109,6 +112,7 @@ __all__ = [
     "carter_griffith_table",
     "closed_loop",
     "cohesive_table",
+    "comparison_table",
     "cosimulate",
     "creep_control_gain",
     "creep_control_system",
@@ -123,6 +127,7 @@ __all__ = [
     "load_model",
     "margins",
     "load_scenario",
+    "metrics",
     "model_path",
     "nyquist",
     "open_loop",
@@ -139,4 +144,5 @@ __all__ = [
     "torsional_jacobian",
     "torsional_state",
     "torsional_threshold",
+    "write_comparison",
 ]
