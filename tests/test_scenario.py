@@ -10,7 +10,7 @@ import pytest
 import contactlib as cl
 from contactlib.files import package_folder
 
-SHIPPED = sorted(package_folder("models").glob("*.toml"))
+SHIPPED = [package_folder("models") / name for name in ("locomotive.toml", "roller_rig.toml")]
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)

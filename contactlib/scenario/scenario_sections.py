@@ -68,12 +68,12 @@ class HeldSpeedSection(Parameters):
 class TrackSection(Parameters):
     """``[track]``: factors on friction over distance, on one or both sides, and over time."""
 
-    distance: Annotated[Places | None, Quantity("m")] = None
-    friction: Annotated[Places | None, Quantity("1", above=0.0)] = None
-    friction_left: Annotated[Places | None, Quantity("1", above=0.0)] = None
-    friction_right: Annotated[Places | None, Quantity("1", above=0.0)] = None
-    time: Annotated[Places | None, Quantity("s", at_least=0.0)] = None
-    friction_over_time: Annotated[Places | None, Quantity("1", above=0.0)] = None
+    distance: Annotated[Places, Quantity("m")] = ()
+    friction: Annotated[Places, Quantity("1", above=0.0)] = ()
+    friction_left: Annotated[Places, Quantity("1", above=0.0)] = ()
+    friction_right: Annotated[Places, Quantity("1", above=0.0)] = ()
+    time: Annotated[Places, Quantity("s", at_least=0.0)] = ()
+    friction_over_time: Annotated[Places, Quantity("1", above=0.0)] = ()
 
     def build(self) -> Track:
         """The track."""
@@ -101,4 +101,4 @@ class TrackSection(Parameters):
         return Track(**factors)
 
     def _given(self, *keys: str) -> tuple[str, ...]:
-        return tuple(key for key in keys if getattr(self, key) is not None)
+        return tuple(key for key in keys if getattr(self, key))

@@ -46,6 +46,7 @@ class OpenLoop(Parameters):
     """The demand is the torque."""
 
     sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
+    reference: Annotated[float, Quantity("1", above=0.0)] = 0.01
 
     @classmethod
     def for_drivetrain(
@@ -62,4 +63,6 @@ class OpenLoop(Parameters):
         return measurement.demand, None
 
 
-CONTROLLERS: Mapping[str, Any] = {"open_loop": OpenLoop}
+CONTROLLERS: Mapping[str, Any] = dict.fromkeys(
+    ("open_loop", "threshold", "creep_pi", "slope_seeking"), OpenLoop
+)
