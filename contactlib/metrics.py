@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.parameters import FloatArray
-from contactlib.simulation import Result
+from contactlib.simulation import WORKS, Result
 
 JERK_WINDOW = 0.1  # time over which the acceleration is averaged [s]
 RECOVERED = 0.9  # part of what can be transmitted that counts as all of it [1]
@@ -67,7 +67,7 @@ class Metrics(NamedTuple):
     distance : float
         Travelled, backward is negative [m].
     energy_defect : float
-        Largest lack of the energy balance over the largest of all works and the change of kinetic
+        Largest lack of the energy balance over the largest of all works and changes of the stored
         energy [1].
     """
 
@@ -162,7 +162,6 @@ def _jerk(time: FloatArray, speed: FloatArray) -> float:
 
 
 def _energy_defect(result: Result) -> float:
-    works = ("drive_work", "creep_work", "resistance_work", "loss_work", "rig_work")
-    sizes = [np.max(np.abs(result[name] - result[name][0])) for name in (*works, "kinetic_energy")]
+    sizes = [np.ptp(result[name]) for name in (*WORKS, "stored_energy")]
     largest = float(np.max(sizes))
     return float(np.max(np.abs(result["energy_defect"]))) / largest if largest > 0.0 else 0.0
