@@ -47,7 +47,8 @@ class Metrics(NamedTuple):
     Attributes
     ----------
     adhesion_utilisation : float
-        int s Q dt / int Q_t dt over the time in which the demand is not zero [1].
+        int min(s Q, Q_t) dt / int Q_t dt over the time in which the demand is not zero [1]. Force
+        beyond what is asked for, of a wheel that spins down, does not make up for what was lost.
     largest_creepage : float
         Largest |zeta| of a wheel [1].
     largest_slip_speed : float
@@ -125,7 +126,9 @@ def transmittable_force(result: Result, drivetrain: Drivetrain) -> tuple[FloatAr
 
 def _utilisation(result: Result, force: FloatArray, wanted: FloatArray) -> float:
     step = np.where(result["demand"][:-1] != 0.0, np.diff(result.time), 0.0)
-    used, possible = (float(np.sum(step * (y[1:] + y[:-1]))) for y in (force, wanted))
+    used, possible = (
+        float(np.sum(step * (y[1:] + y[:-1]))) for y in (np.minimum(force, wanted), wanted)
+    )
     return used / possible if possible > 0.0 else math.nan
 
 

@@ -64,6 +64,15 @@ def test_utilisation_is_the_part_of_what_could_be_transmitted(held: cl.Drivetrai
     assert math.isnan(metrics(run_of(time, creep_force=LEVEL), held).adhesion_utilisation)
 
 
+def test_force_beyond_the_demand_does_not_make_up_for_what_was_lost(held: cl.Drivetrain) -> None:
+    time = np.linspace(0.0, 2.0, 2001)
+    force = np.where(time < 1.0, 0.2, 0.4) * LEVEL  # 0.3 in the mean, which is what is asked for
+    run = run_of(time, creep_force=force, demand=0.5 * 0.3 * LEVEL)
+    assert metrics(run, held).adhesion_utilisation == pytest.approx(
+        0.5 * (0.2 / 0.3 + 1.0), rel=1e-3
+    )
+
+
 def test_force_against_the_demand_is_not_used(held: cl.Drivetrain) -> None:
     time = np.linspace(0.0, 1.0, 11)
     braking = run_of(time, creep_force=-0.8 * LEVEL, demand=-1e6)
