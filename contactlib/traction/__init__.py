@@ -1,68 +1,41 @@
-"""Traction controllers, sampled as in a vehicle."""
+"""What a vehicle's computer does: speed sensors and sampled traction controllers.
 
-from __future__ import annotations
+The controllers see a driver's demand, a measured wheel speed and a measured vehicle speed, and
+never the friction, the load or the true creepage. They are pure functions of arrays: many
+wheelsets run side by side.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple, Protocol
+from types import MappingProxyType
 
-from contactlib.parameters import FloatArray, Parameters, Quantity
+from contactlib.traction.creep_pi import CreepPI
+from contactlib.traction.design import GainWindow, gain_window, total_delay
+from contactlib.traction.interface import Measurement, TractionController
+from contactlib.traction.open_loop import OpenLoop
+from contactlib.traction.sensors import SensorReader, Sensors
+from contactlib.traction.slope_seeking import SlopeSeeking
+from contactlib.traction.threshold import ThresholdControl
 
-
-@dataclass(frozen=True, kw_only=True)
-class Sensors(Parameters):
-    """What a vehicle measures, and how well."""
-
-    wheel_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
-    vehicle_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
-    delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
-    seed: Annotated[float, Quantity("1", at_least=0.0)] = 0.0
-
-
-class Measurement(NamedTuple):
-    """Demand [N.m], wheel speed and vehicle speed [m/s]."""
-
-    demand: FloatArray
-    wheel_speed: FloatArray
-    vehicle_speed: FloatArray
-
-
-class TractionController(Protocol):
-    """What a run needs of a controller."""
-
-    @property
-    def sample_time(self) -> float:
-        """[s]."""
-
-    def start(self, measurement: Measurement, torque: FloatArray) -> Any:
-        """Memory at the start."""
-
-    def sample(self, measurement: Measurement, memory: Any) -> tuple[FloatArray, Any]:
-        """Torque and memory."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class OpenLoop(Parameters):
-    """The demand is the torque."""
-
-    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
-    reference: Annotated[float, Quantity("1", above=0.0)] = 0.01
-
-    @classmethod
-    def for_drivetrain(
-        cls, drivetrain: object, *, speed: float, sensors: Sensors, **given: Any
-    ) -> OpenLoop:
-        """Nothing to design."""
-        return cls(**given)
-
-    def start(self, measurement: Measurement, torque: FloatArray) -> None:
-        """No memory."""
-
-    def sample(self, measurement: Measurement, memory: None) -> tuple[FloatArray, None]:
-        """The demand."""
-        return measurement.demand, None
-
-
-CONTROLLERS: Mapping[str, Any] = dict.fromkeys(
-    ("open_loop", "threshold", "creep_pi", "slope_seeking"), OpenLoop
+CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(
+    {
+        "open_loop": OpenLoop,
+        "threshold": ThresholdControl,
+        "creep_pi": CreepPI,
+        "slope_seeking": SlopeSeeking,
+    }
 )
+
+__all__ = [
+    "CONTROLLERS",
+    "CreepPI",
+    "GainWindow",
+    "Measurement",
+    "OpenLoop",
+    "SensorReader",
+    "Sensors",
+    "SlopeSeeking",
+    "ThresholdControl",
+    "TractionController",
+    "gain_window",
+    "total_delay",
+]

@@ -1,0 +1,124 @@
+"""PI control of the slip speed as a limiter of the demand: what both creep controllers share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlib.parameters import FloatArray, Parameters, Quantity
+from contactlib.traction.interface import Measurement
+from contactlib.traction.speed_tracker import Tracked, track, tracker_gains
+
+
+class LimiterMemory(NamedTuple):
+    """What the limiter keeps.
+
+    Attributes
+    ----------
+    vehicle : Tracked
+        Filtered vehicle speed.
+    integral : ndarray
+        I, torque in the demand's direction [N.m].
+    limiting : ndarray of bool
+        Whether the last torque was below the demand.
+    braking : ndarray of bool
+        Whether the last demand was negative.
+    """
+
+    vehicle: Tracked
+    integral: FloatArray
+    limiting: NDArray[np.bool_]
+    braking: NDArray[np.bool_]
+
+
+class Slip(NamedTuple):
+    """How the wheel slips, seen in the demand's direction.
+
+    Attributes
+    ----------
+    braking : ndarray of bool
+        Whether the demand is negative.
+    demand : ndarray
+        Its size [N.m].
+    speed : ndarray
+        Slip speed [m/s].
+    scale : ndarray
+        Speed that creepage is counted in: the vehicle's, at least `low_speed` [m/s].
+    """
+
+    braking: NDArray[np.bool_]
+    demand: FloatArray
+    speed: FloatArray
+    scale: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlipLimiter(Parameters):
+    """Lets the demand through until the creepage reaches a reference, then holds it there.
+
+    In the demand's direction, with the slip speed w = r omega - V as measured and the filtered
+    vehicle speed V,
+
+        e = zeta_ref max(|V|, low_speed) - w,    u = Kp e + I,    T = u held within [0, demand]
+
+    While u is beyond the demand, I is the demand itself, so that T follows it at once and the
+    first slip beyond the reference takes torque away; else dI/dt = Ki e, held within [0, demand].
+    """
+
+    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
+    proportional_gain: Annotated[float, Quantity("N.s", above=0.0)]
+    integral_gain: Annotated[float, Quantity("N", at_least=0.0)]
+    low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
+    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
+
+    @cached_property
+    def _tracker_gains(self) -> tuple[float, float]:
+        return tracker_gains(self.sample_time, self.speed_filter_time)
+
+    def start_limiter(self, measurement: Measurement, torque: ArrayLike) -> LimiterMemory:
+        """Memory that goes on from `torque` [N.m]."""
+        vehicle = np.array(measurement.vehicle_speed, dtype=np.float64)
+        size = np.abs(torque) + np.zeros_like(vehicle)
+        return LimiterMemory(
+            Tracked(vehicle, np.zeros_like(vehicle)),
+            np.asarray(size),
+            np.asarray(size < np.abs(measurement.demand)),
+            np.asarray(np.asarray(measurement.demand) < 0.0),
+        )
+
+    def slip(self, measurement: Measurement, vehicle: Tracked) -> tuple[Slip, Tracked]:
+        """Slip as measured now, and the vehicle speed that it is counted from."""
+        vehicle = track(vehicle, measurement.vehicle_speed, self._tracker_gains)
+        braking = measurement.demand < 0.0
+        forward = measurement.wheel_speed - vehicle.speed
+        return (
+            Slip(
+                braking,
+                np.abs(measurement.demand),
+                np.where(braking, -forward, forward),
+                np.maximum(np.abs(vehicle.speed), self.low_speed),
+            ),
+            vehicle,
+        )
+
+    def limit(
+        self, slip: Slip, vehicle: Tracked, reference: FloatArray, memory: LimiterMemory
+    ) -> tuple[FloatArray, LimiterMemory]:
+        """Torque [N.m] that keeps to a reference creepage [1]."""
+        demand = slip.demand
+        limiting = memory.limiting & (slip.braking == memory.braking)
+        integral = np.where(limiting, np.minimum(memory.integral, demand), demand)
+        error = reference * slip.scale - slip.speed
+        wanted = self.proportional_gain * error + integral
+        size = np.minimum(np.maximum(wanted, 0.0), demand)
+        integral = integral + self.integral_gain * self.sample_time * error
+        return np.where(slip.braking, -size, size), LimiterMemory(
+            vehicle,
+            np.minimum(np.maximum(integral, 0.0), demand),
+            wanted < demand,
+            slip.braking,
+        )

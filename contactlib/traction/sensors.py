@@ -1,0 +1,114 @@
+"""What stands between the truth and the vehicle's computer: noise and delay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked
+
+AHEAD = 256  # samples of noise that are drawn at once
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensors(Parameters):
+    """Speed sensors: white Gaussian noise on every sample, and one delay.
+
+    Parameters
+    ----------
+    wheel_speed_noise, vehicle_speed_noise : float, optional
+        Standard deviations [m/s].
+    delay : float, optional
+        From the measurement until the controller has it [s]: a whole number of samples.
+    seed : float, optional
+        Whole number that the noise is drawn from.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range or the seed is not whole.
+    """
+
+    wheel_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
+    vehicle_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
+    delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
+    seed: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0**53)] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.seed != int(self.seed):
+            raise ValueError(f"Sensors.seed = {self.seed!r} must be a whole number")
+
+    def samples_of_delay(self, sample_time: float) -> int:
+        """Delay in samples.
+
+        Raises
+        ------
+        ValueError
+            If it is not a whole number of them.
+        """
+        checked("sample_time", sample_time, POSITIVE)
+        samples = round(self.delay / sample_time)
+        if abs(samples * sample_time - self.delay) > 1e-6 * sample_time:
+            raise ValueError(
+                f"Sensors.delay = {self.delay!r} is not a whole number of samples of "
+                f"{sample_time!r} s: take {samples * sample_time:.6g} s"
+            )
+        return samples
+
+    def reader(self, count: int, sample_time: float, *, first: int = 0) -> SensorReader:
+        """Reader of `count` wheelsets; `first` is the index of the first among all of them."""
+        return SensorReader(self, count, self.samples_of_delay(sample_time), first)
+
+
+class SensorReader:
+    """Reads the sensors of many wheelsets, sample by sample.
+
+    The noise of a wheelset is drawn from (seed, index) alone, so it is the same whichever others
+    run beside it. Before the first delayed sample arrives the first one is held.
+    """
+
+    def __init__(self, sensors: Sensors, count: int, delay: int, first: int) -> None:
+        self._scale = np.array([[sensors.wheel_speed_noise], [sensors.vehicle_speed_noise]])
+        self._streams = []
+        if self._scale.any():
+            # Philox makes independent streams of any keys.
+            seed = int(sensors.seed)
+            self._streams = [
+                np.random.Generator(np.random.Philox(key=[seed, first + i])) for i in range(count)
+            ]
+        self._count, self._delay = count, delay
+        self._noise = np.empty((AHEAD, 2, count))
+        self._drawn = AHEAD
+        self._kept: list[FloatArray] = []
+        self._reads = 0
+
+    def read(
+        self, wheel_speed: ArrayLike, vehicle_speed: ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
+        """Measured wheel and vehicle speed of the true ones, all [m/s] and of shape (n,)."""
+        now = np.empty((2, self._count))
+        now[0], now[1] = wheel_speed, vehicle_speed
+        if self._streams:
+            now += self._next_noise()
+        if self._delay == 0:
+            return now[0], now[1]
+        if not self._kept:
+            self._kept = [now] * (self._delay + 1)
+        slot = self._reads % (self._delay + 1)
+        self._kept[slot] = now
+        self._reads += 1
+        late = self._kept[(slot + 1) % (self._delay + 1)]
+        return late[0].copy(), late[1].copy()
+
+    def _next_noise(self) -> FloatArray:
+        if self._drawn == AHEAD:
+            for i, stream in enumerate(self._streams):
+                self._noise[:, :, i] = stream.standard_normal((AHEAD, 2))
+            self._noise *= self._scale
+            self._drawn = 0
+        self._drawn += 1
+        return np.asarray(self._noise[self._drawn - 1])

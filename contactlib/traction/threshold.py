@@ -1,0 +1,182 @@
+"""Slip protection by thresholds: cut the torque when the wheel slips, and apply it again.
+
+The classical scheme of locomotives, and the baseline here: it detects by slip speed and by wheel
+acceleration, takes torque away fast, holds until the wheel has come back, gives a part of the
+torque at the cut back fast, and goes on from there slowly (M. Spiryagin, C. Cole, Y. Q. Sun,
+M. McClanachan, V. Spiryagin, T. McSweeney, Design and Simulation of Rail Vehicles, CRC Press
+2014). It knows nothing of friction, and hunts about the peak.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlib.drivetrain import Drivetrain
+from contactlib.parameters import FloatArray, Parameters, Quantity
+from contactlib.traction.interface import Measurement, plausible
+from contactlib.traction.sensors import Sensors
+from contactlib.traction.speed_tracker import Tracked, track, tracker_gains
+
+
+class ThresholdMemory(NamedTuple):
+    """What the scheme keeps.
+
+    Attributes
+    ----------
+    vehicle : Tracked
+        Filtered vehicle speed.
+    slip, wheel_speed : ndarray
+        Filtered slip speed in the demand's direction, filtered wheel speed [m/s].
+    torque, cut_torque : ndarray
+        Limit in the demand's direction, and what it was at the last cut [N.m].
+    cutting, limiting, braking : ndarray of bool
+        Whether torque is being cut; was below the demand; was asked for by a negative demand.
+    """
+
+    vehicle: Tracked
+    slip: FloatArray
+    wheel_speed: FloatArray
+    torque: FloatArray
+    cut_torque: FloatArray
+    cutting: NDArray[np.bool_]
+    limiting: NDArray[np.bool_]
+    braking: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThresholdControl(Parameters):
+    """Cut and re-apply.
+
+    Parameters
+    ----------
+    sample_time : float, optional
+        [s].
+    slip_threshold, slip_release : float, optional
+        Creepage that starts a cut, and below which it ends [1].
+    acceleration_threshold : float, optional
+        Wheel acceleration in the demand's direction that starts a cut [m/s2].
+    cut_fraction : float, optional
+        What the cut leaves of the torque [1]. Should the wheel not come back, the rest follows
+        within `ramp_time`.
+    cut_time : float, optional
+        Time in which all the torque would be cut [s].
+    reapply_fraction : float, optional
+        What is given back at once, of the torque at the cut [1].
+    reapply_time : float, optional
+        Time in which all of it would be [s].
+    ramp_time : float, optional
+        Time in which the torque at the cut would be reached from zero by the slow ramp [s].
+    low_speed : float, optional
+        Below it the thresholds are slip speeds [m/s].
+    speed_filter_time, slip_filter_time, acceleration_filter_time : float, optional
+        Time constants of the filters on vehicle speed, slip and acceleration [s].
+    """
+
+    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
+    slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.03
+    slip_release: Annotated[float, Quantity("1", above=0.0)] = 0.015
+    acceleration_threshold: Annotated[float, Quantity("m/s2", above=0.0)] = 3.0
+    cut_fraction: Annotated[float, Quantity("1", at_least=0.0, below=1.0)] = 0.4
+    cut_time: Annotated[float, Quantity("s", above=0.0)] = 0.1
+    reapply_fraction: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.8
+    reapply_time: Annotated[float, Quantity("s", above=0.0)] = 0.3
+    ramp_time: Annotated[float, Quantity("s", above=0.0)] = 5.0
+    low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
+    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
+    slip_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.02
+    acceleration_filter_time: Annotated[float, Quantity("s", above=0.0)] = 0.05
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.slip_release > self.slip_threshold:
+            raise ValueError(
+                f"ThresholdControl.slip_release = {self.slip_release!r} is out of range: must be "
+                f"<= slip_threshold = {self.slip_threshold!r}"
+            )
+
+    @cached_property
+    def _tracker_gains(self) -> tuple[float, float]:
+        return tracker_gains(self.sample_time, self.speed_filter_time)
+
+    @cached_property
+    def _filter_gains(self) -> tuple[float, float]:
+        """Of the filters on slip and wheel speed, per sample."""
+        slip = self.slip_filter_time
+        return (
+            -math.expm1(-self.sample_time / slip) if slip > 0.0 else 1.0,
+            -math.expm1(-self.sample_time / self.acceleration_filter_time),
+        )
+
+    @classmethod
+    def for_drivetrain(
+        cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
+    ) -> Self:
+        """As given: the thresholds suit the sensors, not the wheelset."""
+        return cls(**given)
+
+    def start(self, measurement: Measurement, torque: ArrayLike) -> ThresholdMemory:
+        """Memory that goes on from `torque` [N.m]."""
+        known = plausible(measurement)
+        vehicle, wheel = np.array(known.vehicle_speed), np.array(known.wheel_speed)
+        size = np.abs(torque) + np.zeros_like(vehicle)
+        none, limiting = np.zeros_like(vehicle), size < np.abs(known.demand)
+        return ThresholdMemory(
+            Tracked(vehicle, none),
+            none,
+            wheel,
+            size,
+            np.where(limiting, size, none),
+            np.zeros_like(limiting),
+            limiting,
+            np.asarray(known.demand < 0.0),
+        )
+
+    def sample(
+        self, measurement: Measurement, memory: ThresholdMemory
+    ) -> tuple[FloatArray, ThresholdMemory]:
+        """Torque [N.m] and new memory."""
+        known = plausible(measurement)
+        slip_gain, speed_gain = self._filter_gains
+        vehicle = track(memory.vehicle, known.vehicle_speed, self._tracker_gains)
+        braking, demand = known.demand < 0.0, np.abs(known.demand)
+        forward = known.wheel_speed - vehicle.speed
+        slip = memory.slip + slip_gain * (np.where(braking, -forward, forward) - memory.slip)
+        change = speed_gain * (known.wheel_speed - memory.wheel_speed)
+        acceleration = np.where(braking, -change, change) / self.sample_time
+        scale = np.maximum(np.abs(vehicle.speed), self.low_speed)
+
+        # Without a limit so far, the limit is the demand.
+        limiting = memory.limiting & (braking == memory.braking)
+        torque = np.where(limiting, np.minimum(memory.torque, demand), demand)
+        slipping = slip > self.slip_threshold * scale
+        slipping |= acceleration > self.acceleration_threshold
+        back = (slip < self.slip_release * scale) & (acceleration < self.acceleration_threshold)
+        starts = slipping & ~memory.cutting
+        cut_torque = np.where(starts, torque, memory.cut_torque)
+        cutting = (slipping | memory.cutting) & ~back
+
+        step = self.sample_time * cut_torque
+        low, high = self.cut_fraction * cut_torque, self.reapply_fraction * cut_torque
+        slow = step / self.ramp_time
+        down = np.where(torque > low, np.maximum(torque - step / self.cut_time, low), torque - slow)
+        up = np.where(
+            torque < high, np.minimum(torque + step / self.reapply_time, high), torque + slow
+        )
+        torque = np.where(cutting, down, np.where(limiting, up, demand))
+        torque = np.minimum(np.maximum(torque, 0.0), demand)
+        return np.where(braking, -torque, torque), ThresholdMemory(
+            vehicle,
+            slip,
+            memory.wheel_speed + change,
+            torque,
+            cut_torque,
+            cutting,
+            torque < demand,
+            braking,
+        )
