@@ -25,6 +25,7 @@ from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.limiter import LimiterMemory, Slip, SlipLimiter
 from contactlib.traction.sensors import Sensors
 
+STIFF = 0.5  # elasticity of a contact whose creepage does not move
 FASTEST_MOVE = (-2.0, 1.0)  # what the elasticity is held within
 
 
@@ -131,12 +132,13 @@ class SlopeSeeking(SlipLimiter):
         return Sensors(delay=self.delay).samples_of_delay(self.sample_time)
 
     @cached_property
-    def _gains(self) -> tuple[float, float, float]:
+    def _gains(self) -> tuple[float, float, float, float]:
         """Per sample: of the observer, of the slow means and sums, of the motor."""
         step, lag = self.sample_time, self.motor_lag
         return (
             -math.expm1(-step / self.observer_time),
             -math.expm1(-step / self.memory_time),
+            -math.expm1(-step / (0.5 * self.dither_period)),
             -math.expm1(-step / lag) if lag > 0.0 else 1.0,
         )
 
@@ -184,16 +186,22 @@ class SlopeSeeking(SlipLimiter):
         known = plausible(measurement)
         slip, vehicle = self.slip(known, memory.limiter.vehicle)
         observed, load, creepage = self._observe(known, slip, memory)
-        slow = self._gains[1]
+        _, forget, slow, _ = self._gains
         off_load, off_creepage = load - memory.load, creepage - memory.creepage
-        covariance = memory.covariance + slow * (off_creepage * off_load - memory.covariance)
-        variance = memory.variance + slow * (off_creepage * off_creepage - memory.variance)
-        mean_load, mean_creepage = memory.load + slow * off_load, memory.creepage + slow * off_creepage
-
+        mean_load = memory.load + slow * off_load
+        mean_creepage = memory.creepage + slow * off_creepage
         reference = memory.reference
-        moved = 0.3 * self.dither * reference
-        slope = covariance / (variance + moved * moved)
-        elasticity = slope * mean_creepage / np.maximum(mean_load, 1e-3 * slip.demand + 1.0)
+        expected = (self.dither * reference) ** 2
+        squared = off_creepage * off_creepage
+        weight = expected / (expected + squared)
+        covariance = memory.covariance + forget * (
+            weight * off_creepage * off_load - memory.covariance
+        )
+        variance = memory.variance + forget * (weight * squared - memory.variance)
+
+        doubt = 0.04 * expected
+        rise = covariance * mean_creepage / np.maximum(mean_load, 1e-3 * slip.demand + 1.0)
+        elasticity = (rise + doubt * STIFF) / (variance + doubt)
         climb = np.minimum(np.maximum(elasticity - self.elasticity, FASTEST_MOVE[0]), FASTEST_MOVE[1])
         moving = memory.limiter.limiting & (slip.braking == memory.limiter.braking)
         reference = reference * (1.0 + np.where(moving, self.sample_time * self.seeking_rate * climb, 0.0))
@@ -226,7 +234,7 @@ class SlopeSeeking(SlipLimiter):
         of the sample time, as is the derivative: then white noise of the wheel speed gives them no
         covariance.
         """
-        gain, _, motor = self._gains
+        gain, _, _, motor = self._gains
         last = memory.observed
         given = last.motor_torque + motor * (memory.sent[0] - last.motor_torque)
         change = gain * (known.wheel_speed - last.wheel_speed)
