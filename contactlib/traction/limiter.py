@@ -14,6 +14,9 @@ from contactlib.traction.interface import Measurement
 from contactlib.traction.speed_tracker import Tracked, track, tracker_gains
 
 
+BAND = 0.3  # of the reference: below it the rail can take much more torque
+
+
 class LimiterMemory(NamedTuple):
     """What the limiter keeps.
 
@@ -74,6 +77,7 @@ class SlipLimiter(Parameters):
     integral_gain: Annotated[float, Quantity("N", at_least=0.0)]
     low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
     speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
+    recovery_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
 
     @cached_property
     def _tracker_gains(self) -> tuple[float, float]:
@@ -115,7 +119,11 @@ class SlipLimiter(Parameters):
         error = reference * slip.scale - slip.speed
         wanted = self.proportional_gain * error + integral
         size = np.minimum(np.maximum(wanted, 0.0), demand)
-        integral = integral + self.integral_gain * self.sample_time * error
+        # The rising branch is stiff: torque moves the creepage little there, and Ki alone would take
+        # seconds to give the torque back.
+        ease = np.minimum(error / (reference * slip.scale), 1.0) - BAND
+        rate = self.integral_gain * error + demand / self.recovery_time * np.maximum(ease, 0.0)
+        integral = integral + self.sample_time * rate
         return np.where(slip.braking, -size, size), LimiterMemory(
             vehicle,
             np.minimum(np.maximum(integral, 0.0), demand),

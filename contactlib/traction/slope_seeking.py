@@ -25,7 +25,7 @@ from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.limiter import LimiterMemory, Slip, SlipLimiter
 from contactlib.traction.sensors import Sensors
 
-STIFF = 0.5  # elasticity of a contact whose creepage does not move
+STIFF = 1.0  # elasticity of a contact whose creepage does not move
 FASTEST_MOVE = (-2.0, 1.0)  # what the elasticity is held within
 
 
@@ -94,8 +94,6 @@ class SlopeSeeking(SlipLimiter):
         Creepage to begin with, and its bounds [1].
     seeking_rate : float, optional
         Relative rate of the reference for an elasticity of one [1/s].
-    elasticity : float, optional
-        Elasticity to settle at [1]: a little above that of the peak, which is zero.
     dither, dither_period : float, optional
         Share of the reference that it is moved by, up and down, and how long that takes [1, s].
     memory_time : float, optional
@@ -117,11 +115,10 @@ class SlopeSeeking(SlipLimiter):
     inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
     delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
     motor_lag: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
-    first_reference: Annotated[float, Quantity("1", above=0.0)] = 0.01
+    first_reference: Annotated[float, Quantity("1", above=0.0)] = 0.015
     least_reference: Annotated[float, Quantity("1", above=0.0)] = 0.002
     largest_reference: Annotated[float, Quantity("1", above=0.0)] = 0.05
-    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.8
-    elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.05
+    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 1.5
     dither: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)] = 0.12
     dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.6
     memory_time: Annotated[float, Quantity("s", above=0.0)] = 0.6
@@ -202,7 +199,7 @@ class SlopeSeeking(SlipLimiter):
         doubt = 0.04 * expected
         rise = covariance * mean_creepage / np.maximum(mean_load, 1e-3 * slip.demand + 1.0)
         elasticity = (rise + doubt * STIFF) / (variance + doubt)
-        climb = np.minimum(np.maximum(elasticity - self.elasticity, FASTEST_MOVE[0]), FASTEST_MOVE[1])
+        climb = np.minimum(np.maximum(elasticity, FASTEST_MOVE[0]), FASTEST_MOVE[1])
         moving = memory.limiter.limiting & (slip.braking == memory.limiter.braking)
         reference = reference * (1.0 + np.where(moving, self.sample_time * self.seeking_rate * climb, 0.0))
         reference = np.minimum(np.maximum(reference, self.least_reference), self.largest_reference)
