@@ -1,13 +1,67 @@
 """Why a wheelset runs away under torque control, and what it takes to hold it."""
 
-from contactlib.stability.fold import Fold, find_fold, quasi_steady_torque
+from contactlib.stability.basin import Basin, basin, separatrix
+from contactlib.stability.clearing import Clearing, clearing, clearing_distance, clearing_time
+from contactlib.stability.controllability import Controllability, controllability
+from contactlib.stability.delay import (
+    Window,
+    delay_limit,
+    proportional_window,
+    sampled_delay,
+)
+from contactlib.stability.fold import Fold, find_fold
 from contactlib.stability.gains import creep_control_gain
-from contactlib.stability.threshold import slope_threshold
+from contactlib.stability.pi import ReducedPlant, pi_stable, reduced_plant
+from contactlib.stability.quasi_steady import (
+    creepage_pole,
+    quasi_steady_slope,
+    quasi_steady_torque,
+)
+from contactlib.stability.s_curve import SCurve, SteadyStates, s_curve, steady_states
+from contactlib.stability.slip_away import slip_away_estimate, slip_away_formula, slip_away_time
+from contactlib.stability.threshold import (
+    WorstPole,
+    approximate_pole,
+    fast_pole,
+    poles,
+    slope_threshold,
+    worst_pole,
+)
 
 __all__ = [
+    "Basin",
+    "Clearing",
+    "Controllability",
     "Fold",
+    "ReducedPlant",
+    "SCurve",
+    "SteadyStates",
+    "Window",
+    "WorstPole",
+    "approximate_pole",
+    "basin",
+    "clearing",
+    "clearing_distance",
+    "clearing_time",
+    "controllability",
     "creep_control_gain",
+    "creepage_pole",
+    "delay_limit",
+    "fast_pole",
     "find_fold",
+    "pi_stable",
+    "poles",
+    "proportional_window",
+    "quasi_steady_slope",
     "quasi_steady_torque",
+    "reduced_plant",
+    "s_curve",
+    "sampled_delay",
+    "separatrix",
+    "slip_away_estimate",
+    "slip_away_formula",
+    "slip_away_time",
     "slope_threshold",
+    "steady_states",
+    "worst_pole",
 ]

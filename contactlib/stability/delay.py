@@ -1,0 +1,190 @@
+"""What delay, lag and sampling leave of the gains that hold the plant g/(s - p).
+
+The smallest gain is that of a static balance, g Kp = p, whatever is in the loop. The largest is
+the first at which a root comes to the imaginary axis (or, sampled, to the unit circle). Beyond a
+certain delay there is none between them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from contactlib.parameters import FINITE, FloatArray, Limits, checked
+
+NOT_NEGATIVE = Limits(at_least=0.0)
+
+
+class Window(NamedTuple):
+    """Proportional gains that hold the plant: all between the two [N.m].
+
+    The upper one may be infinite. Where there are none, `highest` is not above `lowest`.
+    """
+
+    lowest: float
+    highest: float
+
+    @property
+    def empty(self) -> bool:
+        """Whether no gain holds."""
+        return not self.lowest < self.highest
+
+
+def proportional_window(
+    pole: float,
+    gain: float = 1.0,
+    *,
+    delay: float = 0.0,
+    lag: float = 0.0,
+    sample_time: float = 0.0,
+) -> Window:
+    """All gains Kp with which u = -Kp y holds y = g/(s - p) u behind a delay, a lag and a hold.
+
+    Exact. Without sampling a root i w of (s - p)(1 + lag s) + g Kp exp(-delay s) asks for
+
+        atan2(w, p) = w delay + atan(w lag),   (g Kp)**2 = (p**2 + w**2)(1 + (w lag)**2),
+
+    for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. With
+    sampling, y is read every `sample_time`, the control is held in between, and `delay` (any, a
+    whole number of samples or not) is that from reading to acting.
+
+    Parameters
+    ----------
+    pole, gain : float
+        p [1/s] and g [1/(N.m.s)]. With g = 1 the answer is that for g Kp [1/s].
+    delay, lag, sample_time : float
+        [s].
+
+    Returns
+    -------
+    Window
+        Empty, both ends p/g, if there is no such gain.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+    p, g = float(checked("pole", pole, FINITE)), float(checked("gain", gain, Limits(above=0.0)))
+    tau = float(checked("delay", delay, NOT_NEGATIVE))
+    slow = float(checked("lag", lag, NOT_NEGATIVE))
+    step = float(checked("sample_time", sample_time, NOT_NEGATIVE))
+    highest = _continuous(p, tau, slow) if step == 0.0 else _sampled(p, tau, slow, step)
+    return Window(p / g, max(p, highest) / g)
+
+
+def _continuous(pole: float, delay: float, lag: float) -> float:
+    """Largest g Kp [1/s], or `pole` if there is none."""
+    if pole * (delay + lag) >= 1.0:
+        return pole
+    if delay == 0.0:  # the phase never gets to -180 degrees
+        return math.inf
+
+    def lead(w: float) -> float:
+        """Phase left to -180 degrees."""
+        return math.atan2(w, pole) - w * delay - math.atan(w * lag)
+
+    # It rises from zero (or falls from pi) and then falls for good, to below zero by w = pi/delay.
+    top = math.pi / delay
+    low = 0.5 * top
+    while lead(low) <= 0.0:
+        low *= 0.5
+        if low < 1e-9 * top:  # lost in rounding, so near is pole * (delay + lag) to 1
+            return pole
+    w = float(brentq(lead, low, top, xtol=1e-15 * top, rtol=1e-14))
+    return math.hypot(pole, w) * math.hypot(1.0, w * lag)
+
+
+def sampled_loop(
+    pole: float, delay: float, lag: float, sample_time: float
+) -> tuple[FloatArray, FloatArray]:
+    """Pulse transfer function of 1/(s - p) behind a hold, a delay and a lag.
+
+    Returns
+    -------
+    numerator, denominator : ndarray
+        Polynomials in z, highest power first. With whole = floor(delay/h) samples of delay the
+        denominator is z**(whole + 1) times the plant's, so that of the closed loop is
+        denominator + g Kp numerator.
+    """
+    whole = math.floor(delay / sample_time + 1e-9)
+    part = max(delay - whole * sample_time, 0.0)  # the control acts this late in its interval
+    if lag > 0.0:
+        a = np.array([[pole, 1.0], [0.0, -1.0 / lag]])
+        b = np.array([0.0, 1.0 / lag])
+    else:
+        a, b = np.array([[pole]]), np.array([1.0])
+    n = len(a)
+
+    def held(time: float) -> tuple[FloatArray, FloatArray]:
+        """exp(A t) and the integral of exp(A s) b ds from 0 to t."""
+        block = np.zeros((n + 1, n + 1))
+        block[:n, :n], block[:n, n] = a, b
+        found = expm(block * time)
+        return found[:n, :n], found[:n, n]
+
+    step, _ = held(sample_time)
+    rest, new = held(sample_time - part)
+    old = rest @ held(part)[1]
+    plant = np.poly(step)
+
+    def response(forcing: FloatArray) -> FloatArray:
+        """Numerator of (1, 0, ..) (z - step)**-1 forcing, by the determinant lemma."""
+        output = np.zeros(n)
+        output[0] = 1.0
+        return np.asarray((np.poly(step - np.outer(forcing, output)) - plant)[1:])
+
+    numerator = np.append(response(new), 0.0) + np.append(0.0, response(old))
+    return numerator, np.append(plant, np.zeros(whole + 1))
+
+
+def _sampled(pole: float, delay: float, lag: float, sample_time: float) -> float:
+    """Largest g Kp [1/s], or `pole` if there is none."""
+    numerator, denominator = sampled_loop(pole, delay, lag, sample_time)
+
+    def needed(angle: float) -> complex:
+        """Loop gain that puts a root at exp(i angle); a real one if it can be."""
+        z = complex(math.cos(angle), math.sin(angle))
+        return complex(-np.polyval(denominator, z) / np.polyval(numerator, z))
+
+    def phase(angle: float) -> float:
+        return needed(angle).imag
+
+    # The gain grows along the circle, so the first crossing away from z = 1 bounds the window.
+    fine = 64 * len(denominator)
+    angles = math.pi * np.append(np.geomspace(1e-6, 1.0 / fine, 200), np.arange(2, fine) / fine)
+    values = np.array([phase(angle) for angle in angles])
+    crossings = [
+        float(brentq(phase, angles[i], angles[i + 1], xtol=1e-15, rtol=1e-14))
+        for i in np.flatnonzero(values[:-1] * values[1:] < 0.0)
+    ]
+    gains = sorted(needed(angle).real for angle in (*crossings, math.pi))
+    highest = next((k for k in gains if k > pole), pole)
+    middle = 0.5 * (pole + highest)
+    closed = denominator.copy()
+    closed[-len(numerator) :] += middle * numerator
+    return highest if bool(np.all(np.abs(np.roots(closed)) < 1.0)) else pole
+
+
+def delay_limit(pole: float, *, robust: bool = False) -> float:
+    """Longest delay with which any gain holds a pole p > 0: 1/p, robustly 0.3/p [s].
+
+    Beyond 1/p there is no gain at all. Up to 0.3/p there is one whose largest sensitivity is
+    about 2, and that may be wrong by a factor of two. Infinite for a pole that is not unstable.
+    """
+    p = float(checked("pole", pole, FINITE))
+    return math.inf if p <= 0.0 else (0.3 if robust else 1.0) / p
+
+
+def sampled_delay(*, delay: float = 0.0, lag: float = 0.0, sample_time: float = 0.0) -> float:
+    """Delay that the loop feels: delay + lag + half a sample of the hold [s].
+
+    An estimate, to be held against `delay_limit`; `proportional_window` is exact.
+    """
+    parts = {"delay": delay, "lag": lag, "sample_time": sample_time}
+    total = [float(checked(name, value, NOT_NEGATIVE)) for name, value in parts.items()]
+    return total[0] + total[1] + 0.5 * total[2]

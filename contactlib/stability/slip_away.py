@@ -1,0 +1,200 @@
+"""How long a creepage takes from one value to another under a constant torque.
+
+The speed is frozen meanwhile: dt = (J V/r) dzeta/(T - T_s(zeta)), see
+`contactlib.stability.quasi_steady`.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.integrate import quad
+
+from contactlib.parameters import FINITE, checked
+from contactlib.stability.fold import find_fold
+from contactlib.stability.quasi_steady import (
+    creepage_grid,
+    quasi_steady_slope,
+    quasi_steady_torque,
+)
+from contactlib.wheelset import Wheelset
+
+
+def slip_away_time(
+    wheelset: Wheelset,
+    *,
+    drive_torque: float,
+    speed: float,
+    start: float,
+    end: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+    resistance_force: float = 0.0,
+) -> float:
+    """Time in which a constant torque takes the creepage from `start` to `end` [s].
+
+    Exact for a held speed. A free wheelset's speed is frozen, the acceleration of the vehicle
+    with the creep force is not. If `end` is below `start` it is the time to recover.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        What moves.
+    drive_torque, speed : float
+        [N.m, m/s].
+    start, end : float
+        Creepages [1].
+    normal_load, friction_scale, resistance_force : float, optional
+        Further inputs [N, 1, N].
+
+    Returns
+    -------
+    float
+        Infinite if the creepage never gets there: it moves the other way, or comes to rest.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+    torque = float(checked("drive_torque", drive_torque, FINITE))
+    first, last = float(checked("start", start, FINITE)), float(checked("end", end, FINITE))
+    contact: dict[str, Any] = {
+        "speed": speed,
+        "normal_load": normal_load,
+        "friction_scale": friction_scale,
+    }
+    if first == last:
+        return 0.0
+    way = math.copysign(1.0, last - first)
+
+    def surplus(creepage: Any) -> Any:
+        """Torque that is left to move the creepage along its way."""
+        found = quasi_steady_torque(
+            wheelset, creepage, resistance_force=resistance_force, **contact
+        )
+        return way * (torque - found)
+
+    low, high = min(first, last), max(first, last)
+    positive = creepage_grid(wheelset, **contact)
+    grid = np.concatenate([-positive[::-1], [0.0], positive])
+    grid = np.concatenate([[low], grid[(low < grid) & (grid < high)], [high]])
+    values = surplus(grid)
+    if values.min() <= 0.0:
+        return math.inf
+
+    # The time is spent around the least surplus D, where 1/(D + C z**2/2) is a narrow peak. With
+    # z = width sinh(u) it becomes 1/cosh(u), and a long way off stays short.
+    i = int(values.argmin())
+    centre = float(grid[i])
+    width = _width(grid, values, i)
+    ends = [math.asinh((z - centre) / width) for z in (low, high)]
+
+    def integrand(u: float) -> float:
+        return math.cosh(u) / float(surplus(centre + width * math.sinh(u)))
+
+    parts = sorted({ends[0], max(ends[0], 0.0), min(ends[1], 0.0), ends[1]})
+    total = sum(
+        quad(integrand, a, b, epsabs=0.0, epsrel=1e-9, limit=400)[0] for a, b in pairwise(parts)
+    )
+    return float(wheelset.inertia * speed / wheelset.radius * width * total)
+
+
+def _width(grid: Any, values: Any, i: int) -> float:
+    """Distance from the least value over which a parabola through it doubles [1]."""
+    j = min(max(i, 1), grid.size - 2) if grid.size > 2 else 0
+    span = float(grid[-1] - grid[0])
+    if j == 0:
+        return span
+    (a, b, c), (fa, fb, fc) = grid[j - 1 : j + 2], values[j - 1 : j + 2]
+    curvature = 2.0 * ((fc - fb) / (c - b) - (fb - fa) / (b - a)) / (c - a)
+    if curvature <= 0.0:
+        return span
+    return min(span, math.sqrt(2.0 * float(values[i]) / curvature))
+
+
+def slip_away_formula(
+    *,
+    radius: float,
+    inertia: float,
+    speed: float,
+    overload: float,
+    peak_force: float,
+    peak_curvature: float,
+    peak_creepage: float,
+    end_creepage: float,
+    sliding_force: float,
+) -> float:
+    """Closed form of the time in which an overload takes the creepage from rest to far out [s].
+
+    pi (J V/r**2)/sqrt(eps Q_pk |Q''|/2) + J V (zeta_end - zeta_pk)/(r (T - r f_d P)), with
+    T = (1 + eps) r Q_pk: the time to squeeze past the peak, taken as a parabola of endless arms,
+    and then the time under the torque that kinetic friction leaves over. Without damping, and
+    with the speed held.
+
+    Parameters
+    ----------
+    radius, inertia, speed : float
+        r [m], J [kg.m2], V [m/s].
+    overload : float
+        eps, torque above that of the peak, over it [1].
+    peak_force, peak_curvature, peak_creepage : float
+        Q_pk [N], |Q''| there [N], zeta_pk [1].
+    end_creepage : float
+        zeta_end [1].
+    sliding_force : float
+        f_d P [N].
+    """
+    torque = (1.0 + overload) * radius * peak_force
+    squeeze = math.sqrt(0.5 * overload * peak_force * peak_curvature)
+    passing = math.pi * inertia * speed / (radius**2 * squeeze)
+    running = inertia * speed * (end_creepage - peak_creepage)
+    return passing + running / (radius * (torque - radius * sliding_force))
+
+
+def slip_away_estimate(
+    wheelset: Wheelset,
+    *,
+    drive_torque: float,
+    speed: float,
+    end: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+    resistance_force: float = 0.0,
+) -> float:
+    """`slip_away_formula` for a wheelset with damping and a free speed, from its fold [s].
+
+    The quasi-steady torque takes the place of r Q, its return torque that of r f_d P.
+    Infinite if the torque is not above the fold.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or there is no fold.
+    """
+    inputs: dict[str, Any] = {
+        "speed": speed,
+        "normal_load": normal_load,
+        "friction_scale": friction_scale,
+        "resistance_force": resistance_force,
+    }
+    fold = find_fold(wheelset, **inputs)
+    overload = float(checked("drive_torque", drive_torque, FINITE)) / fold.drive_torque - 1.0
+    if overload <= 0.0:
+        return math.inf
+    step = 1e-4 * fold.creepage
+    slopes = quasi_steady_slope(wheelset, [fold.creepage - step, fold.creepage + step], **inputs)
+    return slip_away_formula(
+        radius=wheelset.radius,
+        inertia=wheelset.inertia,
+        speed=speed,
+        overload=overload,
+        peak_force=fold.drive_torque / wheelset.radius,
+        peak_curvature=float(slopes[0] - slopes[1]) / (2.0 * step * wheelset.radius),
+        peak_creepage=fold.creepage,
+        end_creepage=float(checked("end", end, FINITE)),
+        sliding_force=fold.return_torque / wheelset.radius,
+    )
