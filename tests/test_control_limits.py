@@ -1,0 +1,332 @@
+"""Gains, lags, delays and sampling with which the falling branch can be held."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
+from scipy.special import lambertw
+
+import contactlib as cl
+from contactlib.stability.delay import sampled_loop
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=200)
+
+
+def number(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_subnormal=False)
+
+
+def magnitude(low: float, high: float) -> st.SearchStrategy[float]:
+    return number(math.log(low), math.log(high)).map(math.exp)
+
+
+# ---- PI with a lag --------------------------------------------------------------------------
+
+
+@QUICK
+@given(
+    pole=number(-300.0, 500.0),
+    gain=magnitude(1e-6, 1e-2),
+    loop=number(-100.0, 2000.0),
+    integral=number(-1e3, 1e5),
+    lag=st.one_of(st.just(0.0), magnitude(1e-4, 1.0)),
+)
+def test_routh_agrees_with_eigenvalues(
+    pole: float, gain: float, loop: float, integral: float, lag: float
+) -> None:
+    # States: creepage, integral of its error, and (if it lags) the torque over the gain.
+    matrix = np.array([[pole - loop, integral], [-1.0, 0.0]])
+    if lag > 0.0:
+        matrix = np.array([[pole, 0.0, 1.0], [-1.0, 0.0, 0.0], [-loop, integral, -1.0]])
+        matrix[2] /= lag
+    worst = float(np.linalg.eigvals(matrix).real.max())
+    if abs(worst) < 1e-9 * np.abs(matrix).max():
+        return  # nobody can say
+    assert cl.pi_stable(pole, gain, loop / gain, integral / gain, lag) == (worst < 0.0)
+
+
+@QUICK
+@given(pole=number(-300.0, 500.0), part=number(0.01, 2.0), lag=magnitude(1e-4, 1e-1))
+def test_routh_at_its_border(pole: float, part: float, lag: float) -> None:
+    loop = abs(pole) * (1.0 + part) + 1.0
+    most = (1.0 - pole * lag) * (loop - pole) / lag
+    for factor, stable in ((1.0 - 1e-6, pole * lag < 1.0), (1.0 + 1e-6, False)):
+        assert cl.pi_stable(pole, 1.0, loop, factor * most, lag) == stable
+    polynomial = [lag, 1.0 - pole * lag, loop - pole, most]
+    swing = np.roots(polynomial).real  # on the border: a pair on the imaginary axis
+    assert np.abs(swing).min() < 1e-7 * np.abs(np.roots(polynomial)).max()
+
+
+def test_without_integral_action_the_lag_alone_counts() -> None:
+    assert cl.pi_stable(10.0, 1.0, [9.99, 10.01], 0.0, 0.0999).tolist() == [False, True]
+    assert not cl.pi_stable(10.0, 1.0, [11.0, 1e6], 0.0, 0.1).any()
+
+
+# ---- delay ----------------------------------------------------------------------------------
+
+
+def delayed_eigenvalues(pole: float, loop: float, delay: float, lag: float, n: int) -> np.ndarray:
+    """Rightmost roots by collocation of the history over one delay (Chebyshev), not by phases."""
+    if lag > 0.0:
+        now = np.array([[pole, 1.0], [0.0, -1.0 / lag]])
+        then = np.array([[0.0, 0.0], [-loop / lag, 0.0]])
+    else:
+        now, then = np.array([[pole]]), np.array([[-loop]])
+    x = np.cos(np.pi * np.arange(n + 1) / n)  # from 1 (now) to -1 (a delay ago)
+    weight = np.where(np.arange(n + 1) % n == 0, 2.0, 1.0) * (-1.0) ** np.arange(n + 1)
+    difference = np.subtract.outer(x, x) + np.eye(n + 1)
+    slope = np.outer(weight, 1.0 / weight) / difference
+    slope -= np.diag(slope.sum(axis=1))
+    size = len(now)
+    generator = np.kron(slope * 2.0 / delay, np.eye(size))
+    generator[:size] = 0.0
+    generator[:size, :size], generator[:size, -size:] = now, then
+    return np.linalg.eigvals(generator)
+
+
+@pytest.mark.parametrize("pole", [-40.0, 0.0, 5.0, 30.0, 90.0])
+@pytest.mark.parametrize("lag", [0.0, 1e-3])
+def test_window_behind_a_delay(pole: float, lag: float) -> None:
+    delay, gain = 0.01, 3e-4
+    window = cl.proportional_window(pole, gain, delay=delay, lag=lag)
+    assert window.lowest == pytest.approx(pole / gain)
+    assert not window.empty
+    width = window.highest - window.lowest
+    for kp, stable in (
+        (window.lowest + 1e-3 * width, True),
+        (window.lowest - 1e-3 * width, False),
+        (window.highest - 1e-3 * width, True),
+        (window.highest + 1e-3 * width, False),
+    ):
+        worst = delayed_eigenvalues(pole, gain * kp, delay, lag, 40).real.max()
+        assert (worst < 0.0) == stable
+
+
+@QUICK
+@given(p_tau=number(-3.0, 0.99).filter(lambda p_tau: abs(p_tau) > 1e-6), delay=magnitude(1e-4, 1.0))
+def test_ends_of_the_window_are_roots_of_the_characteristic_equation(
+    p_tau: float, delay: float
+) -> None:
+    # s = p - k exp(-s tau) has the roots s = p + W(-k tau exp(-p tau))/tau, W of all branches.
+    pole = p_tau / delay
+    window = cl.proportional_window(pole, delay=delay)
+    for loop in window:
+        branches = np.arange(-3, 4)
+        roots = pole + lambertw(-loop * delay * np.exp(-p_tau), branches) / delay
+        assert roots.real.max() * delay == pytest.approx(0.0, abs=1e-6 if loop == pole else 1e-9)
+    if p_tau > 0.0:  # closed form p tau = theta/tan(theta), g Kp = p/cos(theta)
+        theta = math.acos(pole / window.highest)
+        assert theta / math.tan(theta) == pytest.approx(p_tau, rel=1e-6)
+
+
+def test_method_of_steps_agrees() -> None:
+    pole, delay, n = 30.0, 0.01, 200
+    window = cl.proportional_window(pole, delay=delay)
+
+    def largest_late(loop: float) -> float:
+        h = delay / n
+        y = np.concatenate([np.ones(n + 1), np.zeros(200 * n)])
+        grow, forced = math.exp(pole * h), math.expm1(pole * h) / pole
+        for i in range(n, y.size - 1):  # trapezoidal in the delayed term: order 2
+            y[i + 1] = grow * y[i] - loop * forced * 0.5 * (y[i - n] + y[i - n + 1])
+        early, late = np.abs(y[80 * n : 100 * n]).max(), np.abs(y[-20 * n :]).max()
+        return float(late / early)
+
+    for loop, stable in ((window.highest * 0.99, True), (window.highest * 1.01, False)):
+        assert (largest_late(loop) < 1.0) == stable
+    assert largest_late(window.lowest * 1.05) < 1.0 < largest_late(window.lowest * 0.99)
+
+
+def test_no_gain_beyond_the_limit() -> None:
+    pole = 25.0
+    limit = cl.delay_limit(pole)
+    assert limit == 1.0 / pole
+    assert cl.proportional_window(pole, delay=limit).empty
+    assert not cl.proportional_window(pole, delay=0.999 * limit).empty
+    assert cl.proportional_window(pole, delay=0.4 * limit, lag=0.6 * limit).empty
+    assert not cl.proportional_window(pole, delay=0.4 * limit, lag=0.59 * limit).empty
+    assert cl.proportional_window(pole, lag=limit).empty
+    assert cl.proportional_window(pole, lag=0.999 * limit).highest == math.inf
+    assert cl.delay_limit(-1.0) == math.inf
+
+
+def test_lag_alone_agrees_with_routh() -> None:
+    pole, gain = 40.0, 1e-4
+    for lag in (0.0, 0.01, 0.0249, 0.0251, 0.1):
+        window = cl.proportional_window(pole, gain, lag=lag)
+        held = cl.pi_stable(pole, gain, [1.001 * window.lowest, 1e3 * window.lowest], 0.0, lag)
+        assert held.all() == held.any() == (not window.empty)
+
+
+def test_the_robust_limit_has_a_sensitivity_of_two() -> None:
+    frequency = np.geomspace(1e-3, 1e3, 20_001)
+
+    def sensitivity(loop: float, p_tau: float) -> float:
+        delayed = loop * np.exp(-1j * frequency)
+        plain = 1j * frequency - p_tau
+        return float(np.abs(plain / (plain + delayed)).max())
+
+    def best(p_tau: float) -> float:
+        ends = cl.proportional_window(p_tau, delay=1.0)
+        return float(minimize_scalar(sensitivity, args=(p_tau,), bounds=ends).fun)
+
+    assert best(0.3) == pytest.approx(2.0, rel=0.03)
+    assert best(0.2) < 1.6 < 2.5 < best(0.4)
+    assert cl.delay_limit(2.0, robust=True) == 0.15
+
+
+# ---- sampling -------------------------------------------------------------------------------
+
+
+def growth(pole: float, loop: float, delay: float, lag: float, step: float) -> float:
+    """Largest eigenvalue of one sampling interval, stepped through with the plant's exact flow."""
+    whole = int(delay / step + 1e-9)
+    part = delay - whole * step
+
+    def flow(state: np.ndarray, command: float, time: float) -> np.ndarray:
+        y, m = state
+        if lag == 0.0:
+            m = command
+            return np.array([y * math.exp(pole * time) + m * math.expm1(pole * time) / pole, m])
+        # m = command + (m0 - command) exp(-t/lag), y' = p y + m
+        rise = (math.exp(pole * time) - math.exp(-time / lag)) / (pole + 1.0 / lag)
+        late = m - command
+        y = y * math.exp(pole * time) + command * math.expm1(pole * time) / pole + late * rise
+        return np.array([y, command + late * math.exp(-time / lag)])
+
+    columns = []
+    for unit in np.eye(2 + whole + 1):
+        state, sent = unit[:2], unit[2:]  # commands of earlier samples, newest first
+        sent = np.append(-loop * state[0], sent)
+        state = flow(flow(state, sent[whole + 1], part), sent[whole], step - part)
+        columns.append(np.append(state, sent[:-1]))
+    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
+
+
+@pytest.mark.parametrize("pole", [-20.0, 3.0, 25.0])
+@pytest.mark.parametrize("lag", [0.0, 4e-3])
+@pytest.mark.parametrize("delay", [0.0, 2e-3, 5e-3, 1e-2, 1.3e-2])
+def test_window_of_a_sampled_loop(pole: float, lag: float, delay: float) -> None:
+    step, gain = 5e-3, 2e-4
+    window = cl.proportional_window(pole, gain, delay=delay, lag=lag, sample_time=step)
+    width = window.highest - window.lowest
+    for kp, stable in (
+        (window.lowest + 1e-3 * width, True),
+        (window.lowest - 1e-3 * width, False),
+        (window.highest - 1e-3 * width, True),
+        (window.highest + 1e-3 * width, False),
+    ):
+        assert (growth(pole, gain * kp, delay, lag, step) < 1.0) == stable
+
+
+@QUICK
+@given(p_h=number(-2.0, 3.0).filter(lambda p_h: abs(p_h) > 1e-3), step=magnitude(1e-4, 1.0))
+def test_sampled_closed_forms(p_h: float, step: float) -> None:
+    # z = a - gamma k, and z**2 - a z + gamma k by Jury
+    pole, a = p_h / step, math.exp(p_h)
+    gamma = math.expm1(p_h) / pole
+    without = cl.proportional_window(pole, sample_time=step)
+    assert without.highest == pytest.approx((a + 1.0) / gamma, rel=1e-9)
+    late = cl.proportional_window(pole, sample_time=step, delay=step)
+    if a < 2.0 - 1e-6:
+        assert late.highest == pytest.approx(1.0 / gamma, rel=1e-9)
+    elif a > 2.0 + 1e-6:
+        assert late.empty
+
+
+def test_pulse_transfer_function_of_an_integrator() -> None:
+    numerator, denominator = sampled_loop(0.0, 0.0, 0.0, 0.1)
+    z = 1.7
+    assert np.polyval(numerator, z) / np.polyval(denominator, z) == pytest.approx(0.1 / (z - 1.0))
+
+
+def test_a_hold_delays_by_half_a_sample() -> None:
+    pole, delay = 20.0, 0.012
+    steps = np.array([1e-3, 5e-4, 2.5e-4])
+    errors = []
+    for step in steps:
+        exact = cl.proportional_window(pole, delay=delay, sample_time=step).highest
+        felt = cl.sampled_delay(delay=delay, sample_time=step)
+        assert felt == delay + 0.5 * step
+        errors.append(abs(cl.proportional_window(pole, delay=felt).highest / exact - 1.0))
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order == pytest.approx(2.0, abs=0.2)
+    assert errors[0] < 0.005
+
+
+def test_more_delay_leaves_fewer_gains() -> None:
+    ends = [
+        cl.proportional_window(30.0, delay=delay, lag=2e-3, sample_time=2e-3).highest
+        for delay in np.arange(0.0, 0.035, 1e-3)
+    ]
+    assert (np.diff(ends) <= 0.0).all()
+    assert ends[-1] == 30.0  # none is left
+
+
+# ---- verdict --------------------------------------------------------------------------------
+
+
+def test_verdicts() -> None:
+    pole = 20.0
+    robust, limit = cl.delay_limit(pole, robust=True), cl.delay_limit(pole)
+    verdicts = {
+        delay: cl.controllability(pole, delay=delay).verdict
+        for delay in (0.0, 0.99 * robust, 1.1 * robust, 0.99 * limit, limit)
+    }
+    assert list(verdicts.values()) == ["holds", "holds", "not robust", "not robust", "impossible"]
+    assert cl.controllability(-5.0, delay=1.0, sample_time=0.1).verdict == "holds"
+
+
+def test_the_verdict_is_that_of_the_window() -> None:
+    # By its p tau of 0.95 this loop could be held, but one sample of delay allows p h < log(2).
+    pole, step = 1.0, 0.95 / 1.5
+    late = cl.controllability(pole, delay=step, sample_time=step)
+    assert late.p_tau == pytest.approx(0.95)
+    assert late.verdict == "not robust"
+    later = cl.controllability(pole, delay=0.7, sample_time=0.7)
+    assert later.verdict == "impossible"
+    alone = cl.controllability(pole, sample_time=2.0)  # p tau of 1, and yet there is a gain
+    assert alone.p_tau == 1.0
+    assert not alone.window.empty
+
+
+def test_verdict_names_its_numbers() -> None:
+    found = cl.controllability(70.0, gain=2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3)
+    assert found.window == cl.proportional_window(
+        70.0, 2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3
+    )
+    for part in (
+        "pole 70 1/s",
+        "delay 2 ms",
+        "lag 1 ms",
+        "sampling 4 ms",
+        f"p tau {70.0 * 5e-3:.2f}",
+        f"{found.window.highest * 2e-4:.4g} 1/s",
+    ):
+        assert part in found.text
+    assert "\n" not in found.text
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("delay", -1e-3), ("lag", math.inf), ("sample_time", -1.0)]
+)
+def test_times_must_be_times(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=name):
+        cl.controllability(10.0, **{name: value})
+    with pytest.raises(ValueError, match="gain"):
+        cl.proportional_window(10.0, 0.0)
+
+
+def test_reduced_plant_has_the_gain_bound_of_creep_control(rig: cl.Model) -> None:
+    body = rig.wheelset
+    for creepage in (0.018, 0.022, 0.03):
+        plant = cl.reduced_plant(body, creepage, speed=12.0)
+        point = body.balanced(creepage=creepage, speed=12.0)
+        assert plant.pole == pytest.approx(point.eigenvalues[0], rel=1e-12)
+        bound = cl.creep_control_gain(body, point)
+        assert plant.pole / plant.gain == pytest.approx(bound, rel=1e-12)
