@@ -21,7 +21,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import newton
 
 from contactlib.parameters import POSITIVE, FloatArray, checked
-from contactlib.stability.quasi_steady import quasi_steady_slope, quasi_steady_torque
+from contactlib.stability.quasi_steady import (
+    creepage_grid,
+    creepage_pole,
+    quasi_steady_slope,
+    quasi_steady_torque,
+)
 from contactlib.stability.s_curve import steady_states
 from contactlib.stability.trajectory import move_until
 from contactlib.wheelset import Wheelset
@@ -71,13 +76,12 @@ def basin(
         "resistance_force": resistance_force,
     }
     states = steady_states(wheelset, drive_torque=drive_torque, speed=speed, **inputs)
-    # Grip is the innermost state, and stable; what lies farther out has come over a peak.
-    if states.creepage.size == 0 or not states.stable[int(np.abs(states.creepage).argmin())]:
+    i = int(np.abs(states.creepage).argmin()) if states.creepage.size else 0
+    if not (states.creepage.size and _rises_to(wheelset, states.creepage[i], speed, inputs)):
         raise ValueError(
             f"drive_torque = {drive_torque!r} is out of range: no creepage holds it by grip at "
             f"speed = {speed!r}"
         )
-    i = int(np.abs(states.creepage).argmin())
     borders = [-math.inf, math.inf]
     for side, j in ((0, i - 1), (1, i + 1)):
         if 0 <= j < states.creepage.size:
@@ -120,6 +124,15 @@ def separatrix(
     ]
     borders = [at.highest if drive_torque >= 0.0 else at.lowest for at in found]
     return np.array(borders, dtype=np.float64).reshape(speeds.shape)
+
+
+def _rises_to(wheelset: Wheelset, creepage: float, speed: float, inputs: dict[str, Any]) -> bool:
+    """Whether no peak lies between zero and a steady state: it is one of grip."""
+    contact = {name: inputs[name] for name in ("normal_load", "friction_scale")}
+    grid = creepage_grid(wheelset, speed=speed, **contact)
+    between = np.append(grid[grid < abs(creepage)], abs(creepage))
+    path = math.copysign(1.0, creepage) * between
+    return bool((creepage_pole(wheelset, path, speed=speed, **inputs) < 0.0).all())
 
 
 def _border(
