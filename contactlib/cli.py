@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from rich.console import Console
@@ -15,6 +15,9 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 if TYPE_CHECKING:
     from contactlib.scenario import Model
+
+
+Loaded = TypeVar("Loaded")
 
 
 class _Group(click.Group):
@@ -58,11 +61,12 @@ class _ConsoleReporter:
     def number(self, number: object) -> None:
         self._console.print(f"  {number}", markup=False)
 
+    def line(self, text: str) -> None:
+        self._console.print(text, markup=False)
 
-def _load(name: str) -> Model:
-    """Read a model; show progress if the table of its law has to be built."""
-    from contactlib.scenario import load_model
 
+def _with_progress(load: Callable[[Callable[[float], object]], Loaded]) -> Loaded:
+    """Read a file; show progress if the table of its law has to be built."""
     with ExitStack() as stack:
         bar: list[Callable[[float], object]] = []
 
@@ -72,7 +76,13 @@ def _load(name: str) -> Model:
                 bar.append(stack.enter_context(step))
             bar[0](part)
 
-        return load_model(name, progress=progress)
+        return load(progress)
+
+
+def _load(name: str) -> Model:
+    from contactlib.scenario import load_model
+
+    return _with_progress(lambda progress: load_model(name, progress=progress))
 
 
 def _output_option(default: str, what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -109,27 +119,23 @@ def demo(output: Path) -> None:
 
 @main.command()
 @click.argument("model")
-@click.option("--control", type=click.Choice(["torque", "creep"]), default="torque")
-@_output_option("run.csv", "CSV file for the time series.")
-def simulate(model: str, control: str, output: Path) -> None:
-    """Run MODEL under torque or creep control."""
-    from contactlib.simulation import simulate as run
+@click.option("--control", help="Name of a controller in the file; the first if left out.")
+@click.option("--compare", is_flag=True, help="Run all controllers, side by side.")
+@_output_option("contactlib-run", "Folder for metrics, time series and figures.")
+def simulate(model: str, control: str | None, compare: bool, output: Path) -> None:
+    """Run MODEL, a scenario or a model, and report what a study reports.
 
-    loaded = _load(model)
-    controller = loaded.torque_control if control == "torque" else loaded.creep_control
-    with _ConsoleReporter().step(loaded.name) as progress:
-        result = run(
-            loaded.wheelset,
-            controller,
-            initial_speed=loaded.initial_speed,
-            progress=progress,
-        )
-    for event in result.events:
-        click.echo(
-            f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
-            f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
-        )
-    click.echo(f"{result.to_csv(output)}: {result.time.size} rows")
+    A model's controllers are torque and creep, its own two runs.
+    """
+    from contactlib.report import write_report
+    from contactlib.study import open_study
+
+    if compare and control is not None:
+        raise ValueError(f"--control {control}: --compare runs all controllers")
+    study = _with_progress(lambda progress: open_study(model, progress=progress))
+    runs = study.chosen(control, every=compare)
+    write_report(study, runs, output, _ConsoleReporter())
+    click.echo(f"Metrics, time series and figures are in {output}")
 
 
 @main.command()

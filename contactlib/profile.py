@@ -55,7 +55,7 @@ class Profile:
 
     def __call__(self, at: ArrayLike) -> FloatArray:
         """Value at any places; at a jump the one from it on."""
-        return np.asarray(np.interp(at, self.at, self.value))
+        return np.asarray(np.interp(np.asarray(at, dtype=np.float64), self.at, self.value))
 
     def on(self, start: float, end: float) -> tuple[float, float]:
         """Values at `start` and `end` as seen between them; no breakpoint may lie between."""

@@ -19,11 +19,11 @@ FLOORS = [
     {"drivetrain", "stability", "controllers", "peak_force", "track"},
     {"control_systems", "torsion", "traction"},
     {"simulation", "scenario"},
-    {"metrics"},
-    {"comparison"},
+    {"metrics", "traction_run"},
+    {"comparison", "study"},
     {"export", "cosimulation", "checker"},
     {"figures"},
-    {"demo"},
+    {"demo", "report"},
     {"cli"},
 ]
 FLOOR = {name: level for level, names in enumerate(FLOORS) for name in names}

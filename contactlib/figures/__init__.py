@@ -13,12 +13,14 @@ from contactlib.figures.paper import (
 )
 from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
+from contactlib.figures.scenario import comparison, scenario_run
 from contactlib.figures.style import save
 
 __all__ = [
     "CONTACT_PATCH",
     "PAPER_FIGURES",
     "PaperFigure",
+    "comparison",
     "contact_patch",
     "contact_patches",
     "creep_curve",
@@ -30,5 +32,6 @@ __all__ = [
     "figure_6",
     "fold_diagram",
     "save",
+    "scenario_run",
     "time_histories",
 ]

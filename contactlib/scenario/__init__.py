@@ -5,7 +5,15 @@ vehicle and says how it is driven, where, and by which controllers.
 """
 
 from contactlib.scenario.model import Model, load_model
-from contactlib.scenario.reading import ModelError, model_path
+from contactlib.scenario.reading import ModelError, is_scenario, model_path
 from contactlib.scenario.scenario import Scenario, load_scenario
 
-__all__ = ["Model", "ModelError", "Scenario", "load_model", "load_scenario", "model_path"]
+__all__ = [
+    "Model",
+    "ModelError",
+    "Scenario",
+    "is_scenario",
+    "load_model",
+    "load_scenario",
+    "model_path",
+]

@@ -64,6 +64,18 @@ def parse(file: Path) -> dict[str, Any]:
     return tomllib.loads(file.read_bytes().decode())
 
 
+def is_scenario(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is a scenario's, which names its vehicle.
+
+    Raises
+    ------
+    ModelError, OSError
+        If the file is not TOML, or cannot be read.
+    """
+    with in_file(path):
+        return "vehicle" in parse(model_path(path))
+
+
 @contextmanager
 def named(section: str) -> Iterator[None]:
     """Put the section's name before any ValueError from inside."""

@@ -1,0 +1,159 @@
+"""Figures of a scenario: one run, or the controllers side by side.
+
+Solid where the creep force rises with creepage, and a constant torque would hold the wheelset;
+dashed on the falling branch, where it would not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, new_figure
+from contactlib.metrics import Metrics
+from contactlib.parameters import FloatArray
+from contactlib.simulation import Result
+
+LOW_FRICTION = "#EDEDED"
+LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
+
+
+def scenario_run(result: Result, metrics: Metrics, *, title: str) -> Figure:
+    """Force, creepage, torque and speed over the time of one run."""
+    twisted = bool(np.any(result["axle_torque"]))
+    with mpl.rc_context(STYLE):
+        rows = 5 if twisted else 4
+        figure, grid = new_figure(8.0, 1.7 * rows + 1.4, nrows=rows, sharex=True)
+        _force(grid[0], result)
+        _creepage(grid[1], result)
+        _torque(grid[2], result)
+        time = result.time
+        grid[3].plot(time, _rim_speed(result), color=ORANGE, lw=0.9, label="rim of the wheel")
+        grid[3].plot(time, result["speed"], color="black", lw=1.3, label="vehicle")
+        grid[3].set_ylabel("speed  [m/s]")
+        grid[3].legend(loc="best")
+        if twisted:
+            grid[4].plot(time, 1e-3 * result["axle_torque"], color=BLUE, lw=0.9)
+            grid[4].set_ylabel("axle torque  [kN m]")
+        for axes in grid:
+            _shade_low_friction(axes, result)
+        _ylabels(grid)
+        grid[-1].set_xlabel("time  [s]")
+        grid[-1].set_xlim(time[0], time[-1])
+        grid[0].set_title(_summary(metrics), loc="left", fontsize=9)
+        _legend(figure, result)
+        figure.suptitle(title, x=0.01, ha="left")
+    return figure
+
+
+def comparison(
+    results: Mapping[str, Result], metrics: Mapping[str, Metrics], *, title: str
+) -> Figure:
+    """Force, creepage and torque over time: a column for each controller, on common axes."""
+    count = len(results)
+    with mpl.rc_context(STYLE):
+        common: dict[str, Any] = {"sharex": True, "sharey": "row", "squeeze": False}
+        figure, grid = new_figure(max(5.0, 3.1 * count), 7.2, nrows=3, ncols=count, **common)
+        for column, (name, result) in enumerate(results.items()):
+            _force(grid[0, column], result)
+            _creepage(grid[1, column], result)
+            _torque(grid[2, column], result)
+            for axes in grid[:, column]:
+                _shade_low_friction(axes, result)
+            grid[0, column].set_title(
+                f"{name.replace('_', ' ')}\n{_summary(metrics[name])}", loc="left", fontsize=9
+            )
+            grid[2, column].set_xlabel("time  [s]")
+            grid[2, column].set_xlim(result.time[0], result.time[-1])
+        _ylabels(grid[:, 0])
+        for axes in grid[:, 1:].flat:
+            axes.set_ylabel("")
+        _legend(figure, next(iter(results.values())))
+        figure.suptitle(title, x=0.01, ha="left")
+    return figure
+
+
+def _summary(metrics: Metrics) -> str:
+    used, work = metrics.adhesion_utilisation, metrics.slip_work
+    share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of the force used\n"
+    return f"{share}slip work {_energy(work)}"
+
+
+def _energy(work: float) -> str:
+    size, unit = next((p for p in ((1e9, "GJ"), (1e6, "MJ")) if abs(work) >= p[0]), (1e3, "kJ"))
+    return f"{work / size:.3g} {unit}"
+
+
+def _force(axes: Axes, result: Result) -> None:
+    sign = np.sign(result["demand"])
+    available = np.where(sign == 0.0, np.nan, sign) * result["available_force"]
+    axes.plot(result.time, 1e-3 * available, color="black", lw=1.2, ls=DOTTED)
+    _by_branch(axes, result, 1e-3 * result["creep_force"])
+    axes.set_ylabel("creep force  [kN]")
+
+
+def _creepage(axes: Axes, result: Result) -> None:
+    _by_branch(axes, result, 100.0 * np.maximum(np.abs(result["creepage"]), LEAST_CREEPAGE))
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.set_ylabel("|creepage|  [%]")
+
+
+def _torque(axes: Axes, result: Result) -> None:
+    axes.plot(result.time, 1e-3 * result["demand"], color="black", lw=1.2, ls=DOTTED)
+    _by_branch(axes, result, 1e-3 * result["drive_torque"])
+    axes.set_ylabel("drive torque  [kN m]")
+
+
+def _by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
+    falls = result["falling_branch"] > 0.0
+    # A row beside a change of branch belongs to both lines, so that they meet.
+    meets = falls | np.append(falls[1:], False) | np.append(False, falls[:-1])
+    axes.plot(result.time, np.where(falls, np.nan, values), color=BLUE, lw=1.3)
+    axes.plot(result.time, np.where(meets, values, np.nan), color=ORANGE, lw=1.3, ls=DASHED)
+
+
+def _rim_speed(result: Result) -> FloatArray:
+    return result["speed"] + result["slip_velocity"]
+
+
+def _shade_low_friction(axes: Axes, result: Result) -> None:
+    """Mark the times at which a wheel has less friction than at its best."""
+    friction = np.minimum(result["friction_scale_left"], result["friction_scale_right"])
+    low = friction < 0.99 * friction.max()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], low, [False]]).astype(int)))
+    for start, end in edges.reshape(-1, 2):
+        axes.axvspan(
+            result.time[start],
+            result.time[min(end, result.time.size - 1)],
+            color=LOW_FRICTION,
+            zorder=0,
+            lw=0,
+        )
+
+
+def _ylabels(column: Any) -> None:
+    column[0].figure.align_ylabels(column)
+
+
+def _legend(figure: Figure, result: Result) -> None:
+    friction = np.minimum(result["friction_scale_left"], result["friction_scale_right"])
+    handles: list[Any] = [
+        Line2D([], [], color=BLUE, label="rising branch"),
+        Line2D([], [], color=ORANGE, ls=DASHED, label="falling branch"),
+        Line2D([], [], color="black", ls=DOTTED, lw=1.2, label="available, demanded"),
+    ]
+    if friction.min() < 0.99 * friction.max():
+        handles.append(Patch(color=LOW_FRICTION, label="low friction"))
+    figure.legend(handles=handles, loc="outside lower left", ncols=len(handles))

@@ -1,0 +1,191 @@
+"""One run of a scenario: a drivetrain under a sampled controller, stepped by the kernel.
+
+The controller is asked every sample time and sees what the sensors tell; its torque is held in
+between. Friction is held over each step at the factor in its middle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from contactlib import kernel
+from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
+from contactlib.peak_force import available_force
+from contactlib.scenario import Scenario
+from contactlib.simulation import WORK_UNITS, WORKS, Result, energy_defect, steady_creepage
+from contactlib.traction import Measurement, TractionController
+
+UNITS = {
+    "demand": "N.m",
+    "commanded_torque": "N.m",
+    "drive_torque": "N.m",
+    "axle_torque": "N.m",
+    "omega": "rad/s",
+    "omega_left": "rad/s",
+    "omega_right": "rad/s",
+    "speed": "m/s",
+    "acceleration": "m/s2",
+    "slip_velocity": "m/s",
+    "creepage": "1",
+    "creepage_left": "1",
+    "creepage_right": "1",
+    "creep_force": "N",
+    "creep_force_left": "N",
+    "creep_force_right": "N",
+    "available_force": "N",
+    "friction_scale_left": "1",
+    "friction_scale_right": "1",
+    "falling_branch": "1",
+    **WORK_UNITS,
+}
+LONGEST_STEP = 5e-3  # of rows and friction if nothing else is asked for [s]
+
+
+def run_scenario(
+    scenario: Scenario,
+    controller: str | TractionController,
+    *,
+    step: float | None = None,
+    tolerance: float = 1e-8,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Result:
+    """Drive a scenario under one controller.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Vehicle, track, demand and sensors.
+    controller : str or TractionController
+        One of the scenario's by its name, or any other.
+    step : float, optional
+        Time between rows, and for which friction is held [s]; rounded down to a whole part of the
+        sample time. The sample time, but at most 5 ms, if left out.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1].
+    progress : callable, optional
+        Is told the part of the duration that is done, from 0 to 1.
+
+    Returns
+    -------
+    Result
+        Signals of `UNITS`. Rows are `step` apart; torques and friction factors are those of the
+        step that follows.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, the scenario has no controller of this name, the delay is not a
+        whole number of samples, or no steady state has the first demand.
+    RuntimeError
+        If the integrator gives up.
+    """
+    control = _named(scenario, controller)
+    longest = min(control.sample_time, LONGEST_STEP) if step is None else step
+    checked("step", longest, POSITIVE)
+    checked("tolerance", tolerance, Limits(at_least=1e-12, at_most=1e-2))
+    per_sample = max(1, math.ceil(control.sample_time / longest * (1.0 - 1e-9)))
+    length = control.sample_time / per_sample
+    samples = max(1, math.ceil(scenario.duration / control.sample_time * (1.0 - 1e-9)))
+
+    rows = samples * per_sample + 1
+    time = length * np.arange(rows, dtype=np.float64)
+    demand = scenario.demand(time[::per_sample])
+    inputs = np.zeros(rows, kernel.drivetrain_dtype("input"))
+    states = np.zeros(rows, kernel.drivetrain_dtype("state"))
+    wheelset, native = scenario.drivetrain.wheelset, scenario.drivetrain.native
+    load = 0.5 * wheelset.element.contact.normal_load
+    inputs["load_left"] = inputs["load_right"] = load
+    if scenario.held_speed is not None:
+        speeds = scenario.held_speed(np.append(time, time[-1] + length))
+        inputs["acceleration"] = np.diff(speeds) / length
+
+    state, torque = _start(scenario, float(demand[0]))
+    reader = scenario.sensors.reader(1, control.sample_time)
+    memory: Any = None
+    substep = np.zeros(1)
+    for i in range(rows):
+        given = inputs[i : i + 1]
+        if i % per_sample == 0:
+            rim = 0.5 * wheelset.radius * (state["omega_left"] + state["omega_right"])
+            asked = demand[i // per_sample : i // per_sample + 1]
+            measured = Measurement(asked, *reader.read(rim, state["speed"]))
+            if memory is None:
+                memory = control.start(measured, torque)
+            torque, memory = control.sample(measured, memory)
+            progress(i / rows)
+        middle = state["distance"] + 0.5 * length * state["speed"]
+        friction = scenario.track.friction_scale(middle, float(time[i]) + 0.5 * length)
+        given["commanded_torque"] = torque
+        given["friction_left"], given["friction_right"] = friction.T
+        states[i] = state[0]
+        if i < rows - 1:
+            native.advance(given, state, length, tolerance, substep)
+    return _result(scenario, time, np.repeat(demand, per_sample)[:rows], inputs, states)
+
+
+def _named(scenario: Scenario, controller: str | TractionController) -> TractionController:
+    """The controller itself, or the scenario's one of this name."""
+    if not isinstance(controller, str):
+        return controller
+    if controller not in scenario.controllers:
+        known = ", ".join(scenario.controllers)
+        raise ValueError(f"controller = {controller!r} is none of the scenario's: {known}")
+    return scenario.controllers[controller]
+
+
+def _start(scenario: Scenario, demand: float) -> tuple[Any, FloatArray]:
+    """State and torque at the start: steady under the first demand, or rolling at standstill."""
+    wheelset, speed = scenario.drivetrain.wheelset, scenario.initial_speed
+    creepage, torque = 0.0, 0.0
+    if speed >= wheelset.element.minimum_speed:
+        left, right = scenario.track.friction_scale(0.0, 0.0).tolist()
+        load, torque = wheelset.element.contact.normal_load, demand
+        creepage = steady_creepage(
+            wheelset, torque, speed=speed, normal_load=load, friction_scale=min(left, right)
+        )
+    state = np.zeros(1, kernel.drivetrain_dtype("state"))
+    state["speed"] = speed
+    state["omega_left"] = state["omega_right"] = (1.0 + creepage) * speed / wheelset.radius
+    state["drive_torque"] = torque
+    return state, np.array([torque])
+
+
+def _result(
+    scenario: Scenario, time: FloatArray, demand: FloatArray, inputs: Any, states: Any
+) -> Result:
+    drivetrain = scenario.drivetrain
+    outputs = drivetrain.native.evaluate(inputs, states)
+    radius, speed = drivetrain.wheelset.radius, states["speed"]
+    omega = 0.5 * (states["omega_left"] + states["omega_right"])
+    frictions = {f"friction_scale_{side}": inputs[f"friction_{side}"] for side in ("left", "right")}
+    available = [
+        available_force(drivetrain.wheelset.element, speed=speed, friction_scale=friction)
+        for friction in frictions.values()
+    ]
+    found: Mapping[str, FloatArray] = {
+        "demand": demand,
+        "commanded_torque": inputs["commanded_torque"],
+        "omega": omega,
+        "slip_velocity": radius * omega - speed,
+        "acceleration": outputs["speed_rate"],
+        "creepage": 0.5 * (outputs["creepage_left"] + outputs["creepage_right"]),
+        "creep_force": outputs["creep_force_left"] + outputs["creep_force_right"],
+        "available_force": 0.5 * (available[0] + available[1]),  # a wheel has half of the load
+        "falling_branch": np.maximum(outputs["falling_left"], outputs["falling_right"]),
+        **frictions,
+        **{name: states[name] for name in ("omega_left", "omega_right", "speed", "distance")},
+        **{name: states[name] for name in WORKS},
+        **{name: outputs[name] for name in outputs.dtype.names or () if name in UNITS},
+    }
+    signals = {name: np.array(values, dtype=np.float64) for name, values in found.items()}
+    signals["energy_defect"] = energy_defect(signals)
+    return Result(
+        time,
+        MappingProxyType({name: signals[name] for name in UNITS}),
+        MappingProxyType(UNITS),
+    )
