@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import lambertw
 
 import contactlib as cl
+from contactlib import stability
 from contactlib.stability.delay import sampled_loop
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=200)
@@ -47,7 +48,7 @@ def test_routh_agrees_with_eigenvalues(
     worst = float(np.linalg.eigvals(matrix).real.max())
     if abs(worst) < 1e-9 * np.abs(matrix).max():
         return  # nobody can say
-    assert cl.pi_stable(pole, gain, loop / gain, integral / gain, lag) == (worst < 0.0)
+    assert stability.pi_stable(pole, gain, loop / gain, integral / gain, lag) == (worst < 0.0)
 
 
 @QUICK
@@ -56,15 +57,15 @@ def test_routh_at_its_border(pole: float, part: float, lag: float) -> None:
     loop = abs(pole) * (1.0 + part) + 1.0
     most = (1.0 - pole * lag) * (loop - pole) / lag
     for factor, stable in ((1.0 - 1e-6, pole * lag < 1.0), (1.0 + 1e-6, False)):
-        assert cl.pi_stable(pole, 1.0, loop, factor * most, lag) == stable
+        assert stability.pi_stable(pole, 1.0, loop, factor * most, lag) == stable
     polynomial = [lag, 1.0 - pole * lag, loop - pole, most]
     swing = np.roots(polynomial).real  # on the border: a pair on the imaginary axis
     assert np.abs(swing).min() < 1e-7 * np.abs(np.roots(polynomial)).max()
 
 
 def test_without_integral_action_the_lag_alone_counts() -> None:
-    assert cl.pi_stable(10.0, 1.0, [9.99, 10.01], 0.0, 0.0999).tolist() == [False, True]
-    assert not cl.pi_stable(10.0, 1.0, [11.0, 1e6], 0.0, 0.1).any()
+    assert stability.pi_stable(10.0, 1.0, [9.99, 10.01], 0.0, 0.0999).tolist() == [False, True]
+    assert not stability.pi_stable(10.0, 1.0, [11.0, 1e6], 0.0, 0.1).any()
 
 
 # ---- delay ----------------------------------------------------------------------------------
@@ -93,7 +94,7 @@ def delayed_eigenvalues(pole: float, loop: float, delay: float, lag: float, n: i
 @pytest.mark.parametrize("lag", [0.0, 1e-3])
 def test_window_behind_a_delay(pole: float, lag: float) -> None:
     delay, gain = 0.01, 3e-4
-    window = cl.proportional_window(pole, gain, delay=delay, lag=lag)
+    window = stability.proportional_window(pole, gain, delay=delay, lag=lag)
     assert window.lowest == pytest.approx(pole / gain)
     assert not window.empty
     width = window.highest - window.lowest
@@ -114,7 +115,7 @@ def test_ends_of_the_window_are_roots_of_the_characteristic_equation(
 ) -> None:
     # s = p - k exp(-s tau) has the roots s = p + W(-k tau exp(-p tau))/tau, W of all branches.
     pole = p_tau / delay
-    window = cl.proportional_window(pole, delay=delay)
+    window = stability.proportional_window(pole, delay=delay)
     for loop in window:
         branches = np.arange(-3, 4)
         roots = pole + lambertw(-loop * delay * np.exp(-p_tau), branches) / delay
@@ -126,7 +127,7 @@ def test_ends_of_the_window_are_roots_of_the_characteristic_equation(
 
 def test_method_of_steps_agrees() -> None:
     pole, delay, n = 30.0, 0.01, 200
-    window = cl.proportional_window(pole, delay=delay)
+    window = stability.proportional_window(pole, delay=delay)
 
     def largest_late(loop: float) -> float:
         h = delay / n
@@ -144,22 +145,24 @@ def test_method_of_steps_agrees() -> None:
 
 def test_no_gain_beyond_the_limit() -> None:
     pole = 25.0
-    limit = cl.delay_limit(pole)
+    limit = stability.delay_limit(pole)
     assert limit == 1.0 / pole
-    assert cl.proportional_window(pole, delay=limit).empty
-    assert not cl.proportional_window(pole, delay=0.999 * limit).empty
-    assert cl.proportional_window(pole, delay=0.4 * limit, lag=0.6 * limit).empty
-    assert not cl.proportional_window(pole, delay=0.4 * limit, lag=0.59 * limit).empty
-    assert cl.proportional_window(pole, lag=limit).empty
-    assert cl.proportional_window(pole, lag=0.999 * limit).highest == math.inf
-    assert cl.delay_limit(-1.0) == math.inf
+    assert stability.proportional_window(pole, delay=limit).empty
+    assert not stability.proportional_window(pole, delay=0.999 * limit).empty
+    assert stability.proportional_window(pole, delay=0.4 * limit, lag=0.6 * limit).empty
+    assert not stability.proportional_window(pole, delay=0.4 * limit, lag=0.59 * limit).empty
+    assert stability.proportional_window(pole, lag=limit).empty
+    assert stability.proportional_window(pole, lag=0.999 * limit).highest == math.inf
+    assert stability.delay_limit(-1.0) == math.inf
 
 
 def test_lag_alone_agrees_with_routh() -> None:
     pole, gain = 40.0, 1e-4
     for lag in (0.0, 0.01, 0.0249, 0.0251, 0.1):
-        window = cl.proportional_window(pole, gain, lag=lag)
-        held = cl.pi_stable(pole, gain, [1.001 * window.lowest, 1e3 * window.lowest], 0.0, lag)
+        window = stability.proportional_window(pole, gain, lag=lag)
+        held = stability.pi_stable(
+            pole, gain, [1.001 * window.lowest, 1e3 * window.lowest], 0.0, lag
+        )
         assert held.all() == held.any() == (not window.empty)
 
 
@@ -172,12 +175,12 @@ def test_the_robust_limit_has_a_sensitivity_of_two() -> None:
         return float(np.abs(plain / (plain + delayed)).max())
 
     def best(p_tau: float) -> float:
-        ends = cl.proportional_window(p_tau, delay=1.0)
+        ends = stability.proportional_window(p_tau, delay=1.0)
         return float(minimize_scalar(sensitivity, args=(p_tau,), bounds=ends).fun)
 
     assert best(0.3) == pytest.approx(2.0, rel=0.03)
     assert best(0.2) < 1.6 < 2.5 < best(0.4)
-    assert cl.delay_limit(2.0, robust=True) == 0.15
+    assert stability.delay_limit(2.0, robust=True) == 0.15
 
 
 # ---- sampling -------------------------------------------------------------------------------
@@ -213,7 +216,7 @@ def growth(pole: float, loop: float, delay: float, lag: float, step: float) -> f
 @pytest.mark.parametrize("delay", [0.0, 2e-3, 5e-3, 1e-2, 1.3e-2])
 def test_window_of_a_sampled_loop(pole: float, lag: float, delay: float) -> None:
     step, gain = 5e-3, 2e-4
-    window = cl.proportional_window(pole, gain, delay=delay, lag=lag, sample_time=step)
+    window = stability.proportional_window(pole, gain, delay=delay, lag=lag, sample_time=step)
     width = window.highest - window.lowest
     for kp, stable in (
         (window.lowest + 1e-3 * width, True),
@@ -230,9 +233,9 @@ def test_sampled_closed_forms(p_h: float, step: float) -> None:
     # z = a - gamma k, and z**2 - a z + gamma k by Jury
     pole, a = p_h / step, math.exp(p_h)
     gamma = math.expm1(p_h) / pole
-    without = cl.proportional_window(pole, sample_time=step)
+    without = stability.proportional_window(pole, sample_time=step)
     assert without.highest == pytest.approx((a + 1.0) / gamma, rel=1e-9)
-    late = cl.proportional_window(pole, sample_time=step, delay=step)
+    late = stability.proportional_window(pole, sample_time=step, delay=step)
     if a < 2.0 - 1e-6:
         assert late.highest == pytest.approx(1.0 / gamma, rel=1e-9)
     elif a > 2.0 + 1e-6:
@@ -250,10 +253,10 @@ def test_a_hold_delays_by_half_a_sample() -> None:
     steps = np.array([1e-3, 5e-4, 2.5e-4])
     errors = []
     for step in steps:
-        exact = cl.proportional_window(pole, delay=delay, sample_time=step).highest
-        felt = cl.sampled_delay(delay=delay, sample_time=step)
+        exact = stability.proportional_window(pole, delay=delay, sample_time=step).highest
+        felt = stability.sampled_delay(delay=delay, sample_time=step)
         assert felt == delay + 0.5 * step
-        errors.append(abs(cl.proportional_window(pole, delay=felt).highest / exact - 1.0))
+        errors.append(abs(stability.proportional_window(pole, delay=felt).highest / exact - 1.0))
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert order == pytest.approx(2.0, abs=0.2)
     assert errors[0] < 0.005
@@ -261,7 +264,7 @@ def test_a_hold_delays_by_half_a_sample() -> None:
 
 def test_more_delay_leaves_fewer_gains() -> None:
     ends = [
-        cl.proportional_window(30.0, delay=delay, lag=2e-3, sample_time=2e-3).highest
+        stability.proportional_window(30.0, delay=delay, lag=2e-3, sample_time=2e-3).highest
         for delay in np.arange(0.0, 0.035, 1e-3)
     ]
     assert (np.diff(ends) <= 0.0).all()
@@ -273,7 +276,7 @@ def test_more_delay_leaves_fewer_gains() -> None:
 
 def test_verdicts() -> None:
     pole = 20.0
-    robust, limit = cl.delay_limit(pole, robust=True), cl.delay_limit(pole)
+    robust, limit = stability.delay_limit(pole, robust=True), stability.delay_limit(pole)
     verdicts = {
         delay: cl.controllability(pole, delay=delay).verdict
         for delay in (0.0, 0.99 * robust, 1.1 * robust, 0.99 * limit, limit)
@@ -297,7 +300,7 @@ def test_the_verdict_is_that_of_the_window() -> None:
 
 def test_verdict_names_its_numbers() -> None:
     found = cl.controllability(70.0, gain=2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3)
-    assert found.window == cl.proportional_window(
+    assert found.window == stability.proportional_window(
         70.0, 2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3
     )
     for part in (
@@ -319,13 +322,13 @@ def test_times_must_be_times(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=name):
         cl.controllability(10.0, **{name: value})
     with pytest.raises(ValueError, match="gain"):
-        cl.proportional_window(10.0, 0.0)
+        stability.proportional_window(10.0, 0.0)
 
 
 def test_reduced_plant_has_the_gain_bound_of_creep_control(rig: cl.Model) -> None:
     body = rig.wheelset
     for creepage in (0.018, 0.022, 0.03):
-        plant = cl.reduced_plant(body, creepage, speed=12.0)
+        plant = stability.reduced_plant(body, creepage, speed=12.0)
         point = body.balanced(creepage=creepage, speed=12.0)
         assert plant.pole == pytest.approx(point.eigenvalues[0], rel=1e-12)
         bound = cl.creep_control_gain(body, point)

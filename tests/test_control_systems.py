@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import contactlib as cl
+from contactlib import control_systems
 from contactlib.control_systems import growth_rate
 
 SPEED = 10.0
@@ -31,7 +32,7 @@ def falling(wheelset: cl.Wheelset) -> tuple[cl.OperatingPoint, float, float]:
 
 
 def unstable(loop: Any) -> int:
-    poles = cl.closed_loop(loop).poles()
+    poles = control_systems.closed_loop(loop).poles()
     return int((np.abs(poles) > 1.0).sum() if loop.dt else (poles.real > 0.0).sum())
 
 
@@ -93,9 +94,9 @@ def test_nonlinear_loop_runs_as_the_simulation_does(
     body, rule = model.wheelset, model.creep_control
     wet = cl.Profile((4.0, 4.0, 5.0), (1.0, 0.8, 1.0))
     run = cl.simulate(body, rule, initial_speed=SPEED, duration=12.0, friction_scale=wet)
-    system = cl.creep_control_system(body, rule, speed=held_speed(body))
+    system = control_systems.creep_control_system(body, rule, speed=held_speed(body))
     start = [run["omega"][0], SPEED][: system.nstates - 1]
-    found = cl.response(
+    found = control_systems.response(
         system,
         {
             "creepage_reference": rule.reference,
@@ -129,7 +130,7 @@ def test_a_short_pulse_is_not_stepped_over(rig: cl.Model) -> None:
         system, time, inputs, [first.omega], solve_ivp_method="BDF"
     )
     assert bare.outputs[2].max() < 1.001 * first.creepage  # the trap: nothing happened
-    ours = cl.response(
+    ours = control_systems.response(
         system,
         {"drive_torque": pulse, "normal_load": load, "friction_scale": 1.0, "resistance_force": 0},
         initial_state=[first.omega],
@@ -145,20 +146,24 @@ def test_a_short_pulse_is_not_stepped_over(rig: cl.Model) -> None:
 def test_response_names_what_is_missing(rig: cl.Model) -> None:
     system = rig.wheelset.to_nlsys(speed=SPEED)
     with pytest.raises(ValueError, match="must be those of the system: drive_torque, normal_load"):
-        cl.response(system, {"drive_torque": 1.0}, initial_state=[20.0], duration=1.0)
+        control_systems.response(
+            system, {"drive_torque": 1.0}, initial_state=[20.0], duration=1.0
+        )
     sampled = control.nlsys(lambda t, x, u, p: x, None, states=1, inputs=0, dt=0.1)
     with pytest.raises(ValueError, match="sampled"):
-        cl.response(sampled, {}, initial_state=[20.0], duration=1.0)
+        control_systems.response(sampled, {}, initial_state=[20.0], duration=1.0)
 
 
 def test_no_operating_point_past_the_fold(rig: cl.Model) -> None:
     body = rig.wheelset
     fold = cl.find_fold(body, speed=SPEED)
     below, above = 0.99 * fold.drive_torque, 1.01 * fold.drive_torque
-    found = cl.operating_point(body, drive_torque=below, creepage=0.01, speed=SPEED)
+    found = control_systems.operating_point(body, drive_torque=below, creepage=0.01, speed=SPEED)
     assert found.drive_torque == pytest.approx(below, rel=1e-9)
     assert found.stable
-    beyond = cl.operating_point(body, drive_torque=below, creepage=0.022, speed=SPEED)
+    beyond = control_systems.operating_point(
+        body, drive_torque=below, creepage=0.022, speed=SPEED
+    )
     assert not beyond.stable
 
     bare = control.find_operating_point(
@@ -170,12 +175,12 @@ def test_no_operating_point_past_the_fold(rig: cl.Model) -> None:
     assert bare.result.success  # the trap: it says so of a state that is not at rest
     assert abs(bare.result.fun[0]) * body.inertia > 100.0  # N.m
     with pytest.raises(ValueError, match=rf"drive_torque = {above!r}.* fold is at 27313\.5 N\.m"):
-        cl.operating_point(body, drive_torque=above, creepage=0.01, speed=SPEED)
+        control_systems.operating_point(body, drive_torque=above, creepage=0.01, speed=SPEED)
 
 
 def test_operating_point_of_a_free_wheelset_keeps_its_speed(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
-    found = cl.operating_point(body, drive_torque=2e4, creepage=0.005, speed=SPEED)
+    found = control_systems.operating_point(body, drive_torque=2e4, creepage=0.005, speed=SPEED)
     rates, _ = body.rates(found.omega, SPEED, 2e4, found.normal_load, 1.0, found.resistance_force)
     assert abs(rates.omega_rate) < 1e-6
     assert abs(rates.speed_rate) < 1e-9
@@ -190,11 +195,11 @@ def test_a_sampled_controller_needs_a_sampled_plant(rig: cl.Model) -> None:
     with pytest.raises(ValueError, match="incompatible timebases"):
         control.interconnect([named, plant], inputs="creepage_error", outputs="creepage")
     with pytest.raises(ValueError, match=r"sample the plant first, control\.sample_system\(plant"):
-        cl.open_loop(plant, sampled)
+        control_systems.open_loop(plant, sampled)
     ready = control.sample_system(plant, 0.01, "zoh")
     ready = control.ss(ready, inputs="drive_torque", outputs="creepage")
-    loop = cl.open_loop(ready, sampled)
-    ours = cl.sampled_loop(
+    loop = control_systems.open_loop(ready, sampled)
+    ours = control_systems.sampled_loop(
         body, point, sample_time=0.01, proportional_gain=1.9 * gain, integral_gain=10.0 * gain
     )
     z = np.exp(1j * np.linspace(0.1, 3.0, 7))
@@ -205,7 +210,7 @@ def test_phase_plane_of_creepage_and_speed(locomotive: cl.Model) -> None:
     # From a grid of starts, as the library's phase plots use one, the equilibrium is found.
     body, torque = locomotive.wheelset, 6e3
     (there,) = (p for p in body.equilibria(drive_torque=torque) if p.stable)
-    plane = cl.phase_plane_system(body, drive_torque=torque)
+    plane = control_systems.phase_plane_system(body, drive_torque=torque)
     bare = body.to_nlsys()
     inputs = [torque, there.normal_load, 1.0, 0.0]
 
@@ -226,7 +231,7 @@ def test_phase_plane_of_creepage_and_speed(locomotive: cl.Model) -> None:
 
 def test_a_held_speed_has_no_phase_plane(rig: cl.Model) -> None:
     with pytest.raises(ValueError, match="no phase plane"):
-        cl.phase_plane_system(rig.wheelset, drive_torque=2e4)
+        control_systems.phase_plane_system(rig.wheelset, drive_torque=2e4)
 
 
 # ---- root locus, Nyquist --------------------------------------------------------------------
@@ -240,10 +245,12 @@ def test_root_locus_crosses_zero_at_the_gain_of_creep_control(
     body = request.getfixturevalue(name).wheelset
     point, pole, bound = falling(body)
     if sample_time is None:
-        loop = cl.creep_loop(body, point, proportional_gain=1.0)
+        loop = control_systems.creep_loop(body, point, proportional_gain=1.0)
     else:
-        loop = cl.sampled_loop(body, point, sample_time=sample_time, proportional_gain=1.0)
-    found = cl.root_locus(loop, bound * np.geomspace(0.3, 100.0, 14))
+        loop = control_systems.sampled_loop(
+            body, point, sample_time=sample_time, proportional_gain=1.0
+        )
+    found = control_systems.root_locus(loop, bound * np.geomspace(0.3, 100.0, 14))
     assert found.critical_gains[0] == pytest.approx(bound, rel=1e-6)
     assert (found.growth[found.gains < bound] > 0.0).all()
     if sample_time is None:
@@ -264,15 +271,17 @@ def test_nyquist_counts_on_both_sides_of_every_bound(
     point, _, bound = falling(body)
     given: dict[str, Any] = {"lag": 1e-3, "delay": 2e-3, "proportional_gain": 1.0}
     loops = [
-        cl.creep_loop(body, point, proportional_gain=1.0),
-        cl.creep_loop(body, point, integral_gain=10.0, **given),
-        cl.sampled_loop(body, point, sample_time=1e-3, integral_gain=10.0, **given),
+        control_systems.creep_loop(body, point, proportional_gain=1.0),
+        control_systems.creep_loop(body, point, integral_gain=10.0, **given),
+        control_systems.sampled_loop(body, point, sample_time=1e-3, integral_gain=10.0, **given),
     ]
     for loop, bounds in zip(loops, (1, 2, 2), strict=True):
-        critical = cl.root_locus(loop, bound * np.geomspace(0.3, 40.0, 12)).critical_gains
+        critical = control_systems.root_locus(
+            loop, bound * np.geomspace(0.3, 40.0, 12)
+        ).critical_gains
         assert len(critical) == bounds
         for gain in critical:
-            sides = [cl.nyquist(factor * gain * loop) for factor in (0.98, 1.02)]
+            sides = [control_systems.nyquist(factor * gain * loop) for factor in (0.98, 1.02)]
             assert sides[0].stable != sides[1].stable
             for side, factor in zip(sides, (0.98, 1.02), strict=True):
                 assert side.unstable_poles == 1  # P
@@ -298,7 +307,9 @@ def test_pi_with_lag_is_stable_as_routh_says(
     excess = (1.0 - p_lag) * (g * kp - p) / lag - g * ki
     if abs(excess) < 1e-6 * p**2:
         return
-    loop = cl.creep_loop(body, point, proportional_gain=kp, integral_gain=ki, lag=lag)
+    loop = control_systems.creep_loop(
+        body, point, proportional_gain=kp, integral_gain=ki, lag=lag
+    )
     assert (unstable(loop) == 0) == (g * kp > p and p_lag < 1.0 and excess > 0.0)
 
 
@@ -310,7 +321,9 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
     body = rig.wheelset
     point, pole, gain = falling(body)
     for f in (1.3, 2.0, 5.0):
-        found = cl.margins(cl.creep_loop(body, point, proportional_gain=f * gain))
+        found = control_systems.margins(
+            control_systems.creep_loop(body, point, proportional_gain=f * gain)
+        )
         crossover = pole * math.sqrt(f**2 - 1.0)
         assert found.gain_lower == pytest.approx(1.0 / f, rel=1e-6)
         assert found.gain_upper == math.inf
@@ -319,15 +332,17 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
         assert found.delay == pytest.approx(math.acos(1.0 / f) / crossover, rel=1e-6)
         # |1 + L| is f - 1 at rest and rises or falls to 1.
         assert found.sensitivity_peak == pytest.approx(max(1.0 / (f - 1.0), 1.0), rel=1e-4)
-        (bare,) = (control.margin(cl.creep_loop(body, point, proportional_gain=f * gain)),)
+        (bare,) = (
+            control.margin(control_systems.creep_loop(body, point, proportional_gain=f * gain)),
+        )
         assert found.phase == pytest.approx(math.radians(bare[1]), rel=1e-6)
 
 
 def test_disk_margin_bounds_gain_and_phase(rig: cl.Model) -> None:
     body = rig.wheelset
     point, _, gain = falling(body)
-    loop = cl.creep_loop(body, point, proportional_gain=1.8 * gain, delay=3e-3)
-    found = cl.margins(loop)
+    loop = control_systems.creep_loop(body, point, proportional_gain=1.8 * gain, delay=3e-3)
+    found = control_systems.margins(loop)
     assert 1.0 / found.disk_gain > found.gain_lower * (1.0 - 1e-3)
     assert found.disk_gain < found.gain_upper
     assert found.disk_phase < found.phase
@@ -339,7 +354,9 @@ def test_disk_margin_bounds_gain_and_phase(rig: cl.Model) -> None:
 def test_no_margins_without_stability(rig: cl.Model) -> None:
     point, _, gain = falling(rig.wheelset)
     with pytest.raises(ValueError, match="not stable, so it has no margins"):
-        cl.margins(cl.creep_loop(rig.wheelset, point, proportional_gain=0.9 * gain))
+        control_systems.margins(
+            control_systems.creep_loop(rig.wheelset, point, proportional_gain=0.9 * gain)
+        )
 
 
 def test_pade_orders_converge_to_the_delay(rig: cl.Model) -> None:
@@ -352,11 +369,13 @@ def test_pade_orders_converge_to_the_delay(rig: cl.Model) -> None:
     errors = []
     for order in (1, 2, 3):
         given: dict[str, Any] = {"delay": delay, "pade_order": order}
-        loop = cl.creep_loop(body, point, proportional_gain=1.2 * gain, **given)
-        errors.append(abs(1.2 * cl.margins(loop).gain_upper / exact - 1.0))
+        loop = control_systems.creep_loop(body, point, proportional_gain=1.2 * gain, **given)
+        errors.append(abs(1.2 * control_systems.margins(loop).gain_upper / exact - 1.0))
     assert errors[1] < 0.1 * errors[0]
     assert errors[2] < 0.03 * errors[1]
-    final = cl.margins(cl.creep_loop(body, point, proportional_gain=1.2 * gain, delay=delay))
+    final = control_systems.margins(
+        control_systems.creep_loop(body, point, proportional_gain=1.2 * gain, delay=delay)
+    )
     assert 1.2 * final.gain_upper == pytest.approx(exact, rel=1e-6)
 
 
@@ -390,7 +409,9 @@ def test_delay_margin_is_the_delay_at_which_a_simulation_loses_it(
 ) -> None:
     body = rig.wheelset
     point, pole, gain = falling(body)
-    found = cl.margins(cl.creep_loop(body, point, proportional_gain=factor * gain))
+    found = control_systems.margins(
+        control_systems.creep_loop(body, point, proportional_gain=factor * gain)
+    )
     duration = 60.0 / pole
     for part, holds in ((0.95, True), (1.05, False)):
         ratio = delayed_growth(body, point, factor * gain, part * found.delay, duration)
@@ -401,7 +422,9 @@ def test_gain_at_which_a_delayed_simulation_loses_it(rig: cl.Model) -> None:
     body = rig.wheelset
     point, pole, gain = falling(body)
     delay = 0.3 / pole
-    found = cl.margins(cl.creep_loop(body, point, proportional_gain=1.5 * gain, delay=delay))
+    found = control_systems.margins(
+        control_systems.creep_loop(body, point, proportional_gain=1.5 * gain, delay=delay)
+    )
     for factor, holds in ((0.97, True), (1.03, False)):
         kp = 1.5 * gain * found.gain_upper * factor
         assert (delayed_growth(body, point, kp, delay, 40.0 / pole) < 1.0) == holds
@@ -412,8 +435,8 @@ def best(loop_at: Callable[[float], Any]) -> float:
     peaks = []
     for factor in (1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0):
         loop = loop_at(factor)
-        if growth_rate(cl.closed_loop(loop).poles()) < 0.0:
-            peaks.append(cl.margins(loop).sensitivity_peak)
+        if growth_rate(control_systems.closed_loop(loop).poles()) < 0.0:
+            peaks.append(control_systems.margins(loop).sensitivity_peak)
     return min(peaks)
 
 
@@ -424,7 +447,11 @@ def test_robust_design_needs_a_pole_slower_than_the_delay_by_three(rig: cl.Model
 
     def peak(p_delay: float) -> float:
         delay = p_delay / pole
-        return best(lambda f: cl.creep_loop(body, point, proportional_gain=f * gain, delay=delay))
+        return best(
+            lambda f: control_systems.creep_loop(
+                body, point, proportional_gain=f * gain, delay=delay
+            )
+        )
 
     found = {x: peak(x) for x in (0.2, 0.3, 0.4)}
     assert found[0.2] < 1.65
@@ -440,7 +467,7 @@ def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
     body = rig.wheelset
     point, _, bound = falling(body)
     h, wait, ki = 2e-3, 2, 5.0  # ki over kp [1/s]
-    loop = cl.sampled_loop(
+    loop = control_systems.sampled_loop(
         body,
         point,
         sample_time=h,
@@ -448,7 +475,9 @@ def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
         integral_gain=ki,
         delay=wait * h,
     )
-    low, high = cl.root_locus(loop, bound * np.geomspace(0.5, 20.0, 12)).critical_gains
+    low, high = control_systems.root_locus(
+        loop, bound * np.geomspace(0.5, 20.0, 12)
+    ).critical_gains
 
     def growth(gain: float) -> float:
         omega, total, pending = point.omega * (1.0 + 1e-7), 0.0, [point.drive_torque] * wait
@@ -480,10 +509,10 @@ def test_fast_sampling_is_the_continuous_loop(rig: cl.Model) -> None:
         "delay": 2e-3,
     }
     frequency = np.array([10.0, 60.0, 200.0])
-    exact = cl.creep_loop(body, point, **given)(1j * frequency)
+    exact = control_systems.creep_loop(body, point, **given)(1j * frequency)
     errors = []
     for h in (1e-3, 5e-4, 2.5e-4):
-        loop = cl.sampled_loop(body, point, sample_time=h, **given)
+        loop = control_systems.sampled_loop(body, point, sample_time=h, **given)
         # The hold delays by half a sample.
         errors.append(np.abs(loop(np.exp(1j * frequency * h)) / exact - 1.0))
     order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
@@ -504,4 +533,4 @@ def test_bad_values_are_named(rig: cl.Model, changes: dict[str, float], message:
     point, _, gain = falling(rig.wheelset)
     given: dict[str, Any] = {"sample_time": 1e-3, "proportional_gain": gain, **changes}
     with pytest.raises(ValueError, match=message):
-        cl.sampled_loop(rig.wheelset, point, **given)
+        control_systems.sampled_loop(rig.wheelset, point, **given)

@@ -17,6 +17,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 import contactlib as cl
+from contactlib import stability
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=40)
 TABLE = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
@@ -122,14 +123,14 @@ def test_the_eigenvalue_of_an_element_crosses_zero_at_the_threshold(
     threshold = cl.slope_threshold(wheelset, point)
 
     def leading(zeta: float) -> float:
-        return float(cl.poles(wheelset, zeta, **at)[..., 0].real)
+        return float(stability.poles(wheelset, zeta, **at)[..., 0].real)
 
     crossing = brentq(leading, 0.9 * peak, worst.creepage, xtol=1e-18, rtol=1e-15)
     slope = wheelset.balanced(creepage=crossing, **at).creep_force_slope
     # The floor is what rounding does to a slope that was so much larger at the start.
     initial = wheelset.balanced(creepage=0.0, **at).creep_force_slope
     assert slope == pytest.approx(threshold, rel=1e-9, abs=1e-13 * initial)
-    found = cl.poles(wheelset, creepage, **at)
+    found = stability.poles(wheelset, creepage, **at)
     assert (found.imag == 0.0).all()
     assert found.real.sum() < 0.0 or held
 
@@ -142,11 +143,11 @@ def test_poles_are_the_eigenvalues_of_the_jacobian(
     wheelset = made_wheelset(**(body | {"mass": None} if held else body))
     creepage = x * wheelset.element.saturation_creepage
     point = wheelset.balanced(creepage=creepage, speed=speed)
-    found = cl.poles(wheelset, creepage, speed=speed)
+    found = stability.poles(wheelset, creepage, speed=speed)
     size = np.abs(point.eigenvalues).max()
     np.testing.assert_allclose(found, point.eigenvalues, rtol=1e-9, atol=1e-12 * size)
     fast = cl.fast_pole(wheelset, creepage, speed=speed)
-    about = cl.approximate_pole(
+    about = stability.approximate_pole(
         radius=wheelset.radius,
         inertia=wheelset.inertia,
         creep_force_slope=point.creep_force_slope,
@@ -172,7 +173,7 @@ def test_poles_broadcast(locomotive: cl.Model) -> None:
     # Nearly inversely proportional to the speed
     np.testing.assert_allclose(found[1] * speed, found[1, 0] * speed[0], rtol=0.03)
     with pytest.raises(ValueError, match="speed"):
-        cl.poles(locomotive.wheelset, 0.01, speed=[1.0, 0.01])
+        stability.poles(locomotive.wheelset, 0.01, speed=[1.0, 0.01])
 
 
 @pytest.mark.parametrize(("slope_reduction", "pole"), [(0.14, 70.0), (1.0, 500.0)])
@@ -183,7 +184,9 @@ def test_worst_pole(rig: cl.Model, slope_reduction: float, pole: float) -> None:
     steepest = minimize_scalar(lambda x: float(law.slope(x)), bounds=(1.2, 2.0))
     zeta0 = element.saturation_creepage
     fall = steepest.fun * 0.21 * element.contact.normal_load / zeta0
-    expected = cl.approximate_pole(radius=0.5, inertia=250.0, creep_force_slope=fall, speed=V)
+    expected = stability.approximate_pole(
+        radius=0.5, inertia=250.0, creep_force_slope=fall, speed=V
+    )
     worst = cl.worst_pole(body, speed=V)
     assert worst.pole == pytest.approx(float(expected), rel=1e-6)
     assert worst.creepage == pytest.approx(zeta0 * steepest.x, rel=1e-3)
@@ -444,7 +447,7 @@ def test_slip_away_formula(rig: cl.Model, overload: float, end: float) -> None:
     peak, sliding = law.peak, 0.21 * body.element.contact.normal_load
     h = 1e-4
     ends = law.slope(peak.normalized_creepage + np.array([-h, h]))
-    time = cl.slip_away_formula(
+    time = stability.slip_away_formula(
         radius=0.5,
         inertia=250.0,
         speed=V,
@@ -457,7 +460,7 @@ def test_slip_away_formula(rig: cl.Model, overload: float, end: float) -> None:
     )
     torque = (1.0 + overload) * 0.5 * sliding * peak.traction_ratio
     assert time == pytest.approx(simulated_time(body, torque, 0.0, end), rel=0.15)
-    estimate = cl.slip_away_estimate(body, drive_torque=torque, speed=V, end=end)
+    estimate = stability.slip_away_estimate(body, drive_torque=torque, speed=V, end=end)
     assert estimate == pytest.approx(time, rel=1e-3)
 
 
@@ -470,7 +473,7 @@ def test_slip_away_formula_is_best_at_the_peak(rig: cl.Model) -> None:
     for overload in overloads:
         torque = (1.0 + overload) * fold.drive_torque
         exact = cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.15)
-        estimate = cl.slip_away_estimate(body, drive_torque=torque, speed=V, end=0.15)
+        estimate = stability.slip_away_estimate(body, drive_torque=torque, speed=V, end=0.15)
         misses.append(abs(estimate / exact - 1.0))
     assert (np.diff(misses) < 0.0).all()
     assert misses[-1] < 0.005
@@ -480,7 +483,7 @@ def test_no_slip_away_below_the_fold(rig: cl.Model) -> None:
     fold = cl.find_fold(rig.wheelset, speed=V)
     body, torque = rig.wheelset, 0.999 * fold.drive_torque
     assert cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.1) == math.inf
-    assert cl.slip_away_estimate(body, drive_torque=torque, speed=V, end=0.1) == math.inf
+    assert stability.slip_away_estimate(body, drive_torque=torque, speed=V, end=0.1) == math.inf
     assert cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.1, end=0.1) == 0.0
 
 
@@ -525,7 +528,7 @@ def survives(body: cl.Wheelset, torque: float, scale: float, creepage: float, ti
 def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -> None:
     body = of_mass(locomotive, mass)
     torque = 0.95 * cl.find_fold(body, speed=V).drive_torque
-    found = cl.clearing(body, drive_torque=torque, speed=V, friction_scale=scale)
+    found = stability.clearing(body, drive_torque=torque, speed=V, friction_scale=scale)
     start = found.border.creepage
     low, high = 0.5 * found.time, 2.0 * found.time
     assert survives(body, torque, scale, start, low)
@@ -540,7 +543,7 @@ def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -
     assert found.distance == pytest.approx(V * found.time, rel=1e-12 if mass is None else 0.02)
     given: dict[str, Any] = {"drive_torque": torque, "speed": V, "friction_scale": scale}
     assert cl.clearing_time(body, **given) == found.time
-    assert cl.clearing_distance(body, **given) == found.distance
+    assert stability.clearing_distance(body, **given) == found.distance
     # With the speed frozen, the integral alone is near for anything that pulls a train.
     frozen = cl.slip_away_time(body, start=start, end=found.border.highest, **given)
     if mass is None:
@@ -555,7 +558,7 @@ def test_a_patch_that_holds_the_torque_may_be_of_any_length(rig: cl.Model) -> No
     for part, held_there in ((0.999, True), (1.001, False)):
         given: dict[str, Any] = {"drive_torque": part * held, "speed": V, "friction_scale": scale}
         assert (cl.clearing_time(body, **given) == math.inf) == held_there
-        assert (cl.clearing_distance(body, **given) == math.inf) == held_there
+        assert (stability.clearing_distance(body, **given) == math.inf) == held_there
     low = 0.99 * cl.find_fold(body, speed=V).return_torque  # comes back from anywhere
     assert cl.clearing_time(body, drive_torque=low, speed=V, friction_scale=0.2) == math.inf
 

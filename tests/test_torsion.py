@@ -16,6 +16,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import contactlib as cl
+from contactlib import torsion
 from contactlib.torsion import AntiphaseForce
 
 FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle: chosen
@@ -93,8 +94,8 @@ def test_antiphase_and_common_eigenvalues(
 ) -> None:
     body = replace(locomotive.wheelset, mass=None) if held else locomotive.wheelset
     drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
-    whole = np.sort_complex(np.linalg.eigvals(cl.torsional_jacobian(drivetrain, point)))
-    parts = np.concatenate([cl.antiphase_eigenvalues(drivetrain, point), point.eigenvalues])
+    whole = np.sort_complex(np.linalg.eigvals(torsion.torsional_jacobian(drivetrain, point)))
+    parts = np.concatenate([torsion.antiphase_eigenvalues(drivetrain, point), point.eigenvalues])
     np.testing.assert_allclose(whole, np.sort_complex(parts), rtol=1e-7, atol=1e-7)
 
 
@@ -121,7 +122,7 @@ def test_jacobian_is_that_of_both_wheels(locomotive: cl.Model) -> None:
     at = np.array([point.omega, point.omega, 1e-3, SPEED])
     steps = np.diag([1e-5, 1e-5, 1e-7, 1e-5])
     difference = [(rates(at + h) - rates(at - h)) / (2.0 * h.sum()) for h in steps]
-    matrix = cl.torsional_jacobian(drivetrain, point)
+    matrix = torsion.torsional_jacobian(drivetrain, point)
     np.testing.assert_allclose(matrix, np.transpose(difference), rtol=1e-5, atol=1e-4)
 
 
@@ -141,7 +142,7 @@ def test_threshold_is_where_a_small_vibration_neither_grows_nor_decays(
 
     found = brentq(growth, 0.025, 0.045, xtol=2e-5)
     slope = 0.5 * body.balanced(creepage=found, speed=SPEED).creep_force_slope
-    assert slope == pytest.approx(cl.torsional_threshold(drivetrain, speed=SPEED), rel=1e-2)
+    assert slope == pytest.approx(torsion.torsional_threshold(drivetrain, speed=SPEED), rel=1e-2)
     # r^2 |Q1'|/(J_w V) = 2 D omega_t
     rate = body.radius**2 * -slope / (0.5 * body.inertia * SPEED)
     assert rate == pytest.approx(2.0 * damping_ratio * 2.0 * math.pi * FREQUENCY, rel=1e-2)
@@ -152,9 +153,9 @@ def test_describing_function_is_the_first_harmonic(locomotive: cl.Model) -> None
     point = body.balanced(creepage=0.035, speed=SPEED)
     force = AntiphaseForce(body, point)
     sizes = np.array([1e-4, 0.005, 0.02, 0.05])
-    ours = cl.effective_slope(body, point, sizes)
+    ours = torsion.effective_slope(body, point, sizes)
     assert ours[0] == pytest.approx(0.5 * point.creep_force_slope, rel=1e-2)
-    assert cl.effective_slope(body, point, 0.0) == 0.5 * point.creep_force_slope
+    assert torsion.effective_slope(body, point, 0.0) == 0.5 * point.creep_force_slope
     for size, slope in zip(sizes, ours, strict=True):
         integral, _ = quad(
             lambda phi, a=size: float(force(a * math.sin(phi))) * math.sin(phi),
@@ -184,7 +185,7 @@ def test_limit_cycles_are_the_intersections_in_the_nyquist_plane(
     gain = slope * body.radius**2 / (0.5 * body.inertia * SPEED * omega)
     plant = control.tf([gain, 0.0], [1.0, 2.0 * DAMPING_RATIO, 1.0])
     sizes = np.geomspace(0.05, 2.0, 160)
-    sizes = sizes[cl.effective_slope(body, point, unit * sizes) < 0.0]
+    sizes = sizes[torsion.effective_slope(body, point, unit * sizes) < 0.0]
     found = control.describing_function_response(
         plant,
         lambda u: float(force(unit * u)) / (unit * slope),
@@ -193,7 +194,7 @@ def test_limit_cycles_are_the_intersections_in_the_nyquist_plane(
         warn_nyquist=False,
         refine=False,
     ).intersections
-    cycles = cl.torsional_state(drivetrain, point).limit_cycles
+    cycles = torsion.torsional_state(drivetrain, point).limit_cycles
     assert len(found) == len(cycles) == (1 if creepage == 0.03 else 2)
     for (size, frequency), cycle in zip(sorted(found), cycles, strict=True):
         assert unit * size == pytest.approx(cycle.amplitude, rel=1e-2)
@@ -207,7 +208,7 @@ def test_limit_cycle_has_the_amplitude_of_the_describing_function(
 ) -> None:
     body, gains = locomotive.wheelset, locomotive.creep_control
     drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
-    cycle = cl.torsional_state(drivetrain, point).limit_cycles[-1]
+    cycle = torsion.torsional_state(drivetrain, point).limit_cycles[-1]
     assert cycle.stable
     given, tolerance = {"gain": STIFF_GAIN}, 0.01
     if control_of_mean == "as in the model":  # the mean creepage ripples
@@ -225,9 +226,9 @@ def test_limit_cycle_has_the_amplitude_of_the_describing_function(
 def test_a_small_kick_decays_and_a_large_one_stays(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     drivetrain, point = on_axle(body), body.balanced(creepage=0.04, speed=SPEED)
-    state = cl.torsional_state(drivetrain, point)
+    state = torsion.torsional_state(drivetrain, point)
     assert state.bistable
-    assert cl.antiphase_eigenvalues(drivetrain, point).real.max() < 0.0
+    assert torsion.antiphase_eigenvalues(drivetrain, point).real.max() < 0.0
     edge, cycle = state.limit_cycles
     assert not edge.stable
     assert cycle.stable
@@ -240,7 +241,7 @@ def test_a_small_kick_decays_and_a_large_one_stays(locomotive: cl.Model) -> None
 def test_two_states_coexist_at_two_to_three_times_the_peak(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     drivetrain = on_axle(body)
-    found = cl.bistable_range(drivetrain, speed=SPEED)
+    found = torsion.bistable_range(drivetrain, speed=SPEED)
     assert found is not None
     low, high = found
     peak = 0.015 * cl.CarterGriffith(k_hat=0.3).peak.normalized_creepage
@@ -253,28 +254,28 @@ def test_two_states_coexist_at_two_to_three_times_the_peak(locomotive: cl.Model)
         (1.01 * high, 0, True),
     ]:
         point = body.balanced(creepage=creepage, speed=SPEED)
-        state = cl.torsional_state(drivetrain, point)
+        state = torsion.torsional_state(drivetrain, point)
         assert len(state.limit_cycles) == cycles
         assert state.equilibrium_stable == stable
         assert state.bistable == (cycles == 2)
-        small = cl.antiphase_eigenvalues(drivetrain, point).real.max()
+        small = torsion.antiphase_eigenvalues(drivetrain, point).real.max()
         assert (small < 0.0) == stable
     # Beyond the range a vibration as large as the last cycle dies out.
-    last = cl.torsional_state(drivetrain, body.balanced(creepage=0.99 * high, speed=SPEED))
+    last = torsion.torsional_state(drivetrain, body.balanced(creepage=0.99 * high, speed=SPEED))
     gone = body.balanced(creepage=1.05 * high, speed=SPEED)
     assert amplitudes(drivetrain, gone, last.limit_cycles[-1].amplitude, 60)[-1] < 0.01
 
 
 def test_no_range_with_much_damping(locomotive: cl.Model) -> None:
-    assert cl.bistable_range(on_axle(locomotive.wheelset, 0.2), speed=SPEED) is None
+    assert torsion.bistable_range(on_axle(locomotive.wheelset, 0.2), speed=SPEED) is None
 
 
 def test_what_cannot_vibrate_is_refused(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     with pytest.raises(ValueError, match="rigid axle"):
-        cl.torsional_threshold(cl.Drivetrain(body), speed=SPEED)
+        torsion.torsional_threshold(cl.Drivetrain(body), speed=SPEED)
     relaxed = replace(on_axle(body), relaxation_length=8e-3)
     with pytest.raises(ValueError, match=r"relaxation_length = 0\.008"):
-        cl.torsional_state(relaxed, body.balanced(creepage=0.03, speed=SPEED))
+        torsion.torsional_state(relaxed, body.balanced(creepage=0.03, speed=SPEED))
     with pytest.raises(ValueError, match="amplitude = -0"):
-        cl.effective_slope(body, body.balanced(creepage=0.03, speed=SPEED), -0.1)
+        torsion.effective_slope(body, body.balanced(creepage=0.03, speed=SPEED), -0.1)

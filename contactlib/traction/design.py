@@ -87,12 +87,12 @@ def gain_window(pole: float, delay: float) -> GainWindow:
 
 
 def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) -> float:
-    """theta [s]: sensors, half a sample for the held torque, the motor's lag."""
+    """Theta [s]: sensors, half a sample for the held torque, the motor's lag."""
     return sensors.delay + 0.5 * sample_time + drivetrain.motor_lag
 
 
 def fast_pole(wheelset: Wheelset, creepage: float, speed: float) -> float:
-    """p at a creepage [1] and speed [m/s], friction as nominal [1/s]."""
+    """P at a creepage [1] and speed [m/s], friction as nominal [1/s]."""
     slope = wheelset.balanced(creepage=creepage, speed=speed).creep_force_slope
     return -wheelset.effective_inverse_mass * slope / speed
 

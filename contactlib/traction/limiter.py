@@ -13,7 +13,6 @@ from contactlib.parameters import FloatArray, Parameters, Quantity
 from contactlib.traction.interface import Measurement
 from contactlib.traction.speed_tracker import Tracked, track, tracker_gains
 
-
 BAND = 0.3  # of the reference: below it the rail can take much more torque
 
 

@@ -41,8 +41,6 @@ class OpenLoop(Parameters):
         """No memory."""
         return NoMemory()
 
-    def sample(
-        self, measurement: Measurement, memory: NoMemory
-    ) -> tuple[FloatArray, NoMemory]:
+    def sample(self, measurement: Measurement, memory: NoMemory) -> tuple[FloatArray, NoMemory]:
         """The demand."""
         return np.array(measurement.demand, dtype=np.float64), memory

@@ -201,7 +201,9 @@ class SlopeSeeking(SlipLimiter):
         elasticity = (rise + doubt * STIFF) / (variance + doubt)
         climb = np.minimum(np.maximum(elasticity, FASTEST_MOVE[0]), FASTEST_MOVE[1])
         moving = memory.limiter.limiting & (slip.braking == memory.limiter.braking)
-        reference = reference * (1.0 + np.where(moving, self.sample_time * self.seeking_rate * climb, 0.0))
+        reference = reference * (
+            1.0 + np.where(moving, self.sample_time * self.seeking_rate * climb, 0.0)
+        )
         reference = np.minimum(np.maximum(reference, self.least_reference), self.largest_reference)
 
         phase = memory.phase + self.sample_time / self.dither_period
