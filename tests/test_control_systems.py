@@ -146,9 +146,7 @@ def test_a_short_pulse_is_not_stepped_over(rig: cl.Model) -> None:
 def test_response_names_what_is_missing(rig: cl.Model) -> None:
     system = rig.wheelset.to_nlsys(speed=SPEED)
     with pytest.raises(ValueError, match="must be those of the system: drive_torque, normal_load"):
-        control_systems.response(
-            system, {"drive_torque": 1.0}, initial_state=[20.0], duration=1.0
-        )
+        control_systems.response(system, {"drive_torque": 1.0}, initial_state=[20.0], duration=1.0)
     sampled = control.nlsys(lambda t, x, u, p: x, None, states=1, inputs=0, dt=0.1)
     with pytest.raises(ValueError, match="sampled"):
         control_systems.response(sampled, {}, initial_state=[20.0], duration=1.0)
@@ -161,9 +159,7 @@ def test_no_operating_point_past_the_fold(rig: cl.Model) -> None:
     found = control_systems.operating_point(body, drive_torque=below, creepage=0.01, speed=SPEED)
     assert found.drive_torque == pytest.approx(below, rel=1e-9)
     assert found.stable
-    beyond = control_systems.operating_point(
-        body, drive_torque=below, creepage=0.022, speed=SPEED
-    )
+    beyond = control_systems.operating_point(body, drive_torque=below, creepage=0.022, speed=SPEED)
     assert not beyond.stable
 
     bare = control.find_operating_point(
@@ -307,9 +303,7 @@ def test_pi_with_lag_is_stable_as_routh_says(
     excess = (1.0 - p_lag) * (g * kp - p) / lag - g * ki
     if abs(excess) < 1e-6 * p**2:
         return
-    loop = control_systems.creep_loop(
-        body, point, proportional_gain=kp, integral_gain=ki, lag=lag
-    )
+    loop = control_systems.creep_loop(body, point, proportional_gain=kp, integral_gain=ki, lag=lag)
     assert (unstable(loop) == 0) == (g * kp > p and p_lag < 1.0 and excess > 0.0)
 
 
@@ -475,9 +469,7 @@ def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
         integral_gain=ki,
         delay=wait * h,
     )
-    low, high = control_systems.root_locus(
-        loop, bound * np.geomspace(0.5, 20.0, 12)
-    ).critical_gains
+    low, high = control_systems.root_locus(loop, bound * np.geomspace(0.5, 20.0, 12)).critical_gains
 
     def growth(gain: float) -> float:
         omega, total, pending = point.omega * (1.0 + 1e-7), 0.0, [point.drive_torque] * wait
