@@ -197,9 +197,9 @@ class Wheelset(Parameters):
         omega, force = (1.0 + creepage) * speed / self.radius, float(record["creep_force"])
         free, contact = self.rates(omega, speed, 0.0, load, friction_scale, 0.0)
         jacobian = np.array([list(row) for row in free.jacobian])
-        resistance_slope = 0.0
-        if self.mass is not None:
-            resistance_slope = contact.force_by_speed - self.mass * jacobian[1, 1]
+        by_speed = 0.0  # of a difference rounding would be left where there is nothing
+        if self.element.friction.slip_rate_decay > 0.0:
+            by_speed = contact.force_by_speed + (1.0 + creepage) * contact.force_gradient
         return OperatingPoint(
             omega=omega,
             speed=float(speed),
@@ -210,9 +210,8 @@ class Wheelset(Parameters):
             friction_scale=float(friction_scale),
             creep_force=force,
             creep_force_slope=contact.force_gradient * abs(speed),
-            creep_force_speed_slope=contact.force_by_speed
-            + (1.0 + creepage) * contact.force_gradient,
-            resistance_slope=resistance_slope,
+            creep_force_speed_slope=by_speed,
+            resistance_slope=0.0 if self.mass is None else free.resistance_slope,
             jacobian=jacobian[:1, :1] if self.mass is None else jacobian,
         )
 

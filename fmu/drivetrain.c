@@ -162,8 +162,7 @@ static void powers(const motion *m, const drivetrain_state *s, const force_eleme
     j[at->distance][at->speed] = 1.0;
     j[at->creep][at->speed] = -force;
     if (at->torque >= 0) j[at->drive][at->torque] = rolling;
-    /* M d(dV/dt)/dV = dQ/dV - dF/dV */
-    double steepness = held ? by_speed : by_speed - rates->jacobian[1][1] / p->body.inverse_mass;
+    double steepness = held ? by_speed : rates->resistance_slope;
     j[at->resistance][at->speed] = resisting + v * steepness;
     for (int i = 0; i < 2; i++) {
         double slip = r * omega[i] - v, sign = i == 0 ? 1.0 : -1.0;

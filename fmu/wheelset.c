@@ -24,6 +24,7 @@ void wheelset_motion(const wheelset_parameters *p, double omega, double speed, d
         (drive_torque - p->radius * contact->creep_force - p->damping * omega) / p->inertia;
     rates->speed_rate = (contact->creep_force - davis - resistance_force) * p->inverse_mass - grade;
     rates->resistance = davis + (moved > 0.0 ? grade / p->inverse_mass : 0.0);
+    rates->resistance_slope = davis_slope;
     rates->jacobian[0][0] = -(p->radius * contact->force_by_omega + p->damping) / p->inertia;
     rates->jacobian[0][1] = -p->radius * contact->force_by_speed / p->inertia;
     rates->jacobian[1][0] = contact->force_by_omega * p->inverse_mass;

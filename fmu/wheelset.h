@@ -18,10 +18,11 @@ typedef struct {
 } wheelset_parameters;
 
 typedef struct {
-    double omega_rate;     /* d(omega)/dt [rad/s2] */
-    double speed_rate;     /* d(speed)/dt [m/s2] */
-    double resistance;     /* F(V) with the grade, without the input's force [N] */
-    double jacobian[2][2]; /* rates by (omega, speed) */
+    double omega_rate;       /* d(omega)/dt [rad/s2] */
+    double speed_rate;       /* d(speed)/dt [m/s2] */
+    double resistance;       /* F(V) with the grade, without the input's force [N] */
+    double resistance_slope; /* dF/dV [N.s/m] */
+    double jacobian[2][2];   /* rates by (omega, speed) */
 } wheelset_rates;
 
 /* Rates of change under a drive torque, an outer resistance force and the contact's force. */

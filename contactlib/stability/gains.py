@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-from contactlib.stability.threshold import common_growth, resistance_growth
 from contactlib.wheelset import OperatingPoint, Wheelset
 
 
@@ -24,8 +23,8 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     fall, speed, stretch = -point.creep_force_slope, point.speed, 1.0 + point.creepage
     if wheelset.mass is None:
         return r * fall - b * speed / r
-    m, slope = wheelset.mass, float(resistance_growth(wheelset, speed))
-    growth = common_growth(wheelset, point)
+    m, slope = wheelset.mass, point.resistance_slope
+    growth = slope - point.creep_force_speed_slope
     trace = r * fall * (1.0 + j * stretch / (m * r**2)) - speed / r * (b + j * growth / m)
     loss = r * fall * (slope + b * stretch / r**2) - b * speed / r * growth
     if growth > 0.0:

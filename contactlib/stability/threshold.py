@@ -11,7 +11,7 @@ zero does so where the determinant vanishes.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,21 +20,6 @@ from scipy.optimize import minimize_scalar
 from contactlib.parameters import FINITE, FloatArray, Limits, checked
 from contactlib.stability.quasi_steady import creepage_grid
 from contactlib.wheelset import OperatingPoint, Wheelset
-
-
-def resistance_growth(wheelset: Wheelset, speed: Any) -> Any:
-    """F' = dF/dV at speeds that are not below the minimum speed [N.s/m]."""
-    return wheelset.resistance.linear + 2.0 * wheelset.resistance.quadratic * speed
-
-
-def common_growth(wheelset: Wheelset, point: OperatingPoint) -> float:
-    """F' - dQ/dV at fixed creepage: what resists a common acceleration of wheel and vehicle.
-
-    In N.s/m. Exact: of the differences in `OperatingPoint` rounding is left where there is nothing.
-    """
-    fades = wheelset.element.friction.slip_rate_decay > 0.0
-    by_speed = point.creep_force_speed_slope if fades else 0.0
-    return float(resistance_growth(wheelset, abs(point.speed))) - by_speed
 
 
 def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
@@ -50,8 +35,8 @@ def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
         return 0.0
     if wheelset.speed_held:
         return -b * speed / r**2
-    slope = float(resistance_growth(wheelset, speed))
-    return -speed * common_growth(wheelset, point) / (r**2 * slope / b + 1.0 + point.creepage)
+    growth = point.resistance_slope - point.creep_force_speed_slope
+    return -speed * growth / (r**2 * point.resistance_slope / b + 1.0 + point.creepage)
 
 
 def approximate_pole(
@@ -109,7 +94,8 @@ def poles(
     by_omega, by_speed = contact["force_by_omega"], contact["force_by_speed"]
     if wheelset.mass is None:
         return np.asarray(-(b + r * by_omega) / j, dtype=np.complex128)[..., np.newaxis]
-    m, growth = wheelset.mass, resistance_growth(wheelset, v)
+    m = wheelset.mass
+    growth = wheelset.resistance.linear + 2.0 * wheelset.resistance.quadratic * v  # F'
     trace = -(b + r * by_omega) / j + (by_speed - growth) / m
     # Of the products in the determinant the two of Q' with Q' cancel: they are left out.
     determinant = (b * (growth - by_speed) + r * by_omega * growth) / (j * m)
