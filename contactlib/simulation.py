@@ -419,30 +419,37 @@ def steady_creepage(
     *,
     speed: float,
     normal_load: float,
-    friction_scale: float,
+    friction_scale: float | tuple[float, float],
     resistance_force: float = 0.0,
 ) -> float:
     """Creepage that a drive torque [N.m] holds on the rising branch [1].
+
+    Two friction scales are those of the wheels, which have half of the load each.
 
     Raises
     ------
     ValueError
         If none does: the torque is above the fold.
     """
-    scale = wheelset.element.saturation_creepage_at(
-        normal_load=normal_load, friction_scale=friction_scale
+    frictions = set(np.atleast_1d(friction_scale).tolist())
+    scale = max(
+        wheelset.element.saturation_creepage_at(normal_load=normal_load, friction_scale=friction)
+        for friction in frictions
     )
 
     def excess(creepage: ArrayLike) -> FloatArray:
-        held = quasi_steady_torque(
-            wheelset,
-            creepage,
-            speed=speed,
-            normal_load=normal_load,
-            friction_scale=friction_scale,
-            resistance_force=resistance_force,
-        )
-        return held - torque
+        held = [
+            quasi_steady_torque(
+                wheelset,
+                creepage,
+                speed=speed,
+                normal_load=normal_load,
+                friction_scale=friction,
+                resistance_force=resistance_force,
+            )
+            for friction in frictions
+        ]
+        return np.asarray(np.mean(held, axis=0) - torque)
 
     sign = 1.0 if excess(0.0) <= 0.0 else -1.0
     least = 0.01 * wheelset.element.friction.slip_rate_residual  # the peak is not below that

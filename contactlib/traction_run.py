@@ -50,6 +50,7 @@ def run_scenario(
     scenario: Scenario,
     controller: str | TractionController,
     *,
+    initial_creepage: float | None = None,
     step: float | None = None,
     tolerance: float = 1e-8,
     progress: Callable[[float], object] = lambda part: None,
@@ -62,6 +63,9 @@ def run_scenario(
         Vehicle, track, demand and sensors.
     controller : str or TractionController
         One of the scenario's by its name, or any other.
+    initial_creepage : float, optional
+        [1]. Left out, the run starts steady under the first demand, and rolling if it starts at
+        standstill.
     step : float, optional
         Time between rows, and for which friction is held [s]; rounded down to a whole part of the
         sample time. The sample time, but at most 5 ms, if left out.
@@ -104,7 +108,10 @@ def run_scenario(
         speeds = scenario.held_speed(np.append(time, time[-1] + length))
         inputs["acceleration"] = np.diff(speeds) / length
 
-    state, torque = _start(scenario, float(demand[0]))
+    inputs["friction_left"][0], inputs["friction_right"][0] = scenario.track.friction_scale(
+        0.0, 0.0
+    )
+    state, torque = _start(scenario, inputs[:1], float(demand[0]), initial_creepage)
     reader = scenario.sensors.reader(1, control.sample_time)
     memory: Any = None
     substep = np.zeros(1)
@@ -138,20 +145,37 @@ def _named(scenario: Scenario, controller: str | TractionController) -> Traction
     return scenario.controllers[controller]
 
 
-def _start(scenario: Scenario, demand: float) -> tuple[Any, FloatArray]:
-    """State and torque at the start: steady under the first demand, or rolling at standstill."""
-    wheelset, speed = scenario.drivetrain.wheelset, scenario.initial_speed
-    creepage, torque = 0.0, 0.0
-    if speed >= wheelset.element.minimum_speed:
-        left, right = scenario.track.friction_scale(0.0, 0.0).tolist()
-        load, torque = wheelset.element.contact.normal_load, demand
+def _start(
+    scenario: Scenario, given: Any, demand: float, initial_creepage: float | None
+) -> tuple[Any, FloatArray]:
+    """State and torque at the start, under the inputs of the first row but for the torque."""
+    drivetrain, speed = scenario.drivetrain, scenario.initial_speed
+    wheelset, axle = drivetrain.wheelset, drivetrain.axle
+    slowest = wheelset.element.minimum_speed
+    creepage, torque = 0.0, demand if speed >= slowest else 0.0
+    if initial_creepage is not None:
+        creepage = initial_creepage
+    elif speed >= slowest:
+        friction = float(given["friction_left"][0]), float(given["friction_right"][0])
+        load = wheelset.element.contact.normal_load
         creepage = steady_creepage(
-            wheelset, torque, speed=speed, normal_load=load, friction_scale=min(left, right)
+            wheelset, demand, speed=speed, normal_load=load, friction_scale=friction
         )
     state = np.zeros(1, kernel.drivetrain_dtype("state"))
     state["speed"] = speed
-    state["omega_left"] = state["omega_right"] = (1.0 + creepage) * speed / wheelset.radius
+    state["omega_left"] = state["omega_right"] = (
+        speed + creepage * max(abs(speed), slowest)
+    ) / wheelset.radius
+    state["relaxed_left"] = state["relaxed_right"] = creepage
     state["drive_torque"] = torque
+    if axle is not None:
+        # J/2 (1 + zeta)/r dV/dt = share T - r Q_left - b/2 omega - k twist
+        there = drivetrain.native.evaluate(given, state)
+        half, gained = 0.5 * wheelset.inertia, (1.0 + creepage) / wheelset.radius
+        lost = wheelset.radius * there["creep_force_left"]
+        lost = lost + 0.5 * wheelset.damping * state["omega_left"]
+        lost = lost + half * gained * there["speed_rate"]
+        state["twist"] = (axle.drive_share * torque - lost) / axle.stiffness
     return state, np.array([torque])
 
 

@@ -1,0 +1,250 @@
+"""Runs of scenarios: the plant, the sampling, the sensors and the track together."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib import stability
+from contactlib.parameters import FloatArray
+from contactlib.traction import Measurement, OpenLoop, Sensors
+
+SHIPPED = sorted(
+    path.name
+    for path in cl.model_path("dry_wet_dry.toml").parent.glob("*.toml")
+    if path.name not in {"locomotive.toml", "roller_rig.toml"}
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Probe:
+    """Asks for the demand and writes down what it is shown."""
+
+    sample_time: float
+    seen: list[Measurement]
+
+    def start(self, measurement: Measurement, torque: Any) -> None:
+        return None
+
+    def sample(self, measurement: Measurement, memory: None) -> tuple[FloatArray, None]:
+        self.seen.append(measurement)
+        return measurement.demand, None
+
+    @classmethod
+    def for_drivetrain(cls, drivetrain: Any, *, speed: float, sensors: Any, **given: Any) -> Self:
+        raise NotImplementedError
+
+
+class Held(NamedTuple):
+    """Nothing to remember."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Proportional:
+    """T = T0 + Kp (reference - creepage), by the book: the demand is T0."""
+
+    sample_time: float
+    gain: float
+    reference: float
+
+    def start(self, measurement: Measurement, torque: Any) -> Held:
+        return Held()
+
+    def sample(self, measurement: Measurement, memory: Held) -> tuple[FloatArray, Held]:
+        creepage = measurement.wheel_speed / measurement.vehicle_speed - 1.0
+        return measurement.demand + self.gain * (self.reference - creepage), memory
+
+    @classmethod
+    def for_drivetrain(cls, drivetrain: Any, *, speed: float, sensors: Any, **given: Any) -> Self:
+        raise NotImplementedError
+
+
+def scenario(wheelset: cl.Wheelset, **changes: Any) -> cl.Scenario:
+    given: dict[str, Any] = {
+        "name": "test",
+        "source": "chosen",
+        "drivetrain": cl.Drivetrain(wheelset),
+        "demand": cl.Profile.of(2.0e4),
+        "held_speed": cl.Profile.of(10.0) if wheelset.speed_held else None,
+        "initial_speed": 10.0,
+        "design_speed": 10.0,
+        "duration": 2.0,
+        "sensors": Sensors(),
+        "controllers": {"open_loop": OpenLoop(sample_time=0.01)},
+        **changes,
+    }
+    return cl.Scenario(**given)
+
+
+def test_an_open_loop_is_a_torque_prescribed(rig: cl.Model, locomotive: cl.Model) -> None:
+    wet = cl.Profile((0.5, 0.5, 0.9, 0.9), (1.0, 0.4, 0.4, 1.0))
+    for model in (rig, locomotive):
+        case = scenario(model.wheelset, track=cl.Track(friction_over_time=wet))
+        run = cl.run_scenario(case, "open_loop")
+        other = cl.simulate(
+            model.wheelset,
+            cl.TorqueControl(cl.Profile.of(2.0e4)),
+            duration=2.0,
+            initial_speed=10.0,
+            friction_scale=wet,
+            tolerance=1e-11,
+        )
+        assert run["creepage"].max() > 0.5  # it runs away on the wet stretch
+        for name in ("omega", "speed", "distance", "creep_work", "drive_work"):
+            assert run[name][-1] == pytest.approx(other[name][-1], rel=1e-6), name
+
+
+def test_a_patch_lies_where_it_lies(locomotive: cl.Model) -> None:
+    patch = cl.Profile((5.0, 5.0, 15.0, 15.0), (1.0, 0.8, 0.8, 1.0))
+    track = cl.Track(friction_left=patch, friction_right=cl.Profile.of(0.9))
+    case = scenario(locomotive.wheelset, track=track)
+    run = cl.run_scenario(case, "open_loop", step=1e-3)
+    on = (run["distance"] > 5.0) & (run["distance"] < 15.0)
+    edge = np.minimum(abs(run["distance"] - 5.0), abs(run["distance"] - 15.0)) < 0.02
+    np.testing.assert_array_equal(run["friction_scale_left"][~edge], np.where(on, 0.8, 1.0)[~edge])
+    assert (run["friction_scale_right"] == 0.9).all()
+
+
+def test_the_rows_converge_with_their_step(locomotive: cl.Model) -> None:
+    ramp = cl.Profile((-5.0, 25.0), (1.1, 0.7))  # friction is that of each step's middle
+    case = scenario(locomotive.wheelset, track=cl.Track(friction_left=ramp), duration=1.0)
+
+    def end(step: float) -> float:
+        return float(cl.run_scenario(case, "open_loop", step=step)["creep_work"][-1])
+
+    errors = [abs(end(step) - end(1e-4)) for step in (1e-2, 5e-3)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
+
+
+def test_sensors_are_late_and_torque_is_held(locomotive: cl.Model) -> None:
+    demand = cl.Profile((0.0, 1.0), (1.0e4, 2.0e4))
+    case = scenario(locomotive.wheelset, demand=demand, sensors=Sensors(delay=0.03))
+    probe = Probe(0.01, [])
+    run = cl.run_scenario(case, probe, step=2e-3)
+    samples = slice(None, None, 5)
+    rim = (run["speed"] + run["slip_velocity"])[samples]
+    seen = np.array([float(m.wheel_speed[0]) for m in probe.seen])
+    np.testing.assert_allclose(seen[3:], rim[:-3], rtol=1e-15)
+    np.testing.assert_allclose(seen[:3], rim[0], rtol=1e-15)
+    asked = run["commanded_torque"]
+    assert np.array_equal(asked[:-1].reshape(-1, 5), np.repeat(asked[:-1:5, np.newaxis], 5, axis=1))
+    np.testing.assert_allclose(asked[samples], demand(run.time[samples]), rtol=1e-15)
+
+
+def test_noise_is_the_seed_s(locomotive: cl.Model) -> None:
+    def seen(seed: int) -> FloatArray:
+        sensors = Sensors(wheel_speed_noise=0.01, vehicle_speed_noise=0.02, seed=seed)
+        probe = Probe(0.01, [])
+        run = cl.run_scenario(scenario(locomotive.wheelset, sensors=sensors, duration=5.0), probe)
+        true = (run["speed"] + run["slip_velocity"])[::2]
+        return np.array([float(m.wheel_speed[0]) for m in probe.seen]) - true
+
+    assert np.array_equal(seen(1), seen(1))
+    assert seen(1).std() == pytest.approx(0.01, rel=0.1)
+    assert abs(np.corrcoef(seen(1), seen(2))[0, 1]) < 0.15
+
+
+@pytest.mark.parametrize(("samples", "lag"), [(0, 0.0), (1, 0.0), (2, 0.0), (1, 0.004)])
+def test_sampled_control_holds_the_falling_branch_as_far_as_it_was_said(
+    rig: cl.Model, samples: int, lag: float
+) -> None:
+    """Just inside the window of gains a kicked creepage comes back; just outside it does not."""
+    body, creepage, speed, sample_time = rig.wheelset, 0.021, 10.0, 2e-3
+    plant = stability.reduced_plant(body, creepage, speed=speed)
+    window = stability.proportional_window(
+        plant.pole, plant.gain, delay=samples * sample_time, lag=lag, sample_time=sample_time
+    )
+    torque = body.balanced(creepage=creepage, speed=speed).drive_torque
+
+    def deviation(gain: float) -> FloatArray:
+        case = scenario(
+            body,
+            drivetrain=cl.Drivetrain(body, motor_lag=lag),
+            demand=cl.Profile.of(torque),
+            sensors=Sensors(delay=samples * sample_time),
+            duration=1.2,
+        )
+        control = Proportional(sample_time, gain, creepage)
+        run = cl.run_scenario(case, control, initial_creepage=creepage * (1.0 + 1e-4))
+        return np.abs(run["creepage"] / creepage - 1.0)
+
+    assert plant.pole > 20.0
+    assert not window.empty
+    for inside, outside in (
+        (1.03 * window.lowest, 0.97 * window.lowest),
+        (0.97 * window.highest, 1.03 * window.highest),
+    ):
+        assert deviation(inside)[-100:].max() < 0.5e-4
+        assert deviation(outside).max() > 10e-4
+
+
+def test_beyond_the_window_no_gain_holds(rig: cl.Model) -> None:
+    body, creepage, speed = rig.wheelset, 0.021, 10.0
+    plant = stability.reduced_plant(body, creepage, speed=speed)
+    sample_time = 0.01
+    said = cl.controllability(plant.pole, gain=plant.gain, delay=0.02, sample_time=sample_time)
+    assert said.verdict == "impossible"
+    torque = body.balanced(creepage=creepage, speed=speed).drive_torque
+    case = scenario(body, demand=cl.Profile.of(torque), sensors=Sensors(delay=0.02), duration=1.5)
+    for gain in np.geomspace(0.5, 20.0, 8) * plant.pole / plant.gain:
+        control = Proportional(sample_time, float(gain), creepage)
+        run = cl.run_scenario(case, control, initial_creepage=creepage * (1.0 + 1e-4))
+        assert np.abs(run["creepage"] / creepage - 1.0)[-50:].max() > 0.1
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_scenarios_run_and_balance(name: str) -> None:
+    case = cl.load_scenario(name)
+    for controller in case.controllers:
+        run = cl.run_scenario(case, controller)
+        for values in run.signals.values():
+            assert np.isfinite(values).all()
+        assert cl.metrics(run, case.drivetrain).energy_defect < 1e-6
+        slack = 1e-9 * np.abs(run["demand"]).max()
+        assert (np.abs(run["commanded_torque"]) <= np.abs(run["demand"]) + slack).all()
+        element = case.drivetrain.wheelset.element
+        most = element.friction.static * element.contact.normal_load
+        assert (np.abs(run["creep_force"]) <= most * (1.0 + 1e-12)).all()
+        assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_creep_control_beats_cutting_the_torque(seed: int) -> None:
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    sensors = dataclasses.replace(shipped.sensors, seed=float(seed))
+    case = dataclasses.replace(shipped, sensors=sensors)
+    found = {
+        name: cl.metrics(cl.run_scenario(case, name), case.drivetrain)
+        for name in ("threshold", "creep_pi", "slope_seeking")
+    }
+    for better in ("creep_pi", "slope_seeking"):
+        assert found[better].adhesion_utilisation > found["threshold"].adhesion_utilisation
+        assert found[better].slip_work < found["threshold"].slip_work
+
+
+def test_standstill_and_back() -> None:
+    case = cl.load_scenario("standstill.toml")
+    run = cl.run_scenario(case, "slope_seeking")
+    assert run["speed"][0] == 0.0
+    assert run["speed"].max() > 39.9
+    assert run["speed"].min() < 0.0
+    assert run["creepage"].min() < 0.0 < run["creepage"].max()
+
+
+def test_refusals(locomotive: cl.Model) -> None:
+    case = scenario(locomotive.wheelset)
+    late = scenario(locomotive.wheelset, sensors=Sensors(delay=0.015))
+    with pytest.raises(
+        ValueError, match=r"controller = 'pid' is none of the scenario's: open_loop"
+    ):
+        cl.run_scenario(case, "pid")
+    with pytest.raises(ValueError, match=r"step = 0.0 is out of range"):
+        cl.run_scenario(case, "open_loop", step=0.0)
+    with pytest.raises(ValueError, match="not a whole number of samples"):
+        cl.run_scenario(late, "open_loop")
+    with pytest.raises(ValueError, match="the rising branch ends at"):
+        cl.run_scenario(scenario(locomotive.wheelset, demand=cl.Profile.of(4e4)), "open_loop")
