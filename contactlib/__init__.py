@@ -43,7 +43,7 @@ from contactlib.simulation import Event, Result, simulate
 from contactlib.stability import (
     Fold,
     basin,
-    clearing_time,
+    clearing,
     controllability,
     creep_control_gain,
     fast_pole,
@@ -99,7 +99,7 @@ __all__ = [
     "available_force",
     "basin",
     "carter_griffith_table",
-    "clearing_time",
+    "clearing",
     "cohesive_table",
     "comparison_table",
     "control_systems",

@@ -1,7 +1,7 @@
 """Why a wheelset runs away under torque control, and what it takes to hold it."""
 
 from contactlib.stability.basin import Basin, basin, separatrix
-from contactlib.stability.clearing import Clearing, clearing, clearing_distance, clearing_time
+from contactlib.stability.clearing import Clearing, clearing
 from contactlib.stability.controllability import Controllability, controllability
 from contactlib.stability.delay import (
     Window,
@@ -41,8 +41,6 @@ __all__ = [
     "approximate_pole",
     "basin",
     "clearing",
-    "clearing_distance",
-    "clearing_time",
     "controllability",
     "creep_control_gain",
     "creepage_pole",
