@@ -58,10 +58,21 @@ from contactlib.stability import (
 )
 from contactlib.table import CreepForceTable
 from contactlib.track import Track
+from contactlib.traction import (
+    CONTROLLERS,
+    CreepPI,
+    Measurement,
+    OpenLoop,
+    Sensors,
+    SlopeSeeking,
+    ThresholdControl,
+    TractionController,
+)
 from contactlib.traction_run import run_scenario
 from contactlib.wheelset import OperatingPoint, Resistance, Wheelset
 
 __all__ = [
+    "CONTROLLERS",
     "EXPONENTIAL",
     "Axle",
     "CarterGriffith",
@@ -69,6 +80,7 @@ __all__ = [
     "ConvergenceError",
     "CreepControl",
     "CreepForceTable",
+    "CreepPI",
     "Drivetrain",
     "EllipticContact",
     "Event",
@@ -81,9 +93,11 @@ __all__ = [
     "LineContact",
     "Material",
     "MeasuredCurve",
+    "Measurement",
     "Metrics",
     "Model",
     "ModelError",
+    "OpenLoop",
     "OperatingPoint",
     "Polach",
     "ProcessZoneWarning",
@@ -91,8 +105,12 @@ __all__ = [
     "Resistance",
     "Result",
     "Scenario",
+    "Sensors",
+    "SlopeSeeking",
+    "ThresholdControl",
     "TorqueControl",
     "Track",
+    "TractionController",
     "TractionData",
     "Weakening",
     "Wheelset",

@@ -21,7 +21,8 @@ from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.limiter import LimiterMemory, SlipLimiter
 from contactlib.traction.sensors import Sensors
 
-BELOW_PEAK = 0.65  # of the nominal peak's creepage: what is left of the peak where friction halves
+BELOW_PEAK = 0.8  # of the nominal peak's creepage: on the side that needs no holding
+SHARES = (0.2, 2.0)  # the reference stays within these shares of the given one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,19 +32,21 @@ class CreepPI(SlipLimiter):
     Parameters
     ----------
     reference : float
-        Creepage to hold [1]. One number cannot suit all friction: the peak's creepage is
-        proportional to it.
+        Creepage to hold [1].
+    reference_torque : float, optional
+        Torque that this creepage belongs to [N.m]. If it is given, the reference is in proportion
+        to the holding torque, the integral part: on a rail of half the friction half of the torque
+        is left, and the peak is at half the creepage, as the initial slope of the creep force does
+        not depend on friction. If it is not, the reference is constant, and right for one friction
+        only.
     proportional_gain, integral_gain : float
         Kp, Ki on slip speed [N.s, N].
-    sample_time : float, optional
-        [s].
-    low_speed : float, optional
-        Below it the reference is a slip speed [m/s].
-    speed_filter_time : float, optional
-        Time constant of the filter on the vehicle speed [s].
+    sample_time, low_speed, speed_filter_time, recovery_time : float, optional
+        As of `SlipLimiter`.
     """
 
     reference: Annotated[float, Quantity("1", above=0.0)]
+    reference_torque: Annotated[float | None, Quantity("N.m", above=0.0)] = None
 
     @classmethod
     def for_drivetrain(
@@ -51,13 +54,24 @@ class CreepPI(SlipLimiter):
     ) -> Self:
         """Gains by `slip_gains` for the steepest fall or the reference, whichever is worse.
 
+        The reference is just below the nominal peak, with the torque there; a reference that is
+        given without a torque is constant.
+
         Raises
         ------
         ValueError
             If the delay is too long for any gain to hold the reference on nominal friction.
         """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
-        reference = given.setdefault("reference", BELOW_PEAK * peak_creepage(wheelset, speed))
+        if "reference" not in given:
+            reference = BELOW_PEAK * peak_creepage(wheelset, speed)
+            force = wheelset.balanced(creepage=reference, speed=speed).creep_force
+            given = {
+                "reference": reference,
+                "reference_torque": wheelset.radius * force,
+                **given,
+            }
+        reference = given["reference"]
         delay = total_delay(drivetrain, sensors, sample_time)
         pole = fast_pole(wheelset, reference, speed)
         if pole * delay >= 1.0:
@@ -68,9 +82,8 @@ class CreepPI(SlipLimiter):
             )
         pole = max(pole, fast_pole(wheelset, steepest_fall(wheelset, speed), speed))
         gains = slip_gains(drivetrain, pole=pole, sensors=sensors, sample_time=sample_time)
-        for name, gain in zip(("proportional_gain", "integral_gain"), gains, strict=True):
-            given.setdefault(name, gain)
-        return cls(**given)
+        known = dict(zip(("proportional_gain", "integral_gain"), gains, strict=True))
+        return cls(**{**known, **given})
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> LimiterMemory:
         """Memory that goes on from `torque` [N.m]."""
@@ -81,4 +94,8 @@ class CreepPI(SlipLimiter):
     ) -> tuple[FloatArray, LimiterMemory]:
         """Torque [N.m] and new memory."""
         slip, vehicle = self.slip(plausible(measurement), memory.vehicle)
-        return self.limit(slip, vehicle, np.asarray(self.reference), memory)
+        reference = np.asarray(self.reference)
+        if self.reference_torque is not None:
+            share = memory.integral / self.reference_torque
+            reference = reference * np.minimum(np.maximum(share, SHARES[0]), SHARES[1])
+        return self.limit(slip, vehicle, reference, memory)

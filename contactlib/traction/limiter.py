@@ -13,7 +13,7 @@ from contactlib.parameters import FloatArray, Parameters, Quantity
 from contactlib.traction.interface import Measurement
 from contactlib.traction.speed_tracker import Tracked, track, tracker_gains
 
-BAND = 0.3  # of the reference: below it the rail can take much more torque
+BAND = 0.15  # of the reference: what the creepage is below it by before that counts as far
 
 
 class LimiterMemory(NamedTuple):
@@ -44,6 +44,8 @@ class Slip(NamedTuple):
     ----------
     braking : ndarray of bool
         Whether the demand is negative.
+    sign : ndarray
+        Minus one if it is, else one.
     demand : ndarray
         Its size [N.m].
     speed : ndarray
@@ -53,6 +55,7 @@ class Slip(NamedTuple):
     """
 
     braking: NDArray[np.bool_]
+    sign: FloatArray
     demand: FloatArray
     speed: FloatArray
     scale: FloatArray
@@ -68,7 +71,22 @@ class SlipLimiter(Parameters):
         e = zeta_ref max(|V|, low_speed) - w,    u = Kp e + I,    T = u held within [0, demand]
 
     While u is beyond the demand, I is the demand itself, so that T follows it at once and the
-    first slip beyond the reference takes torque away; else dI/dt = Ki e, held within [0, demand].
+    first slip beyond the reference takes torque away; else dI/dt = Ki e, held within [0, demand],
+    and faster where the creepage is far below the reference.
+
+    Parameters
+    ----------
+    sample_time : float, optional
+        [s].
+    proportional_gain, integral_gain : float
+        Kp, Ki on slip speed [N.s, N]: on creepage that is Kp V, scheduled with speed as the
+        plant's gain r/(J V) asks for.
+    low_speed : float, optional
+        Below it the reference is a slip speed [m/s].
+    speed_filter_time : float, optional
+        Time constant of the filter on the vehicle speed [s].
+    recovery_time : float, optional
+        Time in which the demand would be given back at no creepage at all [s].
     """
 
     sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
@@ -97,12 +115,13 @@ class SlipLimiter(Parameters):
         """Slip as measured now, and the vehicle speed that it is counted from."""
         vehicle = track(vehicle, measurement.vehicle_speed, self._tracker_gains)
         braking = measurement.demand < 0.0
-        forward = measurement.wheel_speed - vehicle.speed
+        sign = np.where(braking, -1.0, 1.0)
         return (
             Slip(
                 braking,
-                np.abs(measurement.demand),
-                np.where(braking, -forward, forward),
+                sign,
+                sign * measurement.demand,
+                sign * (measurement.wheel_speed - vehicle.speed),
                 np.maximum(np.abs(vehicle.speed), self.low_speed),
             ),
             vehicle,
@@ -115,15 +134,18 @@ class SlipLimiter(Parameters):
         demand = slip.demand
         limiting = memory.limiting & (slip.braking == memory.braking)
         integral = np.where(limiting, np.minimum(memory.integral, demand), demand)
-        error = reference * slip.scale - slip.speed
+        target = reference * slip.scale
+        error = target - slip.speed
         wanted = self.proportional_gain * error + integral
         size = np.minimum(np.maximum(wanted, 0.0), demand)
-        # The rising branch is stiff: torque moves the creepage little there, and Ki alone would take
-        # seconds to give the torque back.
-        ease = np.minimum(error / (reference * slip.scale), 1.0) - BAND
-        rate = self.integral_gain * error + demand / self.recovery_time * np.maximum(ease, 0.0)
-        integral = integral + self.sample_time * rate
-        return np.where(slip.braking, -size, size), LimiterMemory(
+        # The rising branch is stiff: torque moves the creepage little there, and Ki alone would
+        # take seconds to give the torque back.
+        ease = np.maximum(np.minimum(error / target, 1.0), BAND) - BAND
+        step = self.sample_time
+        integral = integral + (
+            (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
+        )
+        return slip.sign * size, LimiterMemory(
             vehicle,
             np.minimum(np.maximum(integral, 0.0), demand),
             wanted < demand,

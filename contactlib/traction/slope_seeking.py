@@ -1,11 +1,13 @@
 """Creep control that finds the peak of the creep force by itself, whatever the friction.
 
-A disturbance observer gives the load torque r Q from the wheel speed and the drive's own torque
-(K. Ohishi, K. Nakano, I. Miyashita, S. Yasukawa, "Anti-slip control of electric motor coach based
-on disturbance observer", AMC 1998). How load torque and creepage vary together gives the slope of
-the creep force, and the reference creepage goes up the slope (A. Kawamura, M. Cao et al.,
-"Measurement of tractive force in the creep region and maximum adhesion control of high speed
-railway systems", Yokohama; A. F. Abouzeid et al., arXiv:2406.13650, 2024, compare such schemes).
+The slope of the creep force at no creepage is a matter of stiffness and not of friction, as both
+zeta0 and f_d P are proportional to f_d. So where friction changes, the peak moves along a ray of
+constant creepage per creep force, and the reference creepage, a compliance times the load torque
+of an observer (`contactlib.traction.load_observer`), follows a wet patch at once. The compliance
+of the peak depends on law and layer. It is found by going up the slope of the creep force, as in
+A. Kawamura, M. Cao et al., "Measurement of tractive force in the creep region and maximum adhesion
+control of high speed railway systems"; a small movement of the reference tells the slope
+(`contactlib.traction.elasticity`).
 """
 
 from __future__ import annotations
@@ -20,30 +22,15 @@ from numpy.typing import ArrayLike
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.parameters import FloatArray, Quantity
-from contactlib.traction.design import fast_pole, slip_gains, steepest_fall
+from contactlib.traction.design import fast_pole, slip_gains, steepest_fall, stick_compliance
+from contactlib.traction.elasticity import Moments, add_sample, elasticity, slip_noise
 from contactlib.traction.interface import Measurement, plausible
-from contactlib.traction.limiter import LimiterMemory, Slip, SlipLimiter
+from contactlib.traction.limiter import LimiterMemory, SlipLimiter
+from contactlib.traction.load_observer import LoadObserver, Observed
 from contactlib.traction.sensors import Sensors
 
-STIFF = 1.0  # elasticity of a contact whose creepage does not move
-FASTEST_MOVE = (-2.0, 1.0)  # what the elasticity is held within
-
-
-class Observed(NamedTuple):
-    """Load torque and creepage, filtered alike.
-
-    Attributes
-    ----------
-    wheel_speed, slip : ndarray
-        Filtered [m/s]; the slip in the demand's direction.
-    motor_torque, torque : ndarray
-        What the motor gives by now [N.m], and that filtered.
-    """
-
-    wheel_speed: FloatArray
-    slip: FloatArray
-    motor_torque: FloatArray
-    torque: FloatArray
+HELD = 0.3  # of the reference: further from it the slope is not that of the reference
+RANGE = (0.7, 10.0)  # shares of the first compliance that it stays within; see `for_drivetrain`
 
 
 class SeekingMemory(NamedTuple):
@@ -53,34 +40,26 @@ class SeekingMemory(NamedTuple):
     ----------
     limiter : LimiterMemory
         Of the inner loop.
-    sent : tuple of ndarray
-        Torques that were sent and whose effect is not seen yet, oldest first [N.m].
     observed : Observed
-        The observer's filters.
-    creepage, load : ndarray
-        Slow means [1, N.m].
-    covariance, variance : ndarray
-        Of load and creepage, and of creepage, with forgetting [N.m, 1].
-    reference : ndarray
-        Creepage that is held, but for the dither [1].
+        Of the load observer.
+    moments : Moments
+        Of load and creepage.
+    compliance : ndarray
+        Creepage per load torque that is held, but for the dither [1/(N.m)].
     phase : ndarray
         Of the dither, 0 to 1.
     """
 
     limiter: LimiterMemory
-    sent: tuple[FloatArray, ...]
     observed: Observed
-    creepage: FloatArray
-    load: FloatArray
-    covariance: FloatArray
-    variance: FloatArray
-    reference: FloatArray
+    moments: Moments
+    compliance: FloatArray
     phase: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlopeSeeking(SlipLimiter):
-    """Limits the demand so that the creepage stays at the peak of the creep force, or just below.
+    """Limits the demand so that the creepage stays at the peak of the creep force.
 
     Parameters
     ----------
@@ -88,62 +67,84 @@ class SlopeSeeking(SlipLimiter):
         Of the wheelset with its drive [m, kg.m2].
     delay, motor_lag : float, optional
         Of the sensors, in whole samples, and of the motor [s].
+    first_compliance : float
+        Creepage per load torque to begin with [1/(N.m)].
     proportional_gain, integral_gain : float
         Kp, Ki of the inner loop on slip speed [N.s, N].
-    first_reference, least_reference, largest_reference : float, optional
-        Creepage to begin with, and its bounds [1].
+    least_reference, largest_reference : float, optional
+        Bounds of the reference creepage [1].
     seeking_rate : float, optional
-        Relative rate of the reference for an elasticity of one [1/s].
+        Relative rate of the compliance for an elasticity of one [1/s].
+    target_elasticity : float, optional
+        Elasticity to settle at [1]: zero is the peak. At 0.2 the last per cent of creepage, and so
+        of slip work, still brings 0.2 per cent of force; a broad peak is not climbed to the top.
     dither, dither_period : float, optional
         Share of the reference that it is moved by, up and down, and how long that takes [1, s].
     memory_time : float, optional
         Over which the slope is estimated [s].
     observer_time : float, optional
-        Time constant of the observer [s].
-    sample_time, low_speed, speed_filter_time : float, optional
-        As of `CreepPI`.
-
-    Notes
-    -----
-    The elasticity d ln Q / d ln zeta is one for a stiff contact and zero at the peak on any rail,
-    so nothing needs scaling by friction or load. It is the least-squares slope of load torque over
-    creepage, both less their slow means, with exponential forgetting; a variance that noise alone
-    could make counts as no slope.
+        Time constant of the load observer [s].
+    slip_noise : float, optional
+        Standard deviation of the slip that comes out of it [m/s].
+    sample_time, low_speed, speed_filter_time, recovery_time : float, optional
+        As of `SlipLimiter`.
     """
 
     radius: Annotated[float, Quantity("m", above=0.0)]
     inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
     delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
     motor_lag: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
-    first_reference: Annotated[float, Quantity("1", above=0.0)] = 0.015
-    least_reference: Annotated[float, Quantity("1", above=0.0)] = 0.002
-    largest_reference: Annotated[float, Quantity("1", above=0.0)] = 0.05
-    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 1.5
-    dither: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)] = 0.12
+    first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
+    least_reference: Annotated[float, Quantity("1", at_least=1e-4)] = 0.002
+    largest_reference: Annotated[float, Quantity("1", at_least=1e-4)] = 0.05
+    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.5
+    target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.2
+    dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.1
     dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.6
     memory_time: Annotated[float, Quantity("s", above=0.0)] = 0.6
     observer_time: Annotated[float, Quantity("s", above=0.0)] = 0.04
+    slip_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.least_reference > self.largest_reference:
+            raise ValueError(
+                f"SlopeSeeking.least_reference = {self.least_reference!r} is out of range: must "
+                f"be <= largest_reference = {self.largest_reference!r}"
+            )
+        self.observer.delayed_samples  # noqa: B018 - refuses a delay that is not whole
 
     @cached_property
-    def _delayed_samples(self) -> int:
-        return Sensors(delay=self.delay).samples_of_delay(self.sample_time)
+    def observer(self) -> LoadObserver:
+        """Of the load torque."""
+        return LoadObserver(
+            sample_time=self.sample_time,
+            radius=self.radius,
+            inertia=self.inertia,
+            delay=self.delay,
+            motor_lag=self.motor_lag,
+            filter_time=self.observer_time,
+        )
 
     @cached_property
-    def _gains(self) -> tuple[float, float, float, float]:
-        """Per sample: of the observer, of the slow means and sums, of the motor."""
-        step, lag = self.sample_time, self.motor_lag
+    def _gains(self) -> tuple[float, float]:
+        """Of the slow means and of the moments, per sample."""
+        step = self.sample_time
         return (
-            -math.expm1(-step / self.observer_time),
-            -math.expm1(-step / self.memory_time),
             -math.expm1(-step / (0.5 * self.dither_period)),
-            -math.expm1(-step / lag) if lag > 0.0 else 1.0,
+            -math.expm1(-step / self.memory_time),
         )
 
     @classmethod
     def for_drivetrain(
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
-        """Gains by `slip_gains` for the steepest fall; the drive's and the sensors' constants."""
+        """Gains by `slip_gains` for the steepest fall; constants of the drive and of the sensors.
+
+        The first compliance is twice that of the stiff contact, where Carter's law has its peak:
+        of the rail it takes the stiffness and no friction. Other laws have it at 0.77 (line
+        contact, k_hat = 2) of that or more; on flat curves at several times as much.
+        """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
         pole = fast_pole(wheelset, steepest_fall(wheelset, speed), speed)
         gains = slip_gains(drivetrain, pole=pole, sensors=sensors, sample_time=sample_time)
@@ -154,8 +155,18 @@ class SlopeSeeking(SlipLimiter):
             "motor_lag": drivetrain.motor_lag,
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
+            "first_compliance": 2.0 * stick_compliance(wheelset, speed),
         }
-        return cls(**{**known, **given})
+        designed = cls(**{**known, **given})
+        if "slip_noise" in given:
+            return designed
+        noise = slip_noise(
+            sensors.wheel_speed_noise,
+            sensors.vehicle_speed_noise,
+            designed.observer.gains[0],
+            math.exp(-designed.sample_time / max(designed.speed_filter_time, 1e-9)),
+        )
+        return cls(**{**known, **given, "slip_noise": noise})
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> SeekingMemory:
         """Memory that goes on from `torque` [N.m]."""
@@ -163,16 +174,11 @@ class SlopeSeeking(SlipLimiter):
         limiter = self.start_limiter(known, torque)
         slip, _ = self.slip(known, limiter.vehicle)
         none = np.zeros_like(slip.speed)
-        signed = torque + none
         return SeekingMemory(
             limiter,
-            (signed,) * (self._delayed_samples + 1),
-            Observed(np.array(known.wheel_speed), slip.speed, signed, signed),
-            np.maximum(slip.speed / slip.scale, 0.0),
-            np.abs(signed),
-            none,
-            none,
-            none + self.first_reference,
+            self.observer.start(torque, known.wheel_speed, slip.speed),
+            Moments(np.abs(torque) + none, np.maximum(slip.speed / slip.scale, 0.0), none, none),
+            none + self.first_compliance,
             none,
         )
 
@@ -182,67 +188,39 @@ class SlopeSeeking(SlipLimiter):
         """Torque [N.m] and new memory."""
         known = plausible(measurement)
         slip, vehicle = self.slip(known, memory.limiter.vehicle)
-        observed, load, creepage = self._observe(known, slip, memory)
-        _, forget, slow, _ = self._gains
-        off_load, off_creepage = load - memory.load, creepage - memory.creepage
-        mean_load = memory.load + slow * off_load
-        mean_creepage = memory.creepage + slow * off_creepage
-        reference = memory.reference
-        expected = (self.dither * reference) ** 2
-        squared = off_creepage * off_creepage
-        weight = expected / (expected + squared)
-        covariance = memory.covariance + forget * (
-            weight * off_creepage * off_load - memory.covariance
+        observed, load, slipped = self.observer.observe(
+            memory.observed, known.wheel_speed, slip.speed
         )
-        variance = memory.variance + forget * (weight * squared - memory.variance)
-
-        doubt = 0.04 * expected
-        rise = covariance * mean_creepage / np.maximum(mean_load, 1e-3 * slip.demand + 1.0)
-        elasticity = (rise + doubt * STIFF) / (variance + doubt)
-        climb = np.minimum(np.maximum(elasticity, FASTEST_MOVE[0]), FASTEST_MOVE[1])
-        moving = memory.limiter.limiting & (slip.braking == memory.limiter.braking)
-        reference = reference * (
-            1.0 + np.where(moving, self.sample_time * self.seeking_rate * climb, 0.0)
+        load, creepage = slip.sign * load, slipped / slip.scale
+        reference = np.minimum(
+            np.maximum(memory.compliance * load, self.least_reference), self.largest_reference
         )
-        reference = np.minimum(np.maximum(reference, self.least_reference), self.largest_reference)
 
-        phase = memory.phase + self.sample_time / self.dither_period
-        phase = np.where(phase >= 1.0, phase - 1.0, phase)
+        expected = self.dither**2 * reference * reference
+        away = creepage - reference
+        away = away * away
+        moments = add_sample(
+            memory.moments, load, creepage, away=away, expected=expected, gains=self._gains
+        )
+        slope = elasticity(
+            moments,
+            noise=self.slip_noise**2 / (slip.scale * slip.scale),
+            expected=expected,
+            least_load=1e-3 * slip.demand + 1.0,
+        )
+        seeking = memory.limiter.limiting & (away < (HELD / self.dither) ** 2 * expected)
+        step = self.sample_time * self.seeking_rate * seeking
+        compliance = memory.compliance * (1.0 + step * (slope - self.target_elasticity))
+        compliance = np.minimum(
+            np.maximum(compliance, RANGE[0] * self.first_compliance),
+            RANGE[1] * self.first_compliance,
+        )
+
+        phase = (memory.phase + self.sample_time / self.dither_period) % 1.0
         wave = 4.0 * np.abs(phase - 0.5) - 1.0  # triangle, -1 to 1
         torque, limiter = self.limit(
             slip, vehicle, reference * (1.0 + self.dither * wave), memory.limiter
         )
         return torque, SeekingMemory(
-            limiter,
-            (*memory.sent[1:], torque),
-            observed,
-            mean_creepage,
-            mean_load,
-            covariance,
-            variance,
-            reference,
-            phase,
-        )
-
-    def _observe(
-        self, known: Measurement, slip: Slip, memory: SeekingMemory
-    ) -> tuple[Observed, FloatArray, FloatArray]:
-        """Filters, load torque in the demand's direction [N.m] and creepage [1] of one time.
-
-        J domega/dt = T - r Q, all under one first-order filter. The creepage is that of the middle
-        of the sample time, as is the derivative: then white noise of the wheel speed gives them no
-        covariance.
-        """
-        gain, _, _, motor = self._gains
-        last = memory.observed
-        given = last.motor_torque + motor * (memory.sent[0] - last.motor_torque)
-        change = gain * (known.wheel_speed - last.wheel_speed)
-        moved = gain * (slip.speed - last.slip)
-        torque = last.torque + gain * (given - last.torque)
-        load = torque - self.inertia / (self.radius * self.sample_time) * change
-        observed = Observed(last.wheel_speed + change, last.slip + moved, given, torque)
-        return (
-            observed,
-            np.where(slip.braking, -load, load),
-            (last.slip + 0.5 * moved) / slip.scale,
+            limiter, self.observer.send(observed, torque), moments, compliance, phase
         )

@@ -1,10 +1,12 @@
 """Slip protection by thresholds: cut the torque when the wheel slips, and apply it again.
 
-The classical scheme of locomotives, and the baseline here: it detects by slip speed and by wheel
-acceleration, takes torque away fast, holds until the wheel has come back, gives a part of the
-torque at the cut back fast, and goes on from there slowly (M. Spiryagin, C. Cole, Y. Q. Sun,
-M. McClanachan, V. Spiryagin, T. McSweeney, Design and Simulation of Rail Vehicles, CRC Press
-2014). It knows nothing of friction, and hunts about the peak.
+The classical scheme of locomotives, and the baseline here (P. Pichlik, J. Zdenek, "Overview of slip
+control methods used in locomotives", Transactions on Electrical Engineering 3 (2014), set it
+against others): it detects by slip speed and by wheel acceleration, takes torque away fast, holds
+until the wheel has come back, gives a part of the torque at the cut back fast, and goes on from
+there by a ramp. It hunts about the peak. Its defaults are the best of some hundred drawn at random,
+by the force that they transmitted over dry, wet and dry rail with and without friction that falls
+with slip speed, at 10 to 20 m/s.
 """
 
 from __future__ import annotations
@@ -79,18 +81,18 @@ class ThresholdControl(Parameters):
     """
 
     sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
-    slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.03
-    slip_release: Annotated[float, Quantity("1", above=0.0)] = 0.015
+    slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.043
+    slip_release: Annotated[float, Quantity("1", above=0.0)] = 0.023
     acceleration_threshold: Annotated[float, Quantity("m/s2", above=0.0)] = 3.0
-    cut_fraction: Annotated[float, Quantity("1", at_least=0.0, below=1.0)] = 0.4
-    cut_time: Annotated[float, Quantity("s", above=0.0)] = 0.1
+    cut_fraction: Annotated[float, Quantity("1", at_least=0.0, below=1.0)] = 0.5
+    cut_time: Annotated[float, Quantity("s", above=0.0)] = 0.03
     reapply_fraction: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.8
-    reapply_time: Annotated[float, Quantity("s", above=0.0)] = 0.3
-    ramp_time: Annotated[float, Quantity("s", above=0.0)] = 5.0
+    reapply_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
+    ramp_time: Annotated[float, Quantity("s", above=0.0)] = 1.0
     low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
     speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
-    slip_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.02
-    acceleration_filter_time: Annotated[float, Quantity("s", above=0.0)] = 0.05
+    slip_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.04
+    acceleration_filter_time: Annotated[float, Quantity("s", above=0.0)] = 0.03
 
     def __post_init__(self) -> None:
         super().__post_init__()
