@@ -19,7 +19,7 @@ def comparison_table(metrics: Mapping[str, Metrics]) -> str:
 
     Examples
     --------
-    >>> run = Metrics(0.93, 0.02, 0.2, 0.1, 3e4, 1.5, float("nan"), 120.0, 1e-9)
+    >>> run = Metrics(0.93, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
     >>> print(comparison_table({"pi": run, "open_loop": run._replace(recovery_time=float("inf"))}))
     metric                unit     pi  open_loop
     adhesion utilisation  1      0.93       0.93
@@ -27,6 +27,7 @@ def comparison_table(metrics: Mapping[str, Metrics]) -> str:
     largest slip speed    m/s     0.2        0.2
     recovery time         s       0.1      never
     slip work             J     30000      30000
+    slip share            1     0.013      0.013
     jerk                  m/s3    1.5        1.5
     torsional peak        N.m       -          -
     distance              m       120        120

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.parameters import FloatArray
@@ -34,6 +35,7 @@ UNITS = {
     "largest_slip_speed": "m/s",
     "recovery_time": "s",
     "slip_work": "J",
+    "slip_share": "1",
     "jerk": "m/s3",
     "torsional_peak": "N.m",
     "distance": "m",
@@ -60,6 +62,9 @@ class Metrics(NamedTuple):
         Infinite if the run ends so; nan if nothing changes.
     slip_work : float
         int Q (r omega - V) dt, what friction turns into heat [J].
+    slip_share : float
+        Slip work over int |Q V| dt, the work that the vehicle gets or gives; nan if that is zero
+        [1].
     jerk : float
         Largest |V(t) - 2 V(t + W) + V(t + 2 W)|/W**2: change of the acceleration from one window
         W of 0.1 s to the next [m/s3]; nan if the speed is held.
@@ -77,6 +82,7 @@ class Metrics(NamedTuple):
     largest_slip_speed: float
     recovery_time: float
     slip_work: float
+    slip_share: float
     jerk: float
     torsional_peak: float
     distance: float
@@ -99,12 +105,15 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
     ]
     creepage = [result["creepage_left"], result["creepage_right"]]
     force, wanted = transmittable_force(result, drivetrain)
+    slip_work = float(result["creep_work"][-1] - result["creep_work"][0])
+    work = float(trapezoid(np.abs(result["creep_force"] * result["speed"]), result.time))
     return Metrics(
         adhesion_utilisation=_utilisation(result, force, wanted),
         largest_creepage=float(np.max(np.abs(creepage))),
         largest_slip_speed=float(np.max(np.abs(slip))),
         recovery_time=_recovery_time(result, force, wanted),
-        slip_work=float(result["creep_work"][-1] - result["creep_work"][0]),
+        slip_work=slip_work,
+        slip_share=slip_work / work if work > 0.0 else math.nan,
         jerk=math.nan if wheelset.speed_held else _jerk(result.time, result["speed"]),
         torsional_peak=(
             math.nan if drivetrain.axle is None else float(np.max(np.abs(result["axle_torque"])))

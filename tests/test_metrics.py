@@ -73,6 +73,13 @@ def test_force_beyond_the_demand_does_not_make_up_for_what_was_lost(held: cl.Dri
     )
 
 
+def test_slip_share_is_slip_work_over_work_at_the_rail(held: cl.Drivetrain) -> None:
+    time = np.linspace(0.0, 2.0, 201)
+    turning = np.where(time < 1.0, 1.0, -1.0) * 2e4  # drives, then brakes: both are work
+    run = run_of(time, creep_force=turning, speed=10.0 + time, creep_work=1.1e3 * time)
+    assert metrics(run, held).slip_share == pytest.approx(2.2e3 / (2e4 * 22.0), rel=1e-12)
+
+
 def test_force_against_the_demand_is_not_used(held: cl.Drivetrain) -> None:
     time = np.linspace(0.0, 1.0, 11)
     braking = run_of(time, creep_force=-0.8 * LEVEL, demand=-1e6)
@@ -200,6 +207,7 @@ def test_extremes_sums_and_what_does_not_apply(
     assert rigid.largest_slip_speed == pytest.approx(1.0)
     assert rigid.largest_creepage == 0.1
     assert rigid.slip_work == 5e3
+    assert math.isnan(rigid.slip_share)  # nothing is transmitted
     assert rigid.distance == 20.0
     assert rigid.energy_defect == pytest.approx(3e-4 / 2.5e4)
     assert math.isnan(rigid.jerk)
@@ -209,7 +217,7 @@ def test_extremes_sums_and_what_does_not_apply(
     assert metrics(run_of([0.0, 1.0]), held).energy_defect == 0.0
 
 
-RUN = Metrics(0.9312345678, 0.02, 0.2, math.inf, 3e4, 1.5, math.nan, 120.0, 1e-9)
+RUN = Metrics(0.9312345678, 0.02, 0.2, math.inf, 3e4, 0.01, 1.5, math.nan, 120.0, 1e-9)
 
 
 def test_every_metric_has_a_unit() -> None:

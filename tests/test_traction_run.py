@@ -212,7 +212,7 @@ def test_shipped_scenarios_run_and_balance(name: str) -> None:
         assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_creep_control_beats_cutting_the_torque(seed: int) -> None:
     shipped = cl.load_scenario("dry_wet_dry.toml")
     sensors = dataclasses.replace(shipped.sensors, seed=float(seed))
@@ -224,15 +224,19 @@ def test_creep_control_beats_cutting_the_torque(seed: int) -> None:
     for better in ("creep_pi", "slope_seeking"):
         assert found[better].adhesion_utilisation > found["threshold"].adhesion_utilisation
         assert found[better].slip_work < found["threshold"].slip_work
+        assert found[better].slip_share < 0.97 * found["threshold"].slip_share
 
 
-def test_standstill_and_back() -> None:
+@pytest.mark.parametrize("name", ["creep_pi", "slope_seeking"])
+def test_standstill_and_back(name: str) -> None:
     case = cl.load_scenario("standstill.toml")
-    run = cl.run_scenario(case, "slope_seeking")
+    run = cl.run_scenario(case, name)
     assert run["speed"][0] == 0.0
     assert run["speed"].max() > 39.9
     assert run["speed"].min() < 0.0
     assert run["creepage"].min() < 0.0 < run["creepage"].max()
+    # Noise at low speed is not taken for slip: dry rails give what is asked for.
+    assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
 
 
 def test_refusals(locomotive: cl.Model) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from contactlib.traction.creep_pi import CreepPI
-from contactlib.traction.design import GainWindow, gain_window, total_delay
+from contactlib.traction.design import total_delay
 from contactlib.traction.interface import Measurement, TractionController
 from contactlib.traction.open_loop import OpenLoop
 from contactlib.traction.sensors import SensorReader, Sensors
@@ -28,7 +28,6 @@ CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(
 __all__ = [
     "CONTROLLERS",
     "CreepPI",
-    "GainWindow",
     "Measurement",
     "OpenLoop",
     "SensorReader",
@@ -36,6 +35,5 @@ __all__ = [
     "SlopeSeeking",
     "ThresholdControl",
     "TractionController",
-    "gain_window",
     "total_delay",
 ]

@@ -10,13 +10,8 @@ from numpy.typing import ArrayLike
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.parameters import FloatArray, Quantity
-from contactlib.traction.design import (
-    fast_pole,
-    peak_creepage,
-    slip_gains,
-    steepest_fall,
-    total_delay,
-)
+from contactlib.stability import fast_pole, worst_pole
+from contactlib.traction.design import least_slip, peak_creepage, slip_gains, total_delay
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.limiter import LimiterMemory, SlipLimiter
 from contactlib.traction.sensors import Sensors
@@ -41,7 +36,7 @@ class CreepPI(SlipLimiter):
         only.
     proportional_gain, integral_gain : float
         Kp, Ki on slip speed [N.s, N].
-    sample_time, low_speed, speed_filter_time, recovery_time : float, optional
+    sample_time, low_speed, least_slip, speed_filter_time, recovery_time : float, optional
         As of `SlipLimiter`.
     """
 
@@ -73,16 +68,21 @@ class CreepPI(SlipLimiter):
             }
         reference = given["reference"]
         delay = total_delay(drivetrain, sensors, sample_time)
-        pole = fast_pole(wheelset, reference, speed)
+        pole = float(fast_pole(wheelset, reference, speed=speed))
         if pole * delay >= 1.0:
             raise ValueError(
                 f"reference = {reference!r} cannot be held at {speed!r} m/s: its pole of "
                 f"{pole:.4g} 1/s needs a delay below {1.0 / pole:.4g} s, but the loop has "
                 f"{delay:.4g} s"
             )
-        pole = max(pole, fast_pole(wheelset, steepest_fall(wheelset, speed), speed))
+        pole = max(pole, worst_pole(wheelset, speed=speed).pole)
         gains = slip_gains(drivetrain, pole=pole, sensors=sensors, sample_time=sample_time)
-        known = dict(zip(("proportional_gain", "integral_gain"), gains, strict=True))
+        filter_time = given.get("speed_filter_time", cls.speed_filter_time)
+        known = {
+            "proportional_gain": gains[0],
+            "integral_gain": gains[1],
+            "least_slip": least_slip(sensors, sample_time, filter_time),
+        }
         return cls(**{**known, **given})
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> LimiterMemory:

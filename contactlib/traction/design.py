@@ -15,14 +15,13 @@ falls as 1/V.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import POSITIVE, checked
+from contactlib.stability import proportional_window
 from contactlib.traction.sensors import Sensors
+from contactlib.traction.speed_tracker import tracked_variance
 from contactlib.wheelset import Wheelset
 
 ROBUST = (0.15, 0.3)  # p theta that a gain is designed for
@@ -30,79 +29,15 @@ INTEGRAL = 10.0  # lambda times the integral action's time
 TORQUE_NOISE = 0.05  # of the nominal kinetic friction's torque, what measured noise may shake
 
 
-class GainWindow(NamedTuple):
-    """Which proportional gains hold a point.
-
-    Attributes
-    ----------
-    pole : float
-        p, the fast pole; above zero on the falling branch [1/s].
-    delay : float
-        theta, all dead times and lags of the loop [s].
-    lower, upper : float
-        Bounds of lambda = k r/J [1/s]; without any between them if p theta >= 1.
-    """
-
-    pole: float
-    delay: float
-    lower: float
-    upper: float
-
-    @property
-    def controllable(self) -> bool:
-        """Whether any gain holds the point."""
-        return self.pole * self.delay < 1.0
-
-
-def gain_window(pole: float, delay: float) -> GainWindow:
-    """Window of lambda for an unstable pole [1/s] and a delay [s]; `pole` may be below zero.
-
-    Raises
-    ------
-    ValueError
-        If the delay is not above zero.
-
-    Examples
-    --------
-    >>> window = gain_window(0.0, 0.02)  # a pure integrator: pi/2 over the delay
-    >>> round(window.lower, 3), round(window.upper, 3)
-    (0.0, 78.54)
-    >>> gain_window(60.0, 0.02).controllable
-    False
-    """
-    checked("delay", delay, POSITIVE)
-    product = pole * delay
-    if product >= 1.0:
-        return GainWindow(pole, delay, pole, pole)
-    if product == 0.0:
-        crossing = 0.5 * math.pi
-    else:
-        # x cos(x) = p theta sin(x), x the phase that the delay takes at the crossing.
-        def excess(x: float) -> float:
-            return x * math.cos(x) - product * math.sin(x)
-
-        most = 0.5 * math.pi if product > 0.0 else math.pi
-        crossing = float(brentq(excess, 1e-9 if product > 0.0 else 0.5 * math.pi, most))
-    return GainWindow(pole, delay, max(pole, 0.0), math.hypot(crossing / delay, pole))
-
-
 def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) -> float:
     """Delay theta [s]: sensors, half a sample for the held torque, the motor's lag."""
     return sensors.delay + 0.5 * sample_time + drivetrain.motor_lag
 
 
-def fast_pole(wheelset: Wheelset, creepage: float, speed: float) -> float:
-    """Pole p at a creepage [1] and speed [m/s], friction as nominal [1/s]."""
-    slope = wheelset.balanced(creepage=creepage, speed=speed).creep_force_slope
-    return -wheelset.effective_inverse_mass * slope / speed
-
-
-def steepest_fall(wheelset: Wheelset, speed: float) -> float:
-    """Creepage at which the creep force falls most steeply at a speed [m/s] [1]."""
-    creepage = wheelset.element.saturation_creepage * np.geomspace(0.01, 30.0, 3001)
-    return float(
-        creepage[np.argmin(wheelset.element.at_creepage(creepage, speed=speed)["force_gradient"])]
-    )
+def least_slip(sensors: Sensors, sample_time: float, filter_time: float) -> float:
+    """Slip speed that is not noise: three standard deviations of it as measured [m/s]."""
+    tracked = tracked_variance(sample_time, filter_time)
+    return 3.0 * math.sqrt(sensors.wheel_speed_noise**2 + tracked * sensors.vehicle_speed_noise**2)
 
 
 def peak_creepage(wheelset: Wheelset, speed: float) -> float:
@@ -135,8 +70,8 @@ def slip_gains(
     """
     wheelset, delay = drivetrain.wheelset, total_delay(drivetrain, sensors, sample_time)
     product = min(max(pole * delay, ROBUST[0]), ROBUST[1])
-    window = gain_window(product / delay, delay)
-    rate = math.sqrt(window.lower * window.upper)
+    window = proportional_window(product / delay, delay=delay)
+    rate = math.sqrt(window.lowest * window.highest)
     if sensors.wheel_speed_noise > 0.0:
         element = wheelset.element
         torque = wheelset.radius * element.friction.kinetic * element.contact.normal_load

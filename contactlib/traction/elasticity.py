@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contactlib.parameters import FloatArray
+from contactlib.traction.sensors import Sensors
+from contactlib.traction.speed_tracker import tracked_variance
 
 UNMOVED = 0.125  # share of the expected variance below which the creepage counts as not moved
 DOUBT = 0.04  # weight of what that tells, as a share of the expected variance
@@ -89,17 +91,14 @@ def elasticity(
     return np.asarray(np.minimum(np.maximum(estimate, -1.0), 1.0))
 
 
-def slip_noise(
-    wheel_speed_noise: float, vehicle_speed_noise: float, filter_gain: float, tracker_pole: float
-) -> float:
+def slip_noise(sensors: Sensors, sample_time: float, filter_time: float, gain: float) -> float:
     """Standard deviation that the sensors' noise gives the slip that is sampled here [m/s].
 
-    A first-order filter leaves a/(2 - a) of white variance, the mean of two neighbours 1 - a/2 of
-    that; the critically damped tracking filter of pole p leaves (1-p)(1+4p+5p^2)/(1+p)^3, of which
-    the slow means take about half.
+    A first-order filter of this gain leaves gain/(2 - gain) of white variance, the mean of two
+    neighbours 1 - gain/2 of that; of what the tracking filter leaves the slow means take about
+    half.
     """
-    p = tracker_pole
-    tracked = (1.0 - p) * (1.0 + 4.0 * p + 5.0 * p**2) / (1.0 + p) ** 3
+    tracked = tracked_variance(sample_time, filter_time)
     return math.sqrt(
-        0.5 * filter_gain * wheel_speed_noise**2 + 0.5 * tracked * vehicle_speed_noise**2
+        0.5 * gain * sensors.wheel_speed_noise**2 + 0.5 * tracked * sensors.vehicle_speed_noise**2
     )

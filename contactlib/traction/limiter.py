@@ -68,7 +68,8 @@ class SlipLimiter(Parameters):
     In the demand's direction, with the slip speed w = r omega - V as measured and the filtered
     vehicle speed V,
 
-        e = zeta_ref max(|V|, low_speed) - w,    u = Kp e + I,    T = u held within [0, demand]
+        e = max(zeta_ref max(|V|, low_speed), least_slip) - w
+        u = Kp e + I,    T = u held within [0, demand]
 
     While u is beyond the demand, I is the demand itself, so that T follows it at once and the
     first slip beyond the reference takes torque away; else dI/dt = Ki e, held within [0, demand],
@@ -83,6 +84,8 @@ class SlipLimiter(Parameters):
         plant's gain r/(J V) asks for.
     low_speed : float, optional
         Below it the reference is a slip speed [m/s].
+    least_slip : float, optional
+        The reference is never a smaller slip speed: what is within the noise is not slip [m/s].
     speed_filter_time : float, optional
         Time constant of the filter on the vehicle speed [s].
     recovery_time : float, optional
@@ -93,6 +96,7 @@ class SlipLimiter(Parameters):
     proportional_gain: Annotated[float, Quantity("N.s", above=0.0)]
     integral_gain: Annotated[float, Quantity("N", at_least=0.0)]
     low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
+    least_slip: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
     speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
     recovery_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
 
@@ -134,7 +138,7 @@ class SlipLimiter(Parameters):
         demand = slip.demand
         limiting = memory.limiting & (slip.braking == memory.braking)
         integral = np.where(limiting, np.minimum(memory.integral, demand), demand)
-        target = reference * slip.scale
+        target = np.maximum(reference * slip.scale, self.least_slip)
         error = target - slip.speed
         wanted = self.proportional_gain * error + integral
         size = np.minimum(np.maximum(wanted, 0.0), demand)

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.parameters import FloatArray, Quantity
-from contactlib.traction.design import fast_pole, slip_gains, steepest_fall, stick_compliance
+from contactlib.stability import worst_pole
+from contactlib.traction.design import least_slip, slip_gains, stick_compliance
 from contactlib.traction.elasticity import Moments, add_sample, elasticity, slip_noise
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.limiter import LimiterMemory, SlipLimiter
@@ -86,7 +87,7 @@ class SlopeSeeking(SlipLimiter):
         Time constant of the load observer [s].
     slip_noise : float, optional
         Standard deviation of the slip that comes out of it [m/s].
-    sample_time, low_speed, speed_filter_time, recovery_time : float, optional
+    sample_time, low_speed, least_slip, speed_filter_time, recovery_time : float, optional
         As of `SlipLimiter`.
     """
 
@@ -146,7 +147,8 @@ class SlopeSeeking(SlipLimiter):
         contact, k_hat = 2) of that or more; on flat curves at several times as much.
         """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
-        pole = fast_pole(wheelset, steepest_fall(wheelset, speed), speed)
+        filter_time = given.get("speed_filter_time", cls.speed_filter_time)
+        pole = worst_pole(wheelset, speed=speed).pole
         gains = slip_gains(drivetrain, pole=pole, sensors=sensors, sample_time=sample_time)
         known = {
             "radius": wheelset.radius,
@@ -155,16 +157,14 @@ class SlopeSeeking(SlipLimiter):
             "motor_lag": drivetrain.motor_lag,
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
+            "least_slip": least_slip(sensors, sample_time, filter_time),
             "first_compliance": 2.0 * stick_compliance(wheelset, speed),
         }
         designed = cls(**{**known, **given})
         if "slip_noise" in given:
             return designed
         noise = slip_noise(
-            sensors.wheel_speed_noise,
-            sensors.vehicle_speed_noise,
-            designed.observer.gains[0],
-            math.exp(-designed.sample_time / max(designed.speed_filter_time, 1e-9)),
+            sensors, designed.sample_time, designed.speed_filter_time, designed.observer.gains[0]
         )
         return cls(**{**known, **given, "slip_noise": noise})
 

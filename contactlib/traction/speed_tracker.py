@@ -26,6 +26,15 @@ def tracker_gains(sample_time: float, filter_time: float) -> tuple[float, float]
     return 1.0 - pole**2, (1.0 - pole) ** 2
 
 
+def tracked_variance(sample_time: float, filter_time: float) -> float:
+    """What is left of the variance of white noise, (1 - p)(1 + 4 p + 5 p^2)/(1 + p)^3 [1].
+
+    p is the pole; Brookner's formula for a g-h filter, at the gains of `tracker_gains`.
+    """
+    p = math.exp(-sample_time / filter_time) if filter_time > 0.0 else 0.0
+    return (1.0 - p) * (1.0 + 4.0 * p + 5.0 * p**2) / (1.0 + p) ** 3
+
+
 def track(tracked: Tracked, measured: FloatArray, gains: tuple[float, float]) -> Tracked:
     """State after one more sample [m/s]."""
     expected = tracked.speed + tracked.change
