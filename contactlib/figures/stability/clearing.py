@@ -1,0 +1,136 @@
+"""How long a patch of low friction may be: analysed, and searched for by simulation."""
+
+from __future__ import annotations
+
+import math
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from contactlib.controllers import TorqueControl
+from contactlib.figures.stability.common import THREE, setting
+from contactlib.figures.style import STYLE, add_caption, new_figure
+from contactlib.profile import Profile
+from contactlib.simulation import simulate
+from contactlib.stability import clearing, find_fold
+from contactlib.wheelset import Wheelset
+
+LOADS = (0.25, 0.5, 0.75)  # torques, on the way from return to fold
+FRICTIONS = np.linspace(0.1, 0.98, 34)
+SIMULATED = (0.2, 0.5, 0.8)  # frictions at which the middle torque is simulated
+PATCH = 0.5  # friction of the patch whose length is drawn
+SPEEDS = np.geomspace(0.2, 4.0, 12)  # over the model's
+CLOSE = 1.02  # ratio of the two simulated times that enclose the critical one
+
+
+def clearing_figure(wheelset: Wheelset, speed: float) -> Figure:
+    """Critical duration over the friction of the patch, critical length over speed."""
+    with mpl.rc_context(STYLE):
+        figure, (left, right) = new_figure(11.0, 4.8, ncols=2)
+        _durations(left, wheelset, speed)
+        _lengths(right, wheelset, speed)
+        add_caption(
+            figure,
+            "Below its line a patch of low friction is left in time, and a constant torque comes "
+            "back to grip; above it the wheelset runs away. Torques are given between those of "
+            f"return and fold on good friction. {setting(wheelset, speed)}",
+        )
+    return figure
+
+
+def torque_between(wheelset: Wheelset, speed: float, part: float) -> float:
+    """Torque on the way from return to fold [N.m]."""
+    fold = find_fold(wheelset, speed=speed)
+    return fold.return_torque + part * (fold.drive_torque - fold.return_torque)
+
+
+def simulated_clearing(wheelset: Wheelset, speed: float, torque: float, friction: float) -> float:
+    """Critical duration of a patch by bisection of runs [s]."""
+    found = clearing(wheelset, drive_torque=torque, speed=speed, friction_scale=friction)
+    away = 2.0 * found.border.highest
+
+    def comes_back(time: float) -> bool:
+        run = simulate(
+            wheelset,
+            TorqueControl(Profile.of(torque)),
+            initial_speed=speed,
+            initial_creepage=found.border.creepage,
+            friction_scale=Profile((0.0, time, time), (friction, friction, 1.0)),
+            duration=time + 2.0,
+            output_interval=1.0,
+            slip_away_creepage=away,
+            stop_at=["slip_away"],
+            tolerance=1e-8,
+        )
+        return run.first("slip_away") is None
+
+    low, high = 0.5 * found.time, 2.0 * found.time
+    if comes_back(high) or not comes_back(low):
+        raise RuntimeError(f"simulation and analysis differ by a factor at friction {friction:g}")
+    while high > CLOSE * low:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if comes_back(middle) else (low, middle)
+    return math.sqrt(low * high)
+
+
+def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
+    longest = 0.0
+    for part, (color, width) in zip(LOADS, THREE, strict=True):
+        torque = torque_between(wheelset, speed, part)
+        times = np.array(
+            [
+                clearing(wheelset, drive_torque=torque, speed=speed, friction_scale=float(m)).time
+                for m in FRICTIONS
+            ]
+        )
+        times[~np.isfinite(times)] = np.nan
+        longest = max(longest, float(np.nanmax(times)))
+        name = f"{1e-3 * torque:.4g} kN m"
+        axes.plot(FRICTIONS, 1e3 * times, color=color, lw=width, label=name)
+    torque = torque_between(wheelset, speed, LOADS[1])
+    points = [simulated_clearing(wheelset, speed, torque, m) for m in SIMULATED]
+    line = {"color": "black", "mfc": "white", "ls": "none", "marker": "o", "zorder": 4}
+    name = f"simulated, {1e-3 * torque:.4g} kN m"
+    axes.plot(SIMULATED, 1e3 * np.array(points), label=name, **line)
+    axes.text(0.03, 0.62, "runs away", transform=axes.transAxes)
+    axes.text(0.97, 0.05, "comes back", transform=axes.transAxes, ha="right")
+    axes.set_xlim(0.0, 1.0)
+    axes.set_yscale("log")
+    _plain(axes.yaxis)
+    axes.set_xlabel("friction of the patch, over good friction  [1]")
+    axes.set_ylabel("critical duration  [ms]")
+    axes.set_title(f"How long, at {speed:.3g} m/s", loc="left")
+    axes.legend(loc="upper left")
+
+
+def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
+    speeds = speed * SPEEDS
+    for part, (color, width) in zip(LOADS, THREE, strict=True):
+        lengths = [
+            clearing(
+                wheelset,
+                drive_torque=torque_between(wheelset, float(v), part),
+                speed=float(v),
+                friction_scale=PATCH,
+            ).distance
+            for v in speeds
+        ]
+        name = f"{100.0 * part:g} % of the way from return to fold"
+        axes.plot(speeds, lengths, color=color, lw=width, label=name)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        _plain(axis)
+    axes.set_xlabel(r"speed $V$  [m/s]")
+    axes.set_ylabel("critical length  [m]")
+    axes.set_title(f"How far, friction of the patch {PATCH:g}", loc="left")
+    axes.legend(loc="upper left")
+
+
+def _plain(axis: object) -> None:
+    axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))  # type: ignore[attr-defined]
+    axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))  # type: ignore[attr-defined]
+    axis.set_minor_formatter(NullFormatter())  # type: ignore[attr-defined]

@@ -1,0 +1,73 @@
+"""What the figures of stability share: parameters in words, and lines by stability."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from contactlib.figures.style import BLUE, DASHED, GREEN, ORANGE
+from contactlib.parameters import FloatArray
+from contactlib.wheelset import Wheelset
+
+# Three lines that differ in width as well, so that they can be told apart in grey.
+THREE = ((BLUE, 1.2), (ORANGE, 2.0), (GREEN, 2.9))
+STABLE, UNSTABLE = "stable at constant torque", "unstable at constant torque"
+SHADE = "#EDEDED"
+
+
+def setting(wheelset: Wheelset, speed: float | None = None) -> str:
+    """The parameters behind a figure, for its caption."""
+    element, friction = wheelset.element, wheelset.element.friction
+    parts = [] if element.table.one_axis else [f"k_hat {element.k_hat:.3g}"]
+    parts += [
+        f"zeta0 {100.0 * element.saturation_creepage:.3g} %",
+        f"f_d {friction.kinetic:.3g}",
+        f"$P$ {1e-3 * element.contact.normal_load:.4g} kN",
+        f"$r$ {wheelset.radius:.3g} m",
+        f"$J$ {wheelset.inertia:.4g} kg m$^2$",
+        f"$b$ {wheelset.damping:.3g} N m s",
+    ]
+    if friction.slip_rate_decay > 0.0:
+        parts.append(
+            f"friction falls with slip speed, A {friction.slip_rate_residual:.3g}, "
+            f"B {friction.slip_rate_decay:.3g} s/m"
+        )
+    if wheelset.mass is not None:
+        parts.append(f"$M$ {1e-3 * wheelset.mass:.4g} t")
+    if speed is not None:
+        parts.append(f"$V$ {speed:.3g} m/s{', held' if wheelset.speed_held else ''}")
+    elif wheelset.speed_held:
+        parts.append("$V$ held")
+    return ", ".join(parts) + "."
+
+
+def by_stability(
+    axes: Axes,
+    x: FloatArray,
+    y: FloatArray,
+    stable: NDArray[np.bool_],
+    *,
+    color: str | None = None,
+    labels: tuple[str | None, str | None] = (None, None),
+    **style: Any,
+) -> None:
+    """A curve: solid where it is stable, dashed where it is not; of one colour or of two."""
+    # A point beside a change belongs to both lines, so that they meet.
+    changes = stable[1:] != stable[:-1]
+    meets = ~stable | np.append(changes, False) & ~stable | np.append(False, changes) & stable
+    axes.plot(x, np.where(stable, y, np.nan), color=color or BLUE, label=labels[0], **style)
+    dashed = {"color": color or ORANGE, "ls": DASHED, "label": labels[1]}
+    axes.plot(x, np.where(meets, y, np.nan), **dashed, **style)
+
+
+def dot(axes: Axes, x: float, y: float, *, stable: bool) -> None:
+    """A state: filled if it is stable, hollow if it is not."""
+    axes.plot([x], [y], "o", color="black", mfc="black" if stable else "white", ms=6.5, zorder=5)
+
+
+def percent(creepage: float) -> str:
+    """A creepage in words."""
+    return f"{100.0 * creepage:#.3g}".rstrip(".") + " %"

@@ -1,0 +1,186 @@
+"""From which creepages a constant torque comes back: phase portraits, and runs either side."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from contactlib.controllers import TorqueControl
+from contactlib.figures.stability.common import SHADE, by_stability, dot, percent, setting
+from contactlib.figures.style import (
+    BLUE,
+    DASHED,
+    ORANGE,
+    STYLE,
+    add_caption,
+    new_figure,
+    percent_axis,
+)
+from contactlib.parameters import FloatArray
+from contactlib.profile import Profile
+from contactlib.simulation import Result, simulate
+from contactlib.stability import (
+    Basin,
+    basin,
+    creepage_pole,
+    find_fold,
+    quasi_steady_torque,
+    separatrix,
+    steady_states,
+)
+from contactlib.wheelset import Wheelset
+
+LOAD = 0.97  # of the fold's torque
+STARTS = (0.1, 0.5, 0.8, 0.95, 1.05, 1.2, 1.6)  # creepages, over that of the border
+FAR = 3.0  # the axis of creepage, over the border
+
+
+def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
+    """What a constant torque does from each creepage, and from each creepage and speed."""
+    torque = LOAD * find_fold(wheelset, speed=speed).drive_torque
+    border = basin(wheelset, drive_torque=torque, speed=speed)
+    with mpl.rc_context({**STYLE, "hatch.linewidth": 0.6, "hatch.color": "#BDBDBD"}):
+        figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
+        if wheelset.speed_held:
+            _rate(left, wheelset, torque, speed, border)
+        else:
+            _plane(left, wheelset, torque, speed, border)
+        _runs(right, wheelset, torque, speed, border)
+        add_caption(
+            figure,
+            f"Drive torque {1e-3 * torque:.4g} kN m, {100.0 * LOAD:g} % of the fold's. From the "
+            "hatched creepages it returns to grip; beyond the border, the unstable state or its "
+            f"separatrix, it runs away. Thin lines are simulated. {setting(wheelset, speed)}",
+        )
+    return figure
+
+
+def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
+    """Rate of the creepage over creepage, for a held speed."""
+    far = FAR * border.highest
+    zeta = np.unique(np.append(np.linspace(0.0, far, 1501), [border.creepage, border.highest]))
+    lever = wheelset.radius / (wheelset.inertia * speed)
+    rate = 100.0 * lever * (torque - quasi_steady_torque(wheelset, zeta, speed=speed))
+    stable = creepage_pole(wheelset, zeta, speed=speed) < 0.0
+    axes.axvspan(0.0, border.highest, facecolor=SHADE, hatch="//", lw=0.0, zorder=0)
+    axes.axhline(0.0, color="black", lw=0.9)
+    labels = ("small changes decay", "small changes grow")
+    by_stability(axes, zeta, rate, stable, labels=labels)
+    dot(axes, border.creepage, 0.0, stable=True)
+    dot(axes, border.highest, 0.0, stable=False)
+    around = 1.5 * float(np.abs(rate[zeta > border.creepage]).max())
+    for text, at in (("grip", border.creepage), ("border", border.highest)):
+        axes.annotate(
+            f"{text}\n{percent(at)}",
+            (at, 0.0),
+            xytext=(at, -0.32 * around),
+            ha="center",
+            va="top",
+            arrowprops={"arrowstyle": "-", "color": "black", "lw": 0.8, "shrinkB": 4.0},
+        )
+    middle = 0.5 * (border.creepage + border.highest)
+    ways = ((0.3, 0.7, border.creepage), (1.0, 0.0, 0.0), (1.15, 1.65, border.highest))
+    for start, end, scale in ways:
+        tail, tip = start * scale, end * scale
+        if scale == 0.0:
+            half = 0.3 * (border.highest - border.creepage)
+            tail, tip = middle + half, middle - half
+        arrow = {"arrowstyle": "-|>", "color": "black", "lw": 1.6, "mutation_scale": 15}
+        axes.annotate("", (tip, 0.0), (tail, 0.0), arrowprops=arrow)
+    axes.set_xlim(0.0, far)
+    axes.set_ylim(-0.75 * around, around)
+    percent_axis(axes.xaxis)
+    axes.set_xlabel(r"creepage $\zeta$  [%]")
+    axes.set_ylabel(r"rate of the creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]")
+    axes.set_title("Where the creepage goes", loc="left")
+    axes.legend(loc="upper right")
+
+
+def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
+    """Creepage and speed of a free wheelset, with the separatrix."""
+    speeds = speed * np.linspace(0.7, 1.6, 19)
+    edge = separatrix(wheelset, drive_torque=torque, speed=speeds)
+    far = FAR * border.highest
+    axes.fill_betweenx(speeds, 0.0, edge, facecolor=SHADE, hatch="//", lw=0.0, zorder=0)
+    axes.plot(edge, speeds, color="black", lw=1.8, ls=DASHED, label="separatrix")
+    grip, rest = [], []
+    for v in speeds:
+        states = steady_states(wheelset, drive_torque=torque, speed=float(v))
+        inside = states.creepage[(states.creepage > 0.0) & (states.creepage < far)]
+        grip.append(inside[0])
+        rest.append(inside[1] if inside.size > 1 else np.nan)
+    axes.plot(grip, speeds, color="black", lw=1.8, label="grip, quasi-steady")
+    for v in speed * np.array([0.75, 1.0, 1.25]):
+        own = float(np.interp(v, speeds, edge))
+        for part in (0.1, 0.9, 1.1):
+            run = _run(wheelset, torque, float(v), part * own, 0.4 * speed, far)
+            away = bool(run["creepage"][-1] > own)
+            line = {"color": ORANGE, "ls": DASHED} if away else {"color": BLUE}
+            axes.plot(run["creepage"], run["speed"], lw=1.1, **line)
+            axes.plot(run["creepage"][0], run["speed"][0], ".", color=line["color"], ms=7)
+            _arrow(axes, run["creepage"], run["speed"], line["color"], far)
+    axes.set_xlim(0.0, far)
+    axes.set_ylim(float(speeds[0]), float(speeds[-1]))
+    percent_axis(axes.xaxis)
+    axes.set_xlabel(r"creepage $\zeta$  [%]")
+    axes.set_ylabel(r"speed $V$  [m/s]")
+    axes.set_title("Creepage and speed", loc="left")
+    axes.legend(loc="upper right")
+
+
+def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
+    """Creepage over time, from either side of the border."""
+    far = FAR * border.highest
+    pole = float(creepage_pole(wheelset, border.highest, speed=speed))
+    end = 10.0 / pole
+    axes.axhspan(0.0, border.highest, facecolor=SHADE, hatch="//", lw=0.0, zorder=0)
+    axes.axhline(border.highest, color="black", lw=1.1, ls=DASHED)
+    axes.annotate(
+        f"border {percent(border.highest)}",
+        (1e3 * end, border.highest),
+        xytext=(-4, 5),
+        textcoords="offset points",
+        ha="right",
+    )
+    axes.axhline(border.creepage, color="black", lw=1.1)
+    for part in STARTS:
+        run = _run(wheelset, torque, speed, part * border.highest, end, far)
+        away = part > 1.0
+        line: dict[str, Any] = {"color": ORANGE, "ls": DASHED} if away else {"color": BLUE}
+        labels = {0.5: "returns to grip", 1.2: "runs away"}
+        axes.plot(1e3 * run.time, run["creepage"], lw=1.4, label=labels.get(part), **line)
+    axes.set_xlim(0.0, 1e3 * end)
+    axes.set_ylim(0.0, far)
+    percent_axis(axes.yaxis)
+    axes.set_xlabel("time  [ms]")
+    axes.set_ylabel(r"creepage $\zeta$  [%]")
+    axes.set_title(f"Runs from either side, at {speed:.3g} m/s", loc="left")
+    axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.55))
+
+
+def _run(
+    wheelset: Wheelset, torque: float, speed: float, creepage: float, duration: float, far: float
+) -> Result:
+    return simulate(
+        wheelset,
+        TorqueControl(Profile.of(torque)),
+        initial_speed=speed,
+        initial_creepage=creepage,
+        duration=duration,
+        output_interval=duration / 200.0,
+        slip_away_creepage=1.2 * far,
+        stop_at=["slip_away"],
+        tolerance=1e-8,
+    )
+
+
+def _arrow(axes: Axes, x: FloatArray, y: FloatArray, color: str, far: float) -> None:
+    """Direction of a run, in the middle of what it runs through on the axis of creepage."""
+    middle = 0.5 * (x[0] + min(float(x[-1]), far))
+    i = min(int(np.abs(x - middle).argmin()), x.size - 2)
+    arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.1}
+    axes.annotate("", (x[i + 1], y[i + 1]), (x[i], y[i]), arrowprops=arrow)

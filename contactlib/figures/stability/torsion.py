@@ -1,0 +1,194 @@
+"""Wheels that swing against each other on an elastic axle: which amplitudes last."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from contactlib import kernel
+from contactlib.drivetrain import Axle, Drivetrain
+from contactlib.figures.stability.common import SHADE, THREE, dot, setting
+from contactlib.figures.style import (
+    BLUE,
+    DASHED,
+    ORANGE,
+    STYLE,
+    add_caption,
+    new_figure,
+    percent_axis,
+)
+from contactlib.parameters import FloatArray
+from contactlib.stability import worst_pole
+from contactlib.torsion import (
+    bistable_range,
+    effective_slope,
+    torsional_state,
+    torsional_threshold,
+)
+from contactlib.wheelset import OperatingPoint, Wheelset
+
+FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle that is drawn: chosen [Hz, 1]
+MEANS = 37  # mean creepages of the bifurcation diagram
+SIMULATED = (0.7, 1.0, 1.4, 1.75, 2.1, 2.6)  # mean creepages, over that of the steepest fall ...
+KICKS = (0.05, 1.5)  # ... and the amplitudes that the runs start with, over the mean creepage
+STEP, CYCLES, LAST = 2.5e-4, 150, 10  # of a run; cycles from which its amplitude is read [s, 1, 1]
+TIGHT = 0.3  # gain of the mean creepage's control, over that of a reply within one step
+
+
+def torsion_figure(wheelset: Wheelset, speed: float) -> Figure:
+    """Effective slope over the amplitude, and amplitudes that last over the mean creepage."""
+    drivetrain = Drivetrain(wheelset, axle=drawn_axle(wheelset))
+    with mpl.rc_context({**STYLE, "hatch.linewidth": 0.6, "hatch.color": "#BDBDBD"}):
+        figure, (left, right) = new_figure(11.0, 5.2, ncols=2)
+        both = bistable_range(drivetrain, speed=speed)
+        _slopes(left, drivetrain, speed, both)
+        _amplitudes(right, drivetrain, speed, both)
+        add_caption(
+            figure,
+            f"Axle of {FREQUENCY:g} Hz and {100.0 * drivetrain.torsional_damping_ratio:.3g} % of "
+            "critical damping (chosen); the mean creepage is held. Where the effective slope falls "
+            "more steeply than $2 D \\omega_t$ allows, the amplitude grows. "
+            f"{setting(wheelset, speed)}",
+        )
+    return figure
+
+
+def drawn_axle(wheelset: Wheelset) -> Axle:
+    """An axle on which the wheels swing at 50 Hz, with 1 % of critical damping."""
+    omega = 2.0 * np.pi * FREQUENCY
+    damping = 0.25 * (2.0 * DAMPING_RATIO * omega * wheelset.inertia - wheelset.damping)
+    return Axle(stiffness=0.25 * omega**2 * wheelset.inertia, damping=max(0.0, damping))
+
+
+def simulated_amplitudes(
+    drivetrain: Drivetrain, points: list[OperatingPoint], kicks: FloatArray
+) -> FloatArray:
+    """Largest |zeta_left - zeta_right|/2 at the end of runs, from twists that make it `kicks`.
+
+    The kernel steps them all at once; a tight sampled controller holds their mean creepages.
+    """
+    wheelset, native = drivetrain.wheelset, drivetrain.native
+    inputs = np.zeros(len(points), kernel.drivetrain_dtype("input"))
+    states = np.zeros(len(points), kernel.drivetrain_dtype("state"))
+    mean, torque, speed = (
+        np.array([getattr(point, name) for point in points])
+        for name in ("creepage", "drive_torque", "speed")
+    )
+    inputs["resistance_force"] = [point.resistance_force for point in points]
+    inputs["load_left"] = inputs["load_right"] = [0.5 * point.normal_load for point in points]
+    inputs["friction_left"] = inputs["friction_right"] = [p.friction_scale for p in points]
+    states["speed"] = speed
+    states["omega_left"] = states["omega_right"] = [point.omega for point in points]
+    states["twist"] = 2.0 * speed * kicks / (wheelset.radius * drivetrain.torsional_frequency)
+    gain = TIGHT * wheelset.inertia * speed / (wheelset.radius * STEP)  # g Kp = TIGHT/STEP
+    substeps = np.zeros(len(points))
+    period = 2.0 * np.pi / drivetrain.torsional_frequency
+    steps, last = (round(cycles * period / STEP) for cycles in (CYCLES, LAST))
+    largest = np.zeros(len(points))
+    for i in range(steps):
+        left, right = (
+            wheelset.radius * states[f"omega_{side}"] / states["speed"] - 1.0
+            for side in ("left", "right")
+        )
+        if i >= steps - last:
+            largest = np.maximum(largest, 0.5 * np.abs(left - right))
+        inputs["commanded_torque"] = torque + gain * (mean - 0.5 * (left + right))
+        native.advance(inputs, states, STEP, 1e-6, substeps)
+    return largest
+
+
+def _slopes(
+    axes: Axes, drivetrain: Drivetrain, speed: float, both: tuple[float, float] | None
+) -> None:
+    wheelset = drivetrain.wheelset
+    steepest = worst_pole(wheelset, speed=speed).creepage
+    means = (steepest, 2.0 * steepest, 3.0 * steepest)
+    if both is not None and np.isfinite(both[1]):
+        means = (steepest, 0.5 * (both[0] + both[1]), 1.15 * both[1])
+    amplitude = np.linspace(0.0, 2.2 * means[1], 241)
+    limit = -1e-3 * torsional_threshold(drivetrain, speed=speed)
+    for mean, (color, width) in zip(means, THREE, strict=True):
+        point = wheelset.balanced(creepage=mean, speed=speed)
+        fall = -1e-3 * effective_slope(wheelset, point, amplitude)
+        name = f"at {100.0 * mean:.2g} % mean creepage"
+        axes.plot(amplitude, fall, color=color, lw=width, label=name)
+        for cycle in torsional_state(drivetrain, point).limit_cycles:
+            if cycle.amplitude < amplitude[-1]:
+                dot(axes, cycle.amplitude, limit, stable=cycle.stable)
+    axes.axhline(limit, color="black", lw=1.2, ls=DASHED)
+    axes.annotate(
+        r"$2 D \omega_t$: above it an amplitude grows",
+        (1.0, limit),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 5),
+        textcoords="offset points",
+        ha="right",
+    )
+    axes.axhline(0.0, color="black", lw=0.9)
+    top = 1.3 * max(line.get_ydata()[0] for line in axes.lines[:1])  # type: ignore[index]
+    axes.set_ylim(-0.55 * top, top)
+    axes.set_xlim(0.0, float(amplitude[-1]))
+    percent_axis(axes.xaxis)
+    per_second = 1e3 * 2.0 * wheelset.radius**2 / (wheelset.inertia * speed)
+    rates = axes.secondary_yaxis(
+        "right", functions=(lambda fall: per_second * fall, lambda rate: rate / per_second)
+    )
+    rates.set_ylabel(r"$-r^2 N/(J_w V)$  [1/s]")
+    axes.set_xlabel("amplitude of a wheel's creepage  [%]")
+    axes.set_ylabel("effective fall of a wheel's force $-N$  [kN]")
+    axes.set_title("Effective slope; dots: limit cycles", loc="left")
+    axes.legend(loc="upper right")
+
+
+def _amplitudes(
+    axes: Axes, drivetrain: Drivetrain, speed: float, both: tuple[float, float] | None
+) -> None:
+    wheelset = drivetrain.wheelset
+    steepest = worst_pole(wheelset, speed=speed).creepage
+    far = 3.0 * steepest
+    means = np.linspace(0.5 * steepest, far, MEANS)
+    if both is not None:
+        low, high = both
+        axes.axvspan(
+            low, min(high, far), facecolor=SHADE, hatch="//", lw=0.0, zorder=0, label="either"
+        )
+        if high < far:
+            means = np.unique(np.concatenate([means, [low, *(high * np.array([0.99, 0.999]))]]))
+    states = [
+        torsional_state(drivetrain, wheelset.balanced(creepage=float(z), speed=speed))
+        for z in means
+    ]
+    rest = np.array([state.equilibrium_stable for state in states])
+    axes.plot(means, np.where(rest, 0.0, np.nan), color=BLUE, lw=3.0, clip_on=False)
+    axes.plot(means, np.where(rest, np.nan, 0.0), color=ORANGE, lw=3.0, ls=DASHED, clip_on=False)
+    largest = 0.0
+    for kept, color, style, name in (
+        (True, BLUE, "-", "stable"),
+        (False, ORANGE, DASHED, "unstable"),
+    ):
+        sizes = np.array([_size(state.limit_cycles, kept) for state in states])
+        axes.plot(means, sizes, color=color, ls=style, label=name)
+        largest = max(largest, float(np.nanmax(sizes, initial=0.0)))
+    centres = np.repeat(steepest * np.array(SIMULATED), len(KICKS))
+    kicks = centres * np.tile(KICKS, len(SIMULATED))
+    points = [wheelset.balanced(creepage=float(z), speed=speed) for z in centres]
+    found = simulated_amplitudes(drivetrain, points, kicks)
+    line: dict[str, Any] = {"ls": "none", "marker": "o", "color": "black", "mfc": "none", "ms": 7}
+    axes.plot(centres, found, label="simulated", clip_on=False, zorder=6, **line)
+    axes.set_xlim(float(means[0]), float(means[-1]))
+    axes.set_ylim(0.0, 1.35 * max(largest, float(found.max())))
+    for axis in (axes.xaxis, axes.yaxis):
+        percent_axis(axis)
+    axes.set_xlabel("mean creepage  [%]")
+    axes.set_ylabel("amplitude of a wheel's creepage  [%]")
+    axes.set_title("Amplitudes that last", loc="left")
+    axes.legend(loc="upper left", ncols=2)
+
+
+def _size(cycles: Any, stable: bool) -> float:
+    """Amplitude of the largest limit cycle that is stable, or that is not; nan if there is none."""
+    return max((c.amplitude for c in cycles if c.stable == stable), default=float("nan"))
