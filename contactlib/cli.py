@@ -6,6 +6,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -242,19 +243,36 @@ def check(path: Path) -> None:
 
 @main.command()
 @click.option("--paper", is_flag=True, help="Figures 1 to 6 of the paper, and the contact patch.")
+@click.option(
+    "--stability",
+    "model",
+    metavar="[MODEL]",
+    is_flag=False,
+    flag_value="roller_rig.toml",
+    help="Why the wheelset of MODEL runs away, and what holds it; roller_rig.toml if left out.",
+)
 @_output_option("contactlib-figures", "Folder for the figures.")
-def figures(paper: bool, output: Path) -> None:
-    """Draw figures of the laws, as PNG and SVG."""
-    from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, save
+def figures(paper: bool, model: str | None, output: Path) -> None:
+    """Draw figures of the laws, or of a wheelset's stability, as PNG and SVG."""
+    from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save
 
-    if not paper:
-        raise ValueError("figures: pass --paper for the figures of the paper")
+    if not paper and model is None:
+        raise ValueError("figures: pass --paper or --stability for what is to be drawn")
+    wanted: dict[str, tuple[Callable[[], Any], str]] = {}
+    if paper:
+        named = {f"paper_figure_{number}": figure for number, figure in PAPER_FIGURES.items()}
+        for name, figure in {**named, "contact_patch": CONTACT_PATCH}.items():
+            wanted[name] = figure.draw, figure.title
+    if model is not None:
+        loaded = _load(model)
+        given = loaded.wheelset, loaded.initial_speed
+        for name, of_wheelset in STABILITY_FIGURES.items():
+            wanted[f"stability_{name}"] = partial(of_wheelset.draw, *given), of_wheelset.title
     output.mkdir(parents=True, exist_ok=True)
-    named = {f"paper_figure_{number}": figure for number, figure in PAPER_FIGURES.items()}
-    for name, figure in {**named, "contact_patch": CONTACT_PATCH}.items():
-        drawn = figure.draw()
+    for name, (draw, title) in wanted.items():
+        drawn = draw()
         paths = [save(drawn, output / f"{name}.{suffix}") for suffix in ("png", "svg")]
-        click.echo(f"{paths[0]}, {paths[1].name}: {figure.title}")
+        click.echo(f"{paths[0]}, {paths[1].name}: {title}")
 
 
 if __name__ == "__main__":

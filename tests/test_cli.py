@@ -107,7 +107,7 @@ def test_figures_command_writes_the_papers(tmp_path: Path) -> None:
 def test_figures_command_asks_which(tmp_path: Path) -> None:
     result = CliRunner().invoke(main, ["figures", "-o", str(tmp_path / "out")])
     assert result.exit_code == 2
-    assert result.stderr == "contactlib: figures: pass --paper for the figures of the paper\n"
+    assert result.stderr == "contactlib: figures: pass --paper or --stability for what is to be drawn\n"
     assert not (tmp_path / "out").exists()
     (tmp_path / "file").write_text("")
     result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(tmp_path / "file")])

@@ -14,11 +14,13 @@ from contactlib.figures.paper import (
 from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import comparison, scenario_run
+from contactlib.figures.stability import STABILITY_FIGURES
 from contactlib.figures.style import save
 
 __all__ = [
     "CONTACT_PATCH",
     "PAPER_FIGURES",
+    "STABILITY_FIGURES",
     "PaperFigure",
     "comparison",
     "contact_patch",

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from scipy.optimize import brentq
 
 from contactlib.controllers import TorqueControl
-from contactlib.figures.stability.common import THREE, setting
+from contactlib.figures.stability.common import THREE, plain_log, setting
 from contactlib.figures.style import STYLE, add_caption, new_figure
+from contactlib.parameters import FloatArray
 from contactlib.profile import Profile
 from contactlib.simulation import simulate
 from contactlib.stability import clearing, find_fold
 from contactlib.wheelset import Wheelset
 
 LOADS = (0.25, 0.5, 0.75)  # torques, on the way from return to fold
-FRICTIONS = np.linspace(0.1, 0.98, 34)
+WORST = 0.1  # friction of the patch at which a line begins
 SIMULATED = (0.2, 0.5, 0.8)  # frictions at which the middle torque is simulated
 PATCH = 0.5  # friction of the patch whose length is drawn
 SPEEDS = np.geomspace(0.2, 4.0, 12)  # over the model's
@@ -76,30 +78,45 @@ def simulated_clearing(wheelset: Wheelset, speed: float, torque: float, friction
     return math.sqrt(low * high)
 
 
+def _frictions(wheelset: Wheelset, speed: float, torque: float) -> FloatArray:
+    """Frictions of a patch, close near the one that holds the torque for good."""
+
+    def short(friction: float) -> float:
+        return find_fold(wheelset, speed=speed, friction_scale=friction).drive_torque - torque
+
+    holds = brentq(short, WORST, 1.0)
+    close = np.geomspace(0.2, 2e-3, 14)
+    return np.asarray(holds - (holds - WORST) * np.append(np.linspace(1.0, 0.25, 12), close))
+
+
 def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
-    longest = 0.0
     for part, (color, width) in zip(LOADS, THREE, strict=True):
         torque = torque_between(wheelset, speed, part)
+        frictions = _frictions(wheelset, speed, torque)
         times = np.array(
             [
                 clearing(wheelset, drive_torque=torque, speed=speed, friction_scale=float(m)).time
-                for m in FRICTIONS
+                for m in frictions
             ]
         )
-        times[~np.isfinite(times)] = np.nan
-        longest = max(longest, float(np.nanmax(times)))
         name = f"{1e-3 * torque:.4g} kN m"
-        axes.plot(FRICTIONS, 1e3 * times, color=color, lw=width, label=name)
+        axes.plot(frictions, 1e3 * times, color=color, lw=width, label=name)
     torque = torque_between(wheelset, speed, LOADS[1])
     points = [simulated_clearing(wheelset, speed, torque, m) for m in SIMULATED]
-    line = {"color": "black", "mfc": "white", "ls": "none", "marker": "o", "zorder": 4}
+    line: dict[str, Any] = {
+        "color": "black",
+        "mfc": "white",
+        "ls": "none",
+        "marker": "o",
+        "zorder": 4,
+    }
     name = f"simulated, {1e-3 * torque:.4g} kN m"
     axes.plot(SIMULATED, 1e3 * np.array(points), label=name, **line)
     axes.text(0.03, 0.62, "runs away", transform=axes.transAxes)
     axes.text(0.97, 0.05, "comes back", transform=axes.transAxes, ha="right")
     axes.set_xlim(0.0, 1.0)
     axes.set_yscale("log")
-    _plain(axes.yaxis)
+    plain_log(axes.yaxis, 1.0, 3.0)
     axes.set_xlabel("friction of the patch, over good friction  [1]")
     axes.set_ylabel("critical duration  [ms]")
     axes.set_title(f"How long, at {speed:.3g} m/s", loc="left")
@@ -123,14 +140,8 @@ def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
-        _plain(axis)
+        plain_log(axis, 1.0, 3.0)
     axes.set_xlabel(r"speed $V$  [m/s]")
     axes.set_ylabel("critical length  [m]")
     axes.set_title(f"How far, friction of the patch {PATCH:g}", loc="left")
     axes.legend(loc="upper left")
-
-
-def _plain(axis: object) -> None:
-    axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))  # type: ignore[attr-defined]
-    axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))  # type: ignore[attr-defined]
-    axis.set_minor_formatter(NullFormatter())  # type: ignore[attr-defined]

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from contactlib.figures.style import BLUE, DASHED, GREEN, ORANGE
@@ -31,17 +33,18 @@ def setting(wheelset: Wheelset, speed: float | None = None) -> str:
         f"$b$ {wheelset.damping:.3g} N m s",
     ]
     if friction.slip_rate_decay > 0.0:
-        parts.append(
-            f"friction falls with slip speed, A {friction.slip_rate_residual:.3g}, "
-            f"B {friction.slip_rate_decay:.3g} s/m"
-        )
+        parts += [
+            f"slip-rate residual {friction.slip_rate_residual:.3g}",
+            f"decay {friction.slip_rate_decay:.3g} s/m",
+        ]
     if wheelset.mass is not None:
         parts.append(f"$M$ {1e-3 * wheelset.mass:.4g} t")
     if speed is not None:
-        parts.append(f"$V$ {speed:.3g} m/s{', held' if wheelset.speed_held else ''}")
+        parts.append(f"$V$ {speed:.3g} m/s{' (held)' if wheelset.speed_held else ''}")
     elif wheelset.speed_held:
         parts.append("$V$ held")
-    return ", ".join(parts) + "."
+    # A number and its unit stay on one line.
+    return ", ".join(part.replace(" ", "\u00a0") for part in parts) + "."
 
 
 def by_stability(
@@ -59,13 +62,20 @@ def by_stability(
     changes = stable[1:] != stable[:-1]
     meets = ~stable | np.append(changes, False) & ~stable | np.append(False, changes) & stable
     axes.plot(x, np.where(stable, y, np.nan), color=color or BLUE, label=labels[0], **style)
-    dashed = {"color": color or ORANGE, "ls": DASHED, "label": labels[1]}
+    dashed: dict[str, Any] = {"color": color or ORANGE, "ls": DASHED, "label": labels[1]}
     axes.plot(x, np.where(meets, y, np.nan), **dashed, **style)
 
 
 def dot(axes: Axes, x: float, y: float, *, stable: bool) -> None:
     """A state: filled if it is stable, hollow if it is not."""
     axes.plot([x], [y], "o", color="black", mfc="black" if stable else "white", ms=6.5, zorder=5)
+
+
+def plain_log(axis: Axis, *steps: float) -> None:
+    """Label a logarithmic axis with plain numbers, at these steps of each decade."""
+    axis.set_major_locator(LogLocator(subs=steps))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def percent(creepage: float) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from contactlib.figures.stability.common import SHADE, THREE, setting
+from contactlib.figures.stability.common import SHADE, THREE, plain_log, setting
 from contactlib.figures.style import (
     BLUE,
     DASHED,
@@ -51,7 +51,8 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
             "$T = T_0 + K_p (\\zeta_{ref} - \\zeta)$. Left: gains that hold the steepest point of "
             f"the falling branch, {100.0 * worst.creepage:.3g} %, with pole $p$ "
             f"{plant.pole:.3g} 1/s and $g = r/(J V)$ = {plant.gain:.3g} 1/(N m s). Sampled: each "
-            "reading acts one sample later, $\\tau$ is 1.5 samples. "
+            "reading acts one sample later, $\\tau$ is 1.5 samples. Largest gains are those of the "
+            "plant $g/(s - p)$. "
             f"{setting(wheelset, speed)}",
         )
     return figure
@@ -89,7 +90,7 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
     top = 20.0 * float(low[0])
     axes.annotate(
         rf"robust below $p\tau$ = {ROBUST}",
-        (ROBUST, 0.62 * top),
+        (ROBUST, 0.7 * top),
         xytext=(6, 0),
         textcoords="offset points",
         va="center",
@@ -103,14 +104,12 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_yscale("log")
     axes.set_ylim(0.6 * float(low[0]), top)
+    plain_log(axes.yaxis, 1.0, 2.0, 5.0)
     in_ms = 1e3 / plant.pole
-    delays = axes.secondary_xaxis(
-        "top", functions=(lambda ratio: in_ms * ratio, lambda delay: delay / in_ms)
-    )
-    delays.set_xlabel(r"delay $\tau$  [ms]")
-    axes.set_xlabel(r"pole times delay $p\tau$  [1]")
+    axes.set_xlabel(rf"pole times delay $p\tau$  [1];  1 is a delay of {in_ms:.3g} ms")
     axes.set_ylabel(r"gain $K_p$  [kN m]")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.9))
+    axes.set_title("Gains that hold the steepest fall", loc="left")
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.84))
 
 
 def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
@@ -134,9 +133,11 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
         values = 1e-3 * np.array([window.highest for window in largest])
         axes.plot(zeta, values, color=color, lw=width, label=f"largest, {1e3 * delay:.2g} ms")
     axes.set_xlim(float(zeta[0]), float(zeta[-1]))
-    axes.set_ylim(0.0, 3.2e-3 * float(least.max()))
+    axes.set_yscale("log")
+    axes.set_ylim(2e-5 * float(least.max()), 40e-3 * float(least.max()))
+    plain_log(axes.yaxis, 1.0, 3.0)
     percent_axis(axes.xaxis)
     axes.set_xlabel(r"creepage to be held $\zeta$  [%]")
     axes.set_ylabel(r"gain $K_p$  [kN m]")
     axes.set_title("Smallest gain, and largest with a delay", loc="left")
-    axes.legend(loc="upper right", ncols=1 if wheelset.speed_held else 2, fontsize=9)
+    axes.legend(loc="upper right", ncols=2, fontsize=9)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from contactlib.control_systems import (
     Margins,
@@ -20,9 +22,11 @@ from contactlib.control_systems import (
 )
 from contactlib.figures.stability.common import SHADE, by_stability, setting
 from contactlib.figures.style import BLUE, GREY, ORANGE, STYLE, add_caption, new_figure
-from contactlib.parameters import FloatArray
 from contactlib.stability import proportional_window, reduced_plant, worst_pole
 from contactlib.wheelset import Wheelset
+
+if TYPE_CHECKING:
+    from control import StateSpace
 
 DELAY_RATIO = 0.2  # p tau of the loop
 GAINS = np.geomspace(0.2, 8.0, 400)  # of the locus, over the loop's gain
@@ -39,7 +43,7 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     loop = creep_loop(wheelset, point, proportional_gain=gain, delay=delay)
     with mpl.rc_context(STYLE):
         figure, (left, right) = new_figure(11.0, 5.4, ncols=2)
-        _locus(left, root_locus(loop, GAINS), gain, plant.pole)
+        _locus(left, locus_around_breaks(loop), loop, gain, plant.pole)
         _nyquist(right, nyquist(loop), margins(loop), complex(loop(0.0)).real)
         add_caption(
             figure,
@@ -51,7 +55,17 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     return figure
 
 
-def _locus(axes: Axes, locus: RootLocus, gain: float, pole: float) -> None:
+def locus_around_breaks(loop: StateSpace) -> RootLocus:
+    """Root locus with many gains where poles leave the real axis, as they move fast there."""
+    rough = root_locus(loop, GAINS)
+    oscillating = (np.abs(rough.poles.imag) > 0.0).sum(axis=1)
+    extra = [
+        np.linspace(GAINS[i], GAINS[i + 1], 80) for i in np.flatnonzero(np.diff(oscillating) != 0)
+    ]
+    return root_locus(loop, np.unique(np.concatenate([GAINS, *extra])))
+
+
+def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: float) -> None:
     left, right, top = -8.0 * pole, 5.0 * pole, 8.0 * pole
     axes.axvspan(0.0, right, color=SHADE, lw=0.0, zorder=0)
     axes.axvline(0.0, color="black", lw=0.9)
@@ -73,10 +87,10 @@ def _locus(axes: Axes, locus: RootLocus, gain: float, pole: float) -> None:
         if root.real > left and abs(root.imag) < top:
             axes.plot([root.real], [root.imag], "o", color="black", ms=6, zorder=5)
     for critical in locus.critical_gains:
-        i = int(np.abs(locus.gains - critical).argmin())
-        root = max(locus.poles[i], key=lambda r: (r.real, r.imag))
+        at_critical = root_locus(loop, [critical]).poles[0]
+        root = min(at_critical[at_critical.imag >= 0.0], key=lambda pole: abs(pole.real))
         axes.plot([0.0], [root.imag], "o", color="black", mfc="white", ms=7, zorder=5)
-        text = f"{1e-3 * critical * gain:.3g} kN m"
+        text = f"{1e-3 * critical * gain:.4g} kN m"
         offset = (8, -4) if root.imag > 0.1 * top else (-8, -16)
         axes.annotate(
             text,
@@ -101,23 +115,28 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color=GREY, lw=0.9, ls=":", label="unit circle")
     distance = 1.0 / found.sensitivity_peak
-    line = {"color": ORANGE, "lw": 1.1, "ls": "--"}
+    circle: dict[str, Any] = {"color": ORANGE, "lw": 1.1, "ls": "--"}
     name = f"distance to -1: $1/M_s$ = {distance:.2f}"
-    axes.plot(distance * np.cos(angle) - 1.0, distance * np.sin(angle), label=name, **line)
+    axes.plot(distance * np.cos(angle) - 1.0, distance * np.sin(angle), label=name, **circle)
     _direction(axes, response)
     axes.plot([-1.0], [0.0], "+", color="black", ms=11, mew=2.0, zorder=5)
     upper = 1.0 / found.gain_upper if math.isfinite(found.gain_upper) else 0.0
-    for x, text, offset in (
-        (-1.0 / found.gain_lower, f"gain may fall\nto {found.gain_lower:.2g} of it", (4, 9)),
-        (-upper, f"rise to\n{found.gain_upper:.2g} times", (7, 9)),
+    line: dict[str, Any] = {"arrowstyle": "-", "color": "black", "lw": 0.8}
+    for x, text, place in (
+        (-1.0 / found.gain_lower, f"the gain may fall to\n{found.gain_lower:.2g} of it", 1.45),
+        (-upper, f"rise to\n{found.gain_upper:.2g} times", -1.45),
     ):
         axes.plot([x], [0.0], "o", color="black", ms=6, zorder=5)
-        axes.annotate(text, (x, 0.0), xytext=offset, textcoords="offset points", fontsize=9)
+        side = "left" if place > 0.0 else "center"
+        axes.annotate(
+            text, (x, 0.0), xytext=(x, place), ha=side, va="center", fontsize=9, arrowprops=line
+        )
     axes.text(
         0.98,
         0.02,
-        f"{-curve.encirclements} counter-clockwise encirclement(s) of -1,\n"
-        f"{curve.unstable_poles} unstable pole(s): {'held' if curve.stable else 'not held'}\n"
+        f"unstable poles: {curve.unstable_poles}, encirclements of -1,\n"
+        f"counter-clockwise: {-curve.encirclements}, so the point is "
+        f"{'held' if curve.stable else 'not held'}\n"
         f"phase margin {math.degrees(found.phase):.0f} deg, "
         f"delay margin {1e3 * found.delay:.2g} ms",
         transform=axes.transAxes,
@@ -135,10 +154,10 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
     axes.legend(loc="upper right", fontsize=9)
 
 
-def _direction(axes: Axes, response: FloatArray) -> None:
+def _direction(axes: Axes, response: NDArray[np.complex128]) -> None:
     size = np.abs(response)
     i = int(np.abs(size - 0.75 * size.max()).argmin())
     j = min(i + 5, response.size - 1)
     arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 1.5, "mutation_scale": 16}
-    ends = ((z.real, z.imag) for z in (response[j], response[i]))
-    axes.annotate("", *ends, arrowprops=arrow)
+    tip, tail = response[j], response[i]
+    axes.annotate("", (tip.real, tip.imag), (tail.real, tail.imag), arrowprops=arrow)

@@ -119,7 +119,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
         for part in (0.1, 0.9, 1.1):
             run = _run(wheelset, torque, float(v), part * own, 0.4 * speed, far)
             away = bool(run["creepage"][-1] > own)
-            line = {"color": ORANGE, "ls": DASHED} if away else {"color": BLUE}
+            line: dict[str, Any] = {"color": ORANGE, "ls": DASHED} if away else {"color": BLUE}
             axes.plot(run["creepage"], run["speed"], lw=1.1, **line)
             axes.plot(run["creepage"][0], run["speed"][0], ".", color=line["color"], ms=7)
             _arrow(axes, run["creepage"], run["speed"], line["color"], far)

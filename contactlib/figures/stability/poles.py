@@ -6,10 +6,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from scipy.optimize import brentq
 
-from contactlib.figures.stability.common import SHADE, THREE, by_stability, setting
+from contactlib.figures.stability.common import SHADE, THREE, by_stability, plain_log, setting
 from contactlib.figures.style import (
     BLUE,
     DASHED,
@@ -35,9 +34,9 @@ def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
         _over_speed(right, wheelset, RANGE[0] * speed, RANGE[1] * speed)
         add_caption(
             figure,
-            "A loop whose delay $\\tau$ (or lag, or half a sample) is longer than $1/p$ cannot hold the "
-            "steepest point of the falling branch, whatever its gain; for a largest sensitivity of "
-            f"about 2 it must stay below $0.3/p$. {setting(wheelset)}",
+            "A loop whose delay $\\tau$ (with lag and half a sample) is longer than $1/p$ cannot "
+            "hold the steepest point of the falling branch, whatever its gain; for a largest "
+            f"sensitivity of about 2 it must stay below $0.3/p$. {setting(wheelset)}",
         )
     return figure
 
@@ -96,15 +95,9 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
     axes.set_yscale("log")
     axes.set_xlim(float(speeds[0]), float(speeds[-1]))
     axes.set_ylim(low, high)
-    plain = FuncFormatter(lambda value, _: f"{value:g}")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-        axis.set_major_formatter(plain)
-        axis.set_minor_formatter(NullFormatter())
     poles = axes.secondary_yaxis("right", functions=(_inverse, _inverse))
-    poles.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-    poles.yaxis.set_major_formatter(plain)
-    poles.yaxis.set_minor_formatter(NullFormatter())
+    for axis in (axes.xaxis, axes.yaxis, poles.yaxis):
+        plain_log(axis, 1.0, 3.0)
     poles.set_ylabel(r"worst pole $p$, at $1/p$  [1/s]")
     axes.set_xlabel(r"speed $V$  [m/s]")
     axes.set_ylabel(r"delay of the loop $\tau$  [ms]")

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from contactlib.controllers import TorqueControl
-from contactlib.figures.stability.common import percent, setting
+from contactlib.figures.stability.common import THREE, percent, plain_log, setting
 from contactlib.figures.style import (
     BLUE,
     DASHED,
     GREY,
-    ORANGE,
     STYLE,
     add_caption,
     new_figure,
@@ -30,7 +29,7 @@ from contactlib.wheelset import Wheelset
 FAR = 10.0  # the end of a run, in saturation creepages
 OVERLOADS = np.geomspace(3e-3, 0.5, 31)  # torque above the fold's, over it
 SIMULATED = (0.005, 0.01, 0.03, 0.1, 0.3)
-SHOWN = ((0.01, BLUE, 1.2), (0.03, ORANGE, 2.0), (0.1, GREY, 2.9))
+SHOWN = (0.01, 0.03, 0.1)
 
 
 def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
@@ -51,7 +50,7 @@ def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
 
 def _histories(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     fold = find_fold(wheelset, speed=speed)
-    for overload, color, width in SHOWN:
+    for overload, (color, width) in zip(SHOWN, THREE, strict=True):
         run = _run(wheelset, speed, overload, end)
         falls = run["creepage"] > fold.creepage
         name = f"{100.0 * overload:g} % overload"
@@ -89,16 +88,14 @@ def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     simulated = [float(_run(wheelset, speed, part, end).time[-1]) for part in SIMULATED]
     ms = 1e3
     axes.plot(100.0 * OVERLOADS, ms * np.array(exact), color=BLUE, label="integral")
-    line = {"color": GREY, "ls": DASHED, "lw": 1.6}
+    line: dict[str, Any] = {"color": GREY, "ls": DASHED, "lw": 1.6}
     axes.plot(100.0 * OVERLOADS, ms * np.array(closed), label="closed form", **line)
     points = 100.0 * np.array(SIMULATED)
     axes.plot(points, ms * np.array(simulated), "o", color="black", mfc="white", label="simulated")
     axes.set_xscale("log")
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
+        plain_log(axis, 1.0, 2.0, 5.0)
     axes.set_xlabel("overload: torque above the fold's  [%]")
     axes.set_ylabel("slip-away time  [ms]")
     axes.set_title("Time to run away", loc="left")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.optimize import brentq
 
 from contactlib import kernel
 from contactlib.drivetrain import Axle, Drivetrain
@@ -129,13 +131,14 @@ def _slopes(
         ha="right",
     )
     axes.axhline(0.0, color="black", lw=0.9)
-    top = 1.3 * max(line.get_ydata()[0] for line in axes.lines[:1])  # type: ignore[index]
+    top = -0.65e-3 * wheelset.balanced(creepage=steepest, speed=speed).creep_force_slope
     axes.set_ylim(-0.55 * top, top)
     axes.set_xlim(0.0, float(amplitude[-1]))
     percent_axis(axes.xaxis)
     per_second = 1e3 * 2.0 * wheelset.radius**2 / (wheelset.inertia * speed)
     rates = axes.secondary_yaxis(
-        "right", functions=(lambda fall: per_second * fall, lambda rate: rate / per_second)
+        "right",
+        functions=(partial(np.multiply, per_second), partial(np.multiply, 1.0 / per_second)),
     )
     rates.set_ylabel(r"$-r^2 N/(J_w V)$  [1/s]")
     axes.set_xlabel("amplitude of a wheel's creepage  [%]")
@@ -150,14 +153,12 @@ def _amplitudes(
     wheelset = drivetrain.wheelset
     steepest = worst_pole(wheelset, speed=speed).creepage
     far = 3.0 * steepest
-    means = np.linspace(0.5 * steepest, far, MEANS)
+    means = _means(drivetrain, speed, steepest, far, both)
     if both is not None:
         low, high = both
         axes.axvspan(
-            low, min(high, far), facecolor=SHADE, hatch="//", lw=0.0, zorder=0, label="either"
+            low, min(high, far), facecolor=SHADE, hatch="//", lw=0.0, zorder=0, label="bistable"
         )
-        if high < far:
-            means = np.unique(np.concatenate([means, [low, *(high * np.array([0.99, 0.999]))]]))
     states = [
         torsional_state(drivetrain, wheelset.balanced(creepage=float(z), speed=speed))
         for z in means
@@ -171,8 +172,12 @@ def _amplitudes(
         (False, ORANGE, DASHED, "unstable"),
     ):
         sizes = np.array([_size(state.limit_cycles, kept) for state in states])
-        axes.plot(means, sizes, color=color, ls=style, label=name)
-        largest = max(largest, float(np.nanmax(sizes, initial=0.0)))
+        there = np.isfinite(sizes)
+        at, sizes = means[there], sizes[there]
+        if both is not None and both[1] < far and at.size:  # where the two kinds meet and end
+            at, sizes = np.append(at, both[1]), np.append(sizes, _last(drivetrain, speed, both[1]))
+        axes.plot(at, sizes, color=color, ls=style, label=name)
+        largest = max(largest, float(sizes.max(initial=0.0)))
     centres = np.repeat(steepest * np.array(SIMULATED), len(KICKS))
     kicks = centres * np.tile(KICKS, len(SIMULATED))
     points = [wheelset.balanced(creepage=float(z), speed=speed) for z in centres]
@@ -186,7 +191,39 @@ def _amplitudes(
     axes.set_xlabel("mean creepage  [%]")
     axes.set_ylabel("amplitude of a wheel's creepage  [%]")
     axes.set_title("Amplitudes that last", loc="left")
-    axes.legend(loc="upper left", ncols=2)
+    axes.legend(loc="upper left", frameon=True, edgecolor="none", framealpha=1.0)
+
+
+def _last(drivetrain: Drivetrain, speed: float, creepage: float) -> float:
+    """Amplitude with the steepest effective fall at a mean creepage: the last that keeps up."""
+    point = drivetrain.wheelset.balanced(creepage=creepage, speed=speed)
+    sizes = creepage * np.linspace(0.2, 1.2, 401)
+    return float(sizes[effective_slope(drivetrain.wheelset, point, sizes).argmin()])
+
+
+def _means(
+    drivetrain: Drivetrain,
+    speed: float,
+    steepest: float,
+    far: float,
+    both: tuple[float, float] | None,
+) -> FloatArray:
+    """Mean creepages, close where amplitudes begin and end."""
+    wheelset = drivetrain.wheelset
+    limit = torsional_threshold(drivetrain, speed=speed)
+
+    def excess(creepage: float) -> float:
+        return 0.5 * wheelset.balanced(creepage=creepage, speed=speed).creep_force_slope - limit
+
+    means = np.linspace(0.5 * steepest, far, MEANS)
+    close = (means[1] - means[0]) * np.array([1e-4, 0.03, 0.15, 0.5])
+    parts = [means]
+    if excess(float(means[0])) > 0.0 > excess(steepest):
+        parts.append(brentq(excess, float(means[0]), steepest) + close)
+    if both is not None:
+        parts += [both[0] + close, both[1] - close]
+    found = np.unique(np.concatenate(parts))
+    return found[found <= far]
 
 
 def _size(cycles: Any, stable: bool) -> float:
