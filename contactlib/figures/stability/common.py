@@ -80,4 +80,6 @@ def plain_log(axis: Axis, *steps: float) -> None:
 
 def percent(creepage: float) -> str:
     """A creepage in words."""
+    if creepage >= 10.0:
+        return f"{100.0 * creepage:.0f} %"
     return f"{100.0 * creepage:#.3g}".rstrip(".") + " %"

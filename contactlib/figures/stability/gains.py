@@ -48,11 +48,11 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
         _over_creepage(right, wheelset, speed)
         add_caption(
             figure,
-            "$T = T_0 + K_p (\\zeta_{ref} - \\zeta)$. Left: gains that hold the steepest point of "
+            "$T=T_0+K_p(\\zeta_{ref}-\\zeta)$. Left: gains that hold the steepest point of "
             f"the falling branch, {100.0 * worst.creepage:.3g} %, with pole $p$ "
-            f"{plant.pole:.3g} 1/s and $g = r/(J V)$ = {plant.gain:.3g} 1/(N m s). Sampled: each "
-            "reading acts one sample later, $\\tau$ is 1.5 samples. Largest gains are those of the "
-            "plant $g/(s - p)$. "
+            f"{plant.pole:.3g} 1/s and $g=r/(JV)$ = {plant.gain:.3g} 1/(N m s). Sampled: each "
+            "reading acts one sample later, $\\tau$ is 1.5 samples. The left and the largest "
+            "gains take the vehicle's speed as held: $g/(s-p)$. "
             f"{setting(wheelset, speed)}",
         )
     return figure
@@ -131,7 +131,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
             for z in zeta
         ]
         values = 1e-3 * np.array([window.highest for window in largest])
-        axes.plot(zeta, values, color=color, lw=width, label=f"largest, {1e3 * delay:.2g} ms")
+        axes.plot(zeta, values, color=color, lw=width, label=f"largest, delay {1e3 * delay:.2g} ms")
     axes.set_xlim(float(zeta[0]), float(zeta[-1]))
     axes.set_yscale("log")
     axes.set_ylim(2e-5 * float(least.max()), 40e-3 * float(least.max()))

@@ -127,7 +127,8 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
         (-upper, f"rise to\n{found.gain_upper:.2g} times", -1.45),
     ):
         axes.plot([x], [0.0], "o", color="black", ms=6, zorder=5)
-        side = "left" if place > 0.0 else "center"
+        side, start = ("left", 0.0) if place > 0.0 else ("center", 0.5)
+        line["relpos"] = (start, 0.0 if place > 0.0 else 1.0)
         axes.annotate(
             text, (x, 0.0), xytext=(x, place), ha=side, va="center", fontsize=9, arrowprops=line
         )

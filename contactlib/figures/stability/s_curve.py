@@ -24,7 +24,7 @@ from contactlib.stability import Fold, SCurve, find_fold, s_curve, steady_states
 from contactlib.wheelset import Wheelset
 
 BETWEEN = 0.6  # the torque whose states are shown, on the way from return to fold
-LOWEST = 0.2  # creepage on the axis, over that of the fold
+LOWEST = 0.3  # creepage on the axis, over that of the stable state at the return torque
 FRICTIONS = (1.0, 0.75, 0.5)
 
 
@@ -58,7 +58,9 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
     torque, zeta = 1e-3 * curve.drive_torque, curve.creepage
     by_stability(axes, torque, zeta, curve.stable, labels=(STABLE, UNSTABLE))
     highest, back = 1e-3 * fold.drive_torque, 1e-3 * fold.return_torque
-    low, top = LOWEST * fold.creepage, 1.5 * float(zeta[-1])
+    rising = zeta <= fold.creepage
+    low = LOWEST * float(np.interp(back, torque[rising], zeta[rising]))
+    top = 1.5 * float(zeta[-1])
     width = highest - back
     ends = (("fold", highest, fold.creepage, 10), ("return", back, fold.return_creepage, -10))
     for name, at, height, offset in ends:
@@ -96,7 +98,7 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
                 textcoords="offset points",
                 ha="right" if stable else "left",
             )
-    axes.set_xlim(back - 1.0 * width, highest + 0.55 * width)
+    axes.set_xlim(max(0.0, back - 1.0 * width), highest + 0.55 * width)
     axes.set_yscale("log")
     axes.set_ylim(low, top)
     _creepage_axis(axes)
@@ -125,7 +127,7 @@ def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
     )
     axes.set_yscale("log")
     tops = [curve.creepage[-1] for curve in curves.values()]
-    axes.set_ylim(LOWEST * min(fold.creepage for fold in folds), 1.5 * float(np.max(tops)))
+    axes.set_ylim(0.2 * min(fold.creepage for fold in folds), 1.5 * float(np.max(tops)))
     _creepage_axis(axes)
     axes.set_title(title, loc="left")
     axes.legend(loc="upper left", fontsize=9)
