@@ -73,7 +73,7 @@ def write_report(
     with reporter.step(f"{study.name}: drawing"):
         drawn = {
             name: figures.scenario_run(
-                results[name], found[name], title=f"{study.name}: {name.replace('_', ' ')}"
+                results[name], found[name], title=f"{study.name}: {figures.run_name(name)}"
             )
             for name in runs
         }

@@ -13,7 +13,7 @@ from contactlib.figures.paper import (
 )
 from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
-from contactlib.figures.scenario import comparison, scenario_run
+from contactlib.figures.scenario import comparison, run_name, scenario_run
 from contactlib.figures.stability import STABILITY_FIGURES
 from contactlib.figures.style import save
 
@@ -33,6 +33,7 @@ __all__ = [
     "figure_5",
     "figure_6",
     "fold_diagram",
+    "run_name",
     "save",
     "scenario_run",
     "time_histories",

@@ -1,7 +1,8 @@
 """Figures of a scenario: one run, or the controllers side by side.
 
 Solid where the creep force rises with creepage, and a constant torque would hold the wheelset;
-dashed on the falling branch, where it would not.
+dashed on the falling branch, where it would not. What vibrates too fast to be seen as a line is
+drawn as the band that it fills.
 """
 
 from __future__ import annotations
@@ -17,14 +18,35 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from numpy.typing import NDArray
 
 from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, new_figure
 from contactlib.metrics import Metrics
 from contactlib.parameters import FloatArray
 from contactlib.simulation import Result
 
-LOW_FRICTION = "#EDEDED"
+LOW_FRICTION, BAND_COLOR = "#EDEDED", "#CFCFCF"
 LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
+MOST_CREEPAGE = 1.0  # beyond it one run does not stretch the axis of the others [1]
+FASTEST_RIM = 2.5  # top of the axis of speed, over the vehicle's highest
+BAND, BINS = (
+    200.0,
+    200,
+)  # a line that runs through its range so often becomes a band of so many bins
+
+NAMES = {
+    "open_loop": "Open loop",
+    "threshold": "Cut and re-apply",
+    "creep_pi": "PI creep control",
+    "slope_seeking": "Slope seeking",
+    "torque": "Torque control",
+    "creep": "Creep control",
+}
+
+
+def run_name(key: str) -> str:
+    """What a run is called in a title."""
+    return NAMES.get(key, key.replace("_", " ").capitalize())
 
 
 def scenario_run(result: Result, metrics: Metrics, *, title: str) -> Figure:
@@ -37,12 +59,9 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str) -> Figure:
         _creepage(grid[1], result)
         _torque(grid[2], result)
         time = result.time
-        grid[3].plot(time, _rim_speed(result), color=ORANGE, lw=0.9, label="rim of the wheel")
-        grid[3].plot(time, result["speed"], color="black", lw=1.3, label="vehicle")
-        grid[3].set_ylabel("speed  [m/s]")
-        grid[3].legend(loc="best")
+        _speed(grid[3], result)
         if twisted:
-            grid[4].plot(time, 1e-3 * result["axle_torque"], color=BLUE, lw=0.9)
+            _by_branch(grid[4], result, 1e-3 * result["axle_torque"])
             grid[4].set_ylabel("axle torque  [kN m]")
         for axes in grid:
             _shade_low_friction(axes, result)
@@ -70,10 +89,11 @@ def comparison(
             for axes in grid[:, column]:
                 _shade_low_friction(axes, result)
             grid[0, column].set_title(
-                f"{name.replace('_', ' ')}\n{_summary(metrics[name])}", loc="left", fontsize=9
+                f"{run_name(name)}\n{_summary(metrics[name])}", loc="left", fontsize=9
             )
             grid[2, column].set_xlabel("time  [s]")
             grid[2, column].set_xlim(result.time[0], result.time[-1])
+        _trim_creepage(list(grid[1]), list(results.values()))
         _ylabels(grid[:, 0])
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
@@ -98,13 +118,16 @@ def _force(axes: Axes, result: Result) -> None:
     available = np.where(sign == 0.0, np.nan, sign) * result["available_force"]
     axes.plot(result.time, 1e-3 * available, color="black", lw=1.2, ls=DOTTED)
     _by_branch(axes, result, 1e-3 * result["creep_force"])
+    _from_zero(axes)
     axes.set_ylabel("creep force  [kN]")
 
 
 def _creepage(axes: Axes, result: Result) -> None:
     _by_branch(axes, result, 100.0 * np.maximum(np.abs(result["creepage"]), LEAST_CREEPAGE))
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator())
+    low, high = axes.get_ylim()
+    steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0)
+    axes.yaxis.set_major_locator(LogLocator(subs=steps))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_ylabel("|creepage|  [%]")
@@ -113,19 +136,83 @@ def _creepage(axes: Axes, result: Result) -> None:
 def _torque(axes: Axes, result: Result) -> None:
     axes.plot(result.time, 1e-3 * result["demand"], color="black", lw=1.2, ls=DOTTED)
     _by_branch(axes, result, 1e-3 * result["drive_torque"])
+    _from_zero(axes)
     axes.set_ylabel("drive torque  [kN m]")
+
+
+def _speed(axes: Axes, result: Result) -> None:
+    rim, speed = result["speed"] + result["slip_velocity"], result["speed"]
+    axes.plot(result.time, rim, color=ORANGE, lw=0.9, label="rim of the wheel")
+    axes.plot(result.time, speed, color="black", lw=1.3, label="vehicle")
+    top = FASTEST_RIM * float(speed.max())
+    if rim.max() > top > 0.0:
+        axes.set_ylim(min(0.0, 1.05 * float(speed.min())), top)
+        _leaves(axes, result, rim > top, f"rim: up to {rim.max():.0f} m/s")
+    axes.set_ylabel("speed  [m/s]")
+    axes.legend(loc="best")
+
+
+def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
+    """Keep a run that goes away from stretching the common axis of creepage."""
+    largest = [float(np.abs(result["creepage"]).max()) for result in results]
+    if not min(largest) < MOST_CREEPAGE < max(largest):
+        return
+    row[0].set_ylim(top=100.0 * MOST_CREEPAGE)
+    for axes, result, most in zip(row, results, largest, strict=True):
+        if most > MOST_CREEPAGE:
+            beyond = np.abs(result["creepage"]) > MOST_CREEPAGE
+            _leaves(axes, result, beyond, f"up to {100.0 * most:.0f} %")
+
+
+def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
+    """Say how far a line goes beyond the top of its axes, where it is beyond."""
+    time = result.time
+    early = time[beyond.argmax()] < 0.5 * (time[0] + time[-1])
+    axes.annotate(
+        text,
+        (time[beyond.argmax()], 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(6 if early else -6, -4),
+        textcoords="offset points",
+        ha="left" if early else "right",
+        va="top",
+        fontsize=9,
+    )
+
+
+def _from_zero(axes: Axes) -> None:
+    """Let an axis of a quantity that keeps its sign begin at zero."""
+    low, high = axes.get_ylim()
+    if low > 0.0:
+        axes.set_ylim(bottom=0.0)
+    elif high < 0.0:
+        axes.set_ylim(top=0.0)
 
 
 def _by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
     falls = result["falling_branch"] > 0.0
+    span = float(np.ptp(values))
+    if values.size > 4 * BINS and float(np.abs(np.diff(values)).sum()) > BAND * span > 0.0:
+        _band(axes, result.time, values, falls)
+    else:
+        _line(axes, result.time, values, falls)
+
+
+def _band(axes: Axes, time: FloatArray, values: FloatArray, falls: NDArray[np.bool_]) -> None:
+    """Least and largest value in each of many bins, and what lies between."""
+    starts = np.linspace(0, values.size, BINS, endpoint=False).astype(int)
+    low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+    at, fallen = time[starts], np.maximum.reduceat(falls, starts)
+    axes.fill_between(at, low, high, color=BAND_COLOR, lw=0.0)
+    for edge in (low, high):
+        _line(axes, at, edge, fallen)
+
+
+def _line(axes: Axes, time: FloatArray, values: FloatArray, falls: NDArray[np.bool_]) -> None:
     # A row beside a change of branch belongs to both lines, so that they meet.
     meets = falls | np.append(falls[1:], False) | np.append(False, falls[:-1])
-    axes.plot(result.time, np.where(falls, np.nan, values), color=BLUE, lw=1.3)
-    axes.plot(result.time, np.where(meets, values, np.nan), color=ORANGE, lw=1.3, ls=DASHED)
-
-
-def _rim_speed(result: Result) -> FloatArray:
-    return result["speed"] + result["slip_velocity"]
+    axes.plot(time, np.where(falls, np.nan, values), color=BLUE, lw=1.3)
+    axes.plot(time, np.where(meets, values, np.nan), color=ORANGE, lw=1.3, ls=DASHED)
 
 
 def _shade_low_friction(axes: Axes, result: Result) -> None:
