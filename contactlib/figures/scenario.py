@@ -29,24 +29,22 @@ LOW_FRICTION, BAND_COLOR = "#EDEDED", "#CFCFCF"
 LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
 MOST_CREEPAGE = 1.0  # beyond it one run does not stretch the axis of the others [1]
 FASTEST_RIM = 2.5  # top of the axis of speed, over the vehicle's highest
-BAND, BINS = (
-    200.0,
-    200,
-)  # a line that runs through its range so often becomes a band of so many bins
+BAND = 150.0  # so often a line runs through its range when it becomes a band ...
+BINS = 200  # ... of so many bins
 
 NAMES = {
-    "open_loop": "Open loop",
-    "threshold": "Cut and re-apply",
+    "open_loop": "open loop",
+    "threshold": "cut and re-apply",
     "creep_pi": "PI creep control",
-    "slope_seeking": "Slope seeking",
-    "torque": "Torque control",
-    "creep": "Creep control",
+    "slope_seeking": "slope seeking",
+    "torque": "torque control",
+    "creep": "creep control",
 }
 
 
 def run_name(key: str) -> str:
     """What a run is called in a title."""
-    return NAMES.get(key, key.replace("_", " ").capitalize())
+    return NAMES.get(key, key.replace("_", " "))
 
 
 def scenario_run(result: Result, metrics: Metrics, *, title: str) -> Figure:
@@ -191,18 +189,28 @@ def _from_zero(axes: Axes) -> None:
 
 def _by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
     falls = result["falling_branch"] > 0.0
-    span = float(np.ptp(values))
-    if values.size > 4 * BINS and float(np.abs(np.diff(values)).sum()) > BAND * span > 0.0:
-        _band(axes, result.time, values, falls)
+    low, high = np.quantile(values, [0.01, 0.99])  # without what happens once
+    runs = float(np.abs(np.diff(values)).sum())
+    if values.size > 4 * BINS and runs > BAND * (high - low) > 0.0:
+        _band(axes, result.time, values, falls, 0.05 * (high - low))
     else:
         _line(axes, result.time, values, falls)
 
 
-def _band(axes: Axes, time: FloatArray, values: FloatArray, falls: NDArray[np.bool_]) -> None:
-    """Least and largest value in each of many bins, and what lies between."""
+def _band(
+    axes: Axes, time: FloatArray, values: FloatArray, falls: NDArray[np.bool_], least: float
+) -> None:
+    """Lowest and highest value in each of many bins, and what lies between.
+
+    A line if that is less than `least` on the whole: noise.
+    """
     starts = np.linspace(0, values.size, BINS, endpoint=False).astype(int)
     low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+    if np.median(high - low) < least:
+        _line(axes, time, values, falls)
+        return
     at, fallen = time[starts], np.maximum.reduceat(falls, starts)
+    at[-1] = time[-1]
     axes.fill_between(at, low, high, color=BAND_COLOR, lw=0.0)
     for edge in (low, high):
         _line(axes, at, edge, fallen)
