@@ -18,19 +18,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
+from contactlib.figures.branches import by_branch
 from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, new_figure
 from contactlib.metrics import Metrics
-from contactlib.parameters import FloatArray
 from contactlib.simulation import Result
 
-LOW_FRICTION, BAND_COLOR = "#EDEDED", "#CFCFCF"
+LOW_FRICTION = "#EDEDED"
 LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
 MOST_CREEPAGE = 1.0  # beyond it one run does not stretch the axis of the others [1]
 FASTEST_RIM = 2.5  # top of the axis of speed, over the vehicle's highest
-BAND = 150.0  # so often a line runs through its range when it becomes a band ...
-BINS = 200  # ... of so many bins
 
 NAMES = {
     "open_loop": "open loop",
@@ -59,7 +56,7 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str) -> Figure:
         time = result.time
         _speed(grid[3], result)
         if twisted:
-            _by_branch(grid[4], result, 1e-3 * result["axle_torque"])
+            by_branch(grid[4], result, 1e-3 * result["axle_torque"])
             grid[4].set_ylabel("axle torque  [kN m]")
         for axes in grid:
             _shade_low_friction(axes, result)
@@ -115,17 +112,17 @@ def _force(axes: Axes, result: Result) -> None:
     sign = np.sign(result["demand"])
     available = np.where(sign == 0.0, np.nan, sign) * result["available_force"]
     axes.plot(result.time, 1e-3 * available, color="black", lw=1.2, ls=DOTTED)
-    _by_branch(axes, result, 1e-3 * result["creep_force"])
+    by_branch(axes, result, 1e-3 * result["creep_force"])
     _from_zero(axes)
     axes.set_ylabel("creep force  [kN]")
 
 
 def _creepage(axes: Axes, result: Result) -> None:
-    _by_branch(axes, result, 100.0 * np.maximum(np.abs(result["creepage"]), LEAST_CREEPAGE))
+    by_branch(axes, result, 100.0 * np.maximum(np.abs(result["creepage"]), LEAST_CREEPAGE))
     axes.set_yscale("log")
     low, high = axes.get_ylim()
-    steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0)
-    axes.yaxis.set_major_locator(LogLocator(subs=steps))
+    steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0) if high > 5.0 * low else range(1, 10)
+    axes.yaxis.set_major_locator(LogLocator(subs=list(steps)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_ylabel("|creepage|  [%]")
@@ -133,7 +130,7 @@ def _creepage(axes: Axes, result: Result) -> None:
 
 def _torque(axes: Axes, result: Result) -> None:
     axes.plot(result.time, 1e-3 * result["demand"], color="black", lw=1.2, ls=DOTTED)
-    _by_branch(axes, result, 1e-3 * result["drive_torque"])
+    by_branch(axes, result, 1e-3 * result["drive_torque"])
     _from_zero(axes)
     axes.set_ylabel("drive torque  [kN m]")
 
@@ -185,42 +182,6 @@ def _from_zero(axes: Axes) -> None:
         axes.set_ylim(bottom=0.0)
     elif high < 0.0:
         axes.set_ylim(top=0.0)
-
-
-def _by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
-    falls = result["falling_branch"] > 0.0
-    low, high = np.quantile(values, [0.01, 0.99])  # without what happens once
-    runs = float(np.abs(np.diff(values)).sum())
-    if values.size > 4 * BINS and runs > BAND * (high - low) > 0.0:
-        _band(axes, result.time, values, falls, 0.05 * (high - low))
-    else:
-        _line(axes, result.time, values, falls)
-
-
-def _band(
-    axes: Axes, time: FloatArray, values: FloatArray, falls: NDArray[np.bool_], least: float
-) -> None:
-    """Lowest and highest value in each of many bins, and what lies between.
-
-    A line if that is less than `least` on the whole: noise.
-    """
-    starts = np.linspace(0, values.size, BINS, endpoint=False).astype(int)
-    low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
-    if np.median(high - low) < least:
-        _line(axes, time, values, falls)
-        return
-    at, fallen = time[starts], np.maximum.reduceat(falls, starts)
-    at[-1] = time[-1]
-    axes.fill_between(at, low, high, color=BAND_COLOR, lw=0.0)
-    for edge in (low, high):
-        _line(axes, at, edge, fallen)
-
-
-def _line(axes: Axes, time: FloatArray, values: FloatArray, falls: NDArray[np.bool_]) -> None:
-    # A row beside a change of branch belongs to both lines, so that they meet.
-    meets = falls | np.append(falls[1:], False) | np.append(False, falls[:-1])
-    axes.plot(time, np.where(falls, np.nan, values), color=BLUE, lw=1.3)
-    axes.plot(time, np.where(meets, values, np.nan), color=ORANGE, lw=1.3, ls=DASHED)
 
 
 def _shade_low_friction(axes: Axes, result: Result) -> None:
