@@ -257,7 +257,7 @@ def figures(paper: bool, model: str | None, output: Path) -> None:
     from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save
 
     if not paper and model is None:
-        raise ValueError("figures: pass --paper or --stability for what is to be drawn")
+        raise ValueError("figures: pass --paper or --stability, or both")
     wanted: dict[str, tuple[Callable[[], Any], str]] = {}
     if paper:
         named = {f"paper_figure_{number}": figure for number, figure in PAPER_FIGURES.items()}

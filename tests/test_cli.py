@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 import contactlib as cl
 from contactlib.cli import main
+from contactlib.figures import STABILITY_FIGURES
 
 
 @pytest.fixture(scope="module")
@@ -104,10 +105,34 @@ def test_figures_command_writes_the_papers(tmp_path: Path) -> None:
         assert sentence.endswith(".")
 
 
+@pytest.mark.parametrize("model", ["", "locomotive.toml"])
+def test_figures_command_draws_a_models_stability(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str
+) -> None:
+    quick = {"poles": STABILITY_FIGURES["poles"]}
+    monkeypatch.setattr("contactlib.figures.STABILITY_FIGURES", quick)
+    asked = ["figures", "--stability", *filter(None, [model]), "-o", str(tmp_path)]
+    result = CliRunner().invoke(main, asked)
+    assert result.exit_code == 0, result.output
+    path = tmp_path / "stability_poles"
+    assert result.output == f"{path}.png, {path.name}.svg: {quick['poles'].title}\n"
+    held = "held" in path.with_suffix(".svg").read_text()
+    assert held == (model == "")  # on the roller rig
+
+
+def test_figures_command_refuses_what_is_no_model(tmp_path: Path) -> None:
+    asked = ["figures", "--stability", "no_such_model.toml", "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, asked)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "no_such_model.toml" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_figures_command_asks_which(tmp_path: Path) -> None:
     result = CliRunner().invoke(main, ["figures", "-o", str(tmp_path / "out")])
     assert result.exit_code == 2
-    assert result.stderr == "contactlib: figures: pass --paper or --stability for what is to be drawn\n"
+    assert result.stderr == "contactlib: figures: pass --paper or --stability, or both\n"
     assert not (tmp_path / "out").exists()
     (tmp_path / "file").write_text("")
     result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(tmp_path / "file")])

@@ -15,7 +15,8 @@ from contactlib.parameters import FloatArray
 from contactlib.simulation import Result
 
 BAND_COLOR = "#CFCFCF"
-BINS, SWINGS = 200, 3.0  # of a band; how often a line crosses its width in a bin to become one
+BINS = 200  # of a band
+SWINGS, MANY = 3.0, 0.2  # a line becomes one if it crosses its width so often in so many of them
 
 
 def by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
@@ -29,12 +30,12 @@ def by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
 
 
 def _vibrates(values: FloatArray, starts: NDArray[np.int_]) -> bool:
-    """Whether a signal swings to and fro in most bins, by more than noise does."""
+    """Whether a signal swings to and fro within many bins, and by more than noise does."""
     widths = np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts)
     ways = np.add.reduceat(np.abs(np.diff(values, append=values[-1])), starts)
     usual = float(np.ptp(np.quantile(values, [0.01, 0.99])))  # without what happens once
     swings = np.divide(ways, widths, out=np.zeros_like(ways), where=widths > 0.0)
-    return bool(np.median(swings) > SWINGS and np.median(widths) > 0.1 * usual)
+    return float(np.mean((swings > SWINGS) & (widths > 0.15 * usual))) > MANY
 
 
 def _band(

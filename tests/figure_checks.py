@@ -1,0 +1,123 @@
+"""What must hold of every figure, whatever it shows."""
+
+from __future__ import annotations
+
+import re
+from itertools import combinations
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.lines import Line2D
+from matplotlib.text import Annotation, Text
+from matplotlib.transforms import Bbox
+
+from contactlib.figures import save
+
+
+def style_of(line: Line2D) -> str:
+    """Whether a line is solid ("-"), dashed ("--") or dotted (":")."""
+    dashes = line._unscaled_dash_pattern[1]  # type: ignore[attr-defined]
+    if dashes is None or line.get_linestyle() == "None":
+        return "-" if dashes is None else "none"
+    return "--" if dashes[0] > 2.0 * dashes[1] else ":"
+
+
+def lines(axes: Axes, label: str) -> tuple[np.ndarray, np.ndarray, str]:
+    """Data of the one line with this label, and its style."""
+    (line,) = [line for line in axes.lines if line.get_label() == label]
+    x, y = (np.asarray(v, dtype=np.float64) for v in (line.get_xdata(), line.get_ydata()))
+    return x, y, style_of(line)
+
+
+def place(line: Line2D) -> tuple[float, float]:
+    """Where the first point of a line is."""
+    x, y = (np.asarray(v, dtype=np.float64) for v in (line.get_xdata(), line.get_ydata()))
+    return float(x[0]), float(y[0])
+
+
+def marks(axes: Axes, marker: str) -> list[Line2D]:
+    """Lines drawn with this marker."""
+    return [line for line in axes.lines if line.get_marker() == marker]
+
+
+def check_axes(figure: Figure) -> None:
+    """Every axis that has a label says its unit; every panel has both labels or shares them."""
+    assert figure.axes
+    for axes in figure.axes:
+        labels = [axes.get_xlabel(), axes.get_ylabel()]
+        shared = [axes.get_shared_x_axes(), axes.get_shared_y_axes()]
+        for label, group in zip(labels, shared, strict=True):
+            assert label or len(group.get_siblings(axes)) > 1
+            assert not label or re.search(r"\[.+\]", label), label
+        for child in axes.child_axes:
+            (label,) = [text for text in (child.get_xlabel(), child.get_ylabel()) if text]
+            assert re.search(r"\[.+\]", label), label
+
+
+def texts(figure: Figure) -> list[tuple[str, Bbox]]:
+    """Titles, labels, legends and notes of a figure, and where they stand."""
+    found: list[tuple[str, Bbox]] = []
+
+    def add(text: Text) -> None:
+        if text.get_visible() and text.get_text().strip():
+            # Of a note only its words: the arrow may cross what it likes.
+            box = Text.get_window_extent(text) if isinstance(text, Annotation) else None
+            found.append((text.get_text(), box or text.get_window_extent()))
+
+    for text in [*figure.texts, figure._suptitle, figure._supxlabel]:  # type: ignore[attr-defined]
+        if text is not None and text.get_text() not in [name for name, _ in found]:
+            add(text)
+    for axes in figure.axes:
+        for text in [axes.title, axes._left_title, *axes.texts]:  # type: ignore[attr-defined]
+            add(text)
+        for part in [axes, *axes.child_axes]:
+            add(part.xaxis.label)
+            add(part.yaxis.label)
+            for axis in (part.xaxis, part.yaxis):
+                low, high = sorted(axis.get_view_interval())
+                for tick in axis.get_major_ticks():
+                    if low <= tick.get_loc() <= high:
+                        add(tick.label1 if tick.label1.get_visible() else tick.label2)
+        if (legend := axes.get_legend()) is not None:
+            found.append(("legend", legend.get_window_extent()))
+    found += [("legend", legend.get_window_extent()) for legend in figure.legends]
+    return found
+
+
+def check_layout(figure: Figure) -> None:
+    """No text leaves the page or covers another."""
+    figure.draw_without_rendering()
+    page, placed = figure.bbox, texts(figure)
+    for name, box in placed:
+        assert page.x0 - 1.0 <= box.x0 <= box.x1 <= page.x1 + 1.0, name
+        assert page.y0 - 1.0 <= box.y0 <= box.y1 <= page.y1 + 1.0, name
+    for (name, box), (other, at) in combinations(placed, 2):
+        wide = min(box.x1, at.x1) - max(box.x0, at.x0)
+        high = min(box.y1, at.y1) - max(box.y0, at.y0)
+        assert wide <= 1.0 or high <= 1.0, f"{name!r} covers {other!r}"
+
+
+def check_saved(figure: Figure, folder: Path, largest: float = 2e6) -> None:
+    """PNG and SVG are written, are what they say, and are not too large."""
+    png, svg = (save(figure, folder / f"figure.{suffix}") for suffix in ("png", "svg"))
+    pixels = imread(png)
+    width, height = figure.get_size_inches() * 150.0
+    assert pixels.shape[:2] == (round(height), round(width))
+    grey = pixels[..., :3] @ [0.299, 0.587, 0.114]
+    assert grey.min() < 0.2 < 0.9 < grey.max()
+    assert ElementTree.parse(svg).getroot().tag.endswith("}svg")
+    assert svg.stat().st_size < largest
+
+
+def check_styles(figure: Figure) -> None:
+    """Lines of one panel and one colour that differ in meaning differ in dashes or width too."""
+    for axes in figure.axes:
+        named = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
+        looks = [(style_of(line), line.get_linewidth(), line.get_marker()) for line in named]
+        black = [str(line.get_color()) == "black" for line in named]
+        seen = [(*look, dark) for look, dark in zip(looks, black, strict=True)]
+        assert len(set(seen)) == len(seen), [line.get_label() for line in named]
