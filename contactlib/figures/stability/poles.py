@@ -34,7 +34,7 @@ def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
         _over_speed(right, wheelset, RANGE[0] * speed, RANGE[1] * speed)
         add_caption(
             figure,
-            "A loop whose delay $\\tau$ (with lag and half a sample) is longer than $1/p$ cannot "
+            "A loop whose delay and lag $\\tau$ together are longer than $1/p$ cannot "
             "hold the steepest point of the falling branch, whatever its gain; for a largest "
             f"sensitivity of about 2 it must stay below $0.3/p$. {setting(wheelset)}",
         )
