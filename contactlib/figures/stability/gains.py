@@ -50,8 +50,8 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
             figure,
             "$T=T_0+K_p(\\zeta_{ref}-\\zeta)$. Left: gains that hold the steepest point of "
             f"the falling branch, {100.0 * worst.creepage:.3g} %, with pole $p$ "
-            f"{plant.pole:.3g} 1/s and $g=r/(JV)$ = {plant.gain:.3g} 1/(N\u00a0m\u00a0s). Sampled: each "
-            "reading acts one sample later, $\\tau$ is 1.5 samples. The left and the largest "
+            f"{plant.pole:.3g} 1/s and $g=r/(JV)$ = {plant.gain:.3g} 1/(N\u00a0m\u00a0s). Sampled: "
+            "each reading acts one sample later, $\\tau$ is 1.5 samples. The left and the largest "
             "gains take the vehicle's speed as held: $g/(s-p)$. "
             f"{setting(wheelset, speed)}",
         )
