@@ -68,7 +68,8 @@ def run_scenario(
         standstill.
     step : float, optional
         Time between rows, and for which friction is held [s]; rounded down to a whole part of the
-        sample time. The sample time, but at most 5 ms, if left out.
+        sample time. The sample time, but at most 5 ms and a twentieth of the axle's vibration, if
+        left out.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].
     progress : callable, optional
@@ -90,6 +91,8 @@ def run_scenario(
     """
     control = _named(scenario, controller)
     longest = min(control.sample_time, LONGEST_STEP) if step is None else step
+    if step is None and scenario.drivetrain.axle is not None:
+        longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
     checked("step", longest, POSITIVE)
     checked("tolerance", tolerance, Limits(at_least=1e-12, at_most=1e-2))
     per_sample = max(1, math.ceil(control.sample_time / longest * (1.0 - 1e-9)))

@@ -202,7 +202,7 @@ def test_clearing_points_are_on_their_line(figures: dict[str, Figure], rig: cl.M
     torque = 0.5 * (fold.return_torque + fold.drive_torque)
     for m, time in zip(friction, simulated, strict=True):
         assert time == pytest.approx(drawn[np.flatnonzero(at == m)[0]], rel=0.011)  # of bisection
-        exact = cl.clearing_time(rig.wheelset, drive_torque=torque, speed=V, friction_scale=m)
+        exact = cl.clearing(rig.wheelset, drive_torque=torque, speed=V, friction_scale=m).time
         assert drawn[np.flatnonzero(at == m)[0]] == pytest.approx(1e3 * exact)
     assert (np.diff(drawn) > 0.0).all()
     for line in lengths.lines:  # V times J V/r: without damping the square of the speed

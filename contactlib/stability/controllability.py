@@ -44,6 +44,9 @@ def controllability(
 ) -> Controllability:
     """Whether, and how comfortably, proportional creep control holds g/(s - p).
 
+    That is the wheelset at held speed. Set free it needs a little more than the smallest of these
+    gains: `creep_control_gain`.
+
     Parameters
     ----------
     pole : float
