@@ -69,16 +69,22 @@ def write_report(
                 f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
             )
     reporter.line(comparison_table(found))
+    caption = f"{figures.drivetrain_setting(study.drivetrain)} {study.measured}".rstrip()
     write_comparison(output, found)
     with reporter.step(f"{study.name}: drawing"):
         drawn = {
             name: figures.scenario_run(
-                results[name], found[name], title=f"{study.name}: {figures.run_name(name)}"
+                results[name],
+                found[name],
+                title=f"{study.name}: {figures.run_name(name)}",
+                caption=caption,
             )
             for name in runs
         }
         if len(runs) > 1:
-            drawn["comparison"] = figures.comparison(results, found, title=study.name)
+            drawn["comparison"] = figures.comparison(
+                results, found, title=study.name, caption=caption
+            )
         for name, figure in drawn.items():
             for suffix in ("png", "svg"):
                 figures.save(figure, output / f"{name}.{suffix}")

@@ -32,6 +32,8 @@ class Study:
         What it is, and where its numbers come from.
     drivetrain : Drivetrain
         What is driven.
+    measured : str
+        What the controllers see, in words; empty if that is the truth.
     runs : mapping
         By the controller's name; each takes a function that is told the part done, and returns a
         result with the signals of a scenario's run.
@@ -43,6 +45,7 @@ class Study:
     name: str
     source: str
     drivetrain: Drivetrain
+    measured: str
     runs: Mapping[str, Run]
     outlook: tuple[str, ...]
 
@@ -83,10 +86,15 @@ def _of_scenario(scenario: Scenario) -> Study:
     def run(name: str, progress: Callable[[float], object]) -> Result:
         return run_scenario(scenario, name, progress=progress)
 
+    sensors = scenario.sensors
     return Study(
         name=scenario.name,
         source=scenario.source,
         drivetrain=scenario.drivetrain,
+        measured=(
+            f"Sensors: delay {1e3 * sensors.delay:.3g} ms, noise {sensors.wheel_speed_noise:.2g} "
+            f"and {sensors.vehicle_speed_noise:.2g} m/s on wheel and vehicle speed."
+        ),
         runs=MappingProxyType({name: partial(run, name) for name in scenario.controllers}),
         outlook=tuple(outlook(scenario)),
     )
@@ -134,6 +142,7 @@ def _of_model(model: Model) -> Study:
         name=model.name,
         source=model.source,
         drivetrain=drivetrain,
+        measured="",
         runs=MappingProxyType({name: partial(run, c) for name, c in controls.items()}),
         outlook=(),
     )

@@ -17,6 +17,8 @@ from numpy.testing import assert_allclose
 import contactlib as cl
 from contactlib.figures import comparison, run_name, scenario_run
 
+CAPTION = "$J$ 250 kg m$^2$, $r$ 0.5 m. Sensors: delay 10 ms."
+
 
 @pytest.fixture(scope="module")
 def wet() -> cl.Scenario:
@@ -44,7 +46,9 @@ def drawn(axes: Axes, style: str) -> list[np.ndarray]:
 def test_run_can_be_read(
     runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics], tmp_path: Path, name: str
 ) -> None:
-    figure = scenario_run(runs[name], found[name], title=f"Wet patch: {run_name(name)}")
+    figure = scenario_run(
+        runs[name], found[name], title=f"Wet patch: {run_name(name)}", caption=CAPTION
+    )
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
@@ -70,7 +74,7 @@ def test_run_away_does_not_stretch_the_axes(
     runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics], tmp_path: Path
 ) -> None:
     assert runs["open_loop"]["creepage"].max() > 5.0
-    figure = comparison(runs, found, title="Wet patch")
+    figure = comparison(runs, found, title="Wet patch", caption=CAPTION)
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
@@ -81,7 +85,9 @@ def test_run_away_does_not_stretch_the_axes(
     assert not grid[1, 1].texts
     titles = [axes.get_title(loc="left").splitlines()[0] for axes in grid[0]]
     assert titles == ["open loop", "cut and re-apply", "PI creep control"]
-    alone = scenario_run(runs["open_loop"], found["open_loop"], title="Wet patch: open loop")
+    alone = scenario_run(
+        runs["open_loop"], found["open_loop"], title="Wet patch: open loop", caption=CAPTION
+    )
     speed = alone.axes[3]
     rim = float((runs["open_loop"]["speed"] + runs["open_loop"]["slip_velocity"]).max())
     assert [text.get_text() for text in speed.texts] == [f"rim: up to {rim:.0f} m/s"]
@@ -92,7 +98,7 @@ def test_low_friction_is_shaded_where_it_is(
     runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics]
 ) -> None:
     run = runs["threshold"]
-    (patch,) = scenario_run(run, found["threshold"], title="").axes[0].patches
+    (patch,) = scenario_run(run, found["threshold"], title="", caption="").axes[0].patches
     box = patch.get_path().get_extents(patch.get_patch_transform())
     low = run["friction_scale_left"] < 0.99
     assert box.x0 == pytest.approx(run.time[low.argmax()])
@@ -117,7 +123,9 @@ def test_a_vibration_is_a_band_and_a_slow_cycle_a_line(wet: cl.Scenario) -> None
         "demand": plain + 2e4,
     }
     run = cl.Result(time, MappingProxyType(signals), MappingProxyType(names))
-    figure = scenario_run(run, cl.metrics(run, wet.drivetrain), title="A vibration")
+    figure = scenario_run(
+        run, cl.metrics(run, wet.drivetrain), title="A vibration", caption=CAPTION
+    )
     force, _, torque, _, axle = figure.axes
     bands = [c for c in axle.collections if isinstance(c, PolyCollection)]
     assert len(bands) == 1

@@ -14,6 +14,7 @@ from contactlib.figures.paper import (
 from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import comparison, run_name, scenario_run
+from contactlib.figures.setting import drivetrain_setting
 from contactlib.figures.stability import STABILITY_FIGURES
 from contactlib.figures.style import save
 
@@ -26,6 +27,7 @@ __all__ = [
     "contact_patch",
     "contact_patches",
     "creep_curve",
+    "drivetrain_setting",
     "figure_1",
     "figure_2",
     "figure_3",

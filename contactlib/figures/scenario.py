@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from contactlib.figures.branches import by_branch
-from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, new_figure
+from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, add_caption, new_figure
 from contactlib.metrics import Metrics
 from contactlib.simulation import Result
 
@@ -44,7 +44,7 @@ def run_name(key: str) -> str:
     return NAMES.get(key, key.replace("_", " "))
 
 
-def scenario_run(result: Result, metrics: Metrics, *, title: str) -> Figure:
+def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) -> Figure:
     """Force, creepage, torque and speed over the time of one run."""
     twisted = bool(np.any(result["axle_torque"]))
     with mpl.rc_context(STYLE):
@@ -66,11 +66,12 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str) -> Figure:
         grid[0].set_title(_summary(metrics), loc="left", fontsize=9)
         _legend(figure, result)
         figure.suptitle(title, x=0.01, ha="left")
+        add_caption(figure, caption, over_legend=True)
     return figure
 
 
 def comparison(
-    results: Mapping[str, Result], metrics: Mapping[str, Metrics], *, title: str
+    results: Mapping[str, Result], metrics: Mapping[str, Metrics], *, title: str, caption: str
 ) -> Figure:
     """Force, creepage and torque over time: a column for each controller, on common axes."""
     count = len(results)
@@ -94,6 +95,7 @@ def comparison(
             axes.set_ylabel("")
         _legend(figure, next(iter(results.values())))
         figure.suptitle(title, x=0.01, ha="left")
+        add_caption(figure, caption, over_legend=True)
     return figure
 
 

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import difflib
+import re
 from typing import Any
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.scenario.reading import named, read_given, subsection, text
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 
+RESERVED = ("comparison", "metrics")  # names of what a report writes of all runs
+
 
 def read_controllers(
     sections: object, drivetrain: Drivetrain, speed: float, sensors: Sensors
 ) -> dict[str, TractionController]:
-    """Controllers by name; what a section leaves out is designed for the drivetrain."""
+    """Controllers by name; what a section leaves out is designed for the drivetrain.
+
+    A name becomes that of files, beside those of the report.
+    """
+    for name in subsection("controllers", sections):
+        if not re.fullmatch(r"[A-Za-z0-9_-]+", name) or name.lower() in RESERVED:
+            raise ValueError(
+                f"controllers.{name} is not a name for a controller: it must be of ASCII letters, "
+                f"digits, _ and -, and none of: {', '.join(RESERVED)}"
+            )
     return {
         name: _read_controller(f"controllers.{name}", section, drivetrain, speed, sensors)
         for name, section in subsection("controllers", sections).items()

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from contactlib.controllers import TorqueControl
-from contactlib.figures.stability.common import THREE, plain_log, setting
+from contactlib.figures.setting import setting
+from contactlib.figures.stability.common import THREE, plain_log
 from contactlib.figures.style import STYLE, add_caption, new_figure
 from contactlib.parameters import FloatArray
 from contactlib.profile import Profile

@@ -1,4 +1,4 @@
-"""What the figures of stability share: parameters in words, and lines by stability."""
+"""What the figures of stability share: lines by stability."""
 
 from __future__ import annotations
 
@@ -12,39 +12,11 @@ from numpy.typing import NDArray
 
 from contactlib.figures.style import BLUE, DASHED, GREEN, ORANGE
 from contactlib.parameters import FloatArray
-from contactlib.wheelset import Wheelset
 
 # Three lines that differ in width as well, so that they can be told apart in grey.
 THREE = ((BLUE, 1.2), (ORANGE, 2.0), (GREEN, 2.9))
 STABLE, UNSTABLE = "stable at constant torque", "unstable at constant torque"
 SHADE = "#EDEDED"
-
-
-def setting(wheelset: Wheelset, speed: float | None = None) -> str:
-    """The parameters behind a figure, for its caption."""
-    element, friction = wheelset.element, wheelset.element.friction
-    parts = [] if element.table.one_axis else [f"k_hat {element.k_hat:.3g}"]
-    parts += [
-        f"zeta0 {100.0 * element.saturation_creepage:.3g} %",
-        f"f_d {friction.kinetic:.3g}",
-        f"$P$ {1e-3 * element.contact.normal_load:.4g} kN",
-        f"$r$ {wheelset.radius:.3g} m",
-        f"$J$ {wheelset.inertia:.4g} kg m$^2$",
-        f"$b$ {wheelset.damping:.3g} N m s",
-    ]
-    if friction.slip_rate_decay > 0.0:
-        parts += [
-            f"slip-rate residual {friction.slip_rate_residual:.3g}",
-            f"decay {friction.slip_rate_decay:.3g} s/m",
-        ]
-    if wheelset.mass is not None:
-        parts.append(f"$M$ {1e-3 * wheelset.mass:.4g} t")
-    if speed is not None:
-        parts.append(f"$V$ {speed:.3g} m/s{' (held)' if wheelset.speed_held else ''}")
-    elif wheelset.speed_held:
-        parts.append("$V$ held")
-    # A number and its unit stay on one line.
-    return ", ".join(part.replace(" ", "\u00a0") for part in parts) + "."
 
 
 def by_stability(

@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from contactlib.figures.stability.common import SHADE, THREE, plain_log, setting
+from contactlib.figures.setting import setting
+from contactlib.figures.stability.common import SHADE, THREE, plain_log
 from contactlib.figures.style import (
     BLUE,
     DASHED,

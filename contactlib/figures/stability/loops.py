@@ -20,7 +20,8 @@ from contactlib.control_systems import (
     nyquist,
     root_locus,
 )
-from contactlib.figures.stability.common import SHADE, by_stability, setting
+from contactlib.figures.setting import setting
+from contactlib.figures.stability.common import SHADE, by_stability
 from contactlib.figures.style import BLUE, GREY, ORANGE, STYLE, add_caption, new_figure
 from contactlib.stability import proportional_window, reduced_plant, worst_pole
 from contactlib.wheelset import Wheelset

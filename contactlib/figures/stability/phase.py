@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from contactlib.controllers import TorqueControl
-from contactlib.figures.stability.common import SHADE, by_stability, dot, percent, setting
+from contactlib.figures.setting import setting
+from contactlib.figures.stability.common import SHADE, by_stability, dot, percent
 from contactlib.figures.style import (
     BLUE,
     DASHED,

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from contactlib.figures.stability.common import SHADE, THREE, by_stability, plain_log, setting
+from contactlib.figures.setting import setting
+from contactlib.figures.stability.common import SHADE, THREE, by_stability, plain_log
 from contactlib.figures.style import (
     BLUE,
     DASHED,

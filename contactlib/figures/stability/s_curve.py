@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from contactlib.figures.setting import setting
 from contactlib.figures.stability.common import (
     STABLE,
     THREE,
@@ -17,7 +18,6 @@ from contactlib.figures.stability.common import (
     by_stability,
     dot,
     percent,
-    setting,
 )
 from contactlib.figures.style import GREY, STYLE, add_caption, new_figure, percent_axis
 from contactlib.stability import Fold, SCurve, find_fold, s_curve, steady_states

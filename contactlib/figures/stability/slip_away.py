@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from contactlib.controllers import TorqueControl
-from contactlib.figures.stability.common import THREE, percent, plain_log, setting
+from contactlib.figures.setting import setting
+from contactlib.figures.stability.common import THREE, percent, plain_log
 from contactlib.figures.style import (
     BLUE,
     DASHED,

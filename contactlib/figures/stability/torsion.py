@@ -13,7 +13,8 @@ from scipy.optimize import brentq
 
 from contactlib import kernel
 from contactlib.drivetrain import Axle, Drivetrain
-from contactlib.figures.stability.common import SHADE, THREE, dot, setting
+from contactlib.figures.setting import setting
+from contactlib.figures.stability.common import SHADE, THREE, dot
 from contactlib.figures.style import (
     BLUE,
     DASHED,
