@@ -407,7 +407,7 @@ def test_each_reader_names_the_other(table: cl.CreepForceTable) -> None:
             r"track\.distance has 2 and friction 1 entries",
         ),
         ("[controllers.first]", "[controllers.metrics]", r"controllers.metrics is not a name"),
-        ("[controllers.first]", r"[controllers.\"../x\"]", r"controllers\.../x is not a name for"),
+        ("[controllers.first]", '[controllers."../x"]', r"controllers\.\.\./x is not a name"),
         ("[controllers.first]", "[controller.first]", r"controller is not .*mean 'controllers'"),
         ('[controllers.first]\nkind = "open_loop"', "[controllers]", r"controllers must name at"),
         ("[controllers.first]\nkind", "[controllers]\nkind", r"controllers\.kind = .*a section"),

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from contactlib.figures.branches import by_branch
-from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, add_caption, new_figure
+from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, new_figure, typeset
 from contactlib.metrics import Metrics
 from contactlib.simulation import Result
 
@@ -64,9 +64,8 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
         grid[-1].set_xlabel("time  [s]")
         grid[-1].set_xlim(time[0], time[-1])
         grid[0].set_title(_summary(metrics), loc="left", fontsize=9)
-        _legend(figure, result)
+        _legend(figure, result, caption)
         figure.suptitle(title, x=0.01, ha="left")
-        add_caption(figure, caption, over_legend=True)
     return figure
 
 
@@ -93,9 +92,8 @@ def comparison(
         _ylabels(grid[:, 0])
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
-        _legend(figure, next(iter(results.values())))
+        _legend(figure, next(iter(results.values())), caption)
         figure.suptitle(title, x=0.01, ha="left")
-        add_caption(figure, caption, over_legend=True)
     return figure
 
 
@@ -205,7 +203,8 @@ def _ylabels(column: Any) -> None:
     column[0].figure.align_ylabels(column)
 
 
-def _legend(figure: Figure, result: Result) -> None:
+def _legend(figure: Figure, result: Result, caption: str) -> None:
+    """What the lines are, under the caption."""
     friction = np.minimum(result["friction_scale_left"], result["friction_scale_right"])
     handles: list[Any] = [
         Line2D([], [], color=BLUE, label="rising branch"),
@@ -214,4 +213,11 @@ def _legend(figure: Figure, result: Result) -> None:
     ]
     if friction.min() < 0.99 * friction.max():
         handles.append(Patch(color=LOW_FRICTION, label="low friction"))
-    figure.legend(handles=handles, loc="outside lower left", ncols=len(handles))
+    figure.legend(
+        handles=handles,
+        loc="outside lower left",
+        ncols=len(handles),
+        title=typeset(figure, caption),
+        title_fontsize=9,
+        alignment="left",
+    )

@@ -71,9 +71,12 @@ def mark(
     axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", **style)
 
 
-def add_caption(figure: Figure, caption: str, *, over_legend: bool = False) -> None:
-    """Set a text under a figure, with room below for a legend that stands outside the axes."""
+def typeset(figure: Figure, caption: str) -> str:
+    """A caption in lines that fit under a figure, its symbols set as on the axes."""
     lines = textwrap.fill(caption, width=int(14.5 * figure.get_figwidth()))
-    typeset = re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
-    typeset += "\n\n" if over_legend else ""
-    figure.supxlabel(typeset, x=0.01, ha="left", size=9, linespacing=1.4)
+    return re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
+
+
+def add_caption(figure: Figure, caption: str) -> None:
+    """Set a text under a figure."""
+    figure.supxlabel(typeset(figure, caption), x=0.01, ha="left", size=9, linespacing=1.4)
