@@ -3,12 +3,13 @@
 Time integrals are trapezoidal over the rows; a row's demand holds until the next row. Q is the
 creep force of both wheels, s the direction that the demand asks for, and
 
-    Q_d = (T_d - b V/r)/(r + J/(M r))        (J/(M r) is zero if the speed is held)
+    Q_d = (T_d - b V/r + F J/(M r))/(r + J/(M r))     (held speed: (T_d - b V/r - V' J/r)/r)
     Q_t = min(Q_max, |Q_d|)
 
-Q_d is the force that the demanded torque T_d would give if the wheelset rolled: what is left after
-the drive's damping b and after the wheelset's own acceleration with the vehicle. Q_max is the
-largest force that friction allows there and then; so Q_t is what can be transmitted.
+Q_d is the force that the demanded torque T_d would give if the wheelset rolled against the
+resistance F: what is left after the drive's damping b and after what turns the wheelset along with
+the vehicle. Q_max is the largest force that friction allows there and then, at one creepage of both
+wheels; so Q_t is what can be transmitted.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from contactlib.simulation import WORKS, Result
 
 JERK_WINDOW = 0.1  # time over which the acceleration is averaged [s]
 RECOVERED = 0.9  # part of what can be transmitted that counts as all of it [1]
+JUMP = 0.05  # part of a signal's range: what changes by more from row to row jumps [1]
 NEGLIGIBLE = 0.01  # part of the largest force of a run that does not count [1]
 
 UNITS = {
@@ -58,8 +60,9 @@ class Metrics(NamedTuple):
     recovery_time : float
         After a change of friction or demand, from the first to the last moment before the next
         change at which s Q lacks more than a tenth of Q_t and a hundredth of its largest value;
-        the longest of the run [s]. Who still lacks it at the next change is waited for on.
-        Infinite if the run ends so; nan if nothing changes.
+        the longest of the run [s]. A change is a jump, or where a ramp begins. Who still lacks it
+        at the next change is waited for on. Infinite if the run ends so; nan if nothing changes.
+        Of a controller that hunts about nine tenths it tells little.
     slip_work : float
         int Q (r omega - V) dt, what friction turns into heat [J].
     slip_share : float
@@ -126,9 +129,14 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
 def transmittable_force(result: Result, drivetrain: Drivetrain) -> tuple[FloatArray, FloatArray]:
     """Creep force in the demand's direction s Q, and what can be transmitted Q_t [N]."""
     wheelset = drivetrain.wheelset
-    r, inverse_mass = wheelset.radius, 0.0 if wheelset.mass is None else 1.0 / wheelset.mass
+    r, turning = wheelset.radius, wheelset.inertia / wheelset.radius
     left = result["demand"] - wheelset.damping * result["speed"] / r
-    demanded = left / (r + wheelset.inertia * inverse_mass / r)
+    if wheelset.mass is None:
+        demanded = (left - turning * result["acceleration"]) / r
+    else:
+        resistance = result["creep_force"] - wheelset.mass * result["acceleration"]
+        light = turning / wheelset.mass
+        demanded = (left + light * resistance) / (r + light)
     wanted = np.minimum(result["available_force"], np.abs(demanded))
     return np.sign(demanded) * result["creep_force"], wanted
 
@@ -145,7 +153,8 @@ def _recovery_time(result: Result, force: FloatArray, wanted: FloatArray) -> flo
     lack = np.maximum((1.0 - RECOVERED) * wanted, NEGLIGIBLE * np.max(wanted))
     recovered = (wanted - force <= lack) | (result["demand"] == 0.0)
     names = ("friction_scale_left", "friction_scale_right", "demand")
-    changes = np.unique(np.concatenate([_begin_to_change(result[name]) for name in names]))
+    changes = np.unique(np.concatenate([_changes(result[name]) for name in names]))
+    changes = changes[changes < result.time.size - 1]  # nobody can answer to the last row
     if changes.size == 0:
         return math.nan
     longest, since = 0.0, math.nan
@@ -159,10 +168,11 @@ def _recovery_time(result: Result, force: FloatArray, wanted: FloatArray) -> flo
     return longest if math.isnan(since) else math.inf
 
 
-def _begin_to_change(values: FloatArray) -> NDArray[np.intp]:
-    """Rows that differ from the one before, which did not."""
-    moves = np.diff(values, prepend=values[:1]) != 0.0
-    return np.flatnonzero(moves[1:] & ~moves[:-1]) + 1
+def _changes(values: FloatArray) -> NDArray[np.intp]:
+    """Rows that jump, and rows that differ from the one before, which did not."""
+    step = np.abs(np.diff(values, prepend=values[:1]))
+    moves, jumps = step != 0.0, step > JUMP * np.ptp(values)
+    return np.flatnonzero((moves[1:] & ~moves[:-1]) | jumps[1:]) + 1
 
 
 def _jerk(time: FloatArray, speed: FloatArray) -> float:

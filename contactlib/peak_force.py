@@ -18,6 +18,7 @@ def available_force(
     speed: ArrayLike,
     normal_load: ArrayLike | None = None,
     friction_scale: ArrayLike = 1.0,
+    other_friction_scale: ArrayLike | None = None,
 ) -> FloatArray:
     """Largest |creep force| over all creepages at given speeds [N]; arguments broadcast.
 
@@ -34,6 +35,9 @@ def available_force(
         [N]; the contact's nominal load if left out.
     friction_scale : array_like, optional
         Multiplies both friction coefficients [1].
+    other_friction_scale : array_like, optional
+        That of the other wheel of a wheelset [1], whose contact the element then is: each wheel has
+        half of the load, and both have one creepage, so at most one of them is at its own peak.
 
     Returns
     -------
@@ -60,28 +64,32 @@ def available_force(
         "friction_scale": friction_scale,
     }
     arrays = [checked(name, value, limits[name]) for name, value in given.items()]
+    other = friction_scale if other_friction_scale is None else other_friction_scale
+    arrays.append(checked("other_friction_scale", other, limits["friction_scale"]))
     friction = element.friction
     if friction.slip_rate_decay == 0.0 or friction.slip_rate_residual == 1.0:
         arrays[0] = np.ones_like(arrays[0])  # such a contact does not know the speed
     rows = np.stack(np.broadcast_arrays(*arrays), axis=-1)
-    cases, place = np.unique(rows.reshape(-1, 3), axis=0, return_inverse=True)
+    cases, place = np.unique(rows.reshape(-1, 4), axis=0, return_inverse=True)
     return np.asarray(_largest(element, cases)[place].reshape(rows.shape[:-1]))
 
 
 def _largest(element: ForceElement, cases: FloatArray) -> FloatArray:
-    """Largest force of each row (speed, load, friction scale)."""
-    inputs = np.zeros(len(cases), dtype=kernel.force_input_dtype())
-    inputs["speed"], inputs["normal_load"], inputs["friction_scale"] = cases.T
+    """Largest force of each row (speed, load, friction scales of the wheels)."""
+    inputs = np.zeros((2, len(cases)), dtype=kernel.force_input_dtype())
+    inputs["speed"], inputs["normal_load"] = cases[:, 0], cases[:, 1]
+    inputs["friction_scale"] = cases[:, 2:].T
 
     def force(slip: FloatArray) -> tuple[FloatArray, FloatArray]:
         inputs["omega"] = (inputs["speed"] + slip) / element.radius
         record = element.native.evaluate(inputs)
-        return record["creep_force"], record["force_gradient"]
+        return record["creep_force"].mean(axis=0), record["force_gradient"].mean(axis=0)
 
     inputs["omega"] = inputs["speed"] / element.radius
     rolling = element.native.evaluate(inputs)
     # Slip speed at the saturation creepage: zeta0 times the creepage's reference speed.
-    unit = rolling["saturation_creepage"] * element.radius / rolling["creepage_by_omega"]
+    units = rolling["saturation_creepage"] * element.radius / rolling["creepage_by_omega"]
+    unit = units.max(axis=0)
     # Friction that falls at once leaves the zeta0 of its residual; a law may rise forever.
     first = 0.01 * element.friction.slip_rate_residual
     near = np.geomspace(first, 10.0, round(16.0 * np.log10(10.0 / first)))

@@ -13,11 +13,13 @@ import numpy as np
 
 from contactlib.controllers import Controller, CreepControl
 from contactlib.drivetrain import Drivetrain
+from contactlib.parameters import FloatArray
 from contactlib.peak_force import available_force
 from contactlib.scenario import Model, Scenario, is_scenario, load_model, load_scenario
 from contactlib.simulation import Result, simulate
 from contactlib.stability import controllability, worst_pole
 from contactlib.traction_run import UNITS, run_scenario
+from contactlib.wheelset import Wheelset
 
 Run = Callable[[Callable[[float], object]], Result]
 
@@ -148,6 +150,13 @@ def _of_model(model: Model) -> Study:
     )
 
 
+def _acceleration(wheelset: Wheelset, known: Mapping[str, Any]) -> FloatArray:
+    """dV/dt in each row of a run [m/s2]."""
+    names = ("omega", "speed", "drive_torque", "normal_load", "friction_scale", "resistance_force")
+    rows = np.column_stack([known[name] for name in names]).tolist()
+    return np.array([wheelset.rates(*row)[0].speed_rate for row in rows])
+
+
 def as_scenario_run(result: Result, drivetrain: Drivetrain, controller: Controller) -> Result:
     """A run of one rigid wheelset under a continuous controller, with a scenario run's signals.
 
@@ -163,7 +172,7 @@ def as_scenario_run(result: Result, drivetrain: Drivetrain, controller: Controll
         "demand": demand,
         "commanded_torque": known["drive_torque"],
         "axle_torque": np.zeros_like(speed),
-        "acceleration": np.gradient(speed, result.time),
+        "acceleration": _acceleration(wheelset, known),
         "available_force": available_force(
             wheelset.element,
             speed=speed,

@@ -65,7 +65,7 @@ def run_scenario(
         One of the scenario's by its name, or any other.
     initial_creepage : float, optional
         [1]. Left out, the run starts steady under the first demand, and rolling if it starts at
-        standstill.
+        standstill or backward.
     step : float, optional
         Time between rows, and for which friction is held [s]; rounded down to a whole part of the
         sample time. The sample time, but at most 5 ms and a twentieth of the axle's vibration, if
@@ -78,8 +78,8 @@ def run_scenario(
     Returns
     -------
     Result
-        Signals of `UNITS`. Rows are `step` apart; torques and friction factors are those of the
-        step that follows.
+        Signals of `UNITS`, to the last whole step of the duration. Rows are `step` apart; torques
+        and friction factors are those of the step that follows.
 
     Raises
     ------
@@ -97,9 +97,7 @@ def run_scenario(
     checked("tolerance", tolerance, Limits(at_least=1e-12, at_most=1e-2))
     per_sample = max(1, math.ceil(control.sample_time / longest * (1.0 - 1e-9)))
     length = control.sample_time / per_sample
-    samples = max(1, math.ceil(scenario.duration / control.sample_time * (1.0 - 1e-9)))
-
-    rows = samples * per_sample + 1
+    rows = max(2, math.floor(scenario.duration / length * (1.0 + 1e-9)) + 1)
     time = length * np.arange(rows, dtype=np.float64)
     demand = scenario.demand(time[::per_sample])
     inputs = np.zeros(rows, kernel.drivetrain_dtype("input"))
@@ -135,6 +133,7 @@ def run_scenario(
         states[i] = state[0]
         if i < rows - 1:
             native.advance(given, state, length, tolerance, substep)
+    progress(1.0)
     return _result(scenario, time, np.repeat(demand, per_sample)[:rows], inputs, states)
 
 
@@ -161,9 +160,14 @@ def _start(
     elif speed >= slowest:
         friction = float(given["friction_left"][0]), float(given["friction_right"][0])
         load = wheelset.element.contact.normal_load
-        creepage = steady_creepage(
-            wheelset, demand, speed=speed, normal_load=load, friction_scale=friction
-        )
+        turning = wheelset.inertia / wheelset.radius * float(given["acceleration"][0])
+        for _ in range(4):  # of a rig that gains speed; (1 + zeta) is all but one
+            left = demand - (1.0 + creepage) * turning
+            creepage = steady_creepage(
+                wheelset, left, speed=speed, normal_load=load, friction_scale=friction
+            )
+            if not turning:
+                break
     state = np.zeros(1, kernel.drivetrain_dtype("state"))
     state["speed"] = speed
     state["omega_left"] = state["omega_right"] = (
@@ -190,10 +194,12 @@ def _result(
     radius, speed = drivetrain.wheelset.radius, states["speed"]
     omega = 0.5 * (states["omega_left"] + states["omega_right"])
     frictions = {f"friction_scale_{side}": inputs[f"friction_{side}"] for side in ("left", "right")}
-    available = [
-        available_force(drivetrain.wheelset.element, speed=speed, friction_scale=friction)
-        for friction in frictions.values()
-    ]
+    available = available_force(
+        drivetrain.wheelset.element,
+        speed=speed,
+        friction_scale=inputs["friction_left"],
+        other_friction_scale=inputs["friction_right"],
+    )
     found: Mapping[str, FloatArray] = {
         "demand": demand,
         "commanded_torque": inputs["commanded_torque"],
@@ -202,7 +208,7 @@ def _result(
         "acceleration": outputs["speed_rate"],
         "creepage": 0.5 * (outputs["creepage_left"] + outputs["creepage_right"]),
         "creep_force": outputs["creep_force_left"] + outputs["creep_force_right"],
-        "available_force": 0.5 * (available[0] + available[1]),  # a wheel has half of the load
+        "available_force": available,
         "falling_branch": np.maximum(outputs["falling_left"], outputs["falling_right"]),
         **frictions,
         **{name: states[name] for name in ("omega_left", "omega_right", "speed", "distance")},

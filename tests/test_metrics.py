@@ -17,6 +17,7 @@ import contactlib as cl
 from contactlib.comparison import comparison_table, write_comparison
 from contactlib.metrics import JERK_WINDOW, UNITS, Metrics, metrics, transmittable_force
 from contactlib.simulation import WORKS
+from contactlib.study import as_scenario_run
 
 BOTH = ("omega", "creepage", "friction_scale")
 ENERGIES = (*WORKS, "stored_energy", "energy_defect")
@@ -30,7 +31,7 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
     for name in BOTH:
         for side in ("left", "right"):
             given.setdefault(f"{name}_{side}", given.get(name, 0.0))
-    names = ("speed", "demand", "creep_force", "axle_torque", "distance", *ENERGIES)
+    names = ("speed", "acceleration", "demand", "creep_force", "axle_torque", "distance", *ENERGIES)
     columns = {name: np.broadcast_to(given.get(name, 0.0), t.shape) for name in (*given, *names)}
     columns = {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
     return cl.Result(t, columns, dict.fromkeys(columns, "1"))
@@ -95,9 +96,10 @@ def test_demanded_force_is_that_of_a_steady_wheelset(
     wheelset = lossless.wheelset
     force = float(wheelset.element.at_creepage(creepage, speed=10.0)["creep_force"])
     torque = cl.quasi_steady_torque(wheelset, creepage, speed=10.0)
-    run = run_of([0.0, 1.0], demand=torque, speed=10.0, available_force=1e9, creep_force=force)
-    used, wanted = transmittable_force(run, lossless)
     assert wheelset.mass is not None
+    signals = {"creep_force": force, "acceleration": force / wheelset.mass, "speed": 10.0}
+    run = run_of([0.0, 1.0], demand=torque, available_force=1e9, **signals)
+    used, wanted = transmittable_force(run, lossless)
     turning = wheelset.inertia / (wheelset.mass * wheelset.radius**2)
     # The two differ by the creepage in what turns the wheelset along with the vehicle.
     assert wanted[0] / used[0] - 1.0 == pytest.approx(creepage * turning / (1.0 + turning))
@@ -114,15 +116,40 @@ def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model)
     wheelset = locomotive.wheelset
     step = cl.TorqueControl(cl.Profile((0.0, 2.0, 2.0), (15e3, 15e3, 22e3)))
     found = cl.simulate(wheelset, step, initial_speed=10.0, duration=6.0)
-    signals = {name: found[name] for name in ("omega", "speed", "creepage", "creep_force")}
-    run = run_of(found.time, demand=found["drive_torque"], available_force=50e3, **signals)
-    made = metrics(run, cl.Drivetrain(wheelset))
+    drivetrain = cl.Drivetrain(wheelset)
+    made = metrics(as_scenario_run(found, drivetrain, step), drivetrain)
     assert made.adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
     assert made.recovery_time < 0.05
     assert made.largest_slip_speed == pytest.approx(np.abs(found["slip_velocity"]).max())
     # The force steps by 7 kN.m/r, but for what is left to come after a window.
     turning = wheelset.inertia / wheelset.radius**2
     assert made.jerk == pytest.approx(14e3 / (142.5e3 + turning) / JERK_WINDOW, rel=0.05)
+
+
+def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.Model) -> None:
+    # Downhill under next to no torque the rail turns the wheelset; so do rollers that speed up.
+    hill = cl.Resistance(constant=300.0, linear=20.0, grade=-0.03)
+    heavy = replace(locomotive.wheelset, mass=20e3, inertia=300.0, resistance=hill)
+    cases = [
+        (cl.Drivetrain(heavy), 1e3, None),
+        (cl.Drivetrain(rig.wheelset), 15e3, cl.Profile((0.0, 5.0), (10.0, 20.0))),
+    ]
+    for drivetrain, torque, held_speed in cases:
+        case = cl.Scenario(
+            name="rolling",
+            source="chosen",
+            drivetrain=drivetrain,
+            demand=cl.Profile.of(torque),
+            held_speed=held_speed,
+            initial_speed=10.0,
+            design_speed=10.0,
+            duration=4.0,
+            sensors=cl.Sensors(),
+            controllers={"open_loop": cl.OpenLoop()},
+        )
+        run = cl.run_scenario(case, "open_loop")
+        assert metrics(run, drivetrain).adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
+        assert run["creepage"][0] == pytest.approx(run["creepage"][4], rel=1e-3)  # starts steady
 
 
 RECOVERY_TIME = np.linspace(0.0, 10.0, 1001)
@@ -150,6 +177,7 @@ def recovery_time(
         ([(2.0, 11.0)], (2.0,), math.inf),
         ([(9.5, 11.0)], (2.0,), math.inf),
         ([(0.5, 1.0)], (2.0,), 0.0),  # before the change
+        ([(10.0, 11.0)], (10.0,), math.nan),  # nobody can answer to the last row
     ],
 )
 def test_recovery_time(
@@ -158,11 +186,25 @@ def test_recovery_time(
     changes: tuple[float, ...],
     expected: float,
 ) -> None:
-    assert recovery_time(held, lacking, changes) == pytest.approx(expected, abs=1e-9)
+    found = recovery_time(held, lacking, changes)
+    assert found == pytest.approx(expected, abs=1e-9, nan_ok=True)
 
 
 def test_without_a_change_there_is_no_recovery(held: cl.Drivetrain) -> None:
     assert math.isnan(recovery_time(held, [(2.0, 3.0)], ()))
+
+
+def test_a_jump_within_a_ramp_is_a_change_of_its_own(held: cl.Drivetrain) -> None:
+    t = RECOVERY_TIME
+    lacks = ((t >= 2.0) & (t < 2.5)) | ((t >= 6.0) & (t < 7.0))
+    rain = 1.0 - 0.01 * t  # all the time
+    run = run_of(
+        t,
+        creep_force=np.where(lacks, 0.5, 0.95) * LEVEL,
+        demand=1e6,
+        friction_scale=rain * np.where((t >= 2.0) & (t < 6.0), 0.5, 1.0),
+    )
+    assert metrics(run, held).recovery_time == pytest.approx(1.0)
 
 
 def test_a_change_of_demand_or_of_one_rail_counts(held: cl.Drivetrain) -> None:

@@ -117,3 +117,19 @@ def test_no_load_is_no_force_and_less_is_an_error(locomotive: cl.Model) -> None:
     assert cl.available_force(element, speed=10.0, normal_load=0.0) == 0.0
     with pytest.raises(ValueError, match=r"normal_load = -1\.0 .*>= 0"):
         cl.available_force(element, speed=10.0, normal_load=-1.0)
+
+
+@pytest.mark.parametrize("other", [0.3, 0.545, 0.9])
+def test_wheels_that_turn_equally_are_not_both_at_their_peaks(rig: cl.Model, other: float) -> None:
+    element = rig.wheelset.element
+    found = cl.available_force(element, speed=12.0, other_friction_scale=other)
+    creepage = np.linspace(0.0, 0.1, 400_001)
+    sides = [
+        element.at_creepage(creepage, speed=12.0, friction_scale=friction)["creep_force"]
+        for friction in (1.0, other)
+    ]
+    assert found == pytest.approx(0.5 * (sides[0] + sides[1]).max(), rel=1e-9)
+    assert found < 0.5 * (sides[0].max() + sides[1].max())
+    assert found == cl.available_force(
+        element, speed=12.0, friction_scale=other, other_friction_scale=1.0
+    )

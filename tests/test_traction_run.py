@@ -239,6 +239,15 @@ def test_standstill_and_back(name: str) -> None:
     assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
 
 
+def test_a_run_ends_with_its_duration_and_says_how_far_it_is(locomotive: cl.Model) -> None:
+    told: list[float] = []
+    case = scenario(locomotive.wheelset, duration=0.995)
+    run = cl.run_scenario(case, "open_loop", progress=told.append)
+    assert run.time[-1] == pytest.approx(0.995)
+    assert told[-1] == 1.0
+    assert told == sorted(told)
+
+
 def test_refusals(locomotive: cl.Model) -> None:
     case = scenario(locomotive.wheelset)
     late = scenario(locomotive.wheelset, sensors=Sensors(delay=0.015))
