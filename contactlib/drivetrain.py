@@ -14,6 +14,8 @@ from contactlib import kernel
 from contactlib.parameters import Parameters, Quantity
 from contactlib.wheelset import Wheelset
 
+LARGEST_LAG = 10.0  # of a motor [s]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Axle(Parameters):
@@ -54,7 +56,7 @@ class Drivetrain(Parameters):
     wheelset: Wheelset
     _: KW_ONLY
     axle: Axle | None = None
-    motor_lag: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
+    motor_lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG)] = 0.0
     relaxation_length: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
 
     @property

@@ -114,7 +114,9 @@ def outlook(scenario: Scenario) -> list[str]:
     over_time = track.friction_over_time.value
     factors = [v * t for side in sides for v in side.value for t in over_time]
     lines = []
-    for sample_time in sorted({c.sample_time for c in scenario.controllers.values()}):
+    for sample_time in sorted(
+        {scenario.controller(name).sample_time for name in scenario.controllers}
+    ):
         for friction in sorted({min(factors), max(factors)}):
             worst = worst_pole(drivetrain.wheelset, speed=speed, friction_scale=friction)
             verdict = controllability(

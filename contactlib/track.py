@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +13,7 @@ from numpy.typing import ArrayLike
 from contactlib.parameters import POSITIVE, FloatArray, checked
 from contactlib.profile import Profile
 
+NEAR = 1e-9  # closer than that one is there [m, s]
 UNCHANGED = Profile((0.0,), (1.0,))
 
 
@@ -66,3 +70,25 @@ class Track:
         left = self.friction_left(distance)
         right = left if self.friction_right is None else self.friction_right(distance)
         return np.asarray(np.stack([left, right], axis=-1) * self.friction_over_time(time))
+
+    @cached_property
+    def _corners(self) -> tuple[list[float], list[float]]:
+        """Distances [m] and times [s] at which a profile has a corner or a jump."""
+        sides = self.friction_left, self.friction_right or self.friction_left
+        places = {place for side in sides for place in side.at}
+        return sorted(places), sorted(self.friction_over_time.at)
+
+    def until_change(self, distance: float, speed: float, time: float) -> float:
+        """Time until friction has a corner or a jump, at a constant speed [s]; may be infinite."""
+        places, times = self._corners
+        found = math.inf
+        if speed > 0.0:
+            i = bisect_right(places, distance + NEAR)
+            if i < len(places):
+                found = (places[i] - distance) / speed
+        elif speed < 0.0:
+            i = bisect_left(places, distance - NEAR)
+            if i > 0:
+                found = (places[i - 1] - distance) / speed
+        j = bisect_right(times, time + NEAR)
+        return min(found, times[j] - time) if j < len(times) else found

@@ -1,7 +1,8 @@
 """One run of a scenario: a drivetrain under a sampled controller, stepped by the kernel.
 
 The controller is asked every sample time and sees what the sensors tell; its torque is held in
-between. Friction is held over each step at the factor in its middle.
+between. Friction is held over each step at the factor in its middle; a step ends where friction
+jumps, so that no stretch is too short to be met.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from contactlib import kernel
-from contactlib.parameters import POSITIVE, FloatArray, Limits, checked
+from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked
 from contactlib.peak_force import available_force
 from contactlib.scenario import Scenario
 from contactlib.simulation import WORK_UNITS, WORKS, Result, energy_defect, steady_creepage
@@ -79,7 +80,7 @@ def run_scenario(
     -------
     Result
         Signals of `UNITS`, to the last whole step of the duration. Rows are `step` apart; torques
-        and friction factors are those of the step that follows.
+        are those of the step that follows.
 
     Raises
     ------
@@ -89,7 +90,7 @@ def run_scenario(
     RuntimeError
         If the integrator gives up.
     """
-    control = _named(scenario, controller)
+    control = scenario.controller(controller) if isinstance(controller, str) else controller
     longest = min(control.sample_time, LONGEST_STEP) if step is None else step
     if step is None and scenario.drivetrain.axle is not None:
         longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
@@ -103,15 +104,14 @@ def run_scenario(
     inputs = np.zeros(rows, kernel.drivetrain_dtype("input"))
     states = np.zeros(rows, kernel.drivetrain_dtype("state"))
     wheelset, native = scenario.drivetrain.wheelset, scenario.drivetrain.native
+    track = scenario.track
     load = 0.5 * wheelset.element.contact.normal_load
     inputs["load_left"] = inputs["load_right"] = load
     if scenario.held_speed is not None:
         speeds = scenario.held_speed(np.append(time, time[-1] + length))
         inputs["acceleration"] = np.diff(speeds) / length
 
-    inputs["friction_left"][0], inputs["friction_right"][0] = scenario.track.friction_scale(
-        0.0, 0.0
-    )
+    inputs["friction_left"][0], inputs["friction_right"][0] = track.friction_scale(0.0, 0.0)
     state, torque = _start(scenario, inputs[:1], float(demand[0]), initial_creepage)
     reader = scenario.sensors.reader(1, control.sample_time)
     memory: Any = None
@@ -125,26 +125,27 @@ def run_scenario(
             if memory is None:
                 memory = control.start(measured, torque)
             torque, memory = control.sample(measured, memory)
+            checked(f"torque of {type(control).__name__} at {time[i]:.6g} s", torque, FINITE)
             progress(i / rows)
-        middle = state["distance"] + 0.5 * length * state["speed"]
-        friction = scenario.track.friction_scale(middle, float(time[i]) + 0.5 * length)
         given["commanded_torque"] = torque
-        given["friction_left"], given["friction_right"] = friction.T
+        now = float(time[i])
+        given["friction_left"], given["friction_right"] = track.friction_scale(
+            state["distance"], now
+        ).T
         states[i] = state[0]
-        if i < rows - 1:
-            native.advance(given, state, length, tolerance, substep)
+        left = length if i < rows - 1 else 0.0
+        held = given.copy()
+        while left > 0.0:  # in parts, from one corner of the friction to the next
+            there, speed = float(state["distance"][0]), float(state["speed"][0])
+            part = min(left, track.until_change(there, speed, now))
+            part = part if part < left * (1.0 - 1e-9) else left
+            middle = np.array([there + 0.5 * part * speed])
+            friction = track.friction_scale(middle, now + 0.5 * part)
+            held["friction_left"], held["friction_right"] = friction.T
+            native.advance(held, state, part, tolerance, substep)
+            now, left = now + part, left - part if part < left else 0.0
     progress(1.0)
     return _result(scenario, time, np.repeat(demand, per_sample)[:rows], inputs, states)
-
-
-def _named(scenario: Scenario, controller: str | TractionController) -> TractionController:
-    """The controller itself, or the scenario's one of this name."""
-    if not isinstance(controller, str):
-        return controller
-    if controller not in scenario.controllers:
-        known = ", ".join(scenario.controllers)
-        raise ValueError(f"controller = {controller!r} is none of the scenario's: {known}")
-    return scenario.controllers[controller]
 
 
 def _start(

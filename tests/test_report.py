@@ -109,7 +109,7 @@ def test_the_outlook_is_that_of_the_loop() -> None:
         case,
         drivetrain=dataclasses.replace(case.drivetrain, motor_lag=0.0),
         sensors=Sensors(),
-        controllers={"quick": dataclasses.replace(case.controllers["open_loop"], sample_time=1e-3)},  # type: ignore[type-var]
+        controllers={"quick": dataclasses.replace(case.controller("open_loop"), sample_time=1e-3)},  # type: ignore[type-var]
     )
     for line in outlook(quick):
         assert ": holds: pole" in line

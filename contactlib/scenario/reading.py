@@ -65,7 +65,7 @@ def parse(file: Path) -> dict[str, Any]:
 
 
 def is_scenario(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is a scenario's, which names its vehicle.
+    """Whether a file has what only a scenario has.
 
     Raises
     ------
@@ -73,7 +73,9 @@ def is_scenario(path: str | os.PathLike[str]) -> bool:
         If the file is not TOML, or cannot be read.
     """
     with in_file(path):
-        return "vehicle" in parse(model_path(path))
+        return bool(
+            {"vehicle", "vehicle_changes", "controllers", "demand"} & set(parse(model_path(path)))
+        )
 
 
 @contextmanager
@@ -187,7 +189,10 @@ def number(where: str, value: object, quantity: Quantity) -> float:
         except ValueError:
             raise ValueError(f"{where} = {value!r} does not begin with a number") from None
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
-        found = float(value)
+        try:
+            found = float(value)
+        except OverflowError:
+            raise ValueError(f"{where} is out of range: must be {quantity}") from None
     else:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
     if not quantity.allows(found):

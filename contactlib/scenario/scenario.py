@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from contactlib.drivetrain import Axle, Drivetrain
 from contactlib.parameters import Parameters, Quantity
 from contactlib.profile import Profile
-from contactlib.scenario.controllers import read_controllers
+from contactlib.scenario.controllers import ControllerDesign, read_controllers
 from contactlib.scenario.reading import (
     check_keys,
     in_file,
@@ -23,6 +23,7 @@ from contactlib.scenario.reading import (
     text,
 )
 from contactlib.scenario.scenario_sections import (
+    LONGEST,
     DemandSection,
     HeldSpeedSection,
     MotorSection,
@@ -65,13 +66,24 @@ class Scenario(Parameters):
     held_speed : Profile or None
         Speed over time that a roller rig holds [m/s]; None if, and only if, the wheelset is free.
     initial_speed, design_speed : float
-        At the start, and the one that the controllers were designed for [m/s].
+        At the start, and the one that the controllers are designed for [m/s].
     duration : float
         [s].
     sensors : Sensors
         What the controllers see.
     controllers : mapping
-        Controllers by name, in the order of the file.
+        Controllers by name, in the order of the file, or designs of them.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, what is given contradicts itself, or a controller cannot be
+        designed.
+
+    Notes
+    -----
+    ``dataclasses.replace`` makes a variant. What is a design is made anew for its drivetrain,
+    sensors and design speed.
     """
 
     name: str
@@ -82,18 +94,42 @@ class Scenario(Parameters):
     held_speed: Profile | None = None
     initial_speed: Annotated[float, Quantity("m/s")]
     design_speed: Annotated[float, Quantity("m/s", above=0.0)]
-    duration: Annotated[float, Quantity("s", above=0.0)]
+    duration: Annotated[float, Quantity("s", above=0.0, at_most=LONGEST)]
     sensors: Sensors
-    controllers: Mapping[str, TractionController]
+    controllers: Mapping[str, TractionController | ControllerDesign]
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if (self.held_speed is not None) != self.drivetrain.wheelset.speed_held:
             state = "held" if self.drivetrain.wheelset.speed_held else "free"
             raise ValueError(f"held_speed = {self.held_speed!r}: the wheelset's speed is {state}")
+        if self.held_speed is not None and self.initial_speed != float(self.held_speed(0.0)):
+            raise ValueError(
+                f"initial_speed = {self.initial_speed!r} is not that of held_speed, "
+                f"{float(self.held_speed(0.0))!r}"
+            )
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
+        for name in self.controllers:
+            with named(f"controllers.{name}"):
+                self.sensors.samples_of_delay(self.controller(name).sample_time)
         object.__setattr__(self, "controllers", MappingProxyType(dict(self.controllers)))
+
+    def controller(self, name: str) -> TractionController:
+        """One of the controllers, designed for this scenario.
+
+        Raises
+        ------
+        ValueError
+            If there is none of this name.
+        """
+        if name not in self.controllers:
+            known = ", ".join(self.controllers)
+            raise ValueError(f"controller = {name!r} is none of the scenario's: {known}")
+        found = self.controllers[name]
+        if isinstance(found, ControllerDesign):
+            return found.build(self.drivetrain, self.design_speed, self.sensors)
+        return found
 
 
 def load_scenario(
@@ -152,9 +188,10 @@ def _build_scenario(data: Mapping[str, Any], wheelset: Wheelset) -> Scenario:
     initial_speed, held_speed = _speeds(run, data, wheelset)
     design_speed = initial_speed if run.design_speed is None else run.design_speed
     if design_speed < wheelset.element.minimum_speed:
+        given = "is missing, and the initial speed" if run.design_speed is None else "="
         raise ValueError(
-            "run.design_speed is missing: controllers cannot be designed for the initial speed "
-            f"{initial_speed!r}, below the minimum speed {wheelset.element.minimum_speed!r}"
+            f"run.design_speed {given} {design_speed!r} is out of range: controllers are designed "
+            f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
         )
     sensors = read_optional("sensors", Sensors, data) or Sensors()
     return Scenario(
@@ -168,7 +205,7 @@ def _build_scenario(data: Mapping[str, Any], wheelset: Wheelset) -> Scenario:
         design_speed=design_speed,
         duration=run.duration,
         sensors=sensors,
-        controllers=read_controllers(data["controllers"], drivetrain, design_speed, sensors),
+        controllers=read_controllers(data["controllers"]),
     )
 
 

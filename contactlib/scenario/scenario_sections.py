@@ -5,19 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from contactlib.drivetrain import LARGEST_LAG
 from contactlib.parameters import Parameters, Quantity
 from contactlib.profile import Profile
 from contactlib.scenario.reading import profile
 from contactlib.track import Track
 
 Places = tuple[float, ...]
+LONGEST = 1e6  # duration of a run [s]
+SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotorSection(Parameters):
     """``[motor]``: time with which the drive torque follows its command."""
 
-    lag: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
+    lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG)] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,9 +38,9 @@ class ScenarioRunSection(Parameters):
     controllers are designed, the initial one if left out.
     """
 
-    duration: Annotated[float, Quantity("s", above=0.0)]
-    initial_speed: Annotated[float | None, Quantity("m/s")] = None
-    design_speed: Annotated[float | None, Quantity("m/s", above=0.0)] = None
+    duration: Annotated[float, Quantity("s", above=0.0, at_most=LONGEST)]
+    initial_speed: Annotated[float | None, SPEED] = None
+    design_speed: Annotated[float | None, SPEED] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +60,7 @@ class HeldSpeedSection(Parameters):
     """``[held_speed]``: breakpoints of the speed that a roller rig holds."""
 
     time: Annotated[Places, Quantity("s", at_least=0.0)]
-    speed: Annotated[Places, Quantity("m/s")]
+    speed: Annotated[Places, SPEED]
 
     def build(self) -> Profile:
         """Speed over time."""
