@@ -297,8 +297,8 @@ def test_effective_slope_and_limit_cycles(figures: dict[str, Figure], rig: cl.Mo
     both = torsion.bistable_range(drivetrain, speed=V)
     assert both is not None
     assert low_mean[0] == pytest.approx(both[0], rel=1e-3)
-    assert mean[-1] == low_mean[-1] == both[1]
-    assert stable[-1] == unstable[-1]
+    assert mean[-1] == low_mean[-1] == pytest.approx(both[1], rel=1e-5)
+    assert stable[-1] == pytest.approx(unstable[-1], rel=0.01)  # they meet
 
 
 def test_simulated_amplitudes_are_on_the_stable_branch(

@@ -8,6 +8,19 @@ creepage, zeta_l = zeta_m + a sin(omega t), grows by half of
 with N(a), the describing function of z -> (Q1(zeta_m + z) - Q1(zeta_m - z))/2; N(0) = Q1'. N is
 real, so a limit cycle, rate(a) = 0, has the frequency omega_t. The mean creepage zeta_m is taken as
 held: creep control sees to it, but for a ripple at 2 omega_t that the mean force has besides.
+
+The creepage is a sine if it grows little within a cycle, |rate(a)| << omega_t for all a up to the
+cycle's; the error is of second order in that ratio. Equations of motion with the mean creepage held
+exactly, for the wheelset of models/locomotive.toml on an axle of 50 Hz and D = 0.01 and at the
+steepest fall of its creep force, differ from the describing function by
+
+    speed     rate(0)/omega_t    amplitude a    frequency    axle torque
+    10 m/s    0.20               +0.02 %        -0.2 %       +0.2 %
+     5 m/s    0.43               +0.1 %         -0.7 %       +1.0 %
+     2 m/s    1.09               +0.5 %         -4.5 %       +6.3 %
+
+A ripple of the mean creepage matters more: a torque of (1200 1/s) J V/r times the error, sampled
+every 0.25 ms, leaves one with which a is larger by 2.8 % at 10 m/s and by 17 % at 2 m/s.
 """
 
 from __future__ import annotations
@@ -27,7 +40,7 @@ from contactlib.torsion.linear import checked_axle, torsional_threshold
 from contactlib.wheelset import OperatingPoint, Wheelset
 
 PHASES = 256  # over a quarter of a cycle
-AMPLITUDES = 241  # searched for limit cycles
+AMPLITUDES = 241  # among which maxima and minima of the rate are bracketed
 
 
 class AntiphaseForce:
@@ -144,8 +157,7 @@ def torsional_state(drivetrain: Drivetrain, point: OperatingPoint) -> TorsionalS
     ValueError
         If the axle is rigid, or the creep force does not follow the creepage at once.
     """
-    rate, amplitudes = _rate(drivetrain, point)
-    rates = np.array([rate(a) for a in amplitudes])
+    rate, amplitudes, rates = _curve(drivetrain, point)
     cycles = []
     for (a, b), (at_a, at_b) in zip(pairwise(amplitudes), pairwise(rates), strict=True):
         if at_a * at_b < 0.0:
@@ -184,7 +196,8 @@ def bistable_range(
         return torsional_threshold(drivetrain, speed=speed) - 0.5 * point.creep_force_slope
 
     def largest_rate(creepage: float) -> float:
-        return _largest_rate(drivetrain, wheelset.balanced(creepage=creepage, **given))
+        _, _, rates = _curve(drivetrain, wheelset.balanced(creepage=creepage, **given))
+        return float(rates[1:].max())  # over a > 0
 
     scale = wheelset.element.saturation_creepage_at(
         normal_load=normal_load, friction_scale=friction_scale
@@ -205,8 +218,38 @@ def bistable_range(
     return low, math.inf
 
 
+def _curve(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArray, FloatArray]:
+    """rate(a) of the module's head, rising amplitudes from zero over all of it, and their rates.
+
+    The curve's maxima and minima are among them: two limit cycles lie on two sides of one, however
+    close they are.
+    """
+    rate, grid = _rate(drivetrain, point)
+    rates = np.array([rate(a) for a in grid])
+    rises = np.diff(rates)
+    turns = 1 + np.flatnonzero(rises[:-1] * rises[1:] <= 0.0)
+    found = [_turn(rate, *grid[[i - 1, i + 1]], top=bool(rises[i - 1] > 0.0)) for i in turns]
+    at = [rate(a) for a in found]
+    amplitudes, rates = np.append(grid, found), np.append(rates, at)
+    order = np.argsort(amplitudes)
+    return rate, amplitudes[order], rates[order]
+
+
+def _turn(rate: Any, low: float, high: float, *, top: bool) -> float:
+    """Amplitude between two others at which the rate is largest, or else smallest."""
+    sense = -1.0 if top else 1.0
+    return float(
+        minimize_scalar(
+            lambda a: sense * rate(a),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-7 * high},
+        ).x
+    )
+
+
 def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArray]:
-    """rate(a) of the module's head, and amplitudes that reach over the whole curve."""
+    """rate(a), and amplitudes that reach from where N is still Q1' to where the fall is over."""
     import control
 
     axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
@@ -221,17 +264,8 @@ def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArra
         return -(wheelset.radius**2 * slope / point.speed + damping) / own
 
     largest = 3.0 * (abs(point.creepage) + 3.0 * scale)
-    return rate, np.append(0.0, np.geomspace(1e-4 * scale, largest, AMPLITUDES))
-
-
-def _largest_rate(drivetrain: Drivetrain, point: OperatingPoint) -> float:
-    """Largest rate(a) over a > 0."""
-    rate, amplitudes = _rate(drivetrain, point)
-    rates = np.array([rate(a) for a in amplitudes])
-    top = int(np.clip(rates.argmax(), 1, rates.size - 2))
-    bounds = (amplitudes[top - 1], amplitudes[top + 1])
-    found = minimize_scalar(lambda a: -rate(a), bounds=bounds, method="bounded")
-    return -float(found.fun)
+    # Further down rounding makes maxima of its own.
+    return rate, np.append(0.0, np.geomspace(1e-2 * scale, largest, AMPLITUDES))
 
 
 def _cycle(

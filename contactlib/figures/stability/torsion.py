@@ -175,8 +175,6 @@ def _amplitudes(
         sizes = np.array([_size(state.limit_cycles, kept) for state in states])
         there = np.isfinite(sizes)
         at, sizes = means[there], sizes[there]
-        if both is not None and both[1] < far and at.size:  # where the two kinds meet and end
-            at, sizes = np.append(at, both[1]), np.append(sizes, _last(drivetrain, speed, both[1]))
         axes.plot(at, sizes, color=color, ls=style, label=name)
         largest = max(largest, float(sizes.max(initial=0.0)))
     centres = np.repeat(steepest * np.array(SIMULATED), len(KICKS))
@@ -193,13 +191,6 @@ def _amplitudes(
     axes.set_ylabel("amplitude of a wheel's creepage  [%]")
     axes.set_title("Amplitudes that last", loc="left")
     axes.legend(loc="upper left", frameon=True, edgecolor="none", framealpha=1.0)
-
-
-def _last(drivetrain: Drivetrain, speed: float, creepage: float) -> float:
-    """Amplitude with the steepest effective fall at a mean creepage: the last that keeps up."""
-    point = drivetrain.wheelset.balanced(creepage=creepage, speed=speed)
-    sizes = creepage * np.linspace(0.2, 1.2, 401)
-    return float(sizes[effective_slope(drivetrain.wheelset, point, sizes).argmin()])
 
 
 def _means(
