@@ -1,13 +1,15 @@
 """Wheels that vibrate against each other: threshold, limit cycles, two states for one torque.
 
-The witness is the equations of motion of both wheels, typed anew and solved by LSODA. Creep control
-holds the mean creepage there, as the describing function takes for granted.
+The witnesses are the equations of motion of both wheels, typed anew and solved by LSODA, and the
+kernel's drivetrain. Creep control holds the mean creepage there, as the describing function takes
+for granted.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import control
 import numpy as np
@@ -16,7 +18,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import contactlib as cl
-from contactlib import torsion
+from contactlib import kernel, torsion
 from contactlib.torsion import AntiphaseForce
 
 FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle: chosen
@@ -85,6 +87,74 @@ def amplitudes(
     assert solution.success
     difference = r * (solution.y[0] - solution.y[1]) / (2.0 * solution.y[3])
     return np.asarray(np.abs(difference).reshape(cycles, rows).max(axis=1))
+
+
+def kernel_amplitudes(
+    drivetrain: cl.Drivetrain, point: cl.OperatingPoint, kicks: list[float], cycles: int
+) -> np.ndarray:
+    """`amplitudes` of the kernel's drivetrain at held speed in the last cycle, one for each kick.
+
+    A torque in proportion to the error of the mean creepage, renewed 200 times a cycle, halves that
+    error in each step; its bandwidth, 0.5 over the step, is eight times the ripple's 2 omega_t.
+    """
+    body, rows = drivetrain.wheelset, 200
+    step = 2.0 * math.pi / drivetrain.torsional_frequency / rows
+    gain = 0.5 * body.inertia * point.speed / (body.radius * step)
+    given = np.zeros(len(kicks), kernel.drivetrain_dtype("input"))
+    state = np.zeros(len(kicks), kernel.drivetrain_dtype("state"))
+    for side in ("left", "right"):
+        given[f"load_{side}"], given[f"friction_{side}"] = 0.5 * point.normal_load, 1.0
+        state[f"omega_{side}"] = point.omega
+    state["speed"] = point.speed
+    twist = 2.0 * point.speed / (body.radius * drivetrain.torsional_frequency)
+    state["twist"] = twist * np.array(kicks)
+    substep, sizes = np.zeros(len(kicks)), []
+    for _ in range(cycles * rows):
+        left, right = (body.radius * state[f"omega_{x}"] / point.speed for x in ("left", "right"))
+        sizes.append(0.5 * np.abs(left - right))
+        error = point.creepage - (0.5 * (left + right) - 1.0)
+        given["commanded_torque"] = point.drive_torque + gain * error
+        drivetrain.native.advance(given, state, step, 1e-6, substep)
+    return np.asarray(np.max(sizes[-rows:], axis=0))
+
+
+def last_cycle_about_a_held_mean(
+    drivetrain: cl.Drivetrain, point: cl.OperatingPoint, kick: float, cycles: int
+) -> tuple[float, float, float]:
+    """Amplitude [1], frequency [Hz] and k times twist [N.m] if the mean creepage does not move."""
+    body, axle = drivetrain.wheelset, drivetrain.axle
+    assert axle is not None
+    element, r, own, speed = body.element.native, body.radius, 0.5 * body.inertia, point.speed
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        half = 0.5 * state[0]  # of (omega_left - omega_right)
+        ahead, behind = (
+            element.evaluate_one(point.omega + w, speed, point.normal_load, 1.0).creep_force
+            for w in (half, -half)
+        )
+        drag = 0.5 * body.damping * half + 2.0 * axle.damping * half + axle.stiffness * state[1]
+        return [-2.0 * (0.25 * r * (ahead - behind) + drag) / own, state[0]]
+
+    def upward(_: float, state: np.ndarray) -> float:
+        return float(state[1])
+
+    upward.direction = 1.0  # type: ignore[attr-defined]
+    period = 2.0 * math.pi / drivetrain.torsional_frequency
+    found: Any = solve_ivp(
+        rates,
+        (0.0, cycles * period),
+        [2.0 * speed * kick / r, 0.0],
+        method="LSODA",
+        rtol=1e-9,
+        atol=1e-12,
+        max_step=0.05 * period,
+        events=upward,
+        dense_output=True,
+    )
+    assert found.success
+    begin, end = found.t_events[0][-2:]
+    difference, twist = np.abs(found.sol(np.linspace(begin, end, 2001))).max(axis=1)
+    return 0.5 * r * difference / speed, 1.0 / (end - begin), axle.stiffness * twist
 
 
 @pytest.mark.parametrize("held", [False, True])
@@ -264,6 +334,99 @@ def test_two_states_coexist_at_two_to_three_times_the_peak(locomotive: cl.Model)
     last = torsion.torsional_state(drivetrain, body.balanced(creepage=0.99 * high, speed=SPEED))
     gone = body.balanced(creepage=1.05 * high, speed=SPEED)
     assert amplitudes(drivetrain, gone, last.limit_cycles[-1].amplitude, 60)[-1] < 0.01
+
+
+def check_bistable_between_the_ends(drivetrain: cl.Drivetrain, speed: float) -> None:
+    body, limit = drivetrain.wheelset, torsion.torsional_threshold(drivetrain, speed=speed)
+    ends = torsion.bistable_range(drivetrain, speed=speed)
+    assert ends is not None
+    low, high = ends
+    for creepage in (1.002 * low, 0.97 * high, 0.998 * high):
+        point = body.balanced(creepage=creepage, speed=speed)
+        state = torsion.torsional_state(drivetrain, point)
+        assert state.bistable, creepage
+        edge, last = (cycle.amplitude for cycle in state.limit_cycles)
+        # Between the two an amplitude grows; below and above both it decays.
+        below, between, above = torsion.effective_slope(
+            body, point, [0.99 * edge, 0.5 * (edge + last), 1.01 * last]
+        )
+        assert between < limit < min(below, above)
+    for creepage in (0.998 * low, 1.002 * high):
+        point = body.balanced(creepage=creepage, speed=speed)
+        assert not torsion.torsional_state(drivetrain, point).bistable, creepage
+    # Beyond the range nothing grows, however closely one looks about the last that did.
+    sizes = np.linspace(0.9 * edge, 1.1 * last, 200)
+    assert torsion.effective_slope(body, point, sizes).min() > limit
+
+
+@pytest.mark.parametrize(
+    ("speed", "frequency", "damping_ratio", "inertia", "damping"),
+    [
+        (4.0, 60.0, 0.005, 200.0, 10.0),
+        (2.0, 50.0, 0.01, 250.0, 5.0),
+        (3.0, 80.0, 0.03, 250.0, 5.0),
+        (15.0, 30.0, 0.002, 250.0, 5.0),
+    ],
+)
+def test_bistable_up_to_both_ends_of_the_range(
+    locomotive: cl.Model,
+    speed: float,
+    frequency: float,
+    damping_ratio: float,
+    inertia: float,
+    damping: float,
+) -> None:
+    body = replace(locomotive.wheelset, mass=None, inertia=inertia, damping=damping)
+    check_bistable_between_the_ends(on_axle(body, damping_ratio, frequency), speed)
+
+
+def test_bistable_up_to_both_ends_where_friction_falls_with_slip_speed(
+    table: cl.CreepForceTable,
+) -> None:
+    # At more than twenty times the peak's creepage the rate has a narrow top over the amplitude.
+    drivetrain = cl.load_scenario("models/torsion.toml", table=table).drivetrain
+    check_bistable_between_the_ends(replace(drivetrain, relaxation_length=0.0), 5.0)
+
+
+@pytest.mark.parametrize("creepage", [0.02, 0.03, 0.045])
+def test_kernel_swings_with_the_amplitude_of_the_describing_function(
+    locomotive: cl.Model, creepage: float
+) -> None:
+    body = replace(locomotive.wheelset, mass=None)
+    drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
+    state = torsion.torsional_state(drivetrain, point)
+    assert state.bistable == (creepage == 0.045)
+    if state.bistable:  # the kick decides
+        edge, cycle = state.limit_cycles
+        rest, kept = [0.9 * edge.amplitude], [1.1 * edge.amplitude, 1.1 * cycle.amplitude]
+    else:
+        (cycle,) = state.limit_cycles
+        rest, kept = [], [0.1 * cycle.amplitude, 1.1 * cycle.amplitude]
+    sizes = kernel_amplitudes(drivetrain, point, rest + kept, 120)
+    np.testing.assert_allclose(sizes[len(rest) :], cycle.amplitude, rtol=0.03)
+    assert (sizes[: len(rest)] < 0.03 * cycle.amplitude).all()
+
+
+def test_error_is_of_second_order_in_the_growth_within_a_cycle(locomotive: cl.Model) -> None:
+    body = replace(locomotive.wheelset, mass=None)
+    drivetrain = on_axle(body)
+    growths, slower, twisted_more = [], [], []
+    for speed in (20.0, 10.0, 5.0):
+        steepest = cl.worst_pole(body, speed=speed).creepage
+        point = body.balanced(creepage=steepest, speed=speed)
+        (cycle,) = torsion.torsional_state(drivetrain, point).limit_cycles
+        size, frequency, torque = last_cycle_about_a_held_mean(
+            drivetrain, point, cycle.amplitude, 60
+        )
+        assert size == pytest.approx(cycle.amplitude, rel=1e-3)
+        # rate(0) is twice the growth of a small vibration.
+        growth = 2.0 * torsion.antiphase_eigenvalues(drivetrain, point).real.max()
+        growths.append(growth / drivetrain.torsional_frequency)
+        slower.append(1.0 - frequency / cycle.frequency)
+        twisted_more.append(torque / cycle.axle_torque - 1.0)
+    for errors in (slower, twisted_more):
+        order, _ = np.polyfit(np.log(growths), np.log(errors), 1)
+        assert order == pytest.approx(2.0, abs=0.2)
 
 
 def test_no_range_with_much_damping(locomotive: cl.Model) -> None:
