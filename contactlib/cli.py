@@ -48,16 +48,20 @@ class _ConsoleReporter:
     @contextmanager
     def step(self, title: str) -> Iterator[Callable[[float], object]]:
         if not self._console.is_terminal:
-            self._console.print(f"... {title}")
+            self._console.print(f"... {title}", markup=False)
             yield lambda part: None
             return
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TaskProgressColumn(),
+        )
         with Progress(*columns, TimeElapsedColumn(), console=self._console, transient=True) as bar:
             task = bar.add_task(title, total=None)
             yield lambda part: bar.update(task, total=1.0, completed=part)
 
     def heading(self, text: str) -> None:
-        self._console.print(f"\n[bold]{text}[/bold]")
+        self._console.print(f"\n{text}", style="bold", markup=False)
 
     def number(self, number: object) -> None:
         self._console.print(f"  {number}", markup=False)
@@ -102,7 +106,10 @@ def _output_option(default: str, what: str) -> Callable[[Callable[..., Any]], Ca
 def main() -> None:
     """Creep force element for vehicle dynamics: from the law to a running FMU.
 
-    MODEL is a TOML file, or the name of one that is shipped: roller_rig.toml, locomotive.toml.
+    MODEL is a TOML file, or the name of one that is shipped: roller_rig.toml, locomotive.toml, and
+    for `simulate` the scenarios dry_wet_dry.toml, torque_step.toml, torque_ramp.toml,
+    braking.toml, sanding.toml, speed_sweep.toml, standstill.toml, split_friction.toml,
+    torsion.toml.
     """
 
 
@@ -122,8 +129,18 @@ def demo(output: Path) -> None:
 @click.argument("model")
 @click.option("--control", help="Name of a controller in the file; the first if left out.")
 @click.option("--compare", is_flag=True, help="Run all controllers, side by side.")
-@_output_option("contactlib-run", "Folder for metrics, time series and figures.")
-def simulate(model: str, control: str | None, compare: bool, output: Path) -> None:
+@click.option(
+    "--seed", type=click.IntRange(0), help="Of the sensors' noise; the file's if left out."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for metrics, time series and figures; default: contactlib- and the file's name.",
+)
+def simulate(
+    model: str, control: str | None, compare: bool, seed: int | None, output: Path | None
+) -> None:
     """Run MODEL, a scenario or a model, and report what a study reports.
 
     A model's controllers are torque and creep, its own two runs.
@@ -133,10 +150,11 @@ def simulate(model: str, control: str | None, compare: bool, output: Path) -> No
 
     if compare and control is not None:
         raise ValueError(f"--control {control}: --compare runs all controllers")
-    study = _with_progress(lambda progress: open_study(model, progress=progress))
+    study = _with_progress(lambda progress: open_study(model, seed=seed, progress=progress))
     runs = study.chosen(control, every=compare)
-    write_report(study, runs, output, _ConsoleReporter())
-    click.echo(f"Metrics, time series and figures are in {output}")
+    folder = output or Path(f"contactlib-{Path(model).stem}")
+    write_report(study, runs, folder, _ConsoleReporter())
+    click.echo(f"Metrics, time series and figures are in {folder}")
 
 
 @main.command()

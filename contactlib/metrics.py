@@ -28,6 +28,7 @@ from contactlib.simulation import WORKS, Result
 
 JERK_WINDOW = 0.1  # time over which the acceleration is averaged [s]
 RECOVERED = 0.9  # part of what can be transmitted that counts as all of it [1]
+STAYS = 1.0  # after this time without a lack it is a new one [s]
 JUMP = 0.05  # part of a signal's range: what changes by more from row to row jumps [1]
 NEGLIGIBLE = 0.01  # part of the largest force of a run that does not count [1]
 
@@ -58,11 +59,11 @@ class Metrics(NamedTuple):
     largest_slip_speed : float
         Largest |r omega - V| of a wheel [m/s].
     recovery_time : float
-        After a change of friction or demand, from the first to the last moment before the next
-        change at which s Q lacks more than a tenth of Q_t and a hundredth of its largest value;
-        the longest of the run [s]. A change is a jump, or where a ramp begins. Who still lacks it
-        at the next change is waited for on. Infinite if the run ends so; nan if nothing changes.
-        Of a controller that hunts about nine tenths it tells little.
+        After a change of friction or demand, from the first moment at which s Q lacks more than a
+        tenth of Q_t and a hundredth of its largest value until it has come back for a second at
+        least; the longest of the run [s]. A change is a jump, or where a ramp begins. Who still
+        lacks it at the next change is waited for on. Infinite if the run ends so; nan if nothing
+        changes.
     slip_work : float
         int Q (r omega - V) dt, what friction turns into heat [J].
     slip_share : float
@@ -162,7 +163,9 @@ def _recovery_time(result: Result, force: FloatArray, wanted: FloatArray) -> flo
         lacking = start + np.flatnonzero(~recovered[start:end])
         if lacking.size and math.isnan(since):
             since = float(result.time[lacking[0]])
-        again = int(lacking[-1]) + 1 if lacking.size else start
+        stays = np.flatnonzero(np.diff(result.time[lacking]) > STAYS)
+        last = stays[0] if stays.size else -1  # lack before it has come back to stay
+        again = int(lacking[last]) + 1 if lacking.size else start
         if again < end and not math.isnan(since):
             longest, since = max(longest, float(result.time[again]) - since), math.nan
     return longest if math.isnan(since) else math.inf

@@ -37,8 +37,8 @@ def write_report(
     runs : mapping
         Those of the study's runs that are wanted, by name.
     folder : path
-        Made if it is not there. It gets metrics.txt, .csv and .json, and for each run a CSV file
-        and a figure; for more than one run a figure that compares them.
+        Made, after the runs, if it is not there. It gets metrics.txt, .csv and .json, and for each
+        run a CSV file and a figure; for more than one run a figure that compares them.
     reporter : Reporter
         Where to show it.
 
@@ -53,7 +53,6 @@ def write_report(
         If the folder cannot be made or written.
     """
     output = Path(folder)
-    output.mkdir(parents=True, exist_ok=True)
     for line in study.outlook:
         reporter.line(line)
     results: dict[str, Result] = {}
@@ -62,13 +61,15 @@ def write_report(
         with reporter.step(f"{study.name}: {name.replace('_', ' ')}") as progress:
             results[name] = run(progress)
         found[name] = metrics(results[name], study.drivetrain)
-        results[name].to_csv(output / f"{name}.csv")
         for event in results[name].events:
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
                 f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
             )
     reporter.line(comparison_table(found))
+    output.mkdir(parents=True, exist_ok=True)
+    for name, result in results.items():
+        result.to_csv(output / f"{name}.csv")
     caption = f"{figures.drivetrain_setting(study.drivetrain)} {study.measured}".rstrip()
     write_comparison(output, found)
     with reporter.step(f"{study.name}: drawing"):
@@ -85,7 +86,8 @@ def write_report(
             drawn["comparison"] = figures.comparison(
                 results, found, title=study.name, caption=caption
             )
-        for name, figure in drawn.items():
-            for suffix in ("png", "svg"):
+        for suffix in ("png", "svg"):
+            (output / f"comparison.{suffix}").unlink(missing_ok=True)  # of other runs
+            for name, figure in drawn.items():
                 figures.save(figure, output / f"{name}.{suffix}")
     return found

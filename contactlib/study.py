@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -68,9 +68,21 @@ class Study:
 
 
 def open_study(
-    path: str | os.PathLike[str], *, progress: Callable[[float], object] = lambda part: None
+    path: str | os.PathLike[str],
+    *,
+    seed: int | None = None,
+    progress: Callable[[float], object] = lambda part: None,
 ) -> Study:
     """Read a scenario or model file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one.
+    seed : int, optional
+        Of the sensors' noise, instead of the file's; a model has none.
+    progress : callable, optional
+        Is told what part of the law's table has been built, which the cohesive law needs.
 
     Raises
     ------
@@ -80,7 +92,10 @@ def open_study(
         If it cannot be read.
     """
     if is_scenario(path):
-        return _of_scenario(load_scenario(path, progress=progress))
+        scenario = load_scenario(path, progress=progress)
+        if seed is not None:
+            scenario = replace(scenario, sensors=replace(scenario.sensors, seed=float(seed)))
+        return _of_scenario(scenario)
     return _of_model(load_model(path, progress=progress))
 
 
@@ -119,15 +134,20 @@ def outlook(scenario: Scenario) -> list[str]:
     ):
         for friction in sorted({min(factors), max(factors)}):
             worst = worst_pole(drivetrain.wheelset, speed=speed, friction_scale=friction)
+            where = f"at {speed:g} m/s, friction factor {friction:g}"
+            if worst.pole <= 0.0:
+                lines.append(f"{where}: no branch on which a constant torque runs away")
+                continue
             verdict = controllability(
                 worst.pole,
                 delay=scenario.sensors.delay,
                 lag=drivetrain.motor_lag,
                 sample_time=sample_time,
             )
+            stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
             lines.append(
-                f"falling branch at {speed:g} m/s, friction factor {friction:g}, creepage "
-                f"{100.0 * worst.creepage:.3g} %: {verdict.text}"
+                f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %: "
+                f"{verdict.text}{stay}"
             )
     return lines
 

@@ -142,3 +142,17 @@ def test_a_vibration_is_a_band_and_a_slow_cycle_a_line(wet: cl.Scenario) -> None
 def test_runs_have_names_in_words() -> None:
     assert run_name("creep_pi") == "PI creep control"
     assert run_name("below_peak") == "below peak"
+
+
+def test_a_comparison_shows_the_longest_run_to_its_end(
+    runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics]
+) -> None:
+    names = list(runs)[:2]
+    first, second = (runs[name] for name in names)
+    half = second.time.size // 2
+    short = cl.Result(
+        second.time[:half], {n: v[:half] for n, v in second.signals.items()}, second.units
+    )
+    figure = comparison(dict(zip(names, (first, short), strict=True)), found, title="", caption="")
+    for axes in figure.axes:
+        assert axes.get_xlim()[1] == first.time[-1]

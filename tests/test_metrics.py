@@ -172,6 +172,7 @@ def recovery_time(
     [
         ([(2.0, 3.5)], (2.0,), 1.5),
         ([(2.0, 2.5), (3.0, 3.5)], (2.0,), 1.5),  # it must stay
+        ([(2.0, 2.5), (3.6, 4.0)], (2.0,), 0.5),  # a second is to stay
         ([(2.0, 2.5), (6.0, 7.0)], (2.0, 6.0), 1.0),  # each change by itself, the longest
         ([(2.0, 7.0)], (2.0, 6.0), 5.0),  # the second change does not end the first wait
         ([(2.0, 11.0)], (2.0,), math.inf),
@@ -192,6 +193,14 @@ def test_recovery_time(
 
 def test_without_a_change_there_is_no_recovery(held: cl.Drivetrain) -> None:
     assert math.isnan(recovery_time(held, [(2.0, 3.0)], ()))
+
+
+@pytest.mark.parametrize(("part", "expected"), [(0.89, 1.5), (0.91, 0.0)])
+def test_nine_tenths_are_enough(held: cl.Drivetrain, part: float, expected: float) -> None:
+    t = RECOVERY_TIME
+    force = np.where((t >= 2.0) & (t < 3.5), part, 1.0) * LEVEL
+    run = run_of(t, creep_force=force, demand=1e6, friction_scale=np.where(t < 2.0, 1.0, 0.99))
+    assert metrics(run, held).recovery_time == pytest.approx(expected)
 
 
 def test_a_jump_within_a_ramp_is_a_change_of_its_own(held: cl.Drivetrain) -> None:

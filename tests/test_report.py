@@ -14,8 +14,9 @@ from click.testing import CliRunner, Result
 import contactlib as cl
 from contactlib.cli import main
 from contactlib.study import as_scenario_run, open_study, outlook
-from contactlib.traction import Sensors
+from contactlib.traction import OpenLoop, Sensors
 
+OPEN = {"open_loop": OpenLoop()}
 SHORT = """
 name = "Short wet stretch"
 source = "chosen"
@@ -114,7 +115,38 @@ def test_the_outlook_is_that_of_the_loop() -> None:
     for line in outlook(quick):
         assert ": holds: pole" in line
     worst = cl.worst_pole(case.drivetrain.wheelset, speed=10.0)
-    assert f"pole {worst.pole:.4g} 1/s" in outlook(case)[-1]
+    for lag in (0.0, 0.01):
+        late = dataclasses.replace(
+            case, drivetrain=dataclasses.replace(case.drivetrain, motor_lag=lag)
+        )
+        said = cl.controllability(worst.pole, delay=0.01, lag=lag, sample_time=0.01)
+        assert said.text in outlook(late)[-1]
+
+
+def test_the_outlook_knows_when_nothing_falls(rig: cl.Model) -> None:
+    case = cl.load_scenario("torsion.toml")
+    friction = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
+    element = dataclasses.replace(rig.wheelset.element, friction=friction)
+    wheelset = dataclasses.replace(rig.wheelset, element=element)
+    plain = dataclasses.replace(case, drivetrain=cl.Drivetrain(wheelset), controllers=OPEN)
+    (said,) = outlook(plain)
+    assert "no branch on which a constant torque runs away" in said
+
+
+def test_the_seed_may_be_chosen(tmp_path: Path) -> None:
+    text = SHORT.replace(
+        "[sensors]", "[sensors]\nvehicle_speed_noise = 0.1\nwheel_speed_noise = 0.1"
+    )
+    (tmp_path / "short.toml").write_text(text)
+
+    def torque(*seed: str) -> str:
+        shown = simulate(tmp_path / "short.toml", "--control", "cut", *seed, "-o", tmp_path / "out")
+        assert shown.exit_code == 0, shown.output
+        return (tmp_path / "out" / "cut.csv").read_text()
+
+    assert torque() == torque("--seed", "0")  # the file's
+    assert torque("--seed", "1") == torque("--seed", "1")
+    assert torque("--seed", "1") != torque("--seed", "2")
 
 
 def test_one_run_has_no_comparison(tmp_path: Path) -> None:
@@ -142,6 +174,8 @@ def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> N
     )
     held = as_scenario_run(other, study.drivetrain, rig.torque_control)
     assert np.array_equal(held["demand"], other["drive_torque"])
+    creep = study.runs["creep"](lambda part: None)
+    assert (creep["demand"] == rig.creep_control.torque_max).all()  # what it would like to have
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
         grid[-1].set_xlim(time[0], time[-1])
         grid[0].set_title(_summary(metrics), loc="left", fontsize=9)
         _legend(figure, result, caption)
-        figure.suptitle(title, x=0.01, ha="left")
+        figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
 
 
@@ -87,13 +87,13 @@ def comparison(
                 f"{run_name(name)}\n{_summary(metrics[name])}", loc="left", fontsize=9
             )
             grid[2, column].set_xlabel("time  [s]")
-            grid[2, column].set_xlim(result.time[0], result.time[-1])
+            grid[2, column].set_xlim(0.0, max(run.time[-1] for run in results.values()))
         _trim_creepage(list(grid[1]), list(results.values()))
         _ylabels(grid[:, 0])
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
         _legend(figure, next(iter(results.values())), caption)
-        figure.suptitle(title, x=0.01, ha="left")
+        figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
 
 

@@ -47,7 +47,8 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     """Write a figure to `path`; its ending (png, svg, pdf) tells the format."""
     path, buffer = Path(path), io.BytesIO()
     with mpl.rc_context(STYLE):
-        figure.savefig(buffer, format=path.suffix[1:], dpi=150)
+        undated = {"Date": None} if path.suffix == ".svg" else None  # the same bytes every day
+        figure.savefig(buffer, format=path.suffix[1:], dpi=150, metadata=undated)
     return write_whole(path, buffer.getvalue())
 
 
