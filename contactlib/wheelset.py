@@ -9,13 +9,13 @@ on as a `control.StateSpace`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from contactlib import kernel
 from contactlib.element import ForceElement
@@ -266,6 +266,10 @@ class Wheelset(Parameters):
         positive = np.geomspace(1e-9, 1e7, 1601)
         grid = np.concatenate([-positive[::-1], [0.0], positive])
         values = np.array([excess(x) for x in grid])
+        turns = _turning_points(excess, grid, values)
+        place = np.searchsorted(grid, turns)
+        grid = np.insert(grid, place, turns)
+        values = np.insert(values, place, [excess(x) for x in turns])
         found = [point(x) for x, value in zip(grid, values, strict=True) if value == 0.0]
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
             found.append(point(float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15, rtol=1e-14))))
@@ -374,3 +378,25 @@ class Wheelset(Parameters):
         load = self.element.contact.normal_load if normal_load is None else normal_load
         checked("normal_load", load, POSITIVE)
         return float(load)
+
+
+def _turning_points(
+    curve: Callable[[float], float], grid: FloatArray, values: FloatArray
+) -> list[float]:
+    """Where a curve turns back between nodes, so near zero that it may have met zero twice."""
+    found = []
+    size, sign = np.abs(values), np.sign(values)
+    # It turns below the least of three nodes by no more than it rises from there to the others.
+    near = (size[1:-1] <= np.minimum(size[:-2], size[2:])) & (
+        3.0 * size[1:-1] <= size[:-2] + size[2:]
+    )
+    alike = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:])
+    for i in np.flatnonzero(near & alike) + 1:
+        turn = minimize_scalar(
+            lambda x, way=sign[i]: way * curve(x),
+            bounds=(grid[i - 1], grid[i + 1]),
+            method="bounded",
+            options={"xatol": 1e-9 * abs(grid[i])},
+        )
+        found.append(float(turn.x))
+    return found

@@ -252,14 +252,17 @@ def test_s_curve_without_weakening_has_no_fold(rig: cl.Model) -> None:
         cl.s_curve(body, speed=V, friction_scale=-1.0)
 
 
-@pytest.mark.parametrize("part", [0.6, 0.93, 0.99, 1.1])
+@pytest.mark.parametrize("part", [0.6, 0.93, 0.99, 1.0 - 1e-6, 1.0 - 1e-11, 1.1])
 def test_steady_states_are_the_equilibria_of_a_held_speed(rig: cl.Model, part: float) -> None:
     torque = part * cl.find_fold(rig.wheelset, speed=V).drive_torque
     states = cl.steady_states(rig.wheelset, drive_torque=torque, speed=V)
     points = rig.wheelset.equilibria(drive_torque=torque, speed=V)
-    assert [p.creepage for p in points] == pytest.approx(states.creepage.tolist(), rel=1e-9)
+    # Near the fold what rounds the torque moves the creepage by more.
+    near = max(1e-9, 1e-14 / math.sqrt(abs(1.0 - part)))
+    assert [p.creepage for p in points] == pytest.approx(states.creepage.tolist(), rel=near)
+    assert len(points) == (3 if part > 0.9 and part < 1.0 else 1)
     assert [p.stable for p in points] == states.stable.tolist()
-    assert [p.eigenvalues[0] for p in points] == pytest.approx(states.pole.tolist(), rel=1e-6)
+    assert [p.eigenvalues[0] for p in points] == pytest.approx(states.pole.tolist(), rel=1e-5)
     np.testing.assert_allclose(states.drive_torque, torque, rtol=1e-9)
 
 
@@ -479,12 +482,24 @@ def test_slip_away_formula_is_best_at_the_peak(rig: cl.Model) -> None:
     assert misses[-1] < 0.005
 
 
-def test_no_slip_away_below_the_fold(rig: cl.Model) -> None:
+@pytest.mark.parametrize("below", [1e-3, 1e-6, 1e-9, 1e-12, 0.0])
+def test_no_slip_away_below_the_fold(rig: cl.Model, below: float) -> None:
     fold = cl.find_fold(rig.wheelset, speed=V)
-    body, torque = rig.wheelset, 0.999 * fold.drive_torque
+    body, torque = rig.wheelset, (1.0 - below) * fold.drive_torque
     assert cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.1) == math.inf
     assert stability.slip_away_estimate(body, drive_torque=torque, speed=V, end=0.1) == math.inf
     assert cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.1, end=0.1) == 0.0
+
+
+@pytest.mark.parametrize("overload", [1e-14, 1e-12, 1e-10, 1e-8])
+def test_slip_away_time_grows_without_end_towards_the_fold(rig: cl.Model, overload: float) -> None:
+    # The squeeze past the peak goes as one over the root of the overload; the rest does not grow.
+    fold = cl.find_fold(rig.wheelset, speed=V)
+    given: dict[str, Any] = {"drive_torque": (1.0 + overload) * fold.drive_torque, "speed": V}
+    found = cl.slip_away_time(rig.wheelset, start=0.0, end=1.0, **given)
+    asked = stability.slip_away_estimate(rig.wheelset, end=1.0, **given)
+    rounding = 4e-16 / overload * asked  # of the torque
+    assert found == pytest.approx(asked, rel=0.0, abs=0.3 + rounding)
 
 
 def test_time_to_recover(rig: cl.Model) -> None:
@@ -553,7 +568,7 @@ def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -
 def test_a_patch_that_holds_the_torque_may_be_of_any_length(rig: cl.Model) -> None:
     body, scale = rig.wheelset, 0.9
     held = cl.find_fold(body, speed=V, friction_scale=scale).drive_torque
-    for part, held_there in ((0.999, True), (1.001, False)):
+    for part, held_there in ((0.999, True), (1.0 - 3e-7, True), (1.001, False)):
         given: dict[str, Any] = {"drive_torque": part * held, "speed": V, "friction_scale": scale}
         found = cl.clearing(body, **given)
         assert (found.time == math.inf) == held_there

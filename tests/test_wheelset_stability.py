@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 import contactlib as cl
 
@@ -93,6 +93,35 @@ def test_a_free_wheelset_finds_its_speed(locomotive: cl.Model) -> None:
     )
     assert run["speed"][-1] == pytest.approx(point.speed, rel=1e-6)
     assert run["creepage"][-1] == pytest.approx(point.creepage, rel=1e-6)
+
+
+@pytest.mark.parametrize("below", [1e-4, 1e-6, 1e-9])
+def test_a_free_wheelset_has_both_equilibria_next_to_the_fold(
+    locomotive: cl.Model, below: float
+) -> None:
+    body = locomotive.wheelset
+    davis = body.resistance
+
+    def torque(creepage: float) -> float:
+        """At the speed where Davis' resistance meets the force, which here knows no speed."""
+        force = float(body.element.at_creepage(creepage, speed=10.0)["creep_force"])
+        left = davis.constant - force
+        root = np.sqrt(davis.linear**2 - 4.0 * davis.quadratic * left)
+        speed = (root - davis.linear) / (2.0 * davis.quadratic)
+        return float(body.radius * force + body.damping * (1.0 + creepage) * speed / body.radius)
+
+    peak = minimize_scalar(
+        lambda creepage: -torque(creepage),
+        bounds=(0.012, 0.03),
+        method="bounded",
+        options={"xatol": 1e-12},
+    )
+    points = body.equilibria(drive_torque=-(1.0 - below) * peak.fun)
+    near = [p for p in points if abs(p.creepage / peak.x - 1.0) < 0.1]
+    assert len(near) == 2
+    assert near[0].creepage < peak.x < near[1].creepage
+    for p in near:
+        assert torque(p.creepage) == pytest.approx(-(1.0 - below) * peak.fun, rel=1e-11)
 
 
 def test_speed_must_fit_the_kind_of_wheelset(rig: cl.Model, locomotive: cl.Model) -> None:

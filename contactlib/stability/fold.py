@@ -6,12 +6,12 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from contactlib.stability.quasi_steady import (
     creepage_grid,
     quasi_steady_slope,
     quasi_steady_torque,
+    turning_points,
 )
 from contactlib.wheelset import Wheelset
 
@@ -64,8 +64,11 @@ def find_fold(
     def torque(zeta: float) -> float:
         return float(quasi_steady_torque(wheelset, zeta, **inputs))
 
+    def slope(zeta: Any) -> Any:
+        return quasi_steady_slope(wheelset, zeta, **inputs)
+
     grid = creepage_grid(wheelset, **contact)
-    slopes = quasi_steady_slope(wheelset, grid, **inputs)
+    slopes = slope(grid)
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
     if falling.size == 0:
         raise ValueError(
@@ -74,10 +77,7 @@ def find_fold(
         )
 
     def root(i: int) -> float:
-        def slope(zeta: float) -> float:
-            return float(quasi_steady_slope(wheelset, zeta, **inputs))
-
-        return float(brentq(slope, grid[i], grid[i + 1], xtol=1e-16, rtol=1e-14))
+        return float(turning_points(slope, grid[i : i + 2])[0])
 
     fold = root(int(falling[0]))
     highest = torque(fold)

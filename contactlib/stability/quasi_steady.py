@@ -11,10 +11,12 @@ quasi-steady torque, tells where the creepage rests, whether it stays there and 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from contactlib.parameters import FloatArray
 from contactlib.wheelset import Wheelset
@@ -108,6 +110,22 @@ def creepage_grid(
     fall = friction.slip_rate_decay * speed * scale  # over one zeta0
     first, last = 0.01 * friction.slip_rate_residual, max(1e5, 40.0 / fall if fall > 0.0 else 0.0)
     return scale * np.geomspace(first, last, round(571.0 * math.log10(last / first)) + 4)
+
+
+def turning_points(slope: Callable[[Any], Any], grid: FloatArray) -> FloatArray:
+    """Where a slope over creepages changes sign or vanishes, rising as `grid` does [1].
+
+    A curve that only just reaches a value does so here, between two nodes of the grid.
+    """
+    values = slope(grid)
+    ends = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+
+    def root(i: int) -> float:
+        return float(
+            brentq(lambda z: float(slope(z)), grid[i], grid[i + 1], xtol=1e-16, rtol=1e-14)
+        )
+
+    return np.union1d(grid[values == 0.0], [root(int(i)) for i in ends])
 
 
 def _acceleration(

@@ -12,7 +12,13 @@ from scipy.optimize import brentq
 
 from contactlib.parameters import FINITE, FloatArray, checked
 from contactlib.stability.fold import Fold, find_fold
-from contactlib.stability.quasi_steady import creepage_grid, creepage_pole, quasi_steady_torque
+from contactlib.stability.quasi_steady import (
+    creepage_grid,
+    creepage_pole,
+    quasi_steady_slope,
+    quasi_steady_torque,
+    turning_points,
+)
 from contactlib.wheelset import Wheelset
 
 
@@ -162,6 +168,9 @@ def steady_states(
 
     positive = creepage_grid(wheelset, **contact)
     grid = np.concatenate([-positive[::-1], [0.0], positive])
+    grid = np.union1d(
+        grid, turning_points(lambda zeta: quasi_steady_slope(wheelset, zeta, **inputs), grid)
+    )
     values = excess(grid)
     found = grid[values == 0.0].tolist()
     for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):

@@ -13,14 +13,17 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad
 
-from contactlib.parameters import FINITE, checked
+from contactlib.parameters import FINITE, FloatArray, checked
 from contactlib.stability.fold import find_fold
 from contactlib.stability.quasi_steady import (
     creepage_grid,
     quasi_steady_slope,
     quasi_steady_torque,
+    turning_points,
 )
 from contactlib.wheelset import Wheelset
+
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of the torque; so close it is the fold's own
 
 
 def slip_away_time(
@@ -67,53 +70,53 @@ def slip_away_time(
         "normal_load": normal_load,
         "friction_scale": friction_scale,
     }
+    inputs = {**contact, "resistance_force": resistance_force}
     if first == last:
         return 0.0
     way = math.copysign(1.0, last - first)
 
     def surplus(creepage: Any) -> Any:
         """Torque that is left to move the creepage along its way."""
-        found = quasi_steady_torque(
-            wheelset, creepage, resistance_force=resistance_force, **contact
-        )
-        return way * (torque - found)
+        return way * (torque - quasi_steady_torque(wheelset, creepage, **inputs))
+
+    def slope(creepage: Any) -> Any:
+        return -way * quasi_steady_slope(wheelset, creepage, **inputs)
 
     low, high = min(first, last), max(first, last)
     positive = creepage_grid(wheelset, **contact)
     grid = np.concatenate([-positive[::-1], [0.0], positive])
+    grid = np.union1d(grid, turning_points(slope, grid))  # or a fold would hide between nodes
     grid = np.concatenate([[low], grid[(low < grid) & (grid < high)], [high]])
     values = surplus(grid)
-    if values.min() <= 0.0:
+    least = float(values.min())
+    rounding = ROUNDING * abs(torque)
+    if least <= rounding:
         return math.inf
 
     # The time is spent around the least surplus D, where 1/(D + C z**2/2) is a narrow peak. With
     # z = width sinh(u) it becomes 1/cosh(u), and a long way off stays short.
     i = int(values.argmin())
     centre = float(grid[i])
-    width = _width(grid, values, i)
+    width = _width(grid, slope(grid), i, least)
     ends = [math.asinh((z - centre) / width) for z in (low, high)]
 
     def integrand(u: float) -> float:
         return math.cosh(u) / float(surplus(centre + width * math.sinh(u)))
 
     parts = sorted({ends[0], max(ends[0], 0.0), min(ends[1], 0.0), ends[1]})
+    error = max(1e-9, 10.0 * rounding / least)
     total = sum(
-        quad(integrand, a, b, epsabs=0.0, epsrel=1e-9, limit=400)[0] for a, b in pairwise(parts)
+        quad(integrand, a, b, epsabs=0.0, epsrel=error, limit=400)[0] for a, b in pairwise(parts)
     )
     return float(wheelset.inertia * speed / wheelset.radius * width * total)
 
 
-def _width(grid: Any, values: Any, i: int) -> float:
-    """Distance from the least value over which a parabola through it doubles [1]."""
-    j = min(max(i, 1), grid.size - 2) if grid.size > 2 else 0
+def _width(grid: FloatArray, slopes: FloatArray, i: int, least: float) -> float:
+    """Distance from the least value, at node i, over which a parabola from it doubles [1]."""
+    a, c = max(i - 1, 0), min(i + 1, grid.size - 1)
     span = float(grid[-1] - grid[0])
-    if j == 0:
-        return span
-    (a, b, c), (fa, fb, fc) = grid[j - 1 : j + 2], values[j - 1 : j + 2]
-    curvature = 2.0 * ((fc - fb) / (c - b) - (fb - fa) / (b - a)) / (c - a)
-    if curvature <= 0.0:
-        return span
-    return min(span, math.sqrt(2.0 * float(values[i]) / curvature))
+    curvature = float(slopes[c] - slopes[a]) / float(grid[c] - grid[a])
+    return min(span, math.sqrt(2.0 * least / curvature)) if curvature > 0.0 else span
 
 
 def slip_away_formula(
