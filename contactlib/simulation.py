@@ -19,7 +19,8 @@ from contactlib.controllers import Command, Controller
 from contactlib.files import write_whole
 from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked
 from contactlib.profile import Profile
-from contactlib.stability import quasi_steady_torque
+from contactlib.stability import quasi_steady_slope, quasi_steady_torque
+from contactlib.stability.quasi_steady import creepage_grid, turning_points
 from contactlib.wheelset import Wheelset
 
 if TYPE_CHECKING:
@@ -431,29 +432,32 @@ def steady_creepage(
     ValueError
         If none does: the torque is above the fold.
     """
-    frictions = set(np.atleast_1d(friction_scale).tolist())
-    scale = max(
-        wheelset.element.saturation_creepage_at(normal_load=normal_load, friction_scale=friction)
-        for friction in frictions
-    )
+    contacts: list[dict[str, Any]] = [
+        {"speed": speed, "normal_load": normal_load, "friction_scale": friction}
+        for friction in sorted(set(np.atleast_1d(friction_scale).tolist()))
+    ]
+
+    def mean(curve: Callable[..., FloatArray], creepage: ArrayLike, of: Any) -> FloatArray:
+        each = [
+            curve(wheelset, creepage, resistance_force=resistance_force, **contact)
+            for contact in of
+        ]
+        return np.asarray(np.mean(each, axis=0))
 
     def excess(creepage: ArrayLike) -> FloatArray:
-        held = [
-            quasi_steady_torque(
-                wheelset,
-                creepage,
-                speed=speed,
-                normal_load=normal_load,
-                friction_scale=friction,
-                resistance_force=resistance_force,
-            )
-            for friction in frictions
-        ]
-        return np.asarray(np.mean(held, axis=0) - torque)
+        return mean(quasi_steady_torque, creepage, contacts) - torque
 
     sign = 1.0 if excess(0.0) <= 0.0 else -1.0
-    least = 0.01 * wheelset.element.friction.slip_rate_residual  # the peak is not below that
-    ends = sign * scale * np.append(0.0, np.geomspace(least, 2.0, 801))
+    grids = [creepage_grid(wheelset, **contact) for contact in contacts]
+    grid = np.unique(np.concatenate([[0.0], *grids]))
+
+    def turns(of: Any) -> FloatArray:
+        return turning_points(lambda z: mean(quasi_steady_slope, sign * z, of), grid)
+
+    # The branch ends at the peak; with two, at that of the wheel that holds on for longer.
+    reach = max(float(np.min(turns([contact]), initial=grid[-1])) for contact in contacts)
+    ends = np.union1d(np.append(grid, reach), turns(contacts))
+    ends = sign * ends[ends <= reach]
     passed = np.flatnonzero(sign * excess(ends) >= 0.0)
     if passed.size == 0:
         most = torque + sign * float(np.max(sign * excess(ends)))

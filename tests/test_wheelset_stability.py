@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import contactlib as cl
+from contactlib.simulation import steady_creepage
 
 
 def variant(wheelset: cl.Wheelset, **changes: object) -> cl.Wheelset:
@@ -293,6 +295,39 @@ def test_start_on_the_rising_branch(rig: cl.Model, torque: float) -> None:
         run = cl.simulate(body, control, duration=0.1, initial_speed=10.0)
         assert 0.0 < run["creepage"][0] < fold.creepage
         assert run["creepage"][-1] == pytest.approx(run["creepage"][0], rel=1e-6)
+
+
+def of_wet_rail(wheelset: cl.Wheelset) -> cl.Wheelset:
+    """The wheelset with a law whose force peaks far beyond the saturation creepage."""
+    law = cl.Polach.wet(kalker_coefficient=3.7, poisson_ratio=0.28)
+    element = dataclasses.replace(wheelset.element, table=cl.CreepForceTable.from_law(law))
+    return weaker(variant(wheelset, element=element), 0.4, 0.06)
+
+
+@pytest.mark.parametrize("friction", [1.0, (0.6, 1.0)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_start_on_a_rising_branch_that_is_long(
+    rig: cl.Model, friction: float | tuple[float, float], sign: float
+) -> None:
+    body = of_wet_rail(variant(rig.wheelset, damping=0.0))
+    load = body.element.contact.normal_load
+    zeta = np.geomspace(1e-4, 10.0, 200_001)
+    torque = np.mean(
+        [
+            cl.quasi_steady_torque(body, zeta, speed=2.0, friction_scale=scale)
+            for scale in np.atleast_1d(friction)
+        ],
+        axis=0,
+    )
+    i = int(np.argmax(torque))
+    assert zeta[i] > 5.0 * body.element.saturation_creepage
+    given: dict[str, Any] = {"speed": 2.0, "normal_load": load, "friction_scale": friction}
+    for part in (0.5, 0.9, 0.999):
+        found = steady_creepage(body, sign * part * torque[i], **given)
+        expected = np.interp(part * torque[i], torque[: i + 1], zeta[: i + 1])
+        assert found == pytest.approx(sign * expected, rel=1e-6)
+    with pytest.raises(ValueError, match=f"rising branch ends at {sign * torque[i]:.6g}"):
+        steady_creepage(body, sign * 1.001 * torque[i], **given)
 
 
 def test_no_fold_without_weakening(rig: cl.Model, table: cl.CreepForceTable) -> None:
