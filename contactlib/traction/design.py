@@ -20,11 +20,13 @@ import numpy as np
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.stability import proportional_window
+from contactlib.stability.quasi_steady import creepage_grid, turning_points
 from contactlib.traction.sensors import Sensors
 from contactlib.traction.speed_tracker import tracked_variance
 from contactlib.wheelset import Wheelset
 
 ROBUST = (0.15, 0.3)  # p theta that a gain is designed for
+RISING_FOREVER = 30.0  # zeta0 for the creepage of a peak that is not there
 INTEGRAL = 10.0  # lambda times the integral action's time
 TORQUE_NOISE = 0.05  # of the nominal kinetic friction's torque, what measured noise may shake
 
@@ -41,11 +43,18 @@ def least_slip(sensors: Sensors, sample_time: float, filter_time: float) -> floa
 
 
 def peak_creepage(wheelset: Wheelset, speed: float) -> float:
-    """Creepage of the largest creep force at a speed [m/s] [1]."""
-    creepage = wheelset.element.saturation_creepage * np.geomspace(0.01, 30.0, 3001)
-    return float(
-        creepage[np.argmax(wheelset.element.at_creepage(creepage, speed=speed)["creep_force"])]
+    """Creepage of the largest creep force at a speed [m/s] [1].
+
+    Of a law that rises forever thirty times the saturation creepage.
+    """
+    element = wheelset.element
+    peaks = turning_points(
+        lambda creepage: element.at_creepage(creepage, speed=speed)["force_gradient"],
+        creepage_grid(wheelset, speed=speed),
     )
+    if peaks.size == 0:
+        return RISING_FOREVER * element.saturation_creepage
+    return float(peaks[np.argmax(element.at_creepage(peaks, speed=speed)["creep_force"])])
 
 
 def stick_compliance(wheelset: Wheelset, speed: float) -> float:
