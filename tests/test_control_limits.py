@@ -242,6 +242,31 @@ def test_sampled_closed_forms(p_h: float, step: float) -> None:
         assert late.empty
 
 
+@pytest.mark.parametrize("whole", [1, 2, 7, 500])
+def test_whole_samples_of_delay_have_an_exact_limit(whole: int) -> None:
+    # z**n (z - a) + gamma k has its two rightmost roots meet at z = 1 where a = 1 + 1/n.
+    step = 0.05 / whole
+    limit = math.log1p(1.0 / whole) / step
+    for part, held in ((0.999, True), (1.001, False)):
+        found = stability.controllability(part * limit, delay=0.05, sample_time=step)
+        assert (found.verdict != "impossible") == held
+    pole = 0.4 * limit
+    felt = stability.sampled_delay(delay=0.05, sample_time=step)
+    sampled = stability.proportional_window(pole, delay=0.05, sample_time=step).highest
+    alike = stability.proportional_window(pole, delay=felt).highest
+    assert sampled == pytest.approx(alike, rel=0.5 / whole**2)
+
+
+@pytest.mark.parametrize("times", [{}, {"delay": 0.3}, {"lag": 0.1}, {"delay": 2.0, "lag": 3.0}])
+@pytest.mark.parametrize("pole", [50.0, 720.0, 1e4, 1e9])
+def test_no_gain_holds_a_pole_that_outruns_the_samples(
+    pole: float, times: dict[str, float]
+) -> None:
+    found = stability.controllability(pole, sample_time=1.0, **times)
+    assert found.verdict == "impossible"
+    assert found.window == (pole, pole)
+
+
 def test_pulse_transfer_function_of_an_integrator() -> None:
     numerator, denominator = sampled_loop(0.0, 0.0, 0.0, 0.1)
     z = 1.7

@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -144,30 +145,35 @@ def sampled_loop(
 
 def _sampled(pole: float, delay: float, lag: float, sample_time: float) -> float:
     """Largest g Kp [1/s], or `pole` if there is none."""
+    # No gain holds from p delay = 1 on, whatever else is in the loop; and the window's ends are at
+    # most a factor coth(p sample_time/2) apart, of which rounding leaves nothing beyond 40.
+    if pole * delay >= 1.0 or pole * sample_time > 40.0:
+        return pole
     numerator, denominator = sampled_loop(pole, delay, lag, sample_time)
+    plant, late = denominator[: len(numerator)], len(denominator) - len(numerator)
 
-    def needed(angle: float) -> complex:
+    def needed(angle: FloatArray) -> NDArray[np.complex128]:
         """Loop gain that puts a root at exp(i angle); a real one if it can be."""
-        z = complex(math.cos(angle), math.sin(angle))
-        return complex(-np.polyval(denominator, z) / np.polyval(numerator, z))
+        z = np.exp(1j * angle)
+        return np.asarray(-(z**late) * np.polyval(plant, z) / np.polyval(numerator, z))
 
     def phase(angle: float) -> float:
-        return needed(angle).imag
+        return float(needed(np.asarray(angle)).imag)
 
-    # The gain grows along the circle, so the first crossing away from z = 1 bounds the window.
-    fine = 64 * len(denominator)
-    angles = math.pi * np.append(np.geomspace(1e-6, 1.0 / fine, 200), np.arange(2, fine) / fine)
-    values = np.array([phase(angle) for angle in angles])
+    # It grows along the circle from p at z = 1. The delay alone turns it by `late` times the
+    # angle, so it is real again by 4 pi/late. That is the first root on the circle beyond p, and
+    # those there are at p go inwards if, and only if, it starts out below the real axis.
+    top = math.pi * min(1.0, 4.0 / late)
+    angles = top * np.append(np.geomspace(1e-6, 2e-3, 200), np.arange(2, 512) / 512.0)
+    values = needed(angles).imag
+    if values[0] >= 0.0:
+        return pole
     crossings = [
-        float(brentq(phase, angles[i], angles[i + 1], xtol=1e-15, rtol=1e-14))
+        brentq(phase, angles[i], angles[i + 1], xtol=1e-15, rtol=1e-14)
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0)
     ]
-    gains = sorted(needed(angle).real for angle in (*crossings, math.pi))
-    highest = next((k for k in gains if k > pole), pole)
-    middle = 0.5 * (pole + highest)
-    closed = denominator.copy()
-    closed[-len(numerator) :] += middle * numerator
-    return highest if bool(np.all(np.abs(np.roots(closed)) < 1.0)) else pole
+    gains = needed(np.array([*crossings, math.pi])).real
+    return float(next((k for k in gains if k > pole), pole))
 
 
 def delay_limit(pole: float, *, robust: bool = False) -> float:
