@@ -193,6 +193,17 @@ def test_worst_pole(rig: cl.Model, slope_reduction: float, pole: float) -> None:
     assert worst.pole == pytest.approx(pole, rel=0.01)
 
 
+def test_worst_pole_of_friction_that_never_falls_is_the_creepage_s(locomotive: cl.Model) -> None:
+    element = locomotive.wheelset.element
+    coulomb = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
+    body = variant(locomotive.wheelset, element=dataclasses.replace(element, friction=coulomb))
+    worst = cl.worst_pole(body, speed=V)
+    zeta = element.saturation_creepage * np.geomspace(1e-2, 1e5, 2001)
+    assert worst.pole == pytest.approx(cl.fast_pole(body, zeta, speed=V).max(), rel=1e-6)
+    assert worst.pole == pytest.approx(-body.damping / body.inertia, rel=1e-6)  # it slides
+    assert worst.pole == pytest.approx(float(cl.fast_pole(body, worst.creepage, speed=V)))
+
+
 def test_creepage_pole_is_the_frozen_rate(rig: cl.Model, locomotive: cl.Model) -> None:
     creepage = np.array([0.004, 0.016, 0.02, 0.04])
     held = cl.fast_pole(rig.wheelset, creepage, speed=V)

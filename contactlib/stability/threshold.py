@@ -160,13 +160,13 @@ def worst_pole(
     )
 
     def stability(log_creepage: ArrayLike) -> FloatArray:
-        return -poles(
+        return -fast_pole(
             wheelset,
             np.exp(log_creepage),
             speed=speed,
             normal_load=normal_load,
             friction_scale=friction_scale,
-        )[..., 0].real
+        )
 
     logs = np.log(grid)
     i = int(np.clip(np.argmin(stability(logs)), 1, grid.size - 2))
