@@ -270,6 +270,11 @@ class Friction(Parameters):
         """Static over kinetic coefficient: the largest traction ratio friction allows [1]."""
         return self.static / self.kinetic
 
+    @property
+    def falls_with_slip_speed(self) -> bool:
+        """Whether the factor of `slip_rate_factor` is anything but 1."""
+        return self.slip_rate_decay > 0.0 and self.slip_rate_residual < 1.0
+
     def coefficient(self, slip: ArrayLike) -> FloatArray:
         """f(u) at slips u >= 0 [m] and no slip speed [1], for any shape.
 

@@ -66,8 +66,7 @@ def available_force(
     arrays = [checked(name, value, limits[name]) for name, value in given.items()]
     other = friction_scale if other_friction_scale is None else other_friction_scale
     arrays.append(checked("other_friction_scale", other, limits["friction_scale"]))
-    friction = element.friction
-    if friction.slip_rate_decay == 0.0 or friction.slip_rate_residual == 1.0:
+    if not element.friction.falls_with_slip_speed:
         arrays[0] = np.ones_like(arrays[0])  # such a contact does not know the speed
     rows = np.stack(np.broadcast_arrays(*arrays), axis=-1)
     cases, place = np.unique(rows.reshape(-1, 4), axis=0, return_inverse=True)

@@ -198,7 +198,7 @@ class Wheelset(Parameters):
         free, contact = self.rates(omega, speed, 0.0, load, friction_scale, 0.0)
         jacobian = np.array([list(row) for row in free.jacobian])
         by_speed = 0.0  # of a difference rounding would be left where there is nothing
-        if self.element.friction.slip_rate_decay > 0.0:
+        if self.element.friction.falls_with_slip_speed:
             by_speed = contact.force_by_speed + (1.0 + creepage) * contact.force_gradient
         return OperatingPoint(
             omega=omega,

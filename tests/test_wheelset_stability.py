@@ -343,6 +343,14 @@ def test_no_fold_without_weakening(rig: cl.Model, table: cl.CreepForceTable) -> 
         cl.find_fold(variant(rig.wheelset, element=coulomb), speed=10.0)
 
 
+def test_a_residual_of_one_is_no_fall_with_slip_speed(rig: cl.Model) -> None:
+    body = weaker(variant(rig.wheelset, mass=22.5e3), 1.0, 0.6)  # with damping, no resistance
+    for speed in np.linspace(2.0, 40.0, 40):
+        point = body.balanced(creepage=0.03, speed=float(speed))
+        assert point.creep_force_speed_slope == 0.0
+        assert cl.creep_control_gain(body, point) == np.inf
+
+
 @pytest.mark.parametrize("residual", [1.0, 0.4])
 @pytest.mark.parametrize("mass", [None, 22.5e3])
 @pytest.mark.parametrize("creepage", [0.019, 0.0216, 0.03])
