@@ -167,13 +167,16 @@ def _border(
         def slope(zeta: float) -> float:
             return float(quasi_steady_slope(wheelset, zeta, speed=v, **given))
 
-        try:
-            return float(newton(excess, creepage, fprime=slope, rtol=1e-12, tol=1e-14))
-        except RuntimeError:
+        # Where the branch has met that of grip, the iteration fails or finds one that is stable.
+        found, how = newton(
+            excess, creepage, slope, rtol=1e-12, tol=1e-14, full_output=True, disp=False
+        )
+        if not how.converged or slope(found) >= 0.0:
             raise ValueError(
                 f"drive_torque = {torque!r}: the unstable branch that begins at speed = {speed!r} "
                 f"is lost before {v:.6g} m/s, so there is no border to follow"
-            ) from None
+            )
+        return float(found)
 
     def drift(_: float, state: FloatArray) -> list[float]:
         v = float(state[0])
