@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 from scipy.special import lambertw
 
@@ -268,7 +269,7 @@ def test_no_gain_holds_a_pole_that_outruns_the_samples(
 
 
 def test_pulse_transfer_function_of_an_integrator() -> None:
-    numerator, denominator = sampled_loop(0.0, 0.0, 0.0, 0.1)
+    numerator, denominator = sampled_loop(0.0, 0.0, 0.0, 0.0, 0.1)
     z = 1.7
     assert np.polyval(numerator, z) / np.polyval(denominator, z) == pytest.approx(0.1 / (z - 1.0))
 
@@ -358,3 +359,55 @@ def test_reduced_plant_has_the_gain_bound_of_creep_control(rig: cl.Model) -> Non
         assert plant.pole == pytest.approx(point.eigenvalues[0], rel=1e-12)
         bound = cl.creep_control_gain(body, point)
         assert plant.pole / plant.gain == pytest.approx(bound, rel=1e-12)
+
+
+def closed_loop_radius(
+    pole: float, gain: float, relaxation: float, lag: float, sample_time: float, samples: int
+) -> float:
+    """Spectral radius of one sample of plant, contact, motor, hold and delay, as one matrix."""
+    # Creepage, what the contact knows of it, torque of the motor; then the torques under way.
+    flow = np.zeros((4, 4))
+    flow[0, 1], flow[0, 2] = pole, 1.0
+    flow[1, 0], flow[1, 1] = 1.0 / relaxation, -1.0 / relaxation
+    flow[2, 2], flow[2, 3] = -1.0 / lag, 1.0 / lag
+    step = expm(flow * sample_time)
+    n = 3 + samples
+    loop = np.zeros((n, n))
+    loop[:3, :3] = step[:3, :3]
+    feedback = np.zeros(n)
+    feedback[0] = -gain
+    if samples == 0:
+        loop[:3] += np.outer(step[:3, 3], feedback)
+    else:
+        loop[:3, -1] = step[:3, 3]
+        loop[3] = feedback
+        loop[4:, 3:-1] = np.eye(samples - 1)
+    return float(np.abs(np.linalg.eigvals(loop)).max())
+
+
+@settings(derandomize=True, deadline=None, max_examples=120)
+@given(
+    pole=st.floats(5.0, 300.0),
+    relaxation=st.floats(1e-4, 3e-2),
+    lag=st.floats(1e-4, 1e-2),
+    sample_time=st.floats(5e-4, 1e-2),
+    samples=st.integers(0, 4),
+)
+def test_a_contact_that_relaxes_forgives_delay(
+    pole: float, relaxation: float, lag: float, sample_time: float, samples: int
+) -> None:
+    given_: dict[str, float] = {"relaxation": relaxation, "lag": lag, "sample_time": sample_time}
+    window = stability.proportional_window(pole, delay=samples * sample_time, **given_)
+
+    def radius(gain: float) -> float:
+        return closed_loop_radius(pole, gain, samples=samples, **given_)
+
+    if window.empty:
+        assert min(radius(gain) for gain in pole * np.geomspace(1.001, 30.0, 40)) > 1.0 - 1e-6
+    elif window.highest > 1.01 * window.lowest:
+        assert radius(math.sqrt(window.lowest * window.highest)) < 1.0
+        assert radius(0.999 * window.lowest) > 1.0
+        assert radius(1.001 * window.highest) > 1.0
+    # Held without sampling, and as long as the relaxation lasts the delay does not count.
+    forgiven = stability.proportional_window(pole, delay=relaxation, relaxation=relaxation)
+    assert not forgiven.empty

@@ -119,7 +119,9 @@ def test_the_outlook_is_that_of_the_loop() -> None:
         late = dataclasses.replace(
             case, drivetrain=dataclasses.replace(case.drivetrain, motor_lag=lag)
         )
-        said = cl.controllability(worst.pole, delay=0.01, lag=lag, sample_time=0.01)
+        said = cl.controllability(
+            worst.pole, delay=0.01, lag=lag, relaxation=7.5e-4, sample_time=0.01
+        )
         assert said.text in outlook(late)[-1]
 
 

@@ -41,6 +41,7 @@ def proportional_window(
     *,
     delay: float = 0.0,
     lag: float = 0.0,
+    relaxation: float = 0.0,
     sample_time: float = 0.0,
 ) -> Window:
     """All gains Kp with which u = -Kp y holds y = g/(s - p) u behind a delay, a lag and a hold.
@@ -49,15 +50,17 @@ def proportional_window(
 
         atan2(w, p) = w delay + atan(w lag),   (g Kp)**2 = (p**2 + w**2)(1 + (w lag)**2),
 
-    for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. With
-    sampling, y is read every `sample_time`, the control is held in between, and `delay` (any, a
-    whole number of samples or not) is that from reading to acting.
+    for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. A contact
+    that relaxes over a way sigma in the time tau = sigma/V runs away more slowly, by
+    s - p/(1 + tau s) instead of s - p, and forgives as much of the delay. With sampling, y is read
+    every `sample_time`, the control is held in between, and `delay` (any, a whole number of samples
+    or not) is that from reading to acting.
 
     Parameters
     ----------
     pole, gain : float
         p [1/s] and g [1/(N.m.s)]. With g = 1 the answer is that for g Kp [1/s].
-    delay, lag, sample_time : float
+    delay, lag, relaxation, sample_time : float
         [s].
 
     Returns
@@ -73,37 +76,42 @@ def proportional_window(
     p, g = float(checked("pole", pole, FINITE)), float(checked("gain", gain, Limits(above=0.0)))
     tau = float(checked("delay", delay, NOT_NEGATIVE))
     slow = float(checked("lag", lag, NOT_NEGATIVE))
+    soft = float(checked("relaxation", relaxation, NOT_NEGATIVE))
     step = float(checked("sample_time", sample_time, NOT_NEGATIVE))
-    highest = _continuous(p, tau, slow) if step == 0.0 else _sampled(p, tau, slow, step)
+    loop = (p, tau, slow, soft)
+    highest = _sampled(*loop, step) if step > 0.0 else _continuous(*loop)
     return Window(p / g, max(p, highest) / g)
 
 
-def _continuous(pole: float, delay: float, lag: float) -> float:
+def _continuous(pole: float, delay: float, lag: float, relaxation: float) -> float:
     """Largest g Kp [1/s], or `pole` if there is none."""
-    if pole * (delay + lag) >= 1.0:
+    if pole * (delay + lag - relaxation) >= 1.0:
         return pole
     if delay == 0.0:  # the phase never gets to -180 degrees
         return math.inf
 
     def lead(w: float) -> float:
         """Phase left to -180 degrees."""
-        return math.atan2(w, pole) - w * delay - math.atan(w * lag)
+        turned = math.atan2(w, pole + w**2 * relaxation) + math.atan(w * relaxation)
+        return turned - w * delay - math.atan(w * lag)
 
-    # It rises from zero (or falls from pi) and then falls for good, to below zero by w = pi/delay.
-    top = math.pi / delay
+    # It rises from zero (or falls from pi) and then falls for good, to below zero by w = pi/delay,
+    # or half as much again.
+    top = (1.5 if relaxation > 0.0 else 1.0) * math.pi / delay
     low = 0.5 * top
     while lead(low) <= 0.0:
         low *= 0.5
         if low < 1e-9 * top:  # lost in rounding, so near is pole * (delay + lag) to 1
             return pole
     w = float(brentq(lead, low, top, xtol=1e-15 * top, rtol=1e-14))
-    return math.hypot(pole, w) * math.hypot(1.0, w * lag)
+    stiffness = math.hypot(pole + w**2 * relaxation, w) / math.hypot(1.0, w * relaxation)
+    return stiffness * math.hypot(1.0, w * lag)
 
 
 def sampled_loop(
-    pole: float, delay: float, lag: float, sample_time: float
+    pole: float, delay: float, lag: float, relaxation: float, sample_time: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Pulse transfer function of 1/(s - p) behind a hold, a delay and a lag.
+    """Pulse transfer function of 1/(s - p/(1 + relaxation s)) behind a hold, a delay and a lag.
 
     Returns
     -------
@@ -114,12 +122,16 @@ def sampled_loop(
     """
     whole = math.floor(delay / sample_time + 1e-9)
     part = max(delay - whole * sample_time, 0.0)  # the control acts this late in its interval
-    if lag > 0.0:
-        a = np.array([[pole, 1.0], [0.0, -1.0 / lag]])
-        b = np.array([0.0, 1.0 / lag])
+    n = 1 + (relaxation > 0.0) + (lag > 0.0)  # creepage, what the contact knows of it, torque
+    a, b = np.zeros((n, n)), np.zeros(n)
+    if relaxation > 0.0:
+        a[0, 1], a[1, 0], a[1, 1] = pole, 1.0 / relaxation, -1.0 / relaxation
     else:
-        a, b = np.array([[pole]]), np.array([1.0])
-    n = len(a)
+        a[0, 0] = pole
+    if lag > 0.0:
+        a[0, -1], a[-1, -1], b[-1] = 1.0, -1.0 / lag, 1.0 / lag
+    else:
+        b[0] = 1.0
 
     def held(time: float) -> tuple[FloatArray, FloatArray]:
         """exp(A t) and the integral of exp(A s) b ds from 0 to t."""
@@ -143,13 +155,17 @@ def sampled_loop(
     return numerator, np.append(plant, np.zeros(whole + 1))
 
 
-def _sampled(pole: float, delay: float, lag: float, sample_time: float) -> float:
+def _sampled(pole: float, delay: float, lag: float, relaxation: float, sample_time: float) -> float:
     """Largest g Kp [1/s], or `pole` if there is none."""
-    # No gain holds from p delay = 1 on, whatever else is in the loop; and the window's ends are at
-    # most a factor coth(p sample_time/2) apart, of which rounding leaves nothing beyond 40.
-    if pole * delay >= 1.0 or pole * sample_time > 40.0:
+    # No gain holds from p delay = 1 on, whatever else is in the loop, but for a contact that
+    # relaxes meanwhile; and the window's ends are at most a factor coth(p sample_time/2) apart, of
+    # which rounding leaves nothing beyond 40.
+    growth = pole
+    if relaxation > 0.0 and pole > 0.0:  # s (1 + relaxation s) = p
+        growth = 2.0 * pole / (1.0 + math.sqrt(1.0 + 4.0 * pole * relaxation))
+    if pole * (delay - relaxation) >= 1.0 or growth * sample_time > 40.0:
         return pole
-    numerator, denominator = sampled_loop(pole, delay, lag, sample_time)
+    numerator, denominator = sampled_loop(pole, delay, lag, relaxation, sample_time)
     plant, late = denominator[: len(numerator)], len(denominator) - len(numerator)
 
     def needed(angle: FloatArray) -> NDArray[np.complex128]:
@@ -173,7 +189,13 @@ def _sampled(pole: float, delay: float, lag: float, sample_time: float) -> float
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0)
     ]
     gains = needed(np.array([*crossings, math.pi])).real
-    return float(next((k for k in gains if k > pole), pole))
+    highest = float(next((k for k in gains if k > pole), pole))
+    if relaxation > 0.0 and pole > 0.0:  # a second root may be outside all the way
+        closed = denominator.copy()
+        closed[-len(numerator) :] += math.sqrt(pole * highest) * numerator
+        if float(np.abs(np.roots(closed)).max()) >= 1.0:
+            return pole
+    return highest
 
 
 def delay_limit(pole: float, *, robust: bool = False) -> float:
