@@ -408,6 +408,9 @@ def test_a_contact_that_relaxes_forgives_delay(
         assert radius(math.sqrt(window.lowest * window.highest)) < 1.0
         assert radius(0.999 * window.lowest) > 1.0
         assert radius(1.001 * window.highest) > 1.0
-    # Held without sampling, and as long as the relaxation lasts the delay does not count.
-    forgiven = stability.proportional_window(pole, delay=relaxation, relaxation=relaxation)
-    assert not forgiven.empty
+    # Without sampling the window closes where p (delay - relaxation) is one, if it is short.
+    short = 0.5 / pole
+    for part, closed in ((0.999, False), (1.001, True)):
+        delay = part * (1.0 / pole + short)
+        found = stability.proportional_window(pole, delay=delay, relaxation=short)
+        assert found.empty == closed

@@ -52,9 +52,9 @@ def proportional_window(
 
     for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. A contact
     that relaxes over a way sigma in the time tau = sigma/V runs away more slowly, by
-    s - p/(1 + tau s) instead of s - p, and forgives as much of the delay. With sampling, y is read
-    every `sample_time`, the control is held in between, and `delay` (any, a whole number of samples
-    or not) is that from reading to acting.
+    s - p/(1 + tau s) instead of s - p, and if p tau is small forgives as much of the delay. With
+    sampling, y is read every `sample_time`, the control is held in between, and `delay` (any, a
+    whole number of samples or not) is that from reading to acting.
 
     Parameters
     ----------
