@@ -402,10 +402,11 @@ def patch_runs(
 ) -> Mapping[str, Run]:
     """Every controller over dry, wet, dry, 260 m at three speeds, with noise of its own each."""
     model = locomotive if request.param == "fixed friction" else falling
+    thrifty: Mapping[str, Any] = {"slope_seeking": {"target_elasticity": 0.3}}
     return {
         name: drive(
             model,
-            designed(name, model),
+            designed(name, model, **thrifty.get(name, {})),
             speed=[10.0, 10.0, 15.0, 20.0],
             demand=24e3,
             duration=22.0,
@@ -496,7 +497,7 @@ def test_slope_seeking_finds_the_peak_of_another_law(
         designed("slope_seeking", model, target_elasticity=target),
         speed=[15.0] * 2,
         demand=28e3,
-        duration=12.0,
+        duration=15.0,
         friction=lambda place: factors,
     )
     late = slice(-800, None)
@@ -510,6 +511,24 @@ def test_slope_seeking_finds_the_peak_of_another_law(
     peaks = np.array([0.2 / 2000 * np.argmax(curve["creep_force"]) for curve in curves])
     creepage = (run.slip[late] / 15.0).mean(axis=0)
     assert ((creepage < 0.6 * peaks) == (target > 0.0)).all()
+
+
+def test_a_spinning_wheel_loses_its_torque_and_a_slow_one_does_not() -> None:
+    # At three times the reference, and with no integral gain, within twice the recovery time.
+    limiter = cl.CreepPI(
+        reference=0.01, proportional_gain=1.0, integral_gain=0.0, recovery_time=0.2
+    )
+
+    def left(creepage: float) -> float:
+        measured = cl.Measurement(np.array(2e4), np.array(10.0 + 10.0 * creepage), np.array(10.0))
+        memory = limiter.start(measured, 2e4)
+        for _ in range(40):
+            _, memory = limiter.sample(measured, memory)
+        return float(memory.integral)
+
+    assert left(0.03) == pytest.approx(0.0, abs=1.0)
+    assert left(0.025) == pytest.approx(1e4, rel=0.01)
+    assert left(0.019) == 2e4
 
 
 @pytest.mark.parametrize("name", LIMITED)

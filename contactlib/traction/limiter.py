@@ -14,6 +14,7 @@ from contactlib.traction.interface import Measurement
 from contactlib.traction.speed_tracker import Tracked, track, tracker_gains
 
 BAND = 0.15  # of the reference: what the creepage is below it by before that counts as far
+CUT = 0.5  # pace at which a spinning wheel's torque is taken away, of that at which it is given
 
 
 class LimiterMemory(NamedTuple):
@@ -73,7 +74,7 @@ class SlipLimiter(Parameters):
 
     While u is beyond the demand, I is the demand itself, so that T follows it at once and the
     first slip beyond the reference takes torque away; else dI/dt = Ki e, held within [0, demand],
-    and faster where the creepage is far below the reference.
+    and faster where the creepage is far below the reference, or beyond twice the reference.
 
     Parameters
     ----------
@@ -89,7 +90,8 @@ class SlipLimiter(Parameters):
     speed_filter_time : float, optional
         Time constant of the filter on the vehicle speed [s].
     recovery_time : float, optional
-        Time in which the demand would be given back at no creepage at all [s].
+        Time in which the demand would be given back at no creepage at all; at three times the
+        reference it would be taken away in twice that [s].
     """
 
     sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
@@ -143,8 +145,10 @@ class SlipLimiter(Parameters):
         wanted = self.proportional_gain * error + integral
         size = np.minimum(np.maximum(wanted, 0.0), demand)
         # The rising branch is stiff: torque moves the creepage little there, and Ki alone would
-        # take seconds to give the torque back.
-        ease = np.maximum(np.minimum(error / target, 1.0), BAND) - BAND
+        # take seconds to give the torque back. A wheel that spins was given too much by far.
+        share = error / target
+        ease = np.maximum(np.minimum(share, 1.0), BAND) - BAND
+        ease = ease - CUT * np.maximum(np.minimum(-share, 2.0) - 1.0, 0.0)
         step = self.sample_time
         integral = integral + (
             (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease

@@ -98,7 +98,7 @@ class SlopeSeeking(SlipLimiter):
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
     least_reference: Annotated[float, Quantity("1", at_least=1e-4)] = 0.002
     largest_reference: Annotated[float, Quantity("1", at_least=1e-4)] = 0.05
-    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.5
+    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.35
     target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.2
     dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.1
     dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.6
@@ -142,9 +142,9 @@ class SlopeSeeking(SlipLimiter):
     ) -> Self:
         """Gains by `slip_gains` for the steepest fall; constants of the drive and of the sensors.
 
-        The first compliance is twice that of the stiff contact, where Carter's law has its peak:
-        of the rail it takes the stiffness and no friction. Other laws have it at 0.77 (line
-        contact, k_hat = 2) of that or more; on flat curves at several times as much.
+        The first compliance is 1.8 times that of the stiff contact, where Carter's law gives 99 %
+        of its largest force; it has its peak at twice. Other laws have it at 0.77 (line contact,
+        k_hat = 2) of that or more; on flat curves at several times as much.
         """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
         filter_time = given.get("speed_filter_time", cls.speed_filter_time)
@@ -158,7 +158,7 @@ class SlopeSeeking(SlipLimiter):
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
             "least_slip": least_slip(sensors, sample_time, filter_time),
-            "first_compliance": 2.0 * stick_compliance(wheelset, speed),
+            "first_compliance": 1.8 * stick_compliance(wheelset, speed),
         }
         designed = cls(**{**known, **given})
         if "slip_noise" in given:
