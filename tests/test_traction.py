@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -289,8 +289,26 @@ def test_noise_bounds_the_gain(locomotive: cl.Model) -> None:
     quick = cl.Sensors(wheel_speed_noise=0.02)
     controller = designed("creep_pi", locomotive, sensors=quick, sample_time=0.001)
     assert isinstance(controller, cl.CreepPI)
-    friction = 0.21 * 220.65e3 * 0.5
-    assert controller.proportional_gain * 0.02 == pytest.approx(0.05 * friction)
+    assert controller.proportional_gain * 0.02 == pytest.approx(0.01 * 220.65e3 * 0.5)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.2])
+def test_slope_seeking_is_told_no_friction(locomotive: cl.Model, noise: float) -> None:
+    # The same stiffness and layer: 0.2 m/s of noise is enough to bound the gain.
+    element, sensors = locomotive.wheelset.element, replace(SENSORS, wheel_speed_noise=noise)
+    found = []
+    for kinetic, static, weakening in ((0.21, 0.45, 1.0), (0.3, 0.33, 0.1), (0.21, 0.21, 0.0)):
+        friction = replace(
+            element.friction,
+            kinetic=kinetic,
+            static=static,
+            weakening_length=weakening * element.friction.weakening_length,
+        )
+        other = replace(element, friction=friction)
+        model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=other))
+        found.append(asdict(designed("slope_seeking", model, sensors=sensors)))  # type: ignore[call-overload]
+    for other_fields in found[1:]:
+        assert other_fields == pytest.approx(found[0], rel=1e-6)
 
 
 def test_a_reference_that_no_gain_can_hold_is_refused(locomotive: cl.Model) -> None:

@@ -24,6 +24,9 @@ SHARES = (0.2, 2.0)  # the reference stays within these shares of the given one
 class CreepPI(SlipLimiter):
     """Limits the demand so that the creepage does not exceed a reference.
 
+    Its designer has to know the nominal friction: reference and gains come from its creep force
+    curve. Only the torque that the reference follows tells it of another.
+
     Parameters
     ----------
     reference : float

@@ -28,7 +28,7 @@ from contactlib.wheelset import Wheelset
 ROBUST = (0.15, 0.3)  # p theta that a gain is designed for
 RISING_FOREVER = 30.0  # zeta0 for the creepage of a peak that is not there
 INTEGRAL = 10.0  # lambda times the integral action's time
-TORQUE_NOISE = 0.05  # of the nominal kinetic friction's torque, what measured noise may shake
+TORQUE_NOISE = 0.01  # of the torque r P of the normal load, what measured noise may shake
 
 
 def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) -> float:
@@ -75,15 +75,15 @@ def slip_gains(
     nearest to that of `pole`: below it a gain of zero is enough, above it no gain is robust. The
     integral action takes ten times 1/lambda. So the gain may be wrong by a factor of 2.1 either
     way, and the largest sensitivity is 1.6 on the rising branch, 1.7 at p theta = 0.15 and 2.7 at
-    0.3. Noise of the wheel speed bounds the gain.
+    0.3. Noise of the wheel speed bounds the gain. Nothing of the rail is used but `pole`, and an
+    infinite one stands for any: the gains are then those at p theta = 0.3.
     """
     wheelset, delay = drivetrain.wheelset, total_delay(drivetrain, sensors, sample_time)
     product = min(max(pole * delay, ROBUST[0]), ROBUST[1])
     window = proportional_window(product / delay, delay=delay)
     rate = math.sqrt(window.lowest * window.highest)
     if sensors.wheel_speed_noise > 0.0:
-        element = wheelset.element
-        torque = wheelset.radius * element.friction.kinetic * element.contact.normal_load
+        torque = wheelset.radius * wheelset.element.contact.normal_load
         noisy = TORQUE_NOISE * torque / sensors.wheel_speed_noise  # largest gain [N.s]
         rate = min(rate, noisy * wheelset.radius / wheelset.inertia)
     gain = rate * wheelset.inertia / wheelset.radius

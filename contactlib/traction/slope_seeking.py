@@ -22,7 +22,6 @@ from numpy.typing import ArrayLike
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.parameters import FloatArray, Quantity
-from contactlib.stability import worst_pole
 from contactlib.traction.design import least_slip, slip_gains, stick_compliance
 from contactlib.traction.elasticity import Moments, add_sample, elasticity, slip_noise
 from contactlib.traction.interface import Measurement, plausible
@@ -140,16 +139,16 @@ class SlopeSeeking(SlipLimiter):
     def for_drivetrain(
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
-        """Gains by `slip_gains` for the steepest fall; constants of the drive and of the sensors.
+        """Constants of the drive, of the sensors and of the contact's stiffness; no friction.
 
+        The gains are those that `slip_gains` has for any pole: the steepest that it is robust for.
         The first compliance is 1.8 times that of the stiff contact, where Carter's law gives 99 %
         of its largest force; it has its peak at twice. Other laws have it at 0.77 (line contact,
         k_hat = 2) of that or more; on flat curves at several times as much.
         """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
         filter_time = given.get("speed_filter_time", cls.speed_filter_time)
-        pole = worst_pole(wheelset, speed=speed).pole
-        gains = slip_gains(drivetrain, pole=pole, sensors=sensors, sample_time=sample_time)
+        gains = slip_gains(drivetrain, pole=math.inf, sensors=sensors, sample_time=sample_time)
         known = {
             "radius": wheelset.radius,
             "inertia": wheelset.inertia,
