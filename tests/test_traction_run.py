@@ -232,7 +232,40 @@ def test_shipped_scenarios_run_and_balance(name: str) -> None:
         assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
+@pytest.mark.parametrize("speed", [0.0, 0.05, -3.0])
+def test_no_controller_starts_at_no_torque_for_ever(speed: float, name: str) -> None:
+    case = dataclasses.replace(
+        cl.load_scenario("dry_wet_dry.toml"),
+        initial_speed=speed,
+        demand=cl.Profile.of(2.0e4),
+        track=cl.Track(),
+        sensors=Sensors(),
+        duration=6.0,
+    )
+    run = cl.run_scenario(case, name)
+    assert run["commanded_torque"][-1] == pytest.approx(2.0e4)
+
+
+@pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
+@pytest.mark.parametrize("noise", [(0.1, 0.1), (0.05, 0.05), (0.05, 0.02)])
+def test_noise_on_a_dry_rail_is_no_slip(noise: tuple[float, float], name: str) -> None:
+    wheel, vehicle = noise
+    sensors = Sensors(wheel_speed_noise=wheel, vehicle_speed_noise=vehicle, delay=0.01, seed=3)
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    case = dataclasses.replace(
+        shipped,
+        demand=cl.Profile((0.0, 10.0), (0.0, 2.0e4)),
+        track=cl.Track(),
+        sensors=sensors,
+        duration=12.0,
+    )
+    controller = cl.CONTROLLERS[name].for_drivetrain(case.drivetrain, speed=10.0, sensors=sensors)
+    run = cl.run_scenario(case, controller)
+    assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
+
+
+@pytest.mark.parametrize("seed", range(8))
 def test_creep_control_beats_cutting_the_torque(seed: int) -> None:
     shipped = cl.load_scenario("dry_wet_dry.toml")
     sensors = dataclasses.replace(shipped.sensors, seed=float(seed))
@@ -244,7 +277,7 @@ def test_creep_control_beats_cutting_the_torque(seed: int) -> None:
     for better in ("creep_pi", "slope_seeking"):
         assert found[better].adhesion_utilisation > found["threshold"].adhesion_utilisation
         assert found[better].slip_work < found["threshold"].slip_work
-        assert found[better].slip_share < 0.97 * found["threshold"].slip_share
+        assert found[better].slip_share < found["threshold"].slip_share
 
 
 @pytest.mark.parametrize("name", ["creep_pi", "slope_seeking"])
