@@ -74,7 +74,7 @@ class SlipLimiter(Parameters):
 
     While u is beyond the demand, I is the demand itself, so that T follows it at once and the
     first slip beyond the reference takes torque away; else dI/dt = Ki e, held within [0, demand],
-    and faster where the creepage is far below the reference, or beyond twice the reference.
+    and faster where the creepage is far below the reference, or beyond four times it.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class SlipLimiter(Parameters):
     speed_filter_time : float, optional
         Time constant of the filter on the vehicle speed [s].
     recovery_time : float, optional
-        Time in which the demand would be given back at no creepage at all; at three times the
+        Time in which the demand would be given back at no creepage at all; at five times the
         reference it would be taken away in twice that [s].
     """
 
@@ -145,10 +145,11 @@ class SlipLimiter(Parameters):
         wanted = self.proportional_gain * error + integral
         size = np.minimum(np.maximum(wanted, 0.0), demand)
         # The rising branch is stiff: torque moves the creepage little there, and Ki alone would
-        # take seconds to give the torque back. A wheel that spins was given too much by far.
+        # take seconds to give the torque back. A wheel that spins was given too much by far;
+        # to cut at less, as it passes the peak and comes back, would make it hunt.
         share = error / target
         ease = np.maximum(np.minimum(share, 1.0), BAND) - BAND
-        ease = ease - CUT * np.maximum(np.minimum(-share, 2.0) - 1.0, 0.0)
+        ease = ease - CUT * np.maximum(np.minimum(-share, 4.0) - 3.0, 0.0)
         step = self.sample_time
         integral = integral + (
             (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
