@@ -8,7 +8,7 @@ jumps, so that no stretch is too short to be met.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -19,6 +19,7 @@ from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked
 from contactlib.peak_force import available_force
 from contactlib.scenario import Scenario
 from contactlib.simulation import WORK_UNITS, WORKS, Result, energy_defect, steady_creepage
+from contactlib.track import Track
 from contactlib.traction import Measurement, TractionController
 
 UNITS = {
@@ -44,6 +45,7 @@ UNITS = {
     "falling_branch": "1",
     **WORK_UNITS,
 }
+MOST_ROWS = 10_000_000
 LONGEST_STEP = 5e-3  # of rows and friction if nothing else is asked for [s]
 
 
@@ -99,6 +101,11 @@ def run_scenario(
     per_sample = max(1, math.ceil(control.sample_time / longest * (1.0 - 1e-9)))
     length = control.sample_time / per_sample
     rows = max(2, math.floor(scenario.duration / length * (1.0 + 1e-9)) + 1)
+    if rows > MOST_ROWS:
+        raise ValueError(
+            f"duration = {scenario.duration!r} has {rows} steps of {length:.6g} s: "
+            f"at most {MOST_ROWS}"
+        )
     time = length * np.arange(rows, dtype=np.float64)
     demand = scenario.demand(time[::per_sample])
     inputs = np.zeros(rows, kernel.drivetrain_dtype("input"))
@@ -133,19 +140,30 @@ def run_scenario(
             state["distance"], now
         ).T
         states[i] = state[0]
-        left = length if i < rows - 1 else 0.0
-        held = given.copy()
-        while left > 0.0:  # in parts, from one corner of the friction to the next
-            there, speed = float(state["distance"][0]), float(state["speed"][0])
-            part = min(left, track.until_change(there, speed, now))
-            part = part if part < left * (1.0 - 1e-9) else left
-            middle = np.array([there + 0.5 * part * speed])
-            friction = track.friction_scale(middle, now + 0.5 * part)
-            held["friction_left"], held["friction_right"] = friction.T
-            native.advance(held, state, part, tolerance, substep)
-            now, left = now + part, left - part if part < left else 0.0
+        if i < rows - 1:
+            for part in _between_corners(track, given.copy(), state, now, length):
+                native.advance(*part, tolerance, substep)
     progress(1.0)
     return _result(scenario, time, np.repeat(demand, per_sample)[:rows], inputs, states)
+
+
+def _between_corners(
+    track: Track, given: Any, state: Any, now: float, length: float
+) -> Iterator[tuple[Any, Any, float]]:
+    """Input, state and length of each part of a step, from one corner of friction to the next.
+
+    The state is moved on from outside before the next part is asked for.
+    """
+    left = length
+    while left > 0.0:
+        there, speed = float(state["distance"][0]), float(state["speed"][0])
+        part = min(left, track.until_change(there, speed, now))
+        part = part if part < left * (1.0 - 1e-9) else left
+        middle = np.array([there + 0.5 * part * speed])
+        friction = track.friction_scale(middle, now + 0.5 * part)
+        given["friction_left"], given["friction_right"] = friction.T
+        yield given, state, part
+        now, left = now + part, left - part if part < left else 0.0
 
 
 def _start(

@@ -243,8 +243,9 @@ def test_no_controller_starts_at_no_torque_for_ever(speed: float, name: str) -> 
         sensors=Sensors(),
         duration=6.0,
     )
-    run = cl.run_scenario(case, name)
-    assert run["commanded_torque"][-1] == pytest.approx(2.0e4)
+    torque = cl.run_scenario(case, name)["commanded_torque"]
+    assert torque[-1] > 0.8 * 2.0e4
+    assert torque[-1] >= torque[torque.size // 2]
 
 
 @pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
@@ -331,5 +332,7 @@ def test_refusals(locomotive: cl.Model) -> None:
         cl.run_scenario(case, "open_loop", step=0.0)
     with pytest.raises(ValueError, match=r"controllers.open_loop.delay .* not a whole number of"):
         scenario(locomotive.wheelset, sensors=Sensors(delay=0.015))
+    with pytest.raises(ValueError, match=r"duration = 2.0 has \d+ steps of 1e-09 s: at most"):
+        cl.run_scenario(case, "open_loop", step=1e-9)
     with pytest.raises(ValueError, match="the rising branch ends at"):
         cl.run_scenario(scenario(locomotive.wheelset, demand=cl.Profile.of(4e4)), "open_loop")

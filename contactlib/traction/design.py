@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from contactlib.drivetrain import Drivetrain
-from contactlib.stability import proportional_window
+from contactlib.stability import proportional_window, sampled_delay
 from contactlib.stability.quasi_steady import creepage_grid, turning_points
 from contactlib.traction.sensors import Sensors
 from contactlib.traction.speed_tracker import tracked_variance
@@ -33,7 +33,7 @@ TORQUE_NOISE = 0.01  # of the torque r P of the normal load, what measured noise
 
 def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) -> float:
     """Delay theta [s]: sensors, half a sample for the held torque, the motor's lag."""
-    return sensors.delay + 0.5 * sample_time + drivetrain.motor_lag
+    return sampled_delay(delay=sensors.delay, lag=drivetrain.motor_lag, sample_time=sample_time)
 
 
 def least_slip(sensors: Sensors, sample_time: float, filter_time: float) -> float:
