@@ -97,6 +97,9 @@ class Scenario(Parameters):
     duration: Annotated[float, Quantity("s", above=0.0, at_most=LONGEST)]
     sensors: Sensors
     controllers: Mapping[str, TractionController | ControllerDesign]
+    _designed: Mapping[str, TractionController] = field(
+        init=False, repr=False, compare=False, default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -110,10 +113,15 @@ class Scenario(Parameters):
             )
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
-        for name in self.controllers:
+        designed: dict[str, TractionController] = {}
+        for name, found in self.controllers.items():
             with named(f"controllers.{name}"):
-                self.sensors.samples_of_delay(self.controller(name).sample_time)
+                if isinstance(found, ControllerDesign):
+                    found = found.build(self.drivetrain, self.design_speed, self.sensors)
+                self.sensors.samples_of_delay(found.sample_time)
+            designed[name] = found
         object.__setattr__(self, "controllers", MappingProxyType(dict(self.controllers)))
+        object.__setattr__(self, "_designed", MappingProxyType(designed))
 
     def controller(self, name: str) -> TractionController:
         """One of the controllers, designed for this scenario.
@@ -126,10 +134,7 @@ class Scenario(Parameters):
         if name not in self.controllers:
             known = ", ".join(self.controllers)
             raise ValueError(f"controller = {name!r} is none of the scenario's: {known}")
-        found = self.controllers[name]
-        if isinstance(found, ControllerDesign):
-            return found.build(self.drivetrain, self.design_speed, self.sensors)
-        return found
+        return self._designed[name]
 
 
 def load_scenario(
