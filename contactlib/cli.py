@@ -123,6 +123,9 @@ def demo(output: Path) -> None:
     pictures = ", ".join(sorted(p.name for p in output.glob("*.png")))
     click.echo(f"\nLook at {pictures} in {output}{'/' if output.name else ''}")
     click.echo(f"Every number above is in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
+    click.echo(
+        "Go on: contactlib simulate dry_wet_dry.toml --compare; contactlib figures --stability"
+    )
 
 
 @main.command()
