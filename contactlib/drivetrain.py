@@ -79,18 +79,29 @@ class Drivetrain(Parameters):
         return 0.5 * rate / self.torsional_frequency
 
     @cached_property
-    def native(self) -> kernel.NativeDrivetrain:
-        """The kernel's equations of motion and their integrator."""
-        wheelset, axle = self.wheelset, self.axle
-        element = wheelset.element
-        return kernel.NativeDrivetrain(
-            element.table.native,
-            {**element.parameters, "relaxation_length": self.relaxation_length},
-            {
-                "axle_stiffness": 0.0 if axle is None else axle.stiffness,
-                "axle_damping": 0.0 if axle is None else axle.damping,
-                "drive_share": 0.5 if axle is None else axle.drive_share,
-                "motor_lag": self.motor_lag,
-            },
-            wheelset.parameters,
-        )
+    def _parameters(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Parameters of the kernel's contact and drivetrain, by name, in SI units."""
+        axle = self.axle
+        contact = {
+            **self.wheelset.element.parameters,
+            "relaxation_length": self.relaxation_length,
+        }
+        drivetrain = {
+            "axle_stiffness": 0.0 if axle is None else axle.stiffness,
+            "axle_damping": 0.0 if axle is None else axle.damping,
+            "drive_share": 0.5 if axle is None else axle.drive_share,
+            "motor_lag": self.motor_lag,
+        }
+        return contact, drivetrain
+
+    def member(self, track: kernel.NativeTrack | None = None) -> kernel.NativeMember:
+        """Return it as one of a `contactlib.kernel.NativeFleet`, on a track."""
+        contact, drivetrain = self._parameters
+        wheelset = self.wheelset
+        table = wheelset.element.table.native
+        return kernel.NativeMember(table, contact, drivetrain, wheelset.parameters, track)
+
+    @cached_property
+    def native(self) -> kernel.NativeFleet:
+        """The equations of motion of this one, under the friction that the inputs say."""
+        return kernel.NativeFleet([self.member()])

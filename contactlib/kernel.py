@@ -10,7 +10,7 @@ import platform
 import re
 import struct
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -29,11 +29,15 @@ HEADERS = (
     "force_element.h",
     "wheelset.h",
     "wheelset_step.h",
+    "track.h",
     "drivetrain.h",
     "model.h",
     "token.h",
 )
 SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
+
+NativeProfile = tuple[Sequence[float], Sequence[float]]  # places and values
+NativeTrack = tuple[NativeProfile, NativeProfile, NativeProfile]  # left, right; over time
 
 ffi: Any = FFI()
 _LOADING = Lock()
@@ -257,67 +261,116 @@ def drivetrain_dtype(what: str) -> np.dtype[np.void]:
     return _struct_dtype(f"drivetrain_{what}")
 
 
-class NativeDrivetrain:
-    """Table and parameters of a drivetrain, ready to step many of its kind. Checks nothing."""
+class NativeMember(NamedTuple):
+    """Table, parameters and track of one drivetrain among many.
 
-    def __init__(
-        self,
-        table: NativeTable,
-        contact: Mapping[str, float],
-        drivetrain: Mapping[str, float],
-        body: Mapping[str, float],
-    ) -> None:
+    A profile of the track is its places and its values; without a track, friction is as the input
+    says.
+    """
+
+    table: NativeTable
+    contact: Mapping[str, float]
+    drivetrain: Mapping[str, float]
+    body: Mapping[str, float]
+    track: NativeTrack | None = None
+
+
+class NativeFleet:
+    """Drivetrains ready to step together, each with its own parameters. Checks nothing.
+
+    Members that share an object share its copy here. What comes out for a member is the same to
+    the last bit whatever the others are.
+    """
+
+    def __init__(self, members: Sequence[NativeMember]) -> None:
         library()
-        self._table = table
-        self._contact = ffi.new("force_element_parameters *", dict(contact))
-        given = {**drivetrain, "body": dict(body)}
-        self._drivetrain = ffi.new("drivetrain_parameters *", given)
+        self.size = len(members)
+        self._kept: list[Any] = [[member.table for member in members]]
+        self._shared: dict[tuple[int, ...], Any] = {}
+        self._members = ffi.new("drivetrain_member[]", self.size)
+        for place, member in zip(self._members, members, strict=True):
+            place.table = member.table.struct
+            place.contact = self._share(_contact_struct, member.contact)
+            place.drivetrain = self._share(_drivetrain_struct, member.drivetrain, member.body)
+            if member.track is not None:
+                place.rails = self._share(self._track_struct, member.track)
+
+    def _share(self, make: Callable[..., Any], *given: Any) -> Any:
+        key = tuple(id(part) for part in given)
+        if key not in self._shared:
+            self._kept.append(given)  # else another could get the same id
+            self._shared[key] = make(*given)
+        return self._shared[key]
+
+    def _track_struct(self, profiles: Sequence[NativeProfile]) -> Any:
+        rails = ffi.new("track *")
+        for name, (at, value) in zip(("left", "right", "over_time"), profiles, strict=True):
+            arrays = ffi.new("double[]", at), ffi.new("double[]", value)
+            self._kept.append(arrays)
+            setattr(rails, name, {"count": len(at), "at": arrays[0], "value": arrays[1]})
+        return rails
 
     def advance(
         self,
         inputs: NDArray[np.void],
         states: NDArray[np.void],
+        time: float,
         step: float,
         tolerance: float,
         substeps: FloatArray,
+        failed: NDArray[np.bool_] | None = None,
     ) -> None:
         """Step states and substeps on, in place; the arrays are of one length and contiguous.
+
+        The inputs' friction becomes the track's at the start. Where the integrator gives up
+        `failed` is set; such a member stays as it is from then on.
 
         Raises
         ------
         RuntimeError
-            If the integrator gives up.
+            If the integrator gives up, and `failed` is left out.
         """
-        failed = ffi.new("size_t *")
-        error = library().drivetrain_advance_many(
-            self._table.struct,
-            self._contact,
-            self._drivetrain,
-            states.size,
+        alone = failed is None
+        if failed is None:
+            failed = np.zeros(self.size, dtype=np.bool_)
+        library().drivetrain_advance_many(
+            self._members,
+            self.size,
             _pointer(inputs, "drivetrain_input *"),
             _pointer(states, "drivetrain_state *"),
+            time,
             step,
             tolerance,
             _pointer(substeps, "double *"),
-            failed,
+            _pointer(failed, "unsigned char *"),
         )
-        if error != ffi.NULL:
-            raise RuntimeError(f"drivetrain {failed[0]}: {ffi.string(error).decode()}")
+        if alone and failed.any():
+            raise RuntimeError(
+                f"drivetrain {np.flatnonzero(failed)[0]}: the tolerance is not met within the "
+                "largest number of substeps"
+            )
 
     def evaluate(self, inputs: NDArray[np.void], states: NDArray[np.void]) -> NDArray[np.void]:
-        """Output records of input and state records of one shape."""
+        """Output records of input and state records, both of shape (..., n)."""
         inputs, states = np.ascontiguousarray(inputs), np.ascontiguousarray(states)
         outputs = np.empty(states.shape, dtype=drivetrain_dtype("output"))
         library().drivetrain_evaluate_many(
-            self._table.struct,
-            self._contact,
-            self._drivetrain,
-            states.size,
+            self._members,
+            self.size,
+            states.size // self.size,
             _pointer(inputs, "drivetrain_input *"),
             _pointer(states, "drivetrain_state *"),
             _pointer(outputs, "drivetrain_output *"),
         )
         return outputs
+
+
+def _contact_struct(contact: Mapping[str, float]) -> Any:
+    return ffi.new("force_element_parameters *", dict(contact))
+
+
+def _drivetrain_struct(drivetrain: Mapping[str, float], body: Mapping[str, float]) -> Any:
+    return ffi.new("drivetrain_parameters *", {**drivetrain, "body": dict(body)})
 
 
 # ---- models that an FMU can hold ------------------------------------------------------------

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib.kernel import NativeTrack
 from contactlib.parameters import POSITIVE, FloatArray, checked
 from contactlib.profile import Profile
 
-NEAR = 1e-9  # closer than that one is there [m, s]
 UNCHANGED = Profile((0.0,), (1.0,))
 
 
@@ -72,23 +70,9 @@ class Track:
         return np.asarray(np.stack([left, right], axis=-1) * self.friction_over_time(time))
 
     @cached_property
-    def _corners(self) -> tuple[list[float], list[float]]:
-        """Distances [m] and times [s] at which a profile has a corner or a jump."""
+    def native(self) -> NativeTrack:
+        """Profiles as the kernel wants them."""
         sides = self.friction_left, self.friction_right or self.friction_left
-        places = {place for side in sides for place in side.at}
-        return sorted(places), sorted(self.friction_over_time.at)
-
-    def until_change(self, distance: float, speed: float, time: float) -> float:
-        """Time until friction has a corner or a jump, at a constant speed [s]; may be infinite."""
-        places, times = self._corners
-        found = math.inf
-        if speed > 0.0:
-            i = bisect_right(places, distance + NEAR)
-            if i < len(places):
-                found = (places[i] - distance) / speed
-        elif speed < 0.0:
-            i = bisect_left(places, distance - NEAR)
-            if i > 0:
-                found = (places[i - 1] - distance) / speed
-        j = bisect_right(times, time + NEAR)
-        return min(found, times[j] - time) if j < len(times) else found
+        profiles = (*sides, self.friction_over_time)
+        left, right, over_time = ((profile.at, profile.value) for profile in profiles)
+        return left, right, over_time

@@ -8,7 +8,7 @@ jumps, so that no stretch is too short to be met.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -19,7 +19,6 @@ from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked
 from contactlib.peak_force import available_force
 from contactlib.scenario import Scenario
 from contactlib.simulation import WORK_UNITS, WORKS, Result, energy_defect, steady_creepage
-from contactlib.track import Track
 from contactlib.traction import Measurement, TractionController
 
 UNITS = {
@@ -110,15 +109,17 @@ def run_scenario(
     demand = scenario.demand(time[::per_sample])
     inputs = np.zeros(rows, kernel.drivetrain_dtype("input"))
     states = np.zeros(rows, kernel.drivetrain_dtype("state"))
-    wheelset, native = scenario.drivetrain.wheelset, scenario.drivetrain.native
-    track = scenario.track
+    wheelset = scenario.drivetrain.wheelset
+    fleet = kernel.NativeFleet([scenario.drivetrain.member(scenario.track.native)])
     load = 0.5 * wheelset.element.contact.normal_load
     inputs["load_left"] = inputs["load_right"] = load
     if scenario.held_speed is not None:
         speeds = scenario.held_speed(np.append(time, time[-1] + length))
         inputs["acceleration"] = np.diff(speeds) / length
 
-    inputs["friction_left"][0], inputs["friction_right"][0] = track.friction_scale(0.0, 0.0)
+    inputs["friction_left"][0], inputs["friction_right"][0] = scenario.track.friction_scale(
+        0.0, 0.0
+    )
     state, torque = _start(scenario, inputs[:1], float(demand[0]), initial_creepage)
     reader = scenario.sensors.reader(1, control.sample_time)
     memory: Any = None
@@ -135,35 +136,10 @@ def run_scenario(
             checked(f"torque of {type(control).__name__} at {time[i]:.6g} s", torque, FINITE)
             progress(i / rows)
         given["commanded_torque"] = torque
-        now = float(time[i])
-        given["friction_left"], given["friction_right"] = track.friction_scale(
-            state["distance"], now
-        ).T
         states[i] = state[0]
-        if i < rows - 1:
-            for part in _between_corners(track, given.copy(), state, now, length):
-                native.advance(*part, tolerance, substep)
+        fleet.advance(given, state, time[i], length if i < rows - 1 else 0.0, tolerance, substep)
     progress(1.0)
     return _result(scenario, time, np.repeat(demand, per_sample)[:rows], inputs, states)
-
-
-def _between_corners(
-    track: Track, given: Any, state: Any, now: float, length: float
-) -> Iterator[tuple[Any, Any, float]]:
-    """Input, state and length of each part of a step, from one corner of friction to the next.
-
-    The state is moved on from outside before the next part is asked for.
-    """
-    left = length
-    while left > 0.0:
-        there, speed = float(state["distance"][0]), float(state["speed"][0])
-        part = min(left, track.until_change(there, speed, now))
-        part = part if part < left * (1.0 - 1e-9) else left
-        middle = np.array([there + 0.5 * part * speed])
-        friction = track.friction_scale(middle, now + 0.5 * part)
-        given["friction_left"], given["friction_right"] = friction.T
-        yield given, state, part
-        now, left = now + part, left - part if part < left else 0.0
 
 
 def _start(

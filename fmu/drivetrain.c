@@ -249,38 +249,69 @@ static double error_size(const void *model, const double *y, const double *error
     return size;
 }
 
-const char *drivetrain_advance_many(const creep_table *table,
-                                    const force_element_parameters *contact,
-                                    const drivetrain_parameters *drivetrain, size_t n,
-                                    const drivetrain_input *input, drivetrain_state *state,
-                                    double step, double tolerance, double *substep,
-                                    size_t *failed) {
-    for (size_t i = 0; i < n; i++) {
-        motion m = {
-            .table = table, .contact = contact, .drivetrain = drivetrain, .input = &input[i]};
-        double y[MOST_ROWS];
-        equations problem = arrange(&m);
-        problem.rates = evaluate;
-        problem.error_size = error_size;
-        pack(&m, &state[i], y);
-        const char *error = rosenbrock_advance(&problem, y, step, tolerance, &substep[i]);
-        if (error) {
-            *failed = i;
-            return error;
+/* Step one on, from one corner of friction to the next. Returns NULL, or why it failed. */
+static const char *advance(const drivetrain_member *member, drivetrain_input *input,
+                           drivetrain_state *state, double time, double step, double tolerance,
+                           double *substep) {
+    drivetrain_input held = *input;
+    drivetrain_state now = *state;
+    motion m = {.table = member->table,
+                .contact = member->contact,
+                .drivetrain = member->drivetrain,
+                .input = &held};
+    equations problem = arrange(&m);
+    problem.rates = evaluate;
+    problem.error_size = error_size;
+    for (double left = step; left > 0.0;) {
+        double part = left;
+        if (member->rails) {
+            double until = track_until_change(member->rails, now.distance, now.speed, time);
+            if (until < left * (1.0 - 1e-9)) part = until;
+            double friction[2];
+            track_friction(member->rails, now.distance + 0.5 * part * now.speed, time + 0.5 * part,
+                           friction);
+            held.friction_left = friction[0];
+            held.friction_right = friction[1];
         }
-        state[i] = unpack(&m, y);
+        double y[MOST_ROWS];
+        pack(&m, &now, y);
+        const char *error = rosenbrock_advance(&problem, y, part, tolerance, substep);
+        if (error) return error;
+        now = unpack(&m, y);
+        time += part;
+        left = part < left ? left - part : 0.0;
     }
+    *state = now;
     return NULL;
 }
 
-void drivetrain_evaluate_many(const creep_table *table, const force_element_parameters *contact,
-                              const drivetrain_parameters *drivetrain, size_t n,
+void drivetrain_advance_many(const drivetrain_member *members, size_t n, drivetrain_input *input,
+                             drivetrain_state *state, double time, double step, double tolerance,
+                             double *substep, unsigned char *failed) {
+    for (size_t i = 0; i < n; i++) {
+        if (members[i].rails) {
+            double friction[2];
+            track_friction(members[i].rails, state[i].distance, time, friction);
+            input[i].friction_left = friction[0];
+            input[i].friction_right = friction[1];
+        }
+        if (!failed[i])
+            failed[i] = advance(&members[i], &input[i], &state[i], time, step, tolerance,
+                                &substep[i]) != NULL;
+    }
+}
+
+void drivetrain_evaluate_many(const drivetrain_member *members, size_t n, size_t rows,
                               const drivetrain_input *input, const drivetrain_state *state,
                               drivetrain_output *output) {
-    const drivetrain_parameters *p = drivetrain;
-    const wheelset_parameters *body = &p->body;
-    for (size_t i = 0; i < n; i++) {
-        motion m = {.table = table, .contact = contact, .drivetrain = p, .input = &input[i]};
+    for (size_t i = 0; i < n * rows; i++) {
+        const drivetrain_member *member = &members[i % n];
+        const drivetrain_parameters *p = member->drivetrain;
+        const wheelset_parameters *body = &p->body;
+        motion m = {.table = member->table,
+                    .contact = member->contact,
+                    .drivetrain = p,
+                    .input = &input[i]};
         const drivetrain_state *s = &state[i];
         force_element_output out[2];
         wheelset_rates rates;

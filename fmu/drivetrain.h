@@ -6,6 +6,7 @@
 #ifndef DRIVETRAIN_H
 #define DRIVETRAIN_H
 
+#include "track.h"
 #include "wheelset.h"
 
 typedef struct {
@@ -55,18 +56,26 @@ typedef struct {
     double stored_energy;     /* kinetic, and of the axle's twist [J] */
 } drivetrain_output;
 
-/* Step n drivetrains on. The tolerance is relative, as in wheelset_advance; substep holds the
- * length of each that is to be tried first (0: none known). Returns NULL, or why one of them
- * failed; failed is then its index, it and those after it are as they were. */
-CONTACTLIB_API const char *drivetrain_advance_many(
-    const creep_table *table, const force_element_parameters *contact,
-    const drivetrain_parameters *drivetrain, size_t n, const drivetrain_input *input,
-    drivetrain_state *state, double step, double tolerance, double *substep, size_t *failed);
+/* One of many. Without a track friction is as the input says. */
+typedef struct {
+    const creep_table *table;
+    const force_element_parameters *contact;
+    const drivetrain_parameters *drivetrain;
+    const track *rails;
+} drivetrain_member;
 
-CONTACTLIB_API void drivetrain_evaluate_many(const creep_table *table,
-                                             const force_element_parameters *contact,
-                                             const drivetrain_parameters *drivetrain, size_t n,
-                                             const drivetrain_input *input,
+/* Step n drivetrains on from a time. The input's friction is set to the track's at the start; from
+ * there on it is the track's in the middle of each stretch between two corners of it. The tolerance
+ * is relative, as in wheelset_advance; substep holds the length of each that is to be tried first
+ * (0: none known). What fails is as it was, failed is set, and it is not stepped any more. */
+CONTACTLIB_API void drivetrain_advance_many(const drivetrain_member *members, size_t n,
+                                            drivetrain_input *input, drivetrain_state *state,
+                                            double time, double step, double tolerance,
+                                            double *substep, unsigned char *failed);
+
+/* Outputs of rows of n drivetrains. */
+CONTACTLIB_API void drivetrain_evaluate_many(const drivetrain_member *members, size_t n,
+                                             size_t rows, const drivetrain_input *input,
                                              const drivetrain_state *state,
                                              drivetrain_output *output);
 

@@ -58,7 +58,7 @@ def drive(
         states.append(state.copy())
         inputs.append(given.copy())
         if i < steps:
-            train.native.advance(given, state, step, tolerance, substep)
+            train.native.advance(given, state, i * step, step, tolerance, substep)
     gone = np.concatenate(states)
     return Steps(
         step * np.arange(steps + 1, dtype=np.float64),
@@ -257,12 +257,13 @@ def test_many_are_one_by_one(locomotive: cl.Model) -> None:
     inputs["load_left"], inputs["load_right"] = rng.uniform(0.0, 1.3e5, (2, n))
     inputs["friction_left"], inputs["friction_right"] = rng.uniform(0.2, 1.2, (2, n))
     together, substeps = states.copy(), np.zeros(n)
+    fleet = kernel.NativeFleet([train.member()] * n)
     for _ in range(50):
-        train.native.advance(inputs, together, 2e-3, 1e-7, substeps)
+        fleet.advance(inputs, together, 0.0, 2e-3, 1e-7, substeps)
     for i in range(n):
         one, substep = states[i : i + 1].copy(), np.zeros(1)
         for _ in range(50):
-            train.native.advance(inputs[i : i + 1].copy(), one, 2e-3, 1e-7, substep)
+            train.native.advance(inputs[i : i + 1].copy(), one, 0.0, 2e-3, 1e-7, substep)
         assert one[0] == together[i]
 
 
@@ -275,8 +276,9 @@ def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
         inputs[name] = value
     inputs["commanded_torque"] = 0.0, np.nan
     before = states.copy()
+    fleet = kernel.NativeFleet([train.member()] * 2)
     with pytest.raises(RuntimeError, match=r"drivetrain 1: the tolerance is not met"):
-        train.native.advance(inputs, states, 1e-3, 1e-6, np.zeros(2))
+        fleet.advance(inputs, states, 0.0, 1e-3, 1e-6, np.zeros(2))
     assert states[1] == before[1]
     assert states[0] != before[0]
 
@@ -312,7 +314,7 @@ def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: 
     states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.1, 19.9
     substep, differences = np.zeros(1), []
     for _ in range(2000):
-        train.native.advance(inputs, states, 1e-4, 1e-10, substep)
+        train.native.advance(inputs, states, 0.0, 1e-4, 1e-10, substep)
         differences.append(states["omega_left"][0] - states["omega_right"][0])
     time = 1e-4 * np.arange(1, 2001)
     w, d = train.torsional_frequency, train.torsional_damping_ratio

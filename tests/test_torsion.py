@@ -109,12 +109,13 @@ def kernel_amplitudes(
     twist = 2.0 * point.speed / (body.radius * drivetrain.torsional_frequency)
     state["twist"] = twist * np.array(kicks)
     substep, sizes = np.zeros(len(kicks)), []
+    fleet = kernel.NativeFleet([drivetrain.member()] * len(kicks))
     for _ in range(cycles * rows):
         left, right = (body.radius * state[f"omega_{x}"] / point.speed for x in ("left", "right"))
         sizes.append(0.5 * np.abs(left - right))
         error = point.creepage - (0.5 * (left + right) - 1.0)
         given["commanded_torque"] = point.drive_torque + gain * error
-        drivetrain.native.advance(given, state, step, 1e-6, substep)
+        fleet.advance(given, state, 0.0, step, 1e-6, substep)
     return np.asarray(np.max(sizes[-rows:], axis=0))
 
 

@@ -74,7 +74,8 @@ def simulated_amplitudes(
 
     The kernel steps them all at once; a tight sampled controller holds their mean creepages.
     """
-    wheelset, native = drivetrain.wheelset, drivetrain.native
+    wheelset = drivetrain.wheelset
+    fleet = kernel.NativeFleet([drivetrain.member()] * len(points))
     inputs = np.zeros(len(points), kernel.drivetrain_dtype("input"))
     states = np.zeros(len(points), kernel.drivetrain_dtype("state"))
     mean, torque, speed = (
@@ -100,7 +101,7 @@ def simulated_amplitudes(
         if i >= steps - last:
             largest = np.maximum(largest, 0.5 * np.abs(left - right))
         inputs["commanded_torque"] = torque + gain * (mean - 0.5 * (left + right))
-        native.advance(inputs, states, STEP, 1e-6, substeps)
+        fleet.advance(inputs, states, 0.0, STEP, 1e-6, substeps)
     return largest
 
 

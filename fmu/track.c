@@ -1,0 +1,55 @@
+#include "track.h"
+
+#include <math.h>
+
+static const double NEAR = 1e-9; /* closer than that one is there [m, s] */
+
+/* Number of places at or before one. */
+static size_t passed(const profile *p, double place) {
+    size_t low = 0, high = p->count;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (p->at[middle] <= place) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+static double value_at(const profile *p, double place) {
+    size_t next = passed(p, place);
+    if (next == 0) return p->value[0];
+    if (next == p->count) return p->value[p->count - 1];
+    double from = p->at[next - 1], part = (place - from) / (p->at[next] - from);
+    return p->value[next - 1] + part * (p->value[next] - p->value[next - 1]);
+}
+
+void track_friction(const track *rails, double distance, double time, double friction[2]) {
+    double factor = value_at(&rails->over_time, time);
+    friction[0] = factor * value_at(&rails->left, distance);
+    friction[1] = factor * value_at(&rails->right, distance);
+}
+
+static double distance_ahead(const profile *p, double distance) {
+    size_t next = passed(p, distance + NEAR);
+    return next < p->count ? p->at[next] - distance : INFINITY;
+}
+
+static double distance_behind(const profile *p, double distance) {
+    size_t next = passed(p, distance - NEAR);
+    if (next > 0 && p->at[next - 1] == distance - NEAR) next--; /* that is here */
+    return next > 0 ? distance - p->at[next - 1] : INFINITY;
+}
+
+double track_until_change(const track *rails, double distance, double speed, double time) {
+    double found = distance_ahead(&rails->over_time, time);
+    if (speed > 0.0) {
+        double way =
+            fmin(distance_ahead(&rails->left, distance), distance_ahead(&rails->right, distance));
+        found = fmin(found, way / speed);
+    } else if (speed < 0.0) {
+        double way =
+            fmin(distance_behind(&rails->left, distance), distance_behind(&rails->right, distance));
+        found = fmin(found, way / -speed);
+    }
+    return found;
+}
