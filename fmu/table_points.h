@@ -1,0 +1,211 @@
+/* The spline of a creep table, and its law at many points.
+ *
+ * Loops over points are free of branches, so that a compiler turns them into vector instructions,
+ * and short enough that what goes from one to the next stays in the cache. */
+#ifndef TABLE_POINTS_H
+#define TABLE_POINTS_H
+
+#include <stddef.h>
+
+#include "creep_table.h"
+#include "line_law.h"
+
+enum { MOST_POINTS = 32, CORNER = 7 };
+
+static const double LEAST_CREEPAGE = 1e-280; /* below it the law is linear to the last digit */
+
+/* Uniform cubic B-spline: weights of 4 neighbours and their derivatives at 0 <= f <= 1. */
+ALWAYS_INLINE void basis(double f, double weight[4], double derivative[4]) {
+    double g = 1.0 - f;
+    weight[0] = g * g * g * (1.0 / 6.0);
+    weight[1] = 2.0 / 3.0 + f * f * (0.5 * f - 1.0);
+    weight[2] = 2.0 / 3.0 + g * g * (0.5 * g - 1.0);
+    weight[3] = f * f * f * (1.0 / 6.0);
+    derivative[0] = -0.5 * g * g;
+    derivative[1] = (1.5 * f - 2.0) * f;
+    derivative[2] = (2.0 - 1.5 * g) * g;
+    derivative[3] = 0.5 * f * f;
+}
+
+/* Cell of a coordinate in [0, cells], and the place inside it. */
+ALWAYS_INLINE uint32_t locate(double position, uint32_t cells, double *fraction) {
+    uint32_t cell = position < (double)cells ? (uint32_t)position : cells - 1u;
+    *fraction = position - (double)cell;
+    return cell;
+}
+
+/* v to the power twice/2. */
+ALWAYS_INLINE double half_power(double v, uint32_t twice) {
+    double power = twice % 2u != 0 ? sqrt(v) : 1.0;
+    for (uint32_t i = 0; i < twice / 2u; i++) power *= v;
+    return power;
+}
+
+ALWAYS_INLINE void half_powers(size_t n, const double *v, uint32_t twice, double *power) {
+    for (size_t i = 0; i < n; i++) power[i] = twice % 2u != 0 ? sqrt(v[i]) : 1.0;
+    for (uint32_t k = 0; k < twice / 2u; k++)
+        for (size_t i = 0; i < n; i++) power[i] *= v[i];
+}
+
+/* C and its derivatives to ln t and to sqrt(k_hat), from the row's c and its derivative. */
+static inline void add_corner(const creep_table *table, double t, const double c[CORNER],
+                              const double by_root_k[CORNER], double h[3]) {
+    double y = t * c[0], z = 1.0 - y;
+    if (!(z > 0.0 && y > 1e-60)) return; /* the fourth power of less is nothing */
+    double part = (y * y) * (y * y) * half_power(z, table->twice_corner), logarithm = log(z);
+    double constant = c[1] + z * (c[3] + z * c[5]), factor = c[2] + z * (c[4] + z * c[6]);
+    double sum = constant + factor * logarithm;
+    double by_z = c[3] + 2.0 * z * c[5] + (c[4] + 2.0 * z * c[6]) * logarithm;
+    /* y dC/dy, without a division by y, which may be next to nothing. */
+    double by_log_y =
+        part * ((4.0 - 0.5 * table->twice_corner * y / z) * sum - y * (factor / z + by_z));
+    const double *d = by_root_k;
+    double varied = d[1] + z * (d[3] + z * d[5]) + (d[2] + z * (d[4] + z * d[6])) * logarithm;
+    h[0] += part * sum;
+    h[1] += by_log_y;
+    h[2] += part * varied + by_root_k[0] / c[0] * by_log_y;
+}
+
+/* q = u H(u), u = x / (1 + x). */
+ALWAYS_INLINE void evaluate_one_axis(const creep_table *table, double x, double *ratio,
+                                     double *slope) {
+    double w[4], d[4], fraction, u = x / (1.0 + x), rest = 1.0 / (1.0 + x);
+    double scale = (double)table->cells_u;
+    const double *row = table->coefficients + locate(u * scale, table->cells_u, &fraction);
+    basis(fraction, w, d);
+    double h = row[0] * w[0] + row[1] * w[1] + row[2] * w[2] + row[3] * w[3];
+    double along = row[0] * d[0] + row[1] * d[1] + row[2] * d[2] + row[3] * d[3];
+    *ratio = u * h;
+    *slope = (h + u * scale * along) * rest * rest;
+}
+
+/* Where points are among the spline's cells, and what weighs the rows along sqrt(k_hat). */
+typedef struct {
+    double root_k[MOST_POINTS], rest[MOST_POINTS], fraction_u[MOST_POINTS];
+    double along_k[MOST_POINTS][8]; /* weights of 4 rows, and of their derivative */
+    uint32_t first[MOST_POINTS];    /* coefficient */
+} spline_place;
+
+ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double *k_hat,
+                               const double *t, uint32_t row_length, spline_place *place) {
+    double cells_u = (double)table->cells_u, cells_k = (double)table->cells_k;
+    double scale_k = cells_k / sqrt(table->k_max);
+    for (size_t i = 0; i < n; i++) {
+        double weight[4], derivative[4], rest = 1.0 / (1.0 + t[i]), root_k = sqrt(k_hat[i]);
+        double position_u = (1.0 - rest) * cells_u, position_k = root_k * scale_k;
+        int32_t cell_u = (int32_t)smaller(position_u, cells_u - 1.0);
+        int32_t cell_k = (int32_t)smaller(position_k, cells_k - 1.0);
+        basis(position_k - (double)cell_k, weight, derivative);
+        for (int j = 0; j < 4; j++) {
+            place->along_k[i][j] = weight[j];
+            place->along_k[i][4 + j] = scale_k * derivative[j];
+        }
+        place->root_k[i] = root_k;
+        place->rest[i] = rest;
+        place->fraction_u[i] = position_u - (double)cell_u;
+        place->first[i] = (uint32_t)cell_k * row_length + (uint32_t)cell_u;
+    }
+}
+
+/* Sums over 4 rows, for each of 4 neighbours along u: of values and of derivatives to sqrt(k_hat).
+ */
+ALWAYS_INLINE void add_rows(const double *row, uint32_t row_length, const double along_k[8],
+                            double sum[8]) {
+    for (int c = 0; c < 8; c++) sum[c] = 0.0;
+    for (int j = 0; j < 4; j++, row += row_length)
+        for (int c = 0; c < 4; c++) {
+            sum[c] += along_k[j] * row[c];
+            sum[4 + c] += along_k[4 + j] * row[c];
+        }
+}
+
+/* C of one point, added to h: H and its derivatives to ln t and to sqrt(k_hat). */
+static inline void add_corner_at(const creep_table *table, const double *row, uint32_t row_length,
+                                 const double along_k[8], double t, double h[3]) {
+    double c[CORNER] = {0.0}, by_root_k[CORNER] = {0.0};
+    for (int j = 0; j < 4; j++, row += row_length)
+        for (size_t i = 0; i < CORNER; i++) {
+            c[i] += along_k[j] * row[i];
+            by_root_k[i] += along_k[4 + j] * row[i];
+        }
+    add_corner(table, t, c, by_root_k, h);
+}
+
+/* What the spline adds to q = q_line + x w (H + C), with w = (1 + t)^-d, and to its derivatives, at
+ * points of the line contact's law. */
+ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const double *x,
+                                   const double *k_hat, const double *t, const double *stretch,
+                                   const double *share, double *ratio, double *slope,
+                                   double *log_k) {
+    uint32_t corner = table->twice_corner > 0 ? CORNER : 0;
+    uint32_t row_length = corner + table->cells_u + 3;
+    spline_place place;
+    double sum[MOST_POINTS][8], h[MOST_POINTS][3], w[MOST_POINTS];
+    find_places(table, n, k_hat, t, row_length, &place);
+    for (size_t i = 0; i < n; i++)
+        add_rows(table->coefficients + corner + place.first[i], row_length, place.along_k[i],
+                 sum[i]);
+    double cells_u = (double)table->cells_u;
+    for (size_t i = 0; i < n; i++) {
+        double weight[4], derivative[4], *s = sum[i], u = 1.0 - place.rest[i];
+        basis(place.fraction_u[i], weight, derivative);
+        h[i][0] = s[0] * weight[0] + s[1] * weight[1] + s[2] * weight[2] + s[3] * weight[3];
+        h[i][1] = s[0] * derivative[0] + s[1] * derivative[1] + s[2] * derivative[2] +
+                  s[3] * derivative[3];
+        h[i][2] = s[4] * weight[0] + s[5] * weight[1] + s[6] * weight[2] + s[7] * weight[3];
+        h[i][1] *= cells_u * u * place.rest[i];
+    }
+    if (corner > 0)
+        for (size_t i = 0; i < n; i++) {
+            uint32_t cell = place.first[i] / row_length;
+            add_corner_at(table, table->coefficients + cell * row_length, row_length,
+                          place.along_k[i], t[i], h[i]);
+        }
+    half_powers(n, place.rest, table->twice_decay, w);
+    double decay = 0.5 * table->twice_decay;
+    for (size_t i = 0; i < n; i++) {
+        double root_k = place.root_k[i], factor = table->root_k ? root_k : 1.0;
+        double value = factor * h[i][0], by_log_t = factor * h[i][1];
+        double by_log_k = 0.5 * root_k * (factor * h[i][2] + (table->root_k ? h[i][0] : 0.0));
+        double size = fabs(x[i]), moved = by_log_t - decay * (1.0 - place.rest[i]) * value;
+        double by_stretch = size * w[i] * moved / stretch[i];
+        ratio[i] += size * w[i] * value;
+        slope[i] += w[i] * value + (stretch[i] > 0.0 ? by_stretch : 0.0);
+        log_k[i] += size * w[i] * (by_log_k - share[i] * moved);
+    }
+}
+
+/* q, dq/dx and k_hat dq/dk_hat of n <= MOST_POINTS points. */
+ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const double *x,
+                                   const double *k_hat, double *ratio, double *slope,
+                                   double *log_k) {
+    if (table->one_axis) {
+        for (size_t i = 0; i < n; i++) {
+            evaluate_one_axis(table, fabs(x[i]), &ratio[i], &slope[i]);
+            ratio[i] = copysign(ratio[i], x[i]);
+            log_k[i] = 0.0;
+        }
+        return;
+    }
+    double t[MOST_POINTS], stretch[MOST_POINTS], share[MOST_POINTS];
+    for (size_t i = 0; i < n; i++) {
+        double given = fabs(x[i]), tiny = given * (1.0 / LEAST_CREEPAGE);
+        coordinate c = solve_coordinate(larger(given, LEAST_CREEPAGE), k_hat[i]);
+        double part = given < LEAST_CREEPAGE ? tiny : 1.0;
+        stretch[i] = c.y + 4.0 * c.m * c.s; /* dx/d(ln t) */
+        double quotient = c.y / stretch[i]; /* -d(ln t)/d(ln k_hat) at fixed x */
+        share[i] = stretch[i] > 0.0 ? quotient : 0.0;
+        t[i] = c.t;
+        ratio[i] = part * line_traction_ratio(c);
+        slope[i] = 2.0 * c.s * (1.0 - 4.0 * c.m * share[i]);
+        log_k[i] = part * (8.0 * c.m * c.s * c.y * share[i]);
+    }
+    if (table->cells_u > 0)
+        add_corrections(table, n, x, k_hat, t, stretch, share, ratio, slope, log_k);
+    for (size_t i = 0; i < n; i++) {
+        ratio[i] = copysign(ratio[i], x[i]);
+        log_k[i] = copysign(log_k[i], x[i]);
+    }
+}
+
+#endif

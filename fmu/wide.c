@@ -1,0 +1,43 @@
+#include "wide.h"
+
+#if defined(__x86_64__) && defined(__GNUC__)
+#include <cpuid.h>
+
+/* State that the operating system keeps: bits 1 and 2 of vectors, 5 to 7 of the widest. */
+static unsigned kept_state(void) {
+    unsigned low, high;
+    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return low;
+}
+
+/* 2 if the processor has AVX-512 (F, DQ, VL), 1 if it has AVX2, else 0. */
+static int widest(void) {
+    unsigned a, b, c, d;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & (1u << 27))) return 0; /* no xgetbv */
+    unsigned state = kept_state();
+    if ((state & 0x06u) != 0x06u || !__get_cpuid_count(7, 0, &a, &b, &c, &d)) return 0;
+    const unsigned avx512 = (1u << 16) | (1u << 17) | (1u << 31);
+    if ((state & 0xE0u) == 0xE0u && (b & avx512) == avx512) return 2;
+    return (b & (1u << 5)) != 0;
+}
+
+/* Asked once: the instruction is slow, above all in a virtual machine. All threads find the same,
+ * so it does not matter who writes. */
+static int width(void) {
+    static int known = -1;
+    int found = __atomic_load_n(&known, __ATOMIC_RELAXED);
+    if (found < 0) {
+        found = widest();
+        __atomic_store_n(&known, found, __ATOMIC_RELAXED);
+    }
+    return found;
+}
+#define CHOOSE(name) (width() == 2 ? name##_avx512 : width() == 1 ? name##_avx2 : name##_portable)
+#else
+#define CHOOSE(name) name##_portable
+#endif
+
+void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
+                               const double *k_hat, size_t k_stride, double *ratio, double *slope) {
+    CHOOSE(creep_table_evaluate_many)(table, n, x, k_hat, k_stride, ratio, slope);
+}

@@ -1,0 +1,11 @@
+/* For x86-64 with AVX2. */
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#elif defined(__x86_64__) && defined(__GNUC__)
+#pragma GCC target("avx2")
+#endif
+#define WIDE_SUFFIX avx2
+#include "wide.inc"
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute pop
+#endif

@@ -1,0 +1,12 @@
+/* For x86-64 with AVX-512. */
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), \
+                             apply_to = function)
+#elif defined(__x86_64__) && defined(__GNUC__)
+#pragma GCC target("avx512f,avx512dq,avx512vl")
+#endif
+#define WIDE_SUFFIX avx512
+#include "wide.inc"
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute pop
+#endif

@@ -1,0 +1,3 @@
+/* For any processor of the platform. */
+#define WIDE_SUFFIX portable
+#include "wide.inc"
