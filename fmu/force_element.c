@@ -2,153 +2,43 @@
 
 #include <math.h>
 
-#include "regularized_speed.h"
+#include "force_law.h"
 #include "relaxation.h"
-
-static const double PI = 3.14159265358979323846;
 
 void force_element_scales(const force_element_parameters *p, double normal_load,
                           double friction_scale, contact_scales *scales) {
-    double kinetic = friction_scale * p->kinetic_friction;
-    double drop = friction_scale * (p->static_friction - p->kinetic_friction);
-    double load = normal_load / p->nominal_load, growth, square;
-    if (p->load_exponent == 0.5) { /* of a line contact */
-        growth = sqrt(load);
-        square = load;
-    } else {
-        growth = pow(load, p->load_exponent);
-        square = growth * growth;
-    }
-    double modulus = p->contact_modulus, pressure = p->peak_pressure * growth;
-    double weakening = modulus * p->weakening_length / (p->semi_width * p->peak_pressure * square);
-    scales->saturation_creepage =
-        2.0 * kinetic * pressure / (modulus * p->slope_reduction); /* Eq. (15) */
-    scales->k_hat = sqrt(weakening * drop * (1.0 / PI)) / kinetic; /* Eq. (17) */
-    /* 2 pi k_hat^2 (f_d / (f_s - f_d))^2, with Eq. (17) put in */
-    scales->process_zone_ratio = drop > 0.0 ? 2.0 * weakening / drop : 0.0;
+    force_element_parameters there = force_element_at_load(p, normal_load);
+    *scales = contact_scales_of(&there, friction_scale);
 }
 
 /* ---- force --------------------------------------------------------------------------------- */
 
-/* Factor on friction at a slip velocity, and its part that passes. */
-static double slip_rate_factor(const force_element_parameters *p, double slip, double *passing) {
-    double decay = p->slip_rate_decay;
-    *passing = 1.0 - p->slip_rate_residual;
-    if (decay != 0.0) *passing *= exp(-decay * fabs(slip));
-    return *passing + p->slip_rate_residual;
-}
-
-/* What depends on the velocities alone; returns one over the reference speed. */
-static double kinematics(const force_element_parameters *p, const force_element_input *in,
-                         double slip, force_element_output *out) {
-    double reference, slope;
-    regularized_speed(in->speed, p->minimum_speed, &reference, &slope);
-    double inverse = 1.0 / reference;
-    out->creepage = slip * inverse;
-    out->creepage_by_omega = p->radius * inverse;
-    out->creepage_by_speed = -(1.0 + out->creepage * slope) * inverse;
-    /* With relaxation nothing is regularised. */
-    out->speed_margin = p->relaxation_length > 0.0 ? -1.0 : p->minimum_speed - fabs(in->speed);
-    out->speed_regularized = out->speed_margin > 0.0;
-    return inverse;
-}
-
-/* What is next to no load is none: the scales of its contact would leave the range of numbers. */
-static int is_loaded(const force_element_parameters *p, const force_element_input *in) {
-    return in->normal_load > 1e-100 * p->nominal_load;
-}
-
 /* No contact: no force, and no scales to speak of. But the first load slides. */
 static void evaluate_unloaded(const creep_table *table, const force_element_parameters *p,
-                              const force_element_input *in, double slip, double kinetic,
-                              force_element_output *out) {
+                              const force_element_input *in, force_element_output *out) {
     creep_value q;
+    force_state at = begin_force(table, p, in);
     *out =
         (force_element_output){.falling_margin = -1.0, .k_hat_margin = -1.0, .force_margin = -1.0};
-    kinematics(p, in, slip, out);
-    int relaxed = p->relaxation_length > 0.0;
-    double acting = relaxed ? in->relaxed_creepage : out->creepage;
-    if (relaxed) relaxation_rate(p, in, slip, 0.0, 0.0, out);
-    creep_table_evaluate(table, copysign(1e30, acting), table->one_axis ? 1.0 : table->k_max, &q);
-    out->force_by_load = acting == 0.0 ? 0.0 : kinetic * q.traction_ratio;
+    set_kinematics(p, in, &at, out);
+    relaxation_rate(p, in, at.slip, 0.0, 0.0, out);
+    creep_table_evaluate(table, copysign(1e30, at.acting), table->one_axis ? 1.0 : table->k_max,
+                         &q);
+    out->force_by_load = at.acting == 0.0 ? 0.0 : at.kinetic * q.traction_ratio;
 }
 
-void force_element_evaluate(const creep_table *table, const force_element_parameters *p,
+void force_element_evaluate(const creep_table *table, const force_element_parameters *parameters,
                             const force_element_input *in, force_element_output *out) {
-    double slip = p->radius * in->omega - in->speed;
-
-    /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
-    double passing, g = slip_rate_factor(p, slip, &passing);
-    double friction_scale = g * in->friction_scale;
-    double kinetic = friction_scale * p->kinetic_friction;
-    if (!is_loaded(p, in)) {
-        evaluate_unloaded(table, p, in, slip, kinetic, out);
+    if (!is_loaded(parameters, in->normal_load)) {
+        evaluate_unloaded(table, parameters, in, out);
         return;
     }
-    double inverse_speed = kinematics(p, in, slip, out);
-    contact_scales scales;
-    force_element_scales(p, in->normal_load, friction_scale, &scales);
-    int k_hat_limited = !table->one_axis && scales.k_hat > table->k_max;
-    double k_hat = k_hat_limited ? table->k_max : scales.k_hat;
-    int relaxed = p->relaxation_length > 0.0;
-    double zeta0 = scales.saturation_creepage, acting = out->creepage;
-    if (relaxed) acting = in->relaxed_creepage;
-    double x = acting / zeta0;
     creep_value q;
-    creep_table_evaluate(table, x, k_hat, &q);
-
-    /* The law does not know f_s; friction does. */
-    out->force_margin = p->kinetic_friction * fabs(q.traction_ratio) - p->static_friction;
-    out->force_limited = out->force_margin > 0.0;
-    if (out->force_limited > 0.0) {
-        double most = p->static_friction / p->kinetic_friction;
-        q = (creep_value){copysign(most, q.traction_ratio), 0.0, 0.0};
-    }
-
-    double sliding = kinetic * in->normal_load, per_creepage = sliding / zeta0;
-    double log_k_by_log_load = k_hat_limited ? 0.0 : -p->load_exponent;
-    double log_k_by_log_g = k_hat_limited ? 0.0 : -0.5;
-    double through_g = 0.0, log_g_by_slip = 0.0; /* dq/dw by way of the slip speed w alone */
-    if (p->slip_rate_decay != 0.0) {
-        log_g_by_slip = -copysign(p->slip_rate_decay * passing / g, slip);
-        double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
-        through_g = by_log_g * log_g_by_slip;
-    }
-    double slope = q.slope; /* at this speed */
-    if (through_g != 0.0) slope += through_g * zeta0 / inverse_speed;
-    double by_creepage = per_creepage * slope;
-    out->creep_force = sliding * q.traction_ratio;
-    out->wheel_torque = -p->radius * out->creep_force;
-    out->normalized_creepage = x;
-    out->traction_coefficient = kinetic * q.traction_ratio;
-    out->force_gradient = by_creepage * inverse_speed;
-    out->k_hat = k_hat;
-    out->saturation_creepage = zeta0;
-    out->process_zone_ratio = scales.process_zone_ratio;
-    /* An indicator must not stay at zero, as the slope does where the force is held. */
-    out->falling_margin = slope == 0.0 ? -1.0 : -slope;
-    out->falling_branch = slope < 0.0;
-    out->k_hat_margin = table->one_axis ? -1.0 : scales.k_hat - table->k_max;
-    out->k_hat_limited = k_hat_limited;
-    out->force_by_load = kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
-                                    log_k_by_log_load * q.log_k_derivative);
-    if (relaxed) {
-        out->force_by_omega = sliding * through_g * p->radius;
-        out->force_by_speed = -sliding * through_g;
-        out->force_by_relaxed = per_creepage * q.slope;
-        relaxation_rate(p, in, slip, zeta0, log_g_by_slip, out);
-    } else {
-        out->force_by_omega = by_creepage * out->creepage_by_omega;
-        out->force_by_speed = per_creepage * q.slope * out->creepage_by_speed - sliding * through_g;
-        out->force_by_relaxed = out->relaxation_rate = 0.0;
-        out->rate_by_omega = out->rate_by_speed = out->rate_by_relaxed = 0.0;
-    }
-}
-
-void force_element_evaluate_many(const creep_table *table,
-                                 const force_element_parameters *parameters, size_t n,
-                                 const force_element_input *input, force_element_output *output) {
-    for (size_t i = 0; i < n; i++) force_element_evaluate(table, parameters, &input[i], &output[i]);
+    force_element_parameters p = force_element_at_load(parameters, in->normal_load);
+    force_state at = begin_force(table, &p, in);
+    creep_table_evaluate(table, at.x, at.k_hat, &q);
+    finish_force(table, &p, in, &at, q, out);
+    relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_slip, out);
 }
 
 /* ---- directional derivative ---------------------------------------------------------------- */
@@ -191,7 +81,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     double passing, g = slip_rate_factor(p, slip, &passing), w = fabs(slip);
     double dw = slip == 0.0 ? 0.0 : copysign(dslip, slip * dslip);
     double part = p->slip_rate_residual < 1.0 ? passing / (1.0 - p->slip_rate_residual)
-                                              : exp(-p->slip_rate_decay * w);
+                                              : decaying_exponential(p->slip_rate_decay * w);
     double dlog_g = (dp->slip_rate_residual * (1.0 - part) -
                      passing * (w * dp->slip_rate_decay + p->slip_rate_decay * dw)) /
                     g;
@@ -200,7 +90,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     double dlog_kinetic = dlog_scale + dp->kinetic_friction / p->kinetic_friction;
 
     double zeta0 = out->saturation_creepage, dlog_zeta0 = 0.0;
-    if (is_loaded(p, in)) {
+    if (is_loaded(p, in->normal_load)) {
         double drop = p->static_friction - p->kinetic_friction;
         double ddrop = dp->static_friction - dp->kinetic_friction;
         double dlog_drop = dlog_scale + (drop > 0.0 ? ddrop / drop : 0.0);

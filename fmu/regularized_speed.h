@@ -5,15 +5,13 @@
 
 #include <math.h>
 
-static inline void regularized_speed(double v, double minimum, double *value, double *slope) {
-    if (fabs(v) >= minimum) {
-        *value = fabs(v);
-        *slope = copysign(1.0, v);
-    } else {
-        double z = v / minimum, z2 = z * z;
-        *value = minimum * (3.0 + z2 * (6.0 - z2)) / 8.0;
-        *slope = z * (3.0 - z2) / 2.0;
-    }
+#include "inline.h"
+
+ALWAYS_INLINE void regularized_speed(double v, double minimum, double *value, double *slope) {
+    double z = v / minimum, z2 = z * z;
+    int slow = fabs(v) < minimum;
+    *value = slow ? minimum * (3.0 + z2 * (6.0 - z2)) / 8.0 : fabs(v);
+    *slope = slow ? z * (3.0 - z2) / 2.0 : copysign(1.0, v);
 }
 
 #endif

@@ -43,27 +43,3 @@ double force_element_relax(const force_element_parameters *p, const force_elemen
     }
     return zeta;
 }
-
-void relaxation_rate(const force_element_parameters *p, const force_element_input *in, double slip,
-                     double saturation_creepage, double log_by_slip, force_element_output *out) {
-    double zeta = in->relaxed_creepage, length = p->relaxation_length;
-    double limit = sliding_limit(saturation_creepage);
-    double decay = fabs(in->speed), direction = in->speed == 0.0 ? 0.0 : copysign(1.0, in->speed);
-    int sliding = fabs(zeta) > limit;
-    if (sliding) {
-        length *= limit / fabs(zeta);
-        decay = sliding_decay(slip, in->speed, limit);
-    }
-    double rate = (slip - decay * zeta) / length;
-    double log_limit_by_slip = sliding && limit == saturation_creepage ? log_by_slip : 0.0;
-    double decay_by_slip = 0.0;
-    if (decay > fabs(in->speed)) { /* the least decay, by the slip */
-        decay_by_slip = decay / slip - decay * log_limit_by_slip;
-        direction = 0.0;
-    }
-    double by_slip = (1.0 - decay_by_slip * zeta) / length - rate * log_limit_by_slip;
-    out->relaxation_rate = rate;
-    out->rate_by_omega = by_slip * p->radius;
-    out->rate_by_speed = -by_slip - direction * zeta / length;
-    out->rate_by_relaxed = -decay / length + (sliding ? rate / zeta : 0.0);
-}

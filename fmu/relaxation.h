@@ -10,25 +10,46 @@
 #include <math.h>
 
 #include "force_element.h"
+#include "inline.h"
 
 /* Beyond saturation the decay is by |v|, but at least by this part of |w|/zeta0: it ends the growth
  * at a million times zeta0, where every law has long come to its tail. */
 static const double LEAST_DECAY = 1e-6;
 
-static inline double sliding_decay(double slip, double speed, double limit) {
-    return fmax(fabs(speed), LEAST_DECAY * fabs(slip) / limit);
+ALWAYS_INLINE double sliding_decay(double slip, double speed, double limit) {
+    return larger(fabs(speed), LEAST_DECAY * fabs(slip) / limit);
 }
 
 /* The relaxed creepage beyond which the patch slides. The saturation creepage vanishes with the
  * load, and the length would with it; it stops where nothing is transmitted any more. */
-static inline double sliding_limit(double saturation_creepage) {
-    return fmax(saturation_creepage, 1e-5);
+ALWAYS_INLINE double sliding_limit(double saturation_creepage) {
+    return larger(saturation_creepage, 1e-5);
 }
 
-/* Set the relaxation rate and its partial derivatives; log_by_slip is that of the saturation
- * creepage to the slip velocity. */
-void relaxation_rate(const force_element_parameters *parameters, const force_element_input *input,
-                     double slip, double saturation_creepage, double log_by_slip,
-                     force_element_output *output);
+/* Set the relaxation rate and its partial derivatives, all zero without a relaxation length;
+ * log_by_slip is that of the saturation creepage to the slip velocity. */
+ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const force_element_input *in,
+                                   double slip, double saturation_creepage, double log_by_slip,
+                                   force_element_output *out) {
+    int relaxed = p->relaxation_length > 0.0;
+    double zeta = in->relaxed_creepage, limit = sliding_limit(saturation_creepage);
+    double pace = fabs(in->speed), direction = copysign(in->speed == 0.0 ? 0.0 : 1.0, in->speed);
+    int sliding = fabs(zeta) > limit;
+    double size = sliding ? fabs(zeta) : limit; /* not zero: it divides */
+    double length = (relaxed ? p->relaxation_length : 1.0) * limit / size;
+    double decay = sliding ? sliding_decay(slip, in->speed, limit) : pace;
+    double rate = (slip - decay * zeta) / length;
+    int moves = sliding & (limit == saturation_creepage);
+    double log_limit_by_slip = moves ? log_by_slip : 0.0;
+    int least = decay > pace; /* the least decay, by the slip, which then is not zero */
+    double decay_by_slip = least ? decay / slip - decay * log_limit_by_slip : 0.0;
+    direction = least ? 0.0 : direction;
+    double by_slip = (1.0 - decay_by_slip * zeta) / length - rate * log_limit_by_slip;
+    double by_relaxed = -decay / length + (sliding ? rate / zeta : 0.0);
+    out->relaxation_rate = relaxed ? rate : 0.0;
+    out->rate_by_omega = relaxed ? by_slip * p->radius : 0.0;
+    out->rate_by_speed = relaxed ? -by_slip - direction * zeta / length : 0.0;
+    out->rate_by_relaxed = relaxed ? by_relaxed : 0.0;
+}
 
 #endif

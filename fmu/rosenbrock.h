@@ -1,8 +1,10 @@
-/* Time integration of a few stiff differential equations, stable at any step.
+/* Time integration of a few stiff differential equations, stable at any step, for LANES systems at
+ * once: include it with LANES defined.
  *
  * Rodas3: a linearly implicit Rosenbrock method of four stages and third order, L-stable and
  * stiffly accurate, with an embedded second-order solution that controls the substeps. It needs
- * the exact Jacobian and no iteration.
+ * the exact Jacobian and no iteration. Each lane has substeps of its own and computes what it
+ * would compute alone; one that has arrived waits for the others.
  *
  * A. Sandu, J. G. Verwer, J. G. Blom, E. J. Spee, G. R. Carmichael & F. A. Potra, "Benchmarking
  * stiff ODE solvers for atmospheric chemistry problems II: Rosenbrock solvers", Atmospheric
@@ -10,23 +12,200 @@
 #ifndef ROSENBROCK_H
 #define ROSENBROCK_H
 
-enum { MOST_STATES = 7, MOST_ROWS = 12 };
+#include <math.h>
+#include <stddef.h>
 
-/* Equations y' = f(y). Of its rows the first are states; the others are integrals along the way,
+#include "inline.h"
+
+enum { MOST_STATES = 7, MOST_ROWS = 12, MOST_SUBSTEPS = 100000 };
+
+typedef double lanes[LANES];
+typedef lanes rows[MOST_ROWS];
+typedef lanes matrix[MOST_ROWS][MOST_STATES];
+
+#define EACH(l) (int l = 0; l < LANES; l++)
+
+/* Equations y' = f(y). Of their rows the first are states; the others are integrals along the way,
  * such as works, on which nothing depends. */
 typedef struct {
     int states, rows;
+    int place[MOST_ROWS]; /* of each row in y, f and the Jacobian; that of a state is below 7 */
     void *model;
     /* Rates of all rows, and unless it is null their derivatives by the states. */
-    void (*rates)(void *model, const double *y, double *f, double (*jacobian)[MOST_STATES]);
+    void (*rates)(void *model, rows y, rows f, matrix *jacobian);
     /* Size of an error of y, as a part of what is called one hundred per cent. */
-    double (*error_size)(const void *model, const double *y, const double *error);
+    void (*error_size)(const void *model, rows y, rows error, lanes size);
 } equations;
 
-/* Step y on, with an error of each substep up to the tolerance. substep is the length to try
- * first, 0 if none is known, and then the one to go on with. Returns NULL, or why the step failed;
- * y is then as it was. */
-const char *rosenbrock_advance(const equations *problem, double *y, double step, double tolerance,
-                               double *substep);
+/* a = l u in place. Rows are not exchanged: 2/h of each state stands in the diagonal, and where a
+ * growing mode meets it the error control takes a shorter substep. The diagonal is inverted. */
+static inline void factorize(int n, lanes a[MOST_STATES][MOST_STATES]) {
+    for (int k = 0; k < n; k++) {
+        for
+            EACH(l) a[k][k][l] = 1.0 / a[k][k][l];
+        for (int i = k + 1; i < n; i++) {
+            for
+                EACH(l) a[i][k][l] *= a[k][k][l];
+            for (int c = k + 1; c < n; c++)
+                for
+                    EACH(l) a[i][c][l] -= a[i][k][l] * a[k][c][l];
+        }
+    }
+}
+
+static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST_ROWS],
+                         lanes x[MOST_ROWS]) {
+    for (int i = 0; i < n; i++) {
+        for
+            EACH(l) x[i][l] = b[i][l];
+        for (int c = 0; c < i; c++)
+            for
+                EACH(l) x[i][l] -= lu[i][c][l] * x[c][l];
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int c = i + 1; c < n; c++)
+            for
+                EACH(l) x[i][l] -= lu[i][c][l] * x[c][l];
+        for
+            EACH(l) x[i][l] *= lu[i][i][l];
+    }
+}
+
+/* A substep: Jacobian, factors of 2/h - J, and h. */
+typedef struct {
+    const equations *problem;
+    matrix j;
+    lanes lu[MOST_STATES][MOST_STATES];
+    lanes h;
+} substep;
+
+/* (2/h - J) k = b. The integrals' own part of J is zero, so the states' part of k gives theirs. */
+static inline void stage(substep *s, rows b, rows k) {
+    const equations *p = s->problem;
+    solve(p->states, s->lu, b, k);
+    for (int i = p->states; i < p->rows; i++) {
+        for
+            EACH(l) k[i][l] = b[i][l];
+        for (int c = 0; c < p->states; c++)
+            for
+                EACH(l) k[i][l] += s->j[p->place[i]][p->place[c]][l] * k[c][l];
+        for
+            EACH(l) k[i][l] *= 0.5 * s->h[l];
+    }
+}
+
+/* One substep from y, where rates and Jacobian are known; the estimated error beside. */
+static inline void rodas3(substep *s, rows y, rows f, rows next, rows error) {
+    const equations *p = s->problem;
+    int n = p->states;
+    rows b, k1, k2, k3, k4, g;
+    for (int i = 0; i < n; i++)
+        for (int c = 0; c < n; c++)
+            for
+                EACH(l)
+    s->lu[i][c][l] = (i == c ? 2.0 / s->h[l] : 0.0) - /* gamma 1/2 */
+                     s->j[p->place[i]][p->place[c]][l];
+    factorize(n, s->lu);
+    for (int i = 0; i < p->rows; i++)
+        for
+            EACH(l) b[i][l] = f[p->place[i]][l];
+    stage(s, b, k1);
+    for (int i = 0; i < p->rows; i++)
+        for
+            EACH(l) b[i][l] += 4.0 / s->h[l] * k1[i][l];
+    stage(s, b, k2);
+    for (int i = 0; i < MOST_ROWS; i++)
+        for
+            EACH(l) next[i][l] = y[i][l];
+    for (int i = 0; i < p->rows; i++)
+        for
+            EACH(l) next[p->place[i]][l] += 2.0 * k1[i][l];
+    p->rates(p->model, next, g, NULL);
+    for (int i = 0; i < p->rows; i++)
+        for
+            EACH(l) b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l]) / s->h[l];
+    stage(s, b, k3);
+    for (int i = 0; i < p->rows; i++)
+        for
+            EACH(l) next[p->place[i]][l] += k3[i][l];
+    p->rates(p->model, next, g, NULL);
+    for (int i = 0; i < p->rows; i++)
+        for
+            EACH(l)
+    b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l] - (8.0 / 3.0) * k3[i][l]) / s->h[l];
+    stage(s, b, k4);
+    for (int i = 0; i < p->rows; i++)
+        for
+            EACH(l) {
+                next[p->place[i]][l] += k4[i][l];
+                error[p->place[i]][l] = k4[i][l];
+            }
+}
+
+/* How much longer a substep may be whose error is this part of the tolerance. */
+ALWAYS_INLINE double stretch_of_step(double ratio) {
+    double held = smaller(larger(ratio, 1e-6), 1e6), root = rough_inverse_third_root(held);
+    root = root * (4.0 - held * root * root * root) * (1.0 / 3.0); /* Newton: to 0.3 % */
+    double factor = smaller(5.0, larger(0.1, 0.8 * root));
+    return ratio <= 1e300 ? factor : 0.1; /* also if it is not a number */
+}
+
+/* Step y on by each lane's step, with an error of each substep up to the tolerance. substep is the
+ * length to try first, 0 if none is known, and then the one to go on with. Where that fails within
+ * the largest number of substeps failed is set, and y is as it was. */
+static inline void rosenbrock_advance(const equations *p, rows y, const lanes step,
+                                      double tolerance, lanes tried, int failed[LANES]) {
+    rows now, f, next, error;
+    substep s;
+    lanes left, h, pieces, ratio;
+    s.problem = p;
+    memset(s.j, 0, sizeof s.j); /* what no rate depends on stays so */
+    int busy = 0;
+    for
+        EACH(l) {
+            left[l] = step[l];
+            h[l] = tried[l] > 0.0 ? tried[l] : step[l];
+            busy |= left[l] > 0.0;
+            failed[l] = 0;
+        }
+    for (int i = 0; i < MOST_ROWS; i++)
+        for
+            EACH(l) now[i][l] = y[i][l];
+    for (int count = 0; busy && count < MOST_SUBSTEPS; count++) {
+        p->rates(p->model, now, f, &s.j);
+        for
+            EACH(l) {
+                pieces[l] = left[l] > 0.0 ? ceil(left[l] / h[l] * (1.0 - 1e-12)) : 1.0;
+                s.h[l] = left[l] > 0.0 ? (pieces[l] > 1.0 ? left[l] / pieces[l] : left[l]) : 1.0;
+            }
+        rodas3(&s, now, f, next, error);
+        p->error_size(p->model, next, error, ratio);
+        busy = 0;
+        for
+            EACH(l) {
+                double part = ratio[l] / tolerance, factor = stretch_of_step(part);
+                int runs = left[l] > 0.0, taken = runs & (part <= 1.0);
+                for (int i = 0; i < p->rows; i++) {
+                    double *place = &now[p->place[i]][l];
+                    *place = taken ? next[p->place[i]][l] : *place;
+                }
+                double longer = larger(h[l], s.h[l] * factor),
+                       shorter = s.h[l] * smaller(factor, 0.8);
+                double after = factor < 1.0 ? s.h[l] * factor : longer;
+                h[l] = runs ? (taken ? after : shorter) : h[l];
+                left[l] = taken ? (pieces[l] > 1.0 ? left[l] - s.h[l] : 0.0) : left[l];
+                busy |= left[l] > 0.0;
+            }
+    }
+    for
+        EACH(l) {
+            failed[l] = left[l] > 0.0;
+            tried[l] = failed[l] ? tried[l] : h[l];
+            for (int i = 0; i < p->rows; i++) {
+                double *place = &y[p->place[i]][l];
+                *place = failed[l] ? *place : now[p->place[i]][l];
+            }
+        }
+}
 
 #endif

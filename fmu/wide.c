@@ -41,3 +41,22 @@ void creep_table_evaluate_many(const creep_table *table, size_t n, const double 
                                const double *k_hat, size_t k_stride, double *ratio, double *slope) {
     CHOOSE(creep_table_evaluate_many)(table, n, x, k_hat, k_stride, ratio, slope);
 }
+
+void force_element_evaluate_many(const creep_table *table,
+                                 const force_element_parameters *parameters, size_t n,
+                                 const force_element_input *input, force_element_output *output) {
+    CHOOSE(force_element_evaluate_many)(table, parameters, n, input, output);
+}
+
+void drivetrain_advance_many(const drivetrain_member *members, size_t n, drivetrain_input *input,
+                             drivetrain_state *state, double time, double step, double tolerance,
+                             double *substep, unsigned char *failed) {
+    CHOOSE(drivetrain_advance_many)
+    (members, n, input, state, time, step, tolerance, substep, failed);
+}
+
+void drivetrain_evaluate_many(const drivetrain_member *members, size_t n, size_t rows,
+                              const drivetrain_input *input, const drivetrain_state *state,
+                              drivetrain_output *output) {
+    CHOOSE(drivetrain_evaluate_many)(members, n, rows, input, state, output);
+}

@@ -1,16 +1,27 @@
 /* What is done to many at once, compiled for several widths of vectors.
  *
- * The same source makes each version (wide.inc), without contraction and without the system's
- * mathematics in a loop, so all give the same bits; the widest that the processor has is taken. */
+ * The same source makes each version (wide_functions.h), without contraction and without the
+ * system's mathematics in a loop, so all give the same bits; the widest that the processor has is
+ * taken. */
 #ifndef WIDE_H
 #define WIDE_H
 
 #include "creep_table.h"
+#include "drivetrain.h"
+#include "force_element.h"
 
 #define WIDE_FUNCTIONS(suffix)                                                                   \
-    void creep_table_evaluate_many_##suffix(const creep_table *table, size_t n, const double *x, \
-                                            const double *k_hat, size_t k_stride, double *ratio, \
-                                            double *slope);
+    void creep_table_evaluate_many_##suffix(const creep_table *, size_t, const double *,         \
+                                            const double *, size_t, double *, double *);         \
+    void force_element_evaluate_many_##suffix(                                                   \
+        const creep_table *, const force_element_parameters *, size_t,                           \
+        const force_element_input *, force_element_output *);                                    \
+    void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, drivetrain_input *, \
+                                          drivetrain_state *, double, double, double, double *,  \
+                                          unsigned char *);                                      \
+    void drivetrain_evaluate_many_##suffix(const drivetrain_member *, size_t, size_t,            \
+                                           const drivetrain_input *, const drivetrain_state *,   \
+                                           drivetrain_output *);
 
 WIDE_FUNCTIONS(portable)
 WIDE_FUNCTIONS(avx2)

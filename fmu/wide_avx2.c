@@ -5,7 +5,7 @@
 #pragma GCC target("avx2")
 #endif
 #define WIDE_SUFFIX avx2
-#include "wide.inc"
+#include "wide_functions.h"
 #if defined(__x86_64__) && defined(__clang__)
 #pragma clang attribute pop
 #endif

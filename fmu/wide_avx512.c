@@ -6,7 +6,7 @@
 #pragma GCC target("avx512f,avx512dq,avx512vl")
 #endif
 #define WIDE_SUFFIX avx512
-#include "wide.inc"
+#include "wide_functions.h"
 #if defined(__x86_64__) && defined(__clang__)
 #pragma clang attribute pop
 #endif

@@ -1,0 +1,443 @@
+/* The drivetrain's equations for LANES wheelsets at once, whose numbers stand side by side: a field
+ * of a struct of doubles is a row of lanes. Part of wide_functions.h. */
+#include <math.h>
+
+#include "drivetrain.h"
+#include "force_law.h"
+#include "relaxation.h"
+#include "rosenbrock.h"
+#include "table_points.h"
+#include "wheelset_law.h"
+
+#define FIELDS(type) (sizeof(type) / sizeof(double))
+
+/* Where a field of the state stands in the equations: its place in the struct. */
+enum { SPEED, LEFT, RIGHT, TWIST, RELAXED_LEFT, RELAXED_RIGHT, TORQUE };
+enum { DISTANCE = MOST_STATES, DRIVE, CREEP, RESISTANCE, LOSS };
+
+/* What acts on one of the wheels. */
+typedef struct {
+    double force, by_omega, by_speed, by_relaxed; /* half of the contact's */
+    double rate, rate_by_omega, rate_by_speed, rate_by_relaxed;
+    double saturation, creepage, falling;
+} wheel_action;
+
+/* Some wheelsets under one table, of one set of states. The last stands in for lanes without one.
+ */
+typedef struct {
+    const creep_table *table;
+    int count, elastic, relaxed, lagging;
+    lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
+    lanes loaded[2];                                    /* 1 or 0 */
+    lanes train[FIELDS(drivetrain_parameters)];
+    lanes input[FIELDS(drivetrain_input)];
+    lanes wheel[2][FIELDS(wheel_action)];
+    lanes saturation[2]; /* creepages at the start of the substep */
+    lanes nominal_load;
+} group;
+
+/* A struct of doubles from its rows, and back. */
+ALWAYS_INLINE void take(const lanes *field, int l, size_t count, double *into) {
+    for (size_t i = 0; i < count; i++) into[i] = field[i][l];
+}
+
+ALWAYS_INLINE void put(lanes *field, int l, size_t count, const double *from) {
+    for (size_t i = 0; i < count; i++) field[i][l] = from[i];
+}
+
+#define TAKE(type, name, field) \
+    type name;                  \
+    take(field, l, FIELDS(type), (double *)&name)
+
+ALWAYS_INLINE force_element_input wheel_input(const group *g, int side, const rows y,
+                                              const force_element_parameters *p, int l) {
+    TAKE(drivetrain_input, in, g->input);
+    double friction = side == 0 ? in.friction_left : in.friction_right;
+    return (force_element_input){y[LEFT + side][l], y[SPEED][l], p->nominal_load, friction,
+                                 y[RELAXED_LEFT + side][l]};
+}
+
+/* One wheel: half of what the wheelset's contact gives under twice the wheel's load. */
+static void wheel(group *g, int side, const rows y) {
+    lanes x, k_hat, ratio, slope, log_k, state[FIELDS(force_state)];
+    for
+        EACH(l) {
+            TAKE(force_element_parameters, p, g->contact[side]);
+            force_element_input in = wheel_input(g, side, y, &p, l);
+            force_state at = begin_force(g->table, &p, &in);
+            put(state, l, FIELDS(force_state), (const double *)&at);
+            x[l] = at.x;
+            k_hat[l] = at.k_hat;
+        }
+    evaluate_points(g->table, LANES, x, k_hat, ratio, slope, log_k);
+    for
+        EACH(l) {
+            TAKE(force_element_parameters, p, g->contact[side]);
+            TAKE(force_state, at, state);
+            force_element_input in = wheel_input(g, side, y, &p, l);
+            force_element_output out;
+            creep_value q = {ratio[l], slope[l], log_k[l]};
+            double half = 0.5 * g->loaded[side][l];
+            finish_force(g->table, &p, &in, &at, q, &out);
+            int loaded = g->loaded[side][l] > 0.0;
+            double saturation = loaded ? out.saturation_creepage : 0.0;
+            double log_g_by_slip = loaded ? at.log_g_by_slip : 0.0;
+            relaxation_rate(&p, &in, at.slip, saturation, log_g_by_slip, &out);
+            wheel_action action = {
+                .force = half * out.creep_force,
+                .by_omega = half * out.force_by_omega,
+                .by_speed = half * out.force_by_speed,
+                .by_relaxed = half * out.force_by_relaxed,
+                .rate = out.relaxation_rate,
+                .rate_by_omega = out.rate_by_omega,
+                .rate_by_speed = out.rate_by_speed,
+                .rate_by_relaxed = out.rate_by_relaxed,
+                .saturation = loaded ? out.saturation_creepage : 1.0,
+                .creepage = out.creepage,
+                .falling = loaded ? out.falling_branch : 0.0,
+            };
+            put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
+        }
+}
+
+/* Both wheels; the second only if it differs in a lane. */
+static void wheels(group *g, const rows y) {
+    enum { LOAD = offsetof(drivetrain_input, load_left) / sizeof(double) };
+    enum { FRICTION = offsetof(drivetrain_input, friction_left) / sizeof(double) };
+    const lanes *in = (const lanes *)g->input;
+    int differ = 0;
+    for
+        EACH(l)
+    differ |= (y[LEFT][l] != y[RIGHT][l]) | (y[RELAXED_LEFT][l] != y[RELAXED_RIGHT][l]) |
+              (in[LOAD][l] != in[LOAD + 1][l]) | (in[FRICTION][l] != in[FRICTION + 1][l]);
+    wheel(g, 0, y);
+    if (differ) wheel(g, 1, y);
+    else memcpy(g->wheel[1], g->wheel[0], sizeof g->wheel[0]);
+}
+
+/* Fields of the state that are no states of this drivetrain. */
+static void fill(const group *g, rows y) {
+    enum { COMMANDED = offsetof(drivetrain_input, commanded_torque) / sizeof(double) };
+    for
+        EACH(l) {
+            if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
+            if (!g->elastic) y[TWIST][l] = 0.0;
+            if (!g->relaxed) y[RELAXED_LEFT][l] = y[RELAXED_RIGHT][l] = 0.0;
+            if (!g->lagging) y[TORQUE][l] = g->input[COMMANDED][l];
+        }
+}
+
+/* Of a rigid wheelset, what both wheels together do; the speed's rate holds for any. */
+ALWAYS_INLINE wheelset_rates rates_together(const drivetrain_parameters *p,
+                                            const drivetrain_input *in, const rows y,
+                                            const wheel_action a[2], int l) {
+    contact_action both = {a[0].force + a[1].force, a[0].by_omega + a[1].by_omega,
+                           a[0].by_speed + a[1].by_speed};
+    return motion_rates(&p->body, y[LEFT][l], y[SPEED][l], y[TORQUE][l], in->resistance_force,
+                        both);
+}
+
+/* Rates of the states. With f and j as rows of lanes, j is filled where it is not zero. */
+ALWAYS_INLINE void set_rates(group *g, const rows y, rows f, matrix *jacobian) {
+    for
+        EACH(l) {
+            TAKE(drivetrain_parameters, p, g->train);
+            TAKE(drivetrain_input, in, g->input);
+            wheel_action a[2];
+            take(g->wheel[0], l, FIELDS(wheel_action), (double *)&a[0]);
+            take(g->wheel[1], l, FIELDS(wheel_action), (double *)&a[1]);
+            wheelset_rates rates = rates_together(&p, &in, y, a, l);
+            double r = p.body.radius, b = 0.5 * p.body.damping, v = y[SPEED][l];
+            int held = p.body.inverse_mass == 0.0;
+            double motor_lag = g->lagging ? p.motor_lag : 1.0;
+            f[SPEED][l] = held ? in.acceleration : rates.speed_rate;
+            f[TORQUE][l] = (in.commanded_torque - y[TORQUE][l]) / motor_lag;
+            f[RELAXED_LEFT][l] = a[0].rate;
+            f[RELAXED_RIGHT][l] = a[1].rate;
+
+            /* J/2 d(omega)/dt = share T - r Q - b/2 omega -+ (k twist + d d(twist)/dt) */
+            double half = 0.5 * p.body.inertia, share[2] = {p.drive_share, 1.0 - p.drive_share};
+            double omega[2] = {y[LEFT][l], y[RIGHT][l]}, difference = omega[0] - omega[1];
+            double axle = p.axle_stiffness * y[TWIST][l] + p.axle_damping * difference;
+            double rate[2];
+            for (int i = 0; i < 2; i++)
+                rate[i] = (share[i] * y[TORQUE][l] - r * a[i].force - b * omega[i] -
+                           (i == 0 ? axle : -axle)) /
+                          half;
+            f[LEFT][l] = g->elastic ? rate[0] : rates.omega_rate;
+            f[RIGHT][l] = rate[1];
+            f[TWIST][l] = difference;
+
+            /* Powers of drive, creep, resistance and damping. */
+            double force = a[0].force + a[1].force, by_speed = a[0].by_speed + a[1].by_speed;
+            double resisting = held ? force : rates.resistance + in.resistance_force;
+            double rolling = share[0] * omega[0] + share[1] * omega[1];
+            double slip[2] = {r * omega[0] - v, r * omega[1] - v};
+            f[DISTANCE][l] = v;
+            f[DRIVE][l] = y[TORQUE][l] * rolling;
+            f[CREEP][l] = a[0].force * slip[0] + a[1].force * slip[1];
+            f[RESISTANCE][l] = resisting * v;
+            f[LOSS][l] = b * (omega[0] * omega[0] + omega[1] * omega[1]) +
+                         p.axle_damping * difference * difference;
+            if (!jacobian) continue;
+
+            g->saturation[0][l] = a[0].saturation;
+            g->saturation[1][l] = a[1].saturation;
+            lanes(*j)[MOST_STATES] = *jacobian;
+            /* Of a rigid axle one omega stands for both. */
+            double one = g->elastic ? 0.0 : 1.0, inverse_mass = p.body.inverse_mass;
+            double by_omega[2] = {a[0].by_omega + one * a[1].by_omega, a[1].by_omega};
+            j[SPEED][SPEED][l] = rates.jacobian[1][1];
+            j[TORQUE][TORQUE][l] = -1.0 / motor_lag;
+            j[TWIST][LEFT][l] = 1.0;
+            j[TWIST][RIGHT][l] = -1.0;
+            j[LEFT][RIGHT][l] = j[RIGHT][LEFT][l] = p.axle_damping / half;
+            j[DISTANCE][SPEED][l] = 1.0;
+            double steepness = held ? by_speed : rates.resistance_slope;
+            j[RESISTANCE][SPEED][l] = resisting + v * steepness;
+            j[CREEP][SPEED][l] = slip[0] * a[0].by_speed + slip[1] * a[1].by_speed - force;
+            j[DRIVE][TORQUE][l] = rolling;
+            for (int i = 0; i < 2; i++) {
+                double sign = i == 0 ? 1.0 : -1.0;
+                double own = -(r * a[i].by_omega + b + p.axle_damping) / half;
+                double body = g->elastic ? half : p.body.inertia;
+                j[SPEED][LEFT + i][l] = by_omega[i] * inverse_mass;
+                j[SPEED][RELAXED_LEFT + i][l] = a[i].by_relaxed * inverse_mass;
+                j[LEFT + i][SPEED][l] =
+                    g->elastic ? -r * a[i].by_speed / half : rates.jacobian[0][1];
+                j[LEFT + i][LEFT + i][l] = g->elastic ? own : rates.jacobian[0][0];
+                j[LEFT + i][TWIST][l] = -sign * p.axle_stiffness / half;
+                j[LEFT + i][RELAXED_LEFT + i][l] = -r * a[i].by_relaxed / body;
+                j[LEFT + i][RELAXED_RIGHT - i][l] =
+                    g->elastic ? 0.0 : -r * a[1 - i].by_relaxed / body;
+                j[LEFT + i][TORQUE][l] = g->elastic ? share[i] / half : 1.0 / body;
+                j[RELAXED_LEFT + i][LEFT + i][l] = a[i].rate_by_omega;
+                j[RELAXED_LEFT + i][RIGHT - i][l] = i == 1 ? one * a[i].rate_by_omega : 0.0;
+                j[RELAXED_LEFT + i][SPEED][l] = a[i].rate_by_speed;
+                j[RELAXED_LEFT + i][RELAXED_LEFT + i][l] = a[i].rate_by_relaxed;
+                double creep = slip[i] * a[i].by_omega + r * a[i].force;
+                double other = slip[1] * a[1].by_omega + r * a[1].force;
+                j[CREEP][LEFT + i][l] = creep + (i == 0 ? one * other : 0.0);
+                j[CREEP][RELAXED_LEFT + i][l] = slip[i] * a[i].by_relaxed;
+                j[DRIVE][LEFT + i][l] = y[TORQUE][l] * (share[i] + (i == 0 ? one * share[1] : 0.0));
+                double loss = 2.0 * b * omega[i] + 2.0 * sign * p.axle_damping * difference;
+                j[LOSS][LEFT + i][l] = loss + (i == 0 ? one * (2.0 * b * omega[1]) : 0.0);
+                j[RESISTANCE][LEFT + i][l] = held ? v * by_omega[i] : 0.0;
+                j[RESISTANCE][RELAXED_LEFT + i][l] = held ? v * a[i].by_relaxed : 0.0;
+            }
+        }
+}
+
+static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
+    group *g = model;
+    fill(g, y);
+    wheels(g, (const lanes *)y);
+    if (jacobian) set_rates(g, (const lanes *)y, f, jacobian);
+    else set_rates(g, (const lanes *)y, f, NULL);
+}
+
+/* Slips relative to themselves plus that of saturation, speed to itself plus the minimum speed,
+ * torques to themselves plus that of kinetic friction. */
+static void error_size(const void *model, rows y, rows error, lanes size) {
+    const group *g = model;
+    for
+        EACH(l) {
+            TAKE(drivetrain_parameters, p, g->train);
+            TAKE(force_element_parameters, contact, g->contact[0]);
+            double r = p.body.radius, speed = fabs(y[SPEED][l]) + p.body.minimum_speed;
+            double torque = r * contact.kinetic_friction * g->nominal_load[l];
+            double found = fabs(error[SPEED][l]) / speed;
+            for (int i = 0; i < 2; i++) {
+                int place = g->elastic ? LEFT + i : LEFT;
+                double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
+                found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
+                double relaxed = fabs(y[RELAXED_LEFT + i][l]) + saturation;
+                if (g->relaxed) found += fabs(error[RELAXED_LEFT + i][l]) / relaxed;
+            }
+            double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
+            if (g->elastic) found += fabs(error[TWIST][l]) / twist;
+            if (g->lagging) found += fabs(error[TORQUE][l]) / (fabs(y[TORQUE][l]) + torque);
+            size[l] = found;
+        }
+}
+
+static int is_elastic(const drivetrain_member *m) { return m->drivetrain->axle_stiffness > 0.0; }
+
+static int is_relaxed(const drivetrain_member *m) { return m->contact->relaxation_length > 0.0; }
+
+static int is_lagging(const drivetrain_member *m) { return m->drivetrain->motor_lag > 0.0; }
+
+static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *b) {
+    return a->table == b->table && is_elastic(a) == is_elastic(b) &&
+           is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b);
+}
+
+/* The group of at most LANES members that are next to each other and of one kind. */
+static void assemble(group *g, const drivetrain_member *members, size_t n,
+                     const drivetrain_input *input) {
+    g->table = members->table;
+    g->elastic = is_elastic(members);
+    g->relaxed = is_relaxed(members);
+    g->lagging = is_lagging(members);
+    g->count = 1;
+    while (g->count < LANES && (size_t)g->count < n && are_of_one_kind(members, &members[g->count]))
+        g->count++;
+    for
+        EACH(l) {
+            int i = l < g->count ? l : g->count - 1;
+            const force_element_parameters *contact = members[i].contact;
+            double load[2] = {2.0 * input[i].load_left, 2.0 * input[i].load_right};
+            for (int side = 0; side < 2; side++) {
+                int loaded = is_loaded(contact, load[side]);
+                force_element_parameters there =
+                    force_element_at_load(contact, loaded ? load[side] : contact->nominal_load);
+                put(g->contact[side], l, FIELDS(force_element_parameters), (const double *)&there);
+                g->loaded[side][l] = loaded ? 1.0 : 0.0;
+            }
+            g->nominal_load[l] = contact->nominal_load;
+            put(g->train, l, FIELDS(drivetrain_parameters), (const double *)members[i].drivetrain);
+            put(g->input, l, FIELDS(drivetrain_input), (const double *)&input[i]);
+        }
+}
+
+static equations equations_of(group *g) {
+    equations problem = {.model = g, .rates = evaluate, .error_size = error_size};
+    int *place = problem.place, n = 0;
+    place[n++] = SPEED;
+    place[n++] = LEFT;
+    if (g->elastic) place[n++] = RIGHT;
+    if (g->elastic) place[n++] = TWIST;
+    if (g->relaxed) place[n++] = RELAXED_LEFT;
+    if (g->relaxed) place[n++] = RELAXED_RIGHT;
+    if (g->lagging) place[n++] = TORQUE;
+    problem.states = n;
+    for (int i = DISTANCE; i <= LOSS; i++) place[n++] = i;
+    problem.rows = n;
+    return problem;
+}
+
+/* Length of the stretch that begins here, up to the next corner of friction, and friction in its
+ * middle. */
+static double next_stretch(const track *rails, const rows y, int l, double time, double left,
+                           drivetrain_input *held) {
+    double distance = y[DISTANCE][l], speed = y[SPEED][l], friction[2];
+    double until = track_until_change(rails, distance, speed, time);
+    double part = until < left * (1.0 - 1e-9) ? until : left;
+    track_friction(rails, distance + 0.5 * part * speed, time + 0.5 * part, friction);
+    held->friction_left = friction[0];
+    held->friction_right = friction[1];
+    return part;
+}
+
+/* Step a group on, each from one corner of friction to the next. */
+static void advance(group *g, const drivetrain_member *members, const drivetrain_input *input,
+                    drivetrain_state *state, double start, double step, double tolerance,
+                    double *substep, unsigned char *failed) {
+    rows y;
+    lanes left, time, part, tried;
+    int gave_up[LANES], busy = 1;
+    equations problem = equations_of(g);
+    for
+        EACH(l) {
+            int i = l < g->count ? l : g->count - 1;
+            put(y, l, FIELDS(drivetrain_state), (const double *)&state[i]);
+            left[l] = l < g->count && !failed[i] ? step : 0.0;
+            time[l] = start;
+            tried[l] = substep[i];
+        }
+    while (busy) {
+        busy = 0;
+        for (int l = 0; l < g->count; l++) {
+            part[l] = left[l];
+            if (left[l] > 0.0 && members[l].rails) {
+                drivetrain_input held = input[l];
+                part[l] =
+                    next_stretch(members[l].rails, (const lanes *)y, l, time[l], left[l], &held);
+                put(g->input, l, FIELDS(drivetrain_input), (const double *)&held);
+            }
+        }
+        for (int l = g->count; l < LANES; l++) part[l] = 0.0;
+        rosenbrock_advance(&problem, y, part, tolerance, tried, gave_up);
+        for (int l = 0; l < g->count; l++) {
+            if (gave_up[l]) failed[l] = 1;
+            time[l] += part[l];
+            left[l] = gave_up[l] || part[l] >= left[l] ? 0.0 : left[l] - part[l];
+            busy |= left[l] > 0.0;
+        }
+    }
+    fill(g, y);
+    for (int l = 0; l < g->count; l++) {
+        if (failed[l]) continue;
+        take((const lanes *)y, l, FIELDS(drivetrain_state), (double *)&state[l]);
+        substep[l] = tried[l];
+    }
+}
+
+void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
+                                   drivetrain_input *input, drivetrain_state *state, double time,
+                                   double step, double tolerance, double *substep,
+                                   unsigned char *failed) {
+    for (size_t i = 0; i < n; i++) {
+        if (!members[i].rails) continue;
+        double friction[2];
+        track_friction(members[i].rails, state[i].distance, time, friction);
+        input[i].friction_left = friction[0];
+        input[i].friction_right = friction[1];
+    }
+    if (!(step > 0.0)) return;
+    group g;
+    for (size_t i = 0; i < n; i += (size_t)g.count) {
+        assemble(&g, &members[i], n - i, &input[i]);
+        advance(&g, &members[i], &input[i], &state[i], time, step, tolerance, &substep[i],
+                &failed[i]);
+    }
+}
+
+static void set_outputs(group *g, const rows y, drivetrain_output *output) {
+    for (int l = 0; l < g->count; l++) {
+        TAKE(drivetrain_parameters, p, g->train);
+        TAKE(drivetrain_input, in, g->input);
+        wheel_action a[2];
+        take(g->wheel[0], l, FIELDS(wheel_action), (double *)&a[0]);
+        take(g->wheel[1], l, FIELDS(wheel_action), (double *)&a[1]);
+        wheelset_rates rates = rates_together(&p, &in, y, a, l);
+        double v = y[SPEED][l], omega[2] = {y[LEFT][l], y[RIGHT][l]}, twist = y[TWIST][l];
+        double turning = omega[0] * omega[0] + omega[1] * omega[1];
+        int held = p.body.inverse_mass == 0.0;
+        double moving = held ? 0.0 : 0.5 * v * v / p.body.inverse_mass;
+        output[l] = (drivetrain_output){
+            .creep_force_left = a[0].force,
+            .creep_force_right = a[1].force,
+            .creepage_left = a[0].creepage,
+            .creepage_right = a[1].creepage,
+            .falling_left = a[0].falling,
+            .falling_right = a[1].falling,
+            .drive_torque = y[TORQUE][l],
+            .axle_torque = p.axle_stiffness * twist + p.axle_damping * (omega[0] - omega[1]),
+            .speed_rate = held ? in.acceleration : rates.speed_rate,
+            .stored_energy =
+                0.25 * p.body.inertia * turning + moving + 0.5 * p.axle_stiffness * twist * twist,
+        };
+    }
+}
+
+void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, size_t rows_of_n,
+                                    const drivetrain_input *input, const drivetrain_state *state,
+                                    drivetrain_output *output) {
+    group g;
+    for (size_t row = 0; row < rows_of_n; row++) {
+        for (size_t i = 0; i < n; i += (size_t)g.count) {
+            size_t at = row * n + i;
+            rows y;
+            assemble(&g, &members[i], n - i, &input[at]);
+            for
+                EACH(l) {
+                    int k = l < g.count ? l : g.count - 1;
+                    put(y, l, FIELDS(drivetrain_state), (const double *)&state[at + (size_t)k]);
+                }
+            fill(&g, y);
+            wheels(&g, (const lanes *)y);
+            set_outputs(&g, (const lanes *)y, &output[at]);
+        }
+    }
+}

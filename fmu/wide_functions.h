@@ -1,0 +1,57 @@
+/* The functions of wide.h, for the vectors that the file which includes this has chosen. */
+#include "force_law.h"
+#include "relaxation.h"
+#include "table_points.h"
+#include "wide.h"
+
+#define JOINED(name, suffix) name##_##suffix
+#define NAMED(name, suffix) JOINED(name, suffix)
+#define WIDE(name) NAMED(name, WIDE_SUFFIX)
+
+void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const double *x,
+                                     const double *k_hat, size_t k_stride, double *ratio,
+                                     double *slope) {
+    double k[MOST_POINTS], log_k[MOST_POINTS];
+    for (size_t first = 0; first < n; first += MOST_POINTS) {
+        size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
+        for (size_t i = 0; i < count; i++) k[i] = k_hat[(first + i) * k_stride];
+        evaluate_points(table, count, x + first, k, ratio + first, slope + first, log_k);
+    }
+}
+
+void WIDE(force_element_evaluate_many)(const creep_table *table,
+                                       const force_element_parameters *parameters, size_t n,
+                                       const force_element_input *input,
+                                       force_element_output *output) {
+    force_element_parameters p = *parameters;
+    force_state at[MOST_POINTS];
+    double x[MOST_POINTS], k_hat[MOST_POINTS];
+    double ratio[MOST_POINTS], slope[MOST_POINTS], log_k[MOST_POINTS];
+    for (size_t first = 0; first < n; first += MOST_POINTS) {
+        const force_element_input *in = input + first;
+        size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
+        for (size_t i = 0; i < count; i++) {
+            int loaded = is_loaded(parameters, in[i].normal_load);
+            if (loaded && in[i].normal_load != p.nominal_load)
+                p = force_element_at_load(parameters, in[i].normal_load);
+            at[i] = begin_force(table, &p, &in[i]);
+            x[i] = at[i].x;
+            k_hat[i] = at[i].k_hat;
+        }
+        evaluate_points(table, count, x, k_hat, ratio, slope, log_k);
+        for (size_t i = 0; i < count; i++) {
+            force_element_output *out = &output[first + i];
+            creep_value q = {ratio[i], slope[i], log_k[i]};
+            if (!is_loaded(parameters, in[i].normal_load)) {
+                force_element_evaluate(table, parameters, &in[i], out);
+                continue;
+            }
+            finish_force(table, parameters, &in[i], &at[i], q, out);
+            relaxation_rate(parameters, &in[i], at[i].slip, at[i].scales.saturation_creepage,
+                            at[i].log_g_by_slip, out);
+        }
+    }
+}
+
+#define LANES 8
+#include "drivetrain_lanes.h"
