@@ -60,44 +60,42 @@ ALWAYS_INLINE force_element_input wheel_input(const group *g, int side, const ro
 /* One wheel: half of what the wheelset's contact gives under twice the wheel's load. */
 static void wheel(group *g, int side, const rows y) {
     lanes x, k_hat, ratio, slope, log_k, state[FIELDS(force_state)];
-    for
-        EACH(l) {
-            TAKE(force_element_parameters, p, g->contact[side]);
-            force_element_input in = wheel_input(g, side, y, &p, l);
-            force_state at = begin_force(g->table, &p, &in);
-            put(state, l, FIELDS(force_state), (const double *)&at);
-            x[l] = at.x;
-            k_hat[l] = at.k_hat;
-        }
+    EACH_LANE (l) {
+        TAKE(force_element_parameters, p, g->contact[side]);
+        force_element_input in = wheel_input(g, side, y, &p, l);
+        force_state at = begin_force(g->table, &p, &in);
+        put(state, l, FIELDS(force_state), (const double *)&at);
+        x[l] = at.x;
+        k_hat[l] = at.k_hat;
+    }
     evaluate_points(g->table, LANES, x, k_hat, ratio, slope, log_k);
-    for
-        EACH(l) {
-            TAKE(force_element_parameters, p, g->contact[side]);
-            TAKE(force_state, at, state);
-            force_element_input in = wheel_input(g, side, y, &p, l);
-            force_element_output out;
-            creep_value q = {ratio[l], slope[l], log_k[l]};
-            double half = 0.5 * g->loaded[side][l];
-            finish_force(g->table, &p, &in, &at, q, &out);
-            int loaded = g->loaded[side][l] > 0.0;
-            double saturation = loaded ? out.saturation_creepage : 0.0;
-            double log_g_by_slip = loaded ? at.log_g_by_slip : 0.0;
-            relaxation_rate(&p, &in, at.slip, saturation, log_g_by_slip, &out);
-            wheel_action action = {
-                .force = half * out.creep_force,
-                .by_omega = half * out.force_by_omega,
-                .by_speed = half * out.force_by_speed,
-                .by_relaxed = half * out.force_by_relaxed,
-                .rate = out.relaxation_rate,
-                .rate_by_omega = out.rate_by_omega,
-                .rate_by_speed = out.rate_by_speed,
-                .rate_by_relaxed = out.rate_by_relaxed,
-                .saturation = loaded ? out.saturation_creepage : 1.0,
-                .creepage = out.creepage,
-                .falling = loaded ? out.falling_branch : 0.0,
-            };
-            put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
-        }
+    EACH_LANE (l) {
+        TAKE(force_element_parameters, p, g->contact[side]);
+        TAKE(force_state, at, state);
+        force_element_input in = wheel_input(g, side, y, &p, l);
+        force_element_output out;
+        creep_value q = {ratio[l], slope[l], log_k[l]};
+        double half = 0.5 * g->loaded[side][l];
+        finish_force(g->table, &p, &in, &at, q, &out);
+        int loaded = g->loaded[side][l] > 0.0;
+        double saturation = loaded ? out.saturation_creepage : 0.0;
+        double log_g_by_slip = loaded ? at.log_g_by_slip : 0.0;
+        relaxation_rate(&p, &in, at.slip, saturation, log_g_by_slip, &out);
+        wheel_action action = {
+            .force = half * out.creep_force,
+            .by_omega = half * out.force_by_omega,
+            .by_speed = half * out.force_by_speed,
+            .by_relaxed = half * out.force_by_relaxed,
+            .rate = out.relaxation_rate,
+            .rate_by_omega = out.rate_by_omega,
+            .rate_by_speed = out.rate_by_speed,
+            .rate_by_relaxed = out.rate_by_relaxed,
+            .saturation = loaded ? out.saturation_creepage : 1.0,
+            .creepage = out.creepage,
+            .falling = loaded ? out.falling_branch : 0.0,
+        };
+        put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
+    }
 }
 
 /* Both wheels; the second only if it differs in a lane. */
@@ -106,10 +104,9 @@ static void wheels(group *g, const rows y) {
     enum { FRICTION = offsetof(drivetrain_input, friction_left) / sizeof(double) };
     const lanes *in = (const lanes *)g->input;
     int differ = 0;
-    for
-        EACH(l)
-    differ |= (y[LEFT][l] != y[RIGHT][l]) | (y[RELAXED_LEFT][l] != y[RELAXED_RIGHT][l]) |
-              (in[LOAD][l] != in[LOAD + 1][l]) | (in[FRICTION][l] != in[FRICTION + 1][l]);
+    for (int l = 0; l < LANES; l++)
+        differ |= (y[LEFT][l] != y[RIGHT][l]) | (y[RELAXED_LEFT][l] != y[RELAXED_RIGHT][l]) |
+                  (in[LOAD][l] != in[LOAD + 1][l]) | (in[FRICTION][l] != in[FRICTION + 1][l]);
     wheel(g, 0, y);
     if (differ) wheel(g, 1, y);
     else memcpy(g->wheel[1], g->wheel[0], sizeof g->wheel[0]);
@@ -118,13 +115,12 @@ static void wheels(group *g, const rows y) {
 /* Fields of the state that are no states of this drivetrain. */
 static void fill(const group *g, rows y) {
     enum { COMMANDED = offsetof(drivetrain_input, commanded_torque) / sizeof(double) };
-    for
-        EACH(l) {
-            if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
-            if (!g->elastic) y[TWIST][l] = 0.0;
-            if (!g->relaxed) y[RELAXED_LEFT][l] = y[RELAXED_RIGHT][l] = 0.0;
-            if (!g->lagging) y[TORQUE][l] = g->input[COMMANDED][l];
-        }
+    EACH_LANE (l) {
+        if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
+        if (!g->elastic) y[TWIST][l] = 0.0;
+        if (!g->relaxed) y[RELAXED_LEFT][l] = y[RELAXED_RIGHT][l] = 0.0;
+        if (!g->lagging) y[TORQUE][l] = g->input[COMMANDED][l];
+    }
 }
 
 /* Of a rigid wheelset, what both wheels together do; the speed's rate holds for any. */
@@ -139,93 +135,90 @@ ALWAYS_INLINE wheelset_rates rates_together(const drivetrain_parameters *p,
 
 /* Rates of the states. With f and j as rows of lanes, j is filled where it is not zero. */
 ALWAYS_INLINE void set_rates(group *g, const rows y, rows f, matrix *jacobian) {
-    for
-        EACH(l) {
-            TAKE(drivetrain_parameters, p, g->train);
-            TAKE(drivetrain_input, in, g->input);
-            wheel_action a[2];
-            take(g->wheel[0], l, FIELDS(wheel_action), (double *)&a[0]);
-            take(g->wheel[1], l, FIELDS(wheel_action), (double *)&a[1]);
-            wheelset_rates rates = rates_together(&p, &in, y, a, l);
-            double r = p.body.radius, b = 0.5 * p.body.damping, v = y[SPEED][l];
-            int held = p.body.inverse_mass == 0.0;
-            double motor_lag = g->lagging ? p.motor_lag : 1.0;
-            f[SPEED][l] = held ? in.acceleration : rates.speed_rate;
-            f[TORQUE][l] = (in.commanded_torque - y[TORQUE][l]) / motor_lag;
-            f[RELAXED_LEFT][l] = a[0].rate;
-            f[RELAXED_RIGHT][l] = a[1].rate;
+    EACH_LANE (l) {
+        TAKE(drivetrain_parameters, p, g->train);
+        TAKE(drivetrain_input, in, g->input);
+        wheel_action a[2];
+        take(g->wheel[0], l, FIELDS(wheel_action), (double *)&a[0]);
+        take(g->wheel[1], l, FIELDS(wheel_action), (double *)&a[1]);
+        wheelset_rates rates = rates_together(&p, &in, y, a, l);
+        double r = p.body.radius, b = 0.5 * p.body.damping, v = y[SPEED][l];
+        int held = p.body.inverse_mass == 0.0;
+        double motor_lag = g->lagging ? p.motor_lag : 1.0;
+        f[SPEED][l] = held ? in.acceleration : rates.speed_rate;
+        f[TORQUE][l] = (in.commanded_torque - y[TORQUE][l]) / motor_lag;
+        f[RELAXED_LEFT][l] = a[0].rate;
+        f[RELAXED_RIGHT][l] = a[1].rate;
 
-            /* J/2 d(omega)/dt = share T - r Q - b/2 omega -+ (k twist + d d(twist)/dt) */
-            double half = 0.5 * p.body.inertia, share[2] = {p.drive_share, 1.0 - p.drive_share};
-            double omega[2] = {y[LEFT][l], y[RIGHT][l]}, difference = omega[0] - omega[1];
-            double axle = p.axle_stiffness * y[TWIST][l] + p.axle_damping * difference;
-            double rate[2];
-            for (int i = 0; i < 2; i++)
-                rate[i] = (share[i] * y[TORQUE][l] - r * a[i].force - b * omega[i] -
-                           (i == 0 ? axle : -axle)) /
-                          half;
-            f[LEFT][l] = g->elastic ? rate[0] : rates.omega_rate;
-            f[RIGHT][l] = rate[1];
-            f[TWIST][l] = difference;
+        /* J/2 d(omega)/dt = share T - r Q - b/2 omega -+ (k twist + d d(twist)/dt) */
+        double half = 0.5 * p.body.inertia, share[2] = {p.drive_share, 1.0 - p.drive_share};
+        double omega[2] = {y[LEFT][l], y[RIGHT][l]}, difference = omega[0] - omega[1];
+        double axle = p.axle_stiffness * y[TWIST][l] + p.axle_damping * difference;
+        double rate[2];
+        for (int i = 0; i < 2; i++)
+            rate[i] = (share[i] * y[TORQUE][l] - r * a[i].force - b * omega[i] -
+                       (i == 0 ? axle : -axle)) /
+                      half;
+        f[LEFT][l] = g->elastic ? rate[0] : rates.omega_rate;
+        f[RIGHT][l] = rate[1];
+        f[TWIST][l] = difference;
 
-            /* Powers of drive, creep, resistance and damping. */
-            double force = a[0].force + a[1].force, by_speed = a[0].by_speed + a[1].by_speed;
-            double resisting = held ? force : rates.resistance + in.resistance_force;
-            double rolling = share[0] * omega[0] + share[1] * omega[1];
-            double slip[2] = {r * omega[0] - v, r * omega[1] - v};
-            f[DISTANCE][l] = v;
-            f[DRIVE][l] = y[TORQUE][l] * rolling;
-            f[CREEP][l] = a[0].force * slip[0] + a[1].force * slip[1];
-            f[RESISTANCE][l] = resisting * v;
-            f[LOSS][l] = b * (omega[0] * omega[0] + omega[1] * omega[1]) +
-                         p.axle_damping * difference * difference;
-            if (!jacobian) continue;
+        /* Powers of drive, creep, resistance and damping. */
+        double force = a[0].force + a[1].force, by_speed = a[0].by_speed + a[1].by_speed;
+        double resisting = held ? force : rates.resistance + in.resistance_force;
+        double rolling = share[0] * omega[0] + share[1] * omega[1];
+        double slip[2] = {r * omega[0] - v, r * omega[1] - v};
+        f[DISTANCE][l] = v;
+        f[DRIVE][l] = y[TORQUE][l] * rolling;
+        f[CREEP][l] = a[0].force * slip[0] + a[1].force * slip[1];
+        f[RESISTANCE][l] = resisting * v;
+        f[LOSS][l] = b * (omega[0] * omega[0] + omega[1] * omega[1]) +
+                     p.axle_damping * difference * difference;
+        if (!jacobian) continue;
 
-            g->saturation[0][l] = a[0].saturation;
-            g->saturation[1][l] = a[1].saturation;
-            lanes(*j)[MOST_STATES] = *jacobian;
-            /* Of a rigid axle one omega stands for both. */
-            double one = g->elastic ? 0.0 : 1.0, inverse_mass = p.body.inverse_mass;
-            double by_omega[2] = {a[0].by_omega + one * a[1].by_omega, a[1].by_omega};
-            j[SPEED][SPEED][l] = rates.jacobian[1][1];
-            j[TORQUE][TORQUE][l] = -1.0 / motor_lag;
-            j[TWIST][LEFT][l] = 1.0;
-            j[TWIST][RIGHT][l] = -1.0;
-            j[LEFT][RIGHT][l] = j[RIGHT][LEFT][l] = p.axle_damping / half;
-            j[DISTANCE][SPEED][l] = 1.0;
-            double steepness = held ? by_speed : rates.resistance_slope;
-            j[RESISTANCE][SPEED][l] = resisting + v * steepness;
-            j[CREEP][SPEED][l] = slip[0] * a[0].by_speed + slip[1] * a[1].by_speed - force;
-            j[DRIVE][TORQUE][l] = rolling;
-            for (int i = 0; i < 2; i++) {
-                double sign = i == 0 ? 1.0 : -1.0;
-                double own = -(r * a[i].by_omega + b + p.axle_damping) / half;
-                double body = g->elastic ? half : p.body.inertia;
-                j[SPEED][LEFT + i][l] = by_omega[i] * inverse_mass;
-                j[SPEED][RELAXED_LEFT + i][l] = a[i].by_relaxed * inverse_mass;
-                j[LEFT + i][SPEED][l] =
-                    g->elastic ? -r * a[i].by_speed / half : rates.jacobian[0][1];
-                j[LEFT + i][LEFT + i][l] = g->elastic ? own : rates.jacobian[0][0];
-                j[LEFT + i][TWIST][l] = -sign * p.axle_stiffness / half;
-                j[LEFT + i][RELAXED_LEFT + i][l] = -r * a[i].by_relaxed / body;
-                j[LEFT + i][RELAXED_RIGHT - i][l] =
-                    g->elastic ? 0.0 : -r * a[1 - i].by_relaxed / body;
-                j[LEFT + i][TORQUE][l] = g->elastic ? share[i] / half : 1.0 / body;
-                j[RELAXED_LEFT + i][LEFT + i][l] = a[i].rate_by_omega;
-                j[RELAXED_LEFT + i][RIGHT - i][l] = i == 1 ? one * a[i].rate_by_omega : 0.0;
-                j[RELAXED_LEFT + i][SPEED][l] = a[i].rate_by_speed;
-                j[RELAXED_LEFT + i][RELAXED_LEFT + i][l] = a[i].rate_by_relaxed;
-                double creep = slip[i] * a[i].by_omega + r * a[i].force;
-                double other = slip[1] * a[1].by_omega + r * a[1].force;
-                j[CREEP][LEFT + i][l] = creep + (i == 0 ? one * other : 0.0);
-                j[CREEP][RELAXED_LEFT + i][l] = slip[i] * a[i].by_relaxed;
-                j[DRIVE][LEFT + i][l] = y[TORQUE][l] * (share[i] + (i == 0 ? one * share[1] : 0.0));
-                double loss = 2.0 * b * omega[i] + 2.0 * sign * p.axle_damping * difference;
-                j[LOSS][LEFT + i][l] = loss + (i == 0 ? one * (2.0 * b * omega[1]) : 0.0);
-                j[RESISTANCE][LEFT + i][l] = held ? v * by_omega[i] : 0.0;
-                j[RESISTANCE][RELAXED_LEFT + i][l] = held ? v * a[i].by_relaxed : 0.0;
-            }
+        g->saturation[0][l] = a[0].saturation;
+        g->saturation[1][l] = a[1].saturation;
+        lanes(*j)[MOST_STATES] = *jacobian;
+        /* Of a rigid axle one omega stands for both. */
+        double one = g->elastic ? 0.0 : 1.0, inverse_mass = p.body.inverse_mass;
+        double by_omega[2] = {a[0].by_omega + one * a[1].by_omega, a[1].by_omega};
+        j[SPEED][SPEED][l] = rates.jacobian[1][1];
+        j[TORQUE][TORQUE][l] = -1.0 / motor_lag;
+        j[TWIST][LEFT][l] = 1.0;
+        j[TWIST][RIGHT][l] = -1.0;
+        j[LEFT][RIGHT][l] = j[RIGHT][LEFT][l] = p.axle_damping / half;
+        j[DISTANCE][SPEED][l] = 1.0;
+        double steepness = held ? by_speed : rates.resistance_slope;
+        j[RESISTANCE][SPEED][l] = resisting + v * steepness;
+        j[CREEP][SPEED][l] = slip[0] * a[0].by_speed + slip[1] * a[1].by_speed - force;
+        j[DRIVE][TORQUE][l] = rolling;
+        for (int i = 0; i < 2; i++) {
+            double sign = i == 0 ? 1.0 : -1.0;
+            double own = -(r * a[i].by_omega + b + p.axle_damping) / half;
+            double body = g->elastic ? half : p.body.inertia;
+            j[SPEED][LEFT + i][l] = by_omega[i] * inverse_mass;
+            j[SPEED][RELAXED_LEFT + i][l] = a[i].by_relaxed * inverse_mass;
+            j[LEFT + i][SPEED][l] = g->elastic ? -r * a[i].by_speed / half : rates.jacobian[0][1];
+            j[LEFT + i][LEFT + i][l] = g->elastic ? own : rates.jacobian[0][0];
+            j[LEFT + i][TWIST][l] = -sign * p.axle_stiffness / half;
+            j[LEFT + i][RELAXED_LEFT + i][l] = -r * a[i].by_relaxed / body;
+            j[LEFT + i][RELAXED_RIGHT - i][l] = g->elastic ? 0.0 : -r * a[1 - i].by_relaxed / body;
+            j[LEFT + i][TORQUE][l] = g->elastic ? share[i] / half : 1.0 / body;
+            j[RELAXED_LEFT + i][LEFT + i][l] = a[i].rate_by_omega;
+            j[RELAXED_LEFT + i][RIGHT - i][l] = i == 1 ? one * a[i].rate_by_omega : 0.0;
+            j[RELAXED_LEFT + i][SPEED][l] = a[i].rate_by_speed;
+            j[RELAXED_LEFT + i][RELAXED_LEFT + i][l] = a[i].rate_by_relaxed;
+            double creep = slip[i] * a[i].by_omega + r * a[i].force;
+            double other = slip[1] * a[1].by_omega + r * a[1].force;
+            j[CREEP][LEFT + i][l] = creep + (i == 0 ? one * other : 0.0);
+            j[CREEP][RELAXED_LEFT + i][l] = slip[i] * a[i].by_relaxed;
+            j[DRIVE][LEFT + i][l] = y[TORQUE][l] * (share[i] + (i == 0 ? one * share[1] : 0.0));
+            double loss = 2.0 * b * omega[i] + 2.0 * sign * p.axle_damping * difference;
+            j[LOSS][LEFT + i][l] = loss + (i == 0 ? one * (2.0 * b * omega[1]) : 0.0);
+            j[RESISTANCE][LEFT + i][l] = held ? v * by_omega[i] : 0.0;
+            j[RESISTANCE][RELAXED_LEFT + i][l] = held ? v * a[i].by_relaxed : 0.0;
         }
+    }
 }
 
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
@@ -240,25 +233,24 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
  * torques to themselves plus that of kinetic friction. */
 static void error_size(const void *model, rows y, rows error, lanes size) {
     const group *g = model;
-    for
-        EACH(l) {
-            TAKE(drivetrain_parameters, p, g->train);
-            TAKE(force_element_parameters, contact, g->contact[0]);
-            double r = p.body.radius, speed = fabs(y[SPEED][l]) + p.body.minimum_speed;
-            double torque = r * contact.kinetic_friction * g->nominal_load[l];
-            double found = fabs(error[SPEED][l]) / speed;
-            for (int i = 0; i < 2; i++) {
-                int place = g->elastic ? LEFT + i : LEFT;
-                double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
-                found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
-                double relaxed = fabs(y[RELAXED_LEFT + i][l]) + saturation;
-                if (g->relaxed) found += fabs(error[RELAXED_LEFT + i][l]) / relaxed;
-            }
-            double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
-            if (g->elastic) found += fabs(error[TWIST][l]) / twist;
-            if (g->lagging) found += fabs(error[TORQUE][l]) / (fabs(y[TORQUE][l]) + torque);
-            size[l] = found;
+    EACH_LANE (l) {
+        TAKE(drivetrain_parameters, p, g->train);
+        TAKE(force_element_parameters, contact, g->contact[0]);
+        double r = p.body.radius, speed = fabs(y[SPEED][l]) + p.body.minimum_speed;
+        double torque = r * contact.kinetic_friction * g->nominal_load[l];
+        double found = fabs(error[SPEED][l]) / speed;
+        for (int i = 0; i < 2; i++) {
+            int place = g->elastic ? LEFT + i : LEFT;
+            double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
+            found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
+            double relaxed = fabs(y[RELAXED_LEFT + i][l]) + saturation;
+            if (g->relaxed) found += fabs(error[RELAXED_LEFT + i][l]) / relaxed;
         }
+        double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
+        if (g->elastic) found += fabs(error[TWIST][l]) / twist;
+        if (g->lagging) found += fabs(error[TORQUE][l]) / (fabs(y[TORQUE][l]) + torque);
+        size[l] = found;
+    }
 }
 
 static int is_elastic(const drivetrain_member *m) { return m->drivetrain->axle_stiffness > 0.0; }
@@ -282,22 +274,21 @@ static void assemble(group *g, const drivetrain_member *members, size_t n,
     g->count = 1;
     while (g->count < LANES && (size_t)g->count < n && are_of_one_kind(members, &members[g->count]))
         g->count++;
-    for
-        EACH(l) {
-            int i = l < g->count ? l : g->count - 1;
-            const force_element_parameters *contact = members[i].contact;
-            double load[2] = {2.0 * input[i].load_left, 2.0 * input[i].load_right};
-            for (int side = 0; side < 2; side++) {
-                int loaded = is_loaded(contact, load[side]);
-                force_element_parameters there =
-                    force_element_at_load(contact, loaded ? load[side] : contact->nominal_load);
-                put(g->contact[side], l, FIELDS(force_element_parameters), (const double *)&there);
-                g->loaded[side][l] = loaded ? 1.0 : 0.0;
-            }
-            g->nominal_load[l] = contact->nominal_load;
-            put(g->train, l, FIELDS(drivetrain_parameters), (const double *)members[i].drivetrain);
-            put(g->input, l, FIELDS(drivetrain_input), (const double *)&input[i]);
+    for (int l = 0; l < LANES; l++) {
+        int i = l < g->count ? l : g->count - 1;
+        const force_element_parameters *contact = members[i].contact;
+        double load[2] = {2.0 * input[i].load_left, 2.0 * input[i].load_right};
+        for (int side = 0; side < 2; side++) {
+            int loaded = is_loaded(contact, load[side]);
+            force_element_parameters there =
+                force_element_at_load(contact, loaded ? load[side] : contact->nominal_load);
+            put(g->contact[side], l, FIELDS(force_element_parameters), (const double *)&there);
+            g->loaded[side][l] = loaded ? 1.0 : 0.0;
         }
+        g->nominal_load[l] = contact->nominal_load;
+        put(g->train, l, FIELDS(drivetrain_parameters), (const double *)members[i].drivetrain);
+        put(g->input, l, FIELDS(drivetrain_input), (const double *)&input[i]);
+    }
 }
 
 static equations equations_of(group *g) {
@@ -337,14 +328,13 @@ static void advance(group *g, const drivetrain_member *members, const drivetrain
     lanes left, time, part, tried;
     int gave_up[LANES], busy = 1;
     equations problem = equations_of(g);
-    for
-        EACH(l) {
-            int i = l < g->count ? l : g->count - 1;
-            put(y, l, FIELDS(drivetrain_state), (const double *)&state[i]);
-            left[l] = l < g->count && !failed[i] ? step : 0.0;
-            time[l] = start;
-            tried[l] = substep[i];
-        }
+    for (int l = 0; l < LANES; l++) {
+        int i = l < g->count ? l : g->count - 1;
+        put(y, l, FIELDS(drivetrain_state), (const double *)&state[i]);
+        left[l] = l < g->count && !failed[i] ? step : 0.0;
+        time[l] = start;
+        tried[l] = substep[i];
+    }
     while (busy) {
         busy = 0;
         for (int l = 0; l < g->count; l++) {
@@ -430,11 +420,10 @@ void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, 
             size_t at = row * n + i;
             rows y;
             assemble(&g, &members[i], n - i, &input[at]);
-            for
-                EACH(l) {
-                    int k = l < g.count ? l : g.count - 1;
-                    put(y, l, FIELDS(drivetrain_state), (const double *)&state[at + (size_t)k]);
-                }
+            for (int l = 0; l < LANES; l++) {
+                int k = l < g.count ? l : g.count - 1;
+                put(y, l, FIELDS(drivetrain_state), (const double *)&state[at + (size_t)k]);
+            }
             fill(&g, y);
             wheels(&g, (const lanes *)y);
             set_outputs(&g, (const lanes *)y, &output[at]);

@@ -23,7 +23,16 @@ typedef double lanes[LANES];
 typedef lanes rows[MOST_ROWS];
 typedef lanes matrix[MOST_ROWS][MOST_STATES];
 
-#define EACH(l) (int l = 0; l < LANES; l++)
+/* A loop over the lanes, of which none depends on another: the compiler need not prove it. */
+#if LANES == 1
+#define EACH_LANE(l) for (int l = 0; l < LANES; l++)
+#elif defined(__clang__)
+#define EACH_LANE(l) _Pragma("clang loop vectorize(assume_safety)") for (int l = 0; l < LANES; l++)
+#elif defined(__GNUC__)
+#define EACH_LANE(l) _Pragma("GCC ivdep") for (int l = 0; l < LANES; l++)
+#else
+#define EACH_LANE(l) for (int l = 0; l < LANES; l++)
+#endif
 
 /* Equations y' = f(y). Of their rows the first are states; the others are integrals along the way,
  * such as works, on which nothing depends. */
@@ -41,14 +50,11 @@ typedef struct {
  * growing mode meets it the error control takes a shorter substep. The diagonal is inverted. */
 static inline void factorize(int n, lanes a[MOST_STATES][MOST_STATES]) {
     for (int k = 0; k < n; k++) {
-        for
-            EACH(l) a[k][k][l] = 1.0 / a[k][k][l];
+        EACH_LANE (l) a[k][k][l] = 1.0 / a[k][k][l];
         for (int i = k + 1; i < n; i++) {
-            for
-                EACH(l) a[i][k][l] *= a[k][k][l];
+            EACH_LANE (l) a[i][k][l] *= a[k][k][l];
             for (int c = k + 1; c < n; c++)
-                for
-                    EACH(l) a[i][c][l] -= a[i][k][l] * a[k][c][l];
+                EACH_LANE (l) a[i][c][l] -= a[i][k][l] * a[k][c][l];
         }
     }
 }
@@ -56,18 +62,14 @@ static inline void factorize(int n, lanes a[MOST_STATES][MOST_STATES]) {
 static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST_ROWS],
                          lanes x[MOST_ROWS]) {
     for (int i = 0; i < n; i++) {
-        for
-            EACH(l) x[i][l] = b[i][l];
+        EACH_LANE (l) x[i][l] = b[i][l];
         for (int c = 0; c < i; c++)
-            for
-                EACH(l) x[i][l] -= lu[i][c][l] * x[c][l];
+            EACH_LANE (l) x[i][l] -= lu[i][c][l] * x[c][l];
     }
     for (int i = n - 1; i >= 0; i--) {
         for (int c = i + 1; c < n; c++)
-            for
-                EACH(l) x[i][l] -= lu[i][c][l] * x[c][l];
-        for
-            EACH(l) x[i][l] *= lu[i][i][l];
+            EACH_LANE (l) x[i][l] -= lu[i][c][l] * x[c][l];
+        EACH_LANE (l) x[i][l] *= lu[i][i][l];
     }
 }
 
@@ -84,13 +86,10 @@ static inline void stage(substep *s, rows b, rows k) {
     const equations *p = s->problem;
     solve(p->states, s->lu, b, k);
     for (int i = p->states; i < p->rows; i++) {
-        for
-            EACH(l) k[i][l] = b[i][l];
+        EACH_LANE (l) k[i][l] = b[i][l];
         for (int c = 0; c < p->states; c++)
-            for
-                EACH(l) k[i][l] += s->j[p->place[i]][p->place[c]][l] * k[c][l];
-        for
-            EACH(l) k[i][l] *= 0.5 * s->h[l];
+            EACH_LANE (l) k[i][l] += s->j[p->place[i]][p->place[c]][l] * k[c][l];
+        EACH_LANE (l) k[i][l] *= 0.5 * s->h[l];
     }
 }
 
@@ -101,45 +100,36 @@ static inline void rodas3(substep *s, rows y, rows f, rows next, rows error) {
     rows b, k1, k2, k3, k4, g;
     for (int i = 0; i < n; i++)
         for (int c = 0; c < n; c++)
-            for
-                EACH(l)
-    s->lu[i][c][l] = (i == c ? 2.0 / s->h[l] : 0.0) - /* gamma 1/2 */
-                     s->j[p->place[i]][p->place[c]][l];
+            EACH_LANE (l)
+                s->lu[i][c][l] = (i == c ? 2.0 / s->h[l] : 0.0) - /* gamma 1/2 */
+                                 s->j[p->place[i]][p->place[c]][l];
     factorize(n, s->lu);
     for (int i = 0; i < p->rows; i++)
-        for
-            EACH(l) b[i][l] = f[p->place[i]][l];
+        EACH_LANE (l) b[i][l] = f[p->place[i]][l];
     stage(s, b, k1);
     for (int i = 0; i < p->rows; i++)
-        for
-            EACH(l) b[i][l] += 4.0 / s->h[l] * k1[i][l];
+        EACH_LANE (l) b[i][l] += 4.0 / s->h[l] * k1[i][l];
     stage(s, b, k2);
     for (int i = 0; i < MOST_ROWS; i++)
-        for
-            EACH(l) next[i][l] = y[i][l];
+        EACH_LANE (l) next[i][l] = y[i][l];
     for (int i = 0; i < p->rows; i++)
-        for
-            EACH(l) next[p->place[i]][l] += 2.0 * k1[i][l];
+        EACH_LANE (l) next[p->place[i]][l] += 2.0 * k1[i][l];
     p->rates(p->model, next, g, NULL);
     for (int i = 0; i < p->rows; i++)
-        for
-            EACH(l) b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l]) / s->h[l];
+        EACH_LANE (l) b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l]) / s->h[l];
     stage(s, b, k3);
     for (int i = 0; i < p->rows; i++)
-        for
-            EACH(l) next[p->place[i]][l] += k3[i][l];
+        EACH_LANE (l) next[p->place[i]][l] += k3[i][l];
     p->rates(p->model, next, g, NULL);
     for (int i = 0; i < p->rows; i++)
-        for
-            EACH(l)
-    b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l] - (8.0 / 3.0) * k3[i][l]) / s->h[l];
+        EACH_LANE (l)
+            b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l] - (8.0 / 3.0) * k3[i][l]) / s->h[l];
     stage(s, b, k4);
     for (int i = 0; i < p->rows; i++)
-        for
-            EACH(l) {
-                next[p->place[i]][l] += k4[i][l];
-                error[p->place[i]][l] = k4[i][l];
-            }
+        EACH_LANE (l) {
+            next[p->place[i]][l] += k4[i][l];
+            error[p->place[i]][l] = k4[i][l];
+        }
 }
 
 /* How much longer a substep may be whose error is this part of the tolerance. */
@@ -157,55 +147,51 @@ static inline void rosenbrock_advance(const equations *p, rows y, const lanes st
                                       double tolerance, lanes tried, int failed[LANES]) {
     rows now, f, next, error;
     substep s;
-    lanes left, h, pieces, ratio;
+    lanes left, h, pieces, ratio, taken;
+    int busy = 0;
     s.problem = p;
     memset(s.j, 0, sizeof s.j); /* what no rate depends on stays so */
-    int busy = 0;
-    for
-        EACH(l) {
-            left[l] = step[l];
-            h[l] = tried[l] > 0.0 ? tried[l] : step[l];
-            busy |= left[l] > 0.0;
-            failed[l] = 0;
-        }
-    for (int i = 0; i < MOST_ROWS; i++)
-        for
-            EACH(l) now[i][l] = y[i][l];
+    for (int l = 0; l < LANES; l++) {
+        left[l] = step[l];
+        h[l] = tried[l] > 0.0 ? tried[l] : step[l];
+        busy |= left[l] > 0.0;
+    }
+    memcpy(now, y, sizeof now);
     for (int count = 0; busy && count < MOST_SUBSTEPS; count++) {
         p->rates(p->model, now, f, &s.j);
-        for
-            EACH(l) {
-                pieces[l] = left[l] > 0.0 ? ceil(left[l] / h[l] * (1.0 - 1e-12)) : 1.0;
-                s.h[l] = left[l] > 0.0 ? (pieces[l] > 1.0 ? left[l] / pieces[l] : left[l]) : 1.0;
-            }
+        EACH_LANE (l) {
+            int runs = left[l] > 0.0;
+            double many = ceil(left[l] / h[l] * (1.0 - 1e-12));
+            pieces[l] = runs ? many : 1.0;
+            s.h[l] = runs ? left[l] / larger(pieces[l], 1.0) : 1.0;
+        }
         rodas3(&s, now, f, next, error);
         p->error_size(p->model, next, error, ratio);
-        busy = 0;
-        for
-            EACH(l) {
-                double part = ratio[l] / tolerance, factor = stretch_of_step(part);
-                int runs = left[l] > 0.0, taken = runs & (part <= 1.0);
-                for (int i = 0; i < p->rows; i++) {
-                    double *place = &now[p->place[i]][l];
-                    *place = taken ? next[p->place[i]][l] : *place;
-                }
-                double longer = larger(h[l], s.h[l] * factor),
-                       shorter = s.h[l] * smaller(factor, 0.8);
-                double after = factor < 1.0 ? s.h[l] * factor : longer;
-                h[l] = runs ? (taken ? after : shorter) : h[l];
-                left[l] = taken ? (pieces[l] > 1.0 ? left[l] - s.h[l] : 0.0) : left[l];
-                busy |= left[l] > 0.0;
-            }
-    }
-    for
-        EACH(l) {
-            failed[l] = left[l] > 0.0;
-            tried[l] = failed[l] ? tried[l] : h[l];
-            for (int i = 0; i < p->rows; i++) {
-                double *place = &y[p->place[i]][l];
-                *place = failed[l] ? *place : now[p->place[i]][l];
-            }
+        EACH_LANE (l) {
+            double part = ratio[l] / tolerance, factor = stretch_of_step(part);
+            int runs = left[l] > 0.0, taking = runs & (part <= 1.0);
+            double longer = larger(h[l], s.h[l] * factor), shorter = s.h[l] * smaller(factor, 0.8);
+            double after = factor < 1.0 ? s.h[l] * factor : longer, tried_next = shorter;
+            double rest = pieces[l] > 1.0 ? left[l] - s.h[l] : 0.0;
+            tried_next = taking ? after : tried_next;
+            h[l] = runs ? tried_next : h[l];
+            left[l] = taking ? rest : left[l];
+            taken[l] = taking ? 1.0 : 0.0;
         }
+        for (int i = 0; i < p->rows; i++) {
+            double *to = now[p->place[i]];
+            const double *from = next[p->place[i]];
+            EACH_LANE (l) to[l] = taken[l] > 0.0 ? from[l] : to[l];
+        }
+        busy = 0;
+        for (int l = 0; l < LANES; l++) busy |= left[l] > 0.0;
+    }
+    for (int l = 0; l < LANES; l++) {
+        failed[l] = left[l] > 0.0;
+        tried[l] = failed[l] ? tried[l] : h[l];
+        for (int i = 0; i < p->rows; i++)
+            if (!failed[l]) y[p->place[i]][l] = now[p->place[i]][l];
+    }
 }
 
 #endif

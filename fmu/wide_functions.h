@@ -53,5 +53,5 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     }
 }
 
-#define LANES 8
+#define LANES 16
 #include "drivetrain_lanes.h"
