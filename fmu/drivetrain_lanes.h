@@ -37,7 +37,7 @@ typedef struct {
 } group;
 
 /* A struct of doubles from its rows, and back. */
-ALWAYS_INLINE void take(const lanes *field, int l, size_t count, double *into) {
+ALWAYS_INLINE void take(lanes *field, int l, size_t count, double *into) {
     for (size_t i = 0; i < count; i++) into[i] = field[i][l];
 }
 
@@ -49,7 +49,7 @@ ALWAYS_INLINE void put(lanes *field, int l, size_t count, const double *from) {
     type name;                  \
     take(field, l, FIELDS(type), (double *)&name)
 
-ALWAYS_INLINE force_element_input wheel_input(const group *g, int side, const rows y,
+ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
                                               const force_element_parameters *p, int l) {
     TAKE(drivetrain_input, in, g->input);
     double friction = side == 0 ? in.friction_left : in.friction_right;
@@ -58,7 +58,7 @@ ALWAYS_INLINE force_element_input wheel_input(const group *g, int side, const ro
 }
 
 /* One wheel: half of what the wheelset's contact gives under twice the wheel's load. */
-static void wheel(group *g, int side, const rows y) {
+static void wheel(group *g, int side, rows y) {
     lanes x, k_hat, ratio, slope, log_k, state[FIELDS(force_state)];
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
@@ -99,10 +99,10 @@ static void wheel(group *g, int side, const rows y) {
 }
 
 /* Both wheels; the second only if it differs in a lane. */
-static void wheels(group *g, const rows y) {
+static void wheels(group *g, rows y) {
     enum { LOAD = offsetof(drivetrain_input, load_left) / sizeof(double) };
     enum { FRICTION = offsetof(drivetrain_input, friction_left) / sizeof(double) };
-    const lanes *in = (const lanes *)g->input;
+    lanes *in = g->input;
     int differ = 0;
     for (int l = 0; l < LANES; l++)
         differ |= (y[LEFT][l] != y[RIGHT][l]) | (y[RELAXED_LEFT][l] != y[RELAXED_RIGHT][l]) |
@@ -113,7 +113,7 @@ static void wheels(group *g, const rows y) {
 }
 
 /* Fields of the state that are no states of this drivetrain. */
-static void fill(const group *g, rows y) {
+static void fill(group *g, rows y) {
     enum { COMMANDED = offsetof(drivetrain_input, commanded_torque) / sizeof(double) };
     EACH_LANE (l) {
         if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
@@ -125,7 +125,7 @@ static void fill(const group *g, rows y) {
 
 /* Of a rigid wheelset, what both wheels together do; the speed's rate holds for any. */
 ALWAYS_INLINE wheelset_rates rates_together(const drivetrain_parameters *p,
-                                            const drivetrain_input *in, const rows y,
+                                            const drivetrain_input *in, rows y,
                                             const wheel_action a[2], int l) {
     contact_action both = {a[0].force + a[1].force, a[0].by_omega + a[1].by_omega,
                            a[0].by_speed + a[1].by_speed};
@@ -134,7 +134,7 @@ ALWAYS_INLINE wheelset_rates rates_together(const drivetrain_parameters *p,
 }
 
 /* Rates of the states. With f and j as rows of lanes, j is filled where it is not zero. */
-ALWAYS_INLINE void set_rates(group *g, const rows y, rows f, matrix *jacobian) {
+ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
     EACH_LANE (l) {
         TAKE(drivetrain_parameters, p, g->train);
         TAKE(drivetrain_input, in, g->input);
@@ -224,15 +224,15 @@ ALWAYS_INLINE void set_rates(group *g, const rows y, rows f, matrix *jacobian) {
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     group *g = model;
     fill(g, y);
-    wheels(g, (const lanes *)y);
-    if (jacobian) set_rates(g, (const lanes *)y, f, jacobian);
-    else set_rates(g, (const lanes *)y, f, NULL);
+    wheels(g, y);
+    if (jacobian) set_rates(g, y, f, jacobian);
+    else set_rates(g, y, f, NULL);
 }
 
 /* Slips relative to themselves plus that of saturation, speed to itself plus the minimum speed,
  * torques to themselves plus that of kinetic friction. */
-static void error_size(const void *model, rows y, rows error, lanes size) {
-    const group *g = model;
+static void error_size(void *model, rows y, rows error, lanes size) {
+    group *g = model;
     EACH_LANE (l) {
         TAKE(drivetrain_parameters, p, g->train);
         TAKE(force_element_parameters, contact, g->contact[0]);
@@ -309,7 +309,7 @@ static equations equations_of(group *g) {
 
 /* Length of the stretch that begins here, up to the next corner of friction, and friction in its
  * middle. */
-static double next_stretch(const track *rails, const rows y, int l, double time, double left,
+static double next_stretch(const track *rails, rows y, int l, double time, double left,
                            drivetrain_input *held) {
     double distance = y[DISTANCE][l], speed = y[SPEED][l], friction[2];
     double until = track_until_change(rails, distance, speed, time);
@@ -341,8 +341,7 @@ static void advance(group *g, const drivetrain_member *members, const drivetrain
             part[l] = left[l];
             if (left[l] > 0.0 && members[l].rails) {
                 drivetrain_input held = input[l];
-                part[l] =
-                    next_stretch(members[l].rails, (const lanes *)y, l, time[l], left[l], &held);
+                part[l] = next_stretch(members[l].rails, y, l, time[l], left[l], &held);
                 put(g->input, l, FIELDS(drivetrain_input), (const double *)&held);
             }
         }
@@ -358,7 +357,7 @@ static void advance(group *g, const drivetrain_member *members, const drivetrain
     fill(g, y);
     for (int l = 0; l < g->count; l++) {
         if (failed[l]) continue;
-        take((const lanes *)y, l, FIELDS(drivetrain_state), (double *)&state[l]);
+        take(y, l, FIELDS(drivetrain_state), (double *)&state[l]);
         substep[l] = tried[l];
     }
 }
@@ -383,7 +382,7 @@ void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
     }
 }
 
-static void set_outputs(group *g, const rows y, drivetrain_output *output) {
+static void set_outputs(group *g, rows y, drivetrain_output *output) {
     for (int l = 0; l < g->count; l++) {
         TAKE(drivetrain_parameters, p, g->train);
         TAKE(drivetrain_input, in, g->input);
@@ -425,8 +424,8 @@ void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, 
                 put(y, l, FIELDS(drivetrain_state), (const double *)&state[at + (size_t)k]);
             }
             fill(&g, y);
-            wheels(&g, (const lanes *)y);
-            set_outputs(&g, (const lanes *)y, &output[at]);
+            wheels(&g, y);
+            set_outputs(&g, y, &output[at]);
         }
     }
 }

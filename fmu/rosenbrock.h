@@ -43,7 +43,7 @@ typedef struct {
     /* Rates of all rows, and unless it is null their derivatives by the states. */
     void (*rates)(void *model, rows y, rows f, matrix *jacobian);
     /* Size of an error of y, as a part of what is called one hundred per cent. */
-    void (*error_size)(const void *model, rows y, rows error, lanes size);
+    void (*error_size)(void *model, rows y, rows error, lanes size);
 } equations;
 
 /* a = l u in place. Rows are not exchanged: 2/h of each state stands in the diagonal, and where a
@@ -143,8 +143,8 @@ ALWAYS_INLINE double stretch_of_step(double ratio) {
 /* Step y on by each lane's step, with an error of each substep up to the tolerance. substep is the
  * length to try first, 0 if none is known, and then the one to go on with. Where that fails within
  * the largest number of substeps failed is set, and y is as it was. */
-static inline void rosenbrock_advance(const equations *p, rows y, const lanes step,
-                                      double tolerance, lanes tried, int failed[LANES]) {
+static inline void rosenbrock_advance(const equations *p, rows y, lanes step, double tolerance,
+                                      lanes tried, int failed[LANES]) {
     rows now, f, next, error;
     substep s;
     lanes left, h, pieces, ratio, taken;

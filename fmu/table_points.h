@@ -93,8 +93,8 @@ ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double 
     for (size_t i = 0; i < n; i++) {
         double weight[4], derivative[4], rest = 1.0 / (1.0 + t[i]), root_k = sqrt(k_hat[i]);
         double position_u = (1.0 - rest) * cells_u, position_k = root_k * scale_k;
-        int32_t cell_u = (int32_t)smaller(position_u, cells_u - 1.0);
-        int32_t cell_k = (int32_t)smaller(position_k, cells_k - 1.0);
+        int32_t cell_u = (int32_t)larger(0.0, smaller(position_u, cells_u - 1.0));
+        int32_t cell_k = (int32_t)larger(0.0, smaller(position_k, cells_k - 1.0));
         basis(position_k - (double)cell_k, weight, derivative);
         for (int j = 0; j < 4; j++) {
             place->along_k[i][j] = weight[j];

@@ -41,7 +41,7 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     j[2][2][0] = out.rate_by_relaxed;
 }
 
-static void error_size(const void *model, rows y, rows error, lanes size) {
+static void error_size(void *model, rows y, rows error, lanes size) {
     const motion *m = model;
     double radius = m->body->radius, floor = m->body->minimum_speed;
     double slip = fabs(radius * y[0][0] - y[1][0]), speed = fabs(y[1][0]) + floor;
