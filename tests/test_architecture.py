@@ -80,7 +80,7 @@ def test_table_and_laws_do_not_know_each_other() -> None:
 def test_code_is_ascii() -> None:
     folders = [PACKAGE, package_folder("fmu"), package_folder("models"), Path(__file__).parent]
     for folder in folders:
-        paths = [p for p in folder.rglob("*") if p.suffix in {".py", ".c", ".h", ".toml"}]
+        paths = [p for p in folder.rglob("*") if p.suffix in {".py", ".pyi", ".c", ".h", ".toml"}]
         assert paths
         for path in paths:
             path.read_text(encoding="ascii")
