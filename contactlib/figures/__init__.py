@@ -1,5 +1,6 @@
 """Figures: the only room that imports matplotlib. Every function returns a `Figure`."""
 
+from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
     CONTACT_PATCH,
     PAPER_FIGURES,
@@ -27,6 +28,7 @@ __all__ = [
     "contact_patch",
     "contact_patches",
     "creep_curve",
+    "draw_maps",
     "drivetrain_setting",
     "figure_1",
     "figure_2",
@@ -35,6 +37,7 @@ __all__ = [
     "figure_5",
     "figure_6",
     "fold_diagram",
+    "map_figure",
     "run_name",
     "save",
     "scenario_run",

@@ -1,0 +1,81 @@
+"""Lines: an outcome over one parameter, of each controller or each value of a second parameter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from contactlib.figures.maps.layout import Layout, controllers, title_of
+from contactlib.figures.maps.panels import along, in_rows, label_outside, legend, panels
+from contactlib.figures.maps.words import finite, wide, words
+from contactlib.figures.scenario import run_name
+from contactlib.figures.stability.common import plain_log
+from contactlib.figures.style import BLUE, DASHED, DOTTED, GREEN, GREY, ORANGE, STYLE
+from contactlib.parameters import FloatArray
+
+# Lines that differ in dashes and marks as well as in colour.
+LOOKS: tuple[dict[str, Any], ...] = (
+    {"color": BLUE, "ls": "-", "marker": "o"},
+    {"color": ORANGE, "ls": DASHED, "marker": "s"},
+    {"color": GREEN, "ls": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
+    {"color": "black", "ls": DOTTED, "marker": "D"},
+)
+
+
+def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
+    """An outcome over one parameter; with a second one, a panel for each controller."""
+    shown, (x,) = words(chosen.outcome), chosen.axes
+    names = controllers(chosen.outcome)
+    apart = bool(names) and chosen.further is not None
+    count = len(names) if apart else 1
+    columns = in_rows(count)
+    with mpl.rc_context({**STYLE, "lines.markersize": 4.5}):
+        figure, drawn = panels(count, columns, 3.4 if apart else 6.4, 2.9)
+        handles: dict[str, Any] = {}
+        for index, case in enumerate(chosen.cases):
+            panel, turn = (index % count, index // count) if apart else (0, index)
+            look = LOOKS[turn % len(LOOKS)] | {"lw": 2.0 if turn < len(LOOKS) else 1.0}
+            text = case.further if apart or case.controller is None else title_of(case)
+            axes, at = drawn[panel], words(x).factor * x.values
+            values = shown.factor * case.values.values
+            axes.plot(at, np.where(np.isfinite(values), values, np.nan), label=text, **look)
+            if text:
+                handles[text] = Line2D([], [], label=text, **look)
+            handles |= _beyond(axes, at[np.isposinf(values)], "no limit", look, 1.0)
+            handles |= _beyond(axes, at[case.failed], "failed", look, 0.0)
+            if apart:
+                axes.set_title(run_name(names[panel]), loc="left", fontsize=10)
+        along(drawn[0], "x", x)
+        _height(drawn, shown.factor * finite(chosen.outcome.values))
+        label_outside(drawn, columns, words(x).label, shown.lines(30))
+        figure.suptitle(title, x=0.01, ha="left")
+        legend(figure, handles, caption)
+    return figure
+
+
+def _beyond(
+    axes: Axes, at: FloatArray, name: str, look: dict[str, Any], height: float
+) -> dict[str, Any]:
+    """Mark at the edge of the axes where a line has no number."""
+    if not at.size:
+        return {}
+    mark: dict[str, Any] = {"ls": "none", "marker": 6 if height else "x", "ms": 7}
+    across = axes.get_xaxis_transform()
+    edge = np.full(at.shape, height)
+    axes.plot(at, edge, color=look["color"], transform=across, clip_on=False, **mark)
+    return {name: Line2D([], [], color="black", label=name, **mark)}
+
+
+def _height(drawn: list[Axes], values: FloatArray) -> None:
+    """Scale of the outcome, common to all panels."""
+    if wide(values):
+        drawn[0].set_yscale("log")
+        plain_log(drawn[0].yaxis, 1.0, 3.0)
+    elif values.size and values.min() < 0.0 < values.max():
+        for axes in drawn:
+            axes.axhline(0.0, color=GREY, lw=1.0, zorder=1)

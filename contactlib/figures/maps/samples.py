@@ -1,0 +1,176 @@
+"""Random samples: how an outcome is distributed, and which parameters it depends on."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from scipy.stats import norm, spearmanr
+
+from contactlib.figures.maps.curves import LOOKS
+from contactlib.figures.maps.layout import CONTROLLER, FAILED, RUN, controllers
+from contactlib.figures.maps.panels import legend
+from contactlib.figures.maps.words import Words, finite, wide, words
+from contactlib.figures.scenario import run_name
+from contactlib.figures.stability.common import SHADE, plain_log
+from contactlib.figures.style import GREY, STYLE, new_figure
+from contactlib.parameters import FloatArray
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
+
+QUANTILES = (0.05, 0.5, 0.95)
+CHANCE = 0.99  # part of the rank correlations of what does not depend that are inside the band
+STEPS, POINTS, BARS = 400, 1000, 8  # most that are drawn
+HATCHES = ("", "///", "...", "xxx")
+
+
+class Group(NamedTuple):
+    """What one controller gave in all runs.
+
+    Attributes
+    ----------
+    name : str
+        In words; empty for an outcome that needs no controller.
+    values : array, shape (n,)
+        In the unit of the axis; nan where there is none.
+    failed : int
+        How many runs failed.
+    """
+
+    name: str
+    values: FloatArray
+    failed: int
+
+
+def sample_figure(dataset: Dataset, outcome: str, *, title: str, caption: str) -> Figure:
+    """Distribution, rank correlations, and the outcome over the two strongest parameters."""
+    shown = words(dataset[outcome])
+    groups = _groups(dataset, outcome, shown)
+    drawn = _drawn(dataset)
+    strength = {str(p.name): [rank_correlation(p.values, g.values) for g in groups] for p in drawn}
+    drawn.sort(key=lambda p: -np.nan_to_num(np.abs(strength[str(p.name)])).max())
+    with mpl.rc_context(STYLE):
+        figure, grid = new_figure(9.6, 7.6, nrows=2, ncols=2)
+        handles = _distribution(grid[0, 0], groups, shown)
+        handles |= _influence(grid[0, 1], drawn[:BARS], strength, groups)
+        for axes, parameter in zip(grid[1], drawn, strict=False):
+            _scatter(axes, parameter, groups, shown)
+        for axes in grid[1, len(drawn) :]:
+            axes.remove()
+        figure.suptitle(title, x=0.01, ha="left")
+        legend(figure, handles, caption)
+    return figure
+
+
+def rank_correlation(parameter: FloatArray, values: FloatArray) -> float:
+    """Spearman's, of the runs that have a value; nan if all of them have the same."""
+    known = ~np.isnan(values)
+    if np.unique(values[known]).size < 2 or np.unique(parameter[known]).size < 2:
+        return math.nan
+    return float(spearmanr(parameter[known], values[known]).statistic)
+
+
+def _groups(dataset: Dataset, outcome: str, shown: Words) -> list[Group]:
+    array = shown.factor * dataset[outcome]
+    names = controllers(array)
+    if not names:
+        return [Group("", array.values, 0)]
+    flags = dataset[FAILED] if FAILED in dataset else 0.0 * array
+    return [
+        Group(
+            run_name(name),
+            array.sel({CONTROLLER: name}).values,
+            int(np.count_nonzero(flags.sel({CONTROLLER: name}))),
+        )
+        for name in names
+    ]
+
+
+def _drawn(dataset: Dataset) -> list[DataArray]:
+    """Parameters that differ from run to run."""
+    of_runs = [c for name, c in dataset.coords.items() if c.dims == (RUN,) and name != RUN]
+    return [c for c in of_runs if np.issubdtype(c.dtype, np.number) and np.unique(c).size > 1]
+
+
+def _distribution(axes: Axes, groups: list[Group], shown: Words) -> dict[str, Any]:
+    """Share of runs up to each value. Beyond all values is what has no limit."""
+    handles: dict[str, Any] = {}
+    for index, group in enumerate(groups):
+        known = group.values[~np.isnan(group.values)]
+        if not known.size:
+            continue
+        look = {**LOOKS[index % len(LOOKS)], "marker": None}
+        shares = np.linspace(0.0, 1.0, min(known.size, STEPS) + 1)
+        at = np.quantile(known, shares, method="inverted_cdf")
+        inside = np.isfinite(at)
+        axes.plot(at[inside], 100.0 * shares[inside], **look)
+        marks = np.quantile(known, QUANTILES, method="inverted_cdf")
+        inside = np.isfinite(marks)
+        marker = {**LOOKS[index % len(LOOKS)], "ls": "none"}
+        axes.plot(marks[inside], 100.0 * np.array(QUANTILES)[inside], **marker)
+        low, middle, high = (f"{v:.3g}" if np.isfinite(v) else "no limit" for v in marks)
+        text = f"{middle} ({low} to {high})"
+        text = f"{group.name}: {text}" if group.name else text
+        text += f", {group.failed} failed" if group.failed else ""
+        handles[text] = Line2D([], [], **{**look, "marker": marker["marker"]}, label=text)
+    axes.set_title(f"Distribution of {sum(g.values.size for g in groups)} values", loc="left")
+    axes.set_xlabel(shown.label)
+    axes.set_ylabel("runs up to there  [%]")
+    axes.set_ylim(0.0, 100.0)
+    _log(axes, "x", np.concatenate([g.values for g in groups]))
+    return handles
+
+
+def _influence(
+    axes: Axes, drawn: list[DataArray], strength: dict[str, list[float]], groups: list[Group]
+) -> dict[str, Any]:
+    """Rank correlations as bars, the strongest on top, and what chance alone would give."""
+    count = min(int(np.count_nonzero(~np.isnan(group.values))) for group in groups)
+    # Under independence the variance is 1/(n - 1).
+    chance = min(1.0, float(norm.ppf(0.5 + 0.5 * CHANCE)) / math.sqrt(max(1, count - 1)))
+    axes.axvspan(-chance, chance, color=SHADE, lw=0.0, zorder=0)
+    height = 0.8 / len(groups)
+    for index, _ in enumerate(groups):
+        at = np.arange(len(drawn)) + (index - 0.5 * (len(groups) - 1)) * height
+        bars = np.nan_to_num([strength[str(parameter.name)][index] for parameter in drawn])
+        look = {"color": LOOKS[index % len(LOOKS)]["color"], "ec": "white", "lw": 0.0}
+        axes.barh(at, bars, height=height, hatch=HATCHES[index % len(HATCHES)], **look)
+    names = [textwrap.fill(words(parameter).name, 20) for parameter in drawn]
+    axes.set_yticks(np.arange(len(drawn)), names, fontsize=9)
+    axes.invert_yaxis()
+    axes.grid(visible=False, axis="y")
+    axes.axvline(0.0, color=GREY, lw=1.0)
+    axes.set_xlim(-1.0, 1.0)
+    axes.set_xlabel("rank correlation with the outcome  [1]")
+    axes.set_title("What it depends on", loc="left")
+    text = f"by chance, {100.0 * CHANCE:.0f} %"
+    return {text: Patch(color=SHADE, label=text)}
+
+
+def _scatter(axes: Axes, parameter: DataArray, groups: list[Group], shown: Words) -> None:
+    of_axis = words(parameter)
+    x = of_axis.factor * parameter.values
+    every = max(1, math.ceil(x.size / POINTS))
+    for index, group in enumerate(groups):
+        look = LOOKS[index % len(LOOKS)]
+        point: dict[str, Any] = {"ls": "none", "marker": look["marker"], "color": look["color"]}
+        y = np.where(np.isfinite(group.values), group.values, np.nan)
+        axes.plot(x[::every], y[::every], ms=2.5, alpha=0.6, mew=0.0, **point)
+    axes.set_xlabel(of_axis.label)
+    axes.set_ylabel(shown.lines(30))
+    _log(axes, "x", x)
+    _log(axes, "y", np.concatenate([g.values for g in groups]))
+
+
+def _log(axes: Axes, which: str, values: FloatArray) -> None:
+    if wide(finite(values)):
+        (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+        plain_log(axes.xaxis if which == "x" else axes.yaxis, 1.0, 3.0)

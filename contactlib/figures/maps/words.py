@@ -1,0 +1,81 @@
+"""How a quantity of a sweep is written on an axis: its name, its unit, its scale."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.parameters import FloatArray
+
+if TYPE_CHECKING:
+    from xarray import DataArray
+
+# Units that take a prefix, largest first.
+FORCES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))
+SHORT = ((1.0, ""), (1e-3, "m"))
+PREFIXES = {"N": FORCES, "N.m": FORCES, "J": FORCES, "W": FORCES, "s": SHORT, "m": SHORT}
+PERCENT = re.compile("creepage|utilisation|share|hysteresis")
+GEOMETRIC = 3.0  # largest over smallest value from which an axis may be logarithmic
+WIDE = 30.0  # largest over smallest value from which a scale is
+
+
+class Words(NamedTuple):
+    """Name and unit of a quantity, and the factor from SI to that unit."""
+
+    name: str
+    unit: str
+    factor: float
+
+    @property
+    def label(self) -> str:
+        """For an axis."""
+        return f"{self.name}  [{self.unit}]"
+
+    def lines(self, width: int) -> str:
+        """For an axis that is short."""
+        return f"{textwrap.fill(self.name, width)}  [{self.unit}]"
+
+    def number(self, value: float) -> str:
+        """A value in words."""
+        unit = "" if self.unit == "1" else f"\u00a0{self.unit}"
+        return f"{value * self.factor:.4g}{unit}"
+
+
+def words(array: DataArray) -> Words:
+    """What a variable or a coordinate is called, and the unit in which its numbers are short."""
+    name = str(array.attrs.get("long_name", str(array.name).replace("_", " ")))
+    unit = str(array.attrs.get("units", "1"))
+    name = name.replace("$", r"\$")
+    if unit == "1":
+        in_percent = PERCENT.search(f"{array.name} {name}") is not None
+        return Words(name, "%", 100.0) if in_percent else Words(name, "1", 1.0)
+    largest = np.abs(finite(array.values)).max(initial=0.0)
+    if unit == "kg" and largest >= 1e3:
+        return Words(name, "t", 1e-3)
+    fitting = [pair for pair in PREFIXES.get(unit, ()) if pair[0] <= largest]
+    size, prefix = fitting[0] if fitting else (1.0, "")
+    text = re.sub(r"([a-z])(\d)", r"\1$^\2$", unit.replace(".", " "))
+    return Words(name, prefix + text, 1.0 / size)
+
+
+def finite(values: ArrayLike) -> FloatArray:
+    """The finite ones, in one row."""
+    v = np.asarray(values, dtype=np.float64).ravel()
+    return v[np.isfinite(v)]
+
+
+def geometric(values: FloatArray) -> bool:
+    """Whether sorted values of an axis have a common ratio, not a common distance."""
+    if values.size < 3 or values[0] <= 0.0 or values[-1] < GEOMETRIC * values[0]:
+        return False
+    ratios, steps = np.diff(np.log(values)), np.diff(values)
+    return bool(np.ptp(ratios) / ratios.mean() < np.ptp(steps) / steps.mean())
+
+
+def wide(values: FloatArray) -> bool:
+    """Whether finite values are positive and of several sizes."""
+    return bool(values.size and values.min() > 0.0 and values.max() > WIDE * values.min())
