@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_maps", "map_figure"]
 
+MARKED = "Marked and named: the median, and what 5 % and 95 % of the runs do not exceed."
+
 
 def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
     """Draw each outcome of a sweep, as PNG and SVG.
@@ -58,8 +60,8 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     dataset : xarray.Dataset
         Outcomes over the axes of a grid, or over ``run`` with the drawn parameters as coordinates;
         over ``controller`` too where a run was needed. Outcomes and coordinates have ``units`` and
-        ``long_name``. A variable ``failed`` is not zero where a run failed. The attributes ``name``
-        and ``source`` go into title and caption.
+        ``long_name``. A variable ``failed`` is not zero where a run failed. The attributes
+        ``title`` and ``source`` go into title and caption.
     outcome : str
         Name of a variable of it.
 
@@ -76,14 +78,23 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     if outcome not in dataset.data_vars or not dataset[outcome].dims:
         known = [str(name) for name, values in dataset.data_vars.items() if values.dims]
         raise ValueError(f"outcome must be one of {', '.join(known)}; got {outcome!r}")
+    sweep, source = (_plain(dataset.attrs.get(key, "")) for key in ("title", "source"))
+    described = _plain(dataset[outcome].attrs.get("long_name", ""))
     name = words(dataset[outcome]).name
-    sweep = str(dataset.attrs.get("name", "")).replace("$", r"\$")
     title = f"{name[:1].upper()}{name[1:]}{': ' if sweep else ''}{sweep}"
-    source = str(dataset.attrs.get("source", "")).replace("$", r"\$")
     if RUN in dataset[outcome].dims:
-        caption = "In the legend: the median, and what 5 and 95 % of the runs do not exceed."
-        return sample_figure(dataset, outcome, title=title, caption=f"{caption} {source}".strip())
+        caption = _sentences(described, MARKED, source)
+        return sample_figure(dataset, outcome, title=title, caption=caption)
     chosen = layout(dataset, outcome)
-    caption = f"Shown at {chosen.held}. {source}" if chosen.held else source
     draw = plane_figure if len(chosen.axes) == 2 else curve_figure
-    return draw(chosen, title=title, caption=caption)
+    return draw(chosen, title=title, caption=_sentences(described, chosen.note, source))
+
+
+def _plain(text: object) -> str:
+    """A text from a file, in which a dollar is a dollar."""
+    return str(text).replace("$", r"\$")
+
+
+def _sentences(*texts: str) -> str:
+    """A caption of those texts that are not empty."""
+    return " ".join(f"{text[:1].upper()}{text[1:]}".rstrip(".") + "." for text in texts if text)

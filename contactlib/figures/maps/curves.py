@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from contactlib.figures.maps.layout import Layout, controllers, title_of
+from contactlib.figures.maps.meaning import meaning
 from contactlib.figures.maps.panels import along, in_rows, label_outside, legend, panels
 from contactlib.figures.maps.words import finite, wide, words
 from contactlib.figures.scenario import run_name
@@ -30,27 +31,27 @@ LOOKS: tuple[dict[str, Any], ...] = (
 def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
     """An outcome over one parameter; with a second one, a panel for each controller."""
     shown, (x,) = words(chosen.outcome), chosen.axes
-    names = controllers(chosen.outcome)
+    names, means = controllers(chosen.outcome), meaning(chosen.outcome.name)
     apart = bool(names) and chosen.further is not None
     count = len(names) if apart else 1
     columns = in_rows(count)
     with mpl.rc_context({**STYLE, "lines.markersize": 4.5}):
         figure, drawn = panels(count, columns, 3.4 if apart else 6.4, 2.9)
+        along(drawn[0], "x", x)
         handles: dict[str, Any] = {}
         for index, case in enumerate(chosen.cases):
             panel, turn = (index % count, index // count) if apart else (0, index)
             look = LOOKS[turn % len(LOOKS)] | {"lw": 2.0 if turn < len(LOOKS) else 1.0}
             text = case.further if apart or case.controller is None else title_of(case)
             axes, at = drawn[panel], words(x).factor * x.values
-            values = shown.factor * case.values.values
+            values = shown.factor * case.values
             axes.plot(at, np.where(np.isfinite(values), values, np.nan), label=text, **look)
             if text:
                 handles[text] = Line2D([], [], label=text, **look)
-            handles |= _beyond(axes, at[np.isposinf(values)], "no limit", look, 1.0)
+            handles |= _beyond(axes, at[np.isposinf(values)], means.infinite, look, 1.0)
             handles |= _beyond(axes, at[case.failed], "failed", look, 0.0)
             if apart:
                 axes.set_title(run_name(names[panel]), loc="left", fontsize=10)
-        along(drawn[0], "x", x)
         _height(drawn, shown.factor * finite(chosen.outcome.values))
         label_outside(drawn, columns, words(x).label, shown.lines(30))
         figure.suptitle(title, x=0.01, ha="left")

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlib.figures.maps.meaning import MARGIN
 from contactlib.figures.maps.words import words
 from contactlib.figures.scenario import run_name
+from contactlib.parameters import FloatArray
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -28,16 +30,19 @@ class Case(NamedTuple):
         None for an outcome that needs none.
     further : str
         The value of the further axis, in words; empty if there is none.
-    values : DataArray
-        Over the axes of the layout, in SI units.
+    values : array
+        Over the axes of the layout, the last of them first, in SI units.
     failed : array of bool
         Where the run failed.
+    margin : array or None
+        What is left of the critical torque, if the sweep has it [1].
     """
 
     controller: str | None
     further: str
-    values: DataArray
+    values: FloatArray
     failed: NDArray[np.bool_]
+    margin: FloatArray | None
 
 
 class Layout(NamedTuple):
@@ -51,8 +56,8 @@ class Layout(NamedTuple):
         One axis for lines, two (across, up) for a map.
     further : DataArray or None
         The axis of which each value is a line or a map of its own.
-    held : str
-        What else varies in the sweep and at what value it is held, in words; empty if nothing.
+    note : str
+        What else varies in the sweep, and at what value it is shown; empty if nothing.
     cases : tuple of Case
         The controllers of one value of the further axis stand together.
     """
@@ -60,34 +65,48 @@ class Layout(NamedTuple):
     outcome: DataArray
     axes: tuple[DataArray, ...]
     further: DataArray | None
-    held: str
+    note: str
     cases: tuple[Case, ...]
 
 
 def layout(dataset: Dataset, outcome: str) -> Layout:
-    """Choose axes and panels for an outcome on a grid: long axes first, in the file's order."""
-    of_runs = CONTROLLER in dataset[outcome].dims
-    data = dataset[[outcome, FAILED] if of_runs and FAILED in dataset else [outcome]]
+    """Choose axes and panels for an outcome on a grid: long axes first, in the file's order.
+
+    An axis that does not matter is left out.
+    """
+    wanted = set(dataset[outcome].dims)
+    there = [name for name in (FAILED, MARGIN) if name in dataset and name != outcome]
+    beside = [name for name in there if set(dataset[name].dims) <= wanted]
+    data = dataset[[outcome, *beside]]
     names = [str(name) for name in dataset[outcome].dims if name != CONTROLLER]
     data = data.sortby(names)
-    several = [name for name in names if data.sizes[name] > 1] or names[:1]
-    long = [name for name in several if data.sizes[name] >= FEW]
-    axes = tuple(long[:2] or several[:1])
-    rest = sorted((n for n in several if n not in axes), key=long.__contains__)
-    parts = []
+    matters = [name for name in names if _matters(data, name)] or names[:1]
+    long = [name for name in matters if data.sizes[name] >= FEW]
+    axes = tuple(long[:2] or matters[:1])
+    rest = sorted((n for n in matters if n not in axes), key=long.__contains__)
+    held = []
     for name in (n for n in names if n not in (*axes, *rest[:1])):
         data = data.isel({name: data.sizes[name] // 2})
-        parts.append(_at(data[name]))
+        if name in matters:
+            held.append(_at(data[name]))
+    idle = [words(data[n]).name for n in names if n not in matters and dataset.sizes[n] > 1]
     if rest:
-        most = PANELS if len(axes) == 2 and not of_runs else FEW - 1
+        most = PANELS if len(axes) == 2 and CONTROLLER not in wanted else FEW - 1
         data = data.isel({rest[0]: _spread(data.sizes[rest[0]], most)})
+    parts = (("Shown at", held), ("Does not depend on", idle))
     return Layout(
         data[outcome],
         tuple(data[name] for name in axes),
         data[rest[0]] if rest else None,
-        ", ".join(parts),
+        " ".join(f"{text} {', '.join(words)}." for text, words in parts if words),
         tuple(_cases(data, outcome, axes, rest[:1])),
     )
+
+
+def _matters(data: Dataset, name: str) -> bool:
+    """Whether anything differs along an axis."""
+    first = data.isel({name: 0}, drop=True)
+    return any(not first.equals(data.isel({name: i}, drop=True)) for i in range(data.sizes[name]))
 
 
 def controllers(outcome: DataArray) -> list[str]:
@@ -105,8 +124,10 @@ def _cases(
         names: list[str | None] = [*controllers(data[outcome])]
         for name in names or [None]:
             one = part if name is None else part.sel({CONTROLLER: name})
-            flags = one[FAILED].values if FAILED in one else np.zeros(one[outcome].shape)
-            yield Case(name, text, one[outcome], flags > 0.0)
+            values = one[outcome].values
+            failed = one[FAILED].values > 0.0 if FAILED in one else np.zeros(values.shape, bool)
+            margin = one[MARGIN].values if MARGIN in one else None
+            yield Case(name, text, values, failed, margin)
 
 
 def title_of(case: Case) -> str:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from xarray import DataArray
 
 WIDEST = 3  # panels side by side
+ROUND = (1, 2, 5, 10)  # steps between numbers
+CHARACTERS = 12.5  # of a legend in an inch
 
 
 def panels(count: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
@@ -53,15 +55,17 @@ def along(axes: Axes, which: Literal["x", "y"], coordinate: DataArray) -> None:
         axes.set(**{f"{which}scale": "log"})
         plain_log(axis, *((1.0, 2.0, 5.0) if values[-1] < 100.0 * values[0] else (1.0,)))
     else:
-        axis.set_major_locator(MaxNLocator(6))
+        axis.set_major_locator(MaxNLocator(6, steps=ROUND))
 
 
 def legend(figure: Figure, handles: dict[str, Any], caption: str) -> None:
-    """What the marks are, under the caption."""
+    """What the marks are, under the caption, in as many columns as fit."""
+    longest = max((len(text) for text in handles), default=0)
+    columns = int(CHARACTERS * figure.get_figwidth() / (longest + 5))
     figure.legend(
         handles=list(handles.values()),
         loc="outside lower left",
-        ncols=max(1, len(handles)),
+        ncols=min(max(1, columns), max(1, len(handles))),
         title=typeset(figure, caption),
         title_fontsize=9,
         alignment="left",

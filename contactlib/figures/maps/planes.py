@@ -15,19 +15,22 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
-from contactlib.figures.maps.best import best, draw_best
-from contactlib.figures.maps.layout import Layout, controllers, title_of
-from contactlib.figures.maps.panels import along, in_rows, label_outside, legend, panels
+from contactlib.figures.maps.categories import best, draw_categories
+from contactlib.figures.maps.layout import Case, Layout, controllers, title_of
+from contactlib.figures.maps.meaning import BORDER, MARGIN, YES_OR_NO, Meaning, meaning
+from contactlib.figures.maps.panels import ROUND, along, in_rows, label_outside, legend, panels
 from contactlib.figures.maps.words import finite, geometric, wide, words
+from contactlib.figures.scenario import run_name
 from contactlib.figures.stability.common import plain_log
 from contactlib.figures.style import STYLE
 from contactlib.parameters import FloatArray
 
 COLOURS = "viridis"  # uniform to the eye, and from dark to light in grey
-NO_VALUE, FAILED = "#C4C4C4", "#6E6E6E"
+NO_VALUE, FAILED = "#C8C8C8", "#8A8A8A"
 LEVELS = 7
+LABELS = 3  # points of an axis from which lines of equal value are drawn
+CELLS = 4000  # of a panel, from which an SVG holds them as a picture
 
 
 class Scale(NamedTuple):
@@ -39,29 +42,40 @@ class Scale(NamedTuple):
 
 def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
     """An outcome over two parameters, in a panel for each controller and each third value."""
-    shown, names = words(chosen.outcome), controllers(chosen.outcome)
-    first = best(chosen.outcome) if chosen.further is None else None
+    outcome, (x, y) = chosen.outcome, chosen.axes
+    names, shown = controllers(outcome), words(outcome)
+    first = best(outcome) if chosen.further is None else None
     count = len(chosen.cases) + (first is not None)
     columns = len(names) if chosen.further is not None and len(names) > 1 else in_rows(count)
-    x, y = chosen.axes
-    at = [v.values * words(v).factor for v in (x, y)]
+    at = [words(v).factor * v.values for v in (x, y)]
     edges = [_edges(v) for v in at]
-    scale = _scale(shown.factor * finite(chosen.outcome.values))
-    with mpl.rc_context({**STYLE, "axes.grid": False}):
+    scale = _scale(shown.factor * finite(outcome.values), str(outcome.name))
+    style = {**STYLE, "axes.grid": False, "hatch.linewidth": 0.5}
+    with mpl.rc_context(style):
         figure, drawn = panels(count, columns, 3.4, 2.7)
-        handles: dict[str, Any] = {}
-        for axes, case in zip(drawn, chosen.cases, strict=False):
-            values = shown.factor * case.values.values
-            axes.pcolormesh(*edges, values, cmap=COLOURS, norm=scale.norm)
-            handles |= _without_number(axes, edges, values, case.failed)
-            handles |= _lines(axes, at, values, scale)
-            axes.set_title(title_of(case), loc="left", fontsize=10)
-        if first is not None:
-            handles |= draw_best(drawn[-1], edges, first.transpose(y.name, x.name).values, names)
         along(drawn[0], "x", x)
         along(drawn[0], "y", y)
+        handles: dict[str, Any] = {}
+        for axes, case in zip(drawn, chosen.cases, strict=False):
+            axes.set_title(title_of(case), loc="left", fontsize=10)
+            if outcome.name in YES_OR_NO:
+                yes, no = YES_OR_NO[str(outcome.name)]
+                handles |= draw_categories(axes, edges, 1.0 - case.values, [yes, no])
+            else:
+                values = shown.factor * case.values
+                cells = axes.pcolormesh(*edges, values, cmap=COLOURS, norm=scale.norm)
+                cells.set_rasterized(values.size > CELLS)
+                _lines(axes, at, values, scale)
+            handles |= _without_number(axes, edges, case, scale, meaning(outcome.name))
+            handles |= _border(axes, at, case, str(outcome.name))
+        if first is not None:
+            texts = ["none is best", *(f"{run_name(name)} is best" for name in names)]
+            over = first.transpose(y.name, x.name).values
+            handles |= draw_categories(drawn[-1], edges, over, texts)
+            drawn[-1].set_title("the best of them", loc="left", fontsize=10)
         label_outside(drawn, columns, words(x).label, words(y).lines(26))
-        _bar(figure, drawn, scale, shown.lines(34))
+        if outcome.name not in YES_OR_NO:
+            _bar(figure, drawn, scale, shown.lines(34))
         figure.suptitle(title, x=0.01, ha="left")
         legend(figure, handles, caption)
     return figure
@@ -69,8 +83,6 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
 
 def _edges(centres: FloatArray) -> FloatArray:
     """Borders of the cells around the values of an axis."""
-    if centres.size == 1:
-        return np.asarray(centres[0] + np.array([-0.5, 0.5]))
     if geometric(centres):
         return np.asarray(np.exp(_edges(np.log(centres))))
     middle = 0.5 * (centres[1:] + centres[:-1])
@@ -78,7 +90,10 @@ def _edges(centres: FloatArray) -> FloatArray:
     return np.asarray(np.concatenate([ends[:1], middle, ends[1:]]))
 
 
-def _scale(values: FloatArray) -> Scale:
+def _scale(values: FloatArray, outcome: str) -> Scale:
+    """Colours of the values; logarithmic if they are of many sizes, but for special zeros."""
+    if meaning(outcome).zero:
+        values = values[values != 0.0]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
     if wide(values):
         decades = np.arange(math.floor(math.log10(low)), math.log10(high))
@@ -86,19 +101,38 @@ def _scale(values: FloatArray) -> Scale:
         levels = np.outer(10.0**decades, steps).ravel()
         norm: Normalize = LogNorm(low, high)
     else:
-        levels = np.asarray(MaxNLocator(LEVELS).tick_values(low, high))
+        levels = np.asarray(MaxNLocator(LEVELS, steps=ROUND).tick_values(low, high))
         norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
     return Scale(norm, levels[(levels > low) & (levels < high)])
 
 
+def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -> None:
+    """Lines of equal value, with the value."""
+    numbers = np.ma.masked_invalid(np.where(_coloured(values, scale), values, np.nan))
+    if min(values.shape) < LABELS or not numbers.count() or not np.ptp(numbers.compressed()):
+        return
+    lines = axes.contour(*at, numbers, levels=scale.levels, colors="white", linewidths=1.0)
+    lines.set_path_effects([withStroke(linewidth=1.8, foreground="#00000080")])
+    for text in axes.clabel(lines, fontsize=8, fmt=lambda value: f"{value:g}"):
+        text.set_rotation(0.0)
+        text.set_path_effects([withStroke(linewidth=1.8, foreground="black")])
+
+
+def _coloured(values: FloatArray, scale: Scale) -> Any:
+    return np.isfinite(values) & ((values > 0.0) | (not isinstance(scale.norm, LogNorm)))
+
+
 def _without_number(
-    axes: Axes, edges: list[FloatArray], values: FloatArray, failed: NDArray[np.bool_]
+    axes: Axes, edges: list[FloatArray], case: Case, scale: Scale, means: Meaning
 ) -> dict[str, Any]:
-    """Hatch what has no end, and grey what has no value or no run."""
+    """Hatch what is infinite, and grey what has no value or no run."""
+    values = case.values
+    zero = (values == 0.0) if means.zero else np.zeros(values.shape, bool)
     kinds = {
-        "no limit": (np.isinf(values), "white", "///"),
-        "no value": (np.isnan(values) & ~failed, NO_VALUE, ""),
-        "failed": (failed, FAILED, "xx"),
+        means.infinite: (np.isinf(values), "white", "///"),
+        means.zero: (zero, "black", ""),
+        means.missing: (np.isnan(values) & ~case.failed, NO_VALUE, ""),
+        "failed": (case.failed, FAILED, "xxx"),
     }
     handles: dict[str, Any] = {}
     for name, (where, face, hatch) in kinds.items():
@@ -110,27 +144,21 @@ def _without_number(
     return handles
 
 
-def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -> dict[str, Any]:
-    """Lines of equal value; the one of zero, if the sign changes, is a border."""
-    numbers = np.ma.masked_invalid(values)
-    if min(values.shape) < 3 or numbers.count() < 4 or np.ptp(numbers.compressed()) == 0.0:
+def _border(axes: Axes, at: list[FloatArray], case: Case, outcome: str) -> dict[str, Any]:
+    """Where the demand is the critical torque; else where the sign of the outcome changes."""
+    known = case.margin is not None or outcome == MARGIN
+    numbers = np.ma.masked_invalid(case.values if case.margin is None else case.margin)
+    if min(numbers.shape) < 2 or not numbers.count() or not numbers.min() < 0.0 < numbers.max():
         return {}
-    others = scale.levels[scale.levels != 0.0]
-    drawn = axes.contour(*at, numbers, levels=others, colors="white", linewidths=1.0)
-    axes.clabel(drawn, fontsize=8, fmt=lambda v: f"{v:g}")
-    drawn.set_path_effects([withStroke(linewidth=1.8, foreground="#00000080")])
-    for text in drawn.labelTexts:
-        text.set_path_effects([withStroke(linewidth=1.8, foreground="black")])
-    if not numbers.min() < 0.0 < numbers.max():
-        return {}
-    axes.contour(*at, numbers, levels=[0.0], colors="black", linewidths=2.4)
-    return {"zero": Line2D([], [], color="black", lw=2.4, label="zero")}
+    axes.contour(*at, numbers, levels=[0.0], colors="white", linewidths=4.0)
+    axes.contour(*at, numbers, levels=[0.0], colors="black", linewidths=2.2)
+    text = BORDER if known else "zero"
+    return {text: Line2D([], [], color="black", lw=2.2, label=text)}
 
 
 def _bar(figure: Figure, drawn: list[Axes], scale: Scale, label: str) -> None:
-    bar = figure.colorbar(
-        ScalarMappable(scale.norm, COLOURS), ax=drawn, label=label, pad=0.015, aspect=28
-    )
+    colours = ScalarMappable(scale.norm, COLOURS)
+    bar = figure.colorbar(colours, ax=drawn, label=label, pad=0.015, aspect=28)
     bar.outline.set_visible(False)
     if isinstance(scale.norm, LogNorm):
         plain_log(bar.ax.yaxis, 1.0, 3.0)

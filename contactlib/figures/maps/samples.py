@@ -16,6 +16,7 @@ from scipy.stats import norm, spearmanr
 
 from contactlib.figures.maps.curves import LOOKS
 from contactlib.figures.maps.layout import CONTROLLER, FAILED, RUN, controllers
+from contactlib.figures.maps.meaning import Meaning, meaning
 from contactlib.figures.maps.panels import legend
 from contactlib.figures.maps.words import Words, finite, wide, words
 from contactlib.figures.scenario import run_name
@@ -59,7 +60,7 @@ def sample_figure(dataset: Dataset, outcome: str, *, title: str, caption: str) -
     drawn.sort(key=lambda p: -np.nan_to_num(np.abs(strength[str(p.name)])).max())
     with mpl.rc_context(STYLE):
         figure, grid = new_figure(9.6, 7.6, nrows=2, ncols=2)
-        handles = _distribution(grid[0, 0], groups, shown)
+        handles = _distribution(grid[0, 0], groups, shown, meaning(outcome))
         handles |= _influence(grid[0, 1], drawn[:BARS], strength, groups)
         for axes, parameter in zip(grid[1], drawn, strict=False):
             _scatter(axes, parameter, groups, shown)
@@ -83,15 +84,12 @@ def _groups(dataset: Dataset, outcome: str, shown: Words) -> list[Group]:
     names = controllers(array)
     if not names:
         return [Group("", array.values, 0)]
-    flags = dataset[FAILED] if FAILED in dataset else 0.0 * array
-    return [
-        Group(
-            run_name(name),
-            array.sel({CONTROLLER: name}).values,
-            int(np.count_nonzero(flags.sel({CONTROLLER: name}))),
-        )
-        for name in names
-    ]
+    failed = (dataset[FAILED] > 0.0).sum(RUN) if FAILED in dataset else None
+    found = []
+    for name in names:
+        lost = 0 if failed is None else int(failed.sel({CONTROLLER: name}))
+        found.append(Group(run_name(name), array.sel({CONTROLLER: name}).values, lost))
+    return found
 
 
 def _drawn(dataset: Dataset) -> list[DataArray]:
@@ -100,7 +98,7 @@ def _drawn(dataset: Dataset) -> list[DataArray]:
     return [c for c in of_runs if np.issubdtype(c.dtype, np.number) and np.unique(c).size > 1]
 
 
-def _distribution(axes: Axes, groups: list[Group], shown: Words) -> dict[str, Any]:
+def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Meaning) -> dict[str, Any]:
     """Share of runs up to each value. Beyond all values is what has no limit."""
     handles: dict[str, Any] = {}
     for index, group in enumerate(groups):
@@ -116,12 +114,12 @@ def _distribution(axes: Axes, groups: list[Group], shown: Words) -> dict[str, An
         inside = np.isfinite(marks)
         marker = {**LOOKS[index % len(LOOKS)], "ls": "none"}
         axes.plot(marks[inside], 100.0 * np.array(QUANTILES)[inside], **marker)
-        low, middle, high = (f"{v:.3g}" if np.isfinite(v) else "no limit" for v in marks)
+        low, middle, high = (f"{v:.3g}" if np.isfinite(v) else means.infinite for v in marks)
         text = f"{middle} ({low} to {high})"
         text = f"{group.name}: {text}" if group.name else text
         text += f", {group.failed} failed" if group.failed else ""
         handles[text] = Line2D([], [], **{**look, "marker": marker["marker"]}, label=text)
-    axes.set_title(f"Distribution of {sum(g.values.size for g in groups)} values", loc="left")
+    axes.set_title(f"Distribution over {groups[0].values.size} runs", loc="left")
     axes.set_xlabel(shown.label)
     axes.set_ylabel("runs up to there  [%]")
     axes.set_ylim(0.0, 100.0)
@@ -149,6 +147,7 @@ def _influence(
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=GREY, lw=1.0)
     axes.set_xlim(-1.0, 1.0)
+    axes.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     axes.set_xlabel("rank correlation with the outcome  [1]")
     axes.set_title("What it depends on", loc="left")
     text = f"by chance, {100.0 * CHANCE:.0f} %"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FORCES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))
 SHORT = ((1.0, ""), (1e-3, "m"))
 PREFIXES = {"N": FORCES, "N.m": FORCES, "J": FORCES, "W": FORCES, "s": SHORT, "m": SHORT}
-PERCENT = re.compile("creepage|utilisation|share|hysteresis")
+PERCENT = re.compile("creepage|utilisation|share|hysteresis|margin")
 GEOMETRIC = 3.0  # largest over smallest value from which an axis may be logarithmic
 WIDE = 30.0  # largest over smallest value from which a scale is
 
@@ -46,8 +46,9 @@ class Words(NamedTuple):
 
 
 def words(array: DataArray) -> Words:
-    """What a variable or a coordinate is called, and the unit in which its numbers are short."""
-    name = str(array.attrs.get("long_name", str(array.name).replace("_", " ")))
+    """What an outcome or an axis is called, and the unit in which its numbers are short."""
+    given = array.attrs.get("long_name") if array.name in array.coords else None
+    name = str(given or str(array.name).replace("_", " "))
     unit = str(array.attrs.get("units", "1"))
     name = name.replace("$", r"\$")
     if unit == "1":
