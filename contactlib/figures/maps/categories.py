@@ -11,13 +11,12 @@ from matplotlib.patches import Patch
 
 from contactlib.figures.maps.layout import CONTROLLER, controllers
 from contactlib.figures.maps.meaning import meaning
-from contactlib.figures.maps.words import finite
 from contactlib.parameters import FloatArray
 
 if TYPE_CHECKING:
     from xarray import DataArray
 
-ALIKE = 0.02  # difference that does not count, over the range of all values
+ALIKE = 0.02  # difference of the best two that does not count, over the larger of them
 # From light to dark, so that they differ in grey.
 SHADES = ("white", "#F0E442", "#56B4E9", "#D55E00", "#004B70", "black")
 
@@ -32,11 +31,10 @@ def best(outcome: DataArray) -> DataArray | None:
         return None
     gains = (wanted * outcome).fillna(-np.inf).transpose(CONTROLLER, ...)
     ordered = np.sort(gains.values, axis=0)
-    known = finite(outcome.values)
-    close = ALIKE * np.ptp(known) if known.size else 0.0
     runs = np.isfinite(ordered[-1])
     lead = np.subtract(ordered[-1], ordered[-2], where=runs, out=np.zeros(runs.shape))
-    first = np.where(lead > close, 1.0 + gains.values.argmax(axis=0), 0.0)
+    size = np.abs(np.where(np.isfinite(ordered[-2:]), ordered[-2:], 0.0)).max(axis=0)
+    first = np.where(lead > ALIKE * size, 1.0 + gains.values.argmax(axis=0), 0.0)
     return gains.isel({CONTROLLER: 0}, drop=True).copy(data=np.where(runs, first, np.nan))
 
 

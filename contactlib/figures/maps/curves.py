@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from contactlib.figures.maps.layout import Layout, controllers, title_of
-from contactlib.figures.maps.meaning import meaning
-from contactlib.figures.maps.panels import along, in_rows, label_outside, legend, panels
+from contactlib.figures.maps.meaning import BORDER, YES_OR_NO, meaning
+from contactlib.figures.maps.panels import along, frame, in_rows, label_outside, panels
 from contactlib.figures.maps.words import finite, wide, words
 from contactlib.figures.scenario import run_name
 from contactlib.figures.stability.common import plain_log
@@ -52,10 +52,11 @@ def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
             handles |= _beyond(axes, at[case.failed], "failed", look, 0.0)
             if apart:
                 axes.set_title(run_name(names[panel]), loc="left", fontsize=10)
-        _height(drawn, shown.factor * finite(chosen.outcome.values))
+        _height(drawn, shown.factor * finite(chosen.outcome.values), str(chosen.outcome.name))
         label_outside(drawn, columns, words(x).label, shown.lines(30))
-        figure.suptitle(title, x=0.01, ha="left")
-        legend(figure, handles, caption)
+        if chosen.further is None:
+            handles |= _border(drawn, words(x).factor * x.values, chosen.cases[0].margin)
+        frame(figure, title, handles, caption)
     return figure
 
 
@@ -72,9 +73,28 @@ def _beyond(
     return {name: Line2D([], [], color="black", label=name, **mark)}
 
 
-def _height(drawn: list[Axes], values: FloatArray) -> None:
+def _border(drawn: list[Axes], at: FloatArray, margin: FloatArray | None) -> dict[str, Any]:
+    """Where the demand is the critical torque."""
+    if margin is None or not np.isfinite(margin).all():
+        return {}
+    changes = np.flatnonzero(margin[1:] * margin[:-1] < 0.0)
+    if not changes.size:
+        return {}
+    look: dict[str, Any] = {"color": GREY, "lw": 1.4, "ls": DOTTED}
+    for i in changes:
+        part = margin[i] / (margin[i] - margin[i + 1])
+        for axes in drawn:
+            axes.axvline(at[i] + part * (at[i + 1] - at[i]), **look)
+    return {BORDER: Line2D([], [], label=BORDER, **look)}
+
+
+def _height(drawn: list[Axes], values: FloatArray, outcome: str) -> None:
     """Scale of the outcome, common to all panels."""
-    if wide(values):
+    if outcome in YES_OR_NO:
+        drawn[0].set_yticks([1.0, 0.0], YES_OR_NO[outcome])
+        for line in drawn[0].lines:
+            line.set_drawstyle("steps-mid")
+    elif wide(values):
         drawn[0].set_yscale("log")
         plain_log(drawn[0].yaxis, 1.0, 3.0)
     elif values.size and values.min() < 0.0 < values.max():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import TYPE_CHECKING, Any, Literal
 
 from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 WIDEST = 3  # panels side by side
 ROUND = (1, 2, 5, 10)  # steps between numbers
-CHARACTERS = 12.5  # of a legend in an inch
+CHARACTERS = 12.5  # of a title or legend in an inch
 
 
 def panels(count: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
@@ -58,8 +59,10 @@ def along(axes: Axes, which: Literal["x", "y"], coordinate: DataArray) -> None:
         axis.set_major_locator(MaxNLocator(6, steps=ROUND))
 
 
-def legend(figure: Figure, handles: dict[str, Any], caption: str) -> None:
-    """What the marks are, under the caption, in as many columns as fit."""
+def frame(figure: Figure, title: str, handles: dict[str, Any], caption: str) -> None:
+    """Title above, and below the caption and what the marks are, in as many columns as fit."""
+    lines = textwrap.fill(title, int(CHARACTERS * figure.get_figwidth()))
+    figure.suptitle(lines, x=0.01, ha="left", fontsize=12)
     longest = max((len(text) for text in handles), default=0)
     columns = int(CHARACTERS * figure.get_figwidth() / (longest + 5))
     figure.legend(

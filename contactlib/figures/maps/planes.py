@@ -16,10 +16,10 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
-from contactlib.figures.maps.categories import best, draw_categories
+from contactlib.figures.maps.categories import ALIKE, best, draw_categories
 from contactlib.figures.maps.layout import Case, Layout, controllers, title_of
 from contactlib.figures.maps.meaning import BORDER, MARGIN, YES_OR_NO, Meaning, meaning
-from contactlib.figures.maps.panels import ROUND, along, in_rows, label_outside, legend, panels
+from contactlib.figures.maps.panels import ROUND, along, frame, in_rows, label_outside, panels
 from contactlib.figures.maps.words import finite, geometric, wide, words
 from contactlib.figures.scenario import run_name
 from contactlib.figures.stability.common import plain_log
@@ -27,7 +27,7 @@ from contactlib.figures.style import STYLE
 from contactlib.parameters import FloatArray
 
 COLOURS = "viridis"  # uniform to the eye, and from dark to light in grey
-NO_VALUE, FAILED = "#C8C8C8", "#8A8A8A"
+ZERO, NO_VALUE, FAILED = "#E4E4E4", "#C8C8C8", "#8A8A8A"
 LEVELS = 7
 LABELS = 3  # points of an axis from which lines of equal value are drawn
 CELLS = 4000  # of a panel, from which an SVG holds them as a picture
@@ -69,15 +69,15 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
             handles |= _without_number(axes, edges, case, scale, meaning(outcome.name))
             handles |= _border(axes, at, case, str(outcome.name))
         if first is not None:
-            texts = ["none is best", *(f"{run_name(name)} is best" for name in names)]
+            alike = f"best two within {100.0 * ALIKE:g} %"
+            texts = [alike, *(f"best: {run_name(name)}" for name in names)]
             over = first.transpose(y.name, x.name).values
             handles |= draw_categories(drawn[-1], edges, over, texts)
-            drawn[-1].set_title("the best of them", loc="left", fontsize=10)
+            drawn[-1].set_title("which is best", loc="left", fontsize=10)
         label_outside(drawn, columns, words(x).label, words(y).lines(26))
         if outcome.name not in YES_OR_NO:
             _bar(figure, drawn, scale, shown.lines(34))
-        figure.suptitle(title, x=0.01, ha="left")
-        legend(figure, handles, caption)
+        frame(figure, title, handles, caption)
     return figure
 
 
@@ -113,7 +113,7 @@ def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -
         return
     lines = axes.contour(*at, numbers, levels=scale.levels, colors="white", linewidths=1.0)
     lines.set_path_effects([withStroke(linewidth=1.8, foreground="#00000080")])
-    for text in axes.clabel(lines, fontsize=8, fmt=lambda value: f"{value:g}"):
+    for text in axes.clabel(lines, fontsize=8, inline_spacing=1, fmt=lambda value: f"{value:g}"):
         text.set_rotation(0.0)
         text.set_path_effects([withStroke(linewidth=1.8, foreground="black")])
 
@@ -130,7 +130,7 @@ def _without_number(
     zero = (values == 0.0) if means.zero else np.zeros(values.shape, bool)
     kinds = {
         means.infinite: (np.isinf(values), "white", "///"),
-        means.zero: (zero, "black", ""),
+        means.zero: (zero, ZERO, "..."),
         means.missing: (np.isnan(values) & ~case.failed, NO_VALUE, ""),
         "failed": (case.failed, FAILED, "xxx"),
     }
@@ -138,7 +138,12 @@ def _without_number(
     for name, (where, face, hatch) in kinds.items():
         if where.any():
             cells = np.ma.masked_array(np.ones(values.shape), ~where)
-            look: dict[str, Any] = {"hatch": hatch, "edgecolor": "black", "linewidth": 0.0}
+            look: dict[str, Any] = {
+                "hatch": hatch,
+                "edgecolor": "black",
+                "linewidth": 0.0,
+                "antialiased": False,
+            }
             axes.pcolor(*edges, cells, cmap=ListedColormap([face]), **look)
             handles[name] = Patch(fc=face, ec="black", lw=0.6, hatch=hatch, label=name)
     return handles

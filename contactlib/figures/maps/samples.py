@@ -17,7 +17,7 @@ from scipy.stats import norm, spearmanr
 from contactlib.figures.maps.curves import LOOKS
 from contactlib.figures.maps.layout import CONTROLLER, FAILED, RUN, controllers
 from contactlib.figures.maps.meaning import Meaning, meaning
-from contactlib.figures.maps.panels import legend
+from contactlib.figures.maps.panels import frame
 from contactlib.figures.maps.words import Words, finite, wide, words
 from contactlib.figures.scenario import run_name
 from contactlib.figures.stability.common import SHADE, plain_log
@@ -66,8 +66,7 @@ def sample_figure(dataset: Dataset, outcome: str, *, title: str, caption: str) -
             _scatter(axes, parameter, groups, shown)
         for axes in grid[1, len(drawn) :]:
             axes.remove()
-        figure.suptitle(title, x=0.01, ha="left")
-        legend(figure, handles, caption)
+        frame(figure, title, handles, caption)
     return figure
 
 
@@ -114,10 +113,12 @@ def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Meaning)
         inside = np.isfinite(marks)
         marker = {**LOOKS[index % len(LOOKS)], "ls": "none"}
         axes.plot(marks[inside], 100.0 * np.array(QUANTILES)[inside], **marker)
-        low, middle, high = (f"{v:.3g}" if np.isfinite(v) else means.infinite for v in marks)
-        text = f"{middle} ({low} to {high})"
+        low, middle, high = (f"{v:.3g}" if np.isfinite(v) else "\N{INFINITY}" for v in marks)
+        text = f"{middle} ({low} to {high}){'' if shown.unit == '1' else f' {shown.unit}'}"
         text = f"{group.name}: {text}" if group.name else text
-        text += f", {group.failed} failed" if group.failed else ""
+        endless = float(np.isinf(known).mean())
+        text += f"; {100.0 * endless:.3g} %: {means.infinite}" if endless else ""
+        text += f"; {group.failed} failed" if group.failed else ""
         handles[text] = Line2D([], [], **{**look, "marker": marker["marker"]}, label=text)
     axes.set_title(f"Distribution over {groups[0].values.size} runs", loc="left")
     axes.set_xlabel(shown.label)
@@ -145,6 +146,7 @@ def _influence(
     axes.set_yticks(np.arange(len(drawn)), names, fontsize=9)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
+    axes.set_axisbelow(True)
     axes.axvline(0.0, color=GREY, lw=1.0)
     axes.set_xlim(-1.0, 1.0)
     axes.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0])
