@@ -11,12 +11,13 @@ from matplotlib.patches import Patch
 
 from contactlib.figures.maps.layout import CONTROLLER, controllers
 from contactlib.figures.maps.meaning import meaning
+from contactlib.figures.maps.words import finite, wide
 from contactlib.parameters import FloatArray
 
 if TYPE_CHECKING:
     from xarray import DataArray
 
-ALIKE = 0.02  # difference of the best two that does not count, over the larger of them
+ALIKE = 0.02  # difference that does not count, over that of the largest and smallest value
 # From light to dark, so that they differ in grey.
 SHADES = ("white", "#F0E442", "#56B4E9", "#D55E00", "#004B70", "black")
 
@@ -24,18 +25,25 @@ SHADES = ("white", "#F0E442", "#56B4E9", "#D55E00", "#004B70", "black")
 def best(outcome: DataArray) -> DataArray | None:
     """Number of the controller that does best, from 1; 0 if the best two are alike, nan if none.
 
-    None for an outcome of which it cannot be said, or of one controller.
+    Differences are those of logarithms where the map's scale is logarithmic. None for an outcome
+    of which it cannot be said, or of one controller, or if they are alike everywhere.
     """
     wanted, names = meaning(outcome.name).wanted, controllers(outcome)
-    if not wanted or not 2 <= len(names) < len(SHADES):
+    known = finite(outcome.values)
+    if not wanted or not known.size or not 2 <= len(names) < len(SHADES):
         return None
-    gains = (wanted * outcome).fillna(-np.inf).transpose(CONTROLLER, ...)
-    ordered = np.sort(gains.values, axis=0)
-    runs = np.isfinite(ordered[-1])
-    lead = np.subtract(ordered[-1], ordered[-2], where=runs, out=np.zeros(runs.shape))
-    size = np.abs(np.where(np.isfinite(ordered[-2:]), ordered[-2:], 0.0)).max(axis=0)
-    first = np.where(lead > ALIKE * size, 1.0 + gains.values.argmax(axis=0), 0.0)
-    return gains.isel({CONTROLLER: 0}, drop=True).copy(data=np.where(runs, first, np.nan))
+    outcome = outcome.transpose(CONTROLLER, ...)
+    level, ends = outcome.values, np.array([known.min(), known.max()])
+    if wide(known):
+        level, ends = np.log(level), np.log(ends)
+    gains = np.where(np.isnan(level), -np.inf, wanted * level)
+    second, first = np.sort(gains, axis=0)[-2:]
+    runs = np.isfinite(first)
+    lead = np.subtract(first, second, where=runs, out=np.zeros(runs.shape))
+    number = np.where(lead > ALIKE * np.ptp(ends), 1.0 + gains.argmax(axis=0), 0.0)
+    if not number.any():
+        return None
+    return outcome.isel({CONTROLLER: 0}, drop=True).copy(data=np.where(runs, number, np.nan))
 
 
 def draw_categories(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from xarray import DataArray
 
 WIDEST = 3  # panels side by side
+FEW_TICKS = 6  # values of an axis that all have their number
 ROUND = (1, 2, 5, 10)  # steps between numbers
 CHARACTERS = 12.5  # of a title or legend in an inch
 
@@ -54,6 +55,10 @@ def along(axes: Axes, which: Literal["x", "y"], coordinate: DataArray) -> None:
     axis = axes.xaxis if which == "x" else axes.yaxis
     if geometric(values):
         axes.set(**{f"{which}scale": "log"})
+    if values.size <= FEW_TICKS:
+        axis.set_ticks(values, [f"{value:.4g}" for value in values])
+        axis.set_ticks([], minor=True)
+    elif geometric(values):
         plain_log(axis, *((1.0, 2.0, 5.0) if values[-1] < 100.0 * values[0] else (1.0,)))
     else:
         axis.set_major_locator(MaxNLocator(6, steps=ROUND))

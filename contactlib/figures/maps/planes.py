@@ -29,7 +29,8 @@ from contactlib.parameters import FloatArray
 COLOURS = "viridis"  # uniform to the eye, and from dark to light in grey
 ZERO, NO_VALUE, FAILED = "#E4E4E4", "#C8C8C8", "#8A8A8A"
 LEVELS = 7
-LABELS = 3  # points of an axis from which lines of equal value are drawn
+FINE = 6  # values of both axes from which lines of equal value say more than numbers
+ROOM = 10  # numbers side by side that can be read
 CELLS = 4000  # of a panel, from which an SVG holds them as a picture
 
 
@@ -65,11 +66,11 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
                 values = shown.factor * case.values
                 cells = axes.pcolormesh(*edges, values, cmap=COLOURS, norm=scale.norm)
                 cells.set_rasterized(values.size > CELLS)
-                _lines(axes, at, values, scale)
+                (_lines if min(values.shape) >= FINE else _numbers)(axes, at, values, scale)
             handles |= _without_number(axes, edges, case, scale, meaning(outcome.name))
             handles |= _border(axes, at, case, str(outcome.name))
         if first is not None:
-            alike = f"best two within {100.0 * ALIKE:g} %"
+            alike = f"best two within {100.0 * ALIKE:g} % of the scale"
             texts = [alike, *(f"best: {run_name(name)}" for name in names)]
             over = first.transpose(y.name, x.name).values
             handles |= draw_categories(drawn[-1], edges, over, texts)
@@ -109,13 +110,25 @@ def _scale(values: FloatArray, outcome: str) -> Scale:
 def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -> None:
     """Lines of equal value, with the value."""
     numbers = np.ma.masked_invalid(np.where(_coloured(values, scale), values, np.nan))
-    if min(values.shape) < LABELS or not numbers.count() or not np.ptp(numbers.compressed()):
+    if not numbers.count() or not np.ptp(numbers.compressed()):
         return
     lines = axes.contour(*at, numbers, levels=scale.levels, colors="white", linewidths=1.0)
     lines.set_path_effects([withStroke(linewidth=1.8, foreground="#00000080")])
     for text in axes.clabel(lines, fontsize=8, inline_spacing=1, fmt=lambda value: f"{value:g}"):
         text.set_rotation(0.0)
         text.set_path_effects([withStroke(linewidth=1.8, foreground="black")])
+
+
+def _numbers(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -> None:
+    """The values themselves."""
+    if values.shape[1] > ROOM:
+        return
+    for row, column in np.argwhere(_coloured(values, scale)):
+        value = values[row, column]
+        dark = float(scale.norm(value)) < 0.6
+        look: dict[str, Any] = {"color": "white" if dark else "black", "fontsize": 7}
+        place: dict[str, Any] = {"ha": "center", "va": "center"}
+        axes.text(at[0][column], at[1][row], f"{value:#.3g}".rstrip("."), **place, **look)
 
 
 def _coloured(values: FloatArray, scale: Scale) -> Any:

@@ -108,7 +108,7 @@ def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Meaning)
         shares = np.linspace(0.0, 1.0, min(known.size, STEPS) + 1)
         at = np.quantile(known, shares, method="inverted_cdf")
         inside = np.isfinite(at)
-        axes.plot(at[inside], 100.0 * shares[inside], **look)
+        axes.plot(at[inside], 100.0 * shares[inside], drawstyle="steps-post", **look)
         marks = np.quantile(known, QUANTILES, method="inverted_cdf")
         inside = np.isfinite(marks)
         marker = {**LOOKS[index % len(LOOKS)], "ls": "none"}
@@ -142,8 +142,9 @@ def _influence(
         bars = np.nan_to_num([strength[str(parameter.name)][index] for parameter in drawn])
         look = {"color": LOOKS[index % len(LOOKS)]["color"], "ec": "white", "lw": 0.0}
         axes.barh(at, bars, height=height, hatch=HATCHES[index % len(HATCHES)], **look)
-    names = [textwrap.fill(words(parameter).name, 20) for parameter in drawn]
-    axes.set_yticks(np.arange(len(drawn)), names, fontsize=9)
+    lines: dict[str, Any] = {"width": 24, "max_lines": 2, "placeholder": " ..."}
+    names = [textwrap.fill(words(parameter).name, **lines) for parameter in drawn]
+    axes.set_yticks(np.arange(len(drawn)), names, fontsize=8)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_axisbelow(True)
@@ -152,7 +153,7 @@ def _influence(
     axes.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     axes.set_xlabel("rank correlation with the outcome  [1]")
     axes.set_title("What it depends on", loc="left")
-    text = f"by chance, {100.0 * CHANCE:.0f} %"
+    text = f"chance alone, in {100.0 * CHANCE:.0f} % of cases"
     return {text: Patch(color=SHADE, label=text)}
 
 
