@@ -70,11 +70,12 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
             handles |= _without_number(axes, edges, case, scale, meaning(outcome.name))
             handles |= _border(axes, at, case, str(outcome.name))
         if first is not None:
-            alike = f"best two within {100.0 * ALIKE:g} % of the scale"
-            texts = [alike, *(f"best: {run_name(name)}" for name in names)]
+            most = "most" if meaning(outcome.name).wanted > 0 else "least"
+            texts = [f"{most}: {run_name(name)}" for name in names]
+            texts.insert(0, f"two are within {100.0 * ALIKE:g} % of the scale")
             over = first.transpose(y.name, x.name).values
             handles |= draw_categories(drawn[-1], edges, over, texts)
-            drawn[-1].set_title("which is best", loc="left", fontsize=10)
+            drawn[-1].set_title(f"who has the {most}", loc="left", fontsize=10)
         label_outside(drawn, columns, words(x).label, words(y).lines(26))
         if outcome.name not in YES_OR_NO:
             _bar(figure, drawn, scale, shown.lines(34))

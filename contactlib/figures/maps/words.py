@@ -54,10 +54,11 @@ def words(array: DataArray) -> Words:
     if unit == "1":
         in_percent = PERCENT.search(f"{array.name} {name}") is not None
         return Words(name, "%", 100.0) if in_percent else Words(name, "1", 1.0)
-    largest = np.abs(finite(array.values)).max(initial=0.0)
-    if unit == "kg" and largest >= 1e3:
+    values = np.abs(finite(array.values))
+    typical = np.exp(np.log(values).mean()) if wide(values) else values.max(initial=0.0)
+    if unit == "kg" and typical >= 1e3:
         return Words(name, "t", 1e-3)
-    fitting = [pair for pair in PREFIXES.get(unit, ()) if pair[0] <= largest]
+    fitting = [pair for pair in PREFIXES.get(unit, ()) if pair[0] <= typical]
     size, prefix = fitting[0] if fitting else (1.0, "")
     text = re.sub(r"([a-z])(\d)", r"\1$^\2$", unit.replace(".", " "))
     return Words(name, prefix + text, 1.0 / size)
