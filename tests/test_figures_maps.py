@@ -298,6 +298,20 @@ def test_border_is_where_the_demand_is_critical(analysed: xr.Dataset) -> None:
         assert "demand = critical torque" in legend_texts(figure)
 
 
+def test_zero_is_a_border() -> None:
+    made = grid(
+        {"worst_pole": lambda f, p: 100.0 * (f - 0.5) + 0.0 * p}, friction=FRICTION, load=LOAD
+    )
+    made["worst_pole"] = made["worst_pole"] + 1e-9 * made["load"]  # so that both axes matter
+    made["worst_pole"].attrs = {"units": "1/s"}
+    figure = map_figure(made, "worst_pole")
+    (axes,) = maps_of(figure)
+    border = [c for c in axes.collections if isinstance(c, QuadContourSet)][-1]
+    (path,) = border.get_paths()
+    assert_allclose(corners(path)[:, 0], 0.5, atol=1e-4)
+    assert any(text.startswith("zero") for text in legend_texts(figure))
+
+
 def test_what_is_no_number_is_marked(analysed: xr.Dataset, tmp_path: Path) -> None:
     made = analysed.copy(deep=True)
     made["clearing_time"][0, -1] = np.nan

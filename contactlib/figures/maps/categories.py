@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from xarray import DataArray
 
 ALIKE = 0.02  # difference that does not count, over that of the largest and smallest value
+CELLS = 4000  # of a panel, from which an SVG holds them as a picture
 # From light to dark, so that they differ in grey.
 SHADES = ("white", "#F0E442", "#56B4E9", "#D55E00", "#004B70", "black")
 
@@ -51,7 +52,8 @@ def draw_categories(
 ) -> dict[str, Any]:
     """Colour whole numbers from 0; returns what is there, for the legend."""
     colours = ListedColormap(SHADES[: len(names)])
-    axes.pcolormesh(*edges, values, cmap=colours, vmin=-0.5, vmax=len(names) - 0.5)
+    cells = axes.pcolormesh(*edges, values, cmap=colours, vmin=-0.5, vmax=len(names) - 0.5)
+    cells.set_rasterized(values.size > CELLS)
     look: dict[str, Any] = {"ec": "black", "lw": 0.6}
     there = [index for index in range(len(names)) if np.any(values == index)]
     return {names[i]: Patch(fc=SHADES[i], label=names[i], **look) for i in there}

@@ -11,7 +11,8 @@ class Meaning(NamedTuple):
     Attributes
     ----------
     wanted : int
-        1 if much of it is good, -1 if little is; 0 if neither can be said.
+        1 if much of it is good, -1 if little is; 0 if neither can be said, as of the distance
+        travelled, of which one wants much in traction and little in braking.
     infinite, missing : str
         What it means that it is infinite, or has no value.
     zero : str
@@ -28,7 +29,6 @@ CLEARING = Meaning(infinite="survives any length", zero="not held even before th
 FOLD = Meaning(missing="force has no maximum")
 MEANINGS = {
     "adhesion_utilisation": Meaning(1),
-    "distance": Meaning(1),
     "slip_work": Meaning(-1),
     "slip_share": Meaning(-1),
     "largest_creepage": Meaning(-1),
@@ -49,6 +49,7 @@ MEANINGS = {
 YES_OR_NO = {"stable": ("held", "not held")}  # outcomes that are 1 or 0, and what these mean
 # Zero where the largest demand is the critical torque: a border on the maps of all outcomes.
 MARGIN, BORDER = "torque_margin", "demand = critical torque"
+ZEROS = {"worst_pole": "zero: on one side no torque runs away", MARGIN: BORDER}
 
 
 def meaning(outcome: object) -> Meaning:

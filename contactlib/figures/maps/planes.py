@@ -16,14 +16,14 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
-from contactlib.figures.maps.categories import ALIKE, best, draw_categories
+from contactlib.figures.maps.categories import ALIKE, CELLS, best, draw_categories
 from contactlib.figures.maps.layout import Case, Layout, controllers, title_of
-from contactlib.figures.maps.meaning import BORDER, MARGIN, YES_OR_NO, Meaning, meaning
+from contactlib.figures.maps.meaning import BORDER, YES_OR_NO, ZEROS, Meaning, meaning
 from contactlib.figures.maps.panels import ROUND, along, frame, in_rows, label_outside, panels
 from contactlib.figures.maps.words import finite, geometric, wide, words
 from contactlib.figures.scenario import run_name
 from contactlib.figures.stability.common import plain_log
-from contactlib.figures.style import STYLE
+from contactlib.figures.style import DASHED, STYLE
 from contactlib.parameters import FloatArray
 
 COLOURS = "viridis"  # uniform to the eye, and from dark to light in grey
@@ -31,7 +31,6 @@ ZERO, NO_VALUE, FAILED = "#E4E4E4", "#C8C8C8", "#8A8A8A"
 LEVELS = 7
 FINE = 6  # values of both axes from which lines of equal value say more than numbers
 ROOM = 10  # numbers side by side that can be read
-CELLS = 4000  # of a panel, from which an SVG holds them as a picture
 
 
 class Scale(NamedTuple):
@@ -68,7 +67,7 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
                 cells.set_rasterized(values.size > CELLS)
                 (_lines if min(values.shape) >= FINE else _numbers)(axes, at, values, scale)
             handles |= _without_number(axes, edges, case, scale, meaning(outcome.name))
-            handles |= _border(axes, at, case, str(outcome.name))
+            handles |= _borders(axes, at, case, str(outcome.name))
         if first is not None:
             most = "most" if meaning(outcome.name).wanted > 0 else "least"
             texts = [f"{most}: {run_name(name)}" for name in names]
@@ -113,7 +112,9 @@ def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -
     numbers = np.ma.masked_invalid(np.where(_coloured(values, scale), values, np.nan))
     if not numbers.count() or not np.ptp(numbers.compressed()):
         return
-    lines = axes.contour(*at, numbers, levels=scale.levels, colors="white", linewidths=1.0)
+    others = scale.levels[scale.levels != 0.0]  # zero is a border
+    look: dict[str, Any] = {"colors": "white", "linewidths": 1.0, "linestyles": "-"}
+    lines = axes.contour(*at, numbers, levels=others, **look)
     lines.set_path_effects([withStroke(linewidth=1.8, foreground="#00000080")])
     for text in axes.clabel(lines, fontsize=8, inline_spacing=1, fmt=lambda value: f"{value:g}"):
         text.set_rotation(0.0)
@@ -163,16 +164,18 @@ def _without_number(
     return handles
 
 
-def _border(axes: Axes, at: list[FloatArray], case: Case, outcome: str) -> dict[str, Any]:
-    """Where the demand is the critical torque; else where the sign of the outcome changes."""
-    known = case.margin is not None or outcome == MARGIN
-    numbers = np.ma.masked_invalid(case.values if case.margin is None else case.margin)
-    if min(numbers.shape) < 2 or not numbers.count() or not numbers.min() < 0.0 < numbers.max():
-        return {}
-    axes.contour(*at, numbers, levels=[0.0], colors="white", linewidths=4.0)
-    axes.contour(*at, numbers, levels=[0.0], colors="black", linewidths=2.2)
-    text = BORDER if known else "zero"
-    return {text: Line2D([], [], color="black", lw=2.2, label=text)}
+def _borders(axes: Axes, at: list[FloatArray], case: Case, outcome: str) -> dict[str, Any]:
+    """Where the demand is the critical torque, and where the sign of the outcome changes."""
+    handles: dict[str, Any] = {}
+    kinds = ((case.margin, BORDER, "-"), (case.values, ZEROS.get(outcome, "zero"), DASHED))
+    for values, text, dashes in kinds:
+        numbers = np.ma.masked_invalid(np.nan if values is None else values)
+        if min(case.values.shape) > 1 and numbers.count() and numbers.min() < 0.0 < numbers.max():
+            axes.contour(*at, numbers, levels=[0.0], colors="white", linewidths=4.0)
+            look: dict[str, Any] = {"colors": "black", "linewidths": 2.2, "linestyles": [dashes]}
+            axes.contour(*at, numbers, levels=[0.0], **look)
+            handles[text] = Line2D([], [], color="black", lw=2.2, ls=dashes, label=text)
+    return handles
 
 
 def _bar(figure: Figure, drawn: list[Axes], scale: Scale, label: str) -> None:
