@@ -287,6 +287,29 @@ def test_lines_of_equal_value_are_where_the_value_is(analysed: xr.Dataset) -> No
     assert [float(text.get_text()) for text in lines.labelTexts]
 
 
+def test_lines_are_calm_where_runs_are_noisy() -> None:
+    rng = np.random.default_rng(3)
+    friction, length = np.linspace(0.3, 0.9, 31), np.linspace(10.0, 130.0, 25)
+
+    def noisy(f: Any, s: Any) -> Any:
+        smooth = f + s / 120.0
+        return [smooth, smooth + rng.normal(0.0, 0.05, f.shape)]
+
+    figure = map_figure(
+        grid({"adhesion_utilisation": noisy}, friction=friction, length=length),
+        "adhesion_utilisation",
+    )
+    smooth, loud = maps_of(figure)[:2]
+    assert "median over 3 by 3" in figure.legends[0].get_title().get_text().replace("\n", " ")
+    for axes, error in ((smooth, 0.01), (loud, 0.05)):
+        lines = next(c for c in axes.collections if isinstance(c, QuadContourSet))
+        for level, path in zip(numbers(lines.levels), lines.get_paths(), strict=True):
+            x, y = corners(path).T
+            off = np.abs(x + y / 120.0 - level / 100.0)
+            assert off.mean() < error
+            assert len(path.to_polygons(closed_only=False)) <= 2
+
+
 def test_border_is_where_the_demand_is_critical(analysed: xr.Dataset) -> None:
     for outcome in ("critical_torque", "clearing_time", "stable"):
         figure = map_figure(analysed, outcome)

@@ -17,7 +17,7 @@ from contactlib.parameters import FloatArray
 if TYPE_CHECKING:
     from xarray import DataArray
 
-ALIKE = 0.02  # difference that does not count, over that of the largest and smallest value
+ALIKE = 0.05  # difference that does not count, over that of the largest and smallest value
 CELLS = 4000  # of a panel, from which an SVG holds them as a picture
 # From light to dark, so that they differ in grey.
 SHADES = ("white", "#F0E442", "#56B4E9", "#D55E00", "#004B70", "black")

@@ -49,7 +49,7 @@ MEANINGS = {
 YES_OR_NO = {"stable": ("held", "not held")}  # outcomes that are 1 or 0, and what these mean
 # Zero where the largest demand is the critical torque: a border on the maps of all outcomes.
 MARGIN, BORDER = "torque_margin", "demand = critical torque"
-ZEROS = {"worst_pole": "zero: on one side no torque runs away", MARGIN: BORDER}
+ZEROS = {"worst_pole": "zero: below it nothing runs away", MARGIN: BORDER}
 
 
 def meaning(outcome: object) -> Meaning:

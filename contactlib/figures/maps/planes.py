@@ -30,6 +30,7 @@ COLOURS = "viridis"  # uniform to the eye, and from dark to light in grey
 ZERO, NO_VALUE, FAILED = "#E4E4E4", "#C8C8C8", "#8A8A8A"
 LEVELS = 7
 FINE = 6  # values of both axes from which lines of equal value say more than numbers
+CALM = "Lines: of the median over 3 by 3 cells."
 ROOM = 10  # numbers side by side that can be read
 
 
@@ -56,6 +57,7 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
         along(drawn[0], "x", x)
         along(drawn[0], "y", y)
         handles: dict[str, Any] = {}
+        note = ""
         for axes, case in zip(drawn, chosen.cases, strict=False):
             axes.set_title(title_of(case), loc="left", fontsize=10)
             if outcome.name in YES_OR_NO:
@@ -65,7 +67,12 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
                 values = shown.factor * case.values
                 cells = axes.pcolormesh(*edges, values, cmap=COLOURS, norm=scale.norm)
                 cells.set_rasterized(values.size > CELLS)
-                (_lines if min(values.shape) >= FINE else _numbers)(axes, at, values, scale)
+                if min(values.shape) < FINE:
+                    _numbers(axes, at, values, scale)
+                else:
+                    # Noise of sensors differs from run to run; an analysis has none.
+                    _lines(axes, at, _calm(values) if names else values, scale)
+                    note = CALM if names else ""
             handles |= _without_number(axes, edges, case, scale, meaning(outcome.name))
             handles |= _borders(axes, at, case, str(outcome.name))
         if first is not None:
@@ -78,7 +85,7 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
         label_outside(drawn, columns, words(x).label, words(y).lines(26))
         if outcome.name not in YES_OR_NO:
             _bar(figure, drawn, scale, shown.lines(34))
-        frame(figure, title, handles, caption)
+        frame(figure, title, handles, f"{caption} {note}".strip())
     return figure
 
 
@@ -119,6 +126,16 @@ def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -
     for text in axes.clabel(lines, fontsize=8, inline_spacing=1, fmt=lambda value: f"{value:g}"):
         text.set_rotation(0.0)
         text.set_path_effects([withStroke(linewidth=1.8, foreground="black")])
+
+
+def _calm(values: FloatArray) -> FloatArray:
+    """Median of each number and those around it."""
+    known = np.isfinite(values)
+    padded = np.pad(np.where(known, values, np.nan), 1, mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3)).reshape(*values.shape, 9)
+    calm = values.copy()
+    calm[known] = np.nanmedian(around[known], axis=-1)
+    return calm
 
 
 def _numbers(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -> None:
