@@ -388,6 +388,9 @@ def test_controllers_share_one_scale(compared: xr.Dataset, tmp_path: Path) -> No
     assert axes.get_yscale() == "log"
     assert len(marked(panels[0], FAILED)) == int(compared["failed"].sum())
     assert "failed" in legend_texts(figure)
+    assert "no value" not in legend_texts(figure)
+    edges = numbers(cells(panels[0]).get_coordinates())[:, 0, 1]
+    assert_allclose(np.sqrt(edges[1:] * edges[:-1]), compared["length"])
 
 
 def test_the_best_is_the_best(compared: xr.Dataset) -> None:
