@@ -14,6 +14,7 @@ from contactlib.traction.interface import Measurement, TractionController
 from contactlib.traction.open_loop import OpenLoop
 from contactlib.traction.sensors import SensorReader, Sensors
 from contactlib.traction.slope_seeking import SlopeSeeking
+from contactlib.traction.stacking import stacked, structure
 from contactlib.traction.threshold import ThresholdControl
 
 CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(
@@ -35,5 +36,7 @@ __all__ = [
     "SlopeSeeking",
     "ThresholdControl",
     "TractionController",
+    "stacked",
+    "structure",
     "total_delay",
 ]

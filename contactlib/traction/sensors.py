@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked
 
 AHEAD = 256  # samples of noise that are drawn at once
+TOGETHER = 64  # wheelsets whose noise is written at once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +63,7 @@ class Sensors(Parameters):
 
     def reader(self, count: int, sample_time: float, *, first: int = 0) -> SensorReader:
         """Reader of `count` wheelsets; `first` is the index of the first among all of them."""
-        return SensorReader(self, count, self.samples_of_delay(sample_time), first)
+        return SensorReader([self] * count, sample_time, range(first, first + count))
 
 
 class SensorReader:
@@ -69,19 +71,39 @@ class SensorReader:
 
     The noise of a wheelset is drawn from (seed, index) alone, so it is the same whichever others
     run beside it. Before the first delayed sample arrives the first one is held.
+
+    Parameters
+    ----------
+    sensors : sequence of Sensors
+        Of each wheelset.
+    sample_time : float
+        [s].
+    index : sequence of int
+        Of each wheelset among all that there are.
+
+    Raises
+    ------
+    ValueError
+        If the delays are not one and the same number of samples.
     """
 
-    def __init__(self, sensors: Sensors, count: int, delay: int, first: int) -> None:
-        self._scale = np.array([[sensors.wheel_speed_noise], [sensors.vehicle_speed_noise]])
-        self._streams = []
-        if self._scale.any():
-            # Philox makes independent streams of any keys.
-            seed = int(sensors.seed)
-            self._streams = [
-                np.random.Generator(np.random.Philox(key=[seed, first + i])) for i in range(count)
-            ]
-        self._count, self._delay = count, delay
-        self._noise = np.empty((AHEAD, 2, count))
+    def __init__(
+        self, sensors: Sequence[Sensors], sample_time: float, index: Sequence[int]
+    ) -> None:
+        delays = {one.samples_of_delay(sample_time) for one in set(sensors)}
+        if len(delays) > 1:
+            raise ValueError(f"sensors have delays of {sorted(delays)} samples: they must be equal")
+        self._count, self._delay = len(sensors), delays.pop()
+        self._scale = np.array(
+            [[one.wheel_speed_noise, one.vehicle_speed_noise] for one in sensors]
+        ).T
+        noisy = np.flatnonzero(self._scale.any(axis=0)).tolist()
+        # Philox makes independent streams of any keys.
+        self._streams = {
+            i: np.random.Generator(np.random.Philox(key=[int(sensors[i].seed), index[i]]))
+            for i in noisy
+        }
+        self._noise = np.zeros((AHEAD, 2, self._count)) if noisy else np.zeros((0, 2, 0))
         self._drawn = AHEAD
         self._kept: list[FloatArray] = []
         self._reads = 0
@@ -102,13 +124,21 @@ class SensorReader:
         self._kept[slot] = now
         self._reads += 1
         late = self._kept[(slot + 1) % (self._delay + 1)]
-        return late[0].copy(), late[1].copy()
+        return late[0], late[1]
 
     def _next_noise(self) -> FloatArray:
         if self._drawn == AHEAD:
-            for i, stream in enumerate(self._streams):
-                self._noise[:, :, i] = stream.standard_normal((AHEAD, 2))
-            self._noise *= self._scale
+            self._draw()
             self._drawn = 0
         self._drawn += 1
         return np.asarray(self._noise[self._drawn - 1])
+
+    def _draw(self) -> None:
+        """Draw ahead, some wheelsets at a time: to write each by itself would miss the cache."""
+        noisy, together = list(self._streams), np.empty((TOGETHER, AHEAD, 2))
+        for start in range(0, len(noisy), TOGETHER):
+            some = noisy[start : start + TOGETHER]
+            for part, i in zip(together, some, strict=False):
+                self._streams[i].standard_normal(out=part)
+            self._noise[:, :, some] = together[: len(some)].transpose(1, 2, 0)
+        self._noise *= self._scale

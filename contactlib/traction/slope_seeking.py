@@ -195,7 +195,7 @@ class SlopeSeeking(SlipLimiter):
             np.maximum(memory.compliance * load, self.least_reference), self.largest_reference
         )
 
-        expected = self.dither**2 * reference * reference
+        expected = self.dither * self.dither * reference * reference
         away = creepage - reference
         away = away * away
         moments = add_sample(
@@ -203,11 +203,12 @@ class SlopeSeeking(SlipLimiter):
         )
         slope = elasticity(
             moments,
-            noise=self.slip_noise**2 / (slip.scale * slip.scale),
+            noise=self.slip_noise * self.slip_noise / (slip.scale * slip.scale),
             expected=expected,
             least_load=1e-3 * slip.demand + 1.0,
         )
-        seeking = memory.limiter.limiting & (away < (HELD / self.dither) ** 2 * expected)
+        near = HELD * HELD * reference * reference
+        seeking = memory.limiter.limiting & (away < near)
         step = self.sample_time * self.seeking_rate * seeking
         compliance = memory.compliance * (1.0 + step * (slope - self.target_elasticity))
         compliance = np.minimum(
