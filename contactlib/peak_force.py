@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,7 +12,9 @@ from contactlib import kernel
 from contactlib.element import ForceElement
 from contactlib.parameters import FloatArray, checked
 
-HALVINGS = 30
+NEAR, FAR = 40, 14  # slip speeds that are tried up to 10 zeta0, and beyond
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+CUTS = 40
 
 
 def available_force(
@@ -79,31 +84,57 @@ def _largest(element: ForceElement, cases: FloatArray) -> FloatArray:
     inputs["speed"], inputs["normal_load"] = cases[:, 0], cases[:, 1]
     inputs["friction_scale"] = cases[:, 2:].T
 
-    def force(slip: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def force(slip: FloatArray) -> FloatArray:
         inputs["omega"] = (inputs["speed"] + slip) / element.radius
-        record = element.native.evaluate(inputs)
-        return record["creep_force"].mean(axis=0), record["force_gradient"].mean(axis=0)
+        found = element.native.evaluate(inputs)["creep_force"]
+        return np.asarray(0.5 * (found[0] + found[1]))
 
     inputs["omega"] = inputs["speed"] / element.radius
     rolling = element.native.evaluate(inputs)
     # Slip speed at the saturation creepage: zeta0 times the creepage's reference speed.
     units = rolling["saturation_creepage"] * element.radius / rolling["creepage_by_omega"]
-    unit = units.max(axis=0)
+    return largest_force(force, units.max(axis=0), element.friction.slip_rate_residual)
+
+
+def largest_force(
+    force: Callable[[FloatArray], FloatArray], unit: FloatArray, residual: ArrayLike
+) -> FloatArray:
+    """Largest force over all slip speeds, of many contacts at once.
+
+    Parameters
+    ----------
+    force : callable
+        Forces [N] at slip speeds [m/s], both of the shape of `unit`.
+    unit : ndarray
+        Slip speeds at the saturation creepage, about [m/s].
+    residual : array_like
+        Part of friction that is left at high slip speeds [1]; broadcasts with `unit`.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `unit`; right to 1e-9 of itself [N].
+    """
     # Friction that falls at once leaves the zeta0 of its residual; a law may rise forever.
-    first = 0.01 * element.friction.slip_rate_residual
-    near = np.geomspace(first, 10.0, round(16.0 * np.log10(10.0 / first)))
-    grid = np.concatenate([[0.0], near, np.geomspace(30.0, 1e8, 14)])
-    largest, best = np.zeros(len(cases)), np.zeros(len(cases), dtype=int)
+    first = np.log(0.01 * np.asarray(residual, dtype=np.float64))
+    near = [np.exp(first + part * (np.log(10.0) - first)) for part in np.linspace(0.0, 1.0, NEAR)]
+    grid = [np.zeros_like(first), *near, *np.geomspace(30.0, 1e8, FAR)]
+    largest, low, high = np.zeros_like(unit), np.zeros_like(unit), grid[1] * unit
     for i, x in enumerate(grid):
-        found, _ = force(x * unit)
-        best[found > largest] = i
+        found = force(x * unit)
+        better = found > largest
+        low = np.where(better, grid[max(i - 1, 0)] * unit, low)
+        high = np.where(better, grid[min(i + 1, len(grid) - 1)] * unit, high)
         largest = np.maximum(largest, found)
-    low = grid[np.maximum(best - 1, 0)] * unit
-    high = grid[np.minimum(best + 1, len(grid) - 1)] * unit
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        found, gradient = force(middle)
-        largest = np.maximum(largest, found)
-        low = np.where(gradient > 0.0, middle, low)
-        high = np.where(gradient > 0.0, high, middle)
-    return largest
+    # Golden section: values only, as the peak may be a corner, where friction is at its limit.
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = force(left), force(right)
+    for _ in range(CUTS):
+        largest = np.maximum(largest, np.maximum(at_left, at_right))
+        down = at_left >= at_right
+        low, high = np.where(down, low, left), np.where(down, right, high)
+        new = np.where(down, high - GOLDEN * (high - low), low + GOLDEN * (high - low))
+        found = force(new)
+        left, right = np.where(down, new, right), np.where(down, left, new)
+        at_left, at_right = np.where(down, found, at_right), np.where(down, at_left, found)
+    return np.asarray(np.maximum(largest, np.maximum(at_left, at_right)))
