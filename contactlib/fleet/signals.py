@@ -1,0 +1,145 @@
+"""Signals of some rows of many runs, each worked out if and when it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from contactlib import kernel
+from contactlib.fleet.available import AvailableForce
+from contactlib.parameters import FloatArray
+from contactlib.simulation import WORK_UNITS, WORKS
+
+UNITS = {
+    "demand": "N.m",
+    "commanded_torque": "N.m",
+    "drive_torque": "N.m",
+    "axle_torque": "N.m",
+    "omega": "rad/s",
+    "omega_left": "rad/s",
+    "omega_right": "rad/s",
+    "speed": "m/s",
+    "acceleration": "m/s2",
+    "slip_velocity": "m/s",
+    "creepage": "1",
+    "creepage_left": "1",
+    "creepage_right": "1",
+    "creep_force": "N",
+    "creep_force_left": "N",
+    "creep_force_right": "N",
+    "available_force": "N",
+    "friction_scale_left": "1",
+    "friction_scale_right": "1",
+    "falling_branch": "1",
+    **WORK_UNITS,
+}
+
+
+class Block:
+    """Rows of n runs, by the name of the signal: arrays of shape (rows, n).
+
+    They are those of the fleet's own memory, and valid until its next block.
+
+    Parameters
+    ----------
+    time : ndarray
+        Of the rows [s].
+    demand : ndarray
+        Torque asked for [N.m], shape (rows, n).
+    inputs, states : ndarray
+        Of the kernel, shape (rows, n).
+    fleet : NativeFleet
+        The drivetrains.
+    radius : ndarray
+        Rolling radii [m], shape (n,).
+    available : AvailableForce
+        Their largest forces.
+    stored : list of ndarray
+        Energy that is stored at the start of the run [J]: filled in by its first block.
+    """
+
+    def __init__(
+        self,
+        time: FloatArray,
+        demand: FloatArray,
+        inputs: Any,
+        states: Any,
+        fleet: kernel.NativeFleet,
+        radius: FloatArray,
+        available: AvailableForce,
+        stored: list[FloatArray],
+    ) -> None:
+        self.time = time
+        self._demand, self._inputs, self._states = demand, inputs, states
+        self._fleet, self._radius, self._available, self._stored = fleet, radius, available, stored
+        self._found: dict[str, FloatArray] = {"demand": demand}
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """One signal."""
+        if name not in self._found:
+            self._found[name] = self._make(name)
+        return self._found[name]
+
+    @cached_property
+    def _outputs(self) -> Any:
+        return self._fleet.evaluate(self._inputs, self._states)
+
+    def _make(self, name: str) -> FloatArray:
+        if name in DERIVED:
+            return DERIVED[name](self)
+        if name.startswith("friction_scale_"):
+            return np.asarray(self._inputs[name.replace("_scale", "")])
+        if name == "commanded_torque":
+            return np.asarray(self._inputs[name])
+        if name in STATES:
+            return np.asarray(self._states[name])
+        return np.asarray(self._outputs[name])
+
+    def _omega(self) -> FloatArray:
+        return 0.5 * (self["omega_left"] + self["omega_right"])
+
+    def _slip_velocity(self) -> FloatArray:
+        return self._radius * self["omega"] - self["speed"]
+
+    def _acceleration(self) -> FloatArray:
+        return np.asarray(self._outputs["speed_rate"])
+
+    def _creepage(self) -> FloatArray:
+        return 0.5 * (self["creepage_left"] + self["creepage_right"])
+
+    def _creep_force(self) -> FloatArray:
+        return self["creep_force_left"] + self["creep_force_right"]
+
+    def _falling_branch(self) -> FloatArray:
+        return np.maximum(self._outputs["falling_left"], self._outputs["falling_right"])
+
+    def _available_force(self) -> FloatArray:
+        frictions = (self[f"friction_scale_{side}"] for side in ("left", "right"))
+        return self._available(self["speed"], *frictions)
+
+    def _energy_defect(self) -> FloatArray:
+        """Drive work that is found neither in stored energy nor in any other work: an error."""
+        stored = self["stored_energy"]
+        if not self._stored:
+            self._stored.append(stored[0].copy())
+        drive, *others = (self[name] for name in WORKS)
+        return drive - (stored - self._stored[0]) - sum(others)
+
+
+STATES = ("omega_left", "omega_right", "speed", "distance", *WORKS)
+DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
+    name.removeprefix("_"): getattr(Block, name)
+    for name in (
+        "_omega",
+        "_slip_velocity",
+        "_acceleration",
+        "_creepage",
+        "_creep_force",
+        "_falling_branch",
+        "_available_force",
+        "_energy_defect",
+    )
+}
