@@ -13,12 +13,13 @@ import numpy as np
 
 from contactlib.controllers import Controller, CreepControl
 from contactlib.drivetrain import Drivetrain
+from contactlib.fleet import UNITS
 from contactlib.parameters import FloatArray
 from contactlib.peak_force import available_force
 from contactlib.scenario import Model, Scenario, is_scenario, load_model, load_scenario
 from contactlib.simulation import Result, simulate
 from contactlib.stability import controllability, worst_pole
-from contactlib.traction_run import UNITS, run_scenario
+from contactlib.traction_run import run_scenario
 from contactlib.wheelset import Wheelset
 
 Run = Callable[[Callable[[float], object]], Result]

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 import contactlib as cl
 from contactlib.comparison import comparison_table, write_comparison
-from contactlib.metrics import JERK_WINDOW, UNITS, Metrics, metrics, transmittable_force
+from contactlib.metrics import UNITS, Metrics, metrics, transmittable_force
+from contactlib.outcomes.jerk import WINDOW as JERK_WINDOW
 from contactlib.simulation import WORKS
 from contactlib.study import as_scenario_run
 

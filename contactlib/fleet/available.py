@@ -157,7 +157,7 @@ class AvailableForce:
 
 
 def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
-    found = powers[-1] * np.ones_like(place)
+    found: FloatArray = powers[-1] * np.ones_like(place)
     for power in powers[-2::-1]:
         found = found * place + power
     return found

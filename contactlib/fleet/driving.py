@@ -138,7 +138,7 @@ class Runs:
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, FloatArray]:
         """Demand of some rows, that of their sample [N.m], and acceleration of held speeds."""
-        rows = np.arange(first, first + count + 1)
+        rows = np.arange(first, first + count + 1, dtype=np.float64)
         sampled = rows[:-1] - rows[:-1] % self._timing.per_sample
         speeds = self._speeds(self._timing.step * rows)
         return (

@@ -114,7 +114,8 @@ class Block:
         return self["creep_force_left"] + self["creep_force_right"]
 
     def _falling_branch(self) -> FloatArray:
-        return np.maximum(self._outputs["falling_left"], self._outputs["falling_right"])
+        sides = self._outputs["falling_left"], self._outputs["falling_right"]
+        return np.asarray(np.maximum(*sides))
 
     def _available_force(self) -> FloatArray:
         frictions = (self[f"friction_scale_{side}"] for side in ("left", "right"))

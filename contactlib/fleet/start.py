@@ -148,13 +148,13 @@ def _twist(
     scenarios: Sequence[Scenario], fleet: kernel.NativeFleet, inputs: Any, states: Any
 ) -> None:
     """Twist elastic axles so far that both wheels keep their creepage."""
-    elastic = [i for i, one in enumerate(scenarios) if one.drivetrain.axle is not None]
-    if not elastic:
+    if all(one.drivetrain.axle is None for one in scenarios):
         return
     there = fleet.evaluate(inputs, states)
-    for i in elastic:
-        wheelset, axle = scenarios[i].drivetrain.wheelset, scenarios[i].drivetrain.axle
-        assert axle is not None
+    for i, one in enumerate(scenarios):
+        wheelset, axle = one.drivetrain.wheelset, one.drivetrain.axle
+        if axle is None:
+            continue
         # J/2 (1 + zeta)/r dV/dt = share T - r Q_left - b/2 omega - k twist
         gained = (1.0 + states["relaxed_left"][i]) / wheelset.radius
         lost = wheelset.radius * there["creep_force_left"][i]

@@ -1,0 +1,107 @@
+"""Runs of many scenarios, of which no more than a few numbers each is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Sequence
+
+import numpy as np
+
+from contactlib.fleet import Runs, Timing, timing
+from contactlib.outcomes import Seen, Vehicles, observers
+from contactlib.parameters import FloatArray, checked
+from contactlib.scenario import Scenario
+from contactlib.traction import TractionController, stacked, structure
+from contactlib.traction_run import TOLERANCE
+
+FLEET = 2048  # runs at once: their states and memories stay in a core's own cache
+FAILED = "failed"
+RUN_BYTES = 30_000  # of a run under way: parameters, noise and profiles ahead, sums
+
+
+def run_many(
+    scenarios: Sequence[Scenario],
+    controller: str,
+    outcomes: Sequence[str],
+    *,
+    first: int = 0,
+    step: float | None = None,
+    tolerance: float = 1e-6,
+    progress: Callable[[float], object] = lambda part: None,
+) -> dict[str, FloatArray]:
+    """Drive many scenarios, each under its controller of one name.
+
+    Scenarios may differ in everything. A run comes out the same to the last bit whichever others
+    there are. Runs alike in sample time, step, duration, sensors' delay and kind of controller go
+    side by side; those are the fastest.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        n of them; what they share, such as a drivetrain, is worked out once.
+    controller : str
+        Name of one of the controllers of each.
+    outcomes : sequence of str
+        Some of `contactlib.outcomes.OUTCOMES`. Only what they need is worked out.
+    first : int, optional
+        Index of the first scenario among all that there are: the sensors' noise of a run is drawn
+        from its seed and index.
+    step : float, optional
+        Longest time between rows [s], as in `run_scenario`.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1].
+    progress : callable, optional
+        Is told the part of the work that is done, from 0 to 1.
+
+    Returns
+    -------
+    dict
+        Outcomes by name, shape (n,), nan for runs that failed; and ``"failed"``, one for those: no
+        steady state has the first demand, or the integrator gave up.
+
+    Raises
+    ------
+    ValueError
+        If an outcome is not known, a value is out of range, or a scenario has no such controller.
+    """
+    checked("tolerance", tolerance, TOLERANCE)
+    observers(outcomes, Vehicles.of([]))
+    found = {name: np.full(len(scenarios), np.nan) for name in outcomes}
+    found[FAILED] = np.zeros(len(scenarios))
+    controls = [one.controller(controller) for one in scenarios]
+    groups = list(_groups(scenarios, controls, step))
+    work = sum(when.rows * len(places) for when, places in groups)
+    done = 0
+    for when, places in groups:
+        some = [scenarios[i] for i in places]
+        control = stacked([controls[i] for i in places])
+        runs = Runs(some, control, when, index=[first + i for i in places], tolerance=tolerance)
+        vehicles = Vehicles.of([one.drivetrain for one in some])
+        watching = observers(outcomes, vehicles)
+        for block in runs.blocks():
+            rows = Seen(block, vehicles)
+            for observer in watching.values():
+                observer.see(rows)
+            done += block.time.size * len(places)
+            progress(done / work)
+        found[FAILED][places] = runs.failed
+        for name, observer in watching.items():
+            found[name][places] = np.where(runs.failed, np.nan, observer.value())
+    return found
+
+
+def _groups(
+    scenarios: Sequence[Scenario], controls: Sequence[TractionController], step: float | None
+) -> Iterator[tuple[Timing, list[int]]]:
+    """Timing and places of runs that can go side by side, no more than `FLEET` of them."""
+    groups: dict[Hashable, list[int]] = {}
+    whens: list[Timing] = []
+    for i, (one, control) in enumerate(zip(scenarios, controls, strict=True)):
+        whens.append(timing(one, control, step))
+        delay = one.sensors.samples_of_delay(control.sample_time)
+        falls = one.drivetrain.wheelset.element.friction.falls_with_slip_speed
+        key = (control.sample_time, whens[i], delay, falls, structure(control))
+        groups.setdefault(key, []).append(i)
+    for places in groups.values():
+        for start in range(0, len(places), FLEET):
+            some = places[start : start + FLEET]
+            yield whens[some[0]], some
