@@ -93,15 +93,20 @@ def _groups(
     scenarios: Sequence[Scenario], controls: Sequence[TractionController], step: float | None
 ) -> Iterator[tuple[Timing, list[int]]]:
     """Timing and places of runs that can go side by side, no more than `FLEET` of them."""
-    groups: dict[Hashable, list[int]] = {}
-    whens: list[Timing] = []
+    groups: dict[tuple[float, Timing, int, bool, Hashable], list[int]] = {}
+    kinds = {id(control): structure(control) for control in controls}
+    delays: dict[Hashable, int] = {}
+    whens: dict[Hashable, Timing] = {}
     for i, (one, control) in enumerate(zip(scenarios, controls, strict=True)):
-        whens.append(timing(one, control, step))
-        delay = one.sensors.samples_of_delay(control.sample_time)
+        timed = control.sample_time, one.duration, one.drivetrain.torsional_frequency
+        if timed not in whens:
+            whens[timed] = timing(one, control, step)
+        late = control.sample_time, one.sensors.delay
+        if late not in delays:
+            delays[late] = one.sensors.samples_of_delay(control.sample_time)
         falls = one.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        key = (control.sample_time, whens[i], delay, falls, structure(control))
+        key = control.sample_time, whens[timed], delays[late], falls, kinds[id(control)]
         groups.setdefault(key, []).append(i)
-    for places in groups.values():
+    for (_, when, *_), places in groups.items():
         for start in range(0, len(places), FLEET):
-            some = places[start : start + FLEET]
-            yield whens[some[0]], some
+            yield when, places[start : start + FLEET]

@@ -7,6 +7,7 @@ between. The kernel steps every wheelset from row to row, with friction as its t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,10 @@ class Runs:
 
     Attributes
     ----------
+    fleet : NativeFleet
+        The drivetrains.
+    radius : ndarray
+        Rolling radii [m].
     failed : ndarray of bool
         Runs that could not start, or whose integrator gave up; they stay where they are.
     refused : dict
@@ -67,9 +72,9 @@ class Runs:
         trains, tracks = [one.drivetrain for one in scenarios], [one.track for one in scenarios]
         bodies, n = [train.wheelset for train in trains], len(scenarios)
         members = [t.member(track.native) for t, track in zip(trains, tracks, strict=True)]
-        self._fleet = kernel.NativeFleet(members)
-        self._available = AvailableForce(trains, tracks)
-        self._radius = np.array([body.radius for body in bodies])
+        self.fleet = kernel.NativeFleet(members)
+        self._trains, self._tracks = trains, tracks
+        self.radius = np.array([body.radius for body in bodies])
         self._demands = ManyProfiles([one.demand for one in scenarios])
         self._speeds = ManyProfiles([one.held_speed or Profile.of(0.0) for one in scenarios])
         sensors = [one.sensors for one in scenarios]
@@ -84,14 +89,21 @@ class Runs:
         inputs["acceleration"] = acceleration[0]
         self._states = np.zeros(n, kernel.drivetrain_dtype("state"))
         self._advance(inputs, 0, 0.0)  # tells the friction there
-        begin = start(scenarios, self._fleet, inputs, demand[0], creepage)
+        begin = start(scenarios, self.fleet, inputs, demand[0], creepage)
         self._states, self._torque, self.refused = begin
         self.failed[list(self.refused)] = True
+
+    @cached_property
+    def available(self) -> AvailableForce:
+        """Largest creep forces that friction allows."""
+        return AvailableForce(self._trains, self._tracks)
 
     def blocks(self) -> Iterator[Block]:
         """All rows, some at a time; a block is valid until the next one is asked for."""
         inputs, rows = self._inputs, self._timing.rows
         states = np.empty(inputs.shape, self._states.dtype)
+        # As plain numbers: numpy copies records field by field.
+        kept, now = (each.view(np.float64) for each in (states, self._states))
         stored: list[FloatArray] = []
         for first in range(0, rows, AHEAD):
             demands, accelerations = self._ahead(first, min(AHEAD, rows - first))
@@ -100,16 +112,14 @@ class Runs:
                 count = len(demand)
                 inputs["acceleration"][:count] = accelerations[done : done + count]
                 for i in range(count):
-                    states[i] = self._states
+                    kept[i] = now
                     self._row(first + done + i, demand[i], inputs[i])
                 yield Block(
                     self._timing.times(first + done, count),
                     demand,
                     inputs[:count],
                     states[:count],
-                    self._fleet,
-                    self._radius,
-                    self._available,
+                    self,
                     stored,
                 )
 
@@ -117,7 +127,7 @@ class Runs:
         """Ask the controller, if it is time to, and step on to the next row."""
         if row % self._timing.per_sample == 0:
             states = self._states
-            rim = 0.5 * self._radius * (states["omega_left"] + states["omega_right"])
+            rim = 0.5 * self.radius * (states["omega_left"] + states["omega_right"])
             measured = Measurement(demand, *self._reader.read(rim, states["speed"]))
             if row == 0:
                 self._memory = self._control.start(measured, self._torque)
@@ -126,7 +136,7 @@ class Runs:
         self._advance(inputs, row, self._timing.step if row < self._timing.rows - 1 else 0.0)
 
     def _advance(self, inputs: Any, row: int, step: float) -> None:
-        self._fleet.advance(
+        self.fleet.advance(
             inputs,
             self._states,
             self._timing.step * row,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -38,6 +38,17 @@ UNITS = {
 }
 
 
+class Source(Protocol):
+    """What rows come from: the drivetrains, their radii [m] and their largest forces."""
+
+    fleet: kernel.NativeFleet
+    radius: FloatArray
+
+    @property
+    def available(self) -> AvailableForce:
+        """Largest creep forces that friction allows."""
+
+
 class Block:
     """Rows of n runs, by the name of the signal: arrays of shape (rows, n).
 
@@ -51,12 +62,8 @@ class Block:
         Torque asked for [N.m], shape (rows, n).
     inputs, states : ndarray
         Of the kernel, shape (rows, n).
-    fleet : NativeFleet
-        The drivetrains.
-    radius : ndarray
-        Rolling radii [m], shape (n,).
-    available : AvailableForce
-        Their largest forces.
+    source : Source
+        Where the rows come from.
     stored : list of ndarray
         Energy that is stored at the start of the run [J]: filled in by its first block.
     """
@@ -67,14 +74,12 @@ class Block:
         demand: FloatArray,
         inputs: Any,
         states: Any,
-        fleet: kernel.NativeFleet,
-        radius: FloatArray,
-        available: AvailableForce,
+        source: Source,
         stored: list[FloatArray],
     ) -> None:
         self.time = time
         self._demand, self._inputs, self._states = demand, inputs, states
-        self._fleet, self._radius, self._available, self._stored = fleet, radius, available, stored
+        self._source, self._stored = source, stored
         self._found: dict[str, FloatArray] = {"demand": demand}
 
     def __getitem__(self, name: str) -> FloatArray:
@@ -85,7 +90,7 @@ class Block:
 
     @cached_property
     def _outputs(self) -> Any:
-        return self._fleet.evaluate(self._inputs, self._states)
+        return self._source.fleet.evaluate(self._inputs, self._states)
 
     def _make(self, name: str) -> FloatArray:
         if name in DERIVED:
@@ -102,7 +107,7 @@ class Block:
         return 0.5 * (self["omega_left"] + self["omega_right"])
 
     def _slip_velocity(self) -> FloatArray:
-        return self._radius * self["omega"] - self["speed"]
+        return self._source.radius * self["omega"] - self["speed"]
 
     def _acceleration(self) -> FloatArray:
         return np.asarray(self._outputs["speed_rate"])
@@ -119,7 +124,7 @@ class Block:
 
     def _available_force(self) -> FloatArray:
         frictions = (self[f"friction_scale_{side}"] for side in ("left", "right"))
-        return self._available(self["speed"], *frictions)
+        return self._source.available(self["speed"], *frictions)
 
     def _energy_defect(self) -> FloatArray:
         """Drive work that is found neither in stored energy nor in any other work: an error."""
