@@ -56,7 +56,7 @@ def run_many(
     -------
     dict
         Outcomes by name, shape (n,), nan for runs that failed; and ``"failed"``, one for those: no
-        steady state has the first demand, or the integrator gave up.
+        steady state has the first demand, the integrator gave up, or numbers overflowed.
 
     Raises
     ------
@@ -77,15 +77,16 @@ def run_many(
         runs = Runs(some, control, when, index=[first + i for i in places], tolerance=tolerance)
         vehicles = Vehicles.of([one.drivetrain for one in some])
         watching = observers(outcomes, vehicles)
-        for block in runs.blocks():
-            rows = Seen(block, vehicles)
-            for observer in watching.values():
-                observer.see(rows)
-            done += block.time.size * len(places)
-            progress(done / work)
-        found[FAILED][places] = runs.failed
-        for name, observer in watching.items():
-            found[name][places] = np.where(runs.failed, np.nan, observer.value())
+        with np.errstate(all="ignore"):  # of runs that fail, which are nan anyway
+            for block in runs.blocks():
+                rows = Seen(block, vehicles)
+                for observer in watching.values():
+                    observer.see(rows)
+                done += block.time.size * len(places)
+                progress(done / work)
+            found[FAILED][places] = runs.failed
+            for name, observer in watching.items():
+                found[name][places] = np.where(runs.failed, np.nan, observer.value())
     return found
 
 

@@ -74,10 +74,7 @@ def run_scenario(
         if runs.failed[0]:
             name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"
             checked(name, block["commanded_torque"], FINITE)
-            raise RuntimeError(
-                f"the tolerance is not met within the largest number of substeps before "
-                f"{block.time[-1]:.6g} s"
-            )
+            raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
         for name, parts in found.items():
             parts.append(np.array(block[name][:, 0]))
         done += block.time.size

@@ -53,7 +53,8 @@ class Runs:
     radius : ndarray
         Rolling radii [m].
     failed : ndarray of bool
-        Runs that could not start, or whose integrator gave up; they stay where they are.
+        Runs that could not start, whose integrator gave up, or whose numbers overflowed; they stay
+        where they are.
     refused : dict
         Why those could not start that could not, by place.
     """
@@ -114,6 +115,7 @@ class Runs:
                 for i in range(count):
                     kept[i] = now
                     self._row(first + done + i, demand[i], inputs[i])
+                self.failed |= ~np.isfinite(now.reshape(self.failed.size, -1)).all(axis=1)
                 yield Block(
                     self._timing.times(first + done, count),
                     demand,
