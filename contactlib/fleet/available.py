@@ -48,118 +48,122 @@ class AvailableForce:
 
     def __init__(self, drivetrains: Sequence[Drivetrain], tracks: Sequence[Track]) -> None:
         self._falls = drivetrains[0].wheelset.element.friction.falls_with_slip_speed
-        kinds: dict[Any, int] = {}
-        self._kind = np.empty(len(drivetrains), dtype=np.intp)  # of each wheelset
-        self._bodies: list[Drivetrain] = []  # one of each kind
-        levels: list[list[tuple[float, float]]] = []
-        seen: dict[int, list[tuple[float, float]]] = {}
-        for i, (body, track) in enumerate(zip(drivetrains, tracks, strict=True)):
-            if id(track) not in seen:
-                seen[id(track)] = friction_levels(track)
-            found = seen[id(track)]
-            element = body.wheelset.element
-            key = (id(element.table), *element.parameters.values(), *found)
-            if key not in kinds:
-                kinds[key] = len(kinds)
-                self._bodies.append(body)
-                levels.append(found)
-            self._kind[i] = kinds[key]
-        self._levels = np.full((max(map(len, levels)), 2, len(levels)), np.nan)
-        for kind, found in enumerate(levels):
-            self._levels[: len(found), :, kind] = found
-        octaves = 1 + OCTAVES[1] - OCTAVES[0] if self._falls else 1
-        self._powers = np.zeros((NODES if self._falls else 1, octaves, *self._levels.shape[::2]))
-        self._known = np.zeros((octaves, len(levels)), dtype=np.bool_)
+        self._octaves = 1 + OCTAVES[1] - OCTAVES[0] if self._falls else 1
+        bodies: dict[Any, int] = {}
+        cases: dict[tuple[int, float, float], int] = {}  # a body at a level
+        levels = {id(track): friction_levels(track) for track in tracks}
+        self._bodies: list[Drivetrain] = []
+        self._body = np.empty(len(drivetrains), dtype=np.intp)  # of each wheelset
+        most = max(map(len, levels.values()))
+        self._level = np.full((most, 2, len(drivetrains)), np.nan)
+        self._case = np.zeros((most, len(drivetrains)), dtype=np.intp)
+        for i, (train, track) in enumerate(zip(drivetrains, tracks, strict=True)):
+            element = train.wheelset.element
+            key = id(element.table), *element.parameters.values()
+            if key not in bodies:
+                bodies[key] = len(bodies)
+                self._bodies.append(train)
+            self._body[i] = bodies[key]
+            for j, level in enumerate(levels[id(track)]):
+                self._level[j, :, i] = level
+                self._case[j, i] = cases.setdefault((bodies[key], *level), len(cases))
+        body, *factors = np.array(list(cases)).T
+        self._of_case = body.astype(np.intp), *factors
+        # A column for each octave of each case; nan where its polynomial has not converged.
+        columns = len(cases) * self._octaves
+        self._powers = np.zeros((NODES if self._falls else 1, columns))
+        self._known = np.zeros(columns, dtype=np.bool_)
 
     def __call__(self, speed: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
         """Largest forces [N] at speeds [m/s] and friction factors [1], all of shape (rows, n)."""
-        level = np.full(speed.shape, -1)
-        for i, (on_left, on_right) in enumerate(self._levels[:, :, self._kind]):
-            level[(left == on_left) & (right == on_right)] = i
-        octave, place = np.zeros(speed.shape, dtype=np.intp), np.zeros((len(speed), 1))
+        column = np.full(speed.shape, -1)
+        for (on_left, on_right), case in zip(self._level, self._case, strict=True):
+            np.copyto(column, case * self._octaves, where=(left == on_left) & (right == on_right))
+        place = np.zeros((len(speed), 1))
         if self._falls:
             mantissa, exponent = np.frexp(np.abs(speed))
             octave = exponent - OCTAVES[0]
-            outside = (octave < 0) | (octave > OCTAVES[1] - OCTAVES[0]) | (speed == 0.0)
-            octave[outside], level[outside] = 0, -1
+            outside = (octave < 0) | (octave >= self._octaves) | (mantissa == 0.0) | (column < 0)
+            column = np.where(outside, -1, column + octave)
             place = 4.0 * mantissa - 3.0
-        self._learn(octave, level)
-        # Few change from one of their polynomials to another within some rows.
-        found = _horner(self._powers[:, octave[0], level[0], self._kind], place)
-        row, member = np.nonzero((octave != octave[0]) | (level != level[0]))
-        at = octave[row, member], level[row, member], self._kind[member]
+        new = column[~self._known[column] & (column >= 0)]
+        if new.size:
+            self._learn(np.unique(new))
+        # Within some rows few change from one of their polynomials to another.
+        found = _horner(self._powers[:, column[0]], place)
+        row, member = np.nonzero(column != column[0])
         there = place[row, member if self._falls else 0]
-        found[row, member] = _horner(self._powers[:, *at], there)
-        row, member = np.nonzero((level < 0) | np.isnan(found))
+        found[row, member] = _horner(self._powers[:, column[row, member]], there)
+        row, member = np.nonzero((column < 0) | np.isnan(found))
         if row.size:
-            factors = left[row, member], right[row, member]
-            found[row, member] = self._search(self._kind[member], speed[row, member], *factors)
+            given = (signal[row, member] for signal in (speed, left, right))
+            found[row, member] = self._search(self._body[member], *given)
         return found
 
-    def _learn(self, octave: NDArray[np.intp], level: NDArray[np.intp]) -> None:
-        """Polynomials of the kinds and octaves that are new."""
-        for i in range(int(octave.min()), int(octave.max()) + 1):
-            here = ((octave == i) & (level >= 0)).any(axis=0)
-            new = np.unique(self._kind[here & ~self._known[i, self._kind]])
-            if new.size:
-                self._known[i, new] = True
-                self._powers[:, i, :, new] = self._polynomial(i, new).transpose(2, 0, 1)
-
-    def _polynomial(self, octave: int, kinds: NDArray[np.intp]) -> FloatArray:
-        """Coefficients of the largest force, shape (powers, levels, kinds)."""
-        levels = self._levels[:, :, kinds]
-        shape = len(self._powers), *levels.shape[::2]
-        # A level that a kind does not have is as good as its first.
-        left, right = np.where(np.isnan(levels), levels[:1], levels).transpose(1, 0, 2)
-        speed = np.ones(1)  # such a contact does not know it
+    def _learn(self, columns: NDArray[np.intp]) -> None:
+        """Polynomials of columns that are new."""
+        case, octave = np.divmod(columns, self._octaves)
+        nodes = np.ones((1, 1))  # [m/s]; friction that does not fall does not know the speed
         if self._falls:
-            speed = np.ldexp(0.25 * (_PLACES + 3.0), octave + OCTAVES[0])
-        given = [np.broadcast_to(x, shape) for x in (speed[:, np.newaxis, np.newaxis], left, right)]
-        every = np.broadcast_to(kinds, shape)
-        values = self._search(every.ravel(), *(x.ravel() for x in given)).reshape(shape)
-        if not self._falls:
-            return values
-        powers = np.zeros(shape)
-        for weights, value in zip(_POWERS.T, values, strict=True):
-            powers += weights[:, np.newaxis, np.newaxis] * value
-        rest = np.abs(powers[-1]) / 2.0 ** (NODES - 2) + np.abs(powers[-2]) / 2.0 ** (NODES - 3)
-        powers[:, rest > CONVERGED * values[0]] = np.nan
-        return powers
+            nodes = np.ldexp(0.25 * (_PLACES + 3.0)[:, np.newaxis], octave + OCTAVES[0])
+        shape = len(self._powers), columns.size
+        given = [
+            np.broadcast_to(x, shape).ravel() for x in (nodes, *(y[case] for y in self._of_case))
+        ]
+        speed, body, left, right = given
+        values = self._search(body, speed, left, right).reshape(shape)
+        powers = values
+        if self._falls:
+            powers = np.zeros(shape)
+            for weights, value in zip(_POWERS.T, values, strict=True):
+                powers += weights[:, np.newaxis] * value
+            highest = np.abs(powers[-2:]) / 2.0 ** np.array([[NODES - 3], [NODES - 2]])
+            powers[:, highest.sum(axis=0) > CONVERGED * values[0]] = np.nan
+        self._powers[:, columns], self._known[columns] = powers, True
 
     def _search(
-        self, kinds: NDArray[np.intp], speed: FloatArray, left: FloatArray, right: FloatArray
+        self, body: NDArray[np.intp], speed: FloatArray, left: FloatArray, right: FloatArray
     ) -> FloatArray:
-        """Largest forces of as many cases, each of a kind."""
-        used, place = np.unique(kinds, return_inverse=True)
-        elements = [self._bodies[kind].wheelset.element for kind in used.tolist()]
-        members = [self._bodies[kind].member() for kind in used.tolist()]
+        """Largest forces of as many cases, each of a body."""
+        used, place = np.unique(body, return_inverse=True)
+        trains = [self._bodies[i] for i in used.tolist()]
+        elements = [train.wheelset.element for train in trains]
+        members = [train.member() for train in trains]
         # The force that the creepage comes to, however slowly.
         members = [m._replace(contact={**m.contact, "relaxation_length": 0.0}) for m in members]
         fleet = kernel.NativeFleet([members[i] for i in place.tolist()])
+        radius, load, zeta0, slowest, residual = np.array(
+            [
+                (
+                    element.radius,
+                    element.contact.normal_load,
+                    element.saturation_creepage,
+                    element.minimum_speed,
+                    element.friction.slip_rate_residual,
+                )
+                for element in elements
+            ]
+        ).T[:, place]
         inputs = np.zeros(speed.size, kernel.drivetrain_dtype("input"))
         states = np.zeros(speed.size, kernel.drivetrain_dtype("state"))
-        load = np.array([0.5 * element.contact.normal_load for element in elements])[place]
-        inputs["load_left"] = inputs["load_right"] = load
+        inputs["load_left"] = inputs["load_right"] = 0.5 * load
         inputs["friction_left"], inputs["friction_right"] = left, right
         states["speed"] = speed
-        radius = np.array([element.radius for element in elements])[place]
 
         def force(slip: FloatArray) -> FloatArray:
             states["omega_left"] = states["omega_right"] = (speed + slip) / radius
             out = fleet.evaluate(inputs, states)
             return np.asarray(out["creep_force_left"] + out["creep_force_right"])
 
-        zeta0 = np.array([element.saturation_creepage for element in elements])[place]
-        slowest = np.array([element.minimum_speed for element in elements])[place]
-        residual = np.array([element.friction.slip_rate_residual for element in elements])[place]
         unit = np.maximum(left, right) * zeta0 * np.maximum(np.abs(speed), slowest)
         return largest_force(force, unit, residual)
 
 
 def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
-    found: FloatArray = powers[-1] * np.ones_like(place)
+    found = np.broadcast_to(powers[-1], np.broadcast_shapes(powers.shape[1:], place.shape)).copy()
     for power in powers[-2::-1]:
-        found = found * place + power
+        found *= place
+        found += power
     return found
 
 

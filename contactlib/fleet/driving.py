@@ -25,6 +25,7 @@ from contactlib.traction import Measurement, SensorReader, TractionController
 
 BLOCK = 16_384  # rows times runs that are kept at once
 AHEAD = 256  # rows whose profiles are read at once
+FREE = Profile.of(0.0)  # stands for the speed that is not held
 
 
 class Runs:
@@ -77,7 +78,7 @@ class Runs:
         self._trains, self._tracks = trains, tracks
         self.radius = np.array([body.radius for body in bodies])
         self._demands = ManyProfiles([one.demand for one in scenarios])
-        self._speeds = ManyProfiles([one.held_speed or Profile.of(0.0) for one in scenarios])
+        self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
         sensors = [one.sensors for one in scenarios]
         self._reader = SensorReader(sensors, control.sample_time, index)
         self._memory: Any = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import fields, is_dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -64,11 +64,16 @@ def _stacked(values: Sequence[Any]) -> Any:
 
 def _parts(value: Any) -> dict[str, Any]:
     """Fields and derived values of a dataclass, by name."""
+    kind: Hashable = type(value)
+    return {name: getattr(value, name) for name in _names(kind)}
+
+
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
     derived = {
         name
-        for kind in type(value).__mro__
-        for name, member in vars(kind).items()
+        for base in kind.__mro__
+        for name, member in vars(base).items()
         if isinstance(member, cached_property)
     }
-    names = [field.name for field in fields(value)] + sorted(derived)
-    return {name: getattr(value, name) for name in names}
+    return *(field.name for field in fields(kind)), *sorted(derived)
