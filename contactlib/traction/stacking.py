@@ -64,7 +64,7 @@ def _stacked(values: Sequence[Any]) -> Any:
 
 def _parts(value: Any) -> dict[str, Any]:
     """Fields and derived values of a dataclass, by name."""
-    kind: Hashable = type(value)
+    kind: Any = type(value)
     return {name: getattr(value, name) for name in _names(kind)}
 
 
