@@ -225,7 +225,7 @@ class ForceElement(Parameters):
         """k_hat at the nominal load and no slip speed [1]."""
         return k_hat(self.contact, self.friction)
 
-    @property
+    @cached_property
     def saturation_creepage(self) -> float:
         """zeta0 at the nominal load and no slip speed [1]."""
         return saturation_creepage(

@@ -9,8 +9,9 @@ polynomial has not converged.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -169,16 +170,21 @@ def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
 
 def friction_levels(track: Track) -> list[tuple[float, float]]:
     """Pairs of factors under the left and the right wheel where friction does not change [1]."""
-    left, right = track.friction_left, track.friction_right or track.friction_left
-    times = {value for (value,) in _level((track.friction_over_time,))}
-    pairs = {(a * t, b * t) for a, b in _level((left, right)) for t in times}
-    return sorted(pairs)[:MOST_LEVELS]
+    left, right = track.friction_left, track.friction_right
+    times = {time for time, _, _ in _levels(track.friction_over_time)}
+    pairs = {(value, value) for value, _, _ in _levels(left)}
+    if right is not None:
+        both = product(_levels(left), _levels(right))
+        pairs = {(a, b) for (a, *of_a), (b, *of_b) in both if _overlap(*of_a, *of_b)}
+    return sorted({(a * time, b * time) for a, b in pairs for time in times})[:MOST_LEVELS]
 
 
-def _level(profiles: Sequence[Profile]) -> set[tuple[float, ...]]:
-    """Values of profiles wherever all of them are level."""
-    corners = sorted({place for profile in profiles for place in profile.at})
-    ends = [[profile.on(a, b) for profile in profiles] for a, b in pairwise(corners)]
-    inside = {tuple(a for a, _ in end) for end in ends if all(a == b for a, b in end)}
-    first, last = (tuple(profile.value[i] for profile in profiles) for i in (0, -1))
-    return inside | {first, last}
+def _levels(profile: Profile) -> list[tuple[float, float, float]]:
+    """Values of a profile where it is level, from where and to where."""
+    at, value = (-math.inf, *profile.at, math.inf), profile.value
+    steps = pairwise((value[0], *value, value[-1]))
+    return [(a, *ends) for (a, b), ends in zip(steps, pairwise(at), strict=True) if a == b]
+
+
+def _overlap(start: float, end: float, other_start: float, other_end: float) -> bool:
+    return max(start, other_start) < min(end, other_end)

@@ -18,12 +18,13 @@ from contactlib.traction.interface import TractionController
 
 def structure(value: Any) -> Hashable:
     """What has to be equal for values to be stacked: everything but their numbers."""
-    if isinstance(value, float):
-        return float
+    kind: Any = type(value)
+    if kind is float or value is None:
+        return kind
     if isinstance(value, tuple):
-        return tuple(structure(part) for part in value)
+        return kind, *map(structure, value)
     if is_dataclass(value):
-        return type(value), tuple((name, structure(part)) for name, part in _parts(value).items())
+        return kind, *map(structure, _parts(value).values())
     return value if isinstance(value, Hashable) else id(value)
 
 
