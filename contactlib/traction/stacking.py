@@ -20,7 +20,7 @@ def structure(value: Any) -> Hashable:
     """What has to be equal for values to be stacked: everything but their numbers."""
     kind: Any = type(value)
     if kind is float or value is None:
-        return kind
+        return (kind,)
     if isinstance(value, tuple):
         return kind, *map(structure, value)
     if is_dataclass(value):
