@@ -21,6 +21,7 @@ from contactlib.element import friction_with_k_hat as friction_with_k_hat
 from contactlib.element import k_hat as k_hat
 from contactlib.element import process_zone_ratio as process_zone_ratio
 from contactlib.element import saturation_creepage as saturation_creepage
+from contactlib.ensemble_run import run_many as run_many
 from contactlib.export import export_fmu as export_fmu
 from contactlib.export import export_ssp as export_ssp
 from contactlib.fit import FitResult as FitResult
@@ -40,6 +41,7 @@ from contactlib.laws import MeasuredCurve as MeasuredCurve
 from contactlib.laws import Polach as Polach
 from contactlib.metrics import Metrics as Metrics
 from contactlib.metrics import metrics as metrics
+from contactlib.outcomes import OUTCOMES as OUTCOMES
 from contactlib.peak_force import available_force as available_force
 from contactlib.profile import Profile as Profile
 from contactlib.scenario import Model as Model
