@@ -34,6 +34,14 @@ class Limits:
         ok = np.isfinite(v) & (v > self.above) & (v >= self.at_least)
         return np.asarray(ok & (v < self.below) & (v <= self.at_most))
 
+    def allow(self, value: float) -> bool:
+        """As `allows`, of one number and quicker."""
+        return (
+            math.isfinite(value)
+            and self.above < value < self.below
+            and self.at_least <= value <= self.at_most
+        )
+
     def __str__(self) -> str:
         signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         return " and ".join(["finite"] + [f"{s} {b:g}" for s, b in signs if math.isfinite(b)])
@@ -102,5 +110,6 @@ class Parameters:
                 continue
             if isinstance(value, bool) or not isinstance(value, Real):
                 raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
-            checked(name, float(value), limits)
+            if not limits.allow(float(value)):
+                checked(name, float(value), limits)  # which says so
             object.__setattr__(self, field.name, float(value))

@@ -18,6 +18,7 @@ from contactlib.scenario.contact_sections import (
 )
 from contactlib.scenario.control_sections import CreepSection, RunSection, TorqueSection
 from contactlib.scenario.reading import (
+    IS_SWEEP,
     check_keys,
     in_file,
     model_path,
@@ -98,6 +99,8 @@ def build_model(
     progress: Callable[[float], object],
 ) -> Model:
     """Model of a file's contents; a mistake is a ValueError of one line."""
+    if "axes" in data:
+        raise ValueError(IS_SWEEP)
     if "vehicle" in data:
         raise ValueError(
             f"is a scenario of the vehicle {data['vehicle']!r}, not a model: "
@@ -106,7 +109,7 @@ def build_model(
     needed = ["name", "source", *NEEDED]
     check_keys("", data, [*needed, "law"], needed)
     name, source = (text(key, data[key]) for key in ("name", "source"))
-    wheelset = _build_wheelset(data, table, progress)
+    wheelset = build_wheelset(data, table, progress)
     torque_section = read_section("torque_control", TorqueSection, data)
     creep_section = read_section("creep_control", CreepSection, data)
     with named("torque_control"):
@@ -123,11 +126,12 @@ def build_model(
     )
 
 
-def _build_wheelset(
+def build_wheelset(
     data: Mapping[str, Any],
     table: CreepForceTable | None,
     progress: Callable[[float], object],
 ) -> Wheelset:
+    """Wheelset of a model file's contents; a mistake is a ValueError of one line."""
     contact_section = read_section("contact", ContactSection, data)
     friction_section = read_section("friction", FrictionSection, data)
     law_section = read_section("law", LawSection, {"law": {}, **data})

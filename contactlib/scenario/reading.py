@@ -13,6 +13,7 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, fields
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, get_origin, get_type_hints
 
@@ -36,6 +37,12 @@ UNITS = {
     "N.m/rad": {"kN.m/rad": 1e3, "MN.m/rad": 1e6},
     "N.m.s/rad": {"kN.m.s/rad": 1e3},
 }
+
+
+IS_SWEEP = (
+    "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
+    "'contactlib sweep' runs it"
+)
 
 
 class ModelError(ValueError):
@@ -128,7 +135,7 @@ def read_given(
     table = subsection(name, table)
     declared = [field.name for field in fields(kind)]
     check_keys(f"{name}.", table, [*others, *declared], [])
-    quantities, hints = kind.quantities(), get_type_hints(kind)
+    quantities, lists = kind.quantities(), list_keys(kind)
     values: dict[str, Any] = {}
     for key, value in table.items():
         where = f"{name}.{key}"
@@ -136,13 +143,20 @@ def read_given(
             continue
         if key not in quantities:
             values[key] = text(where, value)
-        elif get_origin(hints[key]) is tuple:
+        elif key in lists:
             if not isinstance(value, list) or not value:
                 raise ValueError(f"{where} = {value!r} must be a list of at least one number")
             values[key] = tuple(number(where, entry, quantities[key]) for entry in value)
         else:
             values[key] = number(where, value, quantities[key])
     return values
+
+
+@cache
+def list_keys(kind: type[Any]) -> frozenset[str]:
+    """Keys of a section that take a list of numbers."""
+    hints = get_type_hints(kind).items()
+    return frozenset(key for key, hint in hints if get_origin(hint) is tuple)
 
 
 def subsection(name: str, table: object) -> dict[str, Any]:
@@ -195,7 +209,7 @@ def number(where: str, value: object, quantity: Quantity) -> float:
             raise ValueError(f"{where} is out of range: must be {quantity}") from None
     else:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
-    if not quantity.allows(found):
+    if not quantity.allow(found):
         raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
     return found
 

@@ -12,7 +12,9 @@ from contactlib.drivetrain import Axle, Drivetrain
 from contactlib.parameters import Parameters, Quantity
 from contactlib.profile import Profile
 from contactlib.scenario.controllers import ControllerDesign, read_controllers
+from contactlib.scenario.model import build_model
 from contactlib.scenario.reading import (
+    IS_SWEEP,
     check_keys,
     in_file,
     model_path,
@@ -31,7 +33,7 @@ from contactlib.scenario.scenario_sections import (
     ScenarioRunSection,
     TrackSection,
 )
-from contactlib.scenario.vehicle import read_vehicle
+from contactlib.scenario.vehicle import vehicle_contents
 from contactlib.table import CreepForceTable
 from contactlib.track import Track
 from contactlib.traction import Sensors, TractionController
@@ -161,19 +163,73 @@ def load_scenario(
     OSError
         If a file cannot be read.
     """
-    file = model_path(path)
     with in_file(path):
-        data = parse(file)
-        if "vehicle" not in data and "contact" in data:
-            raise ValueError(
-                "is a model, not a scenario: contactlib.load_model reads it; a scenario names its "
-                "model file with the key 'vehicle'"
-            )
-        check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
-        return _build_scenario(data, read_vehicle(data, file.parent, table, progress))
+        found = read_contents(path)
+        return build_scenario(found.data, found.build_vehicle(table, progress))
 
 
-def _build_scenario(data: Mapping[str, Any], wheelset: Wheelset) -> Scenario:
+@dataclass(frozen=True)
+class ScenarioContents:
+    """What a scenario's file and that of its vehicle say: enough to build it anywhere.
+
+    Attributes
+    ----------
+    data : dict
+        Of the scenario's file.
+    vehicle : dict
+        Of the vehicle's, with the scenario's changes.
+    label : str
+        What a message calls the vehicle.
+    """
+
+    data: dict[str, Any]
+    vehicle: dict[str, Any]
+    label: str
+
+    def build_vehicle(
+        self, table: CreepForceTable | None, progress: Callable[[float], object]
+    ) -> Wheelset:
+        """The wheelset, once the whole model file is seen to be right."""
+        with in_file(self.label):
+            return build_model(self.vehicle, table, progress).wheelset
+
+
+def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
+    """Contents of a scenario file, with those of its vehicle.
+
+    Raises
+    ------
+    ValueError
+        If the file is not TOML or lacks what a scenario needs.
+    OSError
+        If a file cannot be read.
+    """
+    file = model_path(path)
+    data = parse(file)
+    if "axes" in data:
+        raise ValueError(IS_SWEEP)
+    if "vehicle" not in data and "contact" in data:
+        raise ValueError(
+            "is a model, not a scenario: contactlib.load_model reads it; a scenario names its "
+            "model file with the key 'vehicle'"
+        )
+    check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
+    label, vehicle = vehicle_contents(data, file.parent)
+    return ScenarioContents(data, vehicle, label)
+
+
+def build_scenario(
+    data: Mapping[str, Any],
+    wheelset: Wheelset,
+    controllers: Mapping[str, TractionController | ControllerDesign] | None = None,
+) -> Scenario:
+    """Scenario of a file's contents, with its own controllers or others.
+
+    Raises
+    ------
+    ValueError
+        As one line, if a section or key is wrong.
+    """
     name, source = (text(key, data[key]) for key in ("name", "source"))
     motor = read_optional("motor", MotorSection, data) or MotorSection()
     relaxation = read_optional("contact_relaxation", RelaxationSection, data)
@@ -210,7 +266,7 @@ def _build_scenario(data: Mapping[str, Any], wheelset: Wheelset) -> Scenario:
         design_speed=design_speed,
         duration=run.duration,
         sensors=sensors,
-        controllers=read_controllers(data["controllers"]),
+        controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
     )
 
 

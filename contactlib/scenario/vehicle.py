@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from contactlib.files import package_folder
-from contactlib.scenario.model import VEHICLE_SECTIONS, build_model
+from contactlib.scenario.model import VEHICLE_SECTIONS
 from contactlib.scenario.reading import check_keys, in_file, parse, read_given, subsection, text
-from contactlib.table import CreepForceTable
-from contactlib.wheelset import Wheelset
 
 
-def read_vehicle(
-    data: Mapping[str, Any],
-    folder: Path,
-    table: CreepForceTable | None,
-    progress: Callable[[float], object],
-) -> Wheelset:
-    """Wheelset of the model file that a scenario names, with the scenario's changes."""
+def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[str, Any]]:
+    """What a message calls the vehicle of a scenario, and its file's contents with the changes."""
     name = text("vehicle", data["vehicle"])
     changes = subsection("vehicle_changes", data.get("vehicle_changes", {}))
     check_keys("vehicle_changes.", changes, VEHICLE_SECTIONS, ())
@@ -27,12 +20,13 @@ def read_vehicle(
         section: read_given(f"vehicle_changes.{section}", VEHICLE_SECTIONS[section], keys)
         for section, keys in changes.items()
     }
-    with in_file(f"vehicle {name} changed" if given else f"vehicle {name}"):
+    label = f"vehicle {name} changed" if given else f"vehicle {name}"
+    with in_file(label):
         vehicle = parse(_vehicle_path(name, folder))
         if "vehicle" not in vehicle:  # else it says that it is no model
             for section, keys in given.items():
                 vehicle[section] = {**subsection(section, vehicle.get(section, {})), **keys}
-        return build_model(vehicle, table, progress).wheelset
+    return label, vehicle
 
 
 def _vehicle_path(name: str, folder: Path) -> Path:
