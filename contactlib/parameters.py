@@ -83,6 +83,7 @@ class Parameters:
     """Base of the frozen, keyword-only dataclasses: checks every declared quantity."""
 
     _quantities: ClassVar[Mapping[str, Quantity]]
+    _list_names: ClassVar[frozenset[str]]
 
     @classmethod
     def quantities(cls) -> Mapping[str, Quantity]:
@@ -97,6 +98,14 @@ class Parameters:
                 if isinstance(part, Quantity)
             }
         return cls._quantities
+
+    @classmethod
+    def list_names(cls) -> frozenset[str]:
+        """Names of the fields that are lists of numbers."""
+        if "_list_names" not in cls.__dict__:
+            hints = get_type_hints(cls).items()
+            cls._list_names = frozenset(name for name, hint in hints if get_origin(hint) is tuple)
+        return cls._list_names
 
     def __post_init__(self) -> None:
         quantities = self.quantities()

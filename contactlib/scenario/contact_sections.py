@@ -123,6 +123,13 @@ LAWS: dict[str, tuple[str, ...]] = {
     "polach": ("adhesion_reduction", "slip_reduction", "kalker_coefficient"),
     "measured": ("file",),
 }
+# Keys that the table of each kind is made from.
+TABLE_KEYS: dict[str, tuple[str, ...]] = {
+    "carter_griffith": (),
+    "cohesive": ("friction.static", "friction.kinetic"),
+    "polach": (*(f"law.{key}" for key in LAWS["polach"]), "contact.poisson_ratio"),
+    "measured": ("friction.kinetic",),
+}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,9 +13,8 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, fields
-from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, get_origin, get_type_hints
+from typing import Any, TypeVar
 
 from contactlib.files import package_folder
 from contactlib.parameters import Parameters, Quantity
@@ -135,7 +134,7 @@ def read_given(
     table = subsection(name, table)
     declared = [field.name for field in fields(kind)]
     check_keys(f"{name}.", table, [*others, *declared], [])
-    quantities, lists = kind.quantities(), list_keys(kind)
+    quantities, lists = kind.quantities(), kind.list_names()
     values: dict[str, Any] = {}
     for key, value in table.items():
         where = f"{name}.{key}"
@@ -150,13 +149,6 @@ def read_given(
         else:
             values[key] = number(where, value, quantities[key])
     return values
-
-
-@cache
-def list_keys(kind: type[Any]) -> frozenset[str]:
-    """Keys of a section that take a list of numbers."""
-    hints = get_type_hints(kind).items()
-    return frozenset(key for key, hint in hints if get_origin(hint) is tuple)
 
 
 def subsection(name: str, table: object) -> dict[str, Any]:

@@ -22,19 +22,25 @@ def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[s
     }
     label = f"vehicle {name} changed" if given else f"vehicle {name}"
     with in_file(label):
-        vehicle = parse(_vehicle_path(name, folder))
+        vehicle = parse(file_beside("vehicle", name, folder, "the scenario"))
         if "vehicle" not in vehicle:  # else it says that it is no model
             for section, keys in given.items():
                 vehicle[section] = {**subsection(section, vehicle.get(section, {})), **keys}
     return label, vehicle
 
 
-def _vehicle_path(name: str, folder: Path) -> Path:
-    """A model file beside the scenario or below its folder or, failing that, a shipped one."""
+def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
+    """A file that another names: beside it or below its folder or, failing that, a shipped one.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or if the name leads elsewhere.
+    """
     meant = PureWindowsPath(name)  # knows both kinds of separator, and drives
     if meant.anchor or ".." in meant.parts:
-        raise ValueError("vehicle must lie beside the scenario or below: no absolute path, no '..'")
+        raise ValueError(f"{what} must lie beside {of} or below: no absolute path, no '..'")
     for place in (folder, package_folder("models")):
         if (place / name).is_file():
             return place / name
-    raise ValueError("no such file, neither beside the scenario nor among the shipped models")
+    raise ValueError(f"no such file, neither beside {of} nor among the shipped models")
