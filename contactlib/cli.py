@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -12,7 +13,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 if TYPE_CHECKING:
     from contactlib.scenario import Model
@@ -39,6 +47,32 @@ class _Group(click.Group):
             ctx.exit(2)
 
 
+class _Pace:
+    """How fast a long step goes, from the first time that it tells the part done."""
+
+    def __init__(self) -> None:
+        self._start, self._before, self._shown = time.monotonic(), -1.0, -1
+        self.part = 0.0  # done since then
+
+    @property
+    def elapsed(self) -> float:
+        """Since the first time [s]."""
+        return time.monotonic() - self._start
+
+    def line(self, part: float) -> str | None:
+        """What to tell of it, the first time and at each tenth; else None."""
+        if self._before < 0.0:
+            self._start, self._before = time.monotonic(), part
+            return f"{part:.0%} was done before" if part > 0.0 else None
+        self.part = part - self._before
+        tenth = int(10.0 * part)
+        if tenth == self._shown or self.part <= 0.0:
+            return None
+        self._shown = tenth
+        left = self.elapsed * (1.0 - part) / self.part
+        return f"{part:.0%} done, about {left:.0f} s left" if part < 1.0 else "done"
+
+
 class _ConsoleReporter:
     """Progress bars on a terminal, plain lines elsewhere."""
 
@@ -59,6 +93,29 @@ class _ConsoleReporter:
         with Progress(*columns, TimeElapsedColumn(), console=self._console, transient=True) as bar:
             task = bar.add_task(title, total=None)
             yield lambda part: bar.update(task, total=1.0, completed=part)
+
+    @contextmanager
+    def countdown(self, title: str, pace: _Pace) -> Iterator[Callable[[float], object]]:
+        """A long step: a bar with the time that is left, elsewhere a line at each tenth."""
+        if not self._console.is_terminal:
+
+            def show(part: float) -> None:
+                line = pace.line(part)
+                if line is not None:
+                    self.line(f"... {title}: {line}")
+
+            yield show
+            return
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        times = (TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn())
+        with Progress(*columns, *times, console=self._console, transient=True) as bar:
+            task = bar.add_task(title, total=1.0)
+
+            def move(part: float) -> None:
+                pace.line(part)
+                bar.update(task, completed=part)
+
+            yield move
 
     def heading(self, text: str) -> None:
         self._console.print(f"\n{text}", style="bold", markup=False)
@@ -242,6 +299,79 @@ def fmu(
             **common,
         )
     click.echo(str(written))
+
+
+@main.command()
+@click.argument("sweep")
+@click.option(
+    "--workers",
+    type=click.IntRange(1),
+    help="Threads or processes; default: one for each processor.",
+)
+@click.option("--processes", is_flag=True, help="Processes instead of threads.")
+@click.option(
+    "--cluster", metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://10.0.0.1:8786."
+)
+@click.option(
+    "--chunk", type=click.IntRange(1), help="Runs in a chunk, which is what a kill can cost."
+)
+@click.option("--restart", is_flag=True, help="Do away with what OUTPUT has, and start anew.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for the NetCDF file; default: contactlib- and the file's name.",
+)
+def sweep(
+    sweep: str,
+    workers: int | None,
+    processes: bool,
+    cluster: str | None,
+    chunk: int | None,
+    restart: bool,
+    output: Path | None,
+) -> None:
+    """Run SWEEP, a scenario over many values of its parameters.
+
+    Stopped or killed at any time, the same command goes on where it was. SWEEP is a TOML file, or
+    one that is shipped: friction_and_load_sweep.toml, wet_patch_sweep.toml,
+    uncertain_wheelset_sweep.toml.
+    """
+    from contactlib import sweep as sweeps
+
+    if cluster is not None and (processes or workers is not None):
+        raise ValueError("--cluster goes without --processes and --workers: it has its own")
+    loaded = _with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
+    folder = output or Path(f"contactlib-{loaded.stem}")
+    count = workers or sweeps.default_workers()
+    if cluster is not None:
+        opened = sweeps.cluster_workers(cluster)
+    else:
+        opened = (sweeps.process_workers if processes else sweeps.thread_workers)(count)
+    reporter, pace = _ConsoleReporter(), _Pace()
+    with opened as pool:
+        reporter.line(f"{loaded.name}: {loaded.summary}; {pool.count} workers")
+        try:
+            with reporter.countdown("Running", pace) as progress:
+                found = sweeps.ensemble(
+                    loaded,
+                    executor=pool,
+                    output=folder,
+                    chunk=chunk,
+                    restart=restart,
+                    progress=progress,
+                )
+        except KeyboardInterrupt:
+            reporter.line(
+                f"Stopped; what is done is kept in {folder}: the same command goes on from there"
+            )
+            raise
+        if pace.part > 0.0 and loaded.simulated_time > 0.0:
+            rate = pace.part * loaded.simulated_time / pace.elapsed
+            reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
+    for line in sweeps.report(loaded, found):
+        reporter.line(line)
+    reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}")
 
 
 @main.command()

@@ -22,7 +22,7 @@ FLOORS = [
     {"fleet"},
     {"outcomes", "traction_run"},
     {"metrics", "ensemble_run"},
-    {"comparison", "study"},
+    {"comparison", "study", "sweep"},
     {"export", "cosimulation", "checker"},
     {"figures"},
     {"demo", "report"},

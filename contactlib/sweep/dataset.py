@@ -1,0 +1,148 @@
+"""The result of a sweep: a labelled dataset with units, and its NetCDF file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlib.ensemble_run import FAILED
+from contactlib.files import write_whole
+from contactlib.parameters import FloatArray
+from contactlib.sweep.outcomes import OUTCOMES, of_runs
+from contactlib.sweep.plan import ScenarioBuilder
+from contactlib.sweep.sweep import Sweep
+from contactlib.traction_run import run_scenario
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+def make_dataset(sweep: Sweep, results: Mapping[str, FloatArray], digest: str) -> Dataset:
+    """Dataset of the outcomes of all runs.
+
+    Of a grid the dimensions are the axes in the order of the file, of a sample ``run``; outcomes
+    of runs have ``controller`` before them. ``failed`` is one where a run's parameters are not a
+    valid scenario or the run could not be done: there the outcomes are nan.
+    """
+    import xarray
+
+    plan, grid = sweep.plan, sweep.kind == "grid"
+    dims = tuple(axis.name for axis in plan.axes) if grid else ("run",)
+    coords: dict[str, Any] = {}
+    if plan.controllers:
+        names = np.array(list(plan.controllers))
+        coords["controller"] = ("controller", names, {"long_name": "controller"})
+    if not grid:
+        described = {"units": "1", "long_name": "index of the run"}
+        coords["run"] = ("run", np.arange(sweep.runs, dtype=np.int32), described)
+    for axis, column in zip(plan.axes, sweep.values.T, strict=True):
+        described = {"units": axis.unit, "long_name": axis.label}
+        points = column.reshape(sweep.shape)
+        if grid:
+            place = tuple(slice(None) if dim == axis.name else 0 for dim in dims)
+            coords[axis.name] = (axis.name, points[place], described)
+        else:
+            coords[axis.name] = ("run", points, described)
+
+    def variable(name: str, described: dict[str, str]) -> tuple[Any, ...]:
+        values = results[name]
+        if values.ndim == 2:
+            shape = (len(plan.controllers), *sweep.shape)
+            return ("controller", *dims), values.reshape(shape), described
+        return dims, values.reshape(sweep.shape), described
+
+    data = {
+        name: variable(
+            name, {"units": OUTCOMES[name].unit, "long_name": OUTCOMES[name].description}
+        )
+        for name in plan.outcomes
+    }
+    what = "run could not be done" if of_runs(plan.outcomes) else "parameters are not valid"
+    data[FAILED] = variable(FAILED, {"units": "1", "long_name": what})
+    found = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
+    found[FAILED] = found[FAILED].astype(np.int8)
+    return found
+
+
+def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
+    contents = sweep.plan.contents
+    return {
+        "title": sweep.name,
+        "source": sweep.source,
+        "sampling": sweep.kind,
+        "seed": float(sweep.seed),
+        "contactlib_version": sweep.plan.package,
+        "kernel_token": sweep.plan.token,
+        "plan_digest": digest,
+        "sweep_file": sweep.text,
+        "scenario": json.dumps(contents.data),
+        "vehicle": json.dumps(contents.vehicle),
+        "controllers": json.dumps({name: repr(c) for name, c in sweep.plan.controllers.items()}),
+    }
+
+
+def report(sweep: Sweep, dataset: Dataset) -> list[str]:
+    """Lines on the outcomes: median and range of each, and how many runs failed."""
+    lines = []
+    names = list(sweep.plan.controllers) or ["all"]
+    counts = dataset[FAILED].values.reshape(-1, sweep.runs).sum(axis=1).tolist()
+    if any(counts):
+        of_each = ", ".join(f"{n}: {c}" for n, c in zip(names, counts, strict=True))
+        lines.append(f"failed of {sweep.runs} runs, there outcomes are nan: {of_each}")
+        lines.append(_first_failure(sweep, dataset))
+    for name in sweep.plan.outcomes:
+        rows = dataset[name].values.reshape(-1, sweep.runs)
+        what = f"{name.replace('_', ' ')} [{dataset[name].attrs['units']}]"
+        for i, row in enumerate(rows):
+            who = f" {names[i]}" if "controller" in dataset[name].dims else ""
+            known = row[~np.isnan(row)]
+            if known.size == 0:
+                lines.append(f"{what}{who}: does not apply")
+                continue
+            low, middle, high = np.quantile(known, [0.0, 0.5, 1.0], method="lower")
+            lines.append(f"{what}{who}: median {middle:.4g}, from {low:.4g} to {high:.4g}")
+    return lines
+
+
+def _first_failure(sweep: Sweep, dataset: Dataset) -> str:
+    """What the first failed run says if it is tried once more."""
+    found = dataset[FAILED].values.reshape(-1, sweep.runs)
+    controller, run = (int(i) for i in np.argwhere(found)[0])
+    where = f"run {run} ({sweep.describe(run)})"
+    try:
+        scenario = ScenarioBuilder(sweep.plan).build(sweep.values[run].tolist())
+        if sweep.plan.controllers:
+            name = list(sweep.plan.controllers)[controller]
+            where += f" under {name}"
+            run_scenario(scenario, name, step=sweep.plan.step, tolerance=sweep.plan.tolerance)
+    except (ValueError, RuntimeError) as error:
+        return f"{where}: {error}"
+    return f"{where} failed among others, but not alone"
+
+
+def write_dataset(dataset: Dataset, path: Path) -> Path:
+    """Write a NetCDF 3 file, whole or not at all."""
+    return write_whole(path, bytes(dataset.to_netcdf(engine="scipy")))
+
+
+def read_dataset(path: Path) -> Dataset:
+    """Read such a file into memory.
+
+    Raises
+    ------
+    ValueError
+        If it is no NetCDF 3 file.
+    OSError
+        If it cannot be read.
+    """
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="scipy") as dataset:
+            return dataset.load()
+    except TypeError as error:  # what scipy raises
+        raise ValueError(f"{path} is not a NetCDF file: {error}") from None

@@ -1,0 +1,65 @@
+"""A sweep that takes a second, for the tests of sweeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+SCENARIO = """name = "Quick"
+source = "chosen"
+vehicle = "locomotive.toml"
+
+[vehicle_changes.friction]
+slip_rate_residual = 0.40
+slip_rate_decay = 0.60
+
+[run]
+initial_speed = 10.0
+duration = 0.6
+
+[demand]
+time = [0.0, 0.1]
+torque = ["10 kN.m", "23 kN.m"]
+
+[track]
+distance = [2.0, 2.0, 3.0, 3.0]
+friction = [1.0, 0.5, 0.5, 1.0]
+
+[sensors]
+wheel_speed_noise = 0.01
+vehicle_speed_noise = 0.02
+delay = "10 ms"
+seed = 1
+
+[controllers.open_loop]
+kind = "open_loop"
+
+[controllers.threshold]
+kind = "threshold"
+
+[controllers.creep_pi]
+kind = "creep_pi"
+"""
+SWEEP = """name = "Quick"
+source = "chosen"
+scenario = "s.toml"
+controllers = ["creep_pi", "open_loop"]
+outcomes = ["slip_work", "critical_torque", "clearing_time"]
+
+[axes.patch]
+parameter = ["track.friction[1]", "track.friction[2]"]
+values = [0.5, 0.9]
+
+[axes.inertia]
+parameter = "vehicle.wheelset.inertia"
+from = 200.0
+to = 300.0
+count = 3
+"""
+
+
+def write_sweep(folder: Path, text: str = SWEEP, scenario: str = SCENARIO) -> Path:
+    """Write a sweep and its scenario to a folder."""
+    (folder / "s.toml").write_text(scenario)
+    path = folder / "quick_sweep.toml"
+    path.write_text(text)
+    return path

@@ -1,0 +1,433 @@
+"""Sweeps: what a file says, which runs it makes, and what a mistake in it is told."""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+import re
+import tomllib
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from scipy.io import netcdf_file
+from sweep_files import SCENARIO, SWEEP, write_sweep
+
+import contactlib as cl
+from contactlib.cli import main
+from contactlib.ensemble_run import run_many
+from contactlib.files import package_folder
+from contactlib.sweep.distribution import Choice, Distribution, LogUniform, Normal, Uniform, Whole
+from contactlib.sweep.plan import ScenarioBuilder
+
+MODELS = package_folder("models").glob("*.toml")
+SHIPPED = sorted(path.name for path in MODELS if "axes" in tomllib.loads(path.read_text()))
+AXES = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nfrom = 200.0\nto = 300.0\n'
+RANDOM = '[sampling]\nkind = "{}"\nruns = {}\nseed = {}\n'
+
+
+def scenarios_of(sweep: cl.Sweep) -> list[cl.Scenario]:
+    builder = ScenarioBuilder(sweep.plan)
+    return [builder.build(row.tolist()) for row in sweep.values]
+
+
+# ---- samples --------------------------------------------------------------------------------
+
+
+def test_grid_is_every_combination_with_the_last_axis_fastest(tmp_path: Path) -> None:
+    sweep = cl.load_sweep(write_sweep(tmp_path))
+    assert sweep.shape == (2, 3)
+    assert sweep.runs == 6
+    assert sweep.values[:, 0].tolist() == [0.5] * 3 + [0.9] * 3
+    assert sweep.values[:, 1].tolist() == [200.0, 250.0, 300.0] * 2
+
+
+@pytest.mark.parametrize("runs", [1, 7, 64])
+def test_latin_hypercube_has_one_sample_in_each_stratum(tmp_path: Path, runs: int) -> None:
+    axes = AXES + AXES.replace("axes.x", "axes.y").replace("inertia", "mass").replace("00.0", "e5")
+    text = SWEEP.partition("[axes")[0] + RANDOM.format("latin_hypercube", runs, 3) + axes
+    values = cl.load_sweep(write_sweep(tmp_path, text)).values
+    for column, (start, end) in zip(values.T, ((200.0, 300.0), (2e5, 3e5)), strict=True):
+        strata = np.floor((column - start) / (end - start) * runs)
+        assert sorted(np.minimum(strata, runs - 1)) == list(range(runs))
+
+
+def test_random_samples_are_of_their_seed(tmp_path: Path) -> None:
+    head = SWEEP.partition("[axes")[0]
+    for kind in ("latin_hypercube", "monte_carlo"):
+        first, again, other = (
+            cl.load_sweep(write_sweep(tmp_path, head + RANDOM.format(kind, 9, seed) + AXES))
+            for seed in (1, 1, 2)
+        )
+        assert (first.values == again.values).all()
+        assert (first.values != other.values).any()
+        assert first.plan.digest(first.values) == again.plan.digest(again.values)
+        assert first.plan.digest(first.values) != first.plan.digest(other.values)
+
+
+SPREADS: list[tuple[Distribution, Any]] = [
+    (Uniform(2.0, 5.0), stats.uniform(2.0, 3.0)),
+    (LogUniform(0.01, 10.0), stats.loguniform(0.01, 10.0)),
+    (Normal(3.0, 0.5), stats.norm(3.0, 0.5)),
+    (Normal(3.0, 0.5, 2.0, 3.2), stats.truncnorm(-2.0, 0.4, 3.0, 0.5)),
+    (Normal(3.0, 0.5, 6.0, 7.0), stats.truncnorm(6.0, 8.0, 3.0, 0.5)),
+    (Normal(3.0, 0.5, -1.0, 0.0), stats.truncnorm(-8.0, -6.0, 3.0, 0.5)),
+]
+
+
+@pytest.mark.parametrize(("spread", "known"), SPREADS)
+def test_distributions_are_those_of_scipy(spread: Distribution, known: Any) -> None:
+    parts = np.linspace(0.001, 0.999, 999)
+    assert spread.at(parts) == pytest.approx(known.ppf(parts), rel=1e-9)
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.floats(0.0, 1.0))
+def test_no_value_leaves_its_range(part: float) -> None:
+    for spread, _ in SPREADS:
+        value = float(spread.at(part))
+        assert math.isfinite(value)
+        assert getattr(spread, "start", -math.inf) <= value <= getattr(spread, "end", math.inf)
+    assert float(Whole(3.0, 5.0).at(part)) in (3.0, 4.0, 5.0)
+    assert float(Choice((7.0, 1.0)).at(part)) in (7.0, 1.0)
+
+
+def test_whole_numbers_and_choices_are_equally_likely() -> None:
+    parts = (np.arange(600) + 0.5) / 600
+    for values in (Whole(3.0, 5.0).at(parts), Choice((7.0, 1.0, 2.0)).at(parts)):
+        assert np.unique(values, return_counts=True)[1].tolist() == [200, 200, 200]
+
+
+# ---- parameters -----------------------------------------------------------------------------
+
+
+def axis_values(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> list[cl.Scenario]:
+    text = SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n"
+    return scenarios_of(cl.load_sweep(write_sweep(tmp_path, text, scenario)))
+
+
+def test_paths_reach_every_section(tmp_path: Path) -> None:
+    def of(parameter: str, values: str) -> list[cl.Scenario]:
+        return axis_values(tmp_path, f'parameter = "{parameter}"\nvalues = [{values}]')
+
+    loads = of("vehicle.contact.normal_load", '"180 kN", 220e3')
+    assert [s.drivetrain.wheelset.element.contact.normal_load for s in loads] == [180e3, 220e3]
+    grades = of("vehicle.resistance.grade", '"1 %", 0.02')
+    assert [s.drivetrain.wheelset.resistance.grade for s in grades] == [0.01, 0.02]
+    assert [s.drivetrain.motor_lag for s in of("motor.lag", '"5 ms", 0.02')] == [0.005, 0.02]
+    assert [s.demand.value for s in of("demand.torque[1]", '"9 kN.m"')] == [(10e3, 9e3)]
+    assert [s.sensors.seed for s in of("sensors.seed", "3, 4")] == [3.0, 4.0]
+    assert [s.duration for s in of("run.duration", "0.5, 1.0")] == [0.5, 1.0]
+    references = of("controllers.creep_pi.reference", '"1 %", 0.02')
+    assert [s.controller("creep_pi").reference for s in references] == [0.01, 0.02]  # type: ignore[attr-defined]
+
+
+def test_one_axis_sets_several_parameters(tmp_path: Path) -> None:
+    patch = 'parameter = ["track.friction[1]", "track.friction[2]"]\nvalues = [0.4]'
+    (found,) = axis_values(tmp_path, patch)
+    assert found.track.friction_left.value == (1.0, 0.4, 0.4, 1.0)
+
+
+def test_a_factor_multiplies_what_the_file_has(tmp_path: Path) -> None:
+    half, all_of_it = axis_values(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.5, 1.0]')
+    assert half.demand.value == (5e3, 11.5e3)
+    assert all_of_it.demand.value == (10e3, 23e3)
+    (inertia,) = axis_values(tmp_path, 'factor_on = "vehicle.wheelset.inertia"\nvalues = [0.5]')
+    assert inertia.drivetrain.wheelset.inertia == 125.0
+    designed = cl.load_sweep(write_sweep(tmp_path)).scenario.controller("creep_pi")
+    axis = 'factor_on = "controllers.creep_pi.proportional_gain"\nvalues = [2.0]'
+    (changed,) = axis_values(tmp_path, axis)
+    gain = changed.controller("creep_pi").proportional_gain  # type: ignore[attr-defined]
+    assert gain == 2.0 * designed.proportional_gain  # type: ignore[attr-defined]
+
+
+def test_controllers_do_not_know_what_varies_unless_redesigned(tmp_path: Path) -> None:
+    axis = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nvalues = [125.0, 250.0]\n'
+    head = SWEEP.partition("[axes")[0]
+    once = scenarios_of(cl.load_sweep(write_sweep(tmp_path, head + axis)))
+    anew = scenarios_of(cl.load_sweep(write_sweep(tmp_path, "redesign = true\n" + head + axis)))
+    (a, b), (c, d) = (
+        [s.controller("creep_pi").proportional_gain for s in found]  # type: ignore[attr-defined]
+        for found in (once, anew)
+    )
+    assert a == b == d
+    assert c != d
+
+
+def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
+    law = (
+        '\n[vehicle_changes.law]\nkind = "polach"\nadhesion_reduction = 1.0\n'
+        "slip_reduction = 0.4\nkalker_coefficient = 3.0\n"
+    )
+    axis = 'parameter = "vehicle.law.slip_reduction"\nvalues = [0.3, 0.4]'
+    low, high = (
+        s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, SCENARIO + law)
+    )
+    assert low.traction_ratio(1.0, 0.0) < high.traction_ratio(1.0, 0.0)
+    many = '[axes.x]\nparameter = "vehicle.law.slip_reduction"\nfrom = 0.3\nto = 0.4\n'
+    text = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 100, 1) + many
+    with pytest.raises(cl.ModelError, match=r"axes\.x: each of 100 values needs a table"):
+        cl.load_sweep(write_sweep(tmp_path, text, SCENARIO + law))
+
+
+# ---- mistakes -------------------------------------------------------------------------------
+
+CASES = {
+    'parameter = "vehicle.wheelset.inertai"\nvalues = [1.0]': "did you mean 'inertia'",
+    'parameter = "wheelset.inertia"\nvalues = [1.0]': "'wheelset' is not known",
+    'parameter = "inertia"\nvalues = [1.0]': "not a path such as",
+    'parameter = "vehicle.law.kind"\nvalues = [1.0]': "'kind' is not known",
+    'parameter = "demand.torque"\nvalues = [1.0]': "is a list of 2",
+    'parameter = "demand.torque[2]"\nvalues = [1.0]': "only 2 entries",
+    'parameter = "motor.lag[0]"\nvalues = [1.0]': "a number, not a list",
+    'parameter = "track.time[0]"\nvalues = [1.0]': "no list of this name",
+    'factor_on = "motor.lag"\nvalues = [1.0]': "does not give the number",
+    'parameter = "controllers.pi.reference"\nvalues = [1.0]': "'pi' is not known",
+    'parameter = "controllers.threshold.sample_time"\nvalues = [0.1]': "does not run",
+    'factor_on = "vehicle.wheelset.inertia"\nvalues = [-1.0]': "-1.0 times 250.0 is out of range",
+    'parameter = "vehicle.wheelset.inertia"\nvalues = ["1 kN"]': "number in kg.m2",
+    'parameter = "vehicle.wheelset.inertia"\nvalues = [0.0]': "inertia = 0.0 is out of range",
+    'parameter = "vehicle.wheelset.inertia"\nvalues = [2.0, 2.0]': "a number twice",
+    'parameter = "vehicle.wheelset.inertia"\nvalues = []': "at least one number",
+    'parameter = "vehicle.wheelset.inertia"': "from is missing",
+    'parameter = "vehicle.wheelset.inertia"\nfrom = 1.0\nto = 2.0\ncount = 0': "count = 0",
+    'parameter = "vehicle.wheelset.inertia"\nfrom = 1.0\nto = 1.0\ncount = 2': "would be the same",
+    'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncount = 2\nspacing = "log"': "above zero",
+    'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncount = 2\nspacing = "x"': "must be one of",
+    'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncuont = 2': "did you mean 'count'",
+    'parameter = ["motor.lag", "run.initial_speed"]\nvalues = [1.0]': "different units",
+    'parameter = "motor.lag"\nfactor_on = "motor.lag"\nvalues = [1.0]': "exactly one of them",
+    'parameter = "vehicle.friction.weakening_length"\nvalues = [1e-6]': "exactly one of them",
+    'parameter = "vehicle.friction.kinetic"\nvalues = [0.46]': "kinetic",
+}
+
+
+@pytest.mark.parametrize("axis", CASES)
+def test_a_wrong_axis_is_one_line_that_names_it(tmp_path: Path, axis: str) -> None:
+    path = write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n")
+    with pytest.raises(cl.ModelError) as caught:
+        cl.load_sweep(path)
+    message = str(caught.value)
+    assert CASES[axis] in message
+    assert message.startswith(f"{path}: ")
+    assert re.search(r"axes\.x: |run \d+ \(x = ", message)
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('scenario = "s.toml"', 'scenario = "t.toml"', "t.toml: no such file"),
+        ('scenario = "s.toml"', 'scenario = "../s.toml"', "must lie beside the sweep"),
+        ('scenario = "s.toml"', 'scenario = "roller_rig.toml"', "is a model, not a scenario"),
+        ('"slip_work"', '"slip_wrok"', "did you mean 'slip_work'"),
+        ('"slip_work"', '"distance", "distance"', "a name twice"),
+        ('["creep_pi", "open_loop"]', '["pid"]', "'pid' is not known"),
+        ("outcomes", "outcome", "outcome is not a known key; did you mean 'outcomes'"),
+        ("[axes.inertia]", "[axes.slip_work]", "not be that of an outcome"),
+        ("[axes.inertia]", "[axes.run]", "'run' is not a name"),
+        ("track.friction[1]", "track.friction[2]", "set by axes.patch already"),
+        ("[axes.patch]", '[sampling]\nkind = "gird"\n[axes.patch]', "kind = 'gird' must be"),
+        ("[axes.patch]", '[sampling]\nkind = "monte_carlo"\n[axes.patch]', "runs is missing"),
+        ("[axes.patch]", "[sampling]\nseed = 1\n[axes.patch]", "seed is not a known key"),
+        ('name = "Quick"', 'redesign = 1\nname = "Quick"', "redesign = 1 must be true or false"),
+        ('name = "Quick"', 'tolerance = 1.0\nname = "Quick"', "tolerance = 1.0 is out of range"),
+        ('name = "Quick"', 'step = "1 m"\nname = "Quick"', "step = '1 m' must be a number in s"),
+        ("[axes.patch]", "[axes.patch", "at line"),
+    ],
+)
+def test_a_wrong_file_is_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in SWEEP
+    path = write_sweep(tmp_path, SWEEP.replace(old, new, 1))
+    if said.startswith("set by"):
+        path.write_text(SWEEP.replace(old, new))
+    with pytest.raises(cl.ModelError) as caught:
+        cl.load_sweep(path)
+    message = str(caught.value)
+    assert said in message
+    assert message.startswith(f"{path}: ")
+
+
+RANDOM_CASES = {
+    'distribution = "gauss"\nfrom = 1.0\nto = 2.0': "distribution = 'gauss' must be one of",
+    'distribution = "normal"\nmean = 1.0': "standard_deviation is missing",
+    'distribution = "normal"\nmean = 1.0\nstandard_deviation = 0.0': "must be finite and > 0",
+    'distribution = "normal"\nmean = 1.0\nstandard_deviation = 9.0': "is out of range",
+    'distribution = "log_uniform"\nfrom = 0.0\nto = 2.0': "must be > 0",
+    'distribution = "whole"\nfrom = 0.5\nto = 2.0': "must be whole numbers",
+    "from = 3.0\nto = 2.0": "must be < to",
+    "from = 1.0\nto = 2.0\ncount = 3": "count is not a known key",
+}
+
+
+@pytest.mark.parametrize("axis", RANDOM_CASES)
+def test_a_wrong_random_axis_is_one_line_that_names_it(tmp_path: Path, axis: str) -> None:
+    head = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 50, 1)
+    text = f'{head}[axes.x]\nparameter = "vehicle.wheelset.inertia"\n{axis}\n'
+    with pytest.raises(cl.ModelError, match=r"axes\.x: ") as caught:
+        cl.load_sweep(write_sweep(tmp_path, text))
+    assert RANDOM_CASES[axis] in str(caught.value)
+
+
+def test_each_kind_of_file_names_its_command() -> None:
+    for command, name, said in (
+        ("simulate", SHIPPED[0], "'contactlib sweep' runs it"),
+        ("table", SHIPPED[0], "'contactlib sweep' runs it"),
+        ("sweep", "roller_rig.toml", "is a model, not a sweep: the command 'contactlib simulate'"),
+        ("sweep", "sanding.toml", "is a scenario, not a sweep: the command 'contactlib simulate'"),
+    ):
+        result = CliRunner().invoke(main, [command, name])
+        assert result.exit_code == 2
+        assert said in result.stderr
+        assert result.stderr.count("\n") == 1
+
+
+# ---- outcomes -------------------------------------------------------------------------------
+
+
+def test_outcomes_are_those_of_single_runs_and_of_the_analysis(tmp_path: Path) -> None:
+    # Without noise, which depends on the index of the run.
+    silent = re.sub(r"noise = .*", "noise = 0.0", SCENARIO)
+    sweep = cl.load_sweep(write_sweep(tmp_path, scenario=silent))
+    found = cl.ensemble(sweep)
+    scenarios = scenarios_of(sweep)
+    for i, name in enumerate(sweep.plan.controllers):
+        for j, scenario in enumerate(scenarios):
+            alone = cl.metrics(cl.run_scenario(scenario, name, tolerance=1e-6), scenario.drivetrain)
+            got = found["slip_work"].values[i].reshape(-1)[j]
+            assert got == pytest.approx(alone.slip_work, rel=1e-9)
+    for j, scenario in enumerate(scenarios):
+        wheelset = scenario.drivetrain.wheelset
+        given: dict[str, Any] = {"speed": scenario.design_speed}
+        fold = cl.find_fold(wheelset, **given).drive_torque
+        assert found["critical_torque"].values.reshape(-1)[j] == fold
+        patch = min(scenario.track.friction_left.value)
+        known = cl.clearing(wheelset, drive_torque=23e3, friction_scale=patch, **given)
+        assert found["clearing_time"].values.reshape(-1)[j] == known.time
+
+
+def test_noise_is_of_seed_and_index_whatever_runs_beside(tmp_path: Path) -> None:
+    text = SWEEP.replace('"critical_torque", "clearing_time"', '"distance"')
+    sweep = cl.load_sweep(write_sweep(tmp_path, text))
+    found = cl.ensemble(sweep, chunk=4)["slip_work"].values.reshape(2, -1)
+    for i, name in enumerate(sweep.plan.controllers):
+        for j, scenario in enumerate(scenarios_of(sweep)):
+            alone = run_many([scenario], name, ["slip_work"], first=j)["slip_work"]
+            assert found[i, j] == alone[0]
+
+
+def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
+    names = [name for name, outcome in cl.OUTCOMES.items() if outcome.analyse]
+    axis = '[axes.x]\nfactor_on = "demand.torque"\nvalues = [0.5, 1.0, 1.2]\n'
+    text = re.sub(r"controllers = .*\n", "", SWEEP.partition("[axes")[0])
+    text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text) + axis
+    found = cl.ensemble(write_sweep(tmp_path, text))
+    assert "controller" not in found.dims
+    scenario = cl.load_scenario(tmp_path / "s.toml")
+    wheelset, speed = scenario.drivetrain.wheelset, scenario.design_speed
+    # Eigenvalues of the steady states against the fold of the torque.
+    torque = 23e3 * found["x"].values
+    assert (found["stable"].values == (torque < found["critical_torque"].values)).all()
+    assert (found["torque_margin"].values > 0.0).tolist() == found["stable"].values.tolist()
+    clearing = found["clearing_time"].values
+    assert clearing[0] == math.inf  # half of it holds on the patch too
+    assert 0.0 < clearing[1] < 0.1
+    assert clearing[2] == 0.0  # too much for good friction
+    assert found["delay_limit"].values == pytest.approx(1.0 / found["worst_pole"].values)
+    creepage = np.linspace(0.001, 0.1, 20001)
+    force = wheelset.element.at_creepage(creepage, speed=speed)["creep_force"]
+    assert found["available_force"].values == pytest.approx(force.max(), rel=1e-6)
+    torques = cl.quasi_steady_torque(wheelset, creepage, speed=speed)
+    assert found["critical_torque"].values == pytest.approx(torques.max(), rel=1e-6)
+    assert found["critical_creepage"].values == pytest.approx(creepage[torques.argmax()], rel=1e-3)
+
+
+def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:
+    axis = 'factor_on = "demand.torque"\nvalues = [1.0, 3.0]'  # the first demand is too much
+    scenario = SCENARIO.replace('"10 kN.m", "23 kN.m"', '"20 kN.m", "23 kN.m"')
+    path = write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n", scenario)
+    found = cl.ensemble(path)
+    assert found["failed"].values.tolist() == [[0, 1], [0, 1]]
+    assert np.isnan(found["slip_work"].values).tolist() == [[False, True], [False, True]]
+    assert np.isfinite(found["critical_torque"].values).all()
+    result = CliRunner().invoke(main, ["sweep", str(path), "-o", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert "failed of 2 runs, there outcomes are nan: creep_pi: 1, open_loop: 1" in result.output
+    assert "run 1 (x = 3) under creep_pi: " in result.output
+
+
+def test_parameters_that_do_not_go_together_fail_where_they_meet(tmp_path: Path) -> None:
+    # Found only inside: both ends of the axis are valid, the middle is not a whole number.
+    axis = 'parameter = "sensors.seed"\nvalues = [1.0, 1.5, 2.0]'
+    found = cl.ensemble(write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n"))
+    assert found["failed"].values.tolist() == [[0, 1, 0], [0, 1, 0]]
+    assert np.isnan(found["critical_torque"].values).tolist() == [False, True, False]
+
+
+# ---- the dataset ----------------------------------------------------------------------------
+
+
+def test_dataset_is_labelled_and_its_file_opens_everywhere(tmp_path: Path) -> None:
+    import xarray
+
+    path = write_sweep(tmp_path)
+    found = cl.ensemble(path, output=tmp_path / "out")
+    assert found["slip_work"].dims == ("controller", "patch", "inertia")
+    assert found["critical_torque"].dims == ("patch", "inertia")
+    assert found["controller"].values.tolist() == ["creep_pi", "open_loop"]
+    for name in ("slip_work", "critical_torque", "clearing_time"):
+        assert found[name].attrs["units"] == cl.OUTCOMES[name].unit
+        assert found[name].attrs["long_name"] == cl.OUTCOMES[name].description
+    assert found["inertia"].attrs == {"units": "kg.m2", "long_name": "vehicle.wheelset.inertia"}
+    assert found["patch"].attrs["units"] == "1"
+    assert found.attrs["sweep_file"] == path.read_text()
+    assert json.loads(found.attrs["scenario"]) == tomllib.loads(SCENARIO)
+    assert json.loads(found.attrs["vehicle"])["wheelset"]["inertia"] == 250.0
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["quick_sweep.nc"]
+    with xarray.open_dataset(tmp_path / "out" / "quick_sweep.nc") as read:
+        xarray.testing.assert_identical(read.load(), found)
+    with netcdf_file(tmp_path / "out" / "quick_sweep.nc", mmap=False) as plain:
+        assert vars(plain.variables["slip_work"])["units"] == b"J"
+        assert plain.variables["slip_work"].shape == (2, 2, 3)
+
+
+def test_samples_are_along_one_dimension(tmp_path: Path) -> None:
+    head = SWEEP.partition("[axes")[0] + RANDOM.format("latin_hypercube", 4, 1)
+    sweep = cl.load_sweep(write_sweep(tmp_path, head + AXES))
+    found = cl.ensemble(sweep)
+    assert found["slip_work"].dims == ("controller", "run")
+    assert found["x"].dims == ("run",)
+    assert found["x"].values.tolist() == sweep.values[:, 0].tolist()
+
+
+def test_a_plan_is_small_and_knows_no_folder(tmp_path: Path) -> None:
+    sweep = cl.load_sweep(write_sweep(tmp_path))
+    pickled = pickle.dumps(sweep.plan)
+    assert len(pickled) < 20_000
+    assert str(tmp_path).encode() not in pickled
+    again = pickle.loads(pickled)  # noqa: S301
+    assert again.digest(sweep.values) == sweep.plan.digest(sweep.values)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_sweeps_load_and_their_ends_can_run(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sweep = cl.load_sweep(name)
+    assert sweep.source
+    assert sweep.runs <= 1000
+
+
+def test_numbers_of_workers_and_runs_are_checked(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path)
+    with pytest.raises(ValueError, match="workers = 0 is out of range"):
+        cl.ensemble(path, workers=0)
+    with pytest.raises(ValueError, match="chunk = 0 is out of range"):
+        cl.ensemble(path, chunk=0)
