@@ -24,7 +24,9 @@ import contactlib as cl
 from contactlib.cli import main
 from contactlib.ensemble_run import run_many
 from contactlib.files import package_folder
+from contactlib.parameters import FloatArray
 from contactlib.sweep.distribution import Choice, Distribution, LogUniform, Normal, Uniform, Whole
+from contactlib.sweep.outcomes import analyse
 from contactlib.sweep.plan import ScenarioBuilder
 
 MODELS = package_folder("models").glob("*.toml")
@@ -347,6 +349,30 @@ def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
     torques = cl.quasi_steady_torque(wheelset, creepage, speed=speed)
     assert found["critical_torque"].values == pytest.approx(torques.max(), rel=1e-6)
     assert found["critical_creepage"].values == pytest.approx(creepage[torques.argmax()], rel=1e-3)
+
+
+def test_maps_of_friction_and_load_are_in_order() -> None:
+    sweep = cl.load_sweep("friction_and_load_sweep.toml")
+    points = np.arange(sweep.runs).reshape(sweep.shape)[::11, ::4]  # (load, patch friction)
+    builder = ScenarioBuilder(sweep.plan)
+    found = [
+        [analyse(builder.build(sweep.values[i].tolist()), sweep.plan.outcomes) for i in row]
+        for row in points
+    ]
+
+    def grid(name: str) -> FloatArray:
+        return np.array([[point[name] for point in row] for row in found])
+
+    # At one k_hat and semi-width creep force and saturation creepage are of the load alone.
+    loads = sweep.values[points[:, 0], 0]
+    critical = grid("critical_torque")
+    assert critical == pytest.approx(critical[:1] * (loads / loads[0])[:, np.newaxis], rel=5e-3)
+    assert (grid("patch_critical_torque") < critical).all()
+    assert (np.diff(grid("patch_critical_torque")) > 0.0).all()
+    time = grid("clearing_time")
+    assert (time[0] == 0.0).all()  # this light it does not hold the demand anywhere
+    assert (time[1, 1:] >= time[1, :-1]).all()
+    assert 0.0 < time[1, 0] < math.inf
 
 
 def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:

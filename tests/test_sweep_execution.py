@@ -289,6 +289,7 @@ CLUSTER = """
 import os, signal, sys
 from distributed import Client, LocalCluster
 import contactlib as cl
+from contactlib.cli import main
 
 path, folder = sys.argv[1:]
 options = {"n_workers": 3, "threads_per_worker": 1, "dashboard_address": None}
@@ -307,6 +308,10 @@ with LocalCluster(**options) as cluster, Client(cluster) as client:
         )
     after = set(client.run(os.getpid).values())
     print(len(set(victims) & after), flush=True)
+    main(
+        ["sweep", path, "--cluster", cluster.scheduler_address, "-o", folder + "/command"],
+        standalone_mode=False,
+    )
 """
 
 
@@ -318,5 +323,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(
     run = python(CLUSTER, path, tmp_path)
     out, err = run.communicate(timeout=120)
     assert run.returncode == 0, err
-    assert out.split() == ["killed", "2"]
-    assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
+    assert out.split()[:2] == ["killed", "2"]
+    assert "; 3 workers" in out
+    for folder in (tmp_path, tmp_path / "command"):
+        assert (folder / f"{path.stem}.nc").read_bytes() == known

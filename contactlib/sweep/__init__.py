@@ -2,8 +2,9 @@
 
 from contactlib.sweep.dataset import report
 from contactlib.sweep.ensemble import ensemble, results_path
+from contactlib.sweep.loading import load_sweep
 from contactlib.sweep.outcomes import OUTCOMES, Outcome
-from contactlib.sweep.sweep import Sweep, load_sweep
+from contactlib.sweep.sweep import Sweep
 from contactlib.sweep.workers import (
     Workers,
     cluster_workers,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
 from collections.abc import Callable
@@ -15,15 +16,17 @@ import numpy as np
 from contactlib.element import ProcessZoneWarning
 from contactlib.sweep.dataset import make_dataset, read_dataset, write_dataset
 from contactlib.sweep.execution import Results, run_chunks
+from contactlib.sweep.loading import load_sweep
 from contactlib.sweep.store import ChunkStore, discard
-from contactlib.sweep.sweep import Sweep, load_sweep
+from contactlib.sweep.sweep import Sweep
 from contactlib.sweep.workers import Workers, default_workers, thread_workers
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-# Runs in a chunk. Side by side a few cost as much as one; two thousand fill a core's cache.
-LEAST, MOST = 64, 2048
+# Runs in a chunk: side by side a few cost as much as one, and what two thousand take is less than
+# 200 MB. Its simulated time is what a kill can cost, and what passes between signs of progress.
+LEAST, MOST, LONGEST = 64, 2048, 20_000.0
 CHUNKS_EACH = 8  # for a worker, so that none waits long for the last
 
 
@@ -115,8 +118,11 @@ def results_path(sweep: Sweep, output: str | os.PathLike[str]) -> Path:
 
 def default_chunk(sweep: Sweep, workers: int) -> int:
     """Number of runs in a chunk."""
-    least = LEAST if sweep.plan.controllers else 1  # an analysis is done one by one
-    return min(MOST, max(least, -(-sweep.runs // (CHUNKS_EACH * workers))))
+    shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
+    if not sweep.plan.controllers:  # an analysis is done one by one
+        return min(MOST, shared)
+    most = min(MOST, math.ceil(LONGEST * sweep.runs / sweep.simulated_time))
+    return max(LEAST, min(most, shared))
 
 
 def _run(

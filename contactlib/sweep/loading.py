@@ -1,0 +1,186 @@
+"""Sweep files: a scenario, what varies in it, and what to report."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import tomllib
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contactlib import kernel
+from contactlib.element import ProcessZoneWarning
+from contactlib.fleet import timing
+from contactlib.parameters import Quantity
+from contactlib.scenario import ControllerDesign, build_scenario, model_path, read_contents
+from contactlib.scenario.controllers import read_controllers
+from contactlib.scenario.reading import check_keys, in_file, number, subsection, text
+from contactlib.scenario.vehicle import file_beside
+from contactlib.sweep.axes import read_axes
+from contactlib.sweep.axis import whole
+from contactlib.sweep.outcomes import OUTCOMES, of_runs
+from contactlib.sweep.plan import NOBODY, Plan, ScenarioBuilder, package_version
+from contactlib.sweep.sampling import KINDS, MOST_RUNS, draw, extreme_runs
+from contactlib.sweep.sweep import Sweep
+from contactlib.sweep.tables import law_tables, table_axes
+from contactlib.traction import TractionController
+
+NEEDED = ("name", "source", "scenario", "outcomes", "axes")
+OPTIONAL = ("controllers", "sampling", "redesign", "step", "tolerance")
+STEP = Quantity("s", above=0.0)
+TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
+DEFAULT_TOLERANCE = 1e-6
+
+
+def load_sweep(
+    path: str | os.PathLike[str], *, progress: Callable[[float], object] = lambda part: None
+) -> Sweep:
+    """Read a sweep file, and the scenario that it names.
+
+    Each axis's values are held against the limits of what it sets, and the scenarios at the ends
+    of the axes are built, so that what is wrong is said before anything runs.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one such as ``"friction_and_load_sweep.toml"``.
+    progress : callable, optional
+        Is told what part of the law's table has been built, which the cohesive law needs.
+
+    Raises
+    ------
+    ModelError
+        If a file is not valid; one line names file, axis or key, value and limit.
+    OSError
+        If a file cannot be read.
+
+    Examples
+    --------
+    >>> sweep = load_sweep("wet_patch_sweep.toml")
+    >>> sweep.runs, sweep.shape, list(sweep.plan.controllers)
+    (28, (7, 4), ['threshold', 'creep_pi', 'slope_seeking'])
+    >>> sweep.describe(5)
+    'patch_friction = 0.4, patch_end = 60 m'
+    """
+    file = model_path(path)
+    with in_file(path):
+        content = file.read_bytes().decode()
+        return _build_sweep(tomllib.loads(content), content, file, progress)
+
+
+def _build_sweep(
+    data: Mapping[str, Any], content: str, file: Path, progress: Callable[[float], object]
+) -> Sweep:
+    if "axes" not in data and {"vehicle", "contact"} & set(data):
+        what = "scenario" if "vehicle" in data else "model"
+        raise ValueError(
+            f"is a {what}, not a sweep: the command 'contactlib simulate' runs it; a sweep names "
+            "a scenario and the axes along which it varies"
+        )
+    check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
+    name, source = (text(key, data[key]) for key in ("name", "source"))
+    outcomes = _names("outcomes", data["outcomes"], OUTCOMES)
+    redesign = data.get("redesign", False)
+    if not isinstance(redesign, bool):
+        raise ValueError(f"redesign = {redesign!r} must be true or false")
+    scenario_file = text("scenario", data["scenario"])
+    with in_file(f"scenario {scenario_file}"):
+        contents = read_contents(file_beside("scenario", scenario_file, file.parent, "the sweep"))
+        designs = read_controllers(contents.data["controllers"])
+    chosen = _controllers(data, designs, outcomes)
+    with in_file(f"scenario {scenario_file}"):
+        wheelset = contents.build_vehicle(None, progress)
+        scenario = build_scenario(contents.data, wheelset, chosen or NOBODY)
+    controllers: dict[str, TractionController | ControllerDesign] = {
+        name: chosen[name] if redesign else scenario.controller(name) for name in chosen
+    }
+    kind, runs, seed = _sampling(data.get("sampling", {}))
+    axes = tuple(read_axes(data["axes"], contents, controllers, grid=kind == "grid"))
+    values = draw(kind, axes, runs, seed)
+    for axis, column in zip(axes, values.T, strict=True):
+        with in_file(f"axes.{axis.name}"):
+            axis.check(np.unique(column))
+    plan = Plan(
+        contents=contents,
+        axes=axes,
+        controllers=controllers,
+        outcomes=outcomes,
+        step=number("step", data["step"], STEP) if "step" in data else None,
+        tolerance=number("tolerance", data.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE),
+        table_axes=table_axes(axes, contents),
+        tables={},
+        package=package_version(),
+        token=kernel.token(),
+    )
+    plan = replace(plan, tables=law_tables(plan, values, wheelset.element.table, progress))
+    sweep = Sweep(name, source, file.stem, content, kind, seed, scenario, plan, values)
+    _check_ends(sweep)
+    return sweep
+
+
+def _check_ends(sweep: Sweep) -> None:
+    """Build the scenarios at the ends of the axes; what several of them warn of is said once."""
+    builder = ScenarioBuilder(sweep.plan)
+    ends = extreme_runs(sweep.kind, sweep.plan.axes, sweep.values)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ProcessZoneWarning)
+        for run in ends:
+            with in_file(f"run {run} ({sweep.describe(run)})"):
+                scenario = builder.build(sweep.values[run].tolist())
+                for name in sweep.plan.controllers:
+                    timing(scenario, scenario.controller(name), sweep.plan.step)
+    found = [w.message for w in caught if isinstance(w.message, ProcessZoneWarning)]
+    if found:
+        warnings.warn(
+            f"{len(found)} of {len(ends)} runs at the ends of the axes: {found[0]}",
+            ProcessZoneWarning,
+            stacklevel=4,
+        )
+
+
+def _names(what: str, found: object, known: Collection[str]) -> tuple[str, ...]:
+    if not isinstance(found, list) or not found:
+        raise ValueError(f"{what} = {found!r} must be a list of at least one name")
+    names = tuple(text(what, name) for name in found)
+    for name in names:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, 1)
+            meant = f"did you mean {close[0]!r}? " if close else ""
+            raise ValueError(f"{what}: {name!r} is not known; {meant}known: {', '.join(known)}")
+    if len(set(names)) < len(names):
+        raise ValueError(f"{what} = {found!r} has a name twice")
+    return names
+
+
+def _controllers(
+    data: Mapping[str, Any], designs: Mapping[str, ControllerDesign], outcomes: Sequence[str]
+) -> dict[str, ControllerDesign]:
+    """Designs of the controllers that run: all of the scenario's if the sweep names none."""
+    if not of_runs(outcomes):
+        if "controllers" in data:
+            raise ValueError(
+                "controllers: none runs, as all outcomes are of the analysis of the wheelset"
+            )
+        return {}
+    if "controllers" not in data:
+        return dict(designs)
+    return {name: designs[name] for name in _names("controllers", data["controllers"], designs)}
+
+
+def _sampling(section: object) -> tuple[str, int, int]:
+    """Kind, number of runs and seed."""
+    table = subsection("sampling", section)
+    kind = text("sampling.kind", table.get("kind", "grid"))
+    if kind not in KINDS:
+        raise ValueError(f"sampling.kind = {kind!r} must be one of: {', '.join(KINDS)}")
+    if kind == "grid":
+        check_keys("sampling.", table, ["kind"], [])
+        return kind, 0, 0
+    check_keys("sampling.", table, ["kind", "runs", "seed"], ["runs", "seed"])
+    runs = whole("sampling.runs", table["runs"], 1, MOST_RUNS)
+    return kind, runs, whole("sampling.seed", table["seed"], 0, 2**53)
