@@ -14,8 +14,10 @@ from __future__ import annotations
 
 import os
 import struct
+import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -39,6 +41,7 @@ CORNER_GRIDS = {
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 SLOPE_TARGET = 1e-4
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # continues four values by one
+LARGEST = sys.float_info.max
 CORNER = 7  # numbers a row that describe a corner
 
 REACH = 0.1  # of the fit to a corner, in t/T
@@ -93,6 +96,9 @@ class CreepForceTable:
     def __init__(self, data: bytes) -> None:
         self.data = data
         self.native = kernel.NativeTable(data)
+        self._at_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
+        self._largest_k_hat = self.k_max
+        self._spare: list[Any] = []
 
     @classmethod
     def from_law(
@@ -207,11 +213,13 @@ class CreepForceTable:
         ValueError
             If a creepage is not finite or a k_hat is not from 0 to `k_max`.
         """
-        return self._evaluate(normalized_creepage, k_hat)[0]
+        one = self._evaluate_one(normalized_creepage, k_hat)
+        return self._evaluate(normalized_creepage, k_hat)[0] if one is None else np.array(one[0])
 
     def slope(self, normalized_creepage: ArrayLike, k_hat: ArrayLike) -> FloatArray:
         """Derivative of `traction_ratio` to normalized creepage; arguments broadcast."""
-        return self._evaluate(normalized_creepage, k_hat)[1]
+        one = self._evaluate_one(normalized_creepage, k_hat)
+        return self._evaluate(normalized_creepage, k_hat)[1] if one is None else np.array(one[1])
 
     def _evaluate(self, x: ArrayLike, k_hat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         x = checked("normalized_creepage", x, FINITE)
@@ -219,6 +227,24 @@ class CreepForceTable:
         if k_hat.size != 1 or k_hat.ndim > x.ndim:
             x, k_hat = np.broadcast_arrays(x, k_hat)
         return self.native.evaluate(x, k_hat)
+
+    def _evaluate_one(self, x: object, k_hat: object) -> tuple[float, float] | None:
+        """Traction ratio and slope at two floats within their limits, else None.
+
+        Checks of arrays would cost twenty times as much as the kernel's work on one point.
+        """
+        if not (isinstance(x, float) and isinstance(k_hat, float)):
+            return None
+        if not (abs(x) <= LARGEST and 0.0 <= k_hat <= self._largest_k_hat):
+            return None
+        try:  # a struct that no other thread has; to make one costs as much as to use it
+            value = self._spare.pop()
+        except IndexError:
+            value = kernel.ffi.new("creep_value *")
+        self._at_point(x, k_hat, value)
+        found = value.traction_ratio, value.slope
+        self._spare.append(value)
+        return found
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the table to a file, whole or not at all."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -66,9 +67,29 @@ def test_odd_and_broadcasting(table: CreepForceTable) -> None:
     np.testing.assert_array_equal(table.traction_ratio(x[::2], 0.3), ratio[1, ::2])
 
 
+def test_one_point_has_the_bits_of_an_array(table: CreepForceTable) -> None:
+    random = np.random.default_rng(7)
+    x = [0.0, -0.0, 5e-324, -1.7976931348623157e308, *random.uniform(-3.0, 3.0, 200).tolist()]
+    k_hat = [0.0, 2.0, 0.3, 0.3, *random.uniform(0.0, 2.0, 200).tolist()]
+    for method in (table.traction_ratio, table.slope):
+        one_by_one = [method(*point) for point in zip(x, k_hat, strict=True)]
+        assert all(type(v) is np.ndarray and v.shape == () for v in one_by_one)
+        assert np.array(one_by_one).tobytes() == method(x, k_hat).tobytes()
+        assert method(np.float64(x[9]), k_hat[9]).tobytes() == one_by_one[9].tobytes()
+
+
+def test_one_point_in_many_threads(table: CreepForceTable) -> None:
+    x = np.linspace(0.0, 3.0, 4000)
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda v: table.traction_ratio(v, 0.3), x.tolist()))
+    np.testing.assert_array_equal(found, table.traction_ratio(x, 0.3))
+
+
 @pytest.mark.parametrize(
     ("x", "k_hat", "message"),
     [
+        (1.0, np.nan, r"k_hat = nan .*finite"),
+        (1.0, 2.1, r"k_hat = 2.1 .*>= 0 and <= 2"),
         (np.nan, 0.3, r"normalized_creepage = nan .*finite"),
         (np.inf, 0.3, r"normalized_creepage = inf"),
         (1.0, -0.1, r"k_hat = -0.1 .*>= 0 and <= 2"),
