@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import KW_ONLY, dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Annotated, Any
 
 import numpy as np
@@ -120,6 +120,22 @@ def friction_with_k_hat(
     reference = _scale("k_hat", contact, of_one_metre, 1.0)
     length = (k_hat / reference) ** 2 if k_hat > 0.0 else 0.0  # k_hat grows like its root
     return replace(of_one_metre, weakening_length=length)
+
+
+@cache
+def _input_ranges() -> tuple[tuple[float, float], ...]:
+    """Least and largest value of each of the kernel's inputs."""
+    return tuple((v.at_least, v.at_most) for v in kernel.force_input_limits().values())
+
+
+def _plain(*values: object) -> tuple[float, ...] | None:
+    """The kernel's inputs if they are floats within their limits: no array has to be made."""
+    plain = []
+    for value, (least, most) in zip(values, _input_ranges(), strict=True):
+        if not (isinstance(value, float) and least <= value <= most):
+            return None
+        plain.append(value)
+    return tuple(plain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,8 +313,12 @@ class ForceElement(Parameters):
         friction_scale: ArrayLike = 1.0,
     ) -> FloatArray:
         """Creep force [N], positive when it drives the vehicle forward; as `evaluate`."""
+        load = self.contact.normal_load if normal_load is None else normal_load
+        plain = _plain(omega, speed, load, friction_scale)
+        if plain is not None:
+            return np.array(self.native.evaluate_one(*plain).creep_force)
         record = self.evaluate(
-            omega=omega, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+            omega=omega, speed=speed, normal_load=load, friction_scale=friction_scale
         )
         return np.asarray(record["creep_force"])
 

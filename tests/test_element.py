@@ -162,6 +162,20 @@ def test_arguments_broadcast(element: cl.ForceElement) -> None:
     assert element.force(omega=np.zeros((0,)), speed=10.0).shape == (0,)
 
 
+def test_one_point_has_the_bits_of_an_array(element: cl.ForceElement) -> None:
+    random = np.random.default_rng(3)
+    omega, speed = random.uniform(-30.0, 30.0, 200), random.uniform(-15.0, 15.0, 200)
+    load, scale = random.uniform(0.0, 3e5, 200), random.uniform(1e-6, 2.0, 200)
+    load[0] = 0.0
+    one_by_one = [
+        element.force(omega=w, speed=v, normal_load=p, friction_scale=s)
+        for w, v, p, s in zip(*(a.tolist() for a in (omega, speed, load, scale)), strict=True)
+    ]
+    assert all(type(force) is np.ndarray and force.shape == () for force in one_by_one)
+    together = element.force(omega=omega, speed=speed, normal_load=load, friction_scale=scale)
+    assert np.array(one_by_one).tobytes() == together.tobytes()
+
+
 def test_long_process_zone_warns(table: cl.CreepForceTable) -> None:
     contact = cl.LineContact(normal_load_per_length=4.5e6, radius=0.5, contact_modulus=115e9)
     friction = cl.friction_with_k_hat(contact, k_hat=0.3, static=0.33, kinetic=0.21)
