@@ -42,6 +42,12 @@ class Limits:
             and self.at_least <= value <= self.at_most
         )
 
+    def allow_all(self, array: FloatArray) -> bool:
+        """Whether `allows` holds for every element, from the least and the largest one."""
+        if array.size == 0:
+            return True
+        return self.allow(float(array.min())) and self.allow(float(array.max()))  # nan is in both
+
     def __str__(self) -> str:
         signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         return " and ".join(["finite"] + [f"{s} {b:g}" for s, b in signs if math.isfinite(b)])
@@ -58,8 +64,10 @@ FINITE = Limits()
 POSITIVE = Limits(above=0.0)
 
 
-def checked(name: str, value: ArrayLike, limits: Limits) -> FloatArray:
+def checked(name: str, value: ArrayLike, limits: Limits, *, copy: bool = True) -> FloatArray:
     """Return `value` as a float64 array of the same shape, or raise.
+
+    With ``copy=False`` that may be `value` itself: for who only reads it.
 
     Raises
     ------
@@ -70,12 +78,10 @@ def checked(name: str, value: ArrayLike, limits: Limits) -> FloatArray:
     raw = np.asarray(value)
     if raw.dtype.kind not in "iuf":
         raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
-    array = raw.astype(np.float64)
-    bad = ~limits.allows(array)
-    if bad.any():
-        raise ValueError(
-            f"{name} = {float(array[bad].flat[0])!r} is out of range: must be {limits}"
-        )
+    array = raw.astype(np.float64, copy=copy)
+    if not limits.allow_all(array):
+        bad = array[~limits.allows(array)]
+        raise ValueError(f"{name} = {float(bad.flat[0])!r} is out of range: must be {limits}")
     return array
 
 

@@ -214,16 +214,20 @@ class CreepForceTable:
             If a creepage is not finite or a k_hat is not from 0 to `k_max`.
         """
         one = self._evaluate_one(normalized_creepage, k_hat)
-        return self._evaluate(normalized_creepage, k_hat)[0] if one is None else np.array(one[0])
+        return self.evaluate(normalized_creepage, k_hat)[0] if one is None else np.array(one[0])
 
     def slope(self, normalized_creepage: ArrayLike, k_hat: ArrayLike) -> FloatArray:
         """Derivative of `traction_ratio` to normalized creepage; arguments broadcast."""
         one = self._evaluate_one(normalized_creepage, k_hat)
-        return self._evaluate(normalized_creepage, k_hat)[1] if one is None else np.array(one[1])
+        return self.evaluate(normalized_creepage, k_hat)[1] if one is None else np.array(one[1])
 
-    def _evaluate(self, x: ArrayLike, k_hat: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        x = checked("normalized_creepage", x, FINITE)
-        k_hat = checked("k_hat", k_hat, Limits(at_least=0.0, at_most=self.k_max))
+    def evaluate(
+        self, normalized_creepage: ArrayLike, k_hat: ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
+        """`traction_ratio` and `slope` at once, for the work of one."""
+        x = checked("normalized_creepage", normalized_creepage, FINITE, copy=False)
+        limits = Limits(at_least=0.0, at_most=self._largest_k_hat)
+        k_hat = checked("k_hat", k_hat, limits, copy=False)
         if k_hat.size != 1 or k_hat.ndim > x.ndim:
             x, k_hat = np.broadcast_arrays(x, k_hat)
         return self.native.evaluate(x, k_hat)
