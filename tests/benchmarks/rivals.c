@@ -1,0 +1,101 @@
+/* What a C program would take instead of the table: Polach's formula, a cubic Hermite table, and
+ * FASTSIM. And loops that call a function of one point through a pointer, as the user of a library
+ * does.
+ *
+ * Sources: O. Polach, "Creep forces in simulations of traction vehicles running on adhesion
+ * limit", Wear 258 (2005) 992-1000; J.J. Kalker, "A fast algorithm for the simplified theory of
+ * rolling contact", Vehicle System Dynamics 11 (1982) 1-13. */
+#include "rivals.h"
+
+#include <math.h>
+
+static const double PI = 3.14159265358979323846;
+
+/* Not inlined: the price of one evaluation, not of one in a loop. */
+#define ONE_BY_ONE __attribute__((noinline))
+
+ONE_BY_ONE double polach_force(const polach *p, double creepage, double slip_speed, double load) {
+    double mu =
+        p->friction * ((1.0 - p->residual) * exp(-p->decay * fabs(slip_speed)) + p->residual);
+    double epsilon = p->gradient * creepage / (mu * load);
+    double adhesion = p->adhesion_reduction * epsilon, slip = p->slip_reduction * epsilon;
+    return 2.0 * load * mu / PI * (adhesion / (1.0 + adhesion * adhesion) + atan(slip));
+}
+
+void polach_each(const polach *p, size_t n, const double *creepage, const double *slip_speed,
+                 double load, double *force) {
+    for (size_t i = 0; i < n; i++) force[i] = polach_force(p, creepage[i], slip_speed[i], load);
+}
+
+ONE_BY_ONE void hermite_evaluate(const hermite *h, double x, double *value, double *slope) {
+    double place = fabs(x) * h->per_length;
+    size_t cell = place < (double)h->cells ? (size_t)place : h->cells - 1;
+    const double *a = h->nodes + 2 * cell; /* value and slope times the cell's length */
+    double f = place - (double)cell, rise = a[2] - a[0];
+    double c = 3.0 * rise - 2.0 * a[1] - a[3], d = a[1] + a[3] - 2.0 * rise;
+    *value = copysign(a[0] + f * (a[1] + f * (c + f * d)), x);
+    *slope = (a[1] + f * (2.0 * c + 3.0 * f * d)) * h->per_length;
+}
+
+void hermite_each(const hermite *h, size_t n, const double *x, double *value, double *slope) {
+    for (size_t i = 0; i < n; i++) hermite_evaluate(h, x[i], &value[i], &slope[i]);
+}
+
+/* Strips along the rolling direction, each stepped from its leading edge: the traction grows as if
+ * the surface stuck, and is cut back to what friction allows. Tractions are in units of mu p0 with
+ * the theory's parabolic pressure p0 (1 - xi^2 - eta^2), lengths in semi-axes, and the rates are
+ * what a traction would grow by over one semi-axis. */
+void fastsim(size_t strips, size_t elements, const double rate[3], double force[2]) {
+    double sum[2] = {0.0, 0.0};
+    for (size_t j = 0; j < strips; j++) {
+        double eta = (2.0 * (double)j + 1.0) / (double)strips - 1.0;
+        double half = sqrt(1.0 - eta * eta), length = 2.0 * half / (double)elements;
+        double along = rate[0] - rate[2] * eta, px = 0.0, py = 0.0;
+        double strip[2] = {0.0, 0.0};
+        for (size_t i = 0; i < elements; i++) {
+            double xi = half - ((double)i + 0.5) * length;
+            double grown = i == 0 ? 0.5 * length : length;
+            px += along * grown;
+            py += (rate[1] + rate[2] * xi) * grown;
+            double bound = half * half - xi * xi, size = sqrt(px * px + py * py);
+            if (size > bound) {
+                px *= bound / size;
+                py *= bound / size;
+            }
+            strip[0] += px;
+            strip[1] += py;
+        }
+        sum[0] += strip[0] * length;
+        sum[1] += strip[1] * length;
+    }
+    /* Q/(mu P) with P = (pi/2) a b p0; a strip is 2/strips wide. */
+    for (int i = 0; i < 2; i++) force[i] = 2.0 / PI * 2.0 / (double)strips * sum[i];
+}
+
+void fastsim_each(size_t n, size_t strips, size_t elements, const double *rate, double *force) {
+    for (size_t i = 0; i < n; i++) {
+        double rates[3] = {rate[i], 0.0, 0.0}, found[2];
+        fastsim(strips, elements, rates, found);
+        force[i] = found[0];
+    }
+}
+
+void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,
+                const double *k_hat, size_t k_stride, double *ratio, double *slope) {
+    for (size_t i = 0; i < n; i++) {
+        creep_value value;
+        evaluate(table, x[i], k_hat[i * k_stride], &value);
+        ratio[i] = value.traction_ratio;
+        slope[i] = value.slope;
+    }
+}
+
+void element_each(element_function evaluate, const creep_table *table,
+                  const force_element_parameters *parameters, size_t n,
+                  const force_element_input *input, double *force) {
+    for (size_t i = 0; i < n; i++) {
+        force_element_output output;
+        evaluate(table, parameters, &input[i], &output);
+        force[i] = output.creep_force;
+    }
+}

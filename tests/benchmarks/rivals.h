@@ -1,0 +1,46 @@
+#ifndef RIVALS_H
+#define RIVALS_H
+
+#include <stddef.h>
+
+#include "creep_table.h"
+#include "force_element.h"
+
+typedef struct {
+    double adhesion_reduction; /* kA [1] */
+    double slip_reduction;     /* kS [1] */
+    double gradient;           /* G pi a b c11/4 [N] */
+    double friction;           /* mu0 [1] */
+    double residual;           /* A [1] */
+    double decay;              /* B [s/m] */
+} polach;
+
+typedef struct {
+    size_t cells;
+    double per_length;   /* cells per unit of x */
+    const double *nodes; /* cells + 1 pairs of value and slope times the cell's length */
+} hermite;
+
+typedef void (*table_function)(const creep_table *, double, double, creep_value *);
+typedef void (*element_function)(const creep_table *, const force_element_parameters *,
+                                 const force_element_input *, force_element_output *);
+
+double polach_force(const polach *p, double creepage, double slip_speed, double load);
+void polach_each(const polach *p, size_t n, const double *creepage, const double *slip_speed,
+                 double load, double *force);
+
+/* An odd function of x. */
+void hermite_evaluate(const hermite *h, double x, double *value, double *slope);
+void hermite_each(const hermite *h, size_t n, const double *x, double *value, double *slope);
+
+/* Forces over mu P; the rates are of the longitudinal and lateral creepage, and of spin. */
+void fastsim(size_t strips, size_t elements, const double rate[3], double force[2]);
+void fastsim_each(size_t n, size_t strips, size_t elements, const double *rate, double *force);
+
+void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,
+                const double *k_hat, size_t k_stride, double *ratio, double *slope);
+void element_each(element_function evaluate, const creep_table *table,
+                  const force_element_parameters *parameters, size_t n,
+                  const force_element_input *input, double *force);
+
+#endif

@@ -1,0 +1,94 @@
+"""Timing side by side: each round calls every subject once, so that noise hits all of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+Call = Callable[[], object]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One thing to do, and who can do it; the first subject is contactlib.
+
+    Attributes
+    ----------
+    what : str
+        What is done.
+    work : float
+        Points, calls or simulated seconds of one call of a subject.
+    unit : str
+        Of the figures: "ns", "us" or "ms" per unit of work, or "s/s" for work per time.
+    subjects : mapping
+        Functions without arguments by name.
+    goals : mapping
+        By the rival's name, what the ratio is to be; an empty name stands for the figure itself.
+    clock : callable
+        Time in seconds: of the processor, or of the wall where threads are to save it.
+    """
+
+    what: str
+    work: float
+    unit: str
+    subjects: Mapping[str, Call]
+    goals: Mapping[str, str] = field(default_factory=dict)
+    clock: Callable[[], float] = time.process_time
+
+    def figure(self, seconds: float) -> float:
+        """Time of one call in the case's unit."""
+        if self.unit == "s/s":
+            return self.work / seconds
+        return seconds / self.work * {"ns": 1e9, "us": 1e6, "ms": 1e3}[self.unit]
+
+
+def interleaved(case: Case, *, rounds: int = 11, least: float = 0.02) -> dict[str, float]:
+    """Shortest time of one call of each subject [s].
+
+    Parameters
+    ----------
+    case : Case
+        Who does what.
+    rounds : int, optional
+        How often each has its turn; one whose call takes longer than a second has it once, and
+        one beyond a tenth of a second three times.
+    least : float, optional
+        Time that a turn lasts at least, with as many calls as that needs [s].
+    """
+    calls, turns = {}, {}
+    for name, subject in case.subjects.items():
+        subject()  # whatever is made at the first call
+        count, spent = 1, _spent(case, subject, 1)
+        while spent < least:
+            count *= max(2, min(1000, round(least / max(spent, 1e-9))))
+            spent = _spent(case, subject, count)
+        calls[name] = count
+        turns[name] = 1 if spent / count > 1.0 else 3 if spent / count > 0.1 else rounds
+    best: dict[str, float] = {}
+    for turn in range(rounds):
+        for name, subject in case.subjects.items():
+            if turn < turns[name]:
+                spent = _spent(case, subject, calls[name]) / calls[name]
+                best[name] = min(spent, best.get(name, spent))
+    return best
+
+
+def _spent(case: Case, subject: Call, count: int) -> float:
+    start = case.clock()
+    for _ in range(count):
+        subject()
+    return case.clock() - start
+
+
+def subjects(cases: list[Case]) -> list[tuple[Case, str]]:
+    """Case and name of every subject."""
+    return [(case, name) for case in cases for name in case.subjects]
+
+
+def with_pytest(benchmark: Any, case: Case, name: str) -> None:
+    """Time one subject with pytest-benchmark."""
+    benchmark.group = case.what
+    benchmark.extra_info["work"] = case.work
+    benchmark(case.subjects[name])
