@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 from cffi import FFI
+from numpy.typing import NDArray
 
-from contactlib import CreepForceTable, Polach, kernel
+from contactlib import CreepForceTable, ForceElement, Polach, kernel
 from contactlib.files import package_folder
 from contactlib.parameters import FloatArray
 
@@ -126,4 +127,23 @@ class KernelOneByOne:
             int(k_hat.size > 1),
             pointer(ratio),
             pointer(slope),
+        )
+
+
+class ElementOneByOne:
+    """The kernel's force element, called for each point through a pointer."""
+
+    def __init__(self, element: ForceElement) -> None:
+        self._table = element.table.native
+        self._parameters = ffi().new("force_element_parameters *", element.parameters)
+
+    def __call__(self, inputs: NDArray[np.void], force: FloatArray) -> None:
+        """Fill in creep forces of input records."""
+        rivals().element_each(
+            kernel.library().force_element_evaluate,
+            self._table.struct,
+            self._parameters,
+            inputs.size,
+            ffi().cast("force_element_input *", inputs.ctypes.data),
+            pointer(force),
         )

@@ -1,0 +1,163 @@
+"""The kernel in C, beside Polach's formula, a cubic Hermite table and FASTSIM in C.
+
+All are called from one process and work on arrays that fit into the cache.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import rivals
+from compiled import (
+    CHermite,
+    CPolach,
+    ElementOneByOne,
+    KernelOneByOne,
+    fastsim,
+    fastsim_force,
+)
+from numpy.typing import NDArray
+from rivals import K_HAT
+from timing import Case, subjects, with_pytest
+
+import contactlib as cl
+from contactlib import kernel
+
+POINTS = 10_000
+POLACH = cl.Polach.dry(kalker_coefficient=4.12, poisson_ratio=0.25)
+CELLS = 1024
+
+
+def check() -> None:
+    """Every rival gives the right values before it is timed.
+
+    Raises
+    ------
+    AssertionError
+        If one does not.
+    """
+    x = np.random.default_rng(3).uniform(-rivals.END, rivals.END, 5000)
+    w = np.abs(x)
+    law = cl.CarterGriffith(k_hat=K_HAT)
+    found, slope = np.empty_like(x), np.empty_like(x)
+    CPolach(POLACH)(x, w, found)
+    np.testing.assert_allclose(found, POLACH.traction_ratio(x), rtol=1e-13)
+    CPolach(POLACH, residual=0.4, decay=0.6)(x, w, found)
+    friction = 0.6 * np.exp(-0.6 * w) + 0.4  # less of it is more creepage over friction
+    np.testing.assert_allclose(found, friction * POLACH.traction_ratio(x / friction), rtol=1e-13)
+    CHermite(law, end=rivals.END, cells=CELLS)(x, found, slope)
+    np.testing.assert_allclose(found, law.traction_ratio(x), atol=rivals.ERROR)
+    np.testing.assert_allclose(slope, law.slope(x), atol=1e-5)
+    _check_fastsim()
+
+
+def _check_fastsim() -> None:
+    """It converges to its theory, has Kalker's linear slope, and knows no direction."""
+    for rate in (0.3, 1.2, 3.0):
+        exact = rivals.simplified_theory(rate)
+        error = [fastsim_force((rate, 0.0, 0.0), strips=n, elements=n)[0] - exact for n in (40, 80)]
+        assert abs(error[1]) < 2e-4
+        assert 1.5 < np.log2(error[0] / error[1]) < 2.5
+    # Linear theory: Q = G a b c11 zeta, of which Polach has (kA + kS)/2.
+    linear = cl.Polach(
+        adhesion_reduction=1.0, slip_reduction=1.0, kalker_coefficient=4.12, poisson_ratio=0.25
+    )
+    x = 1e-5
+    rate = 9.0 / 16.0 * (1.0 - linear.poisson_ratio) * linear.kalker_coefficient * x
+    force = fastsim_force((rate, 0.0, 0.0), strips=400, elements=400)[0]
+    np.testing.assert_allclose(force, linear.slope(0.0) * x, rtol=1e-3)
+    along = fastsim_force((0.8, 0.0, 0.0), strips=20, elements=20)
+    skew = fastsim_force((0.48, 0.64, 0.0), strips=20, elements=20)
+    np.testing.assert_allclose(skew, along[0] * np.array([0.6, 0.8]), rtol=1e-12)
+    spin = fastsim_force((0.0, 0.0, 0.8), strips=20, elements=20)
+    assert abs(spin[0]) < 1e-12  # spin alone pushes sideways only
+    assert spin[1] != 0.0
+
+
+def cases(points: int = POINTS) -> list[Case]:
+    """What is timed."""
+    found = [_table(points, order, varied) for order in ("random", "sorted") for varied in (0, 1)]
+    return [*found, _element(points), _fastsim(100)]
+
+
+def _table(points: int, order: str, varied: int) -> Case:
+    """Traction ratio and slope; every point has its own k_hat if `varied`."""
+    random = np.random.default_rng(0)
+    x, w = random.uniform(-rivals.END, rivals.END, points), random.uniform(0.0, 2.0, points)
+    if order == "sorted":
+        x.sort()
+    k_hat = random.uniform(0.05, 2.0, points) if varied else np.array([K_HAT])
+    value, slope = np.empty(points), np.empty(points)
+    line, ellipse = (cl.carter_griffith_table(contact=c) for c in ("line", "elliptic"))
+    one_line, one_ellipse = KernelOneByOne(line), KernelOneByOne(ellipse)
+    formula = CPolach(POLACH, residual=0.4, decay=0.6)
+    hermite = CHermite(cl.CarterGriffith(k_hat=K_HAT), end=rivals.END, cells=CELLS)
+    return Case(
+        f"kernel, value and slope, {order} x, {'many' if varied else 'one'} k_hat",
+        points,
+        "ns",
+        {
+            "line, batch": lambda: line.native.evaluate(x, k_hat),
+            "Polach in C": lambda: formula(x, w, value),
+            "cubic Hermite table in C": lambda: hermite(x, value, slope),
+            "line, one by one": lambda: one_line(x, k_hat, value, slope),
+            "ellipse, batch": lambda: ellipse.native.evaluate(x, k_hat),
+            "ellipse, one by one": lambda: one_ellipse(x, k_hat, value, slope),
+        },
+        {"Polach in C": ">= 3"},
+    )
+
+
+def element_inputs(element: cl.ForceElement, points: int) -> NDArray[np.void]:
+    """Velocities around the peak at 10 m/s, loads and frictions that vary."""
+    random = np.random.default_rng(0)
+    inputs = np.zeros(points, kernel.force_input_dtype())
+    inputs["speed"] = 10.0
+    creepage = element.saturation_creepage * random.uniform(-3.0, 3.0, points)
+    inputs["omega"] = 10.0 * (1.0 + creepage) / element.radius
+    inputs["normal_load"] = element.contact.normal_load * random.uniform(0.8, 1.2, points)
+    inputs["friction_scale"] = random.uniform(0.5, 1.0, points)
+    return inputs
+
+
+def _element(points: int) -> Case:
+    """Velocities and load to force, with the partial derivatives."""
+    element = cl.load_model("locomotive.toml").wheelset.element
+    inputs, force = element_inputs(element, points), np.empty(points)
+    one = ElementOneByOne(element)
+    x, w = np.random.default_rng(0).uniform(-3.0, 3.0, (2, points))
+    formula = CPolach(POLACH, residual=0.4, decay=0.6)
+    return Case(
+        "kernel, force element with 6 partial derivatives",
+        points,
+        "ns",
+        {
+            "one by one": lambda: one(inputs, force),
+            "Polach in C, value": lambda: formula(x, w, force),
+            "batch": lambda: element.native.evaluate(inputs),
+        },
+    )
+
+
+def _fastsim(points: int) -> Case:
+    """One point of a half-space-like code."""
+    x, force = np.random.default_rng(0).uniform(0.0, 3.0, points), np.empty(points)
+    k_hat, ratio, slope = np.array([K_HAT]), np.empty(points), np.empty(points)
+    one = KernelOneByOne(cl.carter_griffith_table(contact="elliptic"))
+    return Case(
+        "kernel, ellipse, against simplified theory",
+        points,
+        "ns",
+        {
+            "ellipse, one by one": lambda: one(x, k_hat, ratio, slope),
+            "FASTSIM in C, 10 x 10": lambda: fastsim(x, force, strips=10, elements=10),
+            "FASTSIM in C, 50 x 50": lambda: fastsim(x, force, strips=50, elements=50),
+        },
+    )
+
+
+@pytest.mark.parametrize(("case", "name"), subjects(cases()))
+def test_kernel(benchmark: Any, case: Case, name: str) -> None:
+    with_pytest(benchmark, case, name)
