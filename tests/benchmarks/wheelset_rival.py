@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from importlib import import_module
 from types import SimpleNamespace
 from typing import Any, TypeVar, cast
 
@@ -21,11 +23,9 @@ from contactlib.traction.creep_pi import SHARES
 from contactlib.traction.limiter import BAND, CUT
 from contactlib.traction.speed_tracker import tracker_gains
 
-try:
-    import numba as found_numba
-except ImportError:
-    found_numba = None
-numba: Any = found_numba
+numba: Any = None
+with suppress(ImportError):
+    numba = import_module("numba")
 
 LEAST_SHARE, LARGEST_SHARE = SHARES
 GAMMA = 1.0 - math.sqrt(0.5)  # of ROS2, which is L-stable with it
@@ -357,7 +357,7 @@ def drive_by_solve_ivp(
 
         def rates(_: float, y: FloatArray) -> list[float]:
             friction = friction_at(y[2] if within is None else within)
-            f0, f1, *_, force = motion(run, solved, y[0], y[1], torque, friction)
+            f0, f1, _, _, _, _, force = motion(run, solved, y[0], y[1], torque, friction)
             return [f0, f1, y[1], force * (run.radius * y[0] - y[1])]
 
         def jacobian(_: float, y: FloatArray) -> list[list[float]]:
