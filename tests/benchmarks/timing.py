@@ -20,6 +20,8 @@ class Case:
         What is done.
     work : float
         Points, calls or simulated seconds of one call of a subject.
+    less_work : mapping
+        The same of a slow subject that is given less.
     unit : str
         Of the figures: "ns", "us" or "ms" per unit of work, or "s/s" for work per time.
     subjects : mapping
@@ -36,12 +38,20 @@ class Case:
     subjects: Mapping[str, Call]
     goals: Mapping[str, str] = field(default_factory=dict)
     clock: Callable[[], float] = time.process_time
+    less_work: Mapping[str, float] = field(default_factory=dict)
 
-    def figure(self, seconds: float) -> float:
-        """Time of one call in the case's unit."""
+    def figure(self, name: str, seconds: float) -> float:
+        """What a subject does, from the time of one call."""
+        work = self.less_work.get(name, self.work)
         if self.unit == "s/s":
-            return self.work / seconds
-        return seconds / self.work * {"ns": 1e9, "us": 1e6, "ms": 1e3}[self.unit]
+            return work / seconds
+        return seconds / work * {"ns": 1e9, "us": 1e6, "ms": 1e3}[self.unit]
+
+    def times_faster(self, name: str, seconds: Mapping[str, float]) -> float:
+        """How many times faster the first subject is than another one."""
+        first = next(iter(self.subjects))
+        each = [seconds[n] / self.less_work.get(n, self.work) for n in (name, first)]
+        return each[0] / each[1]
 
 
 def interleaved(case: Case, *, rounds: int = 11, least: float = 0.02) -> dict[str, float]:

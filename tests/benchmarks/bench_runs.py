@@ -1,0 +1,166 @@
+"""Runs of the wet patch, one and many, beside solve_ivp and a batch in numba.
+
+All drive the same scenarios under the same sampled controller and report the same outcomes.
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import wheelset_rival as rival
+from timing import Call, Case, subjects, with_pytest
+from wet_patch import CONTROLLER, STEP, many, wet_patch
+
+import contactlib as cl
+from contactlib.parameters import FloatArray
+from contactlib.ensemble_run import run_many
+
+SPEEDS = (10.0, 1.0)  # [m/s]
+TOLERANCE = 1e-6
+RUNS = 256
+OUTCOMES = ("distance", "largest_creepage", "slip_work")
+
+
+@cache
+def reference(speed: float, duration: float) -> tuple[FloatArray, FloatArray]:
+    """Outcomes and creepages of the wet patch, right to 1e-10: Radau stopped at the corners."""
+    given = rival.numbers(wet_patch(speed, duration=duration), CONTROLLER)
+    return rival.drive_by_solve_ivp(
+        given, duration, method="Radau", tolerance=1e-11, row=STEP, corners=True
+    )
+
+
+def errors(found: FloatArray, exact: FloatArray) -> float:
+    """Largest relative error of the outcomes that all of them have."""
+    return float(np.max(np.abs(found / exact - 1.0)))
+
+
+def of_all(outcomes: FloatArray) -> FloatArray:
+    """What `OUTCOMES` names of what the rivals find, (..., outcomes)."""
+    return outcomes[..., [rival.OUTCOMES.index(name) for name in OUTCOMES]]
+
+
+def accuracy(speed: float, duration: float) -> dict[str, float]:
+    """Largest relative error of the outcomes against the reference, by who found them."""
+    exact = of_all(reference(speed, duration)[0])
+    scenario = wet_patch(speed, duration=duration)
+    found = {}
+    for tolerance in (1e-6, 1e-10):
+        ours = run_many([scenario], CONTROLLER, OUTCOMES, step=STEP, tolerance=tolerance)
+        row = np.array([ours[name][0] for name in OUTCOMES])
+        found[f"contactlib, tolerance {tolerance:g}"] = errors(row, exact)
+    given = rival.numbers(scenario, CONTROLLER)
+    for method in ("LSODA", "Radau"):
+        by_ivp, _ = rival.drive_by_solve_ivp(given, duration, method=method, tolerance=1e-6)
+        found[f"{method}, tolerance 1e-06"] = errors(of_all(by_ivp), exact)
+    if rival.numba is not None:
+        by_numba = batch(rival.records([scenario], CONTROLLER), duration)
+        found["numba ROS2, 1 ms"] = errors(of_all(by_numba)[0], exact)
+    return found
+
+
+def batch(runs: Any, duration: float) -> FloatArray:
+    """Outcomes of the batch in numba, (n, outcomes)."""
+    found = np.empty((runs.size, len(rival.OUTCOMES)))
+    rival.drive_many(runs, round(duration / STEP), round(runs.sample_time[0] / STEP), found)
+    return found
+
+
+def check(duration: float = 1.0) -> None:
+    """Every rival finds what the reference finds, and the creepages in between.
+
+    Raises
+    ------
+    AssertionError
+        If one does not.
+    """
+    for speed in SPEEDS:
+        outcomes, creepages = reference(speed, duration)
+        for name, error in accuracy(speed, duration).items():
+            assert error < (2e-3 if "numba" in name else 2e-4), f"{name} at {speed} m/s: {error}"
+        result = cl.run_scenario(wet_patch(speed, duration=duration), CONTROLLER, step=STEP)
+        largest = np.abs(creepages).max()
+        assert np.abs(result["creepage"] - creepages).max() < 1e-4 * largest
+        assert abs(result["speed"][-1] / outcomes[rival.OUTCOMES.index("speed")] - 1.0) < 1e-6
+
+
+def cases(runs: int = RUNS, duration: float = 10.0) -> list[Case]:
+    """What is timed."""
+    single = _single(duration)
+    return [single, *(_ensemble(runs, speed, duration) for speed in SPEEDS), _threads(runs, duration)]
+
+
+def _by_ivp(given: dict[str, float], duration: float, method: str) -> Call:
+    return lambda: rival.drive_by_solve_ivp(given, duration, method=method, tolerance=TOLERANCE)
+
+
+def _single(duration: float) -> Case:
+    """One run with all its signals."""
+    scenario = wet_patch(SPEEDS[0], duration=duration)
+    given = rival.numbers(scenario, CONTROLLER)
+    return Case(
+        f"one run at {SPEEDS[0]:g} m/s, rows of 1 ms",
+        duration,
+        "s/s",
+        {
+            "run_scenario": lambda: cl.run_scenario(
+                scenario, CONTROLLER, step=STEP, tolerance=TOLERANCE
+            ),
+            "solve_ivp LSODA": _by_ivp(given, duration, "LSODA"),
+            "solve_ivp Radau": _by_ivp(given, duration, "Radau"),
+        },
+    )
+
+
+def _ensemble(runs: int, speed: float, duration: float) -> Case:
+    """Many runs that differ in friction and demand, of which only outcomes are kept."""
+    scenarios = many(runs, speed, duration=duration)
+    given = rival.numbers(scenarios[0], CONTROLLER)
+    found: dict[str, Call] = {
+        "run_many": lambda: run_many(
+            scenarios, CONTROLLER, OUTCOMES, step=STEP, tolerance=TOLERANCE
+        ),
+        "solve_ivp LSODA, run by run": _by_ivp(given, duration, "LSODA"),
+    }
+    if rival.numba is not None:
+        records = rival.records(scenarios, CONTROLLER)
+        found["numba ROS2, 1 ms"] = lambda: batch(records, duration)
+    return Case(
+        f"{runs} runs at {speed:g} m/s, steps of 1 ms",
+        runs * duration,
+        "s/s",
+        found,
+        {"": ">= 15 000", "solve_ivp LSODA, run by run": ">= 100"},
+        less_work={"solve_ivp LSODA, run by run": duration},
+    )
+
+
+def _threads(runs: int, duration: float) -> Case:
+    """The same by the wall's clock."""
+    scenarios = many(2 * runs, SPEEDS[0], duration=duration)
+    pool = ThreadPoolExecutor(2)
+
+    def part(some: list[cl.Scenario]) -> object:
+        return run_many(some, CONTROLLER, OUTCOMES, step=STEP, tolerance=TOLERANCE)
+
+    return Case(
+        f"{2 * runs} runs in 2 threads",
+        2 * runs * duration,
+        "s/s",
+        {
+            "2 threads": lambda: list(pool.map(part, (scenarios[::2], scenarios[1::2]))),
+            "1 thread": lambda: [part(some) for some in (scenarios[::2], scenarios[1::2])],
+        },
+        {"1 thread": ">= 1.8"},
+        clock=time.perf_counter,
+    )
+
+
+@pytest.mark.parametrize(("case", "name"), subjects(cases()))
+def test_runs(benchmark: Any, case: Case, name: str) -> None:
+    with_pytest(benchmark, case, name)
