@@ -13,6 +13,7 @@ import runpy
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import fmpy
@@ -90,6 +91,18 @@ def nanoseconds(program: Path, fmu: Path, name: str) -> list[float]:
     return [float(word) for word in run.stdout.split()]
 
 
+def each(scratch: Path, names: Iterable[str]) -> Iterator[tuple[str, list[float]]]:
+    """Times of the exports of these names, in both versions of FMI."""
+    model = cl.load_model("roller_rig.toml")
+    program = scratch / "fmu_step.exe"
+    compile_program(program)
+    for name in names:
+        for version in (2, 3):
+            subject = Subject(name, version)
+            fmu = cl.export_fmu(model, scratch / f"{subject}.fmu", **subject.arguments)
+            yield str(subject), nanoseconds(program, fmu, name)
+
+
 def main() -> None:
     """Time all that can be exported and print a table."""
     versions = [f"{name} {importlib.metadata.version(name)}" for name in ("contactlib", "ziglang")]
@@ -97,16 +110,9 @@ def main() -> None:
     print(f"nanoseconds per call; steps of 1 ms; best of {REPETITIONS} times {CALLS} calls")
     columns = ("step", "set", "set+step", "set+step+get")
     print(f"{'':30s}" + "".join(f"{name:>14s}" for name in columns))
-    model = cl.load_model("roller_rig.toml")
     with tempfile.TemporaryDirectory() as scratch:
-        program = Path(scratch) / "fmu_step.exe"
-        compile_program(program)
-        for name in EXPORTS:
-            for version in (2, 3):
-                subject = Subject(name, version)
-                fmu = cl.export_fmu(model, Path(scratch) / f"{subject}.fmu", **subject.arguments)
-                times = nanoseconds(program, fmu, name)
-                print(f"{subject!s:30s}" + "".join(f"{t:14.1f}" for t in times))
+        for subject, times in each(Path(scratch), EXPORTS):
+            print(f"{subject:30s}" + "".join(f"{t:14.1f}" for t in times))
 
 
 if __name__ == "__main__":

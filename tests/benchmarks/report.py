@@ -1,0 +1,180 @@
+"""Every benchmark on one core, as the tables of the README: ``python tests/benchmarks/report.py``.
+
+Ours and its rivals run in turns in one process, so that noise hits all of them; figures are the
+best of the turns, in processor time but for threads. What is quoted is not measured here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.metadata
+import os
+import pickle
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import bench_kernel
+import bench_runs
+import bench_table
+import click
+import fmu_step
+import limits
+import numpy as np
+from timing import Case, interleaved
+from wet_patch import many
+
+PACKAGES = ("contactlib", "numpy", "scipy", "numba", "ziglang")
+MILLION, SECONDS = 1_000_000, 5.0  # runs of a sweep, and their length [s]
+CHUNK = 512  # runs
+QUOTED = (
+    "Quoted, not measured here: CONTACT 14 to 370 ms and its FASTSIM 0.10 to 0.42 ms a point of "
+    "the same curve; the Reference FMUs 58 to 141 ns a step."
+)
+
+
+@contextlib.contextmanager
+def one_core() -> Iterator[None]:
+    """Keep to one processor, where the system can be asked to."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def machine() -> str:
+    """Processor, system, compiler and versions in one line."""
+    compiler = subprocess.run(
+        [sys.executable, "-m", "ziglang", "cc", "--version"],
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+    ).stdout.splitlines()[0]
+    versions = [f"{name} {_version(name)}" for name in PACKAGES]
+    return (
+        f"{fmu_step.processor()}, {os.cpu_count()} cores; {platform.system()} "
+        f"{platform.release()}; {compiler}; Python {platform.python_version()}; "
+        + ", ".join(versions)
+    )
+
+
+def _version(name: str) -> str:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "missing"
+
+
+def number(value: float) -> str:
+    """Three digits."""
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+def rows(case: Case, *, rounds: int = 11, least: float = 0.02) -> list[str]:
+    """A line for each rival: what, ours, rival, ratio, goal."""
+    seconds = interleaved(case, rounds=rounds, least=least)
+    figures = {name: number(case.figure(name, s)) for name, s in seconds.items()}
+    first, *others = case.subjects
+    own_goal = f" (goal {case.goals['']})" if "" in case.goals else ""
+    ours = f"{first}: {figures[first]} {case.unit}{own_goal}"
+    found = []
+    for name in others:
+        ratio = number(case.times_faster(name, seconds))
+        found.append(
+            f"| {case.what} | {ours} | {name}: {figures[name]} {case.unit} | {ratio} "
+            f"| {case.goals.get(name, '')} |"
+        )
+    return found
+
+
+def accuracy_lines(duration: float = 5.0) -> list[str]:
+    """Errors of the outcomes of one run against a reference of 1e-10."""
+    each = {speed: bench_runs.accuracy(speed, duration) for speed in bench_runs.SPEEDS}
+    speeds = " | ".join(f"at {speed:g} m/s" for speed in each)
+    found = [f"| largest relative error of the outcomes | {speeds} |", "|---" * 3 + "|"]
+    for name in each[bench_runs.SPEEDS[0]]:
+        errors = " | ".join(f"{found[name]:.1e}" for found in each.values())
+        found.append(f"| {name} | {errors} |")
+    return found
+
+
+def fmu_lines() -> list[str]:
+    """Nanoseconds of set, step and get of the FMUs."""
+    found = ["| FMU, steps of 1 ms | set + step + get | goal |", "|---|---|---|"]
+    with tempfile.TemporaryDirectory() as scratch:
+        for subject, times in fmu_step.each(Path(scratch), ["force_element", "wheelset"]):
+            goal = "<= 200 ns" if "force" in subject else ""
+            found.append(f"| {subject} | {times[-1]:.0f} ns | {goal} |")
+    return found
+
+
+def plan_lines(rate: float, runs: int = CHUNK) -> list[str]:
+    """Time of a million runs at a rate in simulated seconds per second and core."""
+    scenarios = many(runs, bench_runs.SPEEDS[0], duration=0.1)
+    results = bench_runs.run_many(
+        scenarios, bench_runs.CONTROLLER, bench_runs.OUTCOMES, step=bench_runs.STEP
+    )
+    # A chunk takes its runs' parameters there, two of each here, and brings their outcomes back.
+    there = len(pickle.dumps(np.zeros((runs, 2))))
+    back = len(pickle.dumps(results))
+    chunks = -(-MILLION // runs)
+    moved = chunks * (there + back) / 1e6
+    cores = os.cpu_count() or 1
+    alone = MILLION * SECONDS / rate
+    found = [
+        f"A million runs of {SECONDS:g} s at {number(rate)} simulated seconds a second and core, "
+        f"in {chunks} chunks of {runs}: {there} bytes go to a worker and {back} come back for "
+        f"each, {moved:.0f} MB in all.",
+        "",
+        "| cores | planned time | traffic of the machine that keeps the results |",
+        "|---|---|---|",
+    ]
+    for count in sorted({1, cores, 32, 256}):
+        hours, traffic = alone / count / 3600.0, moved / (alone / count)
+        found.append(f"| {count} | {hours:.2g} h | {traffic:.2g} MB/s |")
+    return found
+
+
+@click.command(help=__doc__)
+@click.option("--points", default=bench_table.POINTS, help="Of arrays from Python.")
+@click.option("--runs", default=bench_runs.RUNS, help="Of an ensemble.")
+@click.option("--duration", default=10.0, help="Of a run [s].")
+@click.option("--rounds", default=11, help="Turns of each subject.")
+def main(points: int, runs: int, duration: float, rounds: int) -> None:
+    """Check every rival, time all, print Markdown."""
+    for module in (bench_table, bench_kernel, bench_runs):
+        module.check()
+    print(machine() + "\n")
+    print("| what | ours | rival | times faster | goal |\n|---|---|---|---|---|")
+    with one_core():
+        small = min(points, bench_kernel.POINTS)
+        timed = [*bench_kernel.cases(small), *bench_table.cases(points)]
+        for case in timed:
+            print("\n".join(rows(case, rounds=rounds)), flush=True)
+    runs_cases = bench_runs.cases(runs, duration)
+    for case in runs_cases[:-1]:
+        with one_core():
+            print("\n".join(rows(case, rounds=rounds)), flush=True)
+    print("\n".join(rows(runs_cases[-1], rounds=rounds)))  # two threads need two cores
+    print("\n" + QUOTED + "\n")
+    with one_core():
+        print("\n".join(accuracy_lines()) + "\n", flush=True)
+        print("\n".join(fmu_lines()) + "\n", flush=True)
+        print("\n".join(limits.lines(runs=runs)) + "\n", flush=True)
+        one = runs_cases[1]
+        alone = replace(one, subjects=dict([next(iter(one.subjects.items()))]))
+        ((name, seconds),) = interleaved(alone, rounds=3).items()
+        print("\n".join(plan_lines(one.figure(name, seconds))))
+
+
+if __name__ == "__main__":
+    main()
