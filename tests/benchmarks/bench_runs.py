@@ -51,7 +51,7 @@ def accuracy(speed: float, duration: float) -> dict[str, float]:
     scenario = wet_patch(speed, duration=duration)
     found = {}
     for tolerance in (1e-6, 1e-10):
-        ours = run_many([scenario], CONTROLLER, OUTCOMES, step=STEP, tolerance=tolerance)
+        ours = ensemble([scenario], tolerance)
         row = np.array([ours[name][0] for name in OUTCOMES])
         found[f"contactlib, tolerance {tolerance:g}"] = errors(row, exact)
     given = rival.numbers(scenario, CONTROLLER)
@@ -99,6 +99,11 @@ def cases(runs: int = RUNS, duration: float = 10.0) -> list[Case]:
     ]
 
 
+def ensemble(scenarios: list[cl.Scenario], tolerance: float = TOLERANCE) -> dict[str, FloatArray]:
+    """Outcomes of many runs."""
+    return run_many(scenarios, CONTROLLER, OUTCOMES, step=STEP, tolerance=tolerance)
+
+
 def _by_ivp(given: dict[str, float], duration: float, method: str) -> Call:
     return lambda: rival.drive_by_solve_ivp(given, duration, method=method, tolerance=TOLERANCE)
 
@@ -126,9 +131,7 @@ def _ensemble(runs: int, speed: float, duration: float) -> Case:
     scenarios = many(runs, speed, duration=duration)
     given = rival.numbers(scenarios[0], CONTROLLER)
     found: dict[str, Call] = {
-        "run_many": lambda: run_many(
-            scenarios, CONTROLLER, OUTCOMES, step=STEP, tolerance=TOLERANCE
-        ),
+        "run_many": lambda: ensemble(scenarios),
         "solve_ivp LSODA, run by run": _by_ivp(given, duration, "LSODA"),
     }
     if rival.numba is not None:
@@ -148,17 +151,14 @@ def _threads(runs: int, duration: float) -> Case:
     """The same by the wall's clock."""
     scenarios = many(2 * runs, SPEEDS[0], duration=duration)
     pool = ThreadPoolExecutor(2)
-
-    def part(some: list[cl.Scenario]) -> object:
-        return run_many(some, CONTROLLER, OUTCOMES, step=STEP, tolerance=TOLERANCE)
-
+    halves = scenarios[::2], scenarios[1::2]
     return Case(
         f"{2 * runs} runs in 2 threads",
         2 * runs * duration,
         "s/s",
         {
-            "2 threads": lambda: list(pool.map(part, (scenarios[::2], scenarios[1::2]))),
-            "1 thread": lambda: [part(some) for some in (scenarios[::2], scenarios[1::2])],
+            "2 threads": lambda: list(pool.map(ensemble, halves)),
+            "1 thread": lambda: [ensemble(half) for half in halves],
         },
         {"1 thread": ">= 1.8"},
         clock=time.perf_counter,

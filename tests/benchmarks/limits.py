@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench_runs import OUTCOMES, run_many
+from bench_runs import ensemble
 from timing import Case, interleaved
-from wet_patch import CONTROLLER, STEP, many
+from wet_patch import many
 
 import contactlib as cl
 
@@ -77,7 +77,7 @@ def ensemble_parts(runs: int = 256, duration: float = 5.0) -> dict[str, float]:
     """Shares of the time of an ensemble, by what is done; the rest is Python's and numpy's own."""
     scenarios = many(runs, 10.0, duration=duration)
     profile = cProfile.Profile()
-    profile.runcall(run_many, scenarios, CONTROLLER, OUTCOMES, step=STEP)
+    profile.runcall(ensemble, scenarios)
     stats: Any = pstats.Stats(profile)
     spent: dict[str, float] = defaultdict(float)
     for (file, _, _), (_, _, own, _, _) in stats.stats.items():

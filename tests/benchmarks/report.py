@@ -120,9 +120,7 @@ def fmu_lines() -> list[str]:
 def plan_lines(rate: float, runs: int = CHUNK) -> list[str]:
     """Time of a million runs at a rate in simulated seconds per second and core."""
     scenarios = many(runs, bench_runs.SPEEDS[0], duration=0.1)
-    results = bench_runs.run_many(
-        scenarios, bench_runs.CONTROLLER, bench_runs.OUTCOMES, step=bench_runs.STEP
-    )
+    results = bench_runs.ensemble(scenarios)
     # A chunk takes its runs' parameters there, two of each here, and brings their outcomes back.
     there = len(pickle.dumps(np.zeros((runs, 2))))
     back = len(pickle.dumps(results))
