@@ -40,7 +40,7 @@ def test_closed_form_and_table_of_the_batch_are_the_law() -> None:
         np.testing.assert_allclose(solved, exact, rtol=1e-11, atol=1e-13)
         # At a friction of a quarter the law's k_hat is twice that of its own.
         looked_up = [rival.law(nodes, 0.5 * k_hat, 0.25, v) for v in x.tolist()]
-        np.testing.assert_allclose(looked_up, exact, atol=2e-4)
+        np.testing.assert_allclose(looked_up, exact, atol=2e-3)
         np.testing.assert_allclose(np.array(looked_up)[:, 0], exact[:, 0], atol=5e-6)
 
 

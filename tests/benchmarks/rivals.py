@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ ERROR = 1e-6  # of the traction ratio
 END = 5.0  # of normalized creepage
 K_HAT = 0.3
 K_HATS = (0.1, 1.0)  # of what is interpolated over k_hat too
+GRID = (1025, 81)  # nodes along both
 
 Curve = Callable[[FloatArray], FloatArray]
 Surface = Callable[[FloatArray, FloatArray], FloatArray]
@@ -65,20 +67,23 @@ def pchip(law: Any) -> PchipInterpolator:
     return found  # type: ignore[no-any-return]
 
 
+@cache
 def grid(nodes: int, rows: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Creepages, k_hats and the line law's traction ratios at them."""
     x, k_hat = np.linspace(0.0, END, nodes), np.linspace(*K_HATS, rows)
     return x, k_hat, np.array([CarterGriffith(k_hat=k).traction_ratio(x) for k in k_hat]).T
 
 
+@cache
 def bivariate_spline() -> RectBivariateSpline:
     """scipy's RectBivariateSpline, bicubic; right to `ERROR`."""
-    return RectBivariateSpline(*grid(1025, 81))
+    return RectBivariateSpline(*grid(*GRID))
 
 
+@cache
 def grid_interpolator(method: str) -> Surface:
-    """scipy's RegularGridInterpolator: "cubic" is right to `ERROR`, "linear" to a thousandth."""
-    x, k_hat, values = grid(1025, 81)
+    """scipy's RegularGridInterpolator: "cubic" is right to `ERROR`, "linear" to 1e-3."""
+    x, k_hat, values = grid(*GRID)
     make: Any = RegularGridInterpolator
     # The iterative solver that it would take leaves errors of 6e-5.
     given = {"solver": spsolve} if method == "cubic" else {}
