@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import bench_kernel
 import bench_runs
@@ -107,9 +108,10 @@ def test_turns_are_taken_and_work_is_counted() -> None:
     seconds = interleaved(case, rounds=4, least=1.0)
     assert seconds == dict.fromkeys("abc", 1.0)
     assert case.figure("a", 1.0) == 1e9 / 8.0
-    assert case.times_faster("c", seconds) == 4.0
+    assert case.times_faster("a", "c", seconds) == 4.0
     lines = report.rows(case, rounds=2, least=1.0)
     assert lines[1] == "| speaking | a: 125000000 ns | c: 500000000 ns | 4 | >= 1 |"
+    assert replace(case, ours=2).pairs() == [("a", "c"), ("b", "c")]
 
 
 def test_report_is_a_table() -> None:

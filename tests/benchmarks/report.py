@@ -80,18 +80,16 @@ def number(value: float) -> str:
 
 
 def rows(case: Case, *, rounds: int = 11, least: float = 0.02) -> list[str]:
-    """A line for each rival: what, ours, rival, ratio, goal."""
+    """A line for each pair: what, ours, rival, ratio, goal."""
     seconds = interleaved(case, rounds=rounds, least=least)
     figures = {name: number(case.figure(name, s)) for name, s in seconds.items()}
-    first, *others = case.subjects
     own_goal = f" (goal {case.goals['']})" if "" in case.goals else ""
-    ours = f"{first}: {figures[first]} {case.unit}{own_goal}"
     found = []
-    for name in others:
-        ratio = number(case.times_faster(name, seconds))
+    for ours, other in case.pairs():
+        ratio = number(case.times_faster(ours, other, seconds))
         found.append(
-            f"| {case.what} | {ours} | {name}: {figures[name]} {case.unit} | {ratio} "
-            f"| {case.goals.get(name, '')} |"
+            f"| {case.what} | {ours}: {figures[ours]} {case.unit}{own_goal} "
+            f"| {other}: {figures[other]} {case.unit} | {ratio} | {case.goals.get(other, '')} |"
         )
     return found
 

@@ -12,7 +12,7 @@ Call = Callable[[], object]
 
 @dataclass(frozen=True)
 class Case:
-    """One thing to do, and who can do it; the first subject is contactlib.
+    """One thing to do, and who can do it; the first subjects are contactlib's.
 
     Attributes
     ----------
@@ -20,6 +20,8 @@ class Case:
         What is done.
     work : float
         Points, calls or simulated seconds of one call of a subject.
+    ours : int
+        How many of the subjects are contactlib's.
     less_work : mapping
         The same of a slow subject that is given less.
     unit : str
@@ -27,7 +29,7 @@ class Case:
     subjects : mapping
         Functions without arguments by name.
     goals : mapping
-        By the rival's name, what the ratio is to be; an empty name stands for the figure itself.
+        By the rival's name, what the ratio is to be; an empty name stands for our figure itself.
     clock : callable
         Time in seconds: of the processor, or of the wall where threads are to save it.
     """
@@ -38,6 +40,7 @@ class Case:
     subjects: Mapping[str, Call]
     goals: Mapping[str, str] = field(default_factory=dict)
     clock: Callable[[], float] = time.process_time
+    ours: int = 1
     less_work: Mapping[str, float] = field(default_factory=dict)
 
     def figure(self, name: str, seconds: float) -> float:
@@ -47,11 +50,17 @@ class Case:
             return work / seconds
         return seconds / work * {"ns": 1e9, "us": 1e6, "ms": 1e3}[self.unit]
 
-    def times_faster(self, name: str, seconds: Mapping[str, float]) -> float:
-        """How many times faster the first subject is than another one."""
-        first = next(iter(self.subjects))
-        each = [seconds[n] / self.less_work.get(n, self.work) for n in (name, first)]
+    def times_faster(self, ours: str, rival: str, seconds: Mapping[str, float]) -> float:
+        """How many times faster one subject is than another one, from the times of their calls."""
+        each = [seconds[name] / self.less_work.get(name, self.work) for name in (rival, ours)]
         return each[0] / each[1]
+
+    def pairs(self) -> list[tuple[str, str]]:
+        """What is to be compared: our first with every rival, others with the one of the goal."""
+        names = list(self.subjects)
+        ours, others = names[: self.ours], names[self.ours :]
+        main = [name for name in others if name in self.goals] or others[:1]
+        return [(ours[0], name) for name in others] + [(o, name) for o in ours[1:] for name in main]
 
 
 def interleaved(case: Case, *, rounds: int = 11, least: float = 0.02) -> dict[str, float]:
