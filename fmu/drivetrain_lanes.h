@@ -15,6 +15,10 @@
 enum { SPEED, LEFT, RIGHT, TWIST, RELAXED_LEFT, RELAXED_RIGHT, TORQUE };
 enum { DISTANCE = MOST_STATES, DRIVE, CREEP, RESISTANCE, LOSS };
 
+/* And of the input. */
+enum { COMMANDED, OUTER_RESISTANCE, ACCELERATION };
+enum { LOAD_LEFT = ACCELERATION + 1, LOAD_RIGHT, FRICTION_LEFT, FRICTION_RIGHT };
+
 /* What acts on one of the wheels. */
 typedef struct {
     double force, by_omega, by_speed, by_relaxed; /* half of the contact's */
@@ -22,11 +26,10 @@ typedef struct {
     double saturation, creepage, falling;
 } wheel_action;
 
-/* Some wheelsets under one table, of one set of states. The last stands in for lanes without one.
- */
+/* Wheelsets under one table, of one set of states. */
 typedef struct {
     const creep_table *table;
-    int count, elastic, relaxed, lagging;
+    int elastic, relaxed, lagging;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
     lanes loaded[2];                                    /* 1 or 0 */
     lanes train[FIELDS(drivetrain_parameters)];
@@ -100,13 +103,12 @@ static void wheel(group *g, int side, rows y) {
 
 /* Both wheels; the second only if it differs in a lane. */
 static void wheels(group *g, rows y) {
-    enum { LOAD = offsetof(drivetrain_input, load_left) / sizeof(double) };
-    enum { FRICTION = offsetof(drivetrain_input, friction_left) / sizeof(double) };
     lanes *in = g->input;
     int differ = 0;
     for (int l = 0; l < LANES; l++)
         differ |= (y[LEFT][l] != y[RIGHT][l]) | (y[RELAXED_LEFT][l] != y[RELAXED_RIGHT][l]) |
-                  (in[LOAD][l] != in[LOAD + 1][l]) | (in[FRICTION][l] != in[FRICTION + 1][l]);
+                  (in[LOAD_LEFT][l] != in[LOAD_RIGHT][l]) |
+                  (in[FRICTION_LEFT][l] != in[FRICTION_RIGHT][l]);
     wheel(g, 0, y);
     if (differ) wheel(g, 1, y);
     else memcpy(g->wheel[1], g->wheel[0], sizeof g->wheel[0]);
@@ -114,7 +116,6 @@ static void wheels(group *g, rows y) {
 
 /* Fields of the state that are no states of this drivetrain. */
 static void fill(group *g, rows y) {
-    enum { COMMANDED = offsetof(drivetrain_input, commanded_torque) / sizeof(double) };
     EACH_LANE (l) {
         if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
         if (!g->elastic) y[TWIST][l] = 0.0;
@@ -264,31 +265,36 @@ static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *
            is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b);
 }
 
-/* The group of at most LANES members that are next to each other and of one kind. */
-static void assemble(group *g, const drivetrain_member *members, size_t n,
-                     const drivetrain_input *input) {
-    g->table = members->table;
-    g->elastic = is_elastic(members);
-    g->relaxed = is_relaxed(members);
-    g->lagging = is_lagging(members);
-    g->count = 1;
-    while (g->count < LANES && (size_t)g->count < n && are_of_one_kind(members, &members[g->count]))
-        g->count++;
-    for (int l = 0; l < LANES; l++) {
-        int i = l < g->count ? l : g->count - 1;
-        const force_element_parameters *contact = members[i].contact;
-        double load[2] = {2.0 * input[i].load_left, 2.0 * input[i].load_right};
-        for (int side = 0; side < 2; side++) {
-            int loaded = is_loaded(contact, load[side]);
-            force_element_parameters there =
-                force_element_at_load(contact, loaded ? load[side] : contact->nominal_load);
-            put(g->contact[side], l, FIELDS(force_element_parameters), (const double *)&there);
-            g->loaded[side][l] = loaded ? 1.0 : 0.0;
-        }
-        g->nominal_load[l] = contact->nominal_load;
-        put(g->train, l, FIELDS(drivetrain_parameters), (const double *)members[i].drivetrain);
-        put(g->input, l, FIELDS(drivetrain_input), (const double *)&input[i]);
+/* How many of the next n members are of one kind. */
+static size_t count_of_one_kind(const drivetrain_member *members, size_t n) {
+    size_t count = 1;
+    while (count < n && are_of_one_kind(members, &members[count])) count++;
+    return count;
+}
+
+static void set_kind(group *g, const drivetrain_member *member) {
+    g->table = member->table;
+    g->elastic = is_elastic(member);
+    g->relaxed = is_relaxed(member);
+    g->lagging = is_lagging(member);
+}
+
+/* Put one into a lane. */
+static void load(group *g, int l, const drivetrain_member *member, const drivetrain_input *input,
+                 const drivetrain_state *state, rows y) {
+    const force_element_parameters *contact = member->contact;
+    double weight[2] = {2.0 * input->load_left, 2.0 * input->load_right};
+    for (int side = 0; side < 2; side++) {
+        int loaded = is_loaded(contact, weight[side]);
+        force_element_parameters there =
+            force_element_at_load(contact, loaded ? weight[side] : contact->nominal_load);
+        put(g->contact[side], l, FIELDS(force_element_parameters), (const double *)&there);
+        g->loaded[side][l] = loaded ? 1.0 : 0.0;
     }
+    g->nominal_load[l] = contact->nominal_load;
+    put(g->train, l, FIELDS(drivetrain_parameters), (const double *)member->drivetrain);
+    put(g->input, l, FIELDS(drivetrain_input), (const double *)input);
+    put(y, l, FIELDS(drivetrain_state), (const double *)state);
 }
 
 static equations equations_of(group *g) {
@@ -307,58 +313,94 @@ static equations equations_of(group *g) {
     return problem;
 }
 
-/* Length of the stretch that begins here, up to the next corner of friction, and friction in its
- * middle. */
-static double next_stretch(const track *rails, rows y, int l, double time, double left,
-                           drivetrain_input *held) {
-    double distance = y[DISTANCE][l], speed = y[SPEED][l], friction[2];
-    double until = track_until_change(rails, distance, speed, time);
-    double part = until < left * (1.0 - 1e-9) ? until : left;
-    track_friction(rails, distance + 0.5 * part * speed, time + 0.5 * part, friction);
-    held->friction_left = friction[0];
-    held->friction_right = friction[1];
-    return part;
+/* Many of one kind, stepped from a time: a lane takes the next one as soon as it has arrived. */
+typedef struct {
+    const drivetrain_member *members;
+    const drivetrain_input *input;
+    drivetrain_state *state;
+    double *tried;
+    unsigned char *failed;
+    size_t n, next; /* number, and the first that no lane has taken yet */
+    double start, step, tolerance;
+    size_t at[LANES]; /* who is in a lane */
+    lanes time, rest; /* at the stretch's end; left of the step after it, below zero if idle */
+} journey;
+
+/* Begin the stretch up to the next corner of friction, under that of its middle. */
+static void begin_stretch(journey *j, group *g, integration *run, int l) {
+    const track *rails = j->members[j->at[l]].rails;
+    double left = j->rest[l], part = left;
+    if (rails) {
+        double distance = run->y[DISTANCE][l], speed = run->y[SPEED][l], friction[2];
+        double until = track_until_change(rails, distance, speed, j->time[l]);
+        if (until < left * (1.0 - 1e-9)) part = until;
+        track_friction(rails, distance + 0.5 * part * speed, j->time[l] + 0.5 * part, friction);
+        g->input[FRICTION_LEFT][l] = friction[0];
+        g->input[FRICTION_RIGHT][l] = friction[1];
+    }
+    run->left[l] = part;
+    j->time[l] += part;
+    j->rest[l] = part < left ? left - part : 0.0;
 }
 
-/* Step a group on, each from one corner of friction to the next. */
-static void advance(group *g, const drivetrain_member *members, const drivetrain_input *input,
-                    drivetrain_state *state, double start, double step, double tolerance,
-                    double *substep, unsigned char *failed) {
-    rows y;
-    lanes left, time, part, tried;
-    int gave_up[LANES], busy = 1;
-    equations problem = equations_of(g);
-    for (int l = 0; l < LANES; l++) {
-        int i = l < g->count ? l : g->count - 1;
-        put(y, l, FIELDS(drivetrain_state), (const double *)&state[i]);
-        left[l] = l < g->count && !failed[i] ? step : 0.0;
-        time[l] = start;
-        tried[l] = substep[i];
+/* Let a lane take the next one that has not failed; it idles if there is none. */
+static void take_next(journey *j, group *g, integration *run, int l) {
+    while (j->next < j->n && j->failed[j->next]) j->next++;
+    if (j->next == j->n) return;
+    size_t i = j->at[l] = j->next++;
+    load(g, l, &j->members[i], &j->input[i], &j->state[i], run->y);
+    run->h[l] = j->tried[i] > 0.0 ? j->tried[i] : j->step;
+    run->count[l] = 0.0;
+    j->time[l] = j->start;
+    j->rest[l] = j->step;
+    begin_stretch(j, g, run, l);
+}
+
+/* Put a lane's state back; it is complete but for what is no state of this drivetrain. */
+static void arrive(journey *j, group *g, integration *run, int l) {
+    size_t i = j->at[l];
+    drivetrain_state *state = &j->state[i];
+    take(run->y, l, FIELDS(drivetrain_state), (double *)state);
+    if (!g->elastic) state->omega_right = state->omega_left;
+    if (!g->lagging) state->drive_torque = j->input[i].commanded_torque;
+    j->tried[i] = run->h[l];
+}
+
+static void advance(journey *j) {
+    group g;
+    integration run;
+    set_kind(&g, j->members);
+    equations problem = equations_of(&g);
+    int busy = 0;
+    for (int l = 0; l < LANES; l++) { /* lanes that find no work stand by with the first one */
+        load(&g, l, j->members, j->input, j->state, run.y);
+        run.left[l] = run.count[l] = 0.0;
+        run.h[l] = 1.0;
+        j->rest[l] = -1.0;
+        take_next(j, &g, &run, l);
+        busy |= run.left[l] > 0.0;
     }
     while (busy) {
+        rosenbrock_substep(&problem, &run, j->tolerance);
         busy = 0;
-        for (int l = 0; l < g->count; l++) {
-            part[l] = left[l];
-            if (left[l] > 0.0 && members[l].rails) {
-                drivetrain_input held = input[l];
-                part[l] = next_stretch(members[l].rails, y, l, time[l], left[l], &held);
-                put(g->input, l, FIELDS(drivetrain_input), (const double *)&held);
+        for (int l = 0; l < LANES; l++) {
+            int there = run.left[l] == 0.0, waiting = there && j->rest[l] < 0.0;
+            if (!there && run.count[l] >= MOST_SUBSTEPS) {
+                j->failed[j->at[l]] = 1; /* it stays as it was */
+                run.left[l] = 0.0;
+                j->rest[l] = -1.0;
+                take_next(j, &g, &run, l);
+            } else if (there && !waiting) {
+                if (j->rest[l] > 0.0) {
+                    begin_stretch(j, &g, &run, l);
+                } else {
+                    arrive(j, &g, &run, l);
+                    j->rest[l] = -1.0;
+                    take_next(j, &g, &run, l);
+                }
             }
+            busy |= run.left[l] > 0.0;
         }
-        for (int l = g->count; l < LANES; l++) part[l] = 0.0;
-        rosenbrock_advance(&problem, y, part, tolerance, tried, gave_up);
-        for (int l = 0; l < g->count; l++) {
-            if (gave_up[l]) failed[l] = 1;
-            time[l] += part[l];
-            left[l] = gave_up[l] || part[l] >= left[l] ? 0.0 : left[l] - part[l];
-            busy |= left[l] > 0.0;
-        }
-    }
-    fill(g, y);
-    for (int l = 0; l < g->count; l++) {
-        if (failed[l]) continue;
-        take(y, l, FIELDS(drivetrain_state), (double *)&state[l]);
-        substep[l] = tried[l];
     }
 }
 
@@ -374,16 +416,23 @@ void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
         input[i].friction_right = friction[1];
     }
     if (!(step > 0.0)) return;
-    group g;
-    for (size_t i = 0; i < n; i += (size_t)g.count) {
-        assemble(&g, &members[i], n - i, &input[i]);
-        advance(&g, &members[i], &input[i], &state[i], time, step, tolerance, &substep[i],
-                &failed[i]);
+    for (size_t i = 0, count; i < n; i += count) {
+        count = count_of_one_kind(&members[i], n - i);
+        journey j = {.members = &members[i],
+                     .input = &input[i],
+                     .state = &state[i],
+                     .tried = &substep[i],
+                     .failed = &failed[i],
+                     .n = count,
+                     .start = time,
+                     .step = step,
+                     .tolerance = tolerance};
+        advance(&j);
     }
 }
 
-static void set_outputs(group *g, rows y, drivetrain_output *output) {
-    for (int l = 0; l < g->count; l++) {
+static void set_outputs(group *g, rows y, int count, drivetrain_output *output) {
+    for (int l = 0; l < count; l++) {
         TAKE(drivetrain_parameters, p, g->train);
         TAKE(drivetrain_input, in, g->input);
         wheel_action a[2];
@@ -414,18 +463,20 @@ void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, 
                                     const drivetrain_input *input, const drivetrain_state *state,
                                     drivetrain_output *output) {
     group g;
-    for (size_t row = 0; row < rows_of_n; row++) {
-        for (size_t i = 0; i < n; i += (size_t)g.count) {
+    rows y;
+    for (size_t i = 0, count; i < n; i += count) {
+        count = count_of_one_kind(&members[i], n - i);
+        if (count > LANES) count = LANES;
+        set_kind(&g, &members[i]);
+        for (size_t row = 0; row < rows_of_n; row++) {
             size_t at = row * n + i;
-            rows y;
-            assemble(&g, &members[i], n - i, &input[at]);
-            for (int l = 0; l < LANES; l++) {
-                int k = l < g.count ? l : g.count - 1;
-                put(y, l, FIELDS(drivetrain_state), (const double *)&state[at + (size_t)k]);
+            for (size_t l = 0; l < LANES; l++) {
+                size_t k = l < count ? l : 0;
+                load(&g, (int)l, &members[i + k], &input[at + k], &state[at + k], y);
             }
             fill(&g, y);
             wheels(&g, y);
-            set_outputs(&g, y, &output[at]);
+            set_outputs(&g, y, (int)count, &output[at]);
         }
     }
 }

@@ -4,7 +4,7 @@
  * Rodas3: a linearly implicit Rosenbrock method of four stages and third order, L-stable and
  * stiffly accurate, with an embedded second-order solution that controls the substeps. It needs
  * the exact Jacobian and no iteration. Each lane has substeps of its own and computes what it
- * would compute alone; one that has arrived waits for the others.
+ * would compute alone.
  *
  * A. Sandu, J. G. Verwer, J. G. Blom, E. J. Spee, G. R. Carmichael & F. A. Potra, "Benchmarking
  * stiff ODE solvers for atmospheric chemistry problems II: Rosenbrock solvers", Atmospheric
@@ -140,57 +140,47 @@ ALWAYS_INLINE double stretch_of_step(double ratio) {
     return ratio <= 1e300 ? factor : 0.1; /* also if it is not a number */
 }
 
-/* Step y on by each lane's step, with an error of each substep up to the tolerance. substep is the
- * length to try first, 0 if none is known, and then the one to go on with. Where that fails within
- * the largest number of substeps failed is set, and y is as it was. */
-static inline void rosenbrock_advance(const equations *p, rows y, lanes step, double tolerance,
-                                      lanes tried, int failed[LANES]) {
-    rows now, f, next, error;
-    substep s;
-    lanes left, h, pieces, ratio, taken;
-    int busy = 0;
-    s.problem = p;
-    memset(s.j, 0, sizeof s.j); /* what no rate depends on stays so */
-    for (int l = 0; l < LANES; l++) {
-        left[l] = step[l];
-        h[l] = tried[l] > 0.0 ? tried[l] : step[l];
-        busy |= left[l] > 0.0;
+/* Lanes under way. */
+typedef struct {
+    rows y;
+    lanes left;  /* of the step [s]; a lane that has none left stays where it is */
+    lanes h;     /* length to try next [s], above zero */
+    lanes count; /* of substeps */
+} integration;
+
+/* One substep of each lane, taken if its error is up to the tolerance. */
+static inline void rosenbrock_substep(const equations *p, integration *s, double tolerance) {
+    rows f, next, error;
+    lanes pieces, ratio, taken;
+    substep one;
+    one.problem = p;
+    memset(one.j, 0, sizeof one.j); /* what no rate depends on stays so */
+    p->rates(p->model, s->y, f, &one.j);
+    EACH_LANE (l) {
+        int runs = s->left[l] > 0.0;
+        double many = ceil(s->left[l] / s->h[l] * (1.0 - 1e-12));
+        pieces[l] = runs ? many : 1.0;
+        one.h[l] = runs ? s->left[l] / larger(pieces[l], 1.0) : 1.0;
     }
-    memcpy(now, y, sizeof now);
-    for (int count = 0; busy && count < MOST_SUBSTEPS; count++) {
-        p->rates(p->model, now, f, &s.j);
-        EACH_LANE (l) {
-            int runs = left[l] > 0.0;
-            double many = ceil(left[l] / h[l] * (1.0 - 1e-12));
-            pieces[l] = runs ? many : 1.0;
-            s.h[l] = runs ? left[l] / larger(pieces[l], 1.0) : 1.0;
-        }
-        rodas3(&s, now, f, next, error);
-        p->error_size(p->model, next, error, ratio);
-        EACH_LANE (l) {
-            double part = ratio[l] / tolerance, factor = stretch_of_step(part);
-            int runs = left[l] > 0.0, taking = runs & (part <= 1.0);
-            double longer = larger(h[l], s.h[l] * factor), shorter = s.h[l] * smaller(factor, 0.8);
-            double after = factor < 1.0 ? s.h[l] * factor : longer, tried_next = shorter;
-            double rest = pieces[l] > 1.0 ? left[l] - s.h[l] : 0.0;
-            tried_next = taking ? after : tried_next;
-            h[l] = runs ? tried_next : h[l];
-            left[l] = taking ? rest : left[l];
-            taken[l] = taking ? 1.0 : 0.0;
-        }
-        for (int i = 0; i < p->rows; i++) {
-            double *to = now[p->place[i]];
-            const double *from = next[p->place[i]];
-            EACH_LANE (l) to[l] = taken[l] > 0.0 ? from[l] : to[l];
-        }
-        busy = 0;
-        for (int l = 0; l < LANES; l++) busy |= left[l] > 0.0;
+    rodas3(&one, s->y, f, next, error);
+    p->error_size(p->model, next, error, ratio);
+    EACH_LANE (l) {
+        double part = ratio[l] / tolerance, factor = stretch_of_step(part);
+        int runs = s->left[l] > 0.0, taking = runs & (part <= 1.0);
+        double longer = larger(s->h[l], one.h[l] * factor);
+        double shorter = one.h[l] * smaller(factor, 0.8);
+        double after = factor < 1.0 ? one.h[l] * factor : longer;
+        double rest = pieces[l] > 1.0 ? s->left[l] - one.h[l] : 0.0;
+        double wanted = taking ? after : shorter;
+        s->h[l] = runs ? wanted : s->h[l];
+        s->left[l] = taking ? rest : s->left[l];
+        s->count[l] += 1.0;
+        taken[l] = taking ? 1.0 : 0.0;
     }
-    for (int l = 0; l < LANES; l++) {
-        failed[l] = left[l] > 0.0;
-        tried[l] = failed[l] ? tried[l] : h[l];
-        for (int i = 0; i < p->rows; i++)
-            if (!failed[l]) y[p->place[i]][l] = now[p->place[i]][l];
+    for (int i = 0; i < p->rows; i++) {
+        double *to = s->y[p->place[i]];
+        const double *from = next[p->place[i]];
+        EACH_LANE (l) to[l] = taken[l] > 0.0 ? from[l] : to[l];
     }
 }
 

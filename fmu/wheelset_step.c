@@ -56,11 +56,16 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
                              wheelset_state *state, double step, double tolerance,
                              double *substep) {
     motion m = {table, contact, body, input, 1.0};
-    int states = contact->relaxation_length > 0.0 ? 3 : 2, failed;
+    int states = contact->relaxation_length > 0.0 ? 3 : 2;
     equations problem = {states, states, {0, 1, 2}, &m, evaluate, error_size};
-    rows y = {{state->omega}, {state->speed}, {state->relaxed_creepage}};
-    rosenbrock_advance(&problem, y, &step, tolerance, substep, &failed);
-    if (failed) return "the tolerance is not met within 100000 substeps";
-    *state = (wheelset_state){y[0][0], y[1][0], y[2][0]};
+    integration run = {.y = {{state->omega}, {state->speed}, {state->relaxed_creepage}},
+                       .left = {step},
+                       .h = {*substep > 0.0 ? *substep : step}};
+    while (run.left[0] > 0.0) {
+        if (run.count[0] >= MOST_SUBSTEPS) return "the tolerance is not met within 100000 substeps";
+        rosenbrock_substep(&problem, &run, tolerance);
+    }
+    *substep = run.h[0];
+    *state = (wheelset_state){run.y[0][0], run.y[1][0], run.y[2][0]};
     return NULL;
 }
