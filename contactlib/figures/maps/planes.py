@@ -3,31 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from contactlib.figures.maps.categories import ALIKE, CELLS, best, draw_categories
+from contactlib.figures.maps.cells import cell_edges, mark_cells
 from contactlib.figures.maps.layout import Case, Layout, controllers, title_of
-from contactlib.figures.maps.meaning import BORDER, YES_OR_NO, ZEROS, Meaning, meaning
+from contactlib.figures.maps.meaning import BORDER, YES_OR_NO, ZEROS, meaning
 from contactlib.figures.maps.panels import ROUND, along, frame, in_rows, label_outside, panels
-from contactlib.figures.maps.words import finite, geometric, wide, words
+from contactlib.figures.maps.words import finite, wide, words
 from contactlib.figures.scenario import run_name
 from contactlib.figures.stability.common import plain_log
 from contactlib.figures.style import DASHED, STYLE
 from contactlib.parameters import FloatArray
 
+if TYPE_CHECKING:
+    from xarray import DataArray
+
 COLOURS = "viridis"  # uniform to the eye, and from dark to light in grey
-ZERO, NO_VALUE, FAILED = "#E4E4E4", "#C8C8C8", "#8A8A8A"
 LEVELS = 7
 FINE = 6  # values of both axes from which lines of equal value say more than numbers
 CALM = "Lines: of the median over 3 by 3 cells."
@@ -49,53 +51,61 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
     count = len(chosen.cases) + (first is not None)
     columns = len(names) if chosen.further is not None and len(names) > 1 else in_rows(count)
     at = [words(v).factor * v.values for v in (x, y)]
-    edges = [_edges(v) for v in at]
+    edges = [cell_edges(v) for v in at]
     scale = _scale(shown.factor * finite(outcome.values), str(outcome.name))
-    style = {**STYLE, "axes.grid": False, "hatch.linewidth": 0.5}
-    with mpl.rc_context(style):
+    with mpl.rc_context({**STYLE, "axes.grid": False, "hatch.linewidth": 0.5}):
         figure, drawn = panels(count, columns, 3.4, 2.7)
         along(drawn[0], "x", x)
         along(drawn[0], "y", y)
         handles: dict[str, Any] = {}
-        note = ""
         for axes, case in zip(drawn, chosen.cases, strict=False):
-            axes.set_title(title_of(case), loc="left", fontsize=10)
             if outcome.name in YES_OR_NO:
                 yes, no = YES_OR_NO[str(outcome.name)]
                 handles |= draw_categories(axes, edges, 1.0 - case.values, [yes, no])
             else:
-                values = shown.factor * case.values
-                cells = axes.pcolormesh(*edges, values, cmap=COLOURS, norm=scale.norm)
-                cells.set_rasterized(values.size > CELLS)
-                if min(values.shape) < FINE:
-                    _numbers(axes, at, values, scale)
-                else:
-                    # Noise of sensors differs from run to run; an analysis has none.
-                    _lines(axes, at, _calm(values) if names else values, scale)
-                    note = CALM if names else ""
-            handles |= _without_number(axes, edges, case, scale, meaning(outcome.name))
+                _values(axes, at, edges, shown.factor * case.values, scale, noisy=bool(names))
+            handles |= mark_cells(axes, edges, case, meaning(outcome.name))
             handles |= _borders(axes, at, case, str(outcome.name))
+            axes.set_title(title_of(case), loc="left", fontsize=10)
         if first is not None:
-            most = "most" if meaning(outcome.name).wanted > 0 else "least"
-            texts = [f"{most}: {run_name(name)}" for name in names]
-            texts.insert(0, f"two are within {100.0 * ALIKE:g} % of the scale")
             over = first.transpose(y.name, x.name).values
-            handles |= draw_categories(drawn[-1], edges, over, texts)
-            drawn[-1].set_title(f"who has the {most}", loc="left", fontsize=10)
+            handles |= _winners(drawn[-1], edges, over, outcome)
         label_outside(drawn, columns, words(x).label, words(y).lines(26))
         if outcome.name not in YES_OR_NO:
             _bar(figure, drawn, scale, shown.lines(34))
-        frame(figure, title, handles, f"{caption} {note}".strip())
+        calmed = names and min(len(v) for v in at) >= FINE
+        frame(figure, title, handles, f"{caption} {CALM if calmed else ''}".strip())
     return figure
 
 
-def _edges(centres: FloatArray) -> FloatArray:
-    """Borders of the cells around the values of an axis."""
-    if geometric(centres):
-        return np.asarray(np.exp(_edges(np.log(centres))))
-    middle = 0.5 * (centres[1:] + centres[:-1])
-    ends = 2.0 * centres[[0, -1]] - middle[[0, -1]]
-    return np.asarray(np.concatenate([ends[:1], middle, ends[1:]]))
+def _values(
+    axes: Axes,
+    at: list[FloatArray],
+    edges: list[FloatArray],
+    values: FloatArray,
+    scale: Scale,
+    *,
+    noisy: bool,
+) -> None:
+    """Colours, and lines of equal value or the values themselves."""
+    cells = axes.pcolormesh(*edges, values, cmap=COLOURS, norm=scale.norm)
+    cells.set_rasterized(values.size > CELLS)
+    if min(values.shape) >= FINE:
+        # Noise of sensors differs from run to run; an analysis has none.
+        _lines(axes, at, _calm(values) if noisy else values, scale)
+    elif values.shape[1] <= ROOM:
+        _numbers(axes, at, values, scale)
+
+
+def _winners(
+    axes: Axes, edges: list[FloatArray], first: FloatArray, outcome: DataArray
+) -> dict[str, Any]:
+    """Which controller does best where."""
+    most = "most" if meaning(outcome.name).wanted > 0 else "least"
+    axes.set_title(f"who has the {most}", loc="left", fontsize=10)
+    texts = [f"two are within {100.0 * ALIKE:g} % of the scale"]
+    texts += [f"{most}: {run_name(name)}" for name in controllers(outcome)]
+    return draw_categories(axes, edges, first, texts)
 
 
 def _scale(values: FloatArray, outcome: str) -> Scale:
@@ -140,8 +150,6 @@ def _calm(values: FloatArray) -> FloatArray:
 
 def _numbers(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -> None:
     """The values themselves."""
-    if values.shape[1] > ROOM:
-        return
     for row, column in np.argwhere(_coloured(values, scale)):
         value = values[row, column]
         dark = float(scale.norm(value)) < 0.6
@@ -152,33 +160,6 @@ def _numbers(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale)
 
 def _coloured(values: FloatArray, scale: Scale) -> Any:
     return np.isfinite(values) & ((values > 0.0) | (not isinstance(scale.norm, LogNorm)))
-
-
-def _without_number(
-    axes: Axes, edges: list[FloatArray], case: Case, scale: Scale, means: Meaning
-) -> dict[str, Any]:
-    """Hatch what is infinite, and grey what has no value or no run."""
-    values = case.values
-    zero = (values == 0.0) if means.zero else np.zeros(values.shape, bool)
-    kinds = {
-        means.infinite: (np.isinf(values), "white", "///"),
-        means.zero: (zero, ZERO, "..."),
-        means.missing: (np.isnan(values) & ~case.failed, NO_VALUE, ""),
-        "failed": (case.failed, FAILED, "xxx"),
-    }
-    handles: dict[str, Any] = {}
-    for name, (where, face, hatch) in kinds.items():
-        if where.any():
-            cells = np.ma.masked_array(np.ones(values.shape), ~where)
-            look: dict[str, Any] = {
-                "hatch": hatch,
-                "edgecolor": "black",
-                "linewidth": 0.0,
-                "antialiased": False,
-            }
-            axes.pcolor(*edges, cells, cmap=ListedColormap([face]), **look)
-            handles[name] = Patch(fc=face, ec="black", lw=0.6, hatch=hatch, label=name)
-    return handles
 
 
 def _borders(axes: Axes, at: list[FloatArray], case: Case, outcome: str) -> dict[str, Any]:

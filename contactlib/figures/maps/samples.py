@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 QUANTILES = (0.05, 0.5, 0.95)
 CHANCE = 0.99  # part of the rank correlations of what does not depend that are inside the band
 STEPS, POINTS, BARS = 400, 1000, 8  # most that are drawn
+MANY = 300  # points, from which an SVG holds them as a picture
 HATCHES = ("", "///", "...", "xxx")
 
 
@@ -164,6 +165,7 @@ def _scatter(axes: Axes, parameter: DataArray, groups: list[Group], shown: Words
     for index, group in enumerate(groups):
         look = LOOKS[index % len(LOOKS)]
         point: dict[str, Any] = {"ls": "none", "marker": look["marker"], "color": look["color"]}
+        point["rasterized"] = x.size > MANY
         y = np.where(np.isfinite(group.values), group.values, np.nan)
         axes.plot(x[::every], y[::every], ms=2.5, alpha=0.6, mew=0.0, **point)
     axes.set_xlabel(of_axis.label)
