@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection, QuadMesh
-from matplotlib.colors import LogNorm, same_color
+from matplotlib.colors import LogNorm, to_rgba
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -164,7 +164,9 @@ def marked(axes: Axes, colour: str, x: ArrayLike, y: ArrayLike) -> NDArray[np.bo
     points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     inside = np.zeros(len(points), dtype=bool)
     for found in axes.collections:
-        if isinstance(found, PolyCollection) and same_color(found.get_facecolor(), colour):
+        if not isinstance(found, PolyCollection):
+            continue
+        if np.allclose(numbers(found.get_facecolor()), to_rgba(colour)):
             for path in found.get_paths():
                 inside |= path.contains_points(points)
     return inside.reshape(np.size(y), np.size(x))
