@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 
 import numpy as np
 
-from contactlib.fleet import Runs, Timing, timing
+from contactlib.fleet import BLOCK, Runs, Timing, timing
 from contactlib.outcomes import Seen, Vehicles, observers
 from contactlib.parameters import FloatArray, checked
 from contactlib.scenario import Scenario
@@ -15,7 +15,8 @@ from contactlib.traction_run import TOLERANCE
 
 FLEET = 2048  # runs at once: their states and memories stay in a core's own cache
 FAILED = "failed"
-RUN_BYTES = 30_000  # of a run under way: parameters, noise and profiles ahead, sums
+RUN_BYTES = 16_000  # of a run under way: parameters, noise and profiles ahead, sums
+ROW_BYTES = 800  # of a row of a run: inputs, states, outputs and signals
 
 
 def run_many(
@@ -62,6 +63,16 @@ def run_many(
     ------
     ValueError
         If an outcome is not known, a value is out of range, or a scenario has no such controller.
+
+    Examples
+    --------
+    >>> import dataclasses
+    >>> import contactlib as cl
+    >>> case = dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=8.0)
+    >>> weak = dataclasses.replace(case, demand=cl.Profile.of(10e3))
+    >>> found = cl.run_many([case, weak], "creep_pi", ["adhesion_utilisation", "final_speed"])
+    >>> found["adhesion_utilisation"].round(2), found["failed"]
+    (array([0.98, 1.  ]), array([0., 0.]))
     """
     checked("tolerance", tolerance, TOLERANCE)
     observers(outcomes, Vehicles.of([]))
@@ -88,6 +99,14 @@ def run_many(
             for name, observer in watching.items():
                 found[name][places] = np.where(runs.failed, np.nan, observer.value())
     return found
+
+
+def working_memory(runs: int) -> int:
+    """Memory that `run_many` takes for as many runs, beside what goes in and comes out [B].
+
+    It is bounded, as no more than `FLEET` runs are under way at a time.
+    """
+    return BLOCK * ROW_BYTES + min(runs, FLEET) * RUN_BYTES
 
 
 def _groups(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tracemalloc
 from typing import Any, Self
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import contactlib as cl
-from contactlib.ensemble_run import FAILED, run_many
+from contactlib.ensemble_run import FAILED, run_many, working_memory
 from contactlib.metrics import Metrics
 from contactlib.outcomes import OUTCOMES
 from contactlib.traction import stacked, structure
@@ -188,6 +189,19 @@ def test_refusals(scenarios: list[cl.Scenario]) -> None:
     with pytest.raises(ValueError, match=r"tolerance = 1.0 is out of range"):
         run_many(scenarios, "creep_pi", ["slip_work"], tolerance=1.0)
     assert run_many([], "creep_pi", ["slip_work"])["slip_work"].shape == (0,)
+
+
+def test_memory_is_bounded(scenarios: list[cl.Scenario]) -> None:
+    """By the estimate that chunks are made by, and not by how long the runs are."""
+    peaks = []
+    for runs, duration in ((60, 3.0), (60, 9.0), (900, 0.2)):
+        many = [dataclasses.replace(scenarios[7], duration=duration)] * runs
+        tracemalloc.start()
+        run_many(many, "creep_pi", list(OUTCOMES), step=0.01)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert 0.1 * working_memory(runs) < peaks[-1] < working_memory(runs)
+    assert peaks[1] < 1.02 * peaks[0]
 
 
 def test_every_outcome_has_unit_and_description_and_metrics_are_outcomes() -> None:
