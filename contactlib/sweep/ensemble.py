@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 # Runs in a chunk: side by side a few cost as much as one, and what two thousand take is less than
-# 200 MB. Its simulated time is what a kill can cost, and what passes between signs of progress.
+# 100 MB. Its simulated time is what a kill can cost, and what passes between signs of progress.
 LEAST, MOST, LONGEST = 64, 2048, 20_000.0
 CHUNKS_EACH = 8  # for a worker, so that none waits long for the last
 
