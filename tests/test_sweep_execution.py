@@ -140,7 +140,27 @@ def test_a_finished_sweep_is_not_run_again(path: Path, known: bytes, tmp_path: P
         assert executor.chunks != []
 
 
-def stop_in_the_middle(path: Path, folder: Path) -> list[Path]:
+def test_a_kill_at_the_very_end_leaves_nothing(path: Path, known: bytes, tmp_path: Path) -> None:
+    stop_in_the_middle(path, tmp_path)
+    (tmp_path / f"{path.stem}.nc").write_bytes(known)
+    with CountingExecutor() as executor:
+        assert file_of(path, tmp_path, executor=executor) == known
+        assert executor.chunks == []
+    assert [p.name for p in tmp_path.iterdir()] == [f"{path.stem}.nc"]
+
+
+def test_a_restart_that_is_killed_goes_on_without_the_results_before(
+    tmp_path: Path, known: bytes
+) -> None:
+    folder = tmp_path / "out"
+    mine = write_sweep(tmp_path, LONG.replace("300.0", "302.0"))
+    cl.ensemble(mine, output=folder)
+    mine.write_text(LONG)
+    stop_in_the_middle(mine, folder, restart=True)
+    assert file_of(mine, folder) == known
+
+
+def stop_in_the_middle(path: Path, folder: Path, restart: bool = False) -> list[Path]:
     """Chunks of a sweep that somebody stopped."""
 
     def stop(part: float) -> None:
@@ -148,7 +168,7 @@ def stop_in_the_middle(path: Path, folder: Path) -> list[Path]:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        cl.ensemble(path, output=folder, chunk=2, workers=2, progress=stop)
+        cl.ensemble(path, output=folder, chunk=2, workers=2, restart=restart, progress=stop)
     return sorted((folder / f"{path.stem}.chunks").glob("*.chunk"))
 
 

@@ -91,8 +91,9 @@ def ensemble(
     path = results_path(sweep, output)
     folder = path.with_suffix(".chunks")
     if restart:
+        path.unlink(missing_ok=True)
         discard(folder)
-    if path.exists() and not restart:
+    if path.exists():
         known = read_dataset(path)
         if known.attrs.get("plan_digest") != digest:
             raise ValueError(
@@ -100,6 +101,7 @@ def ensemble(
                 "itself is not the same; start anew with --restart (restart=True), or choose "
                 "another output folder"
             )
+        discard(folder)  # of a kill between the file and this
         progress(1.0)
         return known
     store = ChunkStore(folder, digest, runs=sweep.runs, chunk=chunk)
