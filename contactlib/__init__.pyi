@@ -67,6 +67,7 @@ from contactlib.stability import slip_away_time as slip_away_time
 from contactlib.stability import slope_threshold as slope_threshold
 from contactlib.stability import steady_states as steady_states
 from contactlib.stability import worst_pole as worst_pole
+from contactlib.sweep import ANALYSES as ANALYSES
 from contactlib.sweep import Sweep as Sweep
 from contactlib.sweep import ensemble as ensemble
 from contactlib.sweep import load_sweep as load_sweep

@@ -308,7 +308,11 @@ def fmu(
     type=click.IntRange(1),
     help="Threads or processes; default: one for each processor.",
 )
-@click.option("--processes", is_flag=True, help="Processes instead of threads.")
+@click.option(
+    "--processes",
+    is_flag=True,
+    help="Processes instead of threads: for outcomes of the analysis, which is in Python.",
+)
 @click.option(
     "--cluster", metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://10.0.0.1:8786."
 )
@@ -316,11 +320,12 @@ def fmu(
     "--chunk", type=click.IntRange(1), help="Runs in a chunk, which is what a kill can cost."
 )
 @click.option("--restart", is_flag=True, help="Do away with what OUTPUT has, and start anew.")
+@click.option("--no-maps", is_flag=True, help="Draw nothing.")
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Folder for the NetCDF file; default: contactlib- and the file's name.",
+    help="Folder for the NetCDF file and the maps; default: contactlib- and the file's name.",
 )
 def sweep(
     sweep: str,
@@ -329,6 +334,7 @@ def sweep(
     cluster: str | None,
     chunk: int | None,
     restart: bool,
+    no_maps: bool,
     output: Path | None,
 ) -> None:
     """Run SWEEP, a scenario over many values of its parameters.
@@ -371,7 +377,13 @@ def sweep(
             reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
     for line in sweeps.report(loaded, found):
         reporter.line(line)
-    reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}")
+    if not no_maps:
+        from contactlib.figures import draw_maps
+
+        with reporter.step("Drawing the maps"):
+            draw_maps(found, folder)
+    beside = "" if no_maps else ", and maps beside it"
+    reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}{beside}")
 
 
 @main.command()

@@ -213,7 +213,7 @@ def test_another_plan_is_refused(path: Path, tmp_path: Path, finished: bool) -> 
     mine.write_text(LONG.replace("to = 300.0", "to = 301.0"))
     with pytest.raises(ValueError, match="of another plan"):
         cl.ensemble(mine, output=folder)
-    result = CliRunner().invoke(main, ["sweep", str(mine), "-o", str(folder)])
+    result = CliRunner().invoke(main, ["sweep", str(mine), "-o", str(folder), "--no-maps"])
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1
     assert "--restart" in result.stderr
@@ -264,7 +264,8 @@ def test_command_tells_what_it_does_and_where_the_results_are(
     assert lines[0] == "Quick: 24 runs of 0.6 s under each of creep_pi, open_loop; 2 workers"
     assert any("s left" in line for line in lines)
     assert any(line.endswith("simulated s per s") for line in lines)
-    assert lines[-1] == f"The results are in {tmp_path / path.stem}.nc"
+    assert lines[-1] == f"The results are in {tmp_path / path.stem}.nc, and maps beside it"
+    assert (tmp_path / "slip_work.png").stat().st_size > 0
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
     again = CliRunner().invoke(main, given)
     assert again.exit_code == 0, again.output
@@ -276,7 +277,7 @@ def test_command_tells_what_it_does_and_where_the_results_are(
 def test_ctrl_c_stops_and_the_same_command_goes_on(
     path: Path, known: bytes, tmp_path: Path, how: list[str]
 ) -> None:
-    given = ["sweep", str(path), "-o", str(tmp_path), "--chunk", "1", *how]
+    given = ["sweep", str(path), "-o", str(tmp_path), "--no-maps", "--chunk", "1", *how]
     code = "import sys; from contactlib.cli import main; main(sys.argv[1:])"
     run = python(code, *given)
     folder = tmp_path / f"{path.stem}.chunks"
@@ -289,7 +290,7 @@ def test_ctrl_c_stops_and_the_same_command_goes_on(
     assert f"what is done is kept in {tmp_path}: the same command goes on" in out
     assert "Traceback" not in out + err
     kept = len(list(folder.glob("*.chunk")))
-    result = CliRunner().invoke(main, given[:4])
+    result = CliRunner().invoke(main, given[:5])
     assert result.exit_code == 0, result.output
     assert f"{kept / 24:.0%} was done before" in result.output
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
@@ -329,7 +330,7 @@ with LocalCluster(**options) as cluster, Client(cluster) as client:
     after = set(client.run(os.getpid).values())
     print(len(set(victims) & after), flush=True)
     main(
-        ["sweep", path, "--cluster", cluster.scheduler_address, "-o", folder + "/command"],
+        ["sweep", path, "--cluster", cluster.scheduler_address, "-o", folder + "/command", "--no-maps"],
         standalone_mode=False,
     )
 """

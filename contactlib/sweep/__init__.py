@@ -3,7 +3,7 @@
 from contactlib.sweep.dataset import report
 from contactlib.sweep.ensemble import ensemble, results_path
 from contactlib.sweep.loading import load_sweep
-from contactlib.sweep.outcomes import OUTCOMES, Outcome
+from contactlib.sweep.outcomes import ANALYSES, OUTCOMES, Outcome
 from contactlib.sweep.sweep import Sweep
 from contactlib.sweep.workers import (
     Workers,
@@ -14,6 +14,7 @@ from contactlib.sweep.workers import (
 )
 
 __all__ = [
+    "ANALYSES",
     "OUTCOMES",
     "Outcome",
     "Sweep",
