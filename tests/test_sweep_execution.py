@@ -329,10 +329,8 @@ with LocalCluster(**options) as cluster, Client(cluster) as client:
         )
     after = set(client.run(os.getpid).values())
     print(len(set(victims) & after), flush=True)
-    main(
-        ["sweep", path, "--cluster", cluster.scheduler_address, "-o", folder + "/command", "--no-maps"],
-        standalone_mode=False,
-    )
+    where = ["--cluster", cluster.scheduler_address, "-o", folder + "/command"]
+    main(["sweep", path, *where, "--no-maps"], standalone_mode=False)
 """
 
 

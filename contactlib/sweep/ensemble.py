@@ -47,10 +47,12 @@ def ensemble(
     sweep : Sweep or path
         What `load_sweep` read, or reads.
     executor : concurrent.futures.Executor, optional
-        Who runs the chunks, such as ``distributed.Client(address).get_executor()``; threads if
-        left out. Results do not depend on it, to the last bit.
+        Who runs the chunks, such as ``distributed.Client(address).get_executor()``, or what
+        `process_workers` and `cluster_workers` yield; threads if left out. Results do not depend
+        on it, to the last bit.
     workers : int, optional
-        Number of threads, or of the executor's workers; one for each processor if left out.
+        Number of threads, or of the workers of an executor, which gets twice as many chunks at a
+        time; one for each processor if left out.
     output : path, optional
         Folder for the NetCDF file, and for what is done until then: killed at any time, the same
         call goes on from there. Left out, nothing is written.
