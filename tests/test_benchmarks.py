@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import bench_kernel
 import bench_runs
@@ -125,9 +126,15 @@ def test_report_is_a_table() -> None:
     assert "Python" in report.machine()
 
 
-def test_linear_cost_has_the_exponent_one() -> None:
-    n = np.array([10.0, 100.0, 1000.0])
-    assert scaling.exponent(n, 3.0 * n) == pytest.approx(1.0)
-    assert scaling.exponent(n, 3.0 * n**2) == pytest.approx(2.0)
+def test_linear_cost_is_found(tmp_path: Path) -> None:
+    n = np.array([10.0, 100.0, 1000.0, 10_000.0])
+    line = scaling.fitted(n, 5.0 + 3.0 * n)
+    assert line[:3] == pytest.approx((5.0, 3.0, 0.0), abs=1e-9)
+    assert line.exponent == pytest.approx(1.0, abs=1e-3)
+    square = scaling.fitted(n, n**2)
+    assert square.exponent == pytest.approx(2.0)
+    assert square.misfit > 0.5
     assert scaling.seconds(2, 0.1) > 0.0
     assert 0 < scaling.peak_memory(2, 0.1) < 1e9
+    scaling.draw([scaling.Panel("runs", n, 3.0 * n, "s", "time")] * 2, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 10_000

@@ -1,7 +1,8 @@
 """Cost against the number of runs and of steps: ``python tests/benchmarks/scaling.py [FIGURE]``.
 
-Processor time over three decades of each, the exponent that fits it, and the largest memory in use
-against the size of a chunk. FIGURE is a PNG file.
+Processor time over three decades of each, and the largest memory in use against the size of a
+chunk; with the line, a fixed cost and one in proportion, that fits, and the exponent of the last
+decade. FIGURE is a PNG file.
 """
 
 from __future__ import annotations
@@ -10,11 +11,16 @@ import subprocess
 import sys
 import time
 import tracemalloc
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 import numpy as np
 from bench_runs import ensemble
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from scipy.optimize import nnls
 from wet_patch import many
 
 from contactlib.parameters import FloatArray
@@ -40,9 +46,32 @@ def seconds(runs: int, duration: float) -> float:
     return min(spent)
 
 
-def exponent(n: FloatArray, cost: FloatArray) -> float:
-    """Power of n that the cost grows with, by least squares of the logarithms."""
-    return float(np.polyfit(np.log(n), np.log(cost), 1)[0])
+class Line(NamedTuple):
+    """Cost of n: ``fixed + each * n``.
+
+    Attributes
+    ----------
+    fixed, each : float
+        In the unit of the cost; neither is below zero.
+    misfit : float
+        Largest relative deviation of what was measured [1].
+    exponent : float
+        Power of n that the cost grows with over the last decade [1].
+    """
+
+    fixed: float
+    each: float
+    misfit: float
+    exponent: float
+
+
+def fitted(n: FloatArray, cost: FloatArray) -> Line:
+    """The line with the least squares of relative deviations."""
+    (fixed, each), _ = nnls(np.column_stack([1.0 / cost, n / cost]), np.ones(n.size))
+    misfit = float(np.max(np.abs((fixed + each * n) / cost - 1.0)))
+    late = n >= 0.099 * n[-1]
+    exponent = float(np.polyfit(np.log(n[late]), np.log(cost[late]), 1)[0])
+    return Line(float(fixed), float(each), misfit, exponent)
 
 
 def peak_memory(runs: int, duration: float) -> int:
@@ -69,33 +98,31 @@ def peak_memory_apart(runs: int, duration: float) -> int:
     return int(answer.stdout)
 
 
-def draw(by_runs: FloatArray, by_duration: FloatArray, by_chunk: FloatArray, path: Path) -> None:
-    """Costs over runs and durations, memory over chunks."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+class Panel(NamedTuple):
+    """What is measured: its name, sizes, cost, the unit of that, and how it is called."""
 
+    what: str
+    n: FloatArray
+    cost: FloatArray
+    unit: str
+    axis: str
+
+
+def draw(panels: Sequence[Panel], path: Path) -> None:
+    """Measured costs and their lines."""
     figure = Figure(figsize=(9.0, 3.2), layout="constrained")
     FigureCanvasAgg(figure)
-    panels = (
-        (RUNS, by_runs, "runs of 1 s", "processor time / s", 1.0),
-        (DURATIONS, by_duration, f"length of {FEW} runs / s", "processor time / s", 1.0),
-        (
-            CHUNKS,
-            by_chunk / 1e6,
-            f"runs of {CHUNK_DURATION:g} s in a chunk",
-            "memory in use / MB",
-            1.0,
-        ),
-    )
-    for axes, (n, cost, label, unit, slope) in zip(figure.subplots(1, 3), panels, strict=True):
-        at = np.array(n, dtype=np.float64)
-        axes.loglog(at, cost, "ko-", markersize=4, label="measured")
-        middle = len(at) // 2
-        line = cost[middle] * (at / at[middle]) ** slope
-        axes.loglog(at, line, color="0.6", linestyle="--", label="in proportion")
-        axes.set(xlabel=label, ylabel=unit)
+    for axes, (what, n, cost, unit, axis) in zip(
+        figure.subplots(1, len(panels)), panels, strict=True
+    ):
+        line = fitted(n, cost)
+        axes.loglog(n, cost, "ko", markersize=5, label="measured")
+        at = np.geomspace(n[0], n[-1], 200)
+        label = "fixed + proportional"
+        axes.loglog(at, line.fixed + line.each * at, color="0.5", zorder=0, label=label)
+        axes.set(xlabel=what, ylabel=f"{axis} / {unit}")
         axes.grid(True, which="major", color="0.9")
-        axes.set_title(f"exponent {exponent(at, cost):.2f}", fontsize=10)
+        axes.set_title(f"exponent of the last decade {line.exponent:.2f}", fontsize=9)
     figure.axes[0].legend(frameon=False)
     figure.savefig(path, dpi=150)
 
@@ -104,20 +131,35 @@ def draw(by_runs: FloatArray, by_duration: FloatArray, by_chunk: FloatArray, pat
 @click.argument("figure", required=False, type=click.Path(dir_okay=False, path_type=Path))
 def main(figure: Path | None) -> None:
     """Measure, print, draw."""
-    by_runs = np.array([seconds(n, 1.0) for n in RUNS])
-    by_duration = np.array([seconds(FEW, duration) for duration in DURATIONS])
-    by_chunk = np.array([peak_memory_apart(n, CHUNK_DURATION) for n in CHUNKS], dtype=np.float64)
-    for what, n, cost, unit in (
-        ("runs of 1 s", RUNS, by_runs, "s"),
-        (f"seconds of {FEW} runs", DURATIONS, by_duration, "s"),
-        (f"runs of {CHUNK_DURATION:g} s in a chunk", CHUNKS, by_chunk / 1e6, "MB"),
-    ):
-        at = np.array(n, dtype=np.float64)
-        print(f"{what}: exponent {exponent(at, cost):.3f}")
+    runs, durations, chunks = (np.array(n, np.float64) for n in (RUNS, DURATIONS, CHUNKS))
+    time_, memory = "processor time", "memory in use"
+    panels = [
+        Panel("runs of 1 s", runs, np.array([seconds(n, 1.0) for n in RUNS]), "s", time_),
+        Panel(
+            f"length of {FEW} runs / s",
+            durations,
+            np.array([seconds(FEW, duration) for duration in DURATIONS]),
+            "s",
+            time_,
+        ),
+        Panel(
+            f"runs of {CHUNK_DURATION:g} s in a chunk",
+            chunks,
+            np.array([1e-6 * peak_memory_apart(n, CHUNK_DURATION) for n in CHUNKS]),
+            "MB",
+            memory,
+        ),
+    ]
+    for what, n, cost, unit, axis in panels:
+        line = fitted(n, cost)
+        print(
+            f"{axis} over {what}: {line.fixed:.3g} {unit} + {line.each:.3g} {unit} each, within "
+            f"{100 * line.misfit:.0f} %; exponent of the last decade {line.exponent:.2f}"
+        )
         for size, value in zip(n, cost, strict=True):
             print(f"  {size:8g} {value:10.4g} {unit}")
     if figure is not None:
-        draw(by_runs, by_duration, by_chunk, figure)
+        draw(panels, figure)
 
 
 if __name__ == "__main__":
