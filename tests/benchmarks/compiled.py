@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import re
-import runpy
 import subprocess
 import sys
 import tempfile
@@ -24,12 +23,6 @@ HERE = Path(__file__).parent
 # The kernel's arithmetic and instructions, but the newest mathematical functions of this machine.
 FLAGS = ["-std=c99", "-O2", "-mcpu=baseline", "-ffp-contract=off", "-fno-math-errno"]
 FLAGS += ["-fno-trapping-math", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-
-
-@cache
-def build_hook() -> dict[str, Any]:
-    """Names of fmu/build_hook.py."""
-    return runpy.run_path(str(package_folder("fmu") / "build_hook.py"))
 
 
 @cache

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import pytest
+
 Call = Callable[[], object]
 
 
@@ -20,10 +22,6 @@ class Case:
         What is done.
     work : float
         Points, calls or simulated seconds of one call of a subject.
-    ours : int
-        How many of the subjects are contactlib's.
-    less_work : mapping
-        The same of a slow subject that is given less.
     unit : str
         Of the figures: "ns", "us" or "ms" per unit of work, or "s/s" for work per time.
     subjects : mapping
@@ -32,6 +30,10 @@ class Case:
         By the rival's name, what the ratio is to be; an empty name stands for our figure itself.
     clock : callable
         Time in seconds: of the processor, or of the wall where threads are to save it.
+    ours : int
+        How many of the subjects are contactlib's.
+    less_work : mapping
+        The work of a slow subject that is given less.
     """
 
     what: str
@@ -101,9 +103,13 @@ def _spent(case: Case, subject: Call, count: int) -> float:
     return case.clock() - start
 
 
-def subjects(cases: list[Case]) -> list[tuple[Case, str]]:
-    """Case and name of every subject."""
-    return [(case, name) for case in cases for name in case.subjects]
+def subjects(cases: list[Case]) -> list[Any]:
+    """Case and name of every subject, as pytest takes them."""
+    return [
+        pytest.param(case, name, id=f"{case.what}: {name}")
+        for case in cases
+        for name in case.subjects
+    ]
 
 
 def with_pytest(benchmark: Any, case: Case, name: str) -> None:
