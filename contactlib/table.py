@@ -96,7 +96,7 @@ class CreepForceTable:
     def __init__(self, data: bytes) -> None:
         self.data = data
         self.native = kernel.NativeTable(data)
-        self._at_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
+        self._evaluate_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
         self._largest_k_hat = self.k_max
         self._spare: list[Any] = []
 
@@ -213,13 +213,13 @@ class CreepForceTable:
         ValueError
             If a creepage is not finite or a k_hat is not from 0 to `k_max`.
         """
-        one = self._evaluate_one(normalized_creepage, k_hat)
-        return self.evaluate(normalized_creepage, k_hat)[0] if one is None else np.array(one[0])
+        one = self._at_point("traction_ratio", normalized_creepage, k_hat)
+        return self.evaluate(normalized_creepage, k_hat)[0] if one is None else np.array(one)
 
     def slope(self, normalized_creepage: ArrayLike, k_hat: ArrayLike) -> FloatArray:
         """Derivative of `traction_ratio` to normalized creepage; arguments broadcast."""
-        one = self._evaluate_one(normalized_creepage, k_hat)
-        return self.evaluate(normalized_creepage, k_hat)[1] if one is None else np.array(one[1])
+        one = self._at_point("slope", normalized_creepage, k_hat)
+        return self.evaluate(normalized_creepage, k_hat)[1] if one is None else np.array(one)
 
     def evaluate(
         self, normalized_creepage: ArrayLike, k_hat: ArrayLike
@@ -232,8 +232,8 @@ class CreepForceTable:
             x, k_hat = np.broadcast_arrays(x, k_hat)
         return self.native.evaluate(x, k_hat)
 
-    def _evaluate_one(self, x: object, k_hat: object) -> tuple[float, float] | None:
-        """Traction ratio and slope at two floats within their limits, else None.
+    def _at_point(self, what: str, x: object, k_hat: object) -> float | None:
+        """One of the kernel's values at two floats within their limits, else None.
 
         Checks of arrays would cost twenty times as much as the kernel's work on one point.
         """
@@ -245,8 +245,8 @@ class CreepForceTable:
             value = self._spare.pop()
         except IndexError:
             value = kernel.ffi.new("creep_value *")
-        self._at_point(x, k_hat, value)
-        found = value.traction_ratio, value.slope
+        self._evaluate_point(x, k_hat, value)
+        found: float = getattr(value, what)
         self._spare.append(value)
         return found
 
