@@ -116,13 +116,15 @@ def draw(panels: Sequence[Panel], path: Path) -> None:
         figure.subplots(1, len(panels)), panels, strict=True
     ):
         line = fitted(n, cost)
-        axes.loglog(n, cost, "ko", markersize=5, label="measured")
+        axes.plot(n, cost, "ko", markersize=5, label="measured")
         at = np.geomspace(n[0], n[-1], 200)
         label = "fixed + proportional"
-        axes.loglog(at, line.fixed + line.each * at, color="0.5", zorder=0, label=label)
+        axes.plot(at, line.fixed + line.each * at, color="0.5", zorder=0, label=label)
         axes.set(xlabel=what, ylabel=f"{axis} / {unit}")
         axes.grid(True, which="major", color="0.9")
-        axes.set_title(f"exponent of the last decade {line.exponent:.2f}", fontsize=9)
+        axes.set_title(f"{line.fixed:.2g} {unit} + {line.each:.2g} {unit} each", fontsize=10)
+        if n[-1] >= 1000.0 * n[0]:
+            axes.set(xscale="log", yscale="log")
     figure.axes[0].legend(frameon=False)
     figure.savefig(path, dpi=150)
 
