@@ -26,11 +26,14 @@ import fmu_step
 import limits
 import numpy as np
 from timing import Case, interleaved
-from wet_patch import many
+
+import contactlib as cl
+from contactlib.sweep.chunk import run_chunk
 
 PACKAGES = ("contactlib", "numpy", "scipy", "numba", "ziglang")
 MILLION, SECONDS = 1_000_000, 5.0  # runs of a sweep, and their length [s]
-CHUNK = 512  # runs
+CHUNK = 512  # samples, each run under every controller
+SWEEP = "uncertain_wheelset_sweep.toml"
 QUOTED = (
     "Quoted, not measured here: CONTACT 14 to 370 ms and its FASTSIM 0.10 to 0.42 ms a point of "
     "the same curve; the Reference FMUs 58 to 141 ns a step."
@@ -115,28 +118,33 @@ def fmu_lines() -> list[str]:
     return found
 
 
-def plan_lines(rate: float, runs: int = CHUNK) -> list[str]:
+def traffic(chunk: int = CHUNK) -> tuple[int, int, int]:
+    """Runs of a sweep's chunk, and bytes that go to a worker for it and come back."""
+    sweep = cl.load_sweep(SWEEP)
+    results = run_chunk(sweep.plan, 0, sweep.values[:1])
+    there = run_chunk, sweep.plan, 0, np.resize(sweep.values, (chunk, sweep.values.shape[1]))
+    back = {name: np.resize(v, (*v.shape[:-1], chunk)) for name, v in results.items()}
+    runs = chunk * len(sweep.plan.controllers)
+    return runs, len(pickle.dumps(there)), len(pickle.dumps(back))
+
+
+def plan_lines(rate: float) -> list[str]:
     """Time of a million runs at a rate in simulated seconds per second and core."""
-    scenarios = many(runs, bench_runs.SPEEDS[0], duration=0.1)
-    results = bench_runs.ensemble(scenarios)
-    # A chunk takes its runs' parameters there, two of each here, and brings their outcomes back.
-    there = len(pickle.dumps(np.zeros((runs, 2))))
-    back = len(pickle.dumps(results))
+    runs, there, back = traffic()
     chunks = -(-MILLION // runs)
     moved = chunks * (there + back) / 1e6
-    cores = os.cpu_count() or 1
     alone = MILLION * SECONDS / rate
     found = [
         f"A million runs of {SECONDS:g} s at {number(rate)} simulated seconds a second and core, "
-        f"in {chunks} chunks of {runs}: {there} bytes go to a worker and {back} come back for "
-        f"each, {moved:.0f} MB in all.",
+        f"in {chunks} chunks of {runs}: as {SWEEP} has them, {there} bytes go to a worker and "
+        f"{back} come back for each, {moved:.0f} MB in all.",
         "",
         "| cores | planned time | traffic of the machine that keeps the results |",
         "|---|---|---|",
     ]
-    for count in sorted({1, cores, 32, 256}):
-        hours, traffic = alone / count / 3600.0, moved / (alone / count)
-        found.append(f"| {count} | {hours:.2g} h | {traffic:.2g} MB/s |")
+    for count in sorted({1, os.cpu_count() or 1, 32, 256}):
+        minutes, flow = alone / count / 60.0, moved / (alone / count)
+        found.append(f"| {count} | {minutes:.2g} min | {flow:.2g} MB/s |")
     return found
 
 
