@@ -67,6 +67,24 @@ def test_noise_of_a_wheelset_knows_no_other() -> None:
     assert np.abs(correlation).max() < 4.5 / np.sqrt(597)
 
 
+def test_sensors_that_differ_are_read_together() -> None:
+    seeds, scales, index = (1, 1, 7, 2), (0.01, 0.0, 0.03, 0.02), (4, 5, 4, 0)
+    sensors = [
+        replace(SENSORS, seed=float(seed), wheel_speed_noise=scale)
+        for seed, scale in zip(seeds, scales, strict=True)
+    ]
+    still = np.zeros(4)
+    reader = cl.traction.SensorReader(sensors, STEP, index)
+    together = np.array([reader.read(still, still) for _ in range(300)])
+    for i, (one, place) in enumerate(zip(sensors, index, strict=True)):
+        alone = one.reader(1, STEP, first=place)
+        expected = [alone.read(np.zeros(1), np.zeros(1)) for _ in range(300)]
+        np.testing.assert_array_equal(together[:, :, [i]], expected)
+    late = [SENSORS, replace(SENSORS, delay=0.0)]
+    with pytest.raises(ValueError, match=r"delays of \[0, 3\] samples: they must be equal"):
+        cl.traction.SensorReader(late, STEP, (0, 1))
+
+
 @pytest.mark.parametrize(
     ("given_values", "message"),
     [
