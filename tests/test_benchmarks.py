@@ -17,6 +17,7 @@ import scaling
 import wheelset_rival as rival
 from timing import Case, interleaved
 from wet_patch import CONTROLLER, many, wet_patch
+from wheelset_batch import drive
 
 import contactlib as cl
 
@@ -79,7 +80,7 @@ def test_batch_converges_with_second_order() -> None:
     ends = []
     for per_sample in (5, 10, 20, 40):
         found = np.empty(len(rival.OUTCOMES))
-        rival.drive(run, per_sample, per_sample, found, np.empty(0))
+        drive(run, per_sample, per_sample, found, np.empty(0))
         ends.append(found[[0, 1, 3]])
     steps = np.abs(np.diff(ends, axis=0))
     order = np.log2(steps[:-1] / steps[1:])

@@ -15,6 +15,8 @@ import pytest
 import wheelset_rival as rival
 from timing import Call, Case, subjects, with_pytest
 from wet_patch import CONTROLLER, STEP, many, wet_patch
+from wheelset_batch import drive_many
+from wheelset_ivp import drive_by_solve_ivp
 
 import contactlib as cl
 from contactlib.ensemble_run import run_many
@@ -31,7 +33,7 @@ OUTCOMES = ("distance", "largest_creepage", "slip_work")
 def reference(speed: float, duration: float) -> tuple[FloatArray, FloatArray]:
     """Outcomes and creepages of the wet patch, right to 1e-10: Radau stopped at the corners."""
     given = rival.numbers(wet_patch(speed, duration=duration), CONTROLLER)
-    return rival.drive_by_solve_ivp(
+    return drive_by_solve_ivp(
         given, duration, method="Radau", tolerance=1e-11, row=STEP, corners=True
     )
 
@@ -57,7 +59,7 @@ def accuracy(speed: float, duration: float) -> dict[str, float]:
         found[f"contactlib, tolerance {tolerance:g}, {1e3 * step:g} ms"] = errors(row, exact)
     given = rival.numbers(scenario, CONTROLLER)
     for method in ("LSODA", "Radau"):
-        by_ivp, _ = rival.drive_by_solve_ivp(given, duration, method=method, tolerance=1e-6)
+        by_ivp, _ = drive_by_solve_ivp(given, duration, method=method, tolerance=1e-6)
         found[f"{method}, tolerance 1e-06"] = errors(of_all(by_ivp), exact)
     if rival.numba is not None:
         by_numba = batch(rival.records([scenario], CONTROLLER), duration)
@@ -68,7 +70,7 @@ def accuracy(speed: float, duration: float) -> dict[str, float]:
 def batch(runs: Any, duration: float) -> FloatArray:
     """Outcomes of the batch in numba, (n, outcomes)."""
     found = np.empty((runs.size, len(rival.OUTCOMES)))
-    rival.drive_many(runs, round(duration / STEP), round(runs.sample_time[0] / STEP), found)
+    drive_many(runs, round(duration / STEP), round(runs.sample_time[0] / STEP), found)
     return found
 
 
@@ -108,7 +110,7 @@ def ensemble(
 
 
 def _by_ivp(given: dict[str, float], duration: float, method: str) -> Call:
-    return lambda: rival.drive_by_solve_ivp(given, duration, method=method, tolerance=TOLERANCE)
+    return lambda: drive_by_solve_ivp(given, duration, method=method, tolerance=TOLERANCE)
 
 
 def _single(duration: float) -> Case:

@@ -1,4 +1,4 @@
-"""The wet patch as a user would program it: solve_ivp run by run, or a batch loop in numba.
+"""The equations of the wet patch as a user would program them, for solve_ivp or a loop in numba.
 
 The functions know floats only. numba compiles them if it is there; without it they are Python.
 The wheelset is rigid and stays above its minimum speed.
@@ -10,11 +10,9 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
-from types import SimpleNamespace
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 import contactlib as cl
 from contactlib.parameters import FloatArray
@@ -28,7 +26,6 @@ with suppress(ImportError):
     numba = import_module("numba")
 
 LEAST_SHARE, LARGEST_SHARE = SHARES
-GAMMA = 1.0 - math.sqrt(0.5)  # of ROS2, which is L-stable with it
 TABLE_END, TABLE_CELLS = 6.0, 256  # of normalized creepage; right to 1e-6
 OUTCOMES = ("distance", "speed", "largest_creepage", "slip_work")
 
@@ -108,6 +105,11 @@ def records(scenarios: Sequence[cl.Scenario], controller: str) -> Any:
     return np.rec.array(
         [tuple(row.values()) for row in rows], dtype=[(name, np.float64) for name in rows[0]]
     )
+
+
+def record(given: dict[str, float]) -> Any:
+    """The numbers of one run, as `records` has them."""
+    return np.rec.array([tuple(given.values())], dtype=[(name, np.float64) for name in given])[0]
 
 
 # ---- law, equations of motion, controller ---------------------------------------------------
@@ -226,185 +228,7 @@ def start(run: Any, memory: FloatArray) -> float:
     return float(run.speed * (1.0 + run.creepage) / run.radius)
 
 
-# ---- batch of fixed steps -------------------------------------------------------------------
-
-
 @compiled
 def is_wet(run: Any, distance: float) -> bool:
     """Whether a place lies in the patch."""
     return bool(run.patch_start <= distance < run.patch_end)
-
-
-@compiled
-def until_corner(run: Any, distance: float, speed: float) -> float:
-    """Time to the next end of the patch at this speed."""
-    if distance < run.patch_start:
-        return float((run.patch_start - distance) / speed)
-    return float((run.patch_end - distance) / speed) if distance < run.patch_end else math.inf
-
-
-@compiled
-def drive(run: Any, steps: int, per_sample: int, found: FloatArray, creepages: FloatArray) -> None:
-    """One run in fixed steps by ROS2; fills in `OUTCOMES`, and the creepages if there is room.
-
-    The two-stage linearly implicit Rosenbrock method of Verwer et al., SIAM J. Sci. Comput. 20
-    (1999) 1456-1480. A step ends where the patch does.
-    """
-    memory = np.zeros(4)
-    omega, speed = start(run, memory), run.speed
-    length = run.sample_time / per_sample
-    distance = work = largest = torque = 0.0
-    dry, wet = tabulate(run.k_hat), tabulate(run.k_hat / math.sqrt(run.patch_friction))
-    i, left = 0, 0.0
-    while True:
-        if left == 0.0:
-            creepage = run.radius * omega / speed - 1.0
-            largest = max(largest, abs(creepage))
-            if i < creepages.size:
-                creepages[i] = creepage
-            if i == steps:
-                break
-            if i % per_sample == 0:
-                torque = control(run, memory, run.radius * omega, speed)
-            left = length
-            i += 1
-        h = min(left, until_corner(run, distance, speed))
-        h = h if h < left * (1.0 - 1e-9) else left
-        in_patch = is_wet(run, distance + 0.5 * h * speed)
-        nodes, friction = (wet, run.patch_friction) if in_patch else (dry, 1.0)
-        f0, f1, j00, j01, j10, j11, force = motion(run, nodes, omega, speed, torque, friction)
-        # (I - gamma h J) k = f
-        a = GAMMA * h
-        e00, e11, e01, e10 = 1.0 - a * j00, 1.0 - a * j11, a * j01, a * j10
-        inverse = 1.0 / (e00 * e11 - e01 * e10)
-        k0, k1 = inverse * (e11 * f0 + e01 * f1), inverse * (e10 * f0 + e00 * f1)
-        power = force * (run.radius * omega - speed)
-        middle = omega + h * k0, speed + h * k1
-        g0, g1, _, _, _, _, force = motion(run, nodes, *middle, torque, friction)
-        power += force * (run.radius * middle[0] - middle[1])
-        g0, g1 = g0 - 2.0 * k0, g1 - 2.0 * k1
-        l0, l1 = inverse * (e11 * g0 + e01 * g1), inverse * (e10 * g0 + e00 * g1)
-        way = speed + a * k1
-        distance += h * (1.5 * way + 0.5 * (middle[1] - 2.0 * way + a * l1))
-        omega += h * (1.5 * k0 + 0.5 * l0)
-        speed += h * (1.5 * k1 + 0.5 * l1)
-        work += 0.5 * h * power
-        if h < left:  # exactly at a corner, and not before it by rounding
-            distance = run.patch_end if in_patch else run.patch_start
-        left = left - h if h < left else 0.0
-    found[0], found[1], found[2], found[3] = distance, speed, largest, work
-
-
-@compiled
-def drive_many(runs: Any, steps: int, per_sample: int, found: FloatArray) -> None:
-    """All runs, one after the other; `found` is (n, outcomes)."""
-    no_creepages = np.empty(0)
-    for i in range(runs.size):
-        drive(runs[i], steps, per_sample, found[i], no_creepages)
-
-
-# ---- solve_ivp ------------------------------------------------------------------------------
-
-
-def drive_by_solve_ivp(
-    given: dict[str, float],
-    duration: float,
-    *,
-    method: str,
-    tolerance: float,
-    row: float | None = None,
-    corners: bool = False,
-) -> tuple[FloatArray, FloatArray]:
-    """One run by solve_ivp, which starts anew at each of the controller's samples.
-
-    Parameters
-    ----------
-    given : dict
-        Of `numbers`.
-    duration : float
-        [s].
-    method : str
-        Of solve_ivp.
-    tolerance : float
-        Relative, and absolute for creepages and metres over ten.
-    row : float, optional
-        Time between rows [s]; the sample time if left out.
-    corners : bool, optional
-        Whether it stops at the patch's ends, too.
-
-    Returns
-    -------
-    outcomes : ndarray
-        `OUTCOMES`.
-    creepages : ndarray
-        Of the rows.
-    """
-    run: Any = SimpleNamespace(**given) if numba is None else _record(given)
-    memory = np.zeros(4)
-    state = np.array([start(run, memory), run.speed, 0.0, 0.0])
-    samples = round(duration / run.sample_time)
-    per_sample = 1 if row is None else round(run.sample_time / row)
-    solved = np.empty((0, 2))  # no table: the law itself
-    integrate: Any = solve_ivp
-    creepages: list[FloatArray] = []
-    ends = [given["patch_start"], given["patch_end"], math.inf]
-
-    def friction_at(distance: float) -> float:
-        return float(run.patch_friction) if is_wet(run, distance) else 1.0
-
-    def solve(state: FloatArray, times: FloatArray, torque: float) -> Any:
-        within = state[2] + 1e-9 if corners else None
-
-        def rates(_: float, y: FloatArray) -> list[float]:
-            friction = friction_at(y[2] if within is None else within)
-            f0, f1, _, _, _, _, force = motion(run, solved, y[0], y[1], torque, friction)
-            return [f0, f1, y[1], force * (run.radius * y[0] - y[1])]
-
-        def jacobian(_: float, y: FloatArray) -> list[list[float]]:
-            friction = friction_at(y[2] if within is None else within)
-            _, _, j00, j01, j10, j11, force = motion(run, solved, y[0], y[1], torque, friction)
-            slip = run.radius * y[0] - y[1]
-            by_omega = j10 / run.inverse_mass * slip + force * run.radius
-            by_speed = -j01 / (run.radius * run.inverse_inertia) * slip - force
-            return [
-                [j00, j01, 0.0, 0.0],
-                [j10, j11, 0.0, 0.0],
-                [0.0, 1.0, 0.0, 0.0],
-                [by_omega, by_speed, 0.0, 0.0],
-            ]
-
-        def to_corner(_: float, y: FloatArray) -> float:
-            return float(y[2]) - next(end for end in ends if end > state[2] + 1e-9)
-
-        to_corner.terminal = True  # type: ignore[attr-defined]
-        return integrate(
-            rates,
-            (times[0], times[-1]),
-            state,
-            method=method,
-            t_eval=times,
-            rtol=tolerance,
-            atol=tolerance * np.array([1.0, 1.0, 0.1, 1e3]),
-            events=to_corner if corners and state[2] < ends[1] - 1e-9 else None,
-            jac=jacobian,
-        )
-
-    for i in range(samples):
-        torque = control(run, memory, run.radius * state[0], state[1])
-        times = grid = run.sample_time * (i + np.arange(per_sample + 1) / per_sample)
-        while True:
-            found = solve(state, times, torque)
-            rows = found.y[:, np.isin(found.t, grid[:-1])]
-            creepages.append(run.radius * rows[0] / rows[1] - 1.0)
-            if found.status == 0:
-                break
-            at, state = found.t_events[0][0], found.y_events[0][0]
-            times = np.concatenate([[at], grid[grid > at]])
-        state = found.y[:, -1]
-    creepages.append(np.array([run.radius * state[0] / state[1] - 1.0]))
-    every = np.concatenate(creepages)
-    return np.array([state[2], state[1], np.abs(every).max(), state[3]]), every
-
-
-def _record(given: dict[str, float]) -> Any:
-    return np.rec.array([tuple(given.values())], dtype=[(name, np.float64) for name in given])[0]
