@@ -292,6 +292,9 @@ class NativeFleet:
             place.table = member.table.struct
             place.contact = self._share(_contact_struct, member.contact)
             place.drivetrain = self._share(_drivetrain_struct, member.drivetrain, member.body)
+            library().force_element_scales(
+                place.contact, member.contact["nominal_load"], 1.0, ffi.addressof(place.scales)
+            )
             if member.track is not None:
                 place.rails = self._share(self._track_struct, member.track)
 

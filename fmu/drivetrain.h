@@ -62,6 +62,7 @@ typedef struct {
     const force_element_parameters *contact;
     const drivetrain_parameters *drivetrain;
     const track *rails;
+    contact_scales scales; /* of the contact at its nominal load */
 } drivetrain_member;
 
 /* Step n drivetrains on from a time. The input's friction is set to the track's at the start; from

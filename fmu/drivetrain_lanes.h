@@ -31,6 +31,7 @@ typedef struct {
     const creep_table *table;
     int elastic, relaxed, lagging;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
+    lanes scales[2][FIELDS(contact_scales)];            /* of those contacts */
     lanes loaded[2];                                    /* 1 or 0 */
     lanes train[FIELDS(drivetrain_parameters)];
     lanes input[FIELDS(drivetrain_input)];
@@ -66,7 +67,8 @@ static void wheel(group *g, int side, rows y) {
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
-        force_state at = begin_force(g->table, &p, &in);
+        TAKE(contact_scales, scales, g->scales[side]);
+        force_state at = begin_force(g->table, &p, scales, &in);
         put(state, l, FIELDS(force_state), (const double *)&at);
         x[l] = at.x;
         k_hat[l] = at.k_hat;
@@ -145,20 +147,21 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
         wheelset_rates rates = rates_together(&p, &in, y, a, l);
         double r = p.body.radius, b = 0.5 * p.body.damping, v = y[SPEED][l];
         int held = p.body.inverse_mass == 0.0;
-        double motor_lag = g->lagging ? p.motor_lag : 1.0;
+        double pace = 1.0 / (g->lagging ? p.motor_lag : 1.0);
         f[SPEED][l] = held ? in.acceleration : rates.speed_rate;
-        f[TORQUE][l] = (in.commanded_torque - y[TORQUE][l]) / motor_lag;
+        f[TORQUE][l] = (in.commanded_torque - y[TORQUE][l]) * pace;
         f[RELAXED_LEFT][l] = a[0].rate;
         f[RELAXED_RIGHT][l] = a[1].rate;
 
-        /* J/2 d(omega)/dt = share T - r Q - b/2 omega -+ (k twist + d d(twist)/dt) */
-        double half = 0.5 * p.body.inertia, share[2] = {p.drive_share, 1.0 - p.drive_share};
+        /* J/2 d(omega)/dt = share T - r Q - b/2 omega -+ (k twist + d d(twist)/dt); half is 2/J */
+        double inverse = 1.0 / p.body.inertia, half = 2.0 * inverse,
+               share[2] = {p.drive_share, 1.0 - p.drive_share};
         double omega[2] = {y[LEFT][l], y[RIGHT][l]}, difference = omega[0] - omega[1];
         double axle = p.axle_stiffness * y[TWIST][l] + p.axle_damping * difference;
         double rate[2];
         for (int i = 0; i < 2; i++)
             rate[i] = (share[i] * y[TORQUE][l] - r * a[i].force - b * omega[i] -
-                       (i == 0 ? axle : -axle)) /
+                       (i == 0 ? axle : -axle)) *
                       half;
         f[LEFT][l] = g->elastic ? rate[0] : rates.omega_rate;
         f[RIGHT][l] = rate[1];
@@ -184,10 +187,10 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
         double one = g->elastic ? 0.0 : 1.0, inverse_mass = p.body.inverse_mass;
         double by_omega[2] = {a[0].by_omega + one * a[1].by_omega, a[1].by_omega};
         j[SPEED][SPEED][l] = rates.jacobian[1][1];
-        j[TORQUE][TORQUE][l] = -1.0 / motor_lag;
+        j[TORQUE][TORQUE][l] = -pace;
         j[TWIST][LEFT][l] = 1.0;
         j[TWIST][RIGHT][l] = -1.0;
-        j[LEFT][RIGHT][l] = j[RIGHT][LEFT][l] = p.axle_damping / half;
+        j[LEFT][RIGHT][l] = j[RIGHT][LEFT][l] = p.axle_damping * half;
         j[DISTANCE][SPEED][l] = 1.0;
         double steepness = held ? by_speed : rates.resistance_slope;
         j[RESISTANCE][SPEED][l] = resisting + v * steepness;
@@ -195,16 +198,16 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
         j[DRIVE][TORQUE][l] = rolling;
         for (int i = 0; i < 2; i++) {
             double sign = i == 0 ? 1.0 : -1.0;
-            double own = -(r * a[i].by_omega + b + p.axle_damping) / half;
-            double body = g->elastic ? half : p.body.inertia;
+            double own = -(r * a[i].by_omega + b + p.axle_damping) * half;
+            double body = g->elastic ? half : inverse;
             j[SPEED][LEFT + i][l] = by_omega[i] * inverse_mass;
             j[SPEED][RELAXED_LEFT + i][l] = a[i].by_relaxed * inverse_mass;
-            j[LEFT + i][SPEED][l] = g->elastic ? -r * a[i].by_speed / half : rates.jacobian[0][1];
+            j[LEFT + i][SPEED][l] = g->elastic ? -r * a[i].by_speed * half : rates.jacobian[0][1];
             j[LEFT + i][LEFT + i][l] = g->elastic ? own : rates.jacobian[0][0];
-            j[LEFT + i][TWIST][l] = -sign * p.axle_stiffness / half;
-            j[LEFT + i][RELAXED_LEFT + i][l] = -r * a[i].by_relaxed / body;
-            j[LEFT + i][RELAXED_RIGHT - i][l] = g->elastic ? 0.0 : -r * a[1 - i].by_relaxed / body;
-            j[LEFT + i][TORQUE][l] = g->elastic ? share[i] / half : 1.0 / body;
+            j[LEFT + i][TWIST][l] = -sign * p.axle_stiffness * half;
+            j[LEFT + i][RELAXED_LEFT + i][l] = -r * a[i].by_relaxed * body;
+            j[LEFT + i][RELAXED_RIGHT - i][l] = g->elastic ? 0.0 : -r * a[1 - i].by_relaxed * body;
+            j[LEFT + i][TORQUE][l] = g->elastic ? share[i] * half : body;
             j[RELAXED_LEFT + i][LEFT + i][l] = a[i].rate_by_omega;
             j[RELAXED_LEFT + i][RIGHT - i][l] = i == 1 ? one * a[i].rate_by_omega : 0.0;
             j[RELAXED_LEFT + i][SPEED][l] = a[i].rate_by_speed;
@@ -284,11 +287,17 @@ static void load(group *g, int l, const drivetrain_member *member, const drivetr
                  const drivetrain_state *state, rows y) {
     const force_element_parameters *contact = member->contact;
     double weight[2] = {2.0 * input->load_left, 2.0 * input->load_right};
+    force_element_parameters there = *contact;
+    contact_scales scales = member->scales;
     for (int side = 0; side < 2; side++) {
         int loaded = is_loaded(contact, weight[side]);
-        force_element_parameters there =
-            force_element_at_load(contact, loaded ? weight[side] : contact->nominal_load);
+        double of = loaded ? weight[side] : contact->nominal_load;
+        if (of != there.nominal_load) {
+            there = force_element_at_load(contact, of);
+            scales = contact_scales_of(&there);
+        }
         put(g->contact[side], l, FIELDS(force_element_parameters), (const double *)&there);
+        put(g->scales[side], l, FIELDS(contact_scales), (const double *)&scales);
         g->loaded[side][l] = loaded ? 1.0 : 0.0;
     }
     g->nominal_load[l] = contact->nominal_load;
@@ -369,6 +378,7 @@ static void arrive(journey *j, group *g, integration *run, int l) {
 static void advance(journey *j) {
     group g;
     integration run;
+    memset(run.j, 0, sizeof run.j);
     set_kind(&g, j->members);
     equations problem = equations_of(&g);
     int busy = 0;

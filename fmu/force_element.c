@@ -8,7 +8,7 @@
 void force_element_scales(const force_element_parameters *p, double normal_load,
                           double friction_scale, contact_scales *scales) {
     force_element_parameters there = force_element_at_load(p, normal_load);
-    *scales = contact_scales_of(&there, friction_scale);
+    *scales = scaled(contact_scales_of(&there), friction_scale);
 }
 
 /* ---- force --------------------------------------------------------------------------------- */
@@ -17,7 +17,7 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
 static void evaluate_unloaded(const creep_table *table, const force_element_parameters *p,
                               const force_element_input *in, force_element_output *out) {
     creep_value q;
-    force_state at = begin_force(table, p, in);
+    force_state at = begin_force(table, p, contact_scales_of(p), in);
     *out =
         (force_element_output){.falling_margin = -1.0, .k_hat_margin = -1.0, .force_margin = -1.0};
     set_kinematics(p, in, &at, out);
@@ -35,7 +35,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     }
     creep_value q;
     force_element_parameters p = force_element_at_load(parameters, in->normal_load);
-    force_state at = begin_force(table, &p, in);
+    force_state at = begin_force(table, &p, contact_scales_of(&p), in);
     creep_table_evaluate(table, at.x, at.k_hat, &q);
     finish_force(table, &p, in, &at, q, out);
     relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_slip, out);

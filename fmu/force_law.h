@@ -27,12 +27,10 @@ static inline force_element_parameters force_element_at_load(const force_element
     return there;
 }
 
-/* Scales at the nominal load; friction_scale is to hold the factor of the slip speed too. */
-ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p,
-                                               double friction_scale) {
+/* Scales at the nominal load, of the friction as given. */
+ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p) {
     const double inverse_pi = 0.31830988618379067;
-    double kinetic = friction_scale * p->kinetic_friction;
-    double drop = friction_scale * (p->static_friction - p->kinetic_friction);
+    double drop = p->static_friction - p->kinetic_friction, kinetic = p->kinetic_friction;
     double modulus = p->contact_modulus;
     double weakening = modulus * p->weakening_length / (p->semi_width * p->peak_pressure);
     double zone = 2.0 * weakening / drop; /* 2 pi k_hat^2 (f_d / (f_s - f_d))^2, with Eq. (17) */
@@ -42,6 +40,13 @@ ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p
         .k_hat = sqrt(weakening * drop * inverse_pi) / kinetic,                /* Eq. (17) */
         .process_zone_ratio = drop > 0.0 ? zone : 0.0,
     };
+}
+
+/* The same with both coefficients times a factor. */
+ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction) {
+    double inverse = 1.0 / friction;
+    return (contact_scales){s.saturation_creepage * friction, s.k_hat * sqrt(inverse),
+                            s.process_zone_ratio * inverse};
 }
 
 /* Factor on friction at a slip velocity, and its part that passes. */
@@ -54,33 +59,36 @@ ALWAYS_INLINE double slip_rate_factor(const force_element_parameters *p, double 
 
 /* Everything that is known before the table is read. */
 typedef struct {
-    double slip;          /* slip velocity [m/s] */
-    double creepage;      /* [1] */
-    double speed_slope;   /* of the creepage's reference speed by the speed [1] */
-    double inverse_speed; /* one over that reference speed [s/m] */
-    double acting;        /* creepage that the force follows [1] */
-    double kinetic;       /* f_d here [1] */
-    double log_g_by_slip; /* of the factor g on friction [s/m] */
+    double slip;               /* slip velocity [m/s] */
+    double creepage;           /* [1] */
+    double speed_slope;        /* of the creepage's reference speed by the speed [1] */
+    double inverse_speed;      /* one over that reference speed [s/m] */
+    double reference;          /* that speed [m/s] */
+    double acting;             /* creepage that the force follows [1] */
+    double kinetic;            /* f_d here [1] */
+    double log_g_by_slip;      /* of the factor g on friction [s/m] */
+    double inverse_saturation; /* one over zeta0 [1] */
     contact_scales scales;
     double x, k_hat; /* where the table is read */
 } force_state;
 
-/* The parameters' nominal load is to be the input's. */
+/* The parameters' nominal load is to be the input's, and the scales are those of the parameters. */
 ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_element_parameters *p,
-                                      const force_element_input *in) {
+                                      contact_scales scales, const force_element_input *in) {
     force_state at;
-    double reference, passing, k_max = table->one_axis ? INFINITY : table->k_max;
+    double passing, k_max = table->one_axis ? INFINITY : table->k_max;
     at.slip = p->radius * in->omega - in->speed;
-    regularized_speed(in->speed, p->minimum_speed, &reference, &at.speed_slope);
-    at.inverse_speed = 1.0 / reference;
+    regularized_speed(in->speed, p->minimum_speed, &at.reference, &at.speed_slope);
+    at.inverse_speed = 1.0 / at.reference;
     at.creepage = at.slip * at.inverse_speed;
     at.acting = p->relaxation_length > 0.0 ? in->relaxed_creepage : at.creepage;
     /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
     double g = slip_rate_factor(p, at.slip, &passing), friction_scale = g * in->friction_scale;
     at.log_g_by_slip = -copysign(p->slip_rate_decay * passing / g, at.slip);
     at.kinetic = friction_scale * p->kinetic_friction;
-    at.scales = contact_scales_of(p, friction_scale);
-    at.x = at.acting / at.scales.saturation_creepage;
+    at.scales = scaled(scales, friction_scale);
+    at.inverse_saturation = 1.0 / at.scales.saturation_creepage;
+    at.x = at.acting * at.inverse_saturation;
     at.k_hat = smaller(at.scales.k_hat, k_max);
     return at;
 }
@@ -117,13 +125,13 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     q.slope = force_limited ? 0.0 : q.slope;
     q.log_k_derivative = force_limited ? 0.0 : q.log_k_derivative;
 
-    double sliding = at->kinetic * in->normal_load, per_creepage = sliding / zeta0;
+    double sliding = at->kinetic * in->normal_load, per_creepage = sliding * at->inverse_saturation;
     double log_k_by_log_load = k_limited ? 0.0 : -p->load_exponent;
     double log_k_by_log_g = k_limited ? 0.0 : -0.5;
     /* dq/dw by way of the slip speed w alone */
     double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
     double through_g = by_log_g * at->log_g_by_slip;
-    double slope = q.slope + through_g * zeta0 / at->inverse_speed; /* at this speed */
+    double slope = q.slope + through_g * zeta0 * at->reference; /* at this speed */
     double by_creepage = per_creepage * slope;
     set_kinematics(p, in, at, out);
     out->creep_force = sliding * q.traction_ratio;

@@ -19,7 +19,8 @@ ALWAYS_INLINE coordinate coordinate_at(double t, double k) {
 
 /* A start within a fifth of the root t, from which two steps below reach it to the last digit. */
 ALWAYS_INLINE double coordinate_start(double x, double k) {
-    double rest = 1.0 - x, linear = x / k; /* m or y alone give upper bounds of t: blend them */
+    double rest = 1.0 - x, inverse_k = 1.0 / k,
+           linear = x * inverse_k; /* m or y alone give upper bounds of t: blend them */
     double carter = rough_fourth_root(x / larger(rest, 1e-300));
     double least = smaller(carter, linear), ratio = least / larger(carter, linear);
     double below = least * (1.0 - 0.3 * ratio * ratio); /* 1/sqrt(1 + ratio^2), nearly */
@@ -27,7 +28,7 @@ ALWAYS_INLINE double coordinate_start(double x, double k) {
     double corner = rough_inverse_fifth_root(k * (1.0 + square * (2.1 + 0.7 * square)));
     double under = 1.0 / larger(rest + k * corner, 1e-300) - 1.0; /* t^4 = 1/s - 1 */
     under = rough_fourth_root(larger(under, 0.08));
-    double sliding = -rest / k;
+    double sliding = -rest * inverse_k;
     double over = sqrt(corner * corner + sliding * (sliding + (0.5 * k - 0.3) * corner));
     double above = x < 1.0 ? under : over;
     return smaller(x <= smaller(0.4 + 0.5 * k, 0.95) ? below : above, linear);

@@ -10,8 +10,8 @@
 ALWAYS_INLINE void regularized_speed(double v, double minimum, double *value, double *slope) {
     double z = v / minimum, z2 = z * z;
     int slow = fabs(v) < minimum;
-    *value = slow ? minimum * (3.0 + z2 * (6.0 - z2)) / 8.0 : fabs(v);
-    *slope = slow ? z * (3.0 - z2) / 2.0 : copysign(1.0, v);
+    *value = slow ? minimum * (3.0 + z2 * (6.0 - z2)) * 0.125 : fabs(v);
+    *slope = slow ? z * (3.0 - z2) * 0.5 : copysign(1.0, v);
 }
 
 #endif

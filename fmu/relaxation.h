@@ -36,19 +36,19 @@ ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const forc
     double pace = fabs(in->speed), direction = copysign(in->speed == 0.0 ? 0.0 : 1.0, in->speed);
     int sliding = fabs(zeta) > limit;
     double size = sliding ? fabs(zeta) : limit; /* not zero: it divides */
-    double length = (relaxed ? p->relaxation_length : 1.0) * limit / size;
+    double inverse = size / ((relaxed ? p->relaxation_length : 1.0) * limit); /* of the length */
     double decay = sliding ? sliding_decay(slip, in->speed, limit) : pace;
-    double rate = (slip - decay * zeta) / length;
+    double rate = (slip - decay * zeta) * inverse;
     int moves = sliding & (limit == saturation_creepage);
     double log_limit_by_slip = moves ? log_by_slip : 0.0;
     int least = decay > pace; /* the least decay, by the slip, which then is not zero */
     double decay_by_slip = least ? decay / slip - decay * log_limit_by_slip : 0.0;
     direction = least ? 0.0 : direction;
-    double by_slip = (1.0 - decay_by_slip * zeta) / length - rate * log_limit_by_slip;
-    double by_relaxed = -decay / length + (sliding ? rate / zeta : 0.0);
+    double by_slip = (1.0 - decay_by_slip * zeta) * inverse - rate * log_limit_by_slip;
+    double by_relaxed = -decay * inverse + (sliding ? rate / zeta : 0.0);
     out->relaxation_rate = relaxed ? rate : 0.0;
     out->rate_by_omega = relaxed ? by_slip * p->radius : 0.0;
-    out->rate_by_speed = relaxed ? -by_slip - direction * zeta / length : 0.0;
+    out->rate_by_speed = relaxed ? -by_slip - direction * zeta * inverse : 0.0;
     out->rate_by_relaxed = relaxed ? by_relaxed : 0.0;
 }
 

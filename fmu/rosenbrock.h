@@ -27,7 +27,11 @@ typedef lanes matrix[MOST_ROWS][MOST_STATES];
 #if LANES == 1
 #define EACH_LANE(l) for (int l = 0; l < LANES; l++)
 #elif defined(__clang__)
-#define EACH_LANE(l) _Pragma("clang loop vectorize(assume_safety)") for (int l = 0; l < LANES; l++)
+#define EACH_LANE(l)                                                                               \
+    _Pragma(                                                                                       \
+        "clang loop vectorize(assume_safety) interleave_count(2) unroll(disable)") for (int l = 0; \
+                                                                                        l < LANES; \
+                                                                                        l++)
 #elif defined(__GNUC__)
 #define EACH_LANE(l) _Pragma("GCC ivdep") for (int l = 0; l < LANES; l++)
 #else
@@ -76,9 +80,9 @@ static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST
 /* A substep: Jacobian, factors of 2/h - J, and h. */
 typedef struct {
     const equations *problem;
-    matrix j;
+    matrix *j;
     lanes lu[MOST_STATES][MOST_STATES];
-    lanes h;
+    lanes h, inverse; /* [s, 1/s] */
 } substep;
 
 /* (2/h - J) k = b. The integrals' own part of J is zero, so the states' part of k gives theirs. */
@@ -88,7 +92,7 @@ static inline void stage(substep *s, rows b, rows k) {
     for (int i = p->states; i < p->rows; i++) {
         EACH_LANE (l) k[i][l] = b[i][l];
         for (int c = 0; c < p->states; c++)
-            EACH_LANE (l) k[i][l] += s->j[p->place[i]][p->place[c]][l] * k[c][l];
+            EACH_LANE (l) k[i][l] += (*s->j)[p->place[i]][p->place[c]][l] * k[c][l];
         EACH_LANE (l) k[i][l] *= 0.5 * s->h[l];
     }
 }
@@ -101,14 +105,14 @@ static inline void rodas3(substep *s, rows y, rows f, rows next, rows error) {
     for (int i = 0; i < n; i++)
         for (int c = 0; c < n; c++)
             EACH_LANE (l)
-                s->lu[i][c][l] = (i == c ? 2.0 / s->h[l] : 0.0) - /* gamma 1/2 */
-                                 s->j[p->place[i]][p->place[c]][l];
+                s->lu[i][c][l] = (i == c ? 2.0 * s->inverse[l] : 0.0) - /* gamma 1/2 */
+                                 (*s->j)[p->place[i]][p->place[c]][l];
     factorize(n, s->lu);
     for (int i = 0; i < p->rows; i++)
         EACH_LANE (l) b[i][l] = f[p->place[i]][l];
     stage(s, b, k1);
     for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l) b[i][l] += 4.0 / s->h[l] * k1[i][l];
+        EACH_LANE (l) b[i][l] += 4.0 * s->inverse[l] * k1[i][l];
     stage(s, b, k2);
     for (int i = 0; i < MOST_ROWS; i++)
         EACH_LANE (l) next[i][l] = y[i][l];
@@ -116,14 +120,15 @@ static inline void rodas3(substep *s, rows y, rows f, rows next, rows error) {
         EACH_LANE (l) next[p->place[i]][l] += 2.0 * k1[i][l];
     p->rates(p->model, next, g, NULL);
     for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l) b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l]) / s->h[l];
+        EACH_LANE (l) b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l]) * s->inverse[l];
     stage(s, b, k3);
     for (int i = 0; i < p->rows; i++)
         EACH_LANE (l) next[p->place[i]][l] += k3[i][l];
     p->rates(p->model, next, g, NULL);
     for (int i = 0; i < p->rows; i++)
         EACH_LANE (l)
-            b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l] - (8.0 / 3.0) * k3[i][l]) / s->h[l];
+            b[i][l] =
+                g[p->place[i]][l] + (k1[i][l] - k2[i][l] - (8.0 / 3.0) * k3[i][l]) * s->inverse[l];
     stage(s, b, k4);
     for (int i = 0; i < p->rows; i++)
         EACH_LANE (l) {
@@ -146,6 +151,7 @@ typedef struct {
     lanes left;  /* of the step [s]; a lane that has none left stays where it is */
     lanes h;     /* length to try next [s], above zero */
     lanes count; /* of substeps */
+    matrix j;    /* zero at first, as is what no rate depends on */
 } integration;
 
 /* One substep of each lane, taken if its error is up to the tolerance. */
@@ -154,13 +160,14 @@ static inline void rosenbrock_substep(const equations *p, integration *s, double
     lanes pieces, ratio, taken;
     substep one;
     one.problem = p;
-    memset(one.j, 0, sizeof one.j); /* what no rate depends on stays so */
-    p->rates(p->model, s->y, f, &one.j);
+    one.j = &s->j;
+    p->rates(p->model, s->y, f, &s->j);
     EACH_LANE (l) {
         int runs = s->left[l] > 0.0;
         double many = ceil(s->left[l] / s->h[l] * (1.0 - 1e-12));
         pieces[l] = runs ? many : 1.0;
         one.h[l] = runs ? s->left[l] / larger(pieces[l], 1.0) : 1.0;
+        one.inverse[l] = 1.0 / one.h[l];
     }
     rodas3(&one, s->y, f, next, error);
     p->error_size(p->model, next, error, ratio);

@@ -16,8 +16,9 @@ ALWAYS_INLINE wheelset_rates motion_rates(const wheelset_parameters *p, double o
     wheelset_rates rates;
     double reference, reference_slope;
     regularized_speed(speed, p->minimum_speed, &reference, &reference_slope);
-    double direction = speed / reference; /* -1 or 1 but for the lowest speeds */
-    double direction_slope = (1.0 - direction * reference_slope) / reference;
+    double inverse_reference = 1.0 / reference, inverse_inertia = 1.0 / p->inertia;
+    double direction = speed * inverse_reference; /* -1 or 1 but for the lowest speeds */
+    double direction_slope = (1.0 - direction * reference_slope) * inverse_reference;
 
     double davis = p->constant_resistance * direction + p->linear_resistance * speed +
                    p->quadratic_resistance * speed * fabs(speed);
@@ -27,13 +28,14 @@ ALWAYS_INLINE wheelset_rates motion_rates(const wheelset_parameters *p, double o
     double grade = moved * p->grade_acceleration;
 
     /* J domega/dt = T - r Q - b omega,  M dV/dt = Q - F(V) */
-    rates.omega_rate = (drive_torque - p->radius * contact.force - p->damping * omega) / p->inertia;
+    rates.omega_rate =
+        (drive_torque - p->radius * contact.force - p->damping * omega) * inverse_inertia;
     rates.speed_rate = (contact.force - davis - resistance_force) * p->inverse_mass - grade;
     double mass = 1.0 / (moved > 0.0 ? p->inverse_mass : 1.0);
     rates.resistance = davis + grade * mass;
     rates.resistance_slope = davis_slope;
-    rates.jacobian[0][0] = -(p->radius * contact.by_omega + p->damping) / p->inertia;
-    rates.jacobian[0][1] = -p->radius * contact.by_speed / p->inertia;
+    rates.jacobian[0][0] = -(p->radius * contact.by_omega + p->damping) * inverse_inertia;
+    rates.jacobian[0][1] = -p->radius * contact.by_speed * inverse_inertia;
     rates.jacobian[1][0] = contact.by_omega * p->inverse_mass;
     rates.jacobian[1][1] = (contact.by_speed - davis_slope) * p->inverse_mass;
     return rates;

@@ -24,6 +24,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                                        const force_element_input *input,
                                        force_element_output *output) {
     force_element_parameters p = *parameters;
+    contact_scales scales = contact_scales_of(&p);
     force_state at[MOST_POINTS];
     double x[MOST_POINTS], k_hat[MOST_POINTS];
     double ratio[MOST_POINTS], slope[MOST_POINTS], log_k[MOST_POINTS];
@@ -32,9 +33,11 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
         size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
         for (size_t i = 0; i < count; i++) {
             int loaded = is_loaded(parameters, in[i].normal_load);
-            if (loaded && in[i].normal_load != p.nominal_load)
+            if (loaded && in[i].normal_load != p.nominal_load) {
                 p = force_element_at_load(parameters, in[i].normal_load);
-            at[i] = begin_force(table, &p, &in[i]);
+                scales = contact_scales_of(&p);
+            }
+            at[i] = begin_force(table, &p, scales, &in[i]);
             x[i] = at[i].x;
             k_hat[i] = at[i].k_hat;
         }

@@ -132,7 +132,8 @@ static void test_drivetrains(const creep_table *table, const force_element_param
         drivetrain_output out;
         double substep = 0.0;
         unsigned char failed = 0;
-        drivetrain_member member = {table, &contact, &train, NULL};
+        drivetrain_member member = {table, &contact, &train, NULL, {0}};
+        force_element_scales(&contact, contact.nominal_load, 1.0, &member.scales);
         drivetrain_advance_many(&member, 1, &in, &state, 0.0, random_exponent(-6.0, -1.0), 1e-3,
                                 &substep, &failed);
         const double *numbers = (const double *)&state;
