@@ -10,8 +10,9 @@ import platform
 import re
 import struct
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from threading import Lock
 from typing import Any, NamedTuple
@@ -115,7 +116,7 @@ class NativeTable:
         self._buffer = np.zeros(-(-len(data) // 8), dtype=np.uint64)
         self._buffer.view(np.uint8)[: len(data)] = np.frombuffer(data, np.uint8)
         self.struct = ffi.new("creep_table *")
-        error = lib.creep_table_open(self.struct, _pointer(self._buffer, "void *"), len(data))
+        error = lib.creep_table_open(self.struct, _pointer(self._buffer, "uint64_t"), len(data))
         if error != ffi.NULL:
             raise ValueError(ffi.string(error).decode())
 
@@ -127,11 +128,11 @@ class NativeTable:
         library().creep_table_evaluate_many(
             self.struct,
             x.size,
-            _pointer(x, "double *"),
-            _pointer(k_hat, "double *"),
+            _pointer(x, "double"),
+            _pointer(k_hat, "double"),
             int(k_hat.size > 1),
-            _pointer(ratio, "double *"),
-            _pointer(slope, "double *"),
+            _pointer(ratio, "double"),
+            _pointer(slope, "double"),
         )
         return ratio, slope
 
@@ -212,8 +213,8 @@ class NativeForceElement:
             self._table.struct,
             self._parameters,
             inputs.size,
-            _pointer(inputs, "force_element_input *"),
-            _pointer(outputs, "force_element_output *"),
+            _pointer(inputs, "force_element_input"),
+            _pointer(outputs, "force_element_output"),
         )
         return outputs
 
@@ -283,35 +284,33 @@ class NativeFleet:
     """
 
     def __init__(self, members: Sequence[NativeMember]) -> None:
-        library()
+        lib = library()
         self.size = len(members)
-        self._kept: list[Any] = [[member.table for member in members]]
-        self._shared: dict[tuple[int, ...], Any] = {}
-        self._members = ffi.new("drivetrain_member[]", self.size)
-        for place, member in zip(self._members, members, strict=True):
-            place.table = member.table.struct
-            place.contact = self._share(_contact_struct, member.contact)
-            place.drivetrain = self._share(_drivetrain_struct, member.drivetrain, member.body)
-            library().force_element_scales(
-                place.contact, member.contact["nominal_load"], 1.0, ffi.addressof(place.scales)
+        places = np.zeros(self.size, _place_dtype())
+        contacts, of_contact = _unique([member.contact for member in members])
+        bodies, of_body = _unique([(member.drivetrain, member.body) for member in members])
+        tracks, of_track = _unique([member.track for member in members])
+        contact = _records(contacts, _struct_dtype("force_element_parameters"))
+        flat = [{**drivetrain, **body} for drivetrain, body in bodies]
+        drivetrain = _records(flat, _drivetrain_fields())
+        scales = np.zeros(len(contacts), _struct_dtype("contact_scales"))
+        for i, load in enumerate(contact["nominal_load"].tolist()):
+            lib.force_element_scales(
+                _pointer(contact[i : i + 1], "force_element_parameters"),
+                load,
+                1.0,
+                _pointer(scales[i : i + 1], "contact_scales"),
             )
-            if member.track is not None:
-                place.rails = self._share(self._track_struct, member.track)
-
-    def _share(self, make: Callable[..., Any], *given: Any) -> Any:
-        key = tuple(id(part) for part in given)
-        if key not in self._shared:
-            self._kept.append(given)  # else another could get the same id
-            self._shared[key] = make(*given)
-        return self._shared[key]
-
-    def _track_struct(self, profiles: Sequence[NativeProfile]) -> Any:
-        rails = ffi.new("track *")
-        for name, (at, value) in zip(("left", "right", "over_time"), profiles, strict=True):
-            arrays = ffi.new("double[]", at), ffi.new("double[]", value)
-            self._kept.append(arrays)
-            setattr(rails, name, {"count": len(at), "at": arrays[0], "value": arrays[1]})
-        return rails
+        rails, profiles = _track_records(tracks)
+        places["table"] = [int(ffi.cast("uintptr_t", m.table.struct)) for m in members]
+        places["contact"] = _addresses(contact)[of_contact]
+        places["drivetrain"] = _addresses(drivetrain)[of_body]
+        without = np.array([track is None for track in tracks])
+        places["rails"] = np.where(without, 0, _addresses(rails))[of_track]
+        for name in scales.dtype.names or ():
+            places[name] = scales[name][of_contact]
+        self._kept = [m.table for m in members], contact, drivetrain, rails, profiles, places
+        self._members = _pointer(places, "drivetrain_member")
 
     def advance(
         self,
@@ -339,13 +338,13 @@ class NativeFleet:
         library().drivetrain_advance_many(
             self._members,
             self.size,
-            _pointer(inputs, "drivetrain_input *"),
-            _pointer(states, "drivetrain_state *"),
+            _pointer(inputs, "drivetrain_input"),
+            _pointer(states, "drivetrain_state"),
             time,
             step,
             tolerance,
-            _pointer(substeps, "double *"),
-            _pointer(failed, "unsigned char *"),
+            _pointer(substeps, "double"),
+            _pointer(failed, "unsigned char"),
         )
         if alone and failed.any():
             raise RuntimeError(
@@ -361,19 +360,78 @@ class NativeFleet:
             self._members,
             self.size,
             states.size // self.size,
-            _pointer(inputs, "drivetrain_input *"),
-            _pointer(states, "drivetrain_state *"),
-            _pointer(outputs, "drivetrain_output *"),
+            _pointer(inputs, "drivetrain_input"),
+            _pointer(states, "drivetrain_state"),
+            _pointer(outputs, "drivetrain_output"),
         )
         return outputs
 
 
-def _contact_struct(contact: Mapping[str, float]) -> Any:
-    return ffi.new("force_element_parameters *", dict(contact))
+@cache
+def _place_dtype() -> np.dtype[np.void]:
+    """The struct drivetrain_member, with pointers as numbers."""
+    pointers = [(name, np.uintp) for name in ("table", "contact", "drivetrain", "rails")]
+    scales = [(name, np.float64) for name in _struct_dtype("contact_scales").names or ()]
+    return _of_size([*pointers, *scales], "drivetrain_member")
 
 
-def _drivetrain_struct(drivetrain: Mapping[str, float], body: Mapping[str, float]) -> Any:
-    return ffi.new("drivetrain_parameters *", {**drivetrain, "body": dict(body)})
+@cache
+def _drivetrain_fields() -> np.dtype[np.void]:
+    """The struct drivetrain_parameters, the body's fields among its own."""
+    fields = ffi.typeof("drivetrain_parameters").fields
+    body = _struct_dtype("wheelset_parameters").names or ()
+    names = [name for field, _ in fields for name in (body if field == "body" else [field])]
+    return _of_size([(name, np.float64) for name in names], "drivetrain_parameters")
+
+
+@cache
+def _track_dtype() -> np.dtype[np.void]:
+    """The struct track, with pointers as numbers."""
+    parts = [(f"{side}_{part}", np.uintp) for side in range(3) for part in ("count", "at", "value")]
+    return _of_size(parts, "track")
+
+
+def _of_size(fields: list[tuple[str, Any]], struct_name: str) -> np.dtype[np.void]:
+    found = np.dtype(fields)
+    if found.itemsize != ffi.sizeof(struct_name):
+        raise ImportError(f"{struct_name} of the native library is not laid out as expected")
+    return found
+
+
+def _unique(given: Sequence[Any]) -> tuple[list[Any], NDArray[np.intp]]:
+    """Objects that differ, or pairs of them, and the place of each among them."""
+    places: dict[Any, int] = {}
+    found: list[Any] = []
+    place = []
+    for one in given:
+        key = tuple(map(id, one)) if isinstance(one, tuple) else id(one)
+        if key not in places:
+            places[key] = len(found)
+            found.append(one)
+        place.append(places[key])
+    return found, np.array(place, dtype=np.intp)
+
+
+def _records(given: Sequence[Mapping[str, float]], dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    names = dtype.names or ()
+    return np.array([tuple(one.get(name, 0.0) for name in names) for one in given], dtype)
+
+
+def _addresses(array: NDArray[Any]) -> NDArray[np.uintp]:
+    """Of each element of a contiguous array."""
+    places = np.arange(array.size, dtype=np.uintp) * np.uintp(array.itemsize)
+    return np.asarray(places + np.uintp(array.ctypes.data))
+
+
+def _track_records(tracks: Sequence[NativeTrack | None]) -> tuple[NDArray[np.void], FloatArray]:
+    """Track structs, and the array of all their places and values that they point into."""
+    profiles = [profile for track in tracks for profile in track or (((), ()),) * 3]
+    parts = [part for profile in profiles for part in profile]
+    numbers = np.array(list(chain.from_iterable(parts)), dtype=np.float64)
+    first = np.cumsum([0, *map(len, parts)])[:-1] * numbers.itemsize + numbers.ctypes.data
+    count = [len(at) for at, _ in profiles]
+    rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
+    return rows.reshape(len(tracks), 9).view(_track_dtype())[:, 0], numbers
 
 
 # ---- models that an FMU can hold ------------------------------------------------------------
@@ -481,4 +539,5 @@ class NativeModel:
 
 
 def _pointer(array: NDArray[Any], kind: str) -> Any:
-    return ffi.cast(kind, array.ctypes.data)
+    """First of a contiguous array's elements, as C's of that kind; it keeps the array alive."""
+    return ffi.from_buffer(f"{kind}[]", array)

@@ -37,7 +37,13 @@ class Timing(NamedTuple):
         return self.step * np.arange(first, first + count, dtype=np.float64)
 
 
-def timing(scenario: Scenario, control: TractionController, step: float | None = None) -> Timing:
+def timing(
+    scenario: Scenario,
+    control: TractionController,
+    step: float | None = None,
+    *,
+    longest: float = LONGEST_STEP,
+) -> Timing:
     """Timing of a scenario under a controller.
 
     Parameters
@@ -47,15 +53,17 @@ def timing(scenario: Scenario, control: TractionController, step: float | None =
     control : TractionController
         Of which the sample time counts.
     step : float, optional
-        Longest time between rows [s]; the sample time, but at most 5 ms and a twentieth of the
-        axle's vibration, if left out.
+        Longest time between rows [s]; the sample time, but at most `longest` and a twentieth of
+        the axle's vibration, if left out.
+    longest : float, optional
+        [s].
 
     Raises
     ------
     ValueError
         If the step is out of range, or there would be too many rows.
     """
-    longest = min(control.sample_time, LONGEST_STEP) if step is None else step
+    longest = min(control.sample_time, longest) if step is None else step
     if step is None and scenario.drivetrain.axle is not None:
         longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
     checked("step", longest, POSITIVE)

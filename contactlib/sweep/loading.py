@@ -15,6 +15,7 @@ import numpy as np
 
 from contactlib import kernel
 from contactlib.element import ProcessZoneWarning
+from contactlib.ensemble_run import DEFAULT_TOLERANCE
 from contactlib.fleet import timing
 from contactlib.parameters import Quantity
 from contactlib.scenario import ControllerDesign, build_scenario, model_path, read_contents
@@ -34,7 +35,6 @@ NEEDED = ("name", "source", "scenario", "outcomes", "axes")
 OPTIONAL = ("controllers", "sampling", "redesign", "step", "tolerance")
 STEP = Quantity("s", above=0.0)
 TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
-DEFAULT_TOLERANCE = 1e-6
 
 
 def load_sweep(
