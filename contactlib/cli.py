@@ -166,7 +166,8 @@ def main() -> None:
     MODEL is a TOML file, or the name of one that is shipped: roller_rig.toml, locomotive.toml, and
     for `simulate` the scenarios dry_wet_dry.toml, torque_step.toml, torque_ramp.toml,
     braking.toml, sanding.toml, speed_sweep.toml, standstill.toml, split_friction.toml,
-    torsion.toml.
+    torsion.toml. SWEEP likewise: wet_patch_sweep.toml, uncertain_wheelset_sweep.toml,
+    friction_and_load_sweep.toml.
     """
 
 

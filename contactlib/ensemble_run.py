@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 
 import numpy as np
 
-from contactlib.fleet import BLOCK, Runs, Timing, timing
+from contactlib.fleet import Runs, Timing, timing
 from contactlib.outcomes import Seen, Vehicles, observers
 from contactlib.parameters import FloatArray, checked
 from contactlib.scenario import Scenario
@@ -17,8 +17,6 @@ FLEET = 2048  # runs at once: their states and memories stay in a core's own cac
 FAILED = "failed"
 LONGEST_STEP = 10e-3  # of rows if nothing else is asked for [s]
 DEFAULT_TOLERANCE = 1e-4
-RUN_BYTES = 16_000  # of a run under way: parameters, noise and profiles ahead, sums
-ROW_BYTES = 800  # of a row of a run: inputs, states, outputs and signals
 
 
 def run_many(
@@ -103,14 +101,6 @@ def run_many(
             for name, observer in watching.items():
                 found[name][places] = np.where(runs.failed, np.nan, observer.value())
     return found
-
-
-def working_memory(runs: int) -> int:
-    """Memory that `run_many` takes for as many runs, beside what goes in and comes out [B].
-
-    It is bounded, as no more than `FLEET` runs are under way at a time.
-    """
-    return BLOCK * ROW_BYTES + min(runs, FLEET) * RUN_BYTES
 
 
 def _groups(

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import contactlib as cl
-from contactlib.ensemble_run import DEFAULT_TOLERANCE, FAILED, run_many, working_memory
+from contactlib import ensemble_run
+from contactlib.ensemble_run import DEFAULT_TOLERANCE, FAILED, run_many
 from contactlib.metrics import Metrics
 from contactlib.outcomes import OUTCOMES
 from contactlib.traction import stacked, structure
@@ -191,17 +192,18 @@ def test_refusals(scenarios: list[cl.Scenario]) -> None:
     assert run_many([], "creep_pi", ["slip_work"])["slip_work"].shape == (0,)
 
 
-def test_memory_is_bounded(scenarios: list[cl.Scenario]) -> None:
-    """By the estimate that chunks are made by, and not by how long the runs are."""
-    peaks = []
-    for runs, duration in ((60, 3.0), (60, 9.0), (900, 0.2)):
+def test_memory_is_bounded(scenarios: list[cl.Scenario], monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the number of runs side by side, and not by how long or how many they are."""
+    monkeypatch.setattr(ensemble_run, "FLEET", 200)
+    peaks = {}
+    for runs, duration in ((60, 3.0), (60, 9.0), (200, 0.2), (800, 0.2)):
         many = [dataclasses.replace(scenarios[7], duration=duration)] * runs
         tracemalloc.start()
         run_many(many, "creep_pi", list(OUTCOMES), step=0.01)
-        peaks.append(tracemalloc.get_traced_memory()[1])
+        peaks[runs, duration] = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-        assert 0.1 * working_memory(runs) < peaks[-1] < working_memory(runs)
-    assert peaks[1] < 1.02 * peaks[0]
+    assert peaks[60, 9.0] < 1.02 * peaks[60, 3.0]
+    assert peaks[800, 0.2] < 1.2 * peaks[200, 0.2]
 
 
 def test_every_outcome_has_unit_and_description_and_metrics_are_outcomes() -> None:

@@ -63,9 +63,9 @@ def load_sweep(
     --------
     >>> sweep = load_sweep("wet_patch_sweep.toml")
     >>> sweep.runs, sweep.shape, list(sweep.plan.controllers)
-    (28, (7, 4), ['threshold', 'creep_pi', 'slope_seeking'])
+    (208, (16, 13), ['threshold', 'creep_pi', 'slope_seeking'])
     >>> sweep.describe(5)
-    'patch_friction = 0.4, patch_end = 60 m'
+    'patch_friction = 0.3, patch_end = 85 m'
     """
     file = model_path(path)
     with in_file(path):
