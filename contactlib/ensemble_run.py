@@ -84,23 +84,40 @@ def run_many(
     groups = list(_groups(scenarios, controls, step))
     work = sum(when.rows * len(places) for when, places in groups)
     done = 0
+
+    def told(rows: int) -> None:
+        nonlocal done
+        done += rows
+        progress(done / work)
+
     for when, places in groups:
-        some = [scenarios[i] for i in places]
-        control = stacked([controls[i] for i in places])
-        runs = Runs(some, control, when, index=[first + i for i in places], tolerance=tolerance)
-        vehicles = Vehicles.of([one.drivetrain for one in some])
-        watching = observers(outcomes, vehicles)
-        with np.errstate(all="ignore"):  # of runs that fail, which are nan anyway
-            for block in runs.blocks():
-                rows = Seen(block, vehicles)
-                for observer in watching.values():
-                    observer.see(rows)
-                done += block.time.size * len(places)
-                progress(done / work)
-            found[FAILED][places] = runs.failed
-            for name, observer in watching.items():
-                found[name][places] = np.where(runs.failed, np.nan, observer.value())
+        runs = Runs(
+            [scenarios[i] for i in places],
+            stacked([controls[i] for i in places]),
+            when,
+            index=[first + i for i in places],
+            tolerance=tolerance,
+        )
+        for name, values in _watch(runs, outcomes, told).items():
+            found[name][places] = np.where(runs.failed, np.nan, values)
+        found[FAILED][places] = runs.failed
+        del runs  # before the next ones are set up beside them
     return found
+
+
+def _watch(
+    runs: Runs, outcomes: Sequence[str], told: Callable[[int], object]
+) -> dict[str, FloatArray]:
+    """Outcomes of runs, which are driven for them."""
+    vehicles = Vehicles.of(runs.trains)
+    watching = observers(outcomes, vehicles)
+    with np.errstate(all="ignore"):  # of runs that fail, which are nan anyway
+        for block in runs.blocks():
+            rows = Seen(block, vehicles)
+            for observer in watching.values():
+                observer.see(rows)
+            told(block.time.size * len(runs.trains))
+    return {name: observer.value() for name, observer in watching.items()}
 
 
 def _groups(

@@ -49,8 +49,10 @@ class Runs:
 
     Attributes
     ----------
+    trains : list of Drivetrain
+        Of each run.
     fleet : NativeFleet
-        The drivetrains.
+        The same for the kernel.
     radius : ndarray
         Rolling radii [m].
     failed : ndarray of bool
@@ -75,7 +77,7 @@ class Runs:
         bodies, n = [train.wheelset for train in trains], len(scenarios)
         members = [t.member(track.native) for t, track in zip(trains, tracks, strict=True)]
         self.fleet = kernel.NativeFleet(members)
-        self._trains, self._tracks = trains, tracks
+        self.trains, self._tracks = trains, tracks
         self.radius = np.array([body.radius for body in bodies])
         self._demands = ManyProfiles([one.demand for one in scenarios])
         self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
@@ -98,7 +100,7 @@ class Runs:
     @cached_property
     def available(self) -> AvailableForce:
         """Largest creep forces that friction allows."""
-        return AvailableForce(self._trains, self._tracks)
+        return AvailableForce(self.trains, self._tracks)
 
     def blocks(self) -> Iterator[Block]:
         """All rows, some at a time; a block is valid until the next one is asked for."""
