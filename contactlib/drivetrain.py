@@ -94,6 +94,12 @@ class Drivetrain(Parameters):
         }
         return contact, drivetrain
 
+    @property
+    def kind(self) -> tuple[int, bool, bool, bool]:
+        """What drivetrains must have in common to be stepped side by side: table and states."""
+        table = self.wheelset.element.table.native
+        return id(table), self.axle is not None, self.motor_lag > 0.0, self.relaxation_length > 0.0
+
     def member(self, track: kernel.NativeTrack | None = None) -> kernel.NativeMember:
         """Return it as one of a `contactlib.kernel.NativeFleet`, on a track."""
         contact, drivetrain = self._parameters

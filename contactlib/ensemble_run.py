@@ -32,8 +32,8 @@ def run_many(
     """Drive many scenarios, each under its controller of one name.
 
     Scenarios may differ in everything. A run comes out the same to the last bit whichever others
-    there are. Runs alike in sample time, step, duration, sensors' delay and kind of controller go
-    side by side; those are the fastest.
+    there are. Runs alike in sample time, step, duration, sensors' delay, table of the law, states
+    of the drivetrain and kind of controller go side by side: many of them are fast, few are not.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def _groups(
     scenarios: Sequence[Scenario], controls: Sequence[TractionController], step: float | None
 ) -> Iterator[tuple[Timing, list[int]]]:
     """Timing and places of runs that can go side by side, no more than `FLEET` of them."""
-    groups: dict[tuple[float, Timing, int, bool, Hashable], list[int]] = {}
+    groups: dict[tuple[float, Timing, int, Hashable], list[int]] = {}
     kinds = {id(control): structure(control) for control in controls}
     delays: dict[Hashable, int] = {}
     whens: dict[Hashable, Timing] = {}
@@ -136,7 +136,8 @@ def _groups(
         if late not in delays:
             delays[late] = one.sensors.samples_of_delay(control.sample_time)
         falls = one.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        key = control.sample_time, whens[timed], delays[late], falls, kinds[id(control)]
+        kind = one.drivetrain.kind, falls, kinds[id(control)]
+        key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)
     for (_, when, *_), places in groups.items():
         for start in range(0, len(places), FLEET):

@@ -17,7 +17,7 @@ import struct
 import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -78,6 +78,12 @@ class Corner(Protocol):
         """A multiple of one half."""
 
 
+@lru_cache(maxsize=64)
+def _native(data: bytes) -> kernel.NativeTable:
+    """The kernel's table of these bytes: one for all, as wheelsets of one table step together."""
+    return kernel.NativeTable(data)
+
+
 class CreepForceTable:
     """Traction ratio over normalized creepage and k_hat, with a certificate.
 
@@ -95,10 +101,13 @@ class CreepForceTable:
 
     def __init__(self, data: bytes) -> None:
         self.data = data
-        self.native = kernel.NativeTable(data)
+        self.native = _native(data)
         self._evaluate_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
         self._largest_k_hat = self.k_max
         self._spare: list[Any] = []
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return CreepForceTable, (self.data,)
 
     @classmethod
     def from_law(

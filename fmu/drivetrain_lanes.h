@@ -103,14 +103,18 @@ static void wheel(group *g, int side, rows y) {
     }
 }
 
+/* In any bit, as of zeros of different sign. */
+static int differs(double a, double b) { return bits_of(a) != bits_of(b); }
+
 /* Both wheels; the second only if it differs in a lane. */
 static void wheels(group *g, rows y) {
     lanes *in = g->input;
     int differ = 0;
     for (int l = 0; l < LANES; l++)
-        differ |= (y[LEFT][l] != y[RIGHT][l]) | (y[RELAXED_LEFT][l] != y[RELAXED_RIGHT][l]) |
-                  (in[LOAD_LEFT][l] != in[LOAD_RIGHT][l]) |
-                  (in[FRICTION_LEFT][l] != in[FRICTION_RIGHT][l]);
+        differ |= differs(y[LEFT][l], y[RIGHT][l]) |
+                  differs(y[RELAXED_LEFT][l], y[RELAXED_RIGHT][l]) |
+                  differs(in[LOAD_LEFT][l], in[LOAD_RIGHT][l]) |
+                  differs(in[FRICTION_LEFT][l], in[FRICTION_RIGHT][l]);
     wheel(g, 0, y);
     if (differ) wheel(g, 1, y);
     else memcpy(g->wheel[1], g->wheel[0], sizeof g->wheel[0]);
@@ -395,7 +399,7 @@ static void advance(journey *j) {
         busy = 0;
         for (int l = 0; l < LANES; l++) {
             int there = run.left[l] == 0.0, waiting = there && j->rest[l] < 0.0;
-            if (!there && run.count[l] >= MOST_SUBSTEPS) {
+            if (!there && is_hopeless(&run, l, j->step)) {
                 j->failed[j->at[l]] = 1; /* it stays as it was */
                 run.left[l] = 0.0;
                 j->rest[l] = -1.0;

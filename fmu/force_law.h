@@ -10,7 +10,7 @@
 
 /* What is next to no load is none: the scales of its contact would leave the range of numbers. */
 ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
-    return load > 1e-100 * p->nominal_load;
+    return !(load <= 1e-100 * p->nominal_load); /* what is not a number shows */
 }
 
 /* The same bodies under a load above zero: the contact of which it is the nominal load. */
@@ -84,7 +84,8 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     at.acting = p->relaxation_length > 0.0 ? in->relaxed_creepage : at.creepage;
     /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
     double g = slip_rate_factor(p, at.slip, &passing), friction_scale = g * in->friction_scale;
-    at.log_g_by_slip = -copysign(p->slip_rate_decay * passing / g, at.slip);
+    double log_g = p->slip_rate_decay * passing / g; /* g has a kink where nothing slips */
+    at.log_g_by_slip = at.slip == 0.0 ? 0.0 : -copysign(log_g, at.slip);
     at.kinetic = friction_scale * p->kinetic_friction;
     at.scales = scaled(scales, friction_scale);
     at.inverse_saturation = 1.0 / at.scales.saturation_creepage;

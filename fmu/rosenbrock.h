@@ -77,16 +77,16 @@ static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST
     }
 }
 
-/* A substep: Jacobian, factors of 2/h - J, and h. */
+/* Of a substep: Jacobian, factors of 2/h - J, and h. */
 typedef struct {
     const equations *problem;
     matrix *j;
     lanes lu[MOST_STATES][MOST_STATES];
     lanes h, inverse; /* [s, 1/s] */
-} substep;
+} factors;
 
 /* (2/h - J) k = b. The integrals' own part of J is zero, so the states' part of k gives theirs. */
-static inline void stage(substep *s, rows b, rows k) {
+static inline void stage(factors *s, rows b, rows k) {
     const equations *p = s->problem;
     solve(p->states, s->lu, b, k);
     for (int i = p->states; i < p->rows; i++) {
@@ -98,7 +98,7 @@ static inline void stage(substep *s, rows b, rows k) {
 }
 
 /* One substep from y, where rates and Jacobian are known; the estimated error beside. */
-static inline void rodas3(substep *s, rows y, rows f, rows next, rows error) {
+static inline void rodas3(factors *s, rows y, rows f, rows next, rows error) {
     const equations *p = s->problem;
     int n = p->states;
     rows b, k1, k2, k3, k4, g;
@@ -154,11 +154,16 @@ typedef struct {
     matrix j;    /* zero at first, as is what no rate depends on */
 } integration;
 
+/* Whether a lane will not arrive: its rates are no numbers, or its tolerance is not to be met. */
+static inline int is_hopeless(const integration *s, int l, double step) {
+    return s->count[l] >= MOST_SUBSTEPS || !(s->h[l] > 1e-15 * step);
+}
+
 /* One substep of each lane, taken if its error is up to the tolerance. */
 static inline void rosenbrock_substep(const equations *p, integration *s, double tolerance) {
     rows f, next, error;
     lanes pieces, ratio, taken;
-    substep one;
+    factors one;
     one.problem = p;
     one.j = &s->j;
     p->rates(p->model, s->y, f, &s->j);

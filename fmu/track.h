@@ -21,7 +21,8 @@ typedef struct {
 /* Factors under the left and the right wheel. */
 void track_friction(const track *rails, double distance, double time, double friction[2]);
 
-/* Time until a profile has a corner or a jump, at a constant speed; may be infinite. */
+/* Time until a profile has a corner or a jump, at a constant speed; may be infinite. Who starts
+ * from rest meets a corner where its step ends. */
 double track_until_change(const track *rails, double distance, double speed, double time);
 
 #endif

@@ -1,8 +1,7 @@
 /* What is done to many at once, compiled for several widths of vectors.
  *
- * The same source makes each version (wide_functions.h), without contraction and without the
- * system's mathematics in a loop, so all give the same bits; the widest that the processor has is
- * taken. */
+ * The same source makes each version (wide_functions.h), without contraction, so all give the same
+ * bits; the widest that the processor has is taken. */
 #ifndef WIDE_H
 #define WIDE_H
 

@@ -256,6 +256,7 @@ def test_many_are_one_by_one(locomotive: cl.Model) -> None:
     inputs["commanded_torque"] = rng.uniform(-3e4, 3e4, n)
     inputs["load_left"], inputs["load_right"] = rng.uniform(0.0, 1.3e5, (2, n))
     inputs["friction_left"], inputs["friction_right"] = rng.uniform(0.2, 1.2, (2, n))
+    states["speed"][0], states["omega_left"][0], states["omega_right"][0] = 0.0, -0.0, 0.0
     together, substeps = states.copy(), np.zeros(n)
     fleet = kernel.NativeFleet([train.member()] * n)
     for _ in range(50):

@@ -14,6 +14,7 @@
 #include "fmi3Functions.h"
 #include "resource.h"
 #include "wheelset_step.h"
+#include "wide.h"
 
 static int failures, logged;
 
@@ -103,45 +104,105 @@ static void test_steps(const creep_table *table, const force_element_parameters 
     }
 }
 
-/* Two wheels, with any of axle, motor and relaxation: the same, and no work without end. */
+/* Two wheels, with any of axle, motor and relaxation, that differ in everything. */
+typedef struct {
+    force_element_parameters contact;
+    drivetrain_parameters train;
+    drivetrain_input in;
+    drivetrain_state state;
+} some_drivetrain;
+
+static some_drivetrain random_drivetrain(int i, const force_element_parameters *parameters) {
+    some_drivetrain d = {.contact = *parameters};
+    d.contact.relaxation_length = i % 2 ? 8e-3 : 0.0;
+    d.train = (drivetrain_parameters){
+        .body = {parameters->radius, 250.0, i % 5 ? 1e-5 : 0.0, 50.0, 1800.0, 66.0, 3.1, 0.0, 0.1},
+        .axle_stiffness = i % 3 ? random_exponent(3.0, 8.0) : 0.0,
+        .axle_damping = i % 3 ? random_exponent(0.0, 4.0) : 0.0,
+        .drive_share = random_unit(),
+        .motor_lag = i % 7 ? random_exponent(-3.0, 0.0) : 0.0,
+    };
+    d.in = (drivetrain_input){
+        .commanded_torque = (random_unit() - 0.5) * random_exponent(0.0, 6.0),
+        .load_left = i % 10 ? random_exponent(0.0, 6.0) : 0.0,
+        .load_right = i % 11 ? random_exponent(0.0, 6.0) : 0.0,
+        .friction_left = 1.0,
+        .friction_right = random_exponent(-2.0, 0.0),
+    };
+    d.state.speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
+    d.state.omega_left = d.state.omega_right = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
+    return d;
+}
+
+static drivetrain_member member_of(const creep_table *table, const some_drivetrain *d,
+                                   const track *rails) {
+    drivetrain_member member = {table, &d->contact, &d->train, rails, {0.0, 0.0, 0.0}};
+    force_element_scales(&d->contact, d->contact.nominal_load, 1.0, &member.scales);
+    return member;
+}
+
 static void test_drivetrains(const creep_table *table, const force_element_parameters *parameters) {
     for (int i = 0; i < 200; i++) {
-        force_element_parameters contact = *parameters;
-        contact.relaxation_length = i % 2 ? 8e-3 : 0.0;
-        drivetrain_parameters train = {
-            .body = {parameters->radius, 250.0, i % 5 ? 1e-5 : 0.0, 50.0, 1800.0, 66.0, 3.1, 0.0,
-                     0.1},
-            .axle_stiffness = i % 3 ? random_exponent(3.0, 8.0) : 0.0,
-            .axle_damping = i % 3 ? random_exponent(0.0, 4.0) : 0.0,
-            .drive_share = random_unit(),
-            .motor_lag = i % 7 ? random_exponent(-3.0, 0.0) : 0.0,
-        };
-        drivetrain_input in = {
-            .commanded_torque = (random_unit() - 0.5) * random_exponent(0.0, 6.0),
-            .load_left = i % 10 ? random_exponent(0.0, 6.0) : 0.0,
-            .load_right = i % 11 ? random_exponent(0.0, 6.0) : 0.0,
-            .friction_left = 1.0,
-            .friction_right = random_exponent(-2.0, 0.0),
-        };
-        drivetrain_state state = {
-            .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
-            .omega_left = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
-        };
-        state.omega_right = state.omega_left;
-        drivetrain_state before = state;
+        some_drivetrain d = random_drivetrain(i, parameters), before = d;
+        drivetrain_member member = member_of(table, &d, NULL);
         drivetrain_output out;
         double substep = 0.0;
         unsigned char failed = 0;
-        drivetrain_member member = {table, &contact, &train, NULL, {0}};
-        force_element_scales(&contact, contact.nominal_load, 1.0, &member.scales);
-        drivetrain_advance_many(&member, 1, &in, &state, 0.0, random_exponent(-6.0, -1.0), 1e-3,
+        drivetrain_advance_many(&member, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -1.0), 1e-3,
                                 &substep, &failed);
-        const double *numbers = (const double *)&state;
-        for (size_t k = 0; k < sizeof state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
-        CHECK(!failed || memcmp(&state, &before, sizeof state) == 0);
-        drivetrain_evaluate_many(&member, 1, 1, &in, &state, &out);
+        const double *numbers = (const double *)&d.state;
+        for (size_t k = 0; k < sizeof d.state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
+        CHECK(!failed || memcmp(&d.state, &before.state, sizeof d.state) == 0);
+        drivetrain_evaluate_many(&member, 1, 1, &d.in, &d.state, &out);
         CHECK(isfinite(out.creep_force_left) && isfinite(out.stored_energy));
-        if (train.axle_stiffness == 0.0) CHECK(state.omega_left == state.omega_right);
+        if (d.train.axle_stiffness == 0.0) CHECK(d.state.omega_left == d.state.omega_right);
+    }
+}
+
+/* Vectors of any width, many together or one by one: the same bits. */
+static void test_widths(const creep_table *table, const force_element_parameters *parameters) {
+    enum { MANY = 75 };
+    static const double at[] = {-0.01, 0.0, 0.001, 0.02, 0.02}, value[] = {1.0, 0.9, 0.7, 0.3, 1.1};
+    const track rails = {{5, at, value}, {4, at + 1, value + 1}, {1, at, value}};
+    some_drivetrain d[MANY];
+    drivetrain_member members[MANY];
+    drivetrain_input in[2][MANY];
+    drivetrain_state state[3][MANY];
+    drivetrain_output out[2][MANY];
+    double tried[3][MANY] = {{0.0}}, x[MANY], k[MANY], ratio[2][MANY], slope[2][MANY];
+    unsigned char failed[3][MANY] = {{0}};
+    for (int i = 0; i < MANY; i++) {
+        d[i] = random_drivetrain(i < 40 ? 1 : i, parameters); /* many of one kind, then all kinds */
+        if (i == 20) d[i].in.commanded_torque = NAN;
+        members[i] = member_of(table, &d[i], i % 4 ? &rails : NULL);
+        in[0][i] = in[1][i] = d[i].in;
+        state[0][i] = state[1][i] = state[2][i] = d[i].state;
+        x[i] = (random_unit() - 0.5) * random_exponent(-12.0, 3.0);
+        k[i] = random_unit() * fmin(table->k_max, 2.0);
+    }
+    drivetrain_advance_many(members, MANY, in[0], state[0], 0.0, 0.01, 1e-5, tried[0], failed[0]);
+    drivetrain_advance_many_portable(members, MANY, in[1], state[1], 0.0, 0.01, 1e-5, tried[1],
+                                     failed[1]);
+    for (int i = 0; i < MANY; i++)
+        drivetrain_advance_many(&members[i], 1, &d[i].in, &state[2][i], 0.0, 0.01, 1e-5,
+                                &tried[2][i], &failed[2][i]);
+    for (int i = 1; i < 3; i++) {
+        CHECK(memcmp(state[0], state[i], sizeof state[0]) == 0);
+        CHECK(memcmp(tried[0], tried[i], sizeof tried[0]) == 0);
+        CHECK(memcmp(failed[0], failed[i], sizeof failed[0]) == 0);
+    }
+    for (int i = 0; i < MANY; i++) CHECK(failed[0][i] == (i == 20));
+    drivetrain_evaluate_many(members, MANY, 1, in[0], state[0], out[0]);
+    drivetrain_evaluate_many_portable(members, MANY, 1, in[1], state[1], out[1]);
+    CHECK(memcmp(out[0], out[1], 20 * sizeof out[0][0]) == 0); /* the next one is not a number */
+    creep_table_evaluate_many(table, MANY, x, k, 1, ratio[0], slope[0]);
+    creep_table_evaluate_many_portable(table, MANY, x, k, 1, ratio[1], slope[1]);
+    CHECK(memcmp(ratio[0], ratio[1], sizeof ratio[0]) == 0);
+    CHECK(memcmp(slope[0], slope[1], sizeof slope[0]) == 0);
+    for (int i = 0; i < MANY; i++) {
+        creep_value one;
+        creep_table_evaluate(table, x[i], k[i], &one);
+        CHECK(one.traction_ratio == ratio[0][i] && one.slope == slope[0][i]);
     }
 }
 
@@ -443,6 +504,7 @@ int main(int count, char **arguments) {
     test_force(&table, &parameters);
     test_steps(&table, &parameters);
     test_drivetrains(&table, &parameters);
+    test_widths(&table, &parameters);
     test_lives(arguments[1], arguments[2]);
     test_lives3(arguments[1], arguments[2], !table.one_axis); /* Polach's law does not fall */
     if (size < 10000) test_broken_tables(bytes, size);        /* each try sums all of the bytes */
