@@ -92,7 +92,7 @@ def _table(points: int, order: str, varied: int) -> Case:
     value, slope = np.empty(points), np.empty(points)
     line, ellipse = (cl.carter_griffith_table(contact=c) for c in ("line", "elliptic"))
     one_line, one_ellipse = KernelOneByOne(line), KernelOneByOne(ellipse)
-    formula = CPolach(POLACH, residual=0.4, decay=0.6)
+    formula = CPolach(POLACH)  # as the table, it knows no fall of friction
     hermite = CHermite(cl.CarterGriffith(k_hat=K_HAT), end=rivals.END, cells=CELLS)
     return Case(
         f"kernel, value and slope, {order} x, {'many' if varied else 'one'} k_hat",
@@ -103,10 +103,10 @@ def _table(points: int, order: str, varied: int) -> Case:
             "ellipse, batch": lambda: ellipse.native.evaluate(x, k_hat),
             "line, one by one": lambda: one_line(x, k_hat, value, slope),
             "ellipse, one by one": lambda: one_ellipse(x, k_hat, value, slope),
-            "Polach in C, value": lambda: formula(x, w, value),
-            "cubic Hermite table in C": lambda: hermite(x, value, slope),
+            "Polach in C, one by one, value": lambda: formula(x, w, value),
+            "cubic Hermite table in C, one by one": lambda: hermite(x, value, slope),
         },
-        {"Polach in C, value": ">= 3"},
+        {"Polach in C, one by one, value": ">= 3"},
         ours=4,
     )
 
@@ -137,7 +137,7 @@ def _element(points: int) -> Case:
         {
             "batch": lambda: element.native.evaluate(inputs),
             "one by one": lambda: one(inputs, force),
-            "Polach in C, value": lambda: formula(x, w, force),
+            "Polach in C, one by one, value": lambda: formula(x, w, force),
         },
         ours=2,
     )

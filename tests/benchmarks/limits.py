@@ -20,9 +20,9 @@ from wet_patch import many
 
 import contactlib as cl
 
-# Of a point, in fmu/line_law.h and fmu/table_points.h: divisions and square roots. The line has 5
+# Of a point, in fmu/line_law.h and fmu/table_points.h: divisions and square roots. The line has 4
 # and 1 in the start, 3 in each of two steps, 2 in what follows; the spline takes 2 and 2 more.
-OPERATIONS = {"line": (13, 1), "elliptic": (15, 3)}
+OPERATIONS = {"line": (12, 1), "elliptic": (14, 3)}
 BYTES = 24  # of a point: a creepage is read, a traction ratio and a slope are written
 IN_CACHE, IN_MEMORY = 1000, 4_000_000
 

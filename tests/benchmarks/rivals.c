@@ -15,8 +15,8 @@ static const double PI = 3.14159265358979323846;
 #define ONE_BY_ONE __attribute__((noinline))
 
 ONE_BY_ONE double polach_force(const polach *p, double creepage, double slip_speed, double load) {
-    double mu =
-        p->friction * ((1.0 - p->residual) * exp(-p->decay * fabs(slip_speed)) + p->residual);
+    double part = p->decay == 0.0 ? 1.0 : exp(-p->decay * fabs(slip_speed));
+    double mu = p->friction * ((1.0 - p->residual) * part + p->residual);
     double epsilon = p->gradient * creepage / (mu * load);
     double adhesion = p->adhesion_reduction * epsilon, slip = p->slip_reduction * epsilon;
     return 2.0 * load * mu / PI * (adhesion / (1.0 + adhesion * adhesion) + atan(slip));
