@@ -101,7 +101,7 @@ static inline void stage(factors *s, rows b, rows k) {
 static inline void rodas3(factors *s, rows y, rows f, rows next, rows error) {
     const equations *p = s->problem;
     int n = p->states;
-    rows b, k1, k2, k3, k4, g;
+    rows b = {{0.0}}, k1, k2, k3, k4, g; /* set, as compilers do not see that rows >= states */
     for (int i = 0; i < n; i++)
         for (int c = 0; c < n; c++)
             EACH_LANE (l)
