@@ -208,6 +208,7 @@ CASES = {
     'parameter = "motor.lag"\nfactor_on = "motor.lag"\nvalues = [1.0]': "exactly one of them",
     'parameter = "vehicle.friction.weakening_length"\nvalues = [1e-6]': "exactly one of them",
     'parameter = "vehicle.friction.kinetic"\nvalues = [0.46]': "kinetic",
+    'parameter = "vehicle.law.slip_reduction"\nvalues = [0.5]': "takes no other key",
 }
 
 

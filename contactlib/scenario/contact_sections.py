@@ -89,6 +89,16 @@ class LawSection(Parameters):
     kalker_coefficient: Annotated[float | None, Quantity("1", above=0.0)] = None
     file: str | None = None
 
+    def check_keys(self) -> None:
+        """Refuse a kind that is not known, and other keys than it takes: they would do nothing."""
+        wanted = LAWS.get(self.kind)
+        if wanted is None:
+            raise ValueError(f"kind = {self.kind!r} must be one of: {', '.join(LAWS)}")
+        given = [f.name for f in fields(self)[1:] if getattr(self, f.name) is not None]
+        if given != list(wanted):
+            what = f"the keys {', '.join(wanted)}" if wanted else "no other key"
+            raise ValueError(f"kind = {self.kind!r} takes {what}, not {given}")
+
     def build(
         self,
         contact: Contact,
@@ -98,17 +108,10 @@ class LawSection(Parameters):
     ) -> CreepForceTable:
         """The law's table."""
         shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
-        wanted = LAWS.get(self.kind)
-        if wanted is None:
-            raise ValueError(f"kind = {self.kind!r} must be one of: {', '.join(LAWS)}")
-        given = [f.name for f in fields(self)[1:] if getattr(self, f.name) is not None]
-        if given != list(wanted):
-            what = f"the keys {', '.join(wanted)}" if wanted else "no other key"
-            raise ValueError(f"kind = {self.kind!r} takes {what}, not {given}")
         if self.kind == "cohesive":
             return cohesive_table(shape, friction.ratio, friction.weakening, progress)
         if self.kind == "polach":
-            values = {name: getattr(self, name) for name in wanted}
+            values = {name: getattr(self, name) for name in LAWS[self.kind]}
             return CreepForceTable.from_law(Polach(**values, poisson_ratio=poisson_ratio))
         if self.file is not None:
             curve = MeasuredCurve.from_csv(model_path(self.file), kinetic=friction.kinetic)

@@ -141,6 +141,7 @@ def build_wheelset(
     with named("friction"):
         friction = friction_section.build(contact)
     with named("law"):
+        law_section.check_keys()  # also where the table is given
         if table is None:
             table = law_section.build(contact, friction, contact_section.poisson_ratio, progress)
     with named("wheelset"):
