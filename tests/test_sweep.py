@@ -353,6 +353,56 @@ def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
     assert found["critical_creepage"].values == pytest.approx(creepage[torques.argmax()], rel=1e-3)
 
 
+DAMPING = "\n[vehicle_changes.wheelset]\ndamping = {}\n"
+
+
+def analysis_of(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> dict[str, FloatArray]:
+    """Outcomes of the analysis along one axis."""
+    names = list(cl.ANALYSES)
+    text = re.sub(r"controllers = .*\n", "", SWEEP.partition("[axes")[0])
+    text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text)
+    found = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
+    return {name: found[name].values for name in [*names, "x"]}
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0, 100.0])
+def test_margin_clearing_and_stability_agree_for_either_sign(
+    tmp_path: Path, damping: float
+) -> None:
+    values = np.linspace(-1.4, 1.4, 15).round(2).tolist()
+    axis = f'factor_on = "demand.torque"\nvalues = {values}'
+    found = analysis_of(tmp_path, axis, SCENARIO + DAMPING.format(damping))
+    torque, stable = 23e3 * found["x"], found["stable"] == 1.0
+    known = np.isfinite(found["torque_margin"])
+    assert known.any()
+    assert ((found["torque_margin"] > 0.0) == stable)[known].all()
+    for name in (
+        "critical_torque",
+        "patch_critical_torque",
+        "critical_creepage",
+        "hysteresis",
+        "clearing_time",
+    ):
+        assert (np.isnan(found[name]) | (torque >= 0.0)).all()
+    assert np.isnan(found["torque_margin"][torque < 0.0]).all()
+    assert ((found["clearing_time"] > 0.0) == stable)[torque > 0.0].all()
+    # Braking against the balance of torques, -r Q(-zeta) = r Q(zeta): damping brakes too.
+    wheelset = cl.load_scenario(tmp_path / "s.toml").drivetrain.wheelset
+    held = -cl.quasi_steady_torque(wheelset, -np.linspace(0.0, 0.05, 5001), speed=10.0).min()
+    assert (stable == (-torque < held))[torque < 0.0].all()
+    assert stable[torque < 0.0].any()
+    assert not stable.all()
+
+
+def test_wheels_that_spin_against_their_bearings_are_not_held(tmp_path: Path) -> None:
+    axis = 'parameter = "vehicle.contact.normal_load"\nvalues = [1.0, "230 kN"]'
+    scenario = SCENARIO + DAMPING.format(5.0)
+    found = analysis_of(tmp_path, axis, scenario)
+    assert found["stable"].tolist() == [0.0, 1.0]
+    assert found["clearing_time"][0] == 0.0
+    assert found["clearing_time"][1] > 0.0
+
+
 def test_maps_of_friction_and_load_are_in_order() -> None:
     sweep = cl.load_sweep("friction_and_load_sweep.toml")
     points = np.arange(sweep.runs).reshape(sweep.shape)[::9, ::4]  # (load, patch friction)

@@ -11,7 +11,6 @@ from contactlib import outcomes
 from contactlib.peak_force import available_force
 from contactlib.scenario import Scenario
 from contactlib.stability import (
-    Clearing,
     Fold,
     WorstPole,
     clearing,
@@ -21,13 +20,18 @@ from contactlib.stability import (
     steady_states,
     worst_pole,
 )
+from contactlib.stability.quasi_steady import creepage_grid
+
+DRIVING = "in driving; nan where the demand brakes"
+LOWEST = "the track's lowest factor on friction, of any wheel and time"
 
 
 class Analysis:
     """A scenario's wheelset at its design speed, on friction of the vehicle's file (factor 1).
 
     The torque is the demand of the largest size; the patch has the smallest factor on friction
-    that the track has under any wheel. What several outcomes need is worked out once.
+    that the track has under any wheel at any time. What several outcomes need is worked out once.
+    Critical torques are of driving: damping adds to them, and takes from those of braking.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -39,13 +43,17 @@ class Analysis:
 
     @cached_property
     def fold(self) -> Fold | None:
-        """Where the torque has its maximum; None if it has none."""
-        return self._fold(1.0)
+        """Where the torque has its maximum; None if it has none, or the demand brakes."""
+        return self._driving_fold if self.torque >= 0.0 else None
 
     @cached_property
     def patch_fold(self) -> Fold | None:
         """The same on the patch."""
-        return self._fold(self.patch)
+        return self._fold(self.patch) if self.torque >= 0.0 else None
+
+    @cached_property
+    def _driving_fold(self) -> Fold | None:
+        return self._fold(1.0)
 
     def _fold(self, friction_scale: float) -> Fold | None:
         try:
@@ -60,19 +68,41 @@ class Analysis:
 
     @cached_property
     def grip(self) -> bool:
-        """Whether the torque has a stable steady state short of the fold."""
+        """Whether the torque has a stable steady state short of the peak, of either sign.
+
+        The torque's slope over creepage is as good as even, so its peaks in driving and braking
+        are at one creepage. Where damping lets the torque rise forever, the force has the peak:
+        beyond it the wheels spin, held by damping alone.
+        """
         found = steady_states(self.wheelset, drive_torque=self.torque, speed=self.speed)
-        last = math.inf if self.fold is None else self.fold.creepage
+        fold = self._driving_fold
+        last = self._largest_force_creepage() if fold is None else fold.creepage
         return bool((found.stable & (abs(found.creepage) < last)).any())
 
+    def _largest_force_creepage(self) -> float:
+        """Least creepage with the largest creep force, to the width of the grid."""
+        creepage = creepage_grid(self.wheelset, speed=self.speed)
+        force = self.wheelset.element.at_creepage(creepage, speed=self.speed)["creep_force"]
+        return float(creepage[int((force >= (1.0 - 1e-9) * force.max()).argmax())])
+
     @cached_property
-    def clearing(self) -> Clearing | None:
-        """Longest patch that the torque survives; None if it is too much for good friction."""
+    def clearing(self) -> tuple[float, float]:
+        """Time and length of the longest patch that the torque survives.
+
+        Zero if it is too much for good friction; nan if it brakes, as a wheelset that brakes
+        slows down so much meanwhile that the border may be lost, or if there is none to follow.
+        """
+        if self.torque < 0.0:
+            return math.nan, math.nan
         if not self.grip:
-            return None
-        return clearing(
-            self.wheelset, drive_torque=self.torque, speed=self.speed, friction_scale=self.patch
-        )
+            return 0.0, 0.0
+        try:
+            found = clearing(
+                self.wheelset, drive_torque=self.torque, speed=self.speed, friction_scale=self.patch
+            )
+        except ValueError:  # all arguments are those of a valid scenario
+            return math.nan, math.nan
+        return found.time, found.distance
 
     def gain(self) -> float:
         """Smallest gain that holds the steepest point."""
@@ -99,17 +129,17 @@ class Outcome(NamedTuple):
 ANALYSES = {
     "critical_torque": Outcome(
         "N.m",
-        "torque at which a slow ramp runs away",
+        f"torque at which a slow ramp runs away {DRIVING}",
         lambda a: math.nan if a.fold is None else a.fold.drive_torque,
     ),
     "patch_critical_torque": Outcome(
         "N.m",
-        "torque at which a slow ramp runs away on the track's lowest friction",
+        f"torque at which a slow ramp runs away on {LOWEST}, {DRIVING}",
         lambda a: math.nan if a.patch_fold is None else a.patch_fold.drive_torque,
     ),
     "critical_creepage": Outcome(
         "1",
-        "creepage at which a slow ramp runs away",
+        f"creepage at which a slow ramp runs away {DRIVING}",
         lambda a: math.nan if a.fold is None else a.fold.creepage,
     ),
     "available_force": Outcome(
@@ -119,23 +149,23 @@ ANALYSES = {
     ),
     "hysteresis": Outcome(
         "1",
-        "torque drop that ends a run-away, over the critical torque",
+        f"torque drop that ends a run-away, over the critical torque, {DRIVING}",
         lambda a: math.nan if a.fold is None else a.fold.hysteresis,
     ),
     "torque_margin": Outcome(
         "1",
-        "critical torque over the largest demand, less one",
+        f"critical torque over the largest demand, less one, {DRIVING}",
         lambda a: (
             math.nan
             if a.fold is None
-            else a.fold.drive_torque / abs(a.torque) - 1.0
+            else a.fold.drive_torque / a.torque - 1.0
             if a.torque != 0.0
             else math.inf
         ),
     ),
     "stable": Outcome(
         "1",
-        "whether a constant torque of the largest demand is held short of the peak",
+        "whether the largest demand, of either sign, is held as a constant torque short of the peak",
         lambda a: float(a.grip),
     ),
     "worst_pole": Outcome(
@@ -151,13 +181,13 @@ ANALYSES = {
     ),
     "clearing_time": Outcome(
         "s",
-        "longest time on the track's lowest friction that the largest demand survives",
-        lambda a: 0.0 if a.clearing is None else a.clearing.time,
+        f"longest time on {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
+        lambda a: a.clearing[0],
     ),
     "clearing_distance": Outcome(
         "m",
-        "longest stretch of the track's lowest friction that the largest demand survives",
-        lambda a: 0.0 if a.clearing is None else a.clearing.distance,
+        f"longest stretch of {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
+        lambda a: a.clearing[1],
     ),
 }
 OUTCOMES: dict[str, Outcome] = {

@@ -25,8 +25,10 @@ class Meaning(NamedTuple):
     zero: str = ""
 
 
-CLEARING = Meaning(infinite="survives any length", zero="not held even before the patch")
-FOLD = Meaning(missing="force has no maximum")
+CLEARING = Meaning(
+    infinite="survives any length", zero="not held even before the patch", missing="braking"
+)
+FOLD = Meaning(missing="no maximum, or braking")
 MEANINGS = {
     "adhesion_utilisation": Meaning(1),
     "slip_work": Meaning(-1),
