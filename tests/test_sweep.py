@@ -468,6 +468,13 @@ def test_dataset_is_labelled_and_its_file_opens_everywhere(tmp_path: Path) -> No
     assert found["inertia"].attrs == {"units": "kg.m2", "long_name": "vehicle.wheelset.inertia"}
     assert found["patch"].attrs["units"] == "1"
     assert found.attrs["sweep_file"] == path.read_text()
+    assert "seed" not in found.attrs
+    settings_of_runs = {key: found.attrs[key] for key in ("step", "tolerance", "redesign")}
+    assert settings_of_runs == {
+        "step": "default",
+        "tolerance": DEFAULT_TOLERANCE,
+        "redesign": "false",
+    }
     assert json.loads(found.attrs["scenario"]) == tomllib.loads(SCENARIO)
     assert json.loads(found.attrs["vehicle"])["wheelset"]["inertia"] == 250.0
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["quick_sweep.nc"]
@@ -482,6 +489,7 @@ def test_samples_are_along_one_dimension(tmp_path: Path) -> None:
     head = SWEEP.partition("[axes")[0] + RANDOM.format("latin_hypercube", 4, 1)
     sweep = cl.load_sweep(write_sweep(tmp_path, head + AXES))
     found = cl.ensemble(sweep)
+    assert found.attrs["seed"] == 1
     assert found["slip_work"].dims == ("controller", "run")
     assert found["x"].dims == ("run",)
     assert found["x"].values.tolist() == sweep.values[:, 0].tolist()

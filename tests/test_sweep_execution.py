@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -138,6 +140,72 @@ def test_a_finished_sweep_is_not_run_again(path: Path, known: bytes, tmp_path: P
         assert executor.chunks == []
         assert file_of(path, tmp_path, executor=executor, restart=True) == known
         assert executor.chunks != []
+
+
+def test_a_finished_sweep_is_described_as_it_now_is(tmp_path: Path) -> None:
+    folder, mine = tmp_path / "out", write_sweep(tmp_path)
+    file_of(mine, folder)
+    label = 'label = "friction of the patch"\nvalues'
+    text = SWEEP.replace('"Quick"', '"Slow"').replace('"chosen"', '"guessed"')
+    mine.write_text("# What it is for.\n" + text.replace("values", label))
+    fresh = file_of(mine, tmp_path / "fresh")
+    assert b"friction of the patch" in fresh
+    with CountingExecutor() as executor:
+        assert file_of(mine, folder, executor=executor) == fresh
+        assert executor.chunks == []
+    before = (folder / "quick_sweep.nc").stat().st_mtime_ns
+    cl.ensemble(mine, output=folder)
+    assert (folder / "quick_sweep.nc").stat().st_mtime_ns == before  # nothing to write
+
+
+def test_a_second_start_on_one_output_is_refused(path: Path, known: bytes, tmp_path: Path) -> None:
+    folder = tmp_path / f"{path.stem}.chunks"
+    refused: list[str] = []
+
+    def start_again(part: float) -> None:
+        before = {p.name: p.stat().st_mtime_ns for p in folder.iterdir()}
+        for restart in (False, True):
+            with pytest.raises(RuntimeError) as caught:
+                cl.ensemble(path, output=tmp_path, chunk=6, restart=restart)
+            refused.append(str(caught.value))
+        assert {p.name: p.stat().st_mtime_ns for p in folder.iterdir()} == before
+
+    assert file_of(path, tmp_path, chunk=4, workers=1, progress=start_again) == known
+    assert len(refused) == 14
+    assert f"in use by process {os.getpid()} on {platform.node()}" in refused[0]
+    assert [p.name for p in tmp_path.iterdir()] == [f"{path.stem}.nc"]
+
+
+@pytest.mark.parametrize("owner", ["dead", "namesake", "living", "elsewhere", "unknown"])
+def test_only_the_lock_of_a_dead_process_of_this_host_is_taken_over(
+    path: Path, known: bytes, tmp_path: Path, owner: str
+) -> None:
+    stop_in_the_middle(path, tmp_path)
+    dead = python("")
+    dead.communicate()
+    here = platform.node()
+    who = {
+        "dead": {"host": here, "pid": dead.pid},
+        "namesake": {"host": here, "pid": os.getpid()},  # in a container numbers come again
+        "living": {"host": here, "pid": os.getppid()},
+        "elsewhere": {"host": f"not-{here}", "pid": dead.pid},
+        "unknown": {},
+    }
+    lock = tmp_path / f"{path.stem}.chunks" / "lock"
+    lock.write_text(json.dumps(who[owner]))
+    if owner not in ("dead", "namesake"):
+        with pytest.raises(RuntimeError, match=f"remove {lock}"):
+            cl.ensemble(path, output=tmp_path)
+        lock.unlink()
+    assert file_of(path, tmp_path) == known
+    assert [p.name for p in tmp_path.iterdir()] == [f"{path.stem}.nc"]
+
+
+def test_a_chunk_of_another_length_is_not_taken(path: Path, known: bytes, tmp_path: Path) -> None:
+    stop_in_the_middle(path, tmp_path)
+    plan = tmp_path / f"{path.stem}.chunks" / "plan.json"
+    plan.write_text(plan.read_text().replace('"chunk": 2', '"chunk": 4'))
+    assert file_of(path, tmp_path) == known
 
 
 def test_a_kill_at_the_very_end_leaves_nothing(path: Path, known: bytes, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from contactlib.ensemble_run import FAILED
 from contactlib.files import write_whole
 from contactlib.parameters import FloatArray
+from contactlib.scenario import ControllerDesign
 from contactlib.sweep.outcomes import OUTCOMES, of_runs
 from contactlib.sweep.plan import ScenarioBuilder
 from contactlib.sweep.sweep import Sweep
@@ -69,19 +70,23 @@ def make_dataset(sweep: Sweep, results: Mapping[str, FloatArray], digest: str) -
 
 
 def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
-    contents = sweep.plan.contents
+    plan, contents = sweep.plan, sweep.plan.contents
+    redesign = any(isinstance(c, ControllerDesign) for c in plan.controllers.values())
     return {
         "title": sweep.name,
         "source": sweep.source,
         "sampling": sweep.kind,
-        "seed": float(sweep.seed),
-        "contactlib_version": sweep.plan.package,
-        "kernel_token": sweep.plan.token,
+        **({} if sweep.kind == "grid" else {"seed": float(sweep.seed)}),
+        "step": "default" if plan.step is None else plan.step,
+        "tolerance": plan.tolerance,
+        "redesign": str(redesign).lower(),  # NetCDF knows no truth values
+        "contactlib_version": plan.package,
+        "kernel_token": plan.token,
         "plan_digest": digest,
         "sweep_file": sweep.text,
         "scenario": json.dumps(contents.data),
         "vehicle": json.dumps(contents.vehicle),
-        "controllers": json.dumps({name: repr(c) for name, c in sweep.plan.controllers.items()}),
+        "controllers": json.dumps({name: repr(c) for name, c in plan.controllers.items()}),
     }
 
 

@@ -17,6 +17,7 @@ from contactlib.element import ProcessZoneWarning
 from contactlib.sweep.dataset import make_dataset, read_dataset, write_dataset
 from contactlib.sweep.execution import Results, run_chunks
 from contactlib.sweep.loading import load_sweep
+from contactlib.sweep.lock import locked
 from contactlib.sweep.store import ChunkStore, discard
 from contactlib.sweep.sweep import Sweep
 from contactlib.sweep.workers import Workers, default_workers, thread_workers
@@ -76,7 +77,7 @@ def ensemble(
     ValueError
         If the folder has results of another plan, or a number is out of range.
     RuntimeError
-        If a worker died.
+        If a worker died, or another process is running the sweep to the same folder.
     OSError
         If a file cannot be read or written.
     """
@@ -92,26 +93,43 @@ def ensemble(
         return make_dataset(sweep, results, digest)
     path = results_path(sweep, output)
     folder = path.with_suffix(".chunks")
-    if restart:
-        path.unlink(missing_ok=True)
-        discard(folder)
-    if path.exists():
-        known = read_dataset(path)
-        if known.attrs.get("plan_digest") != digest:
-            raise ValueError(
-                f"{path} is of another plan: the sweep, its scenario or vehicle, or contactlib "
-                "itself is not the same; start anew with --restart (restart=True), or choose "
-                "another output folder"
-            )
-        discard(folder)  # of a kill between the file and this
+    if path.exists() and not restart and not folder.exists():
         progress(1.0)
-        return known
-    store = ChunkStore(folder, digest, runs=sweep.runs, chunk=chunk)
-    dataset = make_dataset(
-        sweep, _run(sweep, store, store.chunk, executor, count, progress), digest
-    )
-    write_dataset(dataset, path)
-    store.remove()
+        return _finished(sweep, digest, path)
+    with locked(folder):
+        if restart:
+            path.unlink(missing_ok=True)
+            discard(folder)
+        if path.exists():  # of a kill between the file and the removal of the chunks
+            known = _finished(sweep, digest, path)
+            discard(folder)
+            progress(1.0)
+            return known
+        store = ChunkStore(folder, digest, runs=sweep.runs, chunk=chunk)
+        results = _run(sweep, store, store.chunk, executor, count, progress)
+        dataset = make_dataset(sweep, results, digest)
+        write_dataset(dataset, path)
+        discard(folder)
+    return dataset
+
+
+def _finished(sweep: Sweep, digest: str, path: Path) -> Dataset:
+    """Dataset of a file whose runs are those of the sweep, described as the sweep now is."""
+    known = read_dataset(path)
+    if known.attrs.get("plan_digest") != digest:
+        raise ValueError(
+            f"{path} is of another plan: the sweep, its scenario or vehicle, or contactlib "
+            "itself is not the same; start anew with --restart (restart=True), or choose "
+            "another output folder"
+        )
+    rows = (-1, sweep.runs)
+    results = {
+        name: v.values.reshape(rows if "controller" in v.dims else sweep.runs)
+        for name, v in known.data_vars.items()
+    }
+    dataset = make_dataset(sweep, {str(name): v for name, v in results.items()}, digest)
+    if not dataset.identical(known):  # a name, source or label is another
+        write_dataset(dataset, path)
     return dataset
 
 

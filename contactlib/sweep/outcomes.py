@@ -165,7 +165,7 @@ ANALYSES = {
     ),
     "stable": Outcome(
         "1",
-        "whether the largest demand, of either sign, is held as a constant torque short of the peak",
+        "whether the largest demand, of either sign, is held at constant torque short of the peak",
         lambda a: float(a.grip),
     ),
     "worst_pole": Outcome(

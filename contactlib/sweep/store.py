@@ -48,7 +48,7 @@ class ChunkStore:
     """
 
     def __init__(self, folder: Path, digest: str, *, runs: int, chunk: int) -> None:
-        self.folder, self._digest, self.chunk = folder, digest, chunk
+        self.folder, self._digest, self._runs, self.chunk = folder, digest, runs, chunk
         folder.mkdir(parents=True, exist_ok=True)
         plan = folder / "plan.json"
         if plan.exists():
@@ -84,15 +84,12 @@ class ChunkStore:
         contents = buffer.getvalue()
         write_whole(self._path(first), self._checksum(first, contents) + contents)
 
-    def remove(self) -> None:
-        """Remove plan and chunks, and the folder if there is nothing else in it."""
-        discard(self.folder)
-
     def _path(self, first: int) -> Path:
         return self.folder / f"{first:09d}.chunk"
 
     def _checksum(self, first: int, contents: bytes) -> bytes:
-        return hashlib.sha256(f"{self._digest} {first} ".encode() + contents).digest()
+        end = min(first + self.chunk, self._runs)
+        return hashlib.sha256(f"{self._digest} {first} {end} ".encode() + contents).digest()
 
 
 def discard(folder: Path) -> None:
