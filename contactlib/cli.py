@@ -378,13 +378,17 @@ def sweep(
             reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
     for line in sweeps.report(loaded, found):
         reporter.line(line)
-    if not no_maps:
+    none = bool((found["failed"] == 1).all())
+    if not no_maps and not none:
         from contactlib.figures import draw_maps
 
         with reporter.step("Drawing the maps"):
             draw_maps(found, folder)
-    beside = "" if no_maps else ", and maps beside it"
+    beside = "" if no_maps or none else ", and maps beside it"
     reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}{beside}")
+    if none:
+        click.echo("contactlib: all runs failed", err=True)
+        click.get_current_context().exit(1)
 
 
 @main.command()

@@ -7,7 +7,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from contactlib.files import write_whole
@@ -37,6 +37,11 @@ def comparison_table(metrics: Mapping[str, Metrics]) -> str:
     for name, unit in UNITS.items():
         values = [_shown(getattr(run, name)) for run in metrics.values()]
         rows.append([name.replace("_", " "), unit, *values])
+    return fixed_width(rows)
+
+
+def fixed_width(rows: Sequence[Sequence[str]]) -> str:
+    """Cells in columns, of which the first two, what it is and its unit, begin on the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for row in rows:

@@ -21,6 +21,7 @@ from scipy.io import netcdf_file
 from sweep_files import SCENARIO, SWEEP, write_sweep
 
 import contactlib as cl
+from contactlib import sweep as sweeps
 from contactlib.cli import main
 from contactlib.ensemble_run import DEFAULT_TOLERANCE, run_many
 from contactlib.files import package_folder
@@ -204,6 +205,13 @@ CASES = {
     'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncount = 2\nspacing = "log"': "above zero",
     'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncount = 2\nspacing = "x"': "must be one of",
     'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncuont = 2': "did you mean 'count'",
+    'paramter = "motor.lag"\nvalues = [1.0]': "did you mean 'parameter'",
+    'parameter = "motor.lag"\ndistribution = "uniform"\nfrom = 0.0\nto = 1.0': (
+        "distribution is for random samples, and this sweep is of a grid"
+    ),
+    'parameter = "vehicle_changes.wheelset.inertia"\nvalues = [1.0]': (
+        "say vehicle.wheelset.inertia"
+    ),
     'parameter = ["motor.lag", "run.initial_speed"]\nvalues = [1.0]': "different units",
     'parameter = "motor.lag"\nfactor_on = "motor.lag"\nvalues = [1.0]': "exactly one of them",
     'parameter = "vehicle.friction.weakening_length"\nvalues = [1e-6]': "exactly one of them",
@@ -236,6 +244,7 @@ def test_a_wrong_axis_is_one_line_that_names_it(tmp_path: Path, axis: str) -> No
         ("outcomes", "outcome", "outcome is not a known key; did you mean 'outcomes'"),
         ("[axes.inertia]", "[axes.slip_work]", "not be that of an outcome"),
         ("[axes.inertia]", "[axes.run]", "'run' is not a name"),
+        ("[axes.inertia]", "[axes.string9]", "'string9' is not a name"),
         ("track.friction[1]", "track.friction[2]", "set by axes.patch already"),
         ("[axes.patch]", '[sampling]\nkind = "gird"\n[axes.patch]', "kind = 'gird' must be"),
         ("[axes.patch]", '[sampling]\nkind = "monte_carlo"\n[axes.patch]', "runs is missing"),
@@ -266,7 +275,7 @@ RANDOM_CASES = {
     'distribution = "log_uniform"\nfrom = 0.0\nto = 2.0': "must be > 0",
     'distribution = "whole"\nfrom = 0.5\nto = 2.0': "must be whole numbers",
     "from = 3.0\nto = 2.0": "must be < to",
-    "from = 1.0\nto = 2.0\ncount = 3": "count is not a known key",
+    "from = 1.0\nto = 2.0\ncount = 3": "count is for a grid, and this sweep is of random",
 }
 
 
@@ -439,8 +448,46 @@ def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:
         main, ["sweep", str(path), "-o", str(tmp_path / "out"), "--no-maps"]
     )
     assert result.exit_code == 0, result.output
-    assert "failed of 2 runs, there outcomes are nan: creep_pi: 1, open_loop: 1" in result.output
+    assert re.search(r"^failed +1 +1 +1$", result.output, re.MULTILINE)
     assert "run 1 (x = 3) under creep_pi: " in result.output
+
+
+def test_a_sweep_of_which_nothing_came_is_an_error(tmp_path: Path) -> None:
+    axis = 'parameter = ["demand.torque[0]", "demand.torque[1]"]\nvalues = [{}]'
+    head = SWEEP.partition("[axes")[0].replace(', "critical_torque", "clearing_time"', "")
+    for values, status in (('"23 kN.m", "90 kN.m"', 0), ('"80 kN.m", "90 kN.m"', 1)):
+        path = write_sweep(tmp_path, f"{head}[axes.x]\n{axis.format(values)}\n")
+        given = ["sweep", str(path), "-o", str(tmp_path / f"out{status}")]
+        result = CliRunner().invoke(main, given)
+        assert result.exit_code == status, result.output
+        assert (result.stderr == "contactlib: all runs failed\n") == bool(status)
+
+
+def test_report_is_one_table_with_true_medians(tmp_path: Path) -> None:
+    found = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path)))
+    found["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, math.inf, math.nan]]
+    found["failed"].values[1, 0] = 1
+    found["clearing_time"].values[:] = math.nan
+    lines = sweeps.report(sweep, found)
+    table = [re.split(r" {2,}", line.strip()) for line in lines[-5:]]
+    assert table[0] == ["outcome", "unit", "creep_pi", "open_loop", "wheelset"]
+    assert table[1][:3] == ["slip work", "J", "4 (1, inf), 1 inf, 1 nan"]
+    critical = found["critical_torque"].values
+    middle, low, high = (f"{f(critical):.4g}" for f in (np.median, np.min, np.max))
+    assert table[2] == ["critical torque", "N.m", f"{middle} ({low}, {high})"]
+    assert table[3] == ["clearing time", "s", "-"]
+    assert table[4] == ["failed", "1", "0", "3"]
+    found["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, 16.0, 32.0]]
+    assert "6 (1, 32)" in sweeps.report(sweep, found)[-4]  # between the two in the middle
+
+
+def test_a_file_may_begin_with_the_mark_of_its_encoding(tmp_path: Path) -> None:
+    plain = cl.load_sweep(path := write_sweep(tmp_path))
+    for file in (path, tmp_path / "s.toml"):
+        file.write_text(file.read_text(), encoding="utf-8-sig")
+    marked = cl.load_sweep(path)
+    assert marked.text == plain.text
+    assert marked.plan.digest(marked.values) == plain.plan.digest(plain.values)
 
 
 def test_parameters_that_do_not_go_together_fail_where_they_meet(tmp_path: Path) -> None:

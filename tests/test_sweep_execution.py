@@ -289,6 +289,20 @@ def test_another_plan_is_refused(path: Path, tmp_path: Path, finished: bool) -> 
     assert found["inertia"].values[-1] == 301.0
 
 
+@pytest.mark.parametrize("harm", ["text", "empty", "cut", "head"])
+def test_results_that_are_no_netcdf_file_are_told_in_a_line(
+    path: Path, known: bytes, tmp_path: Path, harm: str
+) -> None:
+    harmed = {"text": b"notes\n", "empty": b"", "cut": known[: len(known) // 2], "head": known[:9]}
+    (tmp_path / f"{path.stem}.nc").write_bytes(harmed[harm])
+    given = ["sweep", str(path), "-o", str(tmp_path), "--no-maps"]
+    result = CliRunner().invoke(main, given)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "is not a whole NetCDF file: start anew with --restart" in result.stderr
+    assert file_of(path, tmp_path, restart=True) == known
+
+
 def test_any_change_of_what_is_run_is_another_plan(tmp_path: Path) -> None:
     def digest(sweep: str = SWEEP, scenario: str = SCENARIO) -> str:
         found = cl.load_sweep(write_sweep(tmp_path, sweep, scenario))

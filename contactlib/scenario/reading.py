@@ -66,8 +66,8 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def parse(file: Path) -> dict[str, Any]:
-    """Contents of a TOML file."""
-    return tomllib.loads(file.read_bytes().decode())
+    """Contents of a TOML file, which may begin with the mark that some editors write."""
+    return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
 
 
 def is_scenario(path: str | os.PathLike[str]) -> bool:

@@ -14,7 +14,8 @@ from contactlib.sweep.outcomes import OUTCOMES
 from contactlib.sweep.target import Target
 from contactlib.traction import TractionController
 
-TAKEN = ("controller", "run", "failed")  # names of what else a dataset has
+# Names of what else a dataset has, and of the dimensions of characters in its file.
+TAKEN = re.compile(r"controller|run|failed|string\d+")
 
 
 def read_axes(
@@ -36,10 +37,12 @@ def read_axes(
         raise ValueError("axes: give at least one, [axes.NAME]")
     owner: dict[tuple[Any, ...], str] = {}
     for name, section in table.items():
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", name) or name in (*TAKEN, *OUTCOMES):
+        known = TAKEN.fullmatch(name) or name in OUTCOMES
+        if known or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", name):
             raise ValueError(
                 f"axes.{name!r} is not a name for an axis: it must be of 1 to 64 ASCII letters, "
-                "digits and _, begin with a letter, and not be that of an outcome"
+                "digits and _, begin with a letter, and not be that of an outcome nor "
+                "controller, run, failed, string1, string2, ..., which the results have themselves"
             )
         with in_file(f"axes.{name}"):
             axis = read_axis(name, section, contents, grid=grid)

@@ -23,6 +23,11 @@ from contactlib.sweep.target import Target, find_target
 
 MOST_POINTS = 1_000_000
 WHAT = ("parameter", "factor_on", "label")
+# Keys that an axis may have by whether it is of a grid.
+KEYS: dict[bool, tuple[str, ...]] = {
+    True: ("values", "from", "to", "count", "spacing"),
+    False: ("values", "distribution", "from", "to", "mean", "standard_deviation"),
+}
 SPACINGS: dict[str, Callable[..., FloatArray]] = {"linear": np.linspace, "log": np.geomspace}
 # Keys that each distribution needs, and may have.
 DISTRIBUTIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -89,6 +94,12 @@ def read_axis(name: str, section: object, contents: ScenarioContents, *, grid: b
         If a key, path, unit or value is wrong; the message names it.
     """
     table = subsection("it", section)
+    for key in [k for k in table if k in KEYS[not grid] and k not in KEYS[grid]]:
+        raise ValueError(
+            f"{key} is for {'random samples' if grid else 'a grid'}, and this sweep is of "
+            f"{'a grid' if grid else 'random samples'}: see sampling.kind"
+        )
+    check_keys("", table, [*WHAT, *KEYS[grid]], [])
     given = [key for key in ("parameter", "factor_on") if key in table]
     if len(given) != 1:
         raise ValueError(f"parameter and factor_on: give exactly one of them, not {len(given)}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contactlib.comparison import fixed_width
 from contactlib.ensemble_run import FAILED
 from contactlib.files import write_whole
 from contactlib.parameters import FloatArray
@@ -17,6 +18,8 @@ from contactlib.sweep.outcomes import OUTCOMES, of_runs
 from contactlib.sweep.plan import ScenarioBuilder
 from contactlib.sweep.sweep import Sweep
 from contactlib.traction_run import run_scenario
+
+WHEELSET = "wheelset"  # heading of what no controller has to run for
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -91,26 +94,42 @@ def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
 
 
 def report(sweep: Sweep, dataset: Dataset) -> list[str]:
-    """Lines on the outcomes: median and range of each, and how many runs failed."""
+    """Lines on the outcomes: median and range of each, and how many runs failed, as a table."""
     lines = []
-    names = list(sweep.plan.controllers) or ["all"]
-    counts = dataset[FAILED].values.reshape(-1, sweep.runs).sum(axis=1).tolist()
-    if any(counts):
-        of_each = ", ".join(f"{n}: {c}" for n, c in zip(names, counts, strict=True))
-        lines.append(f"failed of {sweep.runs} runs, there outcomes are nan: {of_each}")
+    failed = dataset[FAILED].values.reshape(-1, sweep.runs) == 1
+    if failed.any():
         lines.append(_first_failure(sweep, dataset))
+    analysed = len(of_runs(sweep.plan.outcomes)) < len(sweep.plan.outcomes)
+    last = [WHEELSET] if analysed else []
+    names = list(sweep.plan.controllers)
+    rows = [["outcome", "unit", *names, *last]]
     for name in sweep.plan.outcomes:
-        rows = dataset[name].values.reshape(-1, sweep.runs)
-        what = f"{name.replace('_', ' ')} [{dataset[name].attrs['units']}]"
-        for i, row in enumerate(rows):
-            who = f" {names[i]}" if "controller" in dataset[name].dims else ""
-            known = row[~np.isnan(row)]
-            if known.size == 0:
-                lines.append(f"{what}{who}: does not apply")
-                continue
-            low, middle, high = np.quantile(known, [0.0, 0.5, 1.0], method="lower")
-            lines.append(f"{what}{who}: median {middle:.4g}, from {low:.4g} to {high:.4g}")
-    return lines
+        found = dataset[name]
+        driven = "controller" in found.dims
+        # What was analysed failed where no controller could run either.
+        fails = failed if driven else failed.all(axis=0, keepdims=True)
+        values = found.values.reshape(-1, sweep.runs)
+        cells = [
+            _spread(row[~(bad & np.isnan(row))]) for row, bad in zip(values, fails, strict=True)
+        ]
+        empty = [""] * (len(last) if driven else len(names))
+        cells = [*cells, *empty] if driven else [*empty, *cells]
+        rows.append([name.replace("_", " "), found.attrs["units"], *cells])
+    counts = [str(int(row.sum())) for row in failed]
+    rows.append(["failed", "1", *counts, *([""] if names else []) * len(last)])
+    lines.append(f"Median (least, largest) of {sweep.runs} runs but those that failed:")
+    return [*lines, *fixed_width(rows).split("\n")]
+
+
+def _spread(values: FloatArray) -> str:
+    """Median and range of an outcome, and how often it is infinite or does not apply."""
+    known = values[~np.isnan(values)]
+    if known.size == 0:
+        return "-"
+    middle, low, high = (f"{f(known):.4g}" for f in (np.median, np.min, np.max))
+    counts = {"inf": int(np.isinf(known).sum()), "nan": values.size - known.size}
+    rest = "".join(f", {count} {what}" for what, count in counts.items() if count)
+    return f"{middle} ({low}, {high}){rest}"
 
 
 def _first_failure(sweep: Sweep, dataset: Dataset) -> str:
@@ -149,5 +168,8 @@ def read_dataset(path: Path) -> Dataset:
     try:
         with xarray.open_dataset(path, engine="scipy") as dataset:
             return dataset.load()
-    except TypeError as error:  # what scipy raises
-        raise ValueError(f"{path} is not a NetCDF file: {error}") from None
+    except (TypeError, ValueError, EOFError, IndexError):  # what scipy raises
+        raise ValueError(
+            f"{path} is not a whole NetCDF file: start anew with --restart (restart=True), or "
+            "choose another output folder"
+        ) from None

@@ -69,7 +69,7 @@ def load_sweep(
     """
     file = model_path(path)
     with in_file(path):
-        content = file.read_bytes().decode()
+        content = file.read_bytes().decode("utf-8-sig")
         return _build_sweep(tomllib.loads(content), content, file, progress)
 
 

@@ -133,6 +133,9 @@ def _section(
 ) -> tuple[type[Any], dict[str, Any]]:
     """Kind of a section, and what the file has there."""
     data: Mapping[str, Any] = contents.data
+    if section[0] == "vehicle_changes":
+        meant = path.replace("vehicle_changes", "vehicle", 1)
+        raise ValueError(f"{path}: say {meant}, which is with the scenario's changes")
     if section[0] == "vehicle":
         name, known, data = ".".join(section[1:]), VEHICLE_SECTIONS, contents.vehicle
     elif section[0] == "controllers":
