@@ -11,7 +11,7 @@ from contactlib.outcomes import Seen, Vehicles, observers
 from contactlib.parameters import FloatArray, checked
 from contactlib.scenario import Scenario
 from contactlib.traction import TractionController, stacked, structure
-from contactlib.traction_run import TOLERANCE
+from contactlib.traction_run import INDEX, TOLERANCE
 
 FLEET = 2048  # runs at once: their states and memories stay in a core's own cache
 FAILED = "failed"
@@ -24,7 +24,7 @@ def run_many(
     controller: str,
     outcomes: Sequence[str],
     *,
-    first: int = 0,
+    index: Sequence[int] | None = None,
     step: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     progress: Callable[[float], object] = lambda part: None,
@@ -43,9 +43,8 @@ def run_many(
         Name of one of the controllers of each.
     outcomes : sequence of str
         Some of `contactlib.outcomes.OUTCOMES`. Only what they need is worked out.
-    first : int, optional
-        Index of the first scenario among all that there are: the sensors' noise of a run is drawn
-        from its seed and index.
+    index : sequence of int, optional
+        The sensors' noise of a run is drawn from its seed and index; 0 to n - 1 if left out.
     step : float, optional
         Longest time between rows [s]; the sample time, but at most 10 ms and a twentieth of the
         axle's vibration, if left out.
@@ -64,7 +63,8 @@ def run_many(
     Raises
     ------
     ValueError
-        If an outcome is not known, a value is out of range, or a scenario has no such controller.
+        If an outcome is not known, a value is out of range, a scenario has no such controller, or
+        there are not as many indices as scenarios.
 
     Examples
     --------
@@ -78,6 +78,10 @@ def run_many(
     """
     checked("tolerance", tolerance, TOLERANCE)
     observers(outcomes, Vehicles.of([]))
+    index = range(len(scenarios)) if index is None else index
+    if len(index) != len(scenarios):
+        raise ValueError(f"index has {len(index)} entries for {len(scenarios)} scenarios")
+    checked("index", index, INDEX)
     found = {name: np.full(len(scenarios), np.nan) for name in outcomes}
     found[FAILED] = np.zeros(len(scenarios))
     controls = [one.controller(controller) for one in scenarios]
@@ -95,7 +99,7 @@ def run_many(
             [scenarios[i] for i in places],
             stacked([controls[i] for i in places]),
             when,
-            index=[first + i for i in places],
+            index=[index[i] for i in places],
             tolerance=tolerance,
         )
         for name, values in _watch(runs, outcomes, told).items():

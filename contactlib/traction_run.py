@@ -14,6 +14,7 @@ from contactlib.simulation import Result
 from contactlib.traction import TractionController
 
 TOLERANCE = Limits(at_least=1e-12, at_most=1e-2)
+INDEX = Limits(at_least=0.0, below=2.0**63)  # of a run, for its noise
 
 
 def run_scenario(
@@ -21,6 +22,7 @@ def run_scenario(
     controller: str | TractionController,
     *,
     initial_creepage: float | None = None,
+    index: int = 0,
     step: float | None = None,
     tolerance: float = 1e-8,
     progress: Callable[[float], object] = lambda part: None,
@@ -36,6 +38,8 @@ def run_scenario(
     initial_creepage : float, optional
         [1]. Left out, the run starts steady under the first demand, and rolling if it starts at
         standstill or backward.
+    index : int, optional
+        The sensors' noise is drawn from their seed and this: a place among many runs.
     step : float, optional
         Time between rows, and for which friction is held [s]; rounded down to a whole part of the
         sample time. The sample time, but at most 5 ms and a twentieth of the axle's vibration, if
@@ -62,9 +66,10 @@ def run_scenario(
     """
     control = scenario.controller(controller) if isinstance(controller, str) else controller
     checked("tolerance", tolerance, TOLERANCE)
+    checked("index", index, INDEX)
     when = timing(scenario, control, step)
     runs = Runs(
-        [scenario], control, when, index=[0], tolerance=tolerance, creepage=initial_creepage
+        [scenario], control, when, index=[index], tolerance=tolerance, creepage=initial_creepage
     )
     for error in runs.refused.values():
         raise error

@@ -88,10 +88,10 @@ def same(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
 def test_each_run_is_what_it_would_be_by_itself(
     scenarios: list[cl.Scenario], controller: str
 ) -> None:
-    together = run_many(scenarios, controller, list(OUTCOMES), first=3)
+    together = run_many(scenarios, controller, list(OUTCOMES), index=range(3, 13))
     assert not together[FAILED].any()
     for i, one in enumerate(scenarios):
-        alone = run_many([one], controller, list(OUTCOMES), first=3 + i)
+        alone = run_many([one], controller, list(OUTCOMES), index=[3 + i])
         for name, values in together.items():
             assert same(values[[i]], alone[name]), (i, name)
 
@@ -125,7 +125,7 @@ def test_it_does_not_matter_how_runs_are_split(scenarios: list[cl.Scenario]) -> 
     whole = run_many(alike, "creep_pi", names)
     parts = [
         run_many(alike[:41], "creep_pi", names),
-        run_many(alike[41:], "creep_pi", names, first=41),
+        run_many(alike[41:], "creep_pi", names, index=range(41, 70)),
     ]
     for name in names:
         assert same(whole[name], np.concatenate([part[name] for part in parts])), name
@@ -189,6 +189,12 @@ def test_refusals(scenarios: list[cl.Scenario]) -> None:
         run_many(scenarios, "pid", ["slip_work"])
     with pytest.raises(ValueError, match=r"tolerance = 1.0 is out of range"):
         run_many(scenarios, "creep_pi", ["slip_work"], tolerance=1.0)
+    with pytest.raises(ValueError, match=r"index has 3 entries for 10 scenarios"):
+        run_many(scenarios, "creep_pi", ["slip_work"], index=range(3))
+    with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
+        run_many(scenarios[:1], "creep_pi", ["slip_work"], index=[-1])
+    with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
+        cl.run_scenario(scenarios[0], "creep_pi", index=-1)
     assert run_many([], "creep_pi", ["slip_work"])["slip_work"].shape == (0,)
 
 

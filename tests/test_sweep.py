@@ -23,7 +23,7 @@ from sweep_files import SCENARIO, SWEEP, write_sweep
 import contactlib as cl
 from contactlib import sweep as sweeps
 from contactlib.cli import main
-from contactlib.ensemble_run import DEFAULT_TOLERANCE, run_many
+from contactlib.ensemble_run import DEFAULT_TOLERANCE
 from contactlib.files import package_folder
 from contactlib.parameters import FloatArray
 from contactlib.sweep.distribution import Choice, Distribution, LogUniform, Normal, Uniform, Whole
@@ -250,6 +250,7 @@ def test_a_wrong_axis_is_one_line_that_names_it(tmp_path: Path, axis: str) -> No
         ("[axes.patch]", '[sampling]\nkind = "monte_carlo"\n[axes.patch]', "runs is missing"),
         ("[axes.patch]", "[sampling]\nseed = 1\n[axes.patch]", "seed is not a known key"),
         ('name = "Quick"', 'redesign = 1\nname = "Quick"', "redesign = 1 must be true or false"),
+        ('name = "Quick"', 'noise = "white"\nname = "Quick"', "noise = 'white' must be one of"),
         ('name = "Quick"', 'tolerance = 1.0\nname = "Quick"', "tolerance = 1.0 is out of range"),
         ('name = "Quick"', 'step = "1 m"\nname = "Quick"', "step = '1 m' must be a number in s"),
         ("[axes.patch]", "[axes.patch", "at line"),
@@ -305,9 +306,7 @@ def test_each_kind_of_file_names_its_command() -> None:
 
 
 def test_outcomes_are_those_of_single_runs_and_of_the_analysis(tmp_path: Path) -> None:
-    # Without noise, which depends on the index of the run.
-    silent = re.sub(r"noise = .*", "noise = 0.0", SCENARIO)
-    sweep = cl.load_sweep(write_sweep(tmp_path, scenario=silent))
+    sweep = cl.load_sweep(write_sweep(tmp_path))
     found = cl.ensemble(sweep)
     scenarios = scenarios_of(sweep)
     for i, name in enumerate(sweep.plan.controllers):
@@ -326,14 +325,50 @@ def test_outcomes_are_those_of_single_runs_and_of_the_analysis(tmp_path: Path) -
         assert found["clearing_time"].values.reshape(-1)[j] == known.time
 
 
-def test_noise_is_of_seed_and_index_whatever_runs_beside(tmp_path: Path) -> None:
-    text = SWEEP.replace('"critical_torque", "clearing_time"', '"distance"')
+@pytest.mark.parametrize("noise", ["", "common", "independent"])
+@pytest.mark.parametrize("kind", ["grid", "monte_carlo"])
+def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) -> None:
+    text = SWEEP.replace('"critical_torque", "clearing_time"', '"jerk", "largest_creepage"')
+    text = f'noise = "{noise}"\n{text}' if noise else text
+    if kind != "grid":
+        text = text.partition("[axes")[0] + RANDOM.format(kind, 6, 2) + AXES
     sweep = cl.load_sweep(write_sweep(tmp_path, text))
-    found = cl.ensemble(sweep, chunk=4)["slip_work"].values.reshape(2, -1)
+    found = cl.ensemble(sweep, chunk=4)
+    common = noise == "common" or (not noise and kind == "grid")
     for i, name in enumerate(sweep.plan.controllers):
-        for j, scenario in enumerate(scenarios_of(sweep)):
-            alone = run_many([scenario], name, ["slip_work"], first=j)["slip_work"]
-            assert found[i, j] == alone[0]
+        for j in range(sweep.runs):
+            assert sweep.plan.index_of(j) == (0 if common else j)
+            scenario = sweep.scenario_of(j)
+            run = cl.run_scenario(
+                scenario,
+                name,
+                index=0 if common else j,
+                step=0.01,
+                tolerance=sweep.plan.tolerance,
+            )
+            again = cl.metrics(run, scenario.drivetrain)
+            for outcome in sweep.plan.outcomes:
+                values = found[outcome].values.reshape(2, -1)
+                assert values[i, j] == getattr(again, outcome), (name, j, outcome)
+
+
+def test_runs_with_common_noise_differ_by_their_parameters_alone(tmp_path: Path) -> None:
+    axis = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nvalues = [200.0, {}]\n'
+    noises = {"common": 0.02, "independent": 0.02}
+    for noise in noises:
+        head = f'noise = "{noise}"\n' + SWEEP.partition("[axes")[0]
+        path = write_sweep(tmp_path, head + axis.format(200.0 * (1.0 + 1e-9)))
+        one, other = cl.ensemble(path)["slip_work"].sel(controller="creep_pi").values
+        noises[noise] = abs(other / one - 1.0)
+    assert noises["common"] < 1e-5
+    assert noises["independent"] > 1e-3
+
+
+def test_there_is_no_scenario_of_a_run_that_is_not_there(tmp_path: Path) -> None:
+    sweep = cl.load_sweep(write_sweep(tmp_path))
+    assert sweep.scenario_of(-1).drivetrain.wheelset.inertia == 300.0
+    with pytest.raises(IndexError):
+        sweep.scenario_of(6)
 
 
 def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:

@@ -315,6 +315,7 @@ def test_any_change_of_what_is_run_is_another_plan(tmp_path: Path) -> None:
         digest(SWEEP.replace('"creep_pi", ', "")),
         digest("redesign = true\n" + SWEEP),
         digest("tolerance = 1e-7\n" + SWEEP),
+        digest('noise = "independent"\n' + SWEEP),
         digest('step = "1 ms"\n' + SWEEP),
         digest(scenario=SCENARIO.replace("duration = 0.6", "duration = 0.7")),
         digest(scenario=SCENARIO + "\n[vehicle_changes.wheelset]\ndamping = 6.0\n"),

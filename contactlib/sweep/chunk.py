@@ -75,14 +75,14 @@ def run_chunk(
     valid = [scenario for scenario in scenarios if scenario is not None]
     if not runs or not valid:
         return found
-    # A run's noise is of its index: one that is not valid keeps its place.
+    # One that is not valid keeps its place.
     filled = [valid[0] if scenario is None else scenario for scenario in scenarios]
     for j, controller in enumerate(plan.controllers):
         by_name = run_many(
             filled,
             controller,
             runs,
-            first=first,
+            index=[plan.index_of(first + i) for i in range(n)],
             step=plan.step,
             tolerance=plan.tolerance,
             progress=go_on_or_stop,

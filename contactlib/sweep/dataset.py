@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contactlib.comparison import fixed_width
-from contactlib.ensemble_run import FAILED
+from contactlib.ensemble_run import FAILED, LONGEST_STEP
 from contactlib.files import write_whole
+from contactlib.fleet import timing
 from contactlib.parameters import FloatArray
 from contactlib.scenario import ControllerDesign
 from contactlib.sweep.outcomes import OUTCOMES, of_runs
-from contactlib.sweep.plan import ScenarioBuilder
 from contactlib.sweep.sweep import Sweep
 from contactlib.traction_run import run_scenario
 
@@ -136,13 +136,15 @@ def _first_failure(sweep: Sweep, dataset: Dataset) -> str:
     """What the first failed run says if it is tried once more."""
     found = dataset[FAILED].values.reshape(-1, sweep.runs)
     controller, run = (int(i) for i in np.argwhere(found)[0])
-    where = f"run {run} ({sweep.describe(run)})"
+    plan, where = sweep.plan, f"run {run} ({sweep.describe(run)})"
     try:
-        scenario = ScenarioBuilder(sweep.plan).build(sweep.values[run].tolist())
-        if sweep.plan.controllers:
-            name = list(sweep.plan.controllers)[controller]
+        scenario = sweep.scenario_of(run)
+        if plan.controllers:
+            name = list(plan.controllers)[controller]
             where += f" under {name}"
-            run_scenario(scenario, name, step=sweep.plan.step, tolerance=sweep.plan.tolerance)
+            index, step, tolerance = plan.index_of(run), plan.step, plan.tolerance
+            when = timing(scenario, scenario.controller(name), step, longest=LONGEST_STEP)
+            run_scenario(scenario, name, index=index, step=when.step, tolerance=tolerance)
     except (ValueError, RuntimeError) as error:
         return f"{where}: {error}"
     return f"{where} failed among others, but not alone"

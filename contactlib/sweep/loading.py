@@ -32,7 +32,8 @@ from contactlib.sweep.tables import law_tables, table_axes
 from contactlib.traction import TractionController
 
 NEEDED = ("name", "source", "scenario", "outcomes", "axes")
-OPTIONAL = ("controllers", "sampling", "redesign", "step", "tolerance")
+OPTIONAL = ("controllers", "sampling", "noise", "redesign", "step", "tolerance")
+NOISES = ("common", "independent")
 STEP = Quantity("s", above=0.0)
 TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
 
@@ -44,6 +45,10 @@ def load_sweep(
 
     Each axis's values are held against the limits of what it sets, and the scenarios at the ends
     of the axes are built, so that what is wrong is said before anything runs.
+
+    With ``noise = "common"``, a grid's unless it says otherwise, every run has the sensors' noise
+    of index 0 of its seed, so that runs differ by their parameters alone; with
+    ``noise = "independent"``, that of random samples, each has the noise of its own index.
 
     Parameters
     ----------
@@ -110,6 +115,7 @@ def _build_sweep(
         axes=axes,
         controllers=controllers,
         outcomes=outcomes,
+        noise=_noise(data, kind),
         step=number("step", data["step"], STEP) if "step" in data else None,
         tolerance=number("tolerance", data.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE),
         table_axes=table_axes(axes, contents),
@@ -170,6 +176,14 @@ def _controllers(
     if "controllers" not in data:
         return dict(designs)
     return {name: designs[name] for name in _names("controllers", data["controllers"], designs)}
+
+
+def _noise(data: Mapping[str, Any], kind: str) -> str:
+    """Whether all runs have the same noise: then it does not speckle the map of a grid."""
+    noise = text("noise", data.get("noise", NOISES[0] if kind == "grid" else NOISES[1]))
+    if noise not in NOISES:
+        raise ValueError(f"noise = {noise!r} must be one of: {', '.join(NOISES)}")
+    return noise
 
 
 def _sampling(section: object) -> tuple[str, int, int]:

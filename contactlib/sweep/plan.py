@@ -49,6 +49,9 @@ class Plan:
         each run. Empty if nothing runs.
     outcomes : tuple of str
         What is asked for.
+    noise : str
+        ``common`` if all runs have the sensors' noise of index 0 of their seed, ``independent`` if
+        each has that of its own index.
     step : float or None
         Of the rows [s].
     tolerance : float
@@ -65,12 +68,17 @@ class Plan:
     axes: tuple[Axis, ...]
     controllers: dict[str, TractionController | ControllerDesign]
     outcomes: tuple[str, ...]
+    noise: str
     step: float | None
     tolerance: float
     table_axes: tuple[int, ...]
     tables: dict[tuple[float, ...], bytes]
     package: str
     token: str
+
+    def index_of(self, run: int) -> int:
+        """Which noise a run has: `index` of `contactlib.run_scenario`."""
+        return 0 if self.noise == "common" else run
 
     def check_machine(self) -> None:
         """Refuse to run where contactlib is another one.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from contactlib.parameters import FloatArray
 from contactlib.scenario import Scenario
-from contactlib.sweep.plan import Plan
+from contactlib.sweep.plan import Plan, ScenarioBuilder
 from contactlib.sweep.sampling import grid_shape
 
 
@@ -45,6 +46,25 @@ class Sweep:
     scenario: Scenario
     plan: Plan
     values: FloatArray
+
+    def scenario_of(self, run: int) -> Scenario:
+        """Scenario of a run, with the controllers that it has in the sweep.
+
+        With ``index=sweep.plan.index_of(run)`` and the sweep's step and tolerance,
+        `contactlib.run_scenario` makes the run once more.
+
+        Raises
+        ------
+        IndexError
+            If there is no such run.
+        ValueError
+            If its parameters are not a valid scenario.
+        """
+        return self._builder.build(self.values[range(self.runs)[run]].tolist())
+
+    @cached_property
+    def _builder(self) -> ScenarioBuilder:
+        return ScenarioBuilder(self.plan)
 
     @property
     def runs(self) -> int:
