@@ -75,6 +75,9 @@ def checked(name: str, value: ArrayLike, limits: Limits, *, copy: bool = True) -
         If `value` is not real numbers or any of them breaks `limits`; the message names the
         argument, the first offending value and the limits.
     """
+    given: object = value
+    if isinstance(given, float) and limits.allow(given):  # as most are: the quick way
+        return np.array(given, dtype=np.float64)
     raw = np.asarray(value)
     if raw.dtype.kind not in "iuf":
         raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
@@ -90,6 +93,7 @@ class Parameters:
 
     _quantities: ClassVar[Mapping[str, Quantity]]
     _list_names: ClassVar[frozenset[str]]
+    _declared_fields: ClassVar[tuple[tuple[str, Quantity, bool], ...]]
 
     @classmethod
     def quantities(cls) -> Mapping[str, Quantity]:
@@ -113,18 +117,32 @@ class Parameters:
             cls._list_names = frozenset(name for name, hint in hints if get_origin(hint) is tuple)
         return cls._list_names
 
+    @classmethod
+    def _declared(cls) -> tuple[tuple[str, Quantity, bool], ...]:
+        """Name, quantity, and whether it may be None, of the fields that are quantities."""
+        if "_declared_fields" not in cls.__dict__:
+            quantities = cls.quantities()
+            cls._declared_fields = tuple(
+                (field.name, quantities[field.name], field.default is None)
+                for field in fields(cls)  # type: ignore[arg-type]
+                if field.name in quantities
+            )
+        return cls._declared_fields
+
     def __post_init__(self) -> None:
-        quantities = self.quantities()
-        for field in fields(self):  # type: ignore[arg-type]
-            value: Any = getattr(self, field.name)
-            if field.name not in quantities or (value is None and field.default is None):
+        for key, limits, optional in self._declared():
+            value: Any = getattr(self, key)
+            if value is None and optional:
                 continue
-            name, limits = f"{type(self).__name__}.{field.name}", quantities[field.name]
+            if type(value) is float and limits.allow(value):  # the quick way
+                continue
+            name = f"{type(self).__name__}.{key}"
             if isinstance(value, tuple):
-                checked(name, value, limits)
+                if not all(type(v) is float and limits.allow(v) for v in value):
+                    checked(name, value, limits)
                 continue
             if isinstance(value, bool) or not isinstance(value, Real):
                 raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
             if not limits.allow(float(value)):
                 checked(name, float(value), limits)  # which says so
-            object.__setattr__(self, field.name, float(value))
+            object.__setattr__(self, key, float(value))

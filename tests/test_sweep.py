@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import json
 import math
 import pickle
 import re
 import tomllib
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,7 @@ from contactlib.cli import main
 from contactlib.ensemble_run import DEFAULT_TOLERANCE
 from contactlib.files import package_folder
 from contactlib.parameters import FloatArray
+from contactlib.scenario import build_scenario, build_wheelset
 from contactlib.sweep.distribution import Choice, Distribution, LogUniform, Normal, Uniform, Whole
 from contactlib.sweep.outcomes import OUTCOMES, analyse
 from contactlib.sweep.plan import ScenarioBuilder
@@ -362,6 +366,96 @@ def test_runs_with_common_noise_differ_by_their_parameters_alone(tmp_path: Path)
         noises[noise] = abs(other / one - 1.0)
     assert noises["common"] < 1e-5
     assert noises["independent"] > 1e-3
+
+
+def built_anew(sweep: cl.Sweep, run: int) -> cl.Scenario:
+    """Scenario of a run, from changed contents of its files and with nothing kept."""
+    contents = sweep.plan.contents
+    data, vehicle = copy.deepcopy(contents.data), copy.deepcopy(contents.vehicle)
+    designs = dict(sweep.plan.controllers)
+    for axis, value in zip(sweep.plan.axes, sweep.values[run].tolist(), strict=True):
+        for target in axis.targets:
+            new = target.scale(value) if axis.factor else value
+            where, *section = target.section
+            if where == "controllers":
+                known: Any = designs[section[0]]
+                designs[section[0]] = dataclasses.replace(known, **{target.key: new})
+                continue
+            table = vehicle if where == "vehicle" else data
+            for name in section if where == "vehicle" else [where]:
+                table = table.setdefault(name, {})
+            if target.index is None:
+                table[target.key] = new
+            else:
+                table[target.key][target.index] = new
+    wheelset = build_wheelset(vehicle, sweep.scenario.drivetrain.wheelset.element.table, print)
+    return build_scenario(data, wheelset, designs)
+
+
+def same(one: Any, other: Any, where: str = "") -> None:
+    """Assert that all fields are equal to the last bit."""
+    if dataclasses.is_dataclass(one) and not isinstance(one, type):
+        assert type(one) is type(other), where
+        for field in dataclasses.fields(one):
+            pair = getattr(one, field.name), getattr(other, field.name)
+            same(*pair, f"{where}.{field.name}")
+    elif isinstance(one, Mapping):
+        assert list(one) == list(other)
+        for key in one:
+            same(one[key], other[key], f"{where}[{key!r}]")
+    elif isinstance(one, cl.CreepForceTable):
+        assert one.data == other.data
+    else:
+        assert repr(one) == repr(other), where
+
+
+PARAMETERS = (
+    '"vehicle.contact.normal_load"\nvalues = [210e3, 220e3]',
+    '"vehicle.friction.kinetic"\nvalues = [0.2, 0.21]',
+    '"vehicle.friction.k_hat"\nvalues = [0.2, 0.3]',
+    '"vehicle.wheelset.saturation_creepage"\nvalues = [0.01, 0.02]',
+    '"vehicle.wheelset.inertia"\nvalues = [200, 250.0]',
+    '"vehicle.resistance.grade"\nvalues = [0.0, 0.01]',
+    '"track.friction[1]"\nvalues = [0.5, 0.9]',
+    '"demand.torque[1]"\nvalues = [20e3, 21e3]',
+    '"run.initial_speed"\nvalues = [8.0, 9.0]',
+    '"motor.lag"\nvalues = [0.0, 0.01]',
+    '"sensors.seed"\nvalues = [1.0, 2.0]',
+    '"controllers.creep_pi.reference"\nvalues = [0.01, 0.02]',
+)
+
+
+@pytest.mark.parametrize("first", range(len(PARAMETERS)))
+def test_what_is_kept_from_run_to_run_is_what_would_be_built(tmp_path: Path, first: int) -> None:
+    # Each parameter alone, and in turn with two others, so that all come and go.
+    for count in (1, 3):
+        chosen = [PARAMETERS[(first + 4 * i) % len(PARAMETERS)] for i in range(count)]
+        axes = "".join(f"[axes.x{i}]\nparameter = {axis}\n" for i, axis in enumerate(chosen))
+        text = SWEEP.partition("[axes")[0] + axes
+        sweep = cl.load_sweep(write_sweep(tmp_path, text, SCENARIO))
+        order = np.random.default_rng(first).permutation(2 * sweep.runs) % sweep.runs
+        for run in order.tolist():
+            same(sweep.scenario_of(run), built_anew(sweep, run))
+
+
+def test_runs_share_what_the_axes_leave_alone(tmp_path: Path) -> None:
+    one, other = axis_values(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.8, 0.9]')
+    assert one.demand != other.demand
+    for name in ("drivetrain", "track", "sensors"):
+        assert getattr(one, name) is getattr(other, name)
+    inertia = 'parameter = "vehicle.wheelset.inertia"\nvalues = [200.0, 210.0]'
+    one, other = axis_values(tmp_path, inertia)
+    assert one.drivetrain.wheelset.inertia != other.drivetrain.wheelset.inertia
+    assert one.drivetrain.wheelset.element is other.drivetrain.wheelset.element
+    assert one.demand is other.demand
+
+
+def test_warnings_at_the_ends_are_counted(tmp_path: Path) -> None:
+    # Friction falls far enough at both values of one axis, whatever the other is.
+    axes = AXES.replace("from = 200.0\nto = 300.0", "values = [200.0, 300.0]")
+    axes += '[axes.y]\nparameter = "vehicle.friction.k_hat"\nvalues = [0.3, 1.5]\n'
+    with pytest.warns(cl.ProcessZoneWarning, match="2 of 4 runs at the ends"):
+        cl.load_sweep(write_sweep(tmp_path, SWEEP.partition("[axes")[0] + axes))
 
 
 def test_there_is_no_scenario_of_a_run_that_is_not_there(tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ from typing import Any
 
 from contactlib.controllers import CreepControl, TorqueControl
 from contactlib.element import ForceElement
+from contactlib.friction import Friction
+from contactlib.hertz import Contact
 from contactlib.parameters import Parameters
 from contactlib.scenario.contact_sections import (
     ContactSection,
@@ -17,6 +19,7 @@ from contactlib.scenario.contact_sections import (
     WheelsetSection,
 )
 from contactlib.scenario.control_sections import CreepSection, RunSection, TorqueSection
+from contactlib.scenario.kept import Kept
 from contactlib.scenario.reading import (
     IS_SWEEP,
     check_keys,
@@ -130,33 +133,64 @@ def build_wheelset(
     data: Mapping[str, Any],
     table: CreepForceTable | None,
     progress: Callable[[float], object],
+    kept: Kept | None = None,
 ) -> Wheelset:
-    """Wheelset of a model file's contents; a mistake is a ValueError of one line."""
-    contact_section = read_section("contact", ContactSection, data)
-    friction_section = read_section("friction", FrictionSection, data)
-    law_section = read_section("law", LawSection, {"law": {}, **data})
-    body = read_section("wheelset", WheelsetSection, data)
-    with named("contact"):
-        contact = contact_section.build()
-    with named("friction"):
-        friction = friction_section.build(contact)
+    """Wheelset of a model file's contents; a mistake is a ValueError of one line.
+
+    What `kept` has of a wheelset before and would come out the same is not made anew.
+    """
+    kept = kept or Kept()
+    contact_section = kept.section("contact", ContactSection, data)
+    friction_section = kept.section("friction", FrictionSection, data)
+    law_section = kept.section("law", LawSection, data)
+    body = kept.section("wheelset", WheelsetSection, data)
+    contact = kept("contact", _contact, contact_section)
+    friction = kept("friction", _friction, friction_section, contact)
     with named("law"):
         law_section.check_keys()  # also where the table is given
         if table is None:
             table = law_section.build(contact, friction, contact_section.poisson_ratio, progress)
     with named("wheelset"):
-        element = ForceElement(
-            contact,
-            friction,
-            table=table,
-            radius=body.radius,
-            slope_reduction=body.reduction(contact, friction),
-            minimum_speed=body.minimum_speed,
-        )
+        reduction = body.reduction(contact, friction)
+        sizes = body.radius, reduction, body.minimum_speed
+        element = kept("element", _element, contact, friction, table, *sizes)
+    resistance = kept.section("resistance", Resistance, data)
+    return kept("wheelset", _wheelset, element, body, resistance)
+
+
+def _contact(section: ContactSection) -> Contact:
+    with named("contact"):
+        return section.build()
+
+
+def _friction(section: FrictionSection, contact: Contact) -> Friction:
+    with named("friction"):
+        return section.build(contact)
+
+
+def _element(
+    contact: Contact,
+    friction: Friction,
+    table: CreepForceTable,
+    radius: float,
+    slope_reduction: float,
+    minimum_speed: float,
+) -> ForceElement:
+    return ForceElement(
+        contact,
+        friction,
+        table=table,
+        radius=radius,
+        slope_reduction=slope_reduction,
+        minimum_speed=minimum_speed,
+    )
+
+
+def _wheelset(element: ForceElement, body: WheelsetSection, resistance: Resistance) -> Wheelset:
     return Wheelset(
         element,
         inertia=body.inertia,
         mass=body.mass,
         damping=body.damping,
-        resistance=read_section("resistance", Resistance, data),
+        resistance=resistance,
     )

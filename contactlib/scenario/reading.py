@@ -110,11 +110,6 @@ def read_section(name: str, kind: type[Section], data: Mapping[str, Any]) -> Sec
         return kind(**given)
 
 
-def read_optional(name: str, kind: type[Section], data: Mapping[str, Any]) -> Section | None:
-    """As `read_section`; None if the file has no such section."""
-    return read_section(name, kind, data) if name in data else None
-
-
 def read_given(
     name: str, kind: type[Any], table: object, others: Collection[str] = ()
 ) -> dict[str, Any]:

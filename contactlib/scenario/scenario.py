@@ -12,6 +12,7 @@ from contactlib.drivetrain import Axle, Drivetrain
 from contactlib.parameters import Parameters, Quantity
 from contactlib.profile import Profile
 from contactlib.scenario.controllers import ControllerDesign, read_controllers
+from contactlib.scenario.kept import Kept
 from contactlib.scenario.model import build_model
 from contactlib.scenario.reading import (
     IS_SWEEP,
@@ -20,8 +21,6 @@ from contactlib.scenario.reading import (
     model_path,
     named,
     parse,
-    read_optional,
-    read_section,
     text,
 )
 from contactlib.scenario.scenario_sections import (
@@ -222,31 +221,28 @@ def build_scenario(
     data: Mapping[str, Any],
     wheelset: Wheelset,
     controllers: Mapping[str, TractionController | ControllerDesign] | None = None,
+    kept: Kept | None = None,
 ) -> Scenario:
     """Scenario of a file's contents, with its own controllers or others.
+
+    What `kept` has of a scenario before and would come out the same is not made anew.
 
     Raises
     ------
     ValueError
         As one line, if a section or key is wrong.
     """
+    kept = kept or Kept()
     name, source = (text(key, data[key]) for key in ("name", "source"))
-    motor = read_optional("motor", MotorSection, data) or MotorSection()
-    relaxation = read_optional("contact_relaxation", RelaxationSection, data)
-    drivetrain = Drivetrain(
-        wheelset,
-        axle=read_optional("axle", Axle, data),
-        motor_lag=motor.lag,
-        relaxation_length=(relaxation or RelaxationSection()).length,
-    )
-    run = read_section("run", ScenarioRunSection, data)
-    demand = read_section("demand", DemandSection, data)
-    with named("demand"):
-        torque = demand.build()
-    track = read_optional("track", TrackSection, data) or TrackSection()
-    with named("track"):
-        friction = track.build()
-    initial_speed, held_speed = _speeds(run, data, wheelset)
+    axle = kept.section("axle", Axle, data) if "axle" in data else None
+    motor = kept.section("motor", MotorSection, data)
+    relaxation = kept.section("contact_relaxation", RelaxationSection, data)
+    drivetrain = kept("drivetrain", _drivetrain, wheelset, axle, motor, relaxation)
+    run = kept.section("run", ScenarioRunSection, data)
+    demand = kept("demand", _demand, kept.section("demand", DemandSection, data))
+    track = kept("track", _track, kept.section("track", TrackSection, data))
+    held = kept.section("held_speed", HeldSpeedSection, data) if "held_speed" in data else None
+    initial_speed, held_speed = kept("speeds", _speeds, run, held, wheelset.speed_held)
     design_speed = initial_speed if run.design_speed is None else run.design_speed
     if design_speed < wheelset.element.minimum_speed:
         given = "is missing, and the initial speed" if run.design_speed is None else "="
@@ -254,35 +250,49 @@ def build_scenario(
             f"run.design_speed {given} {design_speed!r} is out of range: controllers are designed "
             f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
         )
-    sensors = read_optional("sensors", Sensors, data) or Sensors()
     return Scenario(
         name=name,
         source=source,
         drivetrain=drivetrain,
-        track=friction,
-        demand=torque,
+        track=track,
+        demand=demand,
         held_speed=held_speed,
         initial_speed=initial_speed,
         design_speed=design_speed,
         duration=run.duration,
-        sensors=sensors,
+        sensors=kept.section("sensors", Sensors, data),
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
     )
 
 
+def _drivetrain(
+    wheelset: Wheelset, axle: Axle | None, motor: MotorSection, relaxation: RelaxationSection
+) -> Drivetrain:
+    return Drivetrain(wheelset, axle=axle, motor_lag=motor.lag, relaxation_length=relaxation.length)
+
+
+def _demand(section: DemandSection) -> Profile:
+    with named("demand"):
+        return section.build()
+
+
+def _track(section: TrackSection) -> Track:
+    with named("track"):
+        return section.build()
+
+
 def _speeds(
-    run: ScenarioRunSection, data: Mapping[str, Any], wheelset: Wheelset
+    run: ScenarioRunSection, section: HeldSpeedSection | None, speed_held: bool
 ) -> tuple[float, Profile | None]:
     """Speed at the start, and the one over time that a roller rig holds."""
-    section = read_optional("held_speed", HeldSpeedSection, data)
-    if section is not None and not wheelset.speed_held:
+    if section is not None and not speed_held:
         raise ValueError("held_speed needs a vehicle without wheelset.mass: a roller rig")
     if (section is None) == (run.initial_speed is None):
         both = "both are" if section is not None else "none is"
         raise ValueError(f"run.initial_speed and held_speed: give one of them; {both} given")
     if section is None:
         initial = float(run.initial_speed or 0.0)
-        return initial, Profile.of(initial) if wheelset.speed_held else None
+        return initial, Profile.of(initial) if speed_held else None
     with named("held_speed"):
         held = section.build()
     return float(held(0.0)), held

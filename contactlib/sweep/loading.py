@@ -131,13 +131,13 @@ def _build_sweep(
 
 def _check_ends(sweep: Sweep) -> None:
     """Build the scenarios at the ends of the axes; what several of them warn of is said once."""
-    builder = ScenarioBuilder(sweep.plan)
     ends = extreme_runs(sweep.kind, sweep.plan.axes, sweep.values)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ProcessZoneWarning)
         for run in ends:
             with in_file(f"run {run} ({sweep.describe(run)})"):
-                scenario = builder.build(sweep.values[run].tolist())
+                # Each on its own, as scenarios that share their vehicle warn but once.
+                scenario = ScenarioBuilder(sweep.plan).build(sweep.values[run].tolist())
                 for name in sweep.plan.controllers:
                     timing(scenario, scenario.controller(name), sweep.plan.step)
     found = [w.message for w in caught if isinstance(w.message, ProcessZoneWarning)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
@@ -19,9 +19,10 @@ from contactlib.scenario import (
     build_scenario,
     build_wheelset,
 )
+from contactlib.scenario.kept import Kept
 from contactlib.scenario.reading import in_file
 from contactlib.sweep.axis import Axis
-from contactlib.sweep.target import change
+from contactlib.sweep.target import Target, change
 from contactlib.table import CreepForceTable
 from contactlib.traction import OpenLoop, TractionController
 from contactlib.wheelset import Wheelset
@@ -110,15 +111,19 @@ class Plan:
 
 
 class ScenarioBuilder:
-    """Builds the scenario of any run of a plan; what does not vary is built once."""
+    """Builds the scenario of any run of a plan; of what does not vary only the first is built.
+
+    Two scenarios share whatever the axes leave alone, and so do others one after the other where
+    the axes' values are the same.
+    """
 
     def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._tables = {key: CreepForceTable(data) for key, data in plan.tables.items()}
-        sections = {target.section[0] for axis in plan.axes for target in axis.targets}
-        self._wheelset: Wheelset | None = None
-        if "vehicle" not in sections:
-            self._wheelset = self._build_wheelset(plan.contents.vehicle, self._tables.get(()))
+        self._plan, self._kept = plan, Kept()
+        self._tables: dict[tuple[float, ...], CreepForceTable] = {}
+        self._changed: dict[tuple[str, ...], list[tuple[int, Target]]] = {}
+        for i, axis in enumerate(plan.axes):
+            for target in axis.targets:
+                self._changed.setdefault(target.section, []).append((i, target))
 
     def build(self, row: Sequence[float]) -> Scenario:
         """Scenario of a run with these values of the axes.
@@ -128,62 +133,75 @@ class ScenarioBuilder:
         ValueError
             If they are not a valid scenario.
         """
-        data, vehicle, changes = self._changes(row)
-        wheelset = self._wheelset
-        if wheelset is None:
-            wheelset = self._build_wheelset(vehicle, self._tables[self.table_key(row)])
-        controllers = {
-            name: _changed(found, changes.get(name, {}))
-            for name, found in self._plan.controllers.items()
-        }
-        return build_scenario(data, wheelset, controllers or NOBODY)
+        data, vehicle, controllers = self._contents(row)
+        key = self.table_key(row)
+        if key not in self._tables:
+            self._tables[key] = CreepForceTable(self._plan.tables[key])
+        wheelset = self._kept("vehicle", self._wheelset, vehicle, self._tables[key])
+        return build_scenario(data, wheelset, controllers or NOBODY, self._kept)
 
     def build_table(
         self, row: Sequence[float], progress: Callable[[float], object]
     ) -> CreepForceTable:
         """Table of the law of a run; ValueError as of `build`."""
-        _, vehicle, _ = self._changes(row)
-        return self._build_wheelset(vehicle, None, progress).element.table
+        _, vehicle, _ = self._contents(row)
+        with in_file(self._plan.contents.label):
+            return build_wheelset(vehicle, None, progress).element.table
 
     def table_key(self, row: Sequence[float]) -> tuple[float, ...]:
         """Values that the law's table depends on."""
         return tuple(float(row[i]) for i in self._plan.table_axes)
 
-    def _changes(
+    def _contents(
         self, row: Sequence[float]
-    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, float]]]:
-        """Contents of scenario and vehicle, and fields of controllers, in a run."""
-        contents = self._plan.contents
-        data, vehicle = dict(contents.data), dict(contents.vehicle)
-        changes: dict[str, dict[str, float]] = {}
-        for axis, value in zip(self._plan.axes, row, strict=True):
-            for target in axis.targets:
-                new: Any = target.scale(value) if axis.factor else value
-                where, *section = target.section
-                if where == "controllers":
-                    changes.setdefault(section[0], {})[target.key] = new
-                elif where == "vehicle":
-                    change(vehicle, section, target.key, target.index, new)
-                else:
-                    change(data, target.section, target.key, target.index, new)
-        return data, vehicle, changes
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, TractionController | ControllerDesign]]:
+        """Contents of scenario and vehicle, and the controllers, in a run."""
+        plan = self._plan
+        data, vehicle = plan.contents.data, plan.contents.vehicle
+        controllers = dict(plan.controllers)
+        for section, changes in self._changed.items():
+            values = [row[i] for i, _ in changes]
+            made: Any = self._kept(section, self._section, section, *values)
+            if section[0] == "controllers":
+                controllers[section[1]] = made
+            elif section[0] == "vehicle":
+                vehicle = {**vehicle, section[1]: made}
+            else:
+                data = {**data, section[0]: made}
+        return data, vehicle, controllers
 
-    def _build_wheelset(
-        self,
-        vehicle: Mapping[str, Any],
-        table: CreepForceTable | None,
-        progress: Callable[[float], object] = lambda part: None,
-    ) -> Wheelset:
+    def _wheelset(self, vehicle: dict[str, Any], table: CreepForceTable) -> Wheelset:
         with in_file(self._plan.contents.label):
-            return build_wheelset(vehicle, table, progress)
+            return build_wheelset(vehicle, table, _ignore, self._kept)
+
+    def _section(
+        self, section: tuple[str, ...], *values: float
+    ) -> dict[str, Any] | TractionController | ControllerDesign:
+        """A section of a file, or a controller, with the values of its axes."""
+        plan, changes = self._plan, self._changed[section]
+        new = [
+            (target, target.scale(value) if plan.axes[i].factor else value)
+            for (i, target), value in zip(changes, values, strict=True)
+        ]
+        if section[0] == "controllers":
+            fields = {target.key: value for target, value in new}
+            return _changed(plan.controllers[section[1]], fields)
+        of_vehicle = section[0] == "vehicle"
+        contents = plan.contents.vehicle if of_vehicle else plan.contents.data
+        table = dict(contents.get(section[-1], {}))
+        for target, value in new:
+            change(table, target, value)
+        return table
+
+
+def _ignore(part: float) -> None:
+    """Progress that nobody wants to be told."""
 
 
 def _changed(
-    found: TractionController | ControllerDesign, changes: dict[str, float]
+    found: TractionController | ControllerDesign, changes: dict[str, Any]
 ) -> TractionController | ControllerDesign:
     """A controller, or the design of one, with other values of some of its fields."""
-    if not changes:
-        return found
     if isinstance(found, ControllerDesign):
         return dataclasses.replace(found, given={**found.given, **changes})
     changed: TractionController = dataclasses.replace(found, **changes)  # type: ignore[type-var]

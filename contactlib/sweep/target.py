@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -160,14 +160,10 @@ def _unknown(path: str, word: str, known: Collection[str]) -> ValueError:
     return ValueError(f"{path}: {word!r} is not known; {meant}known: {', '.join(known)}")
 
 
-def change(
-    data: dict[str, Any], section: Sequence[str], key: str, index: int | None, value: Any
-) -> None:
-    """Set a number or list in nested sections, copying what is on the way to it."""
-    for name in section:
-        data[name] = data = dict(data.get(name, {}))
-    if index is None:
-        data[key] = value
+def change(table: dict[str, Any], target: Target, value: float | list[float]) -> None:
+    """Set a number or list in a section, copying the list that a number is in."""
+    if target.index is None:
+        table[target.key] = value
     else:
-        data[key] = list(data[key])
-        data[key][index] = value
+        table[target.key] = list(table[target.key])
+        table[target.key][target.index] = value
