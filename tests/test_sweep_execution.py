@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import platform
 import signal
@@ -12,9 +13,11 @@ import sys
 import textwrap
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from sweep_files import SCENARIO, SWEEP, write_sweep
@@ -23,6 +26,7 @@ import contactlib as cl
 from contactlib import sweep as sweeps
 from contactlib.cli import main
 from contactlib.sweep import chunk as chunk_module
+from contactlib.sweep.ensemble import LEAST, default_chunk
 from contactlib.sweep.store import ChunkStore
 
 # More runs, so that there is a middle to be killed in.
@@ -102,6 +106,25 @@ def test_a_dead_worker_process_is_told_and_costs_no_chunk(
             cl.ensemble(path, executor=pool, output=tmp_path, chunk=2, progress=kill_one)
     assert len(list(tmp_path.glob("*.chunks/*.chunk"))) >= 4
     assert file_of(path, tmp_path) == known
+
+
+def test_chunks_are_large_and_every_worker_has_two(path: Path) -> None:
+    sweep = cl.load_sweep(path)
+    for runs in (24, 1000, 20_000, 1_000_000):
+        for duration in (0.6, 20.0, 2000.0):
+            scenario = replace(sweep.scenario, duration=duration)
+            values = np.resize(sweep.values, (runs, sweep.values.shape[1]))
+            longer = replace(sweep, scenario=scenario, values=values)
+            each = longer.simulated_time / runs
+            for workers in (1, 2, 32):
+                chunk = default_chunk(longer, workers)
+                work = chunk * each / 15_000.0  # of a core [s]
+                if chunk > LEAST:
+                    assert work <= 20.0
+                    # The last of them may be a small one.
+                    assert chunk <= math.ceil(runs / (2 * workers))
+                if runs == 1_000_000:
+                    assert chunk == 2048 or work >= 10.0
 
 
 # ---- what is kept ---------------------------------------------------------------------------

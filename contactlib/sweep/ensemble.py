@@ -26,9 +26,10 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 # Runs in a chunk: side by side a few cost as much as one, and what two thousand take is less than
-# 100 MB. Its simulated time is what a kill can cost, and what passes between signs of progress.
-LEAST, MOST, LONGEST = 64, 2048, 20_000.0
-CHUNKS_EACH = 8  # for a worker, so that none waits long for the last
+# 100 MB. Its simulated time, of which a core does 15 000 s in a second, is what a kill can cost,
+# and what passes between signs of progress.
+LEAST, MOST, LONGEST = 64, 2048, 225_000.0
+CHUNKS_EACH, ANALYSES_EACH = 2, 8  # for a worker, so that none waits long for the last
 
 
 def ensemble(
@@ -140,9 +141,9 @@ def results_path(sweep: Sweep, output: str | os.PathLike[str]) -> Path:
 
 def default_chunk(sweep: Sweep, workers: int) -> int:
     """Number of runs in a chunk."""
-    shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
     if not sweep.plan.controllers:  # an analysis is done one by one
-        return min(MOST, shared)
+        return min(MOST, math.ceil(sweep.runs / (ANALYSES_EACH * workers)))
+    shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
     most = min(MOST, math.ceil(LONGEST * sweep.runs / sweep.simulated_time))
     return max(LEAST, min(most, shared))
 
