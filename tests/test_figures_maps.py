@@ -546,6 +546,16 @@ def test_strongest_parameter_comes_first(sampled: xr.Dataset) -> None:
     assert lower < -0.5
 
 
+def test_a_rise_and_fall_is_not_seen_and_that_is_said(sampled: xr.Dataset) -> None:
+    x = np.linspace(-1.0, 1.0, 201)
+    assert abs(rank_correlation(x, x**2)) < 1e-2
+    assert rank_correlation(x, x**3) == pytest.approx(1.0)
+    figure = map_figure(sampled, "clearing_time")
+    assert figure.axes[1].get_xlabel() == "rising or falling dependence only  [1]"
+    caption = figure.legends[0].get_title().get_text().replace("\n", " ")
+    assert "A rank correlation shows rising or falling dependence only" in caption
+
+
 def test_chance_stays_in_its_band(sampled: xr.Dataset) -> None:
     bars = map_figure(sampled, "clearing_time").axes[1]
     boxes = [patch for patch in bars.patches if isinstance(patch, Rectangle)]

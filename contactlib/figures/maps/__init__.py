@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_maps", "map_figure"]
 
-MARKED = "Marked and named: the median, and what 5 % and 95 % of the runs do not exceed."
+MARKED = (
+    "Marked and named: the median, and what 5 % and 95 % of the runs do not exceed. "
+    "A rank correlation shows rising or falling dependence only, not a rise and fall."
+)
 
 
 def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:

@@ -152,8 +152,8 @@ def _influence(
     axes.axvline(0.0, color=GREY, lw=1.0)
     axes.set_xlim(-1.0, 1.0)
     axes.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0])
-    axes.set_xlabel("rank correlation with the outcome  [1]")
-    axes.set_title("What it depends on", loc="left")
+    axes.set_xlabel("rising or falling dependence only  [1]")
+    axes.set_title("What it depends on: rank correlation", loc="left")
     text = f"chance alone, in {100.0 * CHANCE:.0f} % of cases"
     return {text: Patch(color=SHADE, label=text)}
 
