@@ -15,7 +15,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import bench_kernel
@@ -32,8 +31,23 @@ from contactlib.sweep.chunk import run_chunk
 
 PACKAGES = ("contactlib", "numpy", "scipy", "numba", "ziglang")
 MILLION, SECONDS = 1_000_000, 5.0  # runs of a sweep, and their length [s]
-CHUNK = 512  # samples, each run under every controller
 SWEEP = "uncertain_wheelset_sweep.toml"
+TIMED = """name = "Timed"
+source = "chosen"
+scenario = "dry_wet_dry.toml"
+controllers = ["creep_pi"]
+outcomes = ["distance", "largest_creepage", "slip_work"]
+
+[axes.duration]
+parameter = "run.duration"
+values = [{seconds}]
+
+[axes.inertia]
+parameter = "vehicle.wheelset.inertia"
+from = 200.0
+to = 300.0
+count = {runs}
+"""
 QUOTED = (
     "Quoted, not measured here: CONTACT 14 to 370 ms and its FASTSIM 0.10 to 0.42 ms a point of "
     "the same curve; the Reference FMUs 58 to 141 ns a step."
@@ -118,7 +132,18 @@ def fmu_lines() -> list[str]:
     return found
 
 
-def traffic(chunk: int = CHUNK) -> tuple[int, int, int]:
+def ensemble_rate(runs: int = 2 * bench_runs.FLEET, rounds: int = 3) -> float:
+    """Simulated seconds a second of `cl.ensemble` on one core, scenarios and all."""
+    with tempfile.TemporaryDirectory() as scratch:
+        path = Path(scratch) / "timed.toml"
+        path.write_text(TIMED.format(seconds=SECONDS, runs=runs))
+        sweep = cl.load_sweep(path)
+    what = "cl.ensemble"
+    case = Case(what, runs * SECONDS, "s/s", {what: lambda: cl.ensemble(sweep, workers=1)})
+    return case.figure(what, interleaved(case, rounds=rounds)[what])
+
+
+def traffic(chunk: int = bench_runs.FLEET) -> tuple[int, int, int]:
     """Runs of a sweep's chunk, and bytes that go to a worker for it and come back."""
     sweep = cl.load_sweep(SWEEP)
     results = run_chunk(sweep.plan, 0, sweep.values[:1])
@@ -128,14 +153,16 @@ def traffic(chunk: int = CHUNK) -> tuple[int, int, int]:
     return runs, len(pickle.dumps(there)), len(pickle.dumps(back))
 
 
-def plan_lines(rate: float) -> list[str]:
-    """Time of a million runs at a rate in simulated seconds per second and core."""
+def plan_lines(measured: int = 2 * bench_runs.FLEET) -> list[str]:
+    """Time of a million runs at the rate of so many that are measured."""
+    rate = ensemble_rate(measured)
     runs, there, back = traffic()
     chunks = -(-MILLION // runs)
     moved = chunks * (there + back) / 1e6
     alone = MILLION * SECONDS / rate
     found = [
         f"A million runs of {SECONDS:g} s at {number(rate)} simulated seconds a second and core, "
+        f"as cl.ensemble does with {measured} runs that differ in the vehicle, "
         f"in {chunks} chunks of {runs}: as {SWEEP} has them, {there} bytes go to a worker and "
         f"{back} come back for each, {moved:.0f} MB in all.",
         "",
@@ -174,10 +201,7 @@ def main(points: int, runs: int, duration: float, rounds: int) -> None:
         print("\n".join(accuracy_lines()) + "\n", flush=True)
         print("\n".join(fmu_lines()) + "\n", flush=True)
         print("\n".join(limits.lines(runs=runs)) + "\n", flush=True)
-        one = runs_cases[1]
-        alone = replace(one, subjects=dict([next(iter(one.subjects.items()))]))
-        ((name, seconds),) = interleaved(alone, rounds=3).items()
-        print("\n".join(plan_lines(one.figure(name, seconds))))
+        print("\n".join(plan_lines()))
 
 
 if __name__ == "__main__":
