@@ -25,9 +25,7 @@ class Meaning(NamedTuple):
     zero: str = ""
 
 
-CLEARING = Meaning(
-    infinite="survives any length", zero="not held even before the patch", missing="braking"
-)
+CLEARING = Meaning(infinite="survives any length", zero="not held even before the patch")
 FOLD = Meaning(missing="no maximum, or braking")
 MEANINGS = {
     "adhesion_utilisation": Meaning(1),
