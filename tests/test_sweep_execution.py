@@ -51,8 +51,12 @@ def file_of(path: Path, folder: Path, **given: Any) -> bytes:
     return (folder / f"{path.stem}.nc").read_bytes()
 
 
+# What is started behind a shell's & inherits an interrupt that is ignored; a user's does not.
+HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+
+
 def python(code: str, *arguments: object) -> subprocess.Popen[str]:
-    given = [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)]
+    given = [sys.executable, "-c", HEARS + textwrap.dedent(code), *map(str, arguments)]
     return subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
