@@ -111,11 +111,7 @@ class Plan:
 
 
 class ScenarioBuilder:
-    """Builds the scenario of any run of a plan; of what does not vary only the first is built.
-
-    Two scenarios share whatever the axes leave alone, and so do others one after the other where
-    the axes' values are the same.
-    """
+    """Builds the scenario of any run; each shares what is the same with the one before it."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan, self._kept = plan, Kept()
@@ -172,7 +168,7 @@ class ScenarioBuilder:
 
     def _wheelset(self, vehicle: dict[str, Any], table: CreepForceTable) -> Wheelset:
         with in_file(self._plan.contents.label):
-            return build_wheelset(vehicle, table, _ignore, self._kept)
+            return build_wheelset(vehicle, table, lambda part: None, self._kept)
 
     def _section(
         self, section: tuple[str, ...], *values: float
@@ -192,10 +188,6 @@ class ScenarioBuilder:
         for target, value in new:
             change(table, target, value)
         return table
-
-
-def _ignore(part: float) -> None:
-    """Progress that nobody wants to be told."""
 
 
 def _changed(
