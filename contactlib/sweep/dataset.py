@@ -83,6 +83,7 @@ def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
         "step": "default" if plan.step is None else plan.step,
         "tolerance": plan.tolerance,
         "redesign": str(redesign).lower(),  # NetCDF knows no truth values
+        "noise": sweep.plan.noise,
         "contactlib_version": plan.package,
         "kernel_token": plan.token,
         "plan_digest": digest,
