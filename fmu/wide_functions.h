@@ -57,4 +57,4 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
 }
 
 #define LANES 16
-#include "drivetrain_lanes.h"
+#include "drivetrain_many.h"

@@ -1,0 +1,171 @@
+/* Stepping and evaluating many drivetrains, LANES at a time. Part of wide_functions.h. */
+#include "drivetrain_lanes.h"
+
+/* Many of one kind, stepped from a time: a lane takes the next one as soon as it has arrived. */
+typedef struct {
+    const drivetrain_member *members;
+    const drivetrain_input *input;
+    drivetrain_state *state;
+    double *tried;
+    unsigned char *failed;
+    size_t n, next; /* number, and the first that no lane has taken yet */
+    double start, step, tolerance;
+    size_t at[LANES]; /* who is in a lane */
+    lanes time, rest; /* at the stretch's end; left of the step after it, below zero if idle */
+} journey;
+
+/* Begin the stretch up to the next corner of friction, under that of its middle. */
+static void begin_stretch(journey *j, group *g, integration *run, int l) {
+    const track *rails = j->members[j->at[l]].rails;
+    double left = j->rest[l], part = left;
+    if (rails) {
+        double distance = run->y[DISTANCE][l], speed = run->y[SPEED][l], friction[2];
+        double until = track_until_change(rails, distance, speed, j->time[l]);
+        if (until < left * (1.0 - 1e-9)) part = until;
+        track_friction(rails, distance + 0.5 * part * speed, j->time[l] + 0.5 * part, friction);
+        g->input[FRICTION_LEFT][l] = friction[0];
+        g->input[FRICTION_RIGHT][l] = friction[1];
+    }
+    run->left[l] = part;
+    j->time[l] += part;
+    j->rest[l] = part < left ? left - part : 0.0;
+}
+
+/* Let a lane take the next one that has not failed; it idles if there is none. */
+static void take_next(journey *j, group *g, integration *run, int l) {
+    while (j->next < j->n && j->failed[j->next]) j->next++;
+    if (j->next == j->n) return;
+    size_t i = j->at[l] = j->next++;
+    load(g, l, &j->members[i], &j->input[i], &j->state[i], run->y);
+    run->h[l] = j->tried[i] > 0.0 ? j->tried[i] : j->step;
+    run->count[l] = 0.0;
+    j->time[l] = j->start;
+    j->rest[l] = j->step;
+    begin_stretch(j, g, run, l);
+}
+
+/* Put a lane's state back; it is complete but for what is no state of this drivetrain. */
+static void arrive(journey *j, group *g, integration *run, int l) {
+    size_t i = j->at[l];
+    drivetrain_state *state = &j->state[i];
+    take(run->y, l, FIELDS(drivetrain_state), (double *)state);
+    if (!g->elastic) state->omega_right = state->omega_left;
+    if (!g->lagging) state->drive_torque = j->input[i].commanded_torque;
+    j->tried[i] = run->h[l];
+}
+
+static void advance(journey *j) {
+    group g;
+    integration run;
+    memset(run.j, 0, sizeof run.j);
+    set_kind(&g, j->members);
+    equations problem = equations_of(&g);
+    int busy = 0;
+    for (int l = 0; l < LANES; l++) { /* lanes that find no work stand by with the first one */
+        load(&g, l, j->members, j->input, j->state, run.y);
+        run.left[l] = run.count[l] = 0.0;
+        run.h[l] = 1.0;
+        j->rest[l] = -1.0;
+        take_next(j, &g, &run, l);
+        busy |= run.left[l] > 0.0;
+    }
+    while (busy) {
+        rosenbrock_substep(&problem, &run, j->tolerance);
+        busy = 0;
+        for (int l = 0; l < LANES; l++) {
+            int there = run.left[l] == 0.0, waiting = there && j->rest[l] < 0.0;
+            if (!there && is_hopeless(&run, l, j->step)) {
+                j->failed[j->at[l]] = 1; /* it stays as it was */
+                run.left[l] = 0.0;
+                j->rest[l] = -1.0;
+                take_next(j, &g, &run, l);
+            } else if (there && !waiting) {
+                if (j->rest[l] > 0.0) {
+                    begin_stretch(j, &g, &run, l);
+                } else {
+                    arrive(j, &g, &run, l);
+                    j->rest[l] = -1.0;
+                    take_next(j, &g, &run, l);
+                }
+            }
+            busy |= run.left[l] > 0.0;
+        }
+    }
+}
+
+void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
+                                   drivetrain_input *input, drivetrain_state *state, double time,
+                                   double step, double tolerance, double *substep,
+                                   unsigned char *failed) {
+    for (size_t i = 0; i < n; i++) {
+        if (!members[i].rails) continue;
+        double friction[2];
+        track_friction(members[i].rails, state[i].distance, time, friction);
+        input[i].friction_left = friction[0];
+        input[i].friction_right = friction[1];
+    }
+    if (!(step > 0.0)) return;
+    for (size_t i = 0, count; i < n; i += count) {
+        count = count_of_one_kind(&members[i], n - i);
+        journey j = {.members = &members[i],
+                     .input = &input[i],
+                     .state = &state[i],
+                     .tried = &substep[i],
+                     .failed = &failed[i],
+                     .n = count,
+                     .start = time,
+                     .step = step,
+                     .tolerance = tolerance};
+        advance(&j);
+    }
+}
+
+static void set_outputs(group *g, rows y, int count, drivetrain_output *output) {
+    for (int l = 0; l < count; l++) {
+        TAKE(drivetrain_parameters, p, g->train);
+        TAKE(drivetrain_input, in, g->input);
+        wheel_action a[2];
+        take(g->wheel[0], l, FIELDS(wheel_action), (double *)&a[0]);
+        take(g->wheel[1], l, FIELDS(wheel_action), (double *)&a[1]);
+        wheelset_rates rates = rates_together(&p, &in, y, a, l);
+        double v = y[SPEED][l], omega[2] = {y[LEFT][l], y[RIGHT][l]}, twist = y[TWIST][l];
+        double turning = omega[0] * omega[0] + omega[1] * omega[1];
+        int held = p.body.inverse_mass == 0.0;
+        double moving = held ? 0.0 : 0.5 * v * v / p.body.inverse_mass;
+        output[l] = (drivetrain_output){
+            .creep_force_left = a[0].force,
+            .creep_force_right = a[1].force,
+            .creepage_left = a[0].creepage,
+            .creepage_right = a[1].creepage,
+            .falling_left = a[0].falling,
+            .falling_right = a[1].falling,
+            .drive_torque = y[TORQUE][l],
+            .axle_torque = p.axle_stiffness * twist + p.axle_damping * (omega[0] - omega[1]),
+            .speed_rate = held ? in.acceleration : rates.speed_rate,
+            .stored_energy =
+                0.25 * p.body.inertia * turning + moving + 0.5 * p.axle_stiffness * twist * twist,
+        };
+    }
+}
+
+void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, size_t rows_of_n,
+                                    const drivetrain_input *input, const drivetrain_state *state,
+                                    drivetrain_output *output) {
+    group g;
+    rows y;
+    for (size_t i = 0, count; i < n; i += count) {
+        count = count_of_one_kind(&members[i], n - i);
+        if (count > LANES) count = LANES;
+        set_kind(&g, &members[i]);
+        for (size_t row = 0; row < rows_of_n; row++) {
+            size_t at = row * n + i;
+            for (size_t l = 0; l < LANES; l++) {
+                size_t k = l < count ? l : 0;
+                load(&g, (int)l, &members[i + k], &input[at + k], &state[at + k], y);
+            }
+            fill(&g, y);
+            wheels(&g, y);
+            set_outputs(&g, y, (int)count, &output[at]);
+        }
+    }
+}
