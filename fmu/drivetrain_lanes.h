@@ -68,7 +68,7 @@ static void wheel(group *g, int side, rows y) {
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
         TAKE(contact_scales, scales, g->scales[side]);
-        force_state at = begin_force(g->table, &p, scales, &in);
+        force_state at = begin_force(g->table, &p, scales, &in, slip_decay(&p, slip_of(&p, &in)));
         put(state, l, FIELDS(force_state), (const double *)&at);
         x[l] = at.x;
         k_hat[l] = at.k_hat;

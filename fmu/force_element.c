@@ -13,11 +13,16 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
 
 /* ---- force --------------------------------------------------------------------------------- */
 
+/* One exponential that is not needed costs as much as the law. */
+static double decay_at(const force_element_parameters *p, double slip) {
+    return p->slip_rate_decay == 0.0 ? 1.0 : slip_decay(p, slip);
+}
+
 /* No contact: no force, and no scales to speak of. But the first load slides. */
 static void evaluate_unloaded(const creep_table *table, const force_element_parameters *p,
                               const force_element_input *in, force_element_output *out) {
     creep_value q;
-    force_state at = begin_force(table, p, contact_scales_of(p), in);
+    force_state at = begin_force(table, p, contact_scales_of(p), in, decay_at(p, slip_of(p, in)));
     *out =
         (force_element_output){.falling_margin = -1.0, .k_hat_margin = -1.0, .force_margin = -1.0};
     set_kinematics(p, in, &at, out);
@@ -35,10 +40,14 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     }
     creep_value q;
     force_element_parameters p = force_element_at_load(parameters, in->normal_load);
-    force_state at = begin_force(table, &p, contact_scales_of(&p), in);
+    force_state at =
+        begin_force(table, &p, contact_scales_of(&p), in, decay_at(&p, slip_of(&p, in)));
     creep_table_evaluate(table, at.x, at.k_hat, &q);
     finish_force(table, &p, in, &at, q, out);
-    relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_slip, out);
+    if (p.relaxation_length > 0.0)
+        relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_slip, out);
+    else
+        out->relaxation_rate = out->rate_by_omega = out->rate_by_speed = out->rate_by_relaxed = 0.0;
 }
 
 /* ---- directional derivative ---------------------------------------------------------------- */
@@ -78,7 +87,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     double acting = relaxed ? in->relaxed_creepage : out->creepage;
     double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
 
-    double passing, g = slip_rate_factor(p, slip, &passing), w = fabs(slip);
+    double passing, g = slip_rate_factor(p, decay_at(p, slip), &passing), w = fabs(slip);
     double dw = slip == 0.0 ? 0.0 : copysign(dslip, slip * dslip);
     double part = p->slip_rate_residual < 1.0 ? passing / (1.0 - p->slip_rate_residual)
                                               : decaying_exponential(p->slip_rate_decay * w);

@@ -49,10 +49,18 @@ ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction) {
                             s.process_zone_ratio * inverse};
 }
 
-/* Factor on friction at a slip velocity, and its part that passes. */
-ALWAYS_INLINE double slip_rate_factor(const force_element_parameters *p, double slip,
+ALWAYS_INLINE double slip_of(const force_element_parameters *p, const force_element_input *in) {
+    return p->radius * in->omega - in->speed;
+}
+
+/* exp(-B w) of friction that falls with slip speed w. */
+ALWAYS_INLINE double slip_decay(const force_element_parameters *p, double slip) {
+    return decaying_exponential(p->slip_rate_decay * fabs(slip));
+}
+
+/* Factor on friction, and its part that passes. */
+ALWAYS_INLINE double slip_rate_factor(const force_element_parameters *p, double decay,
                                       double *passing) {
-    double decay = decaying_exponential(p->slip_rate_decay * fabs(slip));
     *passing = (1.0 - p->slip_rate_residual) * decay;
     return *passing + p->slip_rate_residual;
 }
@@ -72,18 +80,20 @@ typedef struct {
     double x, k_hat; /* where the table is read */
 } force_state;
 
-/* The parameters' nominal load is to be the input's, and the scales are those of the parameters. */
+/* The parameters' nominal load is to be the input's, the scales are those of the parameters, and
+ * decay is that of the slip. */
 ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_element_parameters *p,
-                                      contact_scales scales, const force_element_input *in) {
+                                      contact_scales scales, const force_element_input *in,
+                                      double decay) {
     force_state at;
     double passing, k_max = table->one_axis ? INFINITY : table->k_max;
-    at.slip = p->radius * in->omega - in->speed;
+    at.slip = slip_of(p, in);
     regularized_speed(in->speed, p->minimum_speed, &at.reference, &at.speed_slope);
     at.inverse_speed = 1.0 / at.reference;
     at.creepage = at.slip * at.inverse_speed;
     at.acting = p->relaxation_length > 0.0 ? in->relaxed_creepage : at.creepage;
     /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
-    double g = slip_rate_factor(p, at.slip, &passing), friction_scale = g * in->friction_scale;
+    double g = slip_rate_factor(p, decay, &passing), friction_scale = g * in->friction_scale;
     double log_g = p->slip_rate_decay * passing / g; /* g has a kink where nothing slips */
     at.log_g_by_slip = at.slip == 0.0 ? 0.0 : -copysign(log_g, at.slip);
     at.kinetic = friction_scale * p->kinetic_friction;

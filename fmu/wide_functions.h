@@ -37,7 +37,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                 p = force_element_at_load(parameters, in[i].normal_load);
                 scales = contact_scales_of(&p);
             }
-            at[i] = begin_force(table, &p, scales, &in[i]);
+            at[i] = begin_force(table, &p, scales, &in[i], slip_decay(&p, slip_of(&p, &in[i])));
             x[i] = at[i].x;
             k_hat[i] = at[i].k_hat;
         }
