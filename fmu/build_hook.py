@@ -97,6 +97,12 @@ def compiler_flags() -> list[str]:
         "-ffp-contract=off",
         "-fno-math-errno",
         "-fno-trapping-math",
+    ]
+
+
+def library_flags() -> list[str]:
+    """Flags of what only the shared library holds: the FMI shell and the sources' digest."""
+    return [
         f'-DCONTACTLIB_TOKEN="{source_token()}"',
         f"-isystem{fmi_headers()}",  # their warnings are not ours
     ]
@@ -104,11 +110,16 @@ def compiler_flags() -> list[str]:
 
 def zig_cc(name: str, *arguments: str) -> None:
     """Run the compiler for platform tuple `name`."""
+    zig_cc_target(TARGETS[name].zig, *arguments)
+
+
+def zig_cc_target(target: str, *arguments: str) -> None:
+    """Run the compiler for one of its own targets."""
     environment = dict(os.environ)
     if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
         # Without a home folder Zig has no place for its cache.
         environment.setdefault("ZIG_GLOBAL_CACHE_DIR", f"{tempfile.gettempdir()}/zig-cache")
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", TARGETS[name].zig, *arguments]
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *arguments]
     subprocess.run(command, check=True, env=environment)
 
 
@@ -123,7 +134,8 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
     if TARGETS[name].suffix == ".dylib":
         # Else the library's name is the path it was built at.
         kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]
-    zig_cc(name, *kind, *compiler_flags(), *extra_flags, *sources, "-o", str(library))
+    flags = [*kind, *compiler_flags(), *library_flags(), *extra_flags]
+    zig_cc(name, *flags, *sources, "-o", str(library))
 
 
 def build_library(name: str) -> Path:

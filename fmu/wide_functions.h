@@ -56,5 +56,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     }
 }
 
+#ifndef LANES /* who steps one alone has defined it */
 #define LANES 16
+#endif
 #include "drivetrain_many.h"
