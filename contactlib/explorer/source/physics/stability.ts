@@ -1,0 +1,192 @@
+/** What a constant torque can hold at one speed, and what creep control needs to hold the rest. */
+import type { Plant } from "./plant";
+import { root } from "./roots";
+import { type TorqueCurve, type Turn, torqueCurve } from "./torque_curve";
+
+/** Where a slow torque ramp loses the stable branch, and where it finds it again. */
+export interface Fold {
+  /** The first maximum of the quasi-steady torque [1, N.m]. */
+  creepage: number;
+  drive_torque: number;
+  /** End of the run-away branch on the way down [1, N.m]; the creepage may be infinite. */
+  return_creepage: number;
+  return_torque: number;
+}
+
+/** Fold in traction at a speed [m/s]; null if the torque never falls. */
+export function findFold(plant: Plant, speed: number, friction = 1): Fold | null {
+  return foldOf(torqueCurve(plant, speed, friction));
+}
+
+/** Fold of a curve of which the turns are known. */
+export function foldOf(curve: TorqueCurve): Fold | null {
+  const { plant, speed, friction, turns, last } = curve;
+  const at = turns.findIndex((turn) => !turn.rises);
+  const fold = turns[at];
+  if (fold === undefined) return null;
+  // The run-away ends where the torque is as high again, on the branch that leads there.
+  let back: Turn | undefined;
+  for (let i = at + 1; i < turns.length; i++) {
+    const turn = turns[i]!;
+    if (turn.rises) back = turn;
+    else if (turn.drive_torque > fold.drive_torque) break;
+    else back = undefined;
+  }
+  return {
+    creepage: fold.creepage,
+    drive_torque: fold.drive_torque,
+    return_creepage: back?.creepage ?? Infinity,
+    return_torque: back?.drive_torque ?? plant.torque(last, speed, friction),
+  };
+}
+
+/** A creepage at rest under a constant torque [1, N.m], and the rate at which it is left [1/s]. */
+export interface SteadyState {
+  creepage: number;
+  drive_torque: number;
+  pole: number;
+  stable: boolean;
+}
+
+/** All states of one torque [N.m] at creepages from zero on, by rising creepage. */
+export function steadyStates(
+  plant: Plant,
+  driveTorque: number,
+  speed: number,
+  friction = 1,
+): SteadyState[] {
+  return statesOf(torqueCurve(plant, speed, friction), driveTorque);
+}
+
+/** The same on a curve of which the turns are known. */
+export function statesOf(curve: TorqueCurve, driveTorque: number): SteadyState[] {
+  const { plant, speed, friction, turns, last } = curve;
+  const excess = (creepage: number): number => plant.torque(creepage, speed, friction) - driveTorque;
+  const found: number[] = [];
+  const ends = [0, ...turns.map((turn) => turn.creepage), last];
+  const values = ends.map(excess);
+  for (let i = 1; i < ends.length; i++) {
+    const [a, b, fa, fb] = [ends[i - 1]!, ends[i]!, values[i - 1]!, values[i]!];
+    if (fa === 0) found.push(a);
+    else if (fb !== 0 && fa > 0 !== fb > 0) found.push(root(excess, a, b, fa, fb));
+  }
+  return found.map((creepage) => {
+    const { drive_torque, slope } = plant.balance(creepage, speed, friction);
+    const pole = -plant.gain(speed) * slope;
+    return { creepage, drive_torque, pole, stable: pole < 0 };
+  });
+}
+
+/** States along the curve [1, N.m, 1/s], and its fold. */
+export interface SCurve {
+  fold: Fold | null;
+  states: { creepage: Float64Array; drive_torque: Float64Array; pole: Float64Array };
+}
+
+const NEAR_POINTS = 220;
+const FAR_POINTS = 180;
+
+/**
+ * The curve from zero through the fold and along the return branch until the torque is as high
+ * again; a hundred times zeta0 if there is no return branch.
+ */
+export function sCurve(plant: Plant, speed: number, friction = 1): SCurve {
+  const curve = torqueCurve(plant, speed, friction);
+  const fold = foldOf(curve);
+  const scale = plant.scales(friction).saturation_creepage;
+  const near = 3 * Math.max(scale, fold?.creepage ?? 0);
+  const end = Math.max(endOf(curve, fold, scale), 2 * near);
+  const marks = [fold?.creepage, fold?.return_creepage].filter(
+    (mark) => mark !== undefined && mark < Infinity,
+  ) as number[];
+  for (let i = 0; i < NEAR_POINTS; i++) marks.push((near * i) / NEAR_POINTS);
+  for (let i = 0; i <= FAR_POINTS; i++) marks.push(near * (end / near) ** (i / FAR_POINTS));
+  const creepage = Float64Array.from(marks).sort();
+  const drive_torque = new Float64Array(creepage.length);
+  const pole = new Float64Array(creepage.length);
+  creepage.forEach((zeta, i) => {
+    const there = plant.balance(zeta, speed, friction);
+    drive_torque[i] = there.drive_torque;
+    pole[i] = -plant.gain(speed) * there.slope;
+  });
+  return { fold, states: { creepage, drive_torque, pole } };
+}
+
+/** Creepage at which to end the curve [1]. */
+function endOf(curve: TorqueCurve, fold: Fold | null, scale: number): number {
+  if (fold === null) return 100 * scale;
+  if (fold.return_creepage === Infinity) return Math.max(100 * scale, 10 * fold.creepage);
+  const again = statesOf(curve, fold.drive_torque).find(
+    (state) => state.creepage > fold.return_creepage,
+  );
+  return again?.creepage ?? Math.max(100 * scale, 10 * fold.return_creepage);
+}
+
+/**
+ * Smallest gain Kp of T = T0 + Kp (zeta_ref - zeta) that holds a creepage [1] in balance at a speed
+ * [m/s]: the larger of the bounds from determinant and trace of the closed loop [N.m]. Not above
+ * zero where a constant torque does it too, infinite where no gain does.
+ */
+export function creepControlGain(
+  plant: Plant,
+  creepage: number,
+  speed: number,
+  friction = 1,
+): number {
+  const { radius: r, inertia: j, damping: b, mass: m } = plant.vehicle;
+  const contact = plant.force(creepage, speed, friction);
+  const fall = -contact.force_gradient * speed;
+  if (m === null) return r * fall - (b * speed) / r;
+  const stretch = 1 + creepage;
+  const slope = plant.rates(creepage, speed, contact).resistance_slope;
+  const growth = slope - forceBySpeed(plant, stretch, contact);
+  const trace = r * fall * (1 + (j * stretch) / (m * r ** 2)) - (speed / r) * (b + (j * growth) / m);
+  const loss = r * fall * (slope + (b * stretch) / r ** 2) - ((b * speed) / r) * growth;
+  if (growth > 0) return Math.max(loss / growth, trace);
+  return growth * trace >= loss ? trace : Infinity;
+}
+
+/** dQ/dV at fixed creepage [N.s/m]: zero, but for friction that falls with slip speed. */
+function forceBySpeed(
+  plant: Plant,
+  stretch: number,
+  contact: { force_by_speed: number; force_gradient: number },
+): number {
+  const { slip_rate_decay: decay, slip_rate_residual: residual } = plant.vehicle;
+  if (!(decay > 0 && residual < 1)) return 0; // where a difference would leave rounding
+  return contact.force_by_speed + stretch * contact.force_gradient;
+}
+
+/** Gains that hold the creepage: all between the two [N.m]; none if highest <= lowest. */
+export interface Window {
+  lowest: number;
+  highest: number;
+}
+
+/**
+ * All gains Kp with which u = -Kp y holds y = g/(s - p) u behind a delay [s], for a pole p [1/s] and
+ * a gain g [1/(N.m.s)]. With w of the root on the imaginary axis, atan2(w, p) = w delay and
+ * g Kp = hypot(w, p).
+ */
+export function proportionalWindow(pole: number, gain: number, delay: number): Window {
+  return { lowest: pole / gain, highest: Math.max(pole, highestStiffness(pole, delay)) / gain };
+}
+
+/** Largest g Kp behind a delay [1/s], or the pole if there is none. */
+function highestStiffness(pole: number, delay: number): number {
+  if (pole * delay >= 1) return pole;
+  if (delay === 0) return Infinity;
+  const lead = (w: number): number => Math.atan2(w, pole) - w * delay;
+  const top = Math.PI / delay;
+  let low = 0.5 * top;
+  while (lead(low) <= 0) {
+    low *= 0.5;
+    if (low < 1e-9 * top) return pole; // so near is pole * delay to 1
+  }
+  return Math.hypot(pole, root(lead, low, top));
+}
+
+/** Longest delay with which any gain holds a pole [s]: 1/p, infinite if it is not unstable. */
+export function delayLimit(pole: number): number {
+  return pole > 0 ? 1 / pole : Infinity;
+}

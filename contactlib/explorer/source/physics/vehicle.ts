@@ -1,0 +1,123 @@
+/** A wheelset as a model file describes it, and what the kernel wants to know of it. */
+import type { Contact } from "../kernel/kernel";
+import type {
+  DrivetrainParameters,
+  ForceElementParameters,
+  WheelsetParameters,
+} from "../kernel/structs";
+
+const GRAVITY = 9.80665; // standard gravity [m/s2]
+
+/** A wheelset with its contact, friction and running resistance, in SI units. */
+export interface Vehicle {
+  name: string;
+  source: string;
+  contact: Contact;
+  /** Half the contact's length along rolling, a, at the nominal load [m]. */
+  semi_width: number;
+  /** Largest pressure p0 at the nominal load [Pa]. */
+  peak_pressure: number;
+  /** Nominal load of both wheels [N]. */
+  normal_load: number;
+  /** Of both bodies [Pa, 1]. */
+  youngs_modulus: number;
+  poisson_ratio: number;
+  /** f_s and f_d [1]. */
+  static_friction: number;
+  kinetic_friction: number;
+  /** At the nominal load and no slip speed [1]. */
+  k_hat: number;
+  /** A [1] and B [s/m] of the factor (1 - A) exp(-B w) + A on friction at slip speed w. */
+  slip_rate_residual: number;
+  slip_rate_decay: number;
+  /** Rolling radius [m]. */
+  radius: number;
+  /** About the axle, with the drive [kg.m2]. */
+  inertia: number;
+  /** What the wheelset moves [kg]; null holds the speed, as a roller rig does. */
+  mass: number | null;
+  /** Drive torque lost per angular velocity [N.m.s/rad]. */
+  damping: number;
+  /** Initial slope of the creep curve over that of clean surfaces [1]. */
+  slope_reduction: number;
+  /** Below it the creepage's reference speed is regularised [m/s]. */
+  minimum_speed: number;
+  /** Davis resistance [N, N.s/m, N.s2/m2] and rise over distance [1]. */
+  constant: number;
+  linear: number;
+  quadratic: number;
+  grade: number;
+  /** Of a run [m/s]. */
+  initial_speed: number;
+}
+
+/** Composite modulus E* of two bodies of the vehicle's material [Pa]. */
+export function contactModulus(v: Vehicle): number {
+  return v.youngs_modulus / (2 * (1 - v.poisson_ratio ** 2)); // Eq. (4)
+}
+
+/** Weakening length Delta that gives the vehicle's k_hat [m]. */
+export function weakeningLength(v: Vehicle): number {
+  if (v.k_hat === 0) return 0;
+  const drop = v.static_friction - v.kinetic_friction;
+  if (!(drop > 0)) {
+    throw new RangeError(
+      `k_hat = ${v.k_hat} needs static_friction = ${v.static_friction} above ` +
+        `kinetic_friction = ${v.kinetic_friction}`,
+    );
+  }
+  const toughness = Math.PI * (v.k_hat * v.kinetic_friction) ** 2 * v.semi_width * v.peak_pressure;
+  return toughness / (contactModulus(v) * drop); // Eq. (17) for Delta
+}
+
+/** zeta0 at the nominal load and no slip speed [1]. */
+export function saturationCreepage(v: Vehicle): number {
+  const clean = (2 * v.kinetic_friction * v.peak_pressure) / contactModulus(v); // Eq. (15)
+  return clean / v.slope_reduction;
+}
+
+/** Parameters of the kernel's force element, without relaxation. */
+export function forceParameters(v: Vehicle): ForceElementParameters {
+  return {
+    radius: v.radius,
+    static_friction: v.static_friction,
+    kinetic_friction: v.kinetic_friction,
+    weakening_length: weakeningLength(v),
+    slope_reduction: v.slope_reduction,
+    semi_width: v.semi_width,
+    peak_pressure: v.peak_pressure,
+    contact_modulus: contactModulus(v),
+    nominal_load: v.normal_load,
+    load_exponent: v.contact === "line" ? 1 / 2 : 1 / 3, // Hertz
+    minimum_speed: v.minimum_speed,
+    slip_rate_residual: v.slip_rate_residual,
+    slip_rate_decay: v.slip_rate_decay,
+    relaxation_length: 0,
+  };
+}
+
+/** Parameters of the kernel's equations of motion. */
+export function wheelsetParameters(v: Vehicle): WheelsetParameters {
+  return {
+    radius: v.radius,
+    inertia: v.inertia,
+    inverse_mass: v.mass === null ? 0 : 1 / v.mass,
+    damping: v.damping,
+    constant_resistance: v.constant,
+    linear_resistance: v.linear,
+    quadratic_resistance: v.quadratic,
+    grade_acceleration: GRAVITY * v.grade,
+    minimum_speed: v.minimum_speed,
+  };
+}
+
+/** Parameters of the kernel's drivetrain: a rigid axle and a motor that follows at once. */
+export function drivetrainParameters(v: Vehicle): DrivetrainParameters {
+  return {
+    body: wheelsetParameters(v),
+    axle_stiffness: 0,
+    axle_damping: 0,
+    drive_share: 0.5,
+    motor_lag: 0,
+  };
+}
