@@ -1,0 +1,131 @@
+/** Control of the run: torque mode and creep mode. The page may change any of it at any time. */
+export interface Control {
+  mode: "torque" | "creep";
+  drive_torque: number; // asked for in torque mode [N.m]
+  torque_rate: number; // at which the torque moves there at most [N.m/s]
+  creepage: number; // asked for in creep mode [1]
+  proportional_gain: number; // Kp [N.m]
+  integral_gain: number; // Ki [N.m/s]
+  torque_max: number; // creep control stays between 0 and this [N.m]
+  delay: number; // of the measured creepage [s], rounded to whole samples
+}
+
+/** Time between samples of the control, over which the torque is held [s]. */
+export const SAMPLE = 2e-4;
+
+/** Longest delay of the measured creepage [s]. */
+export const LONGEST_DELAY = 0.5;
+
+const HANDOVER = 0.05; // time constant in which a torque that was taken over gives way [s]
+const PAST = Math.round(LONGEST_DELAY / SAMPLE) + 1; // creepages that are remembered
+
+type Law = "torque" | "proportional" | "integral";
+
+/** Steady torque of a creepage [N.m]. */
+export type SteadyTorque = (creepage: number) => number;
+
+/** What sets the drive torque, sample by sample.
+ *
+ * Creep control is T = T0 + Kp e, e = zeta_ref - zeta, with the measured zeta `delay` old, held
+ * within its limits. With integral gain T0 is the integral of Ki e, as in `contactlib.CreepControl`,
+ * but that it stops where it would lead further beyond a limit. Without, T0 is the quasi-steady
+ * torque of the reference. The reference moves towards what is asked for by at most one saturation
+ * creepage in a second, or by itself if that is more: a step of a slider is no kick.
+ *
+ * No change of mode makes the torque jump: the reference starts from the creepage that is there, and
+ * T0 from the torque; what it has more than it should then dies away in `HANDOVER`.
+ */
+export class TorqueSource {
+  torque = 0; // now [N.m]
+  reference = 0; // of the creepage, now [1]
+  private integral = 0; // or, of proportional control, what it has beyond the steady torque [N.m]
+  private law: Law = "torque";
+  private readonly past = new Float64Array(PAST);
+  private samples = 0;
+
+  /** Begin at a steady creepage and the torque that holds it. */
+  start(control: Control, creepage: number, torque: number): void {
+    this.torque = torque;
+    this.reference = creepage;
+    this.law = lawOf(control);
+    this.integral = this.law === "integral" ? torque : 0;
+    this.past.fill(creepage);
+  }
+
+  /** Torque to be held over the next sample, from the creepage at its start [N.m]. */
+  sample(
+    control: Control, creepage: number, saturation: number, steadyTorque: SteadyTorque,
+  ): number {
+    this.past[this.samples % PAST] = creepage;
+    const law = lawOf(control);
+    const held =
+      law === "torque" ? this.ramp(control) : this.hold(control, law, saturation, steadyTorque);
+    this.law = law;
+    this.samples++;
+    return held;
+  }
+
+  /** The torque in the middle of the sample, so that a ramp of steps is none on the mean. */
+  private ramp(control: Control): number {
+    const before = this.torque;
+    this.torque = towards(before, control.drive_torque, control.torque_rate * SAMPLE);
+    return 0.5 * (before + this.torque);
+  }
+
+  private hold(control: Control, law: Law, saturation: number, steadyTorque: SteadyTorque): number {
+    const measured = this.measured(control.delay);
+    const gain = control.proportional_gain;
+    if (this.law === "torque") this.reference = Math.max(measured, 0);
+    const steady = law === "integral" ? 0 : steadyTorque(this.reference);
+    const error = this.reference - measured;
+    if (this.law !== law) this.integral = this.torque - steady - gain * error;
+
+    const wanted = steady + this.integral + gain * error;
+    this.torque = Math.min(Math.max(wanted, 0), control.torque_max);
+    if (law === "proportional") {
+      this.integral *= Math.exp(-SAMPLE / HANDOVER);
+    } else if ((wanted - this.torque) * error <= 0) {
+      this.integral += control.integral_gain * error * SAMPLE;
+    }
+    const rate = Math.max(saturation, this.reference);
+    this.reference = towards(this.reference, control.creepage, rate * SAMPLE);
+    return this.torque;
+  }
+
+  private measured(delay: number): number {
+    const samples = Math.round(delay / SAMPLE);
+    return this.past[(this.samples - samples + PAST) % PAST]!;
+  }
+}
+
+function lawOf(control: Control): Law {
+  if (control.mode === "torque") return "torque";
+  return control.integral_gain > 0 ? "integral" : "proportional";
+}
+
+function towards(from: number, to: number, most: number): number {
+  return from + Math.min(Math.max(to - from, -most), most);
+}
+
+const NOT_NEGATIVE = [
+  "torque_rate", "creepage", "proportional_gain", "integral_gain", "torque_max", "delay",
+] as const;
+
+/** Throw an error of one line if a number of the control is out of range. */
+export function checkControl(control: Control): void {
+  for (const name of NOT_NEGATIVE) inRange(`control.${name}`, control[name], 0);
+  inRange("control.drive_torque", control.drive_torque);
+  inRange("control.delay", control.delay, 0, LONGEST_DELAY);
+}
+
+/** Throw an error of one line unless lowest <= value <= highest. */
+export function inRange(
+  name: string, value: number, lowest = -Number.MAX_VALUE, highest = Number.MAX_VALUE,
+): void {
+  if (value >= lowest && value <= highest) return;
+  const limits =
+    highest < Number.MAX_VALUE ? `between ${lowest} and ${highest}`
+    : lowest > -Number.MAX_VALUE ? `finite and at least ${lowest}`
+    : "finite";
+  throw new RangeError(`${name} = ${value} is out of range: must be ${limits}`);
+}
