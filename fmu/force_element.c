@@ -61,8 +61,8 @@ static void second_derivatives(const creep_table *table, double x, double k_hat,
     if (!(pace > 0.0)) return;
     double e = 1e-6 / pace, most = table->one_axis ? INFINITY : table->k_max;
     creep_value ahead, behind;
-    creep_table_evaluate(table, x + e * dx, fmin(k_hat * exp(e * dlog_k), most), &ahead);
-    creep_table_evaluate(table, x - e * dx, fmin(k_hat * exp(-e * dlog_k), most), &behind);
+    creep_table_evaluate(table, x + e * dx, fmin(k_hat * exponential(e * dlog_k), most), &ahead);
+    creep_table_evaluate(table, x - e * dx, fmin(k_hat * exponential(-e * dlog_k), most), &behind);
     *dslope = (ahead.slope - behind.slope) / (2.0 * e);
     *dlog_k_derivative = (ahead.log_k_derivative - behind.log_k_derivative) / (2.0 * e);
 }
@@ -105,7 +105,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         double dlog_drop = dlog_scale + (drop > 0.0 ? ddrop / drop : 0.0);
         double dlog_growth = p->load_exponent * (din->normal_load / in->normal_load -
                                                  dp->nominal_load / p->nominal_load) +
-                             log(in->normal_load / p->nominal_load) * dp->load_exponent;
+                             logarithm(in->normal_load / p->nominal_load) * dp->load_exponent;
         double dlog_width = dlog_growth + dp->semi_width / p->semi_width;
         double dlog_pressure = dlog_growth + dp->peak_pressure / p->peak_pressure;
         double dlog_modulus = dp->contact_modulus / p->contact_modulus;

@@ -13,14 +13,20 @@ ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
     return !(load <= 1e-100 * p->nominal_load); /* what is not a number shows */
 }
 
+/* Of semi-width and peak pressure, by a ratio of loads: Hertz's powers of a line contact and of an
+ * ellipse need no logarithm. */
+static inline double growth_with_load(double ratio, double exponent) {
+    if (exponent == 0.5) return sqrt(ratio);
+    if (exponent == 1.0 / 3.0) return cube_root(ratio);
+    return power_of(ratio, exponent);
+}
+
 /* The same bodies under a load above zero: the contact of which it is the nominal load. */
-static inline force_element_parameters force_element_at_load(const force_element_parameters *p,
+ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element_parameters *p,
                                                              double load) {
     force_element_parameters there = *p;
     if (load == p->nominal_load) return there;
-    double ratio = load / p->nominal_load;
-    double growth = p->load_exponent == 0.5 ? sqrt(ratio) /* of a line contact */
-                                            : pow(ratio, p->load_exponent);
+    double growth = growth_with_load(load / p->nominal_load, p->load_exponent);
     there.semi_width *= growth;
     there.peak_pressure *= growth;
     there.nominal_load = load;

@@ -3,6 +3,8 @@
 #ifndef INLINE_H
 #define INLINE_H
 
+#include <float.h>
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -46,11 +48,25 @@ ALWAYS_INLINE double rough_inverse_third_root(double v) {
     return of_bits(0x553EF0FF289DD800u - (third << 32));
 }
 
+/* The cube root of v > 0 of all digits, to 2e-16 of itself; exactly 1 of 1. */
+ALWAYS_INLINE double cube_root(double v) {
+    double y = rough_inverse_third_root(v);
+    for (int i = 0; i < 2; i++) { /* (1 - e)^(-1/3) by its series, e being at most 0.15 */
+        double e = 1.0 - (v * y) * (y * y);
+        y += y * e * (1.0 / 3.0 + e * (2.0 / 9.0 + e * (14.0 / 81.0)));
+    }
+    double square = y * y, root = v * square;
+    root += (v - root * root * root) * square * (1.0 / 3.0); /* Newton's step takes the rounding */
+    return v <= DBL_MAX ? root : v;
+}
+
+static const double LOG2E = 1.4426950408889634;
+/* ln(2) in two parts: a multiple of the first by a whole number of up to 11 bits is exact. */
+static const double LN2_HIGH = 6.93147180369123816490e-01, LN2_LOW = 1.90821492927058770002e-10;
+
 /* exp(-v) for v >= 0, to 3e-16 of itself; 0 beyond 700. It bears compilers that keep more digits.
  */
 ALWAYS_INLINE double decaying_exponential(double v) {
-    static const double LOG2E = 1.4426950408889634, LN2_HIGH = 6.93147180369123816490e-01,
-                        LN2_LOW = 1.90821492927058770002e-10;
     double held = smaller(v, 700.0);
     int32_t whole = (int32_t)(held * LOG2E + 0.5);
     double n = -(double)whole, r = (-held - n * LN2_HIGH) - n * LN2_LOW; /* |r| <= ln(2)/2 */
@@ -70,6 +86,58 @@ ALWAYS_INLINE double decaying_exponential(double v) {
     p = 1.0 + (r + (0.5 * even + p * (even * r)));
     double power = of_bits((uint64_t)(1023 - whole) << 52);
     return v <= 700.0 ? p * power : (v > 700.0 ? 0.0 : v);
+}
+
+/* exp(r) - 1 for |r| <= ln(2)/2, by Taylor's series, whose rest is below 1e-17; even and odd parts
+ * need not wait for each other. */
+ALWAYS_INLINE double exponential_less_one(double r) {
+    double w = r * r, even = 1.0 / 479001600.0, odd = 1.0 / 6227020800.0;
+    even = even * w + 1.0 / 3628800.0;
+    odd = odd * w + 1.0 / 39916800.0;
+    even = even * w + 1.0 / 40320.0;
+    odd = odd * w + 1.0 / 362880.0;
+    even = even * w + 1.0 / 720.0;
+    odd = odd * w + 1.0 / 5040.0;
+    even = even * w + 1.0 / 24.0;
+    odd = odd * w + 1.0 / 120.0;
+    odd = odd * w + 1.0 / 6.0;
+    return r + (0.5 * w + w * (even * w + odd * r));
+}
+
+/* exp(v), to 3e-16 of itself; 0 below -700 and infinite above 700. */
+ALWAYS_INLINE double exponential(double v) {
+    double held = larger(-700.0, smaller(v, 700.0));
+    int32_t whole = (int32_t)(held * LOG2E + copysign(0.5, held));
+    double n = (double)whole, r = (held - n * LN2_HIGH) - n * LN2_LOW;
+    double p = 1.0 + exponential_less_one(r);
+    double power = of_bits((uint64_t)(1023 + whole) << 52);
+    double end = v > 700.0 ? INFINITY : (v < -700.0 ? 0.0 : v);
+    return held == v ? p * power : end;
+}
+
+/* ln(v), to 2.2e-16 of itself, for v > 0 of all digits; about -709 for less, zero among it. What is
+ * infinite, or not a number, stays so. */
+ALWAYS_INLINE double logarithm(double v) {
+    const uint64_t lowest = 0x3FE6A09E00000000u; /* sqrt(1/2), nearly */
+    /* v = m 2^n with m from there to twice that, so that nothing is lost near 1. */
+    uint64_t shifted = bits_of(v) + (0x3FF0000000000000u - lowest);
+    double n = (double)((int32_t)(shifted >> 52) - 1023);
+    double m = of_bits((shifted & 0x000FFFFFFFFFFFFFu) + lowest), f = m - 1.0;
+    /* ln(1 + f) = 2 artanh(s) = f - f^2/2 + s (f^2/2 + rest); the series' own rest is below 1e-18
+     * of it. */
+    double s = f / (2.0 + f), w = s * s, w2 = w * w, half = 0.5 * f * f;
+    double odd =
+        1.0 / 3.0 + w2 * (1.0 / 7.0 + w2 * (1.0 / 11.0 + w2 * (1.0 / 15.0 + w2 * (1.0 / 19.0))));
+    double even =
+        1.0 / 5.0 + w2 * (1.0 / 9.0 + w2 * (1.0 / 13.0 + w2 * (1.0 / 17.0 + w2 * (1.0 / 21.0))));
+    double rest = 2.0 * w * (odd + w * even);
+    double sum = n * LN2_HIGH - ((half - (s * (half + rest) + n * LN2_LOW)) - f);
+    return v <= DBL_MAX ? sum : v;
+}
+
+/* A ratio > 0 to a power, to 3e-16 (1 + |exponent ln(ratio)|) of itself; exactly 1 of ratio 1. */
+ALWAYS_INLINE double power_of(double ratio, double exponent) {
+    return exponential(exponent * logarithm(ratio));
 }
 
 #endif

@@ -1,13 +1,17 @@
 #include "relaxation.h"
 
 /* (1 - exp(-z)) / z */
-static double mean_decay(double z) { return fabs(z) < 1e-8 ? 1.0 - 0.5 * z : -expm1(-z) / z; }
+static double mean_decay(double z) {
+    if (z == 0.0) return 1.0;
+    return fabs(z) < 0.34 ? -exponential_less_one(-z) / z : (1.0 - exponential(-z)) / z;
+}
 
 /* Time in which y' = a - b y goes a distance, at whose end the rate is rate_at_end. */
 static double time_to_go(double distance, double rate_at_end, double b) {
     double growth = b * distance / rate_at_end;
-    double logarithm = fabs(growth) < 1e-8 ? 1.0 - 0.5 * growth : log1p(growth) / growth;
-    return distance / rate_at_end * logarithm;
+    /* ln(v) / (v - 1) at the rounded v = 1 + growth is next to that at 1 + growth itself. */
+    double v = 1.0 + growth, mean = v == 1.0 ? 1.0 : logarithm(v) / (v - 1.0);
+    return distance / rate_at_end * mean;
 }
 
 double force_element_relax(const force_element_parameters *p, const force_element_input *in,
@@ -27,7 +31,7 @@ double force_element_relax(const force_element_parameters *p, const force_elemen
             if (leaves) went = fmin(left, sigma * time_to_go(edge - zeta, rate_at_edge, v));
             double z = v * went / sigma;
             if (leaves && went < left) zeta = edge;
-            else zeta = zeta * exp(-z) + slip * went / sigma * mean_decay(z);
+            else zeta = zeta * exponential(-z) + slip * went / sigma * mean_decay(z);
         } else {
             /* y = 1/|zeta|: sigma limit y' = v - w y, an exponential again */
             double sign = copysign(1.0, zeta), w = sign * slip, slow = sigma * limit;
@@ -37,7 +41,7 @@ double force_element_relax(const force_element_parameters *p, const force_elemen
             if (returns) went = fmin(left, slow * time_to_go(edge - y, rate_at_edge, w));
             double z = w * went / slow;
             if (returns && went < left) zeta = sign * limit;
-            else zeta = sign / (y * exp(-z) + decay * went / slow * mean_decay(z));
+            else zeta = sign / (y * exponential(-z) + decay * went / slow * mean_decay(z));
         }
         left -= went;
     }

@@ -52,15 +52,15 @@ static inline void add_corner(const creep_table *table, double t, const double c
                               const double by_root_k[CORNER], double h[3]) {
     double y = t * c[0], z = 1.0 - y;
     if (!(z > 0.0 && y > 1e-60)) return; /* the fourth power of less is nothing */
-    double part = (y * y) * (y * y) * half_power(z, table->twice_corner), logarithm = log(z);
+    double part = (y * y) * (y * y) * half_power(z, table->twice_corner), log_z = logarithm(z);
     double constant = c[1] + z * (c[3] + z * c[5]), factor = c[2] + z * (c[4] + z * c[6]);
-    double sum = constant + factor * logarithm;
-    double by_z = c[3] + 2.0 * z * c[5] + (c[4] + 2.0 * z * c[6]) * logarithm;
+    double sum = constant + factor * log_z;
+    double by_z = c[3] + 2.0 * z * c[5] + (c[4] + 2.0 * z * c[6]) * log_z;
     /* y dC/dy, without a division by y, which may be next to nothing. */
     double by_log_y =
         part * ((4.0 - 0.5 * table->twice_corner * y / z) * sum - y * (factor / z + by_z));
     const double *d = by_root_k;
-    double varied = d[1] + z * (d[3] + z * d[5]) + (d[2] + z * (d[4] + z * d[6])) * logarithm;
+    double varied = d[1] + z * (d[3] + z * d[5]) + (d[2] + z * (d[4] + z * d[6])) * log_z;
     h[0] += part * sum;
     h[1] += by_log_y;
     h[2] += part * varied + by_root_k[0] / c[0] * by_log_y;
