@@ -24,7 +24,7 @@ FLOORS = [
     {"metrics", "ensemble_run"},
     {"comparison", "study"},
     {"sweep"},
-    {"export", "cosimulation", "checker"},
+    {"export", "cosimulation", "checker", "explorer"},
     {"figures"},
     {"demo", "report"},
     {"cli"},
