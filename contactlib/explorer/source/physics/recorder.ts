@@ -1,53 +1,83 @@
-import { COLUMNS, History, type Row } from "./history";
+import { History, type Row } from "./history";
 
-/** The rows of now and of the moment before, and the history of those that are kept. */
+/** The state at one moment: from it and the parameters follows its row. */
+export interface Moment {
+  time: number; // [s]
+  omega: number; // [rad/s]
+  speed: number; // [m/s]
+  creepage: number; // [1]
+  friction: number; // factor on the rail's [1]
+  drive_torque: number; // [N.m]
+}
+
+interface Slot {
+  readonly moment: Moment;
+  row: Row | null; // once it was asked for
+  kept: boolean; // in the history
+}
+
+/**
+ * The moment of now and the one before, and the history of those that are kept. A row costs more
+ * than a sample of the run, so it is evaluated only where it is wanted.
+ */
 export class Recorder {
   readonly history: History;
   interval = 2e-3; // simulated time between rows [s]
-  now = emptyRow();
-  private before = emptyRow();
-  private nowKept = false;
-  private beforeKept = false;
+  private now = emptySlot();
+  private before = emptySlot();
   private due = 0; // time of the next row [s]
 
-  constructor(rows: number) {
+  constructor(
+    rows: number,
+    private readonly evaluate: (moment: Moment) => Row,
+  ) {
     this.history = new History(rows);
+  }
+
+  get moment(): Moment {
+    return this.now.moment;
+  }
+
+  /** The row of now. */
+  get row(): Row {
+    return (this.now.row ??= this.evaluate(this.now.moment));
   }
 
   /** Forget all. */
   clear(): void {
     this.history.clear();
     this.due = 0;
-    this.nowKept = this.beforeKept = true;
+    this.now.kept = this.before.kept = true;
   }
 
-  /** Make room for the next moment; `now` is to be filled anew. */
-  next(): Row {
+  /** Begin the next moment, which the caller fills in. */
+  next(): Moment {
     [this.before, this.now] = [this.now, this.before];
-    this.beforeKept = this.nowKept;
-    this.nowKept = false;
-    return this.now;
+    this.now.row = null;
+    this.now.kept = false;
+    return this.now.moment;
   }
 
-  /** Keep the row of now if it is due, within a time [s]. */
+  /** Keep the row of now if it is due within a time [s]. */
   keepIfDue(slack: number): void {
-    if (this.now.time >= this.due - slack) this.keep();
+    if (this.moment.time >= this.due - slack) this.keep(this.now);
   }
 
-  /** Keep the row of now and the one before: what lies between is a jump to be seen. */
+  /** Keep the rows of now and of the moment before: what lies between is a jump to be seen. */
   keepBoth(): void {
-    if (!this.beforeKept) this.history.append(this.before);
-    this.beforeKept = true;
-    this.keep();
+    this.keep(this.before);
+    this.keep(this.now);
   }
 
-  private keep(): void {
-    if (!this.nowKept) this.history.append(this.now);
-    this.nowKept = true;
-    this.due = this.now.time + this.interval;
+  private keep(slot: Slot): void {
+    if (slot.kept) return;
+    this.history.append((slot.row ??= this.evaluate(slot.moment)));
+    slot.kept = true;
+    this.due = slot.moment.time + this.interval;
   }
 }
 
-function emptyRow(): Row {
-  return Object.fromEntries(COLUMNS.map((name) => [name, 0])) as Row;
+function emptySlot(): Slot {
+  const moment = { time: 0, omega: 0, speed: 0, creepage: 0, friction: 1, drive_torque: 0 };
+  return { moment, row: null, kept: true };
 }

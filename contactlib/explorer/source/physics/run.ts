@@ -1,35 +1,23 @@
 /**
- * A live run of one wheelset: rigid axle, both wheels alike, through the kernel's drivetrain.
- *
- * The equations of motion, their integration and the forces are the kernel's. What is here are the
- * torque of each sample, the patch on the rail, the record of it all, and when to stop.
+ * A live run of one wheelset: rigid axle, both wheels alike, its equations stepped by the kernel.
+ * What is here: the torque of each sample, what the user does meanwhile, the record of it all, and
+ * when to stop.
  */
-import type { Drivetrain, Kernel, Table } from "../kernel/kernel";
-import type { ForceElementParameters, WheelsetParameters } from "../kernel/structs";
+import type { Drivetrain, Kernel } from "../kernel/kernel";
 import { checkControl, type Control, inRange, SAMPLE, TorqueSource } from "./control";
 import type { History } from "./history";
-import { Plant } from "./plant";
-import { type Patch, Rail } from "./rail";
+import { Motion } from "./motion";
+import type { Patch } from "./rail";
 import { Recorder } from "./recorder";
 import { steadyStates } from "./stability";
-import {
-  drivetrainParameters,
-  forceParameters,
-  saturationCreepage,
-  type Vehicle,
-  wheelsetParameters,
-} from "./vehicle";
+import { saturationCreepage, type Vehicle } from "./vehicle";
 import { type RunEvent, Watch } from "./watch";
 
 export { type Control, SAMPLE } from "./control";
 export type { Patch } from "./rail";
 export type { RunEvent } from "./watch";
 
-/** Rim speed beyond which the run ends: no drive goes that fast [m/s]. */
-export const FASTEST_RIM = 120;
-
 const ROWS = 1 << 15; // of the history
-const TOLERANCE = 1e-7; // of each of the integrator's substeps, relative [1]
 
 export class Run {
   readonly control: Control = {
@@ -42,18 +30,11 @@ export class Run {
     torque_max: 0,
     delay: 0,
   };
-  /** The kernel's drivetrain, with the works that were done since the start. */
-  readonly drivetrain: Drivetrain;
 
+  private readonly motion: Motion;
+  private readonly recorder: Recorder;
   private readonly source = new TorqueSource();
   private readonly watcher = new Watch();
-  private readonly rail = new Rail();
-  private readonly recorder = new Recorder(ROWS);
-  private vehicle!: Vehicle;
-  private plant!: Plant; // on the dry rail
-  private table!: Table;
-  private contact!: ForceElementParameters;
-  private body!: WheelsetParameters;
   private fold: number | null = null;
   private away: number | null = null;
   private samples = 0;
@@ -61,8 +42,10 @@ export class Run {
   private ended: string | null = null;
   private events: RunEvent[] = [];
 
-  constructor(private readonly kernel: Kernel) {
-    this.drivetrain = kernel.drivetrain();
+  constructor(kernel: Kernel) {
+    const motion = new Motion(kernel);
+    this.motion = motion;
+    this.recorder = new Recorder(ROWS, (moment) => motion.rowOf(moment));
   }
 
   /**
@@ -70,24 +53,17 @@ export class Run {
    * under the torque asked for, or at the creepage asked for in creep mode.
    */
   start(vehicle: Vehicle, normalLoad: number, speed: number): void {
-    checkControl(this.control);
+    const { control, motion } = this;
+    checkControl(control);
     inRange("speed", speed, vehicle.minimum_speed);
-    this.set(vehicle, normalLoad);
-    const { control, drivetrain, plant } = this;
+    motion.configure(vehicle, normalLoad);
     const creeping = control.mode === "creep";
     const creepage = creeping ? control.creepage : this.stableCreepage(speed);
     const torque = creeping
-      ? Math.min(Math.max(plant.torque(creepage, speed), 0), control.torque_max)
+      ? Math.min(Math.max(motion.plant.torque(creepage, speed), 0), control.torque_max)
       : control.drive_torque;
-
-    for (const name of Object.keys(drivetrain.state) as (keyof typeof drivetrain.state)[]) {
-      drivetrain.state[name] = 0;
-    }
-    drivetrain.state.speed = speed;
-    this.turn(creepage);
+    motion.start(speed, creepage);
     this.source.start(control, creepage, torque);
-    this.rail.patch = null;
-    drivetrain.setTrack(null);
     this.samples = this.carried = 0;
     this.ended = null;
     this.events = [];
@@ -99,8 +75,7 @@ export class Run {
 
   /** Change parameters while it runs; speeds and torque stay. */
   configure(vehicle: Vehicle, normalLoad: number): void {
-    this.set(vehicle, normalLoad);
-    this.jump();
+    this.jump(() => this.motion.configure(vehicle, normalLoad));
     this.watch(this.fold, this.away);
   }
 
@@ -111,7 +86,7 @@ export class Run {
   watch(foldCreepage: number | null, slipAwayCreepage: number | null = null): void {
     this.fold = foldCreepage;
     this.away = slipAwayCreepage;
-    const away = slipAwayCreepage ?? 10 * saturationCreepage(this.vehicle);
+    const away = slipAwayCreepage ?? 10 * saturationCreepage(this.motion.vehicle);
     this.watcher.set(foldCreepage ?? Infinity, away, this.creepage);
   }
 
@@ -128,16 +103,13 @@ export class Run {
   /** Add to the creepage at once [1]. */
   kick(creepage: number): void {
     inRange("creepage", creepage);
-    this.turn(this.creepage + creepage);
-    this.jump();
+    this.jump(() => this.motion.turn(this.speed, this.creepage + creepage));
   }
 
   /** Set the speed [m/s]; the creepage stays. */
   setSpeed(speed: number): void {
-    inRange("speed", speed, this.vehicle.minimum_speed);
-    this.drivetrain.state.speed = speed;
-    this.turn(this.creepage);
-    this.jump();
+    inRange("speed", speed, this.motion.vehicle.minimum_speed);
+    this.jump(() => this.motion.turn(speed, this.creepage));
   }
 
   /**
@@ -150,10 +122,9 @@ export class Run {
     inRange("ahead", ahead, 0);
     const wasWet = this.onPatch;
     const begins = this.drivetrain.state.distance + ahead;
-    this.rail.patch = { begins, ends: begins + length, friction };
-    this.drivetrain.setTrack(this.rail.track);
-    if (!wasWet && !this.onPatch) return;
-    this.jump();
+    const lay = (): void => this.motion.layPatch({ begins, ends: begins + length, friction });
+    if (wasWet || ahead === 0) this.jump(lay);
+    else lay();
     if (wasWet) this.tell("patch_ends");
     if (this.onPatch) this.tell("patch_begins");
   }
@@ -176,37 +147,41 @@ export class Run {
   get history(): History {
     return this.recorder.history;
   }
+  /** The kernel's drivetrain, with the works that were done since the start. */
+  get drivetrain(): Drivetrain {
+    return this.motion.drivetrain;
+  }
   /** Simulated time since the start [s]. */
   get time(): number {
-    return this.recorder.now.time;
+    return this.recorder.moment.time;
   }
   /** [m/s] */
   get speed(): number {
-    return this.recorder.now.speed;
+    return this.recorder.moment.speed;
   }
   /** [rad/s] */
   get omega(): number {
-    return this.drivetrain.state.omega_left;
+    return this.recorder.moment.omega;
   }
   /** [1] */
   get creepage(): number {
-    return this.recorder.now.creepage;
+    return this.recorder.moment.creepage;
   }
   /** Of both wheels [N]. */
   get creepForce(): number {
-    return this.recorder.now.creep_force;
+    return this.recorder.row.creep_force;
   }
   /** [N.m] */
   get driveTorque(): number {
-    return this.recorder.now.drive_torque;
+    return this.recorder.moment.drive_torque;
   }
   /** [1/s] */
   get creepageRate(): number {
-    return this.recorder.now.creepage_rate;
+    return this.recorder.row.creepage_rate;
   }
   /** Factor on the rail's friction [1]. */
   get friction(): number {
-    return this.recorder.now.friction;
+    return this.recorder.moment.friction;
   }
   /** The creepage that creep control holds to now, on its way to the one asked for [1]. */
   get reference(): number {
@@ -214,122 +189,69 @@ export class Run {
   }
   /** Whether the wheels are on the patch. */
   get onPatch(): boolean {
-    return this.rail.isWet(this.drivetrain.state.distance);
+    return this.motion.rail.isWet(this.drivetrain.state.distance);
   }
   /** The patch that lies ahead of the wheels or under them. */
   get patch(): Patch | null {
-    return this.rail.patch;
+    return this.motion.rail.patch;
   }
   /** Why the run ended, in one line; null while it goes on. */
   get stopped(): string | null {
     return this.ended;
   }
 
-  private set(vehicle: Vehicle, normalLoad: number): void {
-    this.vehicle = { ...vehicle };
-    this.plant = new Plant(this.kernel, this.vehicle, normalLoad);
-    this.table = this.kernel.tables[vehicle.contact];
-    this.contact = forceParameters(vehicle);
-    this.body = wheelsetParameters(vehicle);
-    this.drivetrain.configure(this.table, this.contact, drivetrainParameters(vehicle));
-    const { input } = this.drivetrain;
-    input.resistance_force = 0;
-    input.acceleration = 0; // where the speed is held
-    input.load_left = input.load_right = 0.5 * normalLoad;
-  }
-
   private stableCreepage(speed: number): number {
     const torque = this.control.drive_torque;
-    const state = steadyStates(this.plant, torque, speed).find(({ stable }) => stable);
+    const states = steadyStates(this.motion.plant, torque, speed);
+    const state = states.find(({ stable }) => stable);
     if (state !== undefined) return state.creepage;
     throw new RangeError(
       `control.drive_torque = ${torque} is out of range: no stable creepage has it at ${speed} m/s`,
     );
   }
 
-  /** Turn the wheels as a creepage at this speed asks for. */
-  private turn(creepage: number): void {
-    const { state } = this.drivetrain;
-    state.omega_left = state.omega_right = ((1 + creepage) * state.speed) / this.vehicle.radius;
-  }
-
   private sample(): void {
-    const { drivetrain, rail, recorder } = this;
-    const { distance, speed } = drivetrain.state;
-    drivetrain.input.commanded_torque = this.source.sample(
+    const { motion, recorder, speed } = this;
+    const torque = this.source.sample(
       this.control,
       this.creepage,
-      saturationCreepage(this.vehicle),
-      (creepage) => this.plant.torque(creepage, speed),
+      saturationCreepage(motion.vehicle),
+      (creepage) => motion.plant.torque(creepage, speed),
     );
+    const happened: RunEvent["name"][] = [];
     try {
-      drivetrain.advance(this.samples * SAMPLE, SAMPLE, TOLERANCE);
+      happened.push(...motion.advance(this.samples * SAMPLE, SAMPLE, torque));
     } catch (error) {
       this.ended = error instanceof Error ? error.message : String(error);
       return;
     }
     this.samples++;
     this.observe();
-    const passed = rail.passed(distance, drivetrain.state.distance);
-    if (passed.includes("patch_ends")) {
-      rail.patch = null;
-      drivetrain.setTrack(null);
-    }
-    const happened = [...passed, ...this.watcher.next(this.creepage)];
+    happened.push(...this.watcher.next(this.creepage));
     for (const name of happened) this.tell(name);
-    this.ended = this.limit();
+    this.ended = motion.limit();
     if (happened.length > 0 || this.ended !== null) recorder.keepBoth();
     else recorder.keepIfDue(0.5 * SAMPLE);
   }
 
-  /** Take a row of the moment. */
+  /** Take down the moment. */
   private observe(): void {
-    const { state, input } = this.drivetrain;
-    const { omega_left: omega, speed } = state;
-    const friction = this.rail.friction(state.distance);
-    input.friction_left = input.friction_right = friction;
-    const contact = this.kernel.force(this.table, this.contact, {
-      omega,
-      speed,
-      normal_load: this.plant.normalLoad,
-      friction_scale: friction,
-      relaxed_creepage: 0,
-    });
-    const { torque } = this.source;
-    const rates = this.kernel.motion(this.body, omega, speed, torque, 0, contact);
-    const row = this.recorder.next();
-    row.time = this.samples * SAMPLE;
-    row.creepage = contact.creepage;
-    row.drive_torque = torque;
-    row.creep_force = contact.creep_force;
-    row.speed = speed;
-    row.friction = friction;
-    row.creepage_rate =
-      contact.creepage_by_omega * rates.omega_rate + contact.creepage_by_speed * rates.speed_rate;
+    const moment = this.recorder.next();
+    moment.time = this.samples * SAMPLE;
+    moment.drive_torque = this.source.torque;
+    this.motion.observe(moment);
   }
 
-  /** Something was changed at once: keep the row before and the one after. */
-  private jump(): void {
+  /** Change something at once, with a row before and one after. */
+  private jump(change: () => void): void {
+    void this.recorder.row; // under what is not changed yet
+    change();
     this.observe();
     this.recorder.keepBoth();
   }
 
   private tell(name: RunEvent["name"]): void {
-    const { time, creepage, drive_torque } = this.recorder.now;
+    const { time, creepage, drive_torque } = this.recorder.moment;
     this.events.push({ name, time, creepage, drive_torque });
-  }
-
-  /** Why it cannot go on from here, or null. */
-  private limit(): string | null {
-    const { minimum_speed, radius } = this.vehicle;
-    const rim = this.omega * radius;
-    if (!(rim <= FASTEST_RIM)) {
-      return `the rim runs at ${rim.toFixed(1)} m/s, above the limit of ${FASTEST_RIM} m/s`;
-    }
-    if (!(rim > 0)) return `the wheel stands still at a speed of ${this.speed.toFixed(2)} m/s`;
-    if (this.speed < minimum_speed) {
-      return `the speed is ${this.speed.toFixed(3)} m/s, below the minimum of ${minimum_speed} m/s`;
-    }
-    return null;
   }
 }
