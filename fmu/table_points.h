@@ -47,25 +47,6 @@ ALWAYS_INLINE void half_powers(size_t n, const double *v, uint32_t twice, double
         for (size_t i = 0; i < n; i++) power[i] *= v[i];
 }
 
-/* C and its derivatives to ln t and to sqrt(k_hat), from the row's c and its derivative. */
-static inline void add_corner(const creep_table *table, double t, const double c[CORNER],
-                              const double by_root_k[CORNER], double h[3]) {
-    double y = t * c[0], z = 1.0 - y;
-    if (!(z > 0.0 && y > 1e-60)) return; /* the fourth power of less is nothing */
-    double part = (y * y) * (y * y) * half_power(z, table->twice_corner), log_z = logarithm(z);
-    double constant = c[1] + z * (c[3] + z * c[5]), factor = c[2] + z * (c[4] + z * c[6]);
-    double sum = constant + factor * log_z;
-    double by_z = c[3] + 2.0 * z * c[5] + (c[4] + 2.0 * z * c[6]) * log_z;
-    /* y dC/dy, without a division by y, which may be next to nothing. */
-    double by_log_y =
-        part * ((4.0 - 0.5 * table->twice_corner * y / z) * sum - y * (factor / z + by_z));
-    const double *d = by_root_k;
-    double varied = d[1] + z * (d[3] + z * d[5]) + (d[2] + z * (d[4] + z * d[6])) * log_z;
-    h[0] += part * sum;
-    h[1] += by_log_y;
-    h[2] += part * varied + by_root_k[0] / c[0] * by_log_y;
-}
-
 /* q = u H(u), u = x / (1 + x). */
 ALWAYS_INLINE void evaluate_one_axis(const creep_table *table, double x, double *ratio,
                                      double *slope) {
@@ -119,16 +100,64 @@ ALWAYS_INLINE void add_rows(const double *row, uint32_t row_length, const double
         }
 }
 
-/* C of one point, added to h: H and its derivatives to ln t and to sqrt(k_hat). */
-static inline void add_corner_at(const creep_table *table, const double *row, uint32_t row_length,
-                                 const double along_k[8], double t, double h[3]) {
-    double c[CORNER] = {0.0}, by_root_k[CORNER] = {0.0};
-    for (int j = 0; j < 4; j++, row += row_length)
-        for (size_t i = 0; i < CORNER; i++) {
-            c[i] += along_k[j] * row[i];
-            by_root_k[i] += along_k[4 + j] * row[i];
+/* 1/T and c0 to c5 of every point, and their derivatives to sqrt(k_hat). */
+typedef struct {
+    double c[CORNER][MOST_POINTS], by_root_k[CORNER][MOST_POINTS];
+} corner_numbers;
+
+ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline_place *place,
+                                uint32_t row_length, corner_numbers *at) {
+    for (size_t i = 0; i < n; i++) {
+        const double *row = table->coefficients + place->first[i] / row_length * row_length;
+        const double *along_k = place->along_k[i];
+        double c[CORNER] = {0.0}, by_root_k[CORNER] = {0.0};
+        for (int j = 0; j < 4; j++, row += row_length)
+            for (int m = 0; m < CORNER; m++) {
+                c[m] += along_k[j] * row[m];
+                by_root_k[m] += along_k[4 + j] * row[m];
+            }
+        for (int m = 0; m < CORNER; m++) {
+            at->c[m][i] = c[m];
+            at->by_root_k[m][i] = by_root_k[m];
         }
-    add_corner(table, t, c, by_root_k, h);
+    }
+}
+
+/* C of every point, added to h: H and its derivatives to ln t and to sqrt(k_hat). */
+ALWAYS_INLINE void add_corners(const creep_table *table, size_t n, const double *t,
+                               const corner_numbers *at, double h[][3]) {
+    double y[MOST_POINTS], z[MOST_POINTS], power[MOST_POINTS];
+    int any = 0;
+    for (size_t i = 0; i < n; i++) {
+        double given = t[i] * at->c[0][i];
+        int inside = (given < 1.0) & (given > 1e-60); /* the fourth power of less is nothing */
+        y[i] = inside ? given : 0.0;
+        z[i] = 1.0 - y[i];
+        any |= inside;
+    }
+    if (!any) return;
+    half_powers(n, z, table->twice_corner, power);
+    for (size_t i = 0; i < n; i++) {
+        double c[CORNER], d[CORNER];
+        for (int m = 0; m < CORNER; m++) {
+            c[m] = at->c[m][i];
+            d[m] = at->by_root_k[m][i];
+        }
+        double part = (y[i] * y[i]) * (y[i] * y[i]) * power[i], log_z = logarithm(z[i]);
+        double constant = c[1] + z[i] * (c[3] + z[i] * c[5]);
+        double factor = c[2] + z[i] * (c[4] + z[i] * c[6]);
+        double sum = constant + factor * log_z;
+        double by_z = c[3] + 2.0 * z[i] * c[5] + (c[4] + 2.0 * z[i] * c[6]) * log_z;
+        /* y dC/dy, without a division by y, which may be next to nothing. */
+        double by_log_y = part * ((4.0 - 0.5 * table->twice_corner * y[i] / z[i]) * sum -
+                                  y[i] * (factor / z[i] + by_z));
+        double varied =
+            d[1] + z[i] * (d[3] + z[i] * d[5]) + (d[2] + z[i] * (d[4] + z[i] * d[6])) * log_z;
+        double by_root_k = part * varied + d[0] / c[0] * by_log_y;
+        h[i][0] += part * sum;
+        h[i][1] += by_log_y;
+        h[i][2] += y[i] > 0.0 ? by_root_k : 0.0;
+    }
 }
 
 /* What the spline adds to q = q_line + x w (H + C), with w = (1 + t)^-d, and to its derivatives, at
@@ -155,12 +184,11 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
         h[i][2] = s[4] * weight[0] + s[5] * weight[1] + s[6] * weight[2] + s[7] * weight[3];
         h[i][1] *= cells_u * u * place.rest[i];
     }
-    if (corner > 0)
-        for (size_t i = 0; i < n; i++) {
-            uint32_t cell = place.first[i] / row_length;
-            add_corner_at(table, table->coefficients + cell * row_length, row_length,
-                          place.along_k[i], t[i], h[i]);
-        }
+    if (corner > 0) {
+        corner_numbers numbers;
+        find_corners(table, n, &place, row_length, &numbers);
+        add_corners(table, n, t, &numbers, h);
+    }
     half_powers(n, place.rest, table->twice_decay, w);
     double decay = 0.5 * table->twice_decay;
     for (size_t i = 0; i < n; i++) {
