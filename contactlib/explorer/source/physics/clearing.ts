@@ -156,7 +156,7 @@ class Motion {
       (radius * state.omega_left) / state.speed - 1 - border(state.speed);
     let [time, before, step] = [0, excess(), FIRST_STEP];
     while (time < LONGEST && state.speed >= minimum_speed) {
-      const from = { ...fieldsOf(state) };
+      const from = { ...state };
       const after = this.step(from, time, step, excess);
       if (after >= 0) {
         const part = root((h) => this.step(from, time, h, excess), 0, step, before, after);
@@ -183,22 +183,4 @@ function drivetrainOf(kernel: Kernel): Drivetrain {
   const drivetrain = DRIVETRAINS.get(kernel) ?? kernel.drivetrain();
   DRIVETRAINS.set(kernel, drivetrain);
   return drivetrain;
-}
-
-/** A state's numbers, as they are now. */
-function fieldsOf(state: DrivetrainState): DrivetrainState {
-  return {
-    speed: state.speed,
-    omega_left: state.omega_left,
-    omega_right: state.omega_right,
-    twist: state.twist,
-    relaxed_left: state.relaxed_left,
-    relaxed_right: state.relaxed_right,
-    drive_torque: state.drive_torque,
-    distance: state.distance,
-    drive_work: state.drive_work,
-    creep_work: state.creep_work,
-    resistance_work: state.resistance_work,
-    loss_work: state.loss_work,
-  };
 }

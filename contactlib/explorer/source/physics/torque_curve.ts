@@ -20,7 +20,7 @@ export interface TorqueCurve {
   last: number;
 }
 
-const PER_DECADE = 24;
+const PER_DECADE = 12;
 const NEAREST = 1e-5; // node next to the corner, over its creepage
 
 /** Look for all turns of the torque at creepages from zero on. */
