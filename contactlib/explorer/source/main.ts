@@ -1,6 +1,23 @@
-// What the page starts with.
+/* Starts the explorer with what the build put into the page, and shows its parts to scripts. */
+
+import * as defaults from "./files/defaults";
+import * as hertz from "./files/hertz";
+import * as modelFile from "./files/model_file";
+import * as settings from "./files/settings";
 import { embeddedKernel } from "./kernel/embedded";
+import { begin } from "./page/begin";
+import * as clearing from "./physics/clearing";
+import * as patch from "./physics/patch";
+import * as plant from "./physics/plant";
+import * as run from "./physics/run";
+import * as stability from "./physics/stability";
+import * as vehicle from "./physics/vehicle";
 
-const ready = embeddedKernel().then((kernel) => ({ kernel }));
+/** The app, when the kernel has been compiled. */
+const ready = embeddedKernel().then((kernel) => ({ kernel, app: begin(kernel) }));
 
-Object.assign(globalThis, { contactlib: { ready } });
+Object.assign(globalThis, {
+  contactlib: {
+    ready, clearing, defaults, hertz, modelFile, patch, plant, run, settings, stability, vehicle,
+  },
+});

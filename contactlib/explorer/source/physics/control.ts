@@ -39,6 +39,7 @@ export class TorqueSource {
   torque = 0; // now [N.m]
   reference = 0; // of the creepage, now [1]
   private integral = 0; // or, of proportional control, what it has beyond the steady torque [N.m]
+  private steady = 0; // T0 of creep control, now [N.m]
   private law: Law = "torque";
   private readonly past = new Float64Array(PAST);
   private samples = 0;
@@ -65,6 +66,13 @@ export class TorqueSource {
     return held;
   }
 
+  /** Torque that a creepage would get now, were it measured without delay [N.m]. */
+  answer(control: Control, creepage: number): number {
+    if (this.law === "torque") return this.torque;
+    const wanted = this.steady + control.proportional_gain * (this.reference - creepage);
+    return Math.min(Math.max(wanted, 0), control.torque_max);
+  }
+
   /** The torque in the middle of the sample, so that a ramp of steps is none on the mean. */
   private ramp(control: Control): number {
     const before = this.torque;
@@ -80,7 +88,8 @@ export class TorqueSource {
     const error = this.reference - measured;
     if (this.law !== law) this.integral = this.torque - steady - gain * error;
 
-    const wanted = steady + this.integral + gain * error;
+    this.steady = steady + this.integral;
+    const wanted = this.steady + gain * error;
     this.torque = Math.min(Math.max(wanted, 0), control.torque_max);
     if (law === "proportional") {
       this.integral *= Math.exp(-SAMPLE / HANDOVER);

@@ -129,6 +129,11 @@ export class Run {
     if (this.onPatch) this.tell("patch_begins");
   }
 
+  /** Torque that the control would give a creepage now, were it measured without delay [N.m]. */
+  torqueAt(creepage: number): number {
+    return this.source.answer(this.control, creepage);
+  }
+
   /** What happened since the last call. */
   takeEvents(): RunEvent[] {
     const { events } = this;

@@ -1,0 +1,250 @@
+/* What the visitor has before him: one wheelset that runs, its settings, and the charts of it. */
+
+import type { Settings } from "../files/defaults";
+import type { Kernel } from "../kernel/kernel";
+import { type Clearing, clearing } from "../physics/clearing";
+import { Plant } from "../physics/plant";
+import { type Control, Run, type RunEvent, SAMPLE } from "../physics/run";
+import { type SteadyState, steadyStates } from "../physics/stability";
+import { digits, percent } from "./format";
+import { clearingText, Numbers, numbers, warnings } from "./numbers";
+import { type Picture, picture } from "./picture";
+import { type Story, Telling } from "./stories";
+import type { Moment, View } from "./view";
+
+const LOOK_BACK = 8; // seconds of the visitor's time that the charts show
+const ROWS = 1500; // of the history in that time
+const LONGEST_FRAME = 0.05; // of the visitor's time: a page that was hidden does not catch up [s]
+const AHEAD = 0.3; // of the visitor's time, until a patch that is laid comes [s]
+const OFTEN = 100, SELDOM = 300; // between two looks at what is slow or read, not watched [ms]
+const MOVED = 2e-3; // change of a free wheelset's speed after which the curves are drawn anew [1]
+
+/** Where the app writes and what it asks the page for. */
+export interface Stage {
+  views: View[];
+  numbers: HTMLElement;
+  warning: HTMLElement;
+  clearing: HTMLElement;
+  clock: HTMLElement;
+  say(text: string): void;
+  speak(text: string): void;
+  toast(text: string): void;
+  /** Controls may show other values than before. */
+  changed(): void;
+}
+
+export class App {
+  readonly run: Run;
+  shown: Picture;
+  playing = true;
+  /** What a kick adds to the creepage [1]. */
+  kickSize = 0.01;
+  /** Time that the last frames took the page [ms]. */
+  readonly frameCosts: number[] = [];
+
+  private readonly numbers: Numbers;
+  private telling: Telling | null = null;
+  private rests: SteadyState[] = [];
+  private stale = true; // charts show what is no more
+  private dirty = true; // curves do
+  private last = 0;
+  private looked = 0;
+  private lookedSeldom = 0;
+  private clears: Clearing | null = null;
+
+  constructor(readonly kernel: Kernel, public settings: Settings, private readonly stage: Stage) {
+    this.run = new Run(kernel);
+    this.numbers = new Numbers(stage.numbers);
+    this.shown = this.newPicture(settings.speed);
+    this.use(settings);
+  }
+
+  /** The control that runs; its fields may be written at any time. */
+  get control(): Control {
+    return this.run.control;
+  }
+
+  /** Take other settings and begin anew. */
+  use(settings: Settings): void {
+    this.settings = settings;
+    Object.assign(this.run.control, settings.control);
+    this.settings.control = this.run.control;
+    this.endStory();
+    this.restart();
+  }
+
+  /** Begin anew at rest, with the settings as they are. */
+  restart(): void {
+    const { vehicle, normalLoad, speed } = this.settings;
+    this.shown = this.newPicture(speed);
+    try {
+      this.run.start(vehicle, normalLoad, speed);
+    } catch (error) {
+      if (!(error instanceof RangeError)) throw error;
+      const most = this.shown.fold?.drive_torque ?? Math.max(...this.shown.dry.torque);
+      this.control.mode = "torque";
+      this.control.drive_torque = 0.9 * most;
+      this.run.start(vehicle, normalLoad, speed);
+      this.stage.toast("No steady state at that torque: begun at nine tenths of the critical one.");
+    }
+    this.playing = true;
+    this.parametersChanged();
+  }
+
+  /** Something of the vehicle, its load or the rail has changed: the run goes on with it. */
+  parametersChanged(): void {
+    this.run.configure(this.settings.vehicle, this.settings.normalLoad);
+    this.dirty = true;
+    this.stage.changed();
+  }
+
+  setSpeed(speed: number): void {
+    this.settings.speed = speed;
+    this.run.setSpeed(speed);
+    this.parametersChanged();
+  }
+
+  /** Put the wet patch of the settings on the rail, a moment ahead. */
+  layPatch(): void {
+    const { friction, length } = this.settings.patch, { speed } = this.run;
+    this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
+    this.dirty = true;
+  }
+
+  kick(): void {
+    this.run.kick(this.kickSize);
+    this.stale = true;
+  }
+
+  tell(story: Story): void {
+    this.endStory();
+    this.telling = new Telling(this, story);
+    this.stage.changed();
+  }
+
+  /** The visitor has taken over. */
+  endStory(): void {
+    if (this.telling !== null) this.stage.say("");
+    this.telling = null;
+  }
+
+  /** The controls may show something else now. */
+  changed(): void {
+    this.stage.changed();
+  }
+
+  get story(): Story | null {
+    return this.telling?.story ?? null;
+  }
+
+  say(text: string): void {
+    this.stage.say(text);
+    this.stage.changed();
+  }
+
+  play(playing: boolean): void {
+    if (playing && this.run.stopped !== null) this.restart();
+    this.playing = playing;
+    this.stage.changed();
+  }
+
+  repaint(): void {
+    for (const view of this.stage.views) view.repaint();
+    this.stale = true;
+  }
+
+  /** Go on by a time of the simulation [s] and draw: what a frame does, for scripts and tests. */
+  advance(duration: number): RunEvent[] {
+    this.run.recordInterval = Math.max(SAMPLE, (LOOK_BACK * this.settings.playback) / ROWS);
+    this.run.advance(duration);
+    const events = this.run.takeEvents();
+    this.telling?.frame(events);
+    for (const event of events) this.report(event);
+    if (this.run.stopped !== null && this.playing) {
+      this.playing = false;
+      this.stage.toast(this.run.stopped);
+      this.stage.changed();
+    }
+    this.stale = true;
+    return events;
+  }
+
+  /** A frame at a time of the browser's clock [ms]. */
+  frame(now: number): void {
+    const began = performance.now();
+    const passed = Math.min((now - this.last) / 1e3, LONGEST_FRAME);
+    this.last = now;
+    if (this.playing) this.advance(passed * this.settings.playback);
+    if (this.stale || this.dirty) this.draw(now);
+    if (!this.playing) return;
+    this.frameCosts.push(performance.now() - began);
+    if (this.frameCosts.length > 600) this.frameCosts.shift();
+  }
+
+  private newPicture(speed: number): Picture {
+    const { vehicle, normalLoad, patch } = this.settings;
+    return picture(new Plant(this.kernel, vehicle, normalLoad), speed, patch.friction);
+  }
+
+  private draw(now: number): void {
+    const { run, stage } = this;
+    const moved = Math.abs(run.speed / this.shown.speed - 1) > MOVED;
+    if (this.dirty || (moved && now - this.looked > OFTEN)) {
+      this.shown = this.newPicture(run.speed);
+      run.watch(this.shown.fold?.creepage ?? null);
+      for (const view of stage.views) view.show(this.shown);
+      this.dirty = false;
+      this.looked = this.lookedSeldom = 0;
+    }
+    const often = now - this.looked > OFTEN;
+    if (often) {
+      this.looked = now;
+      this.rests = steadyStates(this.shown.plant, run.driveTorque, run.speed, run.friction);
+    }
+    const moment: Moment = {
+      run, control: this.control, shown: this.shown, rests: this.rests,
+      span: LOOK_BACK * this.settings.playback,
+    };
+    for (const view of stage.views) view.draw(moment);
+    if (often) {
+      this.numbers.show(numbers(moment));
+      write(stage.warning, warnings(moment));
+      write(stage.clock, `t = ${digits(run.time, 4)} s`);
+    }
+    if (now - this.lookedSeldom > SELDOM) {
+      this.lookedSeldom = now;
+      this.predict();
+    }
+    this.stale = false;
+  }
+
+  /** What a wet patch would do to the wheel as it is. */
+  private predict(): void {
+    const { run, settings, control } = this;
+    if (control.mode === "creep") {
+      write(this.stage.clearing, "Under creep control try it: the torque follows the patch.");
+      return;
+    }
+    if (run.onPatch || run.patch !== null) return; // the prediction stands until it is past
+    this.clears = clearing(this.shown.plant, run.driveTorque, run.speed, settings.patch.friction);
+    const far = this.shown.fold !== null && run.creepage > 2 * this.shown.fold.creepage;
+    write(this.stage.clearing, far ? "The wheel has run away already."
+      : clearingText(this.clears, settings.patch.length / run.speed));
+  }
+
+  private report({ name, drive_torque, creepage }: RunEvent): void {
+    const torque = `${digits(1e-3 * drive_torque, 4)} kN m`;
+    const said = {
+      peak_passed: `Past the fold at ${torque}`,
+      slip_away: `Run away: creepage ${percent(creepage)}`,
+      returned: `Grip again at ${torque}`,
+      patch_begins: "On the wet patch",
+      patch_ends: "Past the wet patch",
+    }[name];
+    this.stage.speak(said);
+  }
+}
+
+function write(place: HTMLElement, text: string): void {
+  if (place.textContent !== text) place.textContent = text;
+}

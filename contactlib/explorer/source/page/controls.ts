@@ -1,0 +1,116 @@
+/* Rows of controls: a slider for the hand and a field for the exact number, for one value each. */
+
+import { plain } from "./format";
+
+export interface RowSpec {
+  id: string;
+  label: string;
+  unit: string;
+  /** SI value of one unit shown. */
+  scale: number;
+  /** Ends of the slider, SI; the field takes what `limits` allow. */
+  min: number;
+  max: number;
+  /** Whether the slider goes by ratios. */
+  log?: boolean;
+  limits?: { atLeast?: number; above?: number; atMost?: number };
+  help: string;
+  read(): number;
+  write(value: number): void;
+}
+
+const STEPS = 1000;
+
+export class Row {
+  private readonly slider = document.createElement("input");
+  private readonly field = document.createElement("input");
+  readonly element = document.createElement("div");
+
+  constructor(private spec: RowSpec) {
+    const { id, label, unit, help } = spec;
+    this.element.className = "row";
+    this.element.title = help;
+    const name = document.createElement("label");
+    name.textContent = label;
+    name.htmlFor = `${id}-slider`;
+    Object.assign(this.field, { type: "text", inputMode: "decimal", id: `${id}-field`,
+      autocomplete: "off" });
+    this.field.setAttribute("aria-label", unit === "" ? label : `${label}, ${unit}`);
+    const units = document.createElement("span");
+    units.className = "unit";
+    units.textContent = unit;
+    Object.assign(this.slider, { type: "range", min: "0", max: String(STEPS), step: "1",
+      id: `${id}-slider` });
+    this.slider.setAttribute("aria-describedby", `${id}-help`);
+    const described = document.createElement("span");
+    described.id = `${id}-help`;
+    described.className = "unseen";
+    described.textContent = help;
+    this.element.append(name, this.field, units, this.slider, described);
+    this.slider.addEventListener("input", () => {
+      spec.write(this.at(Number(this.slider.value) / STEPS));
+      this.show();
+    });
+    this.field.addEventListener("change", () => this.typed());
+    this.field.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.show();
+    });
+    this.show();
+  }
+
+  /** Other ends of the slider. */
+  span(min: number, max: number): void {
+    Object.assign(this.spec, { min, max });
+    this.show();
+  }
+
+  /** Show the value as it is now. */
+  show(): void {
+    const { spec } = this, value = spec.read();
+    const shown = plain(value / spec.scale);
+    if (document.activeElement !== this.field) {
+      this.field.value = shown;
+      this.field.removeAttribute("aria-invalid");
+    }
+    const place = Math.min(Math.max(this.place(value), 0), 1);
+    this.slider.value = String(Math.round(STEPS * place));
+    this.slider.setAttribute("aria-valuetext", `${shown} ${spec.unit}`.trim());
+  }
+
+  private place(value: number): number {
+    const { min, max, log } = this.spec;
+    return log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
+  }
+
+  /** Value at a place of the slider, in round numbers of the unit. */
+  private at(place: number): number {
+    const { min, max, log, scale } = this.spec;
+    const value = log ? min * (max / min) ** place : min + (max - min) * place;
+    if (place === 0 || place === 1) return value;
+    const step = log ? value : (max - min) / 200;
+    const round = 10 ** Math.floor(Math.log10(step / scale) - (log ? 1 : 0));
+    return Math.round(value / scale / round) * round * scale;
+  }
+
+  private typed(): void {
+    const { spec } = this, text = this.field.value.trim().replace(",", ".").replace("\u2212", "-");
+    const value = Number(text) * spec.scale, { atLeast, above, atMost } = spec.limits ?? {};
+    const bad = text === "" || !Number.isFinite(value) || (atLeast !== undefined && value < atLeast) ||
+      (above !== undefined && value <= above) || (atMost !== undefined && value > atMost);
+    this.field.setAttribute("aria-invalid", String(bad));
+    if (bad) {
+      const ends = [
+        above === undefined ? "" : `above ${plain(above / spec.scale)}`,
+        atLeast === undefined ? "" : `at least ${plain(atLeast / spec.scale)}`,
+        atMost === undefined ? "" : `at most ${plain(atMost / spec.scale)}`,
+      ].filter((part) => part !== "").join(" and ");
+      this.field.setCustomValidity(`${spec.label} must be ${ends || "a number"}`);
+      this.field.reportValidity();
+      return;
+    }
+    this.field.setCustomValidity("");
+    spec.write(value);
+    this.field.blur();
+    this.show();
+  }
+}

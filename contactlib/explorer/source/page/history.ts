@@ -1,0 +1,95 @@
+/* Time histories: the creepage, and below it the torque and what the contact takes of it. */
+
+import { Chart, type Pen } from "./chart";
+import { digits } from "./format";
+import type { Picture } from "./picture";
+import type { Moment, View } from "./view";
+
+const LEAST = 3e-3; // smallest creepage that the axis shows [1]
+
+export class TimeHistory implements View {
+  private readonly creepage: Chart;
+  private readonly torque: Chart;
+  private range: [number, number] = [0, 1];
+  private top = 0.1;
+
+  constructor(place: HTMLElement) {
+    const [above, below] = [".creepage", ".torque"].map(
+      (name) => place.querySelector<HTMLElement>(name) as HTMLElement);
+    const seconds = (v: number): string => `${Number(v.toPrecision(7))}`;
+    this.creepage = new Chart(above as HTMLElement, {
+      x: { label: "", hidden: true, size: 8, values: seconds },
+      y: { label: "creepage \u03b6  [%]", log: true, size: 48 },
+      curves: [{ colour: "ink", width: 2 }],
+    });
+    this.torque = new Chart(below as HTMLElement, {
+      x: { label: "time  [s]", space: 70, values: seconds },
+      y: { label: "torque  [kN m]", size: 48 },
+      curves: [{ colour: "torque", width: 2 }, { colour: "trail", width: 1.8, dash: [5, 3] }],
+    });
+  }
+
+  show({ fold, dry, plant }: Picture): void {
+    const most = 1e-3 * (fold?.drive_torque ?? plant.vehicle.radius * Math.max(...dry.force));
+    this.range = [0.72 * most, 1.1 * most];
+  }
+
+  repaint(): void {
+    this.creepage.repaint();
+    this.torque.repaint();
+  }
+
+  draw({ run, shown, span }: Moment): void {
+    const rows = run.history.window(run.time - span);
+    const window: [number, number] = [Math.max(0, run.time - span), Math.max(run.time, span)];
+    const creepage = rows.creepage.map((z) => 100 * Math.max(z, LEAST));
+    let most = 0, low = Infinity, high = -Infinity;
+    const drive = rows.drive_torque.map((v) => 1e-3 * v);
+    // What is left of the torque after it changed the creepage: T - (J V/r) dzeta/dt.
+    const taken = rows.creepage_rate.map((rate, i) =>
+      (drive[i] as number) - (1e-3 * rate) / shown.plant.gain(rows.speed[i] as number));
+    for (let i = 0; i < creepage.length; i++) {
+      most = Math.max(most, creepage[i] as number);
+      low = Math.min(low, drive[i] as number);
+      high = Math.max(high, drive[i] as number);
+    }
+    // The axis grows at once with what is seen, and shrinks when that has left it.
+    this.top = most > 300 ? 1000 : most > 30 ? 300 : most > 9 ? 30 : 10;
+    this.creepage.show([rows.time, creepage], window, [100 * LEAST, this.top]);
+    const torques: [number, number] = [
+      Math.min(this.range[0], low - 0.03 * high), Math.max(this.range[1], 1.04 * high)];
+    this.torque.show([rows.time, drive, taken], window, torques);
+    const wet = (chart: Chart, paint: (pen: Pen) => void): void =>
+      chart.draw((pen) => {
+        this.wet(pen, rows.time, rows.friction);
+        paint(pen);
+      });
+    wet(this.creepage, (pen) => {
+      if (shown.fold !== null) {
+        pen.rule("up", 100 * shown.fold.creepage, "line", 1.2, [4, 4]);
+        pen.words("fold", pen.width - 5, pen.up(100 * shown.fold.creepage) - 9, "soft", "right");
+      }
+    });
+    wet(this.torque, (pen) => {
+      if (shown.fold !== null) {
+        const at = 1e-3 * shown.fold.drive_torque;
+        pen.rule("up", at, "line", 1.2, [4, 4]);
+        pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) - 9, "soft", "right");
+      }
+      pen.words("drive", 6, 10, "torque", "left", true);
+      pen.words("what would keep the creepage", 46, 10, "soft", "left", true);
+    });
+  }
+
+  private wet(pen: Pen, time: Float64Array, friction: Float64Array): void {
+    let from: number | null = null;
+    for (let i = 0; i < time.length; i++) {
+      const is = (friction[i] as number) < 1;
+      if (is && from === null) from = time[i] as number;
+      if (from !== null && (!is || i === time.length - 1)) {
+        pen.band(from, Math.max(time[i] as number, from), "wet");
+        from = null;
+      }
+    }
+  }
+}

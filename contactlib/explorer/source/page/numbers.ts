@@ -1,0 +1,123 @@
+/* The numbers beside the picture. */
+
+import { creepControlGain, delayLimit, proportionalWindow } from "../physics/stability";
+import type { Clearing } from "../physics/clearing";
+import { weakeningLength as weakening } from "../physics/vehicle";
+import { digits, duration, percent } from "./format";
+import type { Moment } from "./view";
+
+const ZONE_LIMIT = 0.5; // of the weakening zone over the semi-width: beyond it the limit law is not good
+
+interface Shown {
+  label: string;
+  help: string;
+  text: string;
+  unit: string;
+  kind?: "stable" | "unstable" | "warn";
+}
+
+/** Everything that is shown of a moment. */
+export function numbers({ run, shown, control }: Moment): Shown[] {
+  const { plant, fold } = shown;
+  const held = control.mode === "creep";
+  const at = held ? control.creepage : run.creepage;
+  const pole = plant.pole(at, run.speed, run.friction);
+  const gain = plant.gain(run.speed);
+  const lowest = creepControlGain(plant, at, run.speed);
+  const window = proportionalWindow(pole, gain, control.delay);
+  const contact = plant.force(run.creepage, run.speed, run.friction);
+  const where = held ? "at the reference" : "here";
+  const empty = !(window.lowest < window.highest);
+  const holds = Math.max(0, lowest);
+  const mega = (v: number): string => digits(1e-6 * v);
+  return [
+    { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.creepage), unit: "" },
+    { label: "drive torque T", help: "acting on the wheelset",
+      text: digits(1e-3 * run.driveTorque), unit: "kN m" },
+    { label: "Q / P", help: "traction coefficient: creep force over normal load",
+      text: digits(contact.traction_coefficient), unit: "" },
+    { label: `pole ${where}`, help: "rate at which a small change of the creepage grows at constant torque",
+      text: digits(pole), unit: "1/s", kind: pole < 0 ? "stable" : "unstable" },
+    { label: "critical torque", help: "the fold: no torque beyond it can be held",
+      text: fold === null ? "none" : digits(1e-3 * fold.drive_torque, 5),
+      unit: fold === null ? "" : "kN m" },
+    { label: "comes back at", help: "torque at which a run-away ends on the way down",
+      text: fold === null || !Number.isFinite(fold.return_creepage) ? "never"
+        : digits(1e-3 * fold.return_torque, 4),
+      unit: fold !== null && Number.isFinite(fold.return_creepage) ? "kN m" : "" },
+    { label: `gains that hold it ${where}`,
+      help: `proportional gain of the creep control on creepage, with a delay of ${duration(control.delay)}`,
+      text: empty ? "none" : !Number.isFinite(window.highest)
+        ? holds === 0 ? "any" : `from ${mega(holds)}` : `${mega(holds)} \u2013 ${mega(window.highest)}`,
+      unit: empty || (holds === 0 && !Number.isFinite(window.highest)) ? "" : "MN m",
+      ...(empty ? { kind: "warn" as const } : {}) },
+    { label: `longest delay ${where}`, help: "beyond 1/pole no gain holds the point",
+      text: pole > 0 ? duration(delayLimit(pole)) : "any", unit: "",
+      ...(held && control.delay >= delayLimit(pole) ? { kind: "warn" as const } : {}) },
+    { label: "K at this load", help: "intensity of the drop of friction, Eq. (17)",
+      text: digits(contact.k_hat), unit: "" },
+    { label: "\u03b6\u2080 at this load", help: "saturation creepage: where Carter's law slides, Eq. (15)",
+      text: percent(contact.saturation_creepage), unit: "" },
+    { label: "process zone", help: "length of the weakening zone over the semi-width; the law is the limit of a short one",
+      text: digits(contact.process_zone_ratio), unit: "a",
+      ...(contact.process_zone_ratio > ZONE_LIMIT ? { kind: "warn" as const } : {}) },
+    { label: "weakening length", help: "slip over which friction falls, from K",
+      text: digits(1e6 * weakening(plant.vehicle)), unit: "\u00b5m" },
+  ];
+}
+
+
+/** Warnings of what the picture does not hold for. */
+export function warnings({ run, shown }: Moment): string {
+  const contact = shown.plant.force(run.creepage, run.speed, run.friction);
+  const found: string[] = [];
+  if (contact.process_zone_ratio > ZONE_LIMIT) {
+    found.push(`The weakening zone is ${digits(contact.process_zone_ratio)} semi-widths long. The ` +
+      `law shown is the limit of a short zone, good up to ${ZONE_LIMIT}: raise f_s/f_d or lower K.`);
+  }
+  if (contact.k_hat_limited > 0) {
+    found.push("K is beyond the table's largest value, at which it is held.");
+  }
+  if (contact.force_limited > 0) {
+    found.push("The law gives more than static friction: the force is held at f_s P.");
+  }
+  return found.join(" ");
+}
+
+/** What a wet patch does to the wheel, before it comes. */
+export function clearingText(found: Clearing | null, time: number): string {
+  if (found === null) return "Good friction does not hold this torque: there is nothing to clear.";
+  if (!Number.isFinite(found.time)) return "Critical clearing time: none. A patch of any length is survived.";
+  const outcome = time < found.time ? "shorter: the wheel will come back" : "longer: the wheel will run away";
+  return `Critical clearing time ${duration(found.time)} (${digits(found.distance, 3)} m). This patch is ${outcome}.`;
+}
+
+/** The numbers in the page; only texts that changed are touched. */
+export class Numbers {
+  private readonly cells = new Map<number, { term: HTMLElement; value: HTMLElement; unit: HTMLElement }>();
+
+  constructor(private readonly list: HTMLElement) {}
+
+  show(all: Shown[]): void {
+    all.forEach((shown, i) => {
+      let cell = this.cells.get(i);
+      if (cell === undefined) {
+        const box = document.createElement("div"), term = document.createElement("dt");
+        const data = document.createElement("dd"), value = document.createElement("span");
+        const unit = document.createElement("small");
+        data.append(value, " ", unit);
+        box.append(term, data);
+        this.list.append(box);
+        cell = { term, value, unit };
+        this.cells.set(i, cell);
+      }
+      const { term, value, unit } = cell, box = term.parentElement as HTMLElement;
+      if (term.textContent !== shown.label) term.textContent = shown.label;
+      if (value.textContent !== shown.text) value.textContent = shown.text;
+      if (unit.textContent !== shown.unit) unit.textContent = shown.unit;
+      if (box.title !== shown.help) box.title = shown.help;
+      const kind = shown.kind ?? "", data = value.parentElement as HTMLElement;
+      if (data.className !== kind) data.className = kind;
+    });
+  }
+}

@@ -1,0 +1,143 @@
+/* The contact patch: shear traction along it, and from above where it sticks and slips. */
+
+import { ellipsePatch, type LinePatch, linePatch } from "../physics/patch";
+import { Chart } from "./chart";
+import { digits } from "./format";
+import type { Picture } from "./picture";
+import { colour } from "./theme";
+import { viridis } from "./viridis";
+import type { Moment, View } from "./view";
+
+const MOST = 2.4; // traction over f_d p0 that the scale ends at: beside the stick boundary it is infinite
+const POINTS = 81, STRIPS = 31;
+
+export class PatchView implements View {
+  private readonly chart: Chart;
+
+  constructor(place: HTMLElement, private readonly above: HTMLCanvasElement) {
+    this.chart = new Chart(place, {
+      x: { label: "", hidden: true, size: 6 },
+      y: { label: "q / (f_d p\u2080)  [1]", size: 40 },
+      curves: [
+        { colour: "unstable", fill: "shade", width: 2.2 },
+        { colour: "stable", fill: "shade", width: 2.2 },
+      ],
+    });
+  }
+
+  show(_shown: Picture): void {
+    // All of it follows the wheel.
+  }
+
+  repaint(): void {
+    this.chart.repaint();
+  }
+
+  draw({ run, shown }: Moment): void {
+    const { plant } = shown, { kernel } = plant;
+    const contact = plant.force(run.creepage, run.speed, run.friction);
+    const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), k = contact.k_hat;
+    let strips: LinePatch[], eta: Float64Array;
+    if (plant.vehicle.contact === "line") {
+      strips = [linePatch(kernel, x, k, POINTS)];
+      eta = new Float64Array([0]);
+    } else {
+      ({ strips, eta } = ellipsePatch(kernel, x, k, STRIPS, POINTS));
+    }
+    const middle = strips[strips.length >> 1] as LinePatch;
+    this.profile(middle, plant.vehicle.contact === "elliptic");
+    this.fromAbove(strips, eta, shown, middle.stick_boundary);
+  }
+
+  private profile({ position, shear_traction, stick_boundary }: LinePatch, along: boolean): void {
+    const slip: (number | null)[] = [], stick: (number | null)[] = [];
+    for (let i = 0; i < position.length; i++) {
+      const q = Math.min(shear_traction[i] as number, MOST), at = position[i] as number;
+      slip.push(at <= stick_boundary ? q : null);
+      stick.push(at >= stick_boundary ? q : null);
+    }
+    this.chart.show([position, slip, stick], [-1.08, 1.08], [0, MOST]);
+    this.chart.draw((pen) => {
+      if (stick_boundary < 0.999) {
+        pen.rule("across", stick_boundary, "ink", 1.2, [3, 3]);
+        pen.words("sticks", Math.max(pen.across(stick_boundary) + 6,
+          pen.across(0.5 * (stick_boundary + 1)) - 16), 10, "stable", "left", true);
+        pen.words("slips", Math.min(pen.across(stick_boundary) - 6,
+          pen.across(0.5 * (stick_boundary - 1)) + 16), 10, "unstable", "right", true);
+      } else {
+        pen.words("slips everywhere", 0.5 * pen.width, 10, "unstable", "center", true);
+      }
+      if (along) pen.words("in the middle of the ellipse", 5, pen.height - 10, "soft");
+    });
+  }
+
+  private fromAbove(strips: LinePatch[], eta: Float64Array, { plant }: Picture,
+    boundary: number): void {
+    const c = this.above.getContext("2d");
+    if (c === null) return;
+    const ratio = devicePixelRatio, width = this.above.clientWidth, height = this.above.clientHeight;
+    if (this.above.width !== Math.round(width * ratio) || this.above.height !== Math.round(height * ratio)) {
+      this.above.width = Math.round(width * ratio);
+      this.above.height = Math.round(height * ratio);
+    }
+    c.setTransform(ratio, 0, 0, ratio, 0, 0);
+    c.clearRect(0, 0, width, height);
+    // The chart above has its axis here too, so places along the contact lie below each other.
+    const box = this.chart.plot.over, left = box.offsetLeft;
+    const across = (xi: number): number => left + ((xi + 1.08) / 2.16) * box.clientWidth;
+    const room = height - 22, half = 0.5 * room, line = eta.length === 1;
+    for (let s = 0; s < strips.length; s++) {
+      const strip = strips[s] as LinePatch;
+      const low = line ? -1 : this.edge(eta, s, -1), high = line ? 1 : this.edge(eta, s, 1);
+      const y = half - half * high, tall = half * (high - low) + 0.7;
+      const { position, shear_traction: traction } = strip;
+      for (let i = 0; i + 1 < position.length; i++) {
+        const from = across(position[i] as number), to = across(position[i + 1] as number);
+        c.fillStyle = viridis(Math.min(0.5 * ((traction[i] as number) + (traction[i + 1] as number)) / MOST, 1));
+        c.fillRect(from, y, to - from + 0.7, tall);
+      }
+    }
+    this.boundary(c, strips, eta, across, half, boundary);
+    const { semi_width: a, peak_pressure: p0 } = plant.vehicle;
+    const b = (3 * plant.normalLoad) / (2 * Math.PI * a * p0);
+    const size = line ? `2a = ${digits(2e3 * a)} mm` : `2a = ${digits(2e3 * a)} mm, 2b = ${digits(2e3 * b)} mm`;
+    c.font = "12px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif";
+    c.textBaseline = "bottom";
+    c.fillStyle = colour("soft");
+    c.textAlign = "left";
+    c.fillText(`from above, ${size}`, 4, height - 2);
+    c.textAlign = "right";
+    c.fillText("rolling \u2192", width - 4, height - 2);
+  }
+
+  /** Side of a strip, half way to the next one. */
+  private edge(eta: Float64Array, s: number, way: 1 | -1): number {
+    const here = eta[s] as number, next = eta[s + way];
+    return next === undefined ? here : 0.5 * (here + next);
+  }
+
+  private boundary(c: CanvasRenderingContext2D, strips: LinePatch[], eta: Float64Array,
+    across: (xi: number) => number, half: number, middle: number): void {
+    c.strokeStyle = "#ffffff";
+    c.lineWidth = 2;
+    c.beginPath();
+    let begun = false;
+    for (let s = 0; s < strips.length; s++) {
+      const { stick_boundary: c0, position } = strips[s] as LinePatch;
+      if (c0 >= (position[position.length - 1] as number) - 1e-3) continue;
+      const tall = eta.length === 1 ? [-1, 1] : [eta[s] as number];
+      for (const y of tall) {
+        if (begun) c.lineTo(across(c0), half - half * y);
+        else c.moveTo(across(c0), half - half * y);
+        begun = true;
+      }
+    }
+    c.stroke();
+    if (middle >= 0.9) return;
+    c.font = "600 12px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif";
+    c.fillStyle = "#ffffff";
+    c.textAlign = "center";
+    c.textBaseline = "middle";
+    c.fillText("stick", across(0.5 * (middle + 1)), half);
+  }
+}

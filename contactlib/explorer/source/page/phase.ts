@@ -1,0 +1,81 @@
+/* Phase portrait: the rate of the creepage over the creepage, at the present torque and speed. */
+
+import { Chart, type Pen } from "./chart";
+import { percent } from "./format";
+import { type Curves, interpolate, type Picture } from "./picture";
+import { trail } from "./trail";
+import type { Moment, View } from "./view";
+
+export class PhasePortrait implements View {
+  private readonly chart: Chart;
+
+  constructor(place: HTMLElement) {
+    this.chart = new Chart(place, {
+      x: { label: "creepage \u03b6  [%]" },
+      y: { label: "d\u03b6/dt  [%/s]", size: 48 },
+      curves: [],
+    });
+  }
+
+  show({ plant, speed, fold, dry, far }: Picture): void {
+    const most = fold?.drive_torque ?? Math.max(...dry.torque);
+    const reach = 100 * plant.gain(speed) * most;
+    this.chart.show([[0, 1]], [0, 100 * far], [-0.11 * reach, 0.17 * reach]);
+  }
+
+  repaint(): void {
+    this.chart.repaint();
+  }
+
+  draw(moment: Moment): void {
+    const { run, shown, rests, span } = moment;
+    this.chart.draw((pen) => {
+      const curves = run.onPatch && shown.wet !== null ? shown.wet : shown.dry;
+      const border = rests.find((state) => !state.stable && state.creepage > 0);
+      if (border !== undefined && moment.control.mode === "torque") {
+        pen.band(0, 100 * border.creepage, "shade");
+      }
+      pen.rule("up", 0, "soft", 1.2);
+      this.flow(pen, moment, curves);
+      pen.line(trail(run.history, "creepage", "creepage_rate", run.time - span, 100, 100), "trail",
+        1.4);
+      if (moment.control.mode === "torque") this.rests(pen, moment);
+      pen.wheel(100 * run.creepage, 100 * run.creepageRate, "ink", percent(run.creepage));
+    });
+  }
+
+  /** The curve that the wheel follows, solid where small changes decay; arrows along zero. */
+  private flow(pen: Pen, { run, shown, control }: Moment, curves: Curves): void {
+    const gain = shown.plant.gain(shown.speed);
+    const rate = shown.creepage.map((zeta, i) =>
+      100 * gain * (run.torqueAt(zeta) - (curves.torque[i] as number)));
+    let from = 0;
+    for (let i = 1; i < rate.length; i++) {
+      const falls = (rate[i] as number) <= (rate[i - 1] as number);
+      const next = i + 1 < rate.length && (rate[i + 1] as number) <= (rate[i] as number);
+      if (i + 1 < rate.length && falls === next) continue;
+      const part: [number, number][] = [];
+      for (let j = from; j <= i; j++) part.push([100 * (shown.creepage[j] as number), rate[j] as number]);
+      pen.line(part, falls ? "stable" : "unstable", 2.4, falls ? [] : [8, 4]);
+      from = i;
+    }
+    for (let i = 1; i < 14; i++) {
+      const zeta = (shown.far * (i - 0.35)) / 13.5;
+      const here = interpolate(zeta, shown.creepage, rate);
+      if (Math.abs(here) > 0) pen.head(100 * zeta, 0, here > 0 ? 1 : -1, "soft", 4.5);
+    }
+    if (control.mode === "creep") {
+      pen.words(control.delay > 0 ? "with the control, without its delay" : "with the control",
+        pen.width - 5, 10, "soft", "right");
+    }
+  }
+
+  private rests(pen: Pen, { rests, shown }: Moment): void {
+    for (const state of rests) {
+      if (state.creepage > shown.far) continue;
+      pen.dot(100 * state.creepage, 0, state.stable ? "stable" : "unstable", !state.stable);
+      pen.label(`${state.stable ? "grip" : "border"} ${percent(state.creepage)}`,
+        100 * state.creepage, 0, 0, 20, "ink", "center");
+    }
+  }
+}

@@ -1,0 +1,76 @@
+/* What stands still on the charts until a parameter changes: the curves at one speed. */
+
+import { type Fold, sCurve } from "../physics/stability";
+import type { Plant } from "../physics/plant";
+
+/** Values over a common grid of creepages. */
+export interface Curves {
+  force: Float64Array; // Q [N]
+  torque: Float64Array; // quasi-steady torque [N.m]
+  pole: Float64Array; // [1/s]
+}
+
+export interface Picture {
+  plant: Plant;
+  speed: number; // [m/s]
+  fold: Fold | null;
+  peak: number; // creepage of the largest force among those shown [1]
+  far: number; // end of the axis of creepage [1]
+  creepage: Float64Array; // from 0 to `far` [1]
+  dry: Curves;
+  wet: Curves | null;
+  wetFriction: number;
+  states: { creepage: Float64Array; drive_torque: Float64Array; pole: Float64Array };
+}
+
+const POINTS = 260;
+
+/** Curves of a plant at one speed, on good friction and, if it differs, on that of a patch. */
+export function picture(plant: Plant, speed: number, wetFriction: number): Picture {
+  const { fold, states } = sCurve(plant, speed);
+  const saturation = plant.scales().saturation_creepage;
+  const far = Math.max(3 * saturation, 2.6 * (fold?.creepage ?? 0));
+  const creepage = Float64Array.from({ length: POINTS }, (_, i) => (far * i) / (POINTS - 1));
+  const dry = curves(plant, creepage, speed, 1);
+  const wet = wetFriction === 1 ? null : curves(plant, creepage, speed, wetFriction);
+  const peak = creepage[dry.force.indexOf(Math.max(...dry.force))] ?? 0;
+  return { plant, speed, fold, peak, far, creepage, dry, wet, wetFriction, states };
+}
+
+function curves(plant: Plant, creepage: Float64Array, speed: number, friction: number): Curves {
+  return {
+    force: creepage.map((z) => plant.force(z, speed, friction).creep_force),
+    torque: creepage.map((z) => plant.torque(z, speed, friction)),
+    pole: creepage.map((z) => plant.pole(z, speed, friction)),
+  };
+}
+
+/** Values where the pole is stable, and where it is not; both have the points where it changes. */
+export function byStability(
+  values: ArrayLike<number>, pole: ArrayLike<number>, scale = 1,
+): [(number | null)[], (number | null)[]] {
+  const stable: (number | null)[] = [], unstable: (number | null)[] = [];
+  for (let i = 0; i < values.length; i++) {
+    const value = scale * (values[i] as number);
+    const here = (pole[i] as number) < 0, before = i > 0 ? (pole[i - 1] as number) < 0 : here;
+    stable.push(here || before ? value : null);
+    unstable.push(!here ? value : null);
+  }
+  return [stable, unstable];
+}
+
+/** Linear interpolation in a rising table; its ends hold beyond. */
+export function interpolate(x: number, at: Float64Array, values: Float64Array): number {
+  const last = at.length - 1;
+  if (x <= (at[0] as number)) return values[0] as number;
+  if (x >= (at[last] as number)) return values[last] as number;
+  let low = 0, high = last;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if ((at[middle] as number) <= x) low = middle;
+    else high = middle;
+  }
+  const part = (x - (at[low] as number)) / ((at[high] as number) - (at[low] as number));
+  return (values[low] as number) + part * ((values[high] as number) - (values[low] as number));
+}
+

@@ -1,0 +1,83 @@
+/* Steady creepage over the drive torque: the S-curve, its fold and its hysteresis. */
+
+import { Chart } from "./chart";
+import { digits, percent } from "./format";
+import { byStability, type Picture } from "./picture";
+import { trail } from "./trail";
+import type { Moment, View } from "./view";
+
+const LEAST = 3e-3, MOST = 10; // creepages that the axis shows [1]
+
+/** What a visitor drags across the chart: torque [N.m] or creepage [1]. */
+export type Dragged = (driveTorque: number, creepage: number) => void;
+
+export class SteadyStates implements View {
+  private readonly chart: Chart;
+
+  constructor(place: HTMLElement, dragged: Dragged) {
+    this.chart = new Chart(place, {
+      turned: true,
+      x: { label: "creepage \u03b6  [%]", log: true, size: 46 },
+      y: { label: "drive torque T  [kN m]" },
+      curves: [{ colour: "stable" }, { colour: "unstable", dash: [8, 4] }],
+    });
+    const area = this.chart.plot.over;
+    const drag = (event: PointerEvent): void => {
+      const { across, up } = this.chart.at(event);
+      dragged(1e3 * Math.max(0, across), 1e-2 * up);
+    };
+    area.addEventListener("pointerdown", (event) => {
+      area.setPointerCapture(event.pointerId);
+      drag(event);
+    });
+    area.addEventListener("pointermove", (event) => {
+      if (area.hasPointerCapture(event.pointerId)) drag(event);
+    });
+  }
+
+  show({ states, fold, plant, speed, far }: Picture): void {
+    const [stable, unstable] = byStability(states.drive_torque, states.pole, 1e-3);
+    const least = 1e-3 * LEAST;
+    const creepage = states.creepage.map((z) => 100 * Math.max(z, least));
+    const most = 1e-3 * (fold?.drive_torque ?? plant.torque(far, speed));
+    const back = 1e-3 * (fold?.return_torque ?? 0.75 * 1e3 * most);
+    const low = Math.min(0.84 * most, back - 0.25 * (most - back));
+    this.chart.show([creepage, stable, unstable], [100 * LEAST, 100 * MOST],
+      [Math.max(0, low), most + 0.2 * (most - low)]);
+  }
+
+  repaint(): void {
+    this.chart.repaint();
+  }
+
+  draw({ run, shown, control, span }: Moment): void {
+    this.chart.draw((pen) => {
+      const { fold } = shown;
+      const wanted = 1e-3 * control.drive_torque, acting = 1e-3 * run.driveTorque;
+      if (control.mode === "torque") {
+        pen.rule("across", wanted, "torque", 1.2, [4, 4]);
+      } else {
+        pen.rule("up", 100 * control.creepage, "torque", 1.2, [4, 4]);
+        pen.words("reference", pen.width - 6, pen.up(100 * control.creepage) - 10, "torque",
+          "right");
+      }
+      pen.line(trail(run.history, "drive_torque", "creepage", run.time - 6 * span, 1e-3, 100,
+        100 * LEAST), "trail", 1.6);
+      pen.rule("across", acting, "torque", 1.8);
+      if (fold !== null) {
+        const zeta = 100 * fold.creepage;
+        pen.dot(1e-3 * fold.drive_torque, zeta, "ink", false, 3.5);
+        pen.label("fold", 1e-3 * fold.drive_torque, zeta, 9, 6);
+        pen.label(`${digits(1e-3 * fold.drive_torque, 4)} kN m`, 1e-3 * fold.drive_torque, zeta, 9,
+          20, "soft");
+        if (fold.return_creepage < MOST) {
+          pen.dot(1e-3 * fold.return_torque, 100 * fold.return_creepage, "ink", false, 3.5);
+          pen.label("return", 1e-3 * fold.return_torque, 100 * fold.return_creepage, -9, -4, "ink",
+            "right");
+        }
+      }
+      pen.wheel(acting, 100 * Math.max(run.creepage, LEAST), "ink",
+        `${digits(acting)} kN m, ${percent(run.creepage)}`);
+    });
+  }
+}
