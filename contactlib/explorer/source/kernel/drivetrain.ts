@@ -70,7 +70,6 @@ export class Drivetrain {
 
   /** Factor on friction under both wheels by distance; null: as the input says. */
   setTrack(overDistance: Profile | null): void {
-    this.onTrack = overDistance !== null;
     if (overDistance !== null) {
       const { at, value } = overDistance;
       if (at.length === 0 || at.length !== value.length) {
@@ -86,6 +85,7 @@ export class Drivetrain {
       this.memory.at(values, at.length).set(value);
       this.module.track_set(this.rails, at.length, address, values);
     }
+    this.onTrack = overDistance !== null;
     if (this.table !== null) this.connect();
   }
 
