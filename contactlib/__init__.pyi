@@ -22,6 +22,7 @@ from contactlib.element import k_hat as k_hat
 from contactlib.element import process_zone_ratio as process_zone_ratio
 from contactlib.element import saturation_creepage as saturation_creepage
 from contactlib.ensemble_run import run_many as run_many
+from contactlib.explorer import write_explorer as write_explorer
 from contactlib.export import export_fmu as export_fmu
 from contactlib.export import export_ssp as export_ssp
 from contactlib.fit import FitResult as FitResult

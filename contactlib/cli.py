@@ -172,7 +172,7 @@ def main() -> None:
 
 
 @main.command()
-@_output_option("contactlib-demo", "Folder for figures, FMU, CSV files and summary.json.")
+@_output_option("contactlib-demo", "Folder for figures, FMU, CSV files, page and summary.json.")
 def demo(output: Path) -> None:
     """Show it all: table, run-away, creep control, FMU."""
     from contactlib.demo import run_demo
@@ -181,6 +181,7 @@ def demo(output: Path) -> None:
     pictures = ", ".join(sorted(p.name for p in output.glob("*.png")))
     click.echo(f"\nLook at {pictures} in {output}{'/' if output.name else ''}")
     click.echo(f"Every number above is in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
+    click.echo(f"See it live: contactlib explore, or open {output / 'explorer.html'} in a browser")
     click.echo(
         "Go on: contactlib simulate dry_wet_dry.toml --compare; contactlib figures --stability"
     )
@@ -441,6 +442,24 @@ def figures(paper: bool, model: str | None, output: Path) -> None:
         drawn = draw()
         paths = [save(drawn, output / f"{name}.{suffix}") for suffix in ("png", "svg")]
         click.echo(f"{paths[0]}, {paths[1].name}: {title}")
+
+
+@main.command()
+@click.argument("model", required=False)
+@click.option("--open/--no-open", "shown", default=True, help="Show it in the browser.")
+@_output_option("contactlib-explorer.html", "HTML file.")
+def explore(model: str | None, shown: bool, output: Path) -> None:
+    """Write the explorer, a page that runs the kernel live, and show it in the browser.
+
+    It is one file that works offline. It starts with MODEL, whose law must be Carter and
+    Griffith's, or with the roller rig if that is left out.
+    """
+    from contactlib.explorer import open_in_browser, write_explorer
+
+    written = write_explorer(output, model)
+    if shown and not open_in_browser(written):
+        click.echo("No browser could be opened here: open the file in any.")
+    click.echo(f"The page is {written}")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from contactlib import figures
 from contactlib.controllers import Controller
 from contactlib.cosimulation import FmuSource, KernelSource, cosimulate
 from contactlib.element import process_zone_ratio
+from contactlib.explorer import write_explorer
 from contactlib.export import export_fmu
 from contactlib.files import write_whole
 from contactlib.laws import CarterGriffith
@@ -99,6 +100,10 @@ def run_demo(output: str | os.PathLike[str], reporter: Reporter) -> Path:
     with reporter.step(f"{models[rig].name}: the force from {fmu.name}, run by FMPy") as progress:
         numbers = list(_fmu_numbers(folder, fmu, models[rig], held[rig], progress))
     report("fmu", "The FMU as the force of the wheelset on the roller rig", numbers)
+
+    page = write_explorer(folder / "explorer.html")
+    size = Number("size", "size", 1e-3 * page.stat().st_size, "kB")
+    report("explorer", f"The explorer, a page to see it live: {page.name}", [size])
 
     return write_whole(folder / "summary.json", json.dumps(summary, indent=2).encode() + b"\n")
 

@@ -30,7 +30,8 @@ def test_demo_writes_all_it_promises(shown: tuple[Path, str]) -> None:
                 assert f"{model}_{kind}.{suffix}" in names
         for control in ("torque", "creep"):
             assert f"{model}_{control}_control.csv" in names
-    assert {"CreepForceElement.fmu", "creep_table.bin", "summary.json"} <= names
+    others = {"CreepForceElement.fmu", "creep_table.bin", "explorer.html", "summary.json"}
+    assert others <= names
     assert cl.CreepForceTable.load(folder / "creep_table.bin").max_error <= 1e-6
 
 
@@ -60,6 +61,7 @@ def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]
         assert value(model, "open_loop_pole") > 10.0
         assert value(model, "held_deviation") < 1e-5
         assert value(model, "gain") > value(model, "smallest_gain") > 0.0
+    assert value("explorer", "size") == (folder / "explorer.html").stat().st_size / 1e3 < 1500.0
     assert value("fmu", "against_kernel") <= 1e-9
     assert value("fmu", "against_solver") <= 1e-3
 
