@@ -87,8 +87,9 @@ def data_elements() -> str:
     return "\n".join(elements)
 
 
-def page() -> bytes:
-    """The whole page."""
+def page() -> str:
+    """The whole page, if its modules have no mistake of type."""
+    check_types()
     script, style = bundle()
     text = (SOURCE / "index.html").read_text(encoding="utf-8")
     parts = {
@@ -102,7 +103,7 @@ def page() -> bytes:
         if not mark:
             raise SystemExit(f"index.html has no place for the {name}: <!-- {name} -->")
         text = before + part + after
-    return text.encode()
+    return text
 
 
 def is_current(path: Path, data: bytes) -> bool:
@@ -116,19 +117,14 @@ def main(arguments: list[str]) -> str | None:
     if arguments and not checking:
         return __doc__
     install()
-    structs = structs_source().encode()
-    if not checking:
-        write_whole(STRUCTS, structs)
-    check_types()
-    made = {STRUCTS: structs, PAGE: page()}
-    if not checking:
-        print(write_whole(PAGE, made[PAGE]))
-        return None
-    stale = [path.name for path, data in made.items() if not is_current(path, data)]
-    if not stale:
-        return None
-    command = f"python {Path(__file__).resolve().relative_to(ROOT).as_posix()}"
-    return f"{' and '.join(stale)}: not what the sources give; '{command}' writes them anew"
+    for path, make in ((STRUCTS, structs_source), (PAGE, page)):
+        data = make().encode()
+        if not checking:
+            print(write_whole(path, data))
+        elif not is_current(path, data):
+            command = f"python {Path(__file__).resolve().relative_to(ROOT).as_posix()}"
+            return f"{path.name} is not what the sources give: '{command}' writes it anew"
+    return None
 
 
 if __name__ == "__main__":
