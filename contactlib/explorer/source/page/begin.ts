@@ -98,8 +98,8 @@ export function begin(kernel: Kernel): App {
     speak: (text) => (find("spoken").textContent = text),
   });
   rows = makeRows(app);
-  find("kick-rows").append(...rows.kick.map((row) => row.element));
-  find("wet-rows").append(...rows.wet.map((row) => row.element));
+  find("kick-rows").prepend(...rows.kick.map((row) => row.element));
+  find("wet-rows").prepend(...rows.wet.map((row) => row.element));
   find("wheel-rows").append(...rows.wheel.map((row) => row.element));
   fillHelp(find("help-text"));
   offer();
@@ -152,6 +152,11 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
   on("reset", () => {
     app.endStory();
     app.restart();
+  });
+  on("more", () => {
+    const more = find("drive").classList.toggle("more");
+    find("more").setAttribute("aria-expanded", String(more));
+    find("more").textContent = more ? "Less" : "More";
   });
   on("kick", () => app.kick());
   on("wet", () => app.layPatch());

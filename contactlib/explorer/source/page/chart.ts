@@ -266,6 +266,7 @@ export class Chart {
       legend: { show: false },
       cursor: { show: false },
       padding: [8, 10, 0, 0],
+      pxAlign: 0,
       scales: {
         x: { time: false, auto: false, range: asGiven, distr: x.log ? 3 : 1, ori: turned ? 1 : 0 },
         y: { auto: false, range: asGiven, distr: y.log ? 3 : 1, ori: turned ? 0 : 1 },

@@ -40,7 +40,6 @@ export class CreepCurve implements View {
       const most = Math.max(...shown.dry.force);
       const sliding = shown.plant.vehicle.kinetic_friction * shown.plant.normalLoad;
       pen.rule("up", 1e-3 * sliding, "line", 1, [2, 3]);
-      pen.words("sliding f_d P", pen.width - 4, pen.up(1e-3 * sliding) + 11, "soft", "right");
       if (fold !== null) {
         pen.label(`peak ${percent(peak)}`, 100 * peak, 1e-3 * most, 0, -13, "ink", "center");
       }
@@ -57,6 +56,10 @@ export class CreepCurve implements View {
       const { radius, damping } = shown.plant.vehicle;
       const asked = 1e-3 * (run.driveTorque - damping * run.omega) / radius;
       pen.rule("up", asked, "torque", 1.5);
+      const below = pen.up(asked) - pen.up(1e-3 * sliding);
+      if (below < 0 || below > 20) {
+        pen.words("sliding f_d P", pen.width - 4, pen.up(1e-3 * sliding) + 11, "soft", "right");
+      }
       pen.words("drive", 6, pen.up(asked) - 10, "torque", "left", true);
       pen.wheel(100 * run.creepage, 1e-3 * run.creepForce, "ink", percent(run.creepage));
     });

@@ -57,7 +57,7 @@ export class TimeHistory implements View {
     this.top = most > 300 ? 1000 : most > 30 ? 300 : most > 9 ? 30 : 10;
     this.creepage.show([rows.time, creepage], window, [100 * LEAST, this.top]);
     const torques: [number, number] = [
-      Math.min(this.range[0], low - 0.03 * high), Math.max(this.range[1], 1.04 * high)];
+      Math.min(this.range[0], low - 0.03 * high), Math.max(this.range[1], high + 0.22 * (high - low))];
     this.torque.show([rows.time, drive, taken], window, torques);
     const wet = (chart: Chart, paint: (pen: Pen) => void): void =>
       chart.draw((pen) => {
@@ -77,7 +77,7 @@ export class TimeHistory implements View {
         pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) - 9, "soft", "right");
       }
       pen.words("drive", 6, 10, "torque", "left", true);
-      pen.words("what would keep the creepage", 46, 10, "soft", "left", true);
+      pen.words("needed to keep \u03b6", 46, 10, "soft", "left", true);
     });
   }
 

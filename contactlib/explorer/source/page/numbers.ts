@@ -45,13 +45,13 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
       text: fold === null || !Number.isFinite(fold.return_creepage) ? "never"
         : digits(1e-3 * fold.return_torque, 4),
       unit: fold !== null && Number.isFinite(fold.return_creepage) ? "kN m" : "" },
-    { label: `gains that hold it ${where}`,
-      help: `proportional gain of the creep control on creepage, with a delay of ${duration(control.delay)}`,
+    { label: "gains that hold it",
+      help: `proportional gains that hold the wheel ${where}, with a delay of ${duration(control.delay)}`,
       text: empty ? "none" : !Number.isFinite(window.highest)
         ? holds === 0 ? "any" : `from ${mega(holds)}` : `${mega(holds)} \u2013 ${mega(window.highest)}`,
       unit: empty || (holds === 0 && !Number.isFinite(window.highest)) ? "" : "MN m",
       ...(empty ? { kind: "warn" as const } : {}) },
-    { label: `longest delay ${where}`, help: "beyond 1/pole no gain holds the point",
+    { label: "longest delay", help: `with which any gain holds the wheel ${where}: 1/pole`,
       text: pole > 0 ? duration(delayLimit(pole)) : "any", unit: "",
       ...(held && control.delay >= delayLimit(pole) ? { kind: "warn" as const } : {}) },
     { label: "K at this load", help: "intensity of the drop of friction, Eq. (17)",

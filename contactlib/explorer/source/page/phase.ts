@@ -37,15 +37,18 @@ export class PhasePortrait implements View {
       }
       pen.rule("up", 0, "soft", 1.2);
       this.flow(pen, moment, curves);
-      pen.line(trail(run.history, "creepage", "creepage_rate", run.time - span, 100, 100), "trail",
+      pen.line(trail(run.history, "creepage", "creepage_rate", run.time - 0.4 * span, 100, 100), "trail",
         1.4);
-      if (moment.control.mode === "torque") this.rests(pen, moment);
+      const { mode, delay } = moment.control;
+      if (mode === "torque") this.rests(pen, moment);
+      else pen.words(delay > 0 ? "with the control, without its delay" : "with the control",
+        pen.width - 5, 10, "soft", "right");
       pen.wheel(100 * run.creepage, 100 * run.creepageRate, "ink", percent(run.creepage));
     });
   }
 
   /** The curve that the wheel follows, solid where small changes decay; arrows along zero. */
-  private flow(pen: Pen, { run, shown, control }: Moment, curves: Curves): void {
+  private flow(pen: Pen, { run, shown }: Moment, curves: Curves): void {
     const gain = shown.plant.gain(shown.speed);
     const rate = shown.creepage.map((zeta, i) =>
       100 * gain * (run.torqueAt(zeta) - (curves.torque[i] as number)));
@@ -63,10 +66,6 @@ export class PhasePortrait implements View {
       const zeta = (shown.far * (i - 0.35)) / 13.5;
       const here = interpolate(zeta, shown.creepage, rate);
       if (Math.abs(here) > 0) pen.head(100 * zeta, 0, here > 0 ? 1 : -1, "soft", 4.5);
-    }
-    if (control.mode === "creep") {
-      pen.words(control.delay > 0 ? "with the control, without its delay" : "with the control",
-        pen.width - 5, 10, "soft", "right");
     }
   }
 

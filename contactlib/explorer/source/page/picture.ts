@@ -54,7 +54,7 @@ export function byStability(
     const value = scale * (values[i] as number);
     const here = (pole[i] as number) < 0, before = i > 0 ? (pole[i - 1] as number) < 0 : here;
     stable.push(here || before ? value : null);
-    unstable.push(!here ? value : null);
+    unstable.push(!here || !before ? value : null);
   }
   return [stable, unstable];
 }

@@ -58,8 +58,6 @@ export class SteadyStates implements View {
         pen.rule("across", wanted, "torque", 1.2, [4, 4]);
       } else {
         pen.rule("up", 100 * control.creepage, "torque", 1.2, [4, 4]);
-        pen.words("reference", pen.width - 6, pen.up(100 * control.creepage) - 10, "torque",
-          "right");
       }
       pen.line(trail(run.history, "drive_torque", "creepage", run.time - 6 * span, 1e-3, 100,
         100 * LEAST), "trail", 1.6);
@@ -75,6 +73,9 @@ export class SteadyStates implements View {
           pen.label("return", 1e-3 * fold.return_torque, 100 * fold.return_creepage, -9, -4, "ink",
             "right");
         }
+      }
+      if (control.mode === "creep") {
+        pen.words("reference", 6, pen.up(100 * control.creepage) - 10, "torque", "left", true);
       }
       pen.wheel(acting, 100 * Math.max(run.creepage, LEAST), "ink",
         `${digits(acting)} kN m, ${percent(run.creepage)}`);
