@@ -113,7 +113,7 @@ export class App {
 
   kick(): void {
     this.run.kick(this.kickSize);
-    this.stale = true;
+    this.lookAgain();
   }
 
   tell(story: Story): void {
@@ -145,7 +145,14 @@ export class App {
   play(playing: boolean): void {
     if (playing && this.run.stopped !== null) this.restart();
     this.playing = playing;
+    this.lookAgain();
     this.stage.changed();
+  }
+
+  /** Let the next frame show all numbers as they are then: while it stands still none follows. */
+  private lookAgain(): void {
+    this.stale = true;
+    this.looked = this.lookedSeldom = -Infinity;
   }
 
   repaint(): void {
@@ -162,6 +169,7 @@ export class App {
     for (const event of events) this.report(event);
     if (this.run.stopped !== null && this.playing) {
       this.playing = false;
+      this.lookAgain();
       this.stage.toast(this.run.stopped);
       this.stage.changed();
     }
@@ -194,7 +202,7 @@ export class App {
       run.watch(this.shown.fold?.creepage ?? null);
       for (const view of stage.views) view.show(this.shown);
       this.dirty = false;
-      this.looked = this.lookedSeldom = 0;
+      this.looked = this.lookedSeldom = -Infinity;
     }
     const often = now - this.looked > OFTEN;
     if (often) {

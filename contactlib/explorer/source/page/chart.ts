@@ -265,7 +265,7 @@ export class Chart {
       height: 200,
       legend: { show: false },
       cursor: { show: false },
-      padding: [8, 10, 0, 0],
+      padding: [8, 16, 0, 0],
       pxAlign: 0,
       scales: {
         x: { time: false, auto: false, range: asGiven, distr: x.log ? 3 : 1, ori: turned ? 1 : 0 },
@@ -277,7 +277,7 @@ export class Chart {
         width: curve.width ?? 2.5,
         points: { show: false },
         spanGaps: false,
-        ...(curve.dash ? { dash: curve.dash } : {}),
+        ...(curve.dash ? { dash: curve.dash.map((v) => v * devicePixelRatio) } : {}),
         ...(curve.fill ? { fill: () => colour(curve.fill as Colour) } : {}),
       }))],
     };
@@ -296,7 +296,7 @@ export class Chart {
       labelGap: upright ? 2 : 0,
       size: axis.size ?? (upright ? 46 : 24),
       gap: 4,
-      space: axis.space ?? (upright ? 34 : 52),
+      space: axis.space ?? (upright ? 26 : 52),
       stroke: () => colour("soft"),
       grid: { stroke: () => colour("faint"), width: 1 },
       ticks: { stroke: () => colour("line"), width: 1, size: 4 },

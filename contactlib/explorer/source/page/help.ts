@@ -1,5 +1,7 @@
 /* The help: what the charts show, and the keys. */
 
+import { pageData } from "../files/page_data";
+
 const TEXTS = [
   "Creepage is how much faster the wheel turns than it rolls. The contact gives a force that rises " +
     "with it, peaks and falls. Where the curve is solid a constant torque holds the wheel; where it is " +
@@ -20,6 +22,19 @@ const KEYS: [string, string][] = [
   ["?", "this help"],
 ];
 
+/** The licences that the build put into the page, of what its script contains. */
+function licences(): HTMLElement {
+  const all = document.createElement("details"), title = document.createElement("summary");
+  title.textContent = "Licences of what is inside";
+  all.append(title);
+  for (const [name, text] of Object.entries(pageData("licences") as Record<string, string>)) {
+    const licence = document.createElement("pre");
+    licence.textContent = `${name}\n\n${text}`;
+    all.append(licence);
+  }
+  return all;
+}
+
 export function fillHelp(place: HTMLElement): void {
   const texts = TEXTS.map((text) => {
     const paragraph = document.createElement("p");
@@ -33,5 +48,5 @@ export function fillHelp(place: HTMLElement): void {
     item.append(cap, ` ${text}`);
     keys.append(item);
   }
-  place.append(...texts, keys);
+  place.append(...texts, keys, licences());
 }

@@ -74,7 +74,9 @@ export class TimeHistory implements View {
       if (shown.fold !== null) {
         const at = 1e-3 * shown.fold.drive_torque;
         pen.rule("up", at, "line", 1.2, [4, 4]);
-        pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) - 9, "soft", "right");
+        const above = pen.width > 330;
+        pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) + (above ? -9 : 9), "soft",
+          "right");
       }
       pen.words("drive", 6, 10, "torque", "left", true);
       pen.words("needed to keep \u03b6", 46, 10, "soft", "left", true);

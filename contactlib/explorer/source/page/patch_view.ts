@@ -45,11 +45,11 @@ export class PatchView implements View {
       ({ strips, eta } = ellipsePatch(kernel, x, k, STRIPS, POINTS));
     }
     const middle = strips[strips.length >> 1] as LinePatch;
-    this.profile(middle, plant.vehicle.contact === "elliptic");
+    this.profile(middle);
     this.fromAbove(strips, eta, shown, middle.stick_boundary);
   }
 
-  private profile({ position, shear_traction, stick_boundary }: LinePatch, along: boolean): void {
+  private profile({ position, shear_traction, stick_boundary }: LinePatch): void {
     const slip: (number | null)[] = [], stick: (number | null)[] = [];
     for (let i = 0; i < position.length; i++) {
       const q = Math.min(shear_traction[i] as number, MOST), at = position[i] as number;
@@ -60,14 +60,13 @@ export class PatchView implements View {
     this.chart.draw((pen) => {
       if (stick_boundary < 0.999) {
         pen.rule("across", stick_boundary, "ink", 1.2, [3, 3]);
-        pen.words("sticks", Math.max(pen.across(stick_boundary) + 6,
+        if (stick_boundary < 0.8) pen.words("sticks", Math.max(pen.across(stick_boundary) + 6,
           pen.across(0.5 * (stick_boundary + 1)) - 16), 10, "stable", "left", true);
         pen.words("slips", Math.min(pen.across(stick_boundary) - 6,
           pen.across(0.5 * (stick_boundary - 1)) + 16), 10, "unstable", "right", true);
       } else {
         pen.words("slips everywhere", 0.5 * pen.width, 10, "unstable", "center", true);
       }
-      if (along) pen.words("in the middle of the ellipse", 5, pen.height - 10, "soft");
     });
   }
 
@@ -86,17 +85,26 @@ export class PatchView implements View {
     const box = this.chart.plot.over, left = box.offsetLeft;
     const across = (xi: number): number => left + ((xi + 1.08) / 2.16) * box.clientWidth;
     const room = height - 22, half = 0.5 * room, line = eta.length === 1;
+    c.save();
+    c.beginPath();
+    if (line) c.rect(across(-1), 0, across(1) - across(-1), room);
+    else c.ellipse(across(0), half, across(1) - across(0), half, 0, 0, 2 * Math.PI);
+    c.clip();
     for (let s = 0; s < strips.length; s++) {
       const strip = strips[s] as LinePatch;
       const low = line ? -1 : this.edge(eta, s, -1), high = line ? 1 : this.edge(eta, s, 1);
       const y = half - half * high, tall = half * (high - low) + 0.7;
       const { position, shear_traction: traction } = strip;
-      for (let i = 0; i + 1 < position.length; i++) {
-        const from = across(position[i] as number), to = across(position[i + 1] as number);
+      const last = position.length - 2;
+      for (let i = 0; i <= last; i++) {
+        // A strip's ends reach beyond the ellipse, which cuts them to its own shape.
+        const from = i === 0 && !line ? 0 : across(position[i] as number);
+        const to = i === last && !line ? width : across(position[i + 1] as number);
         c.fillStyle = viridis(Math.min(0.5 * ((traction[i] as number) + (traction[i + 1] as number)) / MOST, 1));
         c.fillRect(from, y, to - from + 0.7, tall);
       }
     }
+    c.restore();
     this.boundary(c, strips, eta, across, half, boundary);
     const { semi_width: a, peak_pressure: p0 } = plant.vehicle;
     const b = (3 * plant.normalLoad) / (2 * Math.PI * a * p0);
@@ -113,7 +121,7 @@ export class PatchView implements View {
   /** Side of a strip, half way to the next one. */
   private edge(eta: Float64Array, s: number, way: 1 | -1): number {
     const here = eta[s] as number, next = eta[s + way];
-    return next === undefined ? here : 0.5 * (here + next);
+    return next === undefined ? way : 0.5 * (here + next);
   }
 
   private boundary(c: CanvasRenderingContext2D, strips: LinePatch[], eta: Float64Array,

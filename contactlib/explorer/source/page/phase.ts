@@ -73,8 +73,9 @@ export class PhasePortrait implements View {
     for (const state of rests) {
       if (state.creepage > shown.far) continue;
       pen.dot(100 * state.creepage, 0, state.stable ? "stable" : "unstable", !state.stable);
-      pen.label(`${state.stable ? "grip" : "border"} ${percent(state.creepage)}`,
-        100 * state.creepage, 0, 0, 20, "ink", "center");
+      const [name, dx, align] = state.stable
+        ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
+      pen.label(`${name} ${percent(state.creepage)}`, 100 * state.creepage, 0, dx, 20, "ink", align);
     }
   }
 }

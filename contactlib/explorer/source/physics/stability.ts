@@ -85,10 +85,11 @@ export interface SCurve {
 
 const NEAR_POINTS = 220;
 const FAR_POINTS = 180;
+const BEYOND = 1.15; // of the fold's torque: where a wheel goes that is driven beyond it
 
 /**
- * The curve from zero through the fold and along the return branch until the torque is as high
- * again; a hundred times zeta0 if there is no return branch.
+ * The curve from zero through the fold and along the return branch until the torque is higher than
+ * at the fold; a hundred times zeta0 if there is no return branch.
  */
 export function sCurve(plant: Plant, speed: number, friction = 1): SCurve {
   const curve = torqueCurve(plant, speed, friction);
@@ -116,7 +117,7 @@ export function sCurve(plant: Plant, speed: number, friction = 1): SCurve {
 function endOf(curve: TorqueCurve, fold: Fold | null, scale: number): number {
   if (fold === null) return 100 * scale;
   if (fold.return_creepage === Infinity) return Math.max(100 * scale, 10 * fold.creepage);
-  const again = statesOf(curve, fold.drive_torque).find(
+  const again = statesOf(curve, BEYOND * fold.drive_torque).find(
     (state) => state.creepage > fold.return_creepage,
   );
   return again?.creepage ?? Math.max(100 * scale, 10 * fold.return_creepage);
