@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from explorer_page import ExplorerPage, open_page
+from explorer_page import ExplorerPage, explorer_page
 from numpy.testing import assert_allclose
 
 import contactlib as cl
 from contactlib.parameters import FloatArray
 
-CREEPAGES = np.geomspace(1e-3, 20.0, 25)
+CREEPAGES = np.geomspace(1e-3, 20.0, 16)
 K_HATS = (0.0, 0.02, 0.3, 1.0, 2.0)
 STRIPS, POINTS = 31, 40
 
@@ -26,8 +26,10 @@ PATCHES = """async ({ contact, creepages, kHat, strips, points }) => {
     boundary: found.stick_boundary,
   });
   return creepages.map((x) => {
-    if (contact === "line") return { eta: [0], strips: [plain(patch.linePatch(kernel, x, kHat, points))] };
-    const found = patch.ellipsePatch(kernel, x, kHat, strips, points);
+    const line = contact === "line";
+    const found = line
+      ? { eta: [0], strips: [patch.linePatch(kernel, x, kHat, points)] }
+      : patch.ellipsePatch(kernel, x, kHat, strips, points);
     return { eta: [...found.eta], strips: found.strips.map(plain) };
   });
 }"""
@@ -35,7 +37,7 @@ PATCHES = """async ({ contact, creepages, kHat, strips, points }) => {
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[ExplorerPage]:
-    with open_page() as page:
+    with explorer_page() as page:
         yield page
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
-from explorer_page import ExplorerPage, open_page
+from explorer_page import ExplorerPage, explorer_page
 from explorer_vehicle import vehicle_of
 from numpy.testing import assert_allclose
 
@@ -32,6 +34,7 @@ DRIVE = """async ({ vehicle, load, speed, control, fold, interval, steps }) => {
   const stored = run.drivetrain.output().stored_energy;
   for (const [name, ...values] of steps) {
     if (name === "control") Object.assign(run.control, values[0]);
+    else if (name === "recordInterval") run.recordInterval = values[0];
     else run[name](...values);
   }
   const rows = Object.entries(run.history.window());
@@ -47,7 +50,8 @@ DRIVE = """async ({ vehicle, load, speed, control, fold, interval, steps }) => {
 }"""
 
 
-class Driven(NamedTuple):
+@dataclass(frozen=True)
+class Driven:
     """A run of the page."""
 
     rows: dict[str, FloatArray]
@@ -58,7 +62,7 @@ class Driven(NamedTuple):
     patch: dict[str, float] | None
     sample: float
 
-    def __getitem__(self, name: Any) -> Any:
+    def __getitem__(self, name: str) -> FloatArray:
         return self.rows[name]
 
     @property
@@ -71,7 +75,7 @@ class Driven(NamedTuple):
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[ExplorerPage]:
-    with open_page() as page:
+    with explorer_page() as page:
         yield page
 
 
@@ -110,8 +114,8 @@ def test_a_slow_ramp_runs_away_where_python_s_does(
 ) -> None:
     wheelset = request.getfixturevalue(model).wheelset
     fold = fold_of(wheelset)
-    first, last, rate = 0.98 * fold.drive_torque, 1.01 * fold.drive_torque, 100.0
-    duration = (last - first) / rate
+    first, rate, duration = 0.99 * fold.drive_torque, 200.0, 2.5
+    last = first + rate * duration
     control = {"drive_torque": first, "torque_rate": rate}
     run = drive(
         page,
@@ -125,8 +129,6 @@ def test_a_slow_ramp_runs_away_where_python_s_does(
         wheelset,
         cl.TorqueControl(cl.Profile((0.0, duration), (first, last))),
         initial_speed=SPEED,
-        tolerance=1e-10,
-        output_interval=2e-3,
     )
     assert run.names == ["peak_passed", "slip_away"]
     passed, away = run.first("peak_passed"), run.first("slip_away")
@@ -165,7 +167,7 @@ def test_creep_control_leads_onto_the_falling_branch_as_python_s_does(
         ["advance", path.at[-1]],
         ["advance", 2.0],
     )
-    control = cl.CreepControl(path, torque_min=0.0, torque_max=40e3, **gains)
+    control = cl.CreepControl(reference=path, torque_min=0.0, torque_max=40e3, **gains)
     other = cl.simulate(
         wheelset, control, initial_speed=SPEED, duration=path.at[-1], output_interval=2e-3
     )
@@ -179,28 +181,26 @@ def test_creep_control_leads_onto_the_falling_branch_as_python_s_does(
     assert run["drive_torque"][-1] == pytest.approx(steady.drive_torque, rel=1e-4)
 
 
-@pytest.mark.parametrize("samples", [0, 10, 30])
+@pytest.mark.parametrize("samples", [0, 30])
 def test_a_gain_holds_within_its_window_and_loses_outside(
     page: ExplorerPage, rig: cl.Model, samples: int
 ) -> None:
     wheelset, delay = rig.wheelset, samples * SAMPLE
     plant = stability.reduced_plant(wheelset, FALLING, speed=SPEED)
-    window = stability.proportional_window(
-        plant.pole, plant.gain, delay=delay, sample_time=SAMPLE
-    )
+    window = stability.proportional_window(plant.pole, plant.gain, delay=delay, sample_time=SAMPLE)
     assert plant.pole > 20.0
     assert plant.pole * delay < 0.5
     kick = 1e-4 * FALLING
 
     def deviation(gain: float) -> FloatArray:
         given = {"creepage": FALLING, "proportional_gain": gain, "delay": delay}
-        run = drive(page, wheelset, HOLDING | given, ["kick", kick], ["advance", 1.5])
+        run = drive(page, wheelset, HOLDING | given, ["kick", kick], ["advance", 1.2])
         assert run.sample == SAMPLE
         return np.abs(run["creepage"] - FALLING)
 
     for inside, outside in (
-        (1.05 * window.lowest, 0.95 * window.lowest),
-        (0.95 * window.highest, 1.05 * window.highest),
+        (1.06 * window.lowest, 0.94 * window.lowest),
+        (0.94 * window.highest, 1.06 * window.highest),
     ):
         assert deviation(inside)[-50:].max() < 0.5 * kick
         assert deviation(outside).max() > 5.0 * kick
@@ -210,7 +210,7 @@ def test_no_gain_holds_beyond_the_longest_delay(page: ExplorerPage, rig: cl.Mode
     wheelset = rig.wheelset
     plant = stability.reduced_plant(wheelset, FALLING, speed=SPEED)
     held = {"creepage": FALLING, "delay": 0.3 / plant.pole}
-    for factor in (1.2, 1.5, 2.0, 3.0):
+    for factor in (1.3, 2.0):
         gain = factor * plant.pole / plant.gain
         window = stability.proportional_window(
             plant.pole, plant.gain, delay=held["delay"], sample_time=SAMPLE
@@ -221,15 +221,15 @@ def test_no_gain_holds_beyond_the_longest_delay(page: ExplorerPage, rig: cl.Mode
             wheelset,
             HOLDING | held | {"proportional_gain": gain},
             ["kick", 1e-4 * FALLING],
-            ["advance", 1.0],
+            ["advance", 0.6],
             ["control", longer],
             ["kick", 1e-4 * FALLING],
-            ["advance", 2.0],
+            ["advance", 1.0],
         )
         off = np.abs(run["creepage"] / FALLING - 1.0)
-        if window.lowest * 1.1 < gain < window.highest / 1.1:
-            assert off[(run["time"] > 0.9) & (run["time"] < 1.0)].max() < 1e-4
-        assert off[run["time"] > 1.0].max() > 0.05
+        assert window.lowest * 1.1 < gain < window.highest / 1.1
+        assert off[(run["time"] > 0.5) & (run["time"] < 0.6)].max() < 1e-4
+        assert off[run["time"] > 0.6].max() > 0.05
 
 
 def test_without_an_integral_the_torque_is_the_steady_one_and_the_gain_s(
@@ -237,7 +237,9 @@ def test_without_an_integral_the_torque_is_the_steady_one_and_the_gain_s(
 ) -> None:
     gain, kick = 1e6, 1e-3
     given = {"creepage": FALLING, "proportional_gain": gain}
-    run = drive(page, rig.wheelset, HOLDING | given, ["kick", kick], ["advance", SAMPLE])
+    run = drive(
+        page, rig.wheelset, HOLDING | given, ["kick", kick], ["advance", SAMPLE], interval=SAMPLE
+    )
     steady = rig.wheelset.balanced(creepage=FALLING, speed=SPEED).drive_torque
     assert run["drive_torque"][0] == pytest.approx(steady, rel=1e-12)
     assert run["drive_torque"][-1] == pytest.approx(steady - gain * kick, rel=1e-12)
@@ -260,7 +262,7 @@ def test_a_patch_is_survived_up_to_the_clearing_time(
             wheelset,
             {"drive_torque": torque},
             ["layPatch", 0.5, length, 0.05],
-            ["advance", 1.0],
+            ["advance", 3.0],
             fold=fold.creepage,
         )
 
@@ -281,9 +283,7 @@ def test_a_patch_is_survived_up_to_the_clearing_time(
 
 
 @pytest.mark.parametrize("model", ["rig", "locomotive"])
-def test_no_work_is_lost(
-    page: ExplorerPage, model: str, request: pytest.FixtureRequest
-) -> None:
+def test_no_work_is_lost(page: ExplorerPage, model: str, request: pytest.FixtureRequest) -> None:
     wheelset = request.getfixturevalue(model).wheelset
     torque = 0.95 * fold_of(wheelset).drive_torque
     run = drive(
@@ -366,19 +366,29 @@ def test_a_change_of_mode_is_no_kick(
         rig.wheelset,
         {"drive_torque": 0.999 * fold.drive_torque, "torque_rate": 1e3},
         ["control", {"drive_torque": 1.01 * fold.drive_torque}],
-        ["advance", 0.5],
+        ["advance", 0.239],
+        ["recordInterval", SAMPLE],
+        ["advance", 0.001],
         ["control", creep],
-        ["advance", 3.0],
+        ["advance", 0.01],
+        ["recordInterval", 2e-3],
+        ["advance", 3.74],
+        ["recordInterval", SAMPLE],
+        ["advance", 0.01],
         ["control", {"mode": "torque", "drive_torque": 0.8 * fold.drive_torque}],
-        ["advance", 1.0],
-        interval=SAMPLE,
+        ["advance", 0.01],
+        ["recordInterval", 2e-3],
+        ["advance", 2.0],
         fold=fold.creepage,
     )
-    jumps = np.abs(np.diff(run["drive_torque"]))
-    held = (run["time"] > 0.45) & (run["time"] < 3.4)
-    assert run["creepage"][run["time"] < 0.5][-1] > 1.02 * fold.creepage
-    assert run["creepage"][held][-1] == pytest.approx(0.02, rel=1e-3)
-    assert jumps.max() < 2e-3 * fold.drive_torque
+    torque = run["drive_torque"]
+    for when in (0.24, 4.0):
+        at = int(np.searchsorted(run["time"], when - 1e-9))
+        assert run["time"][at + 1] - run["time"][at] == pytest.approx(SAMPLE)
+        most = 1e3 * SAMPLE if when > 1.0 else 0.0  # of a ramp in one sample
+        assert abs(torque[at + 1] - torque[at]) <= most + 1e-6
+        assert run["creepage"][at] > 1.02 * fold.creepage
+    assert run["creepage"][at] == pytest.approx(0.02, rel=1e-3)
     assert run.names == ["peak_passed", "returned"]
 
 
@@ -435,8 +445,6 @@ def test_it_stops_where_it_makes_no_sense(
     changes: dict[str, float],
     said: str,
 ) -> None:
-    import re
-
     run = drive(page, rig.wheelset, control, *steps, ["advance", 1.0], **changes)
     assert run.stopped is not None
     assert re.fullmatch(said, run.stopped)

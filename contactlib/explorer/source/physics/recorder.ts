@@ -25,7 +25,7 @@ export class Recorder {
   interval = 2e-3; // simulated time between rows [s]
   private now = emptySlot();
   private before = emptySlot();
-  private due = 0; // time of the next row [s]
+  private last = -Infinity; // time of the last row that was kept [s]
 
   constructor(
     rows: number,
@@ -46,7 +46,7 @@ export class Recorder {
   /** Forget all. */
   clear(): void {
     this.history.clear();
-    this.due = 0;
+    this.last = -Infinity;
     this.now.kept = this.before.kept = true;
   }
 
@@ -60,7 +60,7 @@ export class Recorder {
 
   /** Keep the row of now if it is due within a time [s]. */
   keepIfDue(slack: number): void {
-    if (this.moment.time >= this.due - slack) this.keep(this.now);
+    if (this.moment.time - this.last >= this.interval - slack) this.keep(this.now);
   }
 
   /** Keep the rows of now and of the moment before: what lies between is a jump to be seen. */
@@ -73,7 +73,7 @@ export class Recorder {
     if (slot.kept) return;
     this.history.append((slot.row ??= this.evaluate(slot.moment)));
     slot.kept = true;
-    this.due = slot.moment.time + this.interval;
+    this.last = slot.moment.time;
   }
 }
 

@@ -50,7 +50,8 @@ export class Run {
 
   /**
    * Begin anew at a speed [m/s] under a load [N]: at the stable steady state of least creepage
-   * under the torque asked for, or at the creepage asked for in creep mode.
+   * under the torque asked for, or rolling if that is less than rolling takes; in creep mode at the
+   * creepage asked for.
    */
   start(vehicle: Vehicle, normalLoad: number, speed: number): void {
     const { control, motion } = this;
@@ -206,8 +207,10 @@ export class Run {
   }
 
   private stableCreepage(speed: number): number {
+    const { plant } = this.motion;
     const torque = this.control.drive_torque;
-    const states = steadyStates(this.motion.plant, torque, speed);
+    if (torque <= plant.torque(0, speed)) return 0; // less than rolling takes
+    const states = steadyStates(plant, torque, speed);
     const state = states.find(({ stable }) => stable);
     if (state !== undefined) return state.creepage;
     throw new RangeError(
