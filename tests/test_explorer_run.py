@@ -392,26 +392,15 @@ def test_a_change_of_mode_is_no_kick(
     assert run.names == ["peak_passed", "returned"]
 
 
-def test_a_caught_wheel_is_brought_back_within_the_limits(
-    page: ExplorerPage, rig: cl.Model
-) -> None:
-    """From a wheel that races, over a time at the lower limit: the integral does not wind up."""
-    gains = {"proportional_gain": 1e6, "integral_gain": 4e6, "creepage": 0.02, "torque_max": 3e4}
-    run = drive(
-        page,
-        rig.wheelset,
-        {"drive_torque": 28e3, "torque_rate": 1e6},
-        ["advance", 2.0],
-        ["control", {"mode": "creep"} | gains],
-        ["control", {"delay": 2e-3}],
-        ["kick", 0.5],
-        ["advance", 10.0],
-        fold=None,
-    )
-    assert run["creepage"].max() > 3.0
-    assert run["drive_torque"].min() >= 0.0
+def test_the_integral_does_not_wind_up_at_a_limit(page: ExplorerPage, rig: cl.Model) -> None:
+    """A kick far out: the torque is zero on all the way back, and right again soon after."""
+    gains = {"proportional_gain": 1e6, "integral_gain": 4e6, "creepage": 0.02}
+    run = drive(page, rig.wheelset, HOLDING | gains, ["kick", 1.0], ["advance", 4.0])
+    idle = run["drive_torque"] == 0.0
+    assert np.sum(idle) > 50
+    assert run["creepage"].max() == pytest.approx(1.02)
     assert run["creepage"].min() > 0.01
-    assert run["creepage"][-1] == pytest.approx(0.02, rel=1e-4)
+    assert run["creepage"][-1] == pytest.approx(0.02, rel=1e-3)
 
 
 @pytest.mark.parametrize(
