@@ -27,13 +27,14 @@ export type SteadyTorque = (creepage: number) => number;
 /** What sets the drive torque, sample by sample.
  *
  * Creep control is T = T0 + Kp e, e = zeta_ref - zeta, with the measured zeta `delay` old, held
- * within its limits. With integral gain T0 is the integral of Ki e, as in `contactlib.CreepControl`,
- * but that it stops where it would lead further beyond a limit. Without, T0 is the quasi-steady
- * torque of the reference. The reference moves towards what is asked for by at most one saturation
- * creepage in a second, or by itself if that is more: a step of a slider is no kick.
+ * within its limits. With integral gain T0 is the integral of Ki e, as in
+ * `contactlib.CreepControl`, but that it stops where it would lead further beyond a limit. Without,
+ * T0 is the quasi-steady torque of the reference. The reference moves towards what is asked for by
+ * at most one saturation creepage in a second, or by itself if that is more: a step of a slider is
+ * no kick.
  *
- * No change of mode makes the torque jump: the reference starts from the creepage that is there, and
- * T0 from the torque; what it has more than it should then dies away in `HANDOVER`.
+ * No change of mode makes the torque jump: the reference starts from the creepage that is there,
+ * and T0 from the torque; what it has more than it should then dies away in `HANDOVER`.
  */
 export class TorqueSource {
   torque = 0; // now [N.m]

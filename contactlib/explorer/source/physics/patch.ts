@@ -2,12 +2,12 @@
  *
  * Source: Ciavarella, Romano & Barber, "Rolling of a cylinder with slip-dependent friction: the
  * Carter solution revisited". The kernel solves for the law's parameter t; lengths from the edges
- * and from the stick boundary are made of m = t^4/(1 + t^4) and s = 1 - m, so nothing here subtracts
- * nearly equal numbers.
+ * and from the stick boundary are made of m = t^4/(1 + t^4) and s = 1 - m, so nothing here
+ * subtracts nearly equal numbers.
  */
 import type { Kernel } from "../kernel/kernel";
 
-/** Traction along a line contact or a strip of an ellipse, from the trailing to the leading edge. */
+/** Traction along a line contact or a strip of an ellipse, from trailing to leading edge. */
 export interface LinePatch {
   position: Float64Array; // x/a [1], the leading edge of a line contact being +1
   shear_traction: Float64Array; // over f_d p0 [1]
