@@ -14,6 +14,8 @@ from explorer_vehicle import random_wheelset, vehicle_of
 import contactlib as cl
 from contactlib.element import friction_with_k_hat, saturation_creepage
 from contactlib.stability import (
+    Clearing,
+    Fold,
     clearing,
     creep_control_gain,
     creepage_pole,
@@ -44,7 +46,7 @@ class Place(NamedTuple):
     friction: float = 1.0
 
     @property
-    def inputs(self) -> dict[str, float]:
+    def inputs(self) -> dict[str, Any]:
         return {
             "speed": self.speed,
             "normal_load": self.load,
@@ -68,7 +70,7 @@ def places() -> list[Place]:
     """Any wheelsets, low loads and fast trains among them."""
     rng = np.random.default_rng(20)
     found = []
-    for _ in range(80):
+    for _ in range(60):
         wheelset = random_wheelset(rng)
         load = wheelset.element.contact.normal_load * 10.0 ** rng.uniform(-1.5, 0.3)
         speed = 10.0 ** rng.uniform(-0.5, 1.8)
@@ -77,15 +79,17 @@ def places() -> list[Place]:
 
 
 @pytest.fixture(scope="module")
-def folds(places: list[Place]) -> list[Any]:
-    """Python's folds there; None where it finds none."""
-    found: list[Any] = []
-    for place in places:
-        try:
-            found.append(find_fold(place.wheelset, **place.inputs))
-        except ValueError:
-            found.append(None)
-    return found
+def folds(places: list[Place]) -> list[Fold | None]:
+    """Python's folds there."""
+    return [fold_of(place) for place in places]
+
+
+def fold_of(place: Place) -> Fold | None:
+    """Python's fold; None where it finds none."""
+    try:
+        return find_fold(place.wheelset, **place.inputs)
+    except ValueError:
+        return None
 
 
 def say(
@@ -163,7 +167,7 @@ def test_torque_slope_pole_and_gain(page: ExplorerPage, places: list[Place]) -> 
 
 
 def test_folds_are_those_of_python(
-    page: ExplorerPage, places: list[Place], folds: list[Any]
+    page: ExplorerPage, places: list[Place], folds: list[Fold | None]
 ) -> None:
     found = say(
         page,
@@ -173,7 +177,7 @@ def test_folds_are_those_of_python(
     plateaus = 0
     for at, expected, its in zip(places, folds, found, strict=True):
         assert (its is None) == (expected is None)
-        if its is None:
+        if expected is None:
             continue
         # A curve held flat at static friction turns where that begins. Python says the next node
         # of its grid, of which 571 make a decade.
@@ -243,13 +247,14 @@ def test_carter_without_damping_has_a_plateau(page: ExplorerPage, rig: cl.Model)
     assert fold["return_creepage"] == math.inf
 
 
-def test_s_curve(page: ExplorerPage, places: list[Place], folds: list[Any]) -> None:
+def test_s_curve(page: ExplorerPage, places: list[Place]) -> None:
     found = say(
         page,
         places[:30],
         """(plant, at, { stability }) => {
           const { fold, states } = stability.sCurve(plant, at.speed, at.friction);
-          return { fold, rows: ["creepage", "drive_torque", "pole"].map((key) => [...states[key]]) };
+          const keys = ["creepage", "drive_torque", "pole"];
+          return { fold, rows: keys.map((key) => [...states[key]]) };
         }""",
     )
     closed = 0
@@ -273,8 +278,8 @@ def test_s_curve(page: ExplorerPage, places: list[Place], folds: list[Any]) -> N
     assert closed > 3
 
 
-def test_steady_states(page: ExplorerPage, places: list[Place], folds: list[Any]) -> None:
-    chosen = [(at, fold) for at, fold in zip(places, folds, strict=True) if fold][:30]
+def test_steady_states(page: ExplorerPage, places: list[Place], folds: list[Fold | None]) -> None:
+    chosen = [(at, fold) for at, fold in zip(places, folds, strict=True) if fold][:20]
     shares = (-0.5, 0.3, 0.97, 1.02)  # of the way from the return's torque to the fold's
     wanted = [
         [fold.return_torque + share * (fold.drive_torque - fold.return_torque) for share in shares]
@@ -327,8 +332,21 @@ CLEARING = """(plant, at, { clearing }) =>
   clearing.clearing(plant, at.torque, at.speed, at.patch)"""
 
 
-def compare_clearing(page: ExplorerPage, asked: list[tuple[Place, float, float]]) -> list[float]:
-    """Relative deviations of the finite times from Python's."""
+Patch = tuple[Place, float, float]  # where, drive torque, friction on the patch
+
+
+def python_clearing(at: Place, torque: float, patch: float) -> Clearing:
+    return clearing(
+        at.wheelset,
+        drive_torque=torque,
+        speed=at.speed,
+        normal_load=at.load,
+        friction_scale=patch,
+    )
+
+
+def deviations_of(page: ExplorerPage, asked: list[Patch], known: list[Clearing]) -> list[float]:
+    """Relative deviations of the finite clearing times from Python's."""
     found = say(
         page,
         [at for at, _, _ in asked],
@@ -336,14 +354,7 @@ def compare_clearing(page: ExplorerPage, asked: list[tuple[Place, float, float]]
         [{"torque": torque, "patch": patch} for _, torque, patch in asked],
     )
     deviations = []
-    for (at, torque, patch), its in zip(asked, found, strict=True):
-        expected = clearing(
-            at.wheelset,
-            drive_torque=torque,
-            speed=at.speed,
-            normal_load=at.load,
-            friction_scale=patch,
-        )
+    for its, expected in zip(found, known, strict=True):
         assert its["start"] == pytest.approx(expected.border.creepage, rel=1e-9)
         assert math.isfinite(its["time"]) == math.isfinite(expected.time)
         if math.isfinite(expected.time):
@@ -358,29 +369,55 @@ def test_clearing_of_a_held_speed(page: ExplorerPage, rig: cl.Model, places: lis
     asked = [(Place(rig.wheelset, 10.0, 220.65e3), 0.9 * 27313.54, m) for m in (0.5, 0.95, 1.0)]
     for at in places:
         good = at._replace(friction=1.0)
-        if not at.wheelset.speed_held:
+        fold = fold_of(good)
+        if fold is None or not at.wheelset.speed_held:
             continue
-        fold = find_fold(at.wheelset, **good.inputs)
         share = rng.uniform(-0.1, 0.98)  # of the way from the return's torque to the fold's
         torque = fold.return_torque + share * (fold.drive_torque - fold.return_torque)
         asked.append((good, float(torque), float(rng.uniform(0.3, 0.95))))
-    deviations = compare_clearing(page, asked)
-    assert len(deviations) > 20
+    deviations = deviations_of(page, asked, [python_clearing(*case) for case in asked])
+    assert len(deviations) > 12
     assert max(deviations) < 1e-6
     assert len(asked) - len(deviations) > 2  # survived at any length
 
 
 def test_clearing_of_a_free_speed(page: ExplorerPage, locomotive: cl.Model) -> None:
     asked = [
-        (Place(locomotive.wheelset, speed, load), share * torque * load / 220.65e3, patch)
-        for speed, torque in ((3.0, 26.5e3), (10.0, 26.5e3), (30.0, 26.5e3))
-        for load in (150e3, 220.65e3)
-        for share in (0.91, 0.96)
+        (Place(locomotive.wheelset, speed, load), share * torque * load / 220e3, patch)
+        for speed, torque in ((3.0, 26.5e3), (30.0, 26.5e3))
+        for load in (150e3, 220e3)
+        for share in (0.92, 0.96)
         for patch in (0.4, 0.8)
     ]
-    deviations = compare_clearing(page, asked)
-    assert len(deviations) > 15
+    deviations = deviations_of(page, asked, [python_clearing(*case) for case in asked])
+    assert len(deviations) > 7
     assert max(deviations) < 1e-4
+
+
+def test_clearing_of_light_vehicles(page: ExplorerPage) -> None:
+    """The speed changes while the border is approached: good to half a per cent, as a rule."""
+    rng = np.random.default_rng(8)
+    asked: list[Patch] = []
+    known: list[Clearing] = []
+    while len(asked) < 14:
+        wheelset = random_wheelset(rng)
+        load = wheelset.element.contact.normal_load * float(rng.uniform(0.3, 1.3))
+        at = Place(wheelset, float(10.0 ** rng.uniform(0.5, 1.8)), load)
+        fold = fold_of(at)
+        if fold is None or wheelset.speed_held:
+            continue
+        share = float(rng.uniform(0.2, 0.9))
+        torque = fold.return_torque + share * (fold.drive_torque - fold.return_torque)
+        case = at, torque, float(rng.uniform(0.3, 0.9))
+        try:
+            known.append(python_clearing(*case))
+        except (ValueError, RuntimeError):  # the border is lost as the speed changes
+            continue
+        asked.append(case)
+    deviations = deviations_of(page, asked, known)
+    assert len(deviations) > 7
+    assert float(np.quantile(deviations, 0.9)) < 5e-3
+    assert max(deviations) < 5e-2
 
 
 def test_no_clearing_where_good_friction_does_not_hold(page: ExplorerPage, rig: cl.Model) -> None:

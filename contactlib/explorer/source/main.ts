@@ -7,8 +7,10 @@ import * as settings from "./files/settings";
 import { embeddedKernel } from "./kernel/embedded";
 import { begin } from "./page/begin";
 import * as clearing from "./physics/clearing";
+import * as history from "./physics/history";
 import * as patch from "./physics/patch";
 import * as plant from "./physics/plant";
+import * as roots from "./physics/roots";
 import * as run from "./physics/run";
 import * as stability from "./physics/stability";
 import * as vehicle from "./physics/vehicle";
@@ -18,6 +20,7 @@ const ready = embeddedKernel().then((kernel) => ({ kernel, app: begin(kernel) })
 
 Object.assign(globalThis, {
   contactlib: {
-    ready, clearing, defaults, hertz, modelFile, patch, plant, run, settings, stability, vehicle,
+    ready, clearing, defaults, hertz, history, modelFile, patch, plant, roots, run, settings,
+    stability, vehicle,
   },
 });

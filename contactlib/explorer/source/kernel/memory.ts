@@ -44,18 +44,22 @@ export class Memory {
 
   /** A copy of the struct of doubles at an address. */
   read<T>(address: number, fields: readonly (keyof T & string)[]): T {
-    const doubles = this.at(address, fields.length);
-    return Object.fromEntries(fields.map((name, i) => [name, doubles[i]])) as T;
+    const first = address / Float64Array.BYTES_PER_ELEMENT;
+    const struct: Record<string, number> = {};
+    for (let i = 0; i < fields.length; i++) struct[fields[i]!] = this.doubles[first + i]!;
+    return struct as T;
   }
 
   /** Put a struct of doubles at an address. */
   write<T>(address: number, fields: readonly (keyof T & string)[], struct: T): void {
-    const values = fields.map((name) => struct[name]);
-    const missing = values.findIndex((value) => typeof value !== "number");
-    if (missing >= 0) {
-      throw new Error(`${fields[missing]} = ${String(values[missing])} is not a number`);
+    const first = address / Float64Array.BYTES_PER_ELEMENT;
+    for (let i = 0; i < fields.length; i++) {
+      const value = struct[fields[i]!];
+      if (typeof value !== "number") {
+        throw new Error(`${fields[i]} = ${String(value)} is not a number`);
+      }
+      this.doubles[first + i] = value;
     }
-    this.at(address, fields.length).set(values as number[]);
   }
 
   /** An object whose fields are the doubles at an address, now and later. */

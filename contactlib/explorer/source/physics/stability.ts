@@ -61,7 +61,8 @@ export function steadyStates(
 /** The same on a curve of which the turns are known. */
 export function statesOf(curve: TorqueCurve, driveTorque: number): SteadyState[] {
   const { plant, speed, friction, turns, last } = curve;
-  const excess = (creepage: number): number => plant.torque(creepage, speed, friction) - driveTorque;
+  const excess = (creepage: number): number =>
+    plant.torque(creepage, speed, friction) - driveTorque;
   const found: number[] = [];
   const ends = [0, ...turns.map((turn) => turn.creepage), last];
   const values = ends.map(excess);
@@ -141,7 +142,8 @@ export function creepControlGain(
   const stretch = 1 + creepage;
   const slope = plant.rates(creepage, speed, contact).resistance_slope;
   const growth = slope - forceBySpeed(plant, stretch, contact);
-  const trace = r * fall * (1 + (j * stretch) / (m * r ** 2)) - (speed / r) * (b + (j * growth) / m);
+  const turning = 1 + (j * stretch) / (m * r ** 2);
+  const trace = r * fall * turning - (speed / r) * (b + (j * growth) / m);
   const loss = r * fall * (slope + (b * stretch) / r ** 2) - ((b * speed) / r) * growth;
   if (growth > 0) return Math.max(loss / growth, trace);
   return growth * trace >= loss ? trace : Infinity;
@@ -165,8 +167,8 @@ export interface Window {
 }
 
 /**
- * All gains Kp with which u = -Kp y holds y = g/(s - p) u behind a delay [s], for a pole p [1/s] and
- * a gain g [1/(N.m.s)]. With w of the root on the imaginary axis, atan2(w, p) = w delay and
+ * All gains Kp with which u = -Kp y holds y = g/(s - p) u behind a delay [s], for a pole p [1/s]
+ * and a gain g [1/(N.m.s)]. With w of the root on the imaginary axis, atan2(w, p) = w delay and
  * g Kp = hypot(w, p).
  */
 export function proportionalWindow(pole: number, gain: number, delay: number): Window {
