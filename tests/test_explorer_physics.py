@@ -274,7 +274,7 @@ def test_s_curve(page: ExplorerPage, places: list[Place]) -> None:
         assert fold["drive_torque"] in torque
         if math.isfinite(fold["return_creepage"]):
             assert fold["return_creepage"] in zeta
-            closed += bool(torque[-1] == pytest.approx(fold["drive_torque"], rel=1e-9))
+            closed += bool(torque[-1] == pytest.approx(1.15 * fold["drive_torque"], rel=1e-9))
     assert closed > 3
 
 

@@ -221,6 +221,7 @@ export class App {
     }
     if (now - this.lookedSeldom > SELDOM) {
       this.lookedSeldom = now;
+      for (const view of stage.views) view.place.setAttribute("aria-label", view.describe(moment));
       this.predict();
     }
     this.stale = false;

@@ -149,6 +149,23 @@ export class Pen {
     c.fill();
   }
 
+  /** A handle on a vertical line at its upper end. */
+  handle(value: number, ink: Colour): void {
+    const c = this.context, x = this.across(value), y = 11;
+    c.beginPath();
+    c.roundRect(x - 11, y - 8, 22, 16, 6);
+    c.fillStyle = colour(ink);
+    c.fill();
+    c.fillStyle = colour("card");
+    for (const way of [-1, 1]) {
+      c.beginPath();
+      c.moveTo(x + way * 8, y);
+      c.lineTo(x + way * 3, y - 4);
+      c.lineTo(x + way * 3, y + 4);
+      c.fill();
+    }
+  }
+
   /** Text at numbers of the axes, moved by so many px, kept inside the chart. */
   label(text: string, x: number, y: number, dx: number, dy: number, ink: Colour = "ink",
     align: CanvasTextAlign = "left"): void {
@@ -210,6 +227,7 @@ export class Chart {
     this.over.className = "over";
     this.over.setAttribute("aria-hidden", "true");
     this.plot.over.append(this.over);
+    place.setAttribute("role", "img");
     new ResizeObserver(() => this.fit()).observe(place);
     this.fit();
   }

@@ -3,12 +3,12 @@
 import { Chart } from "./chart";
 import { digits, percent } from "./format";
 import { byStability, type Picture } from "./picture";
-import type { View } from "./view";
+import type { Moment, View } from "./view";
 
 export class CreepCurve implements View {
   private readonly chart: Chart;
 
-  constructor(place: HTMLElement) {
+  constructor(readonly place: HTMLElement) {
     this.chart = new Chart(place, {
       x: { label: "creepage \u03b6  [%]" },
       y: { label: "creep force Q  [kN]", size: 40 },
@@ -34,7 +34,14 @@ export class CreepCurve implements View {
     this.chart.repaint();
   }
 
-  draw({ run, shown, control }: Parameters<View["draw"]>[0]): void {
+  describe({ run, shown }: Moment): string {
+    const most = Math.max(...shown.dry.force);
+    return `Creep force over creepage: it peaks with ${digits(1e-3 * most)} kN at ` +
+      `${percent(shown.peak)}. The wheel is at ${percent(run.creepage)} with ` +
+      `${digits(1e-3 * run.creepForce)} kN.`;
+  }
+
+  draw({ run, shown, control }: Moment): void {
     this.chart.draw((pen) => {
       const { peak, fold } = shown;
       const most = Math.max(...shown.dry.force);

@@ -1,7 +1,7 @@
 /* Time histories: the creepage, and below it the torque and what the contact takes of it. */
 
 import { Chart, type Pen } from "./chart";
-import { digits } from "./format";
+import { digits, percent } from "./format";
 import type { Picture } from "./picture";
 import type { Moment, View } from "./view";
 
@@ -13,7 +13,7 @@ export class TimeHistory implements View {
   private range: [number, number] = [0, 1];
   private top = 0.1;
 
-  constructor(place: HTMLElement) {
+  constructor(readonly place: HTMLElement) {
     const [above, below] = [".creepage", ".torque"].map(
       (name) => place.querySelector<HTMLElement>(name) as HTMLElement);
     const seconds = (v: number): string => `${Number(v.toPrecision(7))}`;
@@ -37,6 +37,12 @@ export class TimeHistory implements View {
   repaint(): void {
     this.creepage.repaint();
     this.torque.repaint();
+  }
+
+  describe({ run, span }: Moment): string {
+    const { creepage } = run.history.window(run.time - span);
+    return `Creepage and torque over the last ${digits(span, 2)} s: the creepage went from ` +
+      `${percent(creepage[0] ?? 0)} to ${percent(run.creepage)}.`;
   }
 
   draw({ run, shown, span }: Moment): void {

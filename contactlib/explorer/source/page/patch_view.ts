@@ -13,8 +13,9 @@ const POINTS = 81, STRIPS = 31;
 
 export class PatchView implements View {
   private readonly chart: Chart;
+  private boundary = 1; // between slip and stick, over the semi-width
 
-  constructor(place: HTMLElement, private readonly above: HTMLCanvasElement) {
+  constructor(readonly place: HTMLElement, private readonly above: HTMLCanvasElement) {
     this.chart = new Chart(place, {
       x: { label: "", hidden: true, size: 6 },
       y: { label: "q / (f_d p\u2080)  [1]", size: 40 },
@@ -33,6 +34,12 @@ export class PatchView implements View {
     this.chart.repaint();
   }
 
+  describe(_moment: Moment): string {
+    const part = 50 * (1 - this.boundary);
+    return part < 0.1 ? "The whole contact slips."
+      : `Shear traction along the contact: ${digits(part, 2)} % of its length stick, at the leading edge.`;
+  }
+
   draw({ run, shown }: Moment): void {
     const { plant } = shown, { kernel } = plant;
     const contact = plant.force(run.creepage, run.speed, run.friction);
@@ -45,8 +52,9 @@ export class PatchView implements View {
       ({ strips, eta } = ellipsePatch(kernel, x, k, STRIPS, POINTS));
     }
     const middle = strips[strips.length >> 1] as LinePatch;
+    this.boundary = middle.stick_boundary;
     this.profile(middle);
-    this.fromAbove(strips, eta, shown, middle.stick_boundary);
+    this.fromAbove(strips, eta, shown);
   }
 
   private profile({ position, shear_traction, stick_boundary }: LinePatch): void {
@@ -70,8 +78,7 @@ export class PatchView implements View {
     });
   }
 
-  private fromAbove(strips: LinePatch[], eta: Float64Array, { plant }: Picture,
-    boundary: number): void {
+  private fromAbove(strips: LinePatch[], eta: Float64Array, { plant }: Picture): void {
     const c = this.above.getContext("2d");
     if (c === null) return;
     const ratio = devicePixelRatio, width = this.above.clientWidth, height = this.above.clientHeight;
@@ -105,7 +112,7 @@ export class PatchView implements View {
       }
     }
     c.restore();
-    this.boundary(c, strips, eta, across, half, boundary);
+    this.drawBoundary(c, strips, eta, across, half);
     const { semi_width: a, peak_pressure: p0 } = plant.vehicle;
     const b = (3 * plant.normalLoad) / (2 * Math.PI * a * p0);
     const size = line ? `2a = ${digits(2e3 * a)} mm` : `2a = ${digits(2e3 * a)} mm, 2b = ${digits(2e3 * b)} mm`;
@@ -124,8 +131,8 @@ export class PatchView implements View {
     return next === undefined ? way : 0.5 * (here + next);
   }
 
-  private boundary(c: CanvasRenderingContext2D, strips: LinePatch[], eta: Float64Array,
-    across: (xi: number) => number, half: number, middle: number): void {
+  private drawBoundary(c: CanvasRenderingContext2D, strips: LinePatch[], eta: Float64Array,
+    across: (xi: number) => number, half: number): void {
     c.strokeStyle = "#ffffff";
     c.lineWidth = 2;
     c.beginPath();
@@ -141,11 +148,11 @@ export class PatchView implements View {
       }
     }
     c.stroke();
-    if (middle >= 0.9) return;
+    if (this.boundary >= 0.9) return;
     c.font = "600 12px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif";
     c.fillStyle = "#ffffff";
     c.textAlign = "center";
     c.textBaseline = "middle";
-    c.fillText("stick", across(0.5 * (middle + 1)), half);
+    c.fillText("stick", across(0.5 * (this.boundary + 1)), half);
   }
 }

@@ -1,7 +1,7 @@
 /* Phase portrait: the rate of the creepage over the creepage, at the present torque and speed. */
 
 import { Chart, type Pen } from "./chart";
-import { percent } from "./format";
+import { digits, percent } from "./format";
 import { type Curves, interpolate, type Picture } from "./picture";
 import { trail } from "./trail";
 import type { Moment, View } from "./view";
@@ -9,7 +9,7 @@ import type { Moment, View } from "./view";
 export class PhasePortrait implements View {
   private readonly chart: Chart;
 
-  constructor(place: HTMLElement) {
+  constructor(readonly place: HTMLElement) {
     this.chart = new Chart(place, {
       x: { label: "creepage \u03b6  [%]" },
       y: { label: "d\u03b6/dt  [%/s]", size: 48 },
@@ -25,6 +25,13 @@ export class PhasePortrait implements View {
 
   repaint(): void {
     this.chart.repaint();
+  }
+
+  describe({ run, rests }: Moment): string {
+    const states = rests.map(({ creepage, stable }) =>
+      `${percent(creepage)}, ${stable ? "stable" : "unstable"}`);
+    return `Rate of the creepage over the creepage. At this torque it rests at: ` +
+      `${states.join("; ") || "none"}. Now it changes by ${digits(100 * run.creepageRate)} % a second.`;
   }
 
   draw(moment: Moment): void {

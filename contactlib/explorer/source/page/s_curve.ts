@@ -14,7 +14,7 @@ export type Dragged = (driveTorque: number, creepage: number) => void;
 export class SteadyStates implements View {
   private readonly chart: Chart;
 
-  constructor(place: HTMLElement, dragged: Dragged) {
+  constructor(readonly place: HTMLElement, dragged: Dragged) {
     this.chart = new Chart(place, {
       turned: true,
       x: { label: "creepage \u03b6  [%]", log: true, size: 46 },
@@ -50,6 +50,13 @@ export class SteadyStates implements View {
     this.chart.repaint();
   }
 
+  describe({ run, shown: { fold } }: Moment): string {
+    const at = `The wheel is at ${digits(1e-3 * run.driveTorque)} kN m and ${percent(run.creepage)}.`;
+    return fold === null ? `Steady creepage over torque, without a fold. ${at}`
+      : `Steady creepage over torque: stable up to the fold at ${digits(1e-3 * fold.drive_torque, 4)} ` +
+        `kN m and ${percent(fold.creepage)}. ${at}`;
+  }
+
   draw({ run, shown, control, span }: Moment): void {
     this.chart.draw((pen) => {
       const { fold } = shown;
@@ -62,6 +69,7 @@ export class SteadyStates implements View {
       pen.line(trail(run.history, "drive_torque", "creepage", run.time - 6 * span, 1e-3, 100,
         100 * LEAST), "trail", 1.6);
       pen.rule("across", acting, "torque", 1.8);
+      if (control.mode === "torque") pen.handle(wanted, "torque");
       if (fold !== null) {
         const zeta = 100 * fold.creepage;
         pen.dot(1e-3 * fold.drive_torque, zeta, "ink", false, 3.5);

@@ -22,4 +22,7 @@ export interface View {
   draw(moment: Moment): void;
   /** Colours have changed. */
   repaint(): void;
+  /** What the chart shows, in words, for who does not see it. */
+  describe(moment: Moment): string;
+  readonly place: HTMLElement;
 }
