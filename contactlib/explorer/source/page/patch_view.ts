@@ -62,7 +62,7 @@ export class PatchView implements View {
     for (let i = 0; i < position.length; i++) {
       const q = Math.min(shear_traction[i] as number, MOST), at = position[i] as number;
       slip.push(at <= stick_boundary ? q : null);
-      stick.push(at >= stick_boundary ? q : null);
+      stick.push(at >= stick_boundary && stick_boundary < 0.999 ? q : null);
     }
     this.chart.show([position, slip, stick], [-1.08, 1.08], [0, MOST]);
     this.chart.draw((pen) => {

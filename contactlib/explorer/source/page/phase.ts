@@ -76,10 +76,11 @@ export class PhasePortrait implements View {
     }
   }
 
-  private rests(pen: Pen, { rests, shown }: Moment): void {
+  private rests(pen: Pen, { run, rests, shown }: Moment): void {
     for (const state of rests) {
       if (state.creepage > shown.far) continue;
       pen.dot(100 * state.creepage, 0, state.stable ? "stable" : "unstable", !state.stable);
+      if (run.creepage > shown.far) continue; // what marks the wheel at the edge needs the room
       const [name, dx, align] = state.stable
         ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
       pen.label(`${name} ${percent(state.creepage)}`, 100 * state.creepage, 0, dx, 20, "ink", align);
