@@ -9,7 +9,8 @@ function cosineIntegral(k: number): number {
   let mean = 1;
   let [p, a, b] = [1, 1, 0];
   let root = k;
-  for (;;) {
+  // The digits double in each step, so these are enough for any k, and end for no number too.
+  for (let step = 0; step < 20; step++) {
     const [previousA, share, previousMean] = [a, product / p, mean];
     a += b / p;
     b = 2 * (b + previousA * share);
