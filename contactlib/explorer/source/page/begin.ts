@@ -210,11 +210,12 @@ function key(app: App, event: KeyboardEvent): void {
   const target = event.target as HTMLElement;
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   if (target instanceof HTMLInputElement && target.type === "text") return;
+  if (target instanceof HTMLSelectElement) return; // letters choose in it
   if (document.querySelector("dialog[open]") !== null) return;
   const story = STORIES[Number(event.key) - 1];
   const button: Record<string, string> = { k: "kick", w: "wet", r: "reset", "?": "help-button" };
   if (story !== undefined) app.tell(story);
-  else if (event.key === " " && !/^(BUTTON|SELECT|INPUT)$/.test(target.tagName)) app.play(!app.playing);
+  else if (event.key === " " && !/^(BUTTON|INPUT|SUMMARY)$/.test(target.tagName)) app.play(!app.playing);
   else if (event.key.toLowerCase() in button) find(button[event.key.toLowerCase()] as string).click();
   else return;
   event.preventDefault();

@@ -44,7 +44,7 @@ export class Row {
     this.slider.setAttribute("aria-describedby", `${id}-help`);
     const described = document.createElement("span");
     described.id = `${id}-help`;
-    described.className = "unseen";
+    described.hidden = true; // read as a description, not between the controls
     described.textContent = help;
     this.element.append(name, this.field, units, this.slider, described);
     this.slider.addEventListener("input", () => {
