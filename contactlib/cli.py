@@ -449,10 +449,10 @@ def figures(paper: bool, model: str | None, output: Path) -> None:
 @click.option("--open/--no-open", "shown", default=True, help="Show it in the browser.")
 @_output_option("contactlib-explorer.html", "HTML file.")
 def explore(model: str | None, shown: bool, output: Path) -> None:
-    """Write the explorer, a page that runs the kernel live, and show it in the browser.
+    """Write a page that runs the kernel live, and open it.
 
-    It is one file that works offline. It starts with MODEL, whose law must be Carter and
-    Griffith's, or with the roller rig if that is left out.
+    It is one file that works offline, in any browser. It starts with MODEL, whose law must be
+    Carter and Griffith's, or with the roller rig if that is left out.
     """
     from contactlib.explorer import open_in_browser, write_explorer
 

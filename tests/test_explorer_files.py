@@ -368,6 +368,13 @@ def test_units_are_pythons(page: ExplorerPage) -> None:
     assert page.call("() => contactlib.files.UNITS") == UNITS
 
 
+def test_page_finds_the_model_that_the_command_gave_it(page: ExplorerPage, tmp_path: Path) -> None:
+    assert ask(page, "givenModel") is None
+    path = cl.write_explorer(tmp_path / "page.html", "locomotive.toml")
+    with explorer_page(path=path) as other:
+        assert ask(other, "givenModel") == MODELS["locomotive"]
+
+
 def test_no_text_gives_anything_but_a_model_or_a_line(page: ExplorerPage, tmp_path: Path) -> None:
     rng = np.random.default_rng(7)
     alphabet = list(" \t\r\n=[]{}\"'.,#-+_0123456789eabkmN.\\u\x00\x7f\ufeff\u2028\U0001f682<!-")
@@ -438,7 +445,7 @@ def test_address_is_short_and_readable(page: ExplorerPage) -> None:
         ("#k_hat=2.5", ["k_hat", "2.5", "<= 2"]),
         ("#speed=-1", ["speed", "-1", "> 0"]),
         ("#speed=0.05", ["speed = 0.05", "minimum_speed"]),
-        ("#delay=1", ["delay", "<= 0.1"]),
+        ("#delay=1", ["delay", "<= 0.5"]),
         ("#mode=rocket", ["mode", "rocket", "torque, creep"]),
         ("#contact=point", ["contact", "point", "line, elliptic"]),
         ("#mass=some", ["mass", "some", "not a number"]),

@@ -1,8 +1,9 @@
 // Limits of the numbers that a visitor can set.
 
+import { LONGEST_DELAY } from "../physics/control";
 import { type Limit, type Limits, pageLimits } from "./limits";
 
-// Of what no model file has: what the run can do, and no patch or delay without end.
+// Of what no model file has: what the run can do, and no patch without end.
 const SETTING_LIMITS: Limits = {
   load: { unit: "N", above: 0, at_most: 1e8 },
   speed: { unit: "m/s", above: 0, at_most: 1e3 },
@@ -10,7 +11,7 @@ const SETTING_LIMITS: Limits = {
   torque_rate: { unit: "N.m/s", at_least: 0, at_most: 1e8 },
   creepage: { unit: "1", at_least: 0, at_most: 10 },
   torque_max: { unit: "N.m", at_least: 0, at_most: 1e7 },
-  delay: { unit: "s", at_least: 0, at_most: 0.1 },
+  delay: { unit: "s", at_least: 0, at_most: LONGEST_DELAY },
   patch_friction: { unit: "1", at_least: 1e-3, at_most: 2 },
   patch_length: { unit: "m", at_least: 1e-6, at_most: 1e4 },
   playback: { unit: "1", above: 0, at_most: 10 },
