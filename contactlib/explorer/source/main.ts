@@ -1,9 +1,6 @@
 /* Starts the explorer with what the build put into the page, and shows its parts to scripts. */
 
-import * as defaults from "./files/defaults";
-import * as hertz from "./files/hertz";
-import * as modelFile from "./files/model_file";
-import * as settings from "./files/settings";
+import * as files from "./files";
 import { embeddedKernel } from "./kernel/embedded";
 import { begin } from "./page/begin";
 import * as clearing from "./physics/clearing";
@@ -20,7 +17,6 @@ const ready = embeddedKernel().then((kernel) => ({ kernel, app: begin(kernel) })
 
 Object.assign(globalThis, {
   contactlib: {
-    ready, clearing, defaults, hertz, history, modelFile, patch, plant, roots, run, settings,
-    stability, vehicle,
+    ready, clearing, files, history, patch, plant, roots, run, stability, vehicle,
   },
 });

@@ -1,6 +1,6 @@
 /* What the visitor has before him: one wheelset that runs, its settings, and the charts of it. */
 
-import type { Settings } from "../files/defaults";
+import type { Settings } from "../files";
 import type { Kernel } from "../kernel/kernel";
 import { type Clearing, clearing } from "../physics/clearing";
 import { Plant } from "../physics/plant";
@@ -46,7 +46,7 @@ export class App {
   private telling: Telling | null = null;
   private rests: SteadyState[] = [];
   private stale = true; // charts show what is no more
-  private dirty = true; // curves do
+  private unshown = true; // the charts have not been given the curves
   private last = 0;
   private looked = 0;
   private lookedSeldom = 0;
@@ -88,27 +88,40 @@ export class App {
       this.stage.toast("No steady state at that torque: begun at nine tenths of the critical one.");
     }
     this.playing = true;
-    this.parametersChanged();
+    this.unshown = true;
+    this.stage.changed();
   }
 
-  /** Something of the vehicle, its load or the rail has changed: the run goes on with it. */
-  parametersChanged(): void {
-    this.run.configure(this.settings.vehicle, this.settings.normalLoad);
-    this.dirty = true;
+  /** Change the vehicle, its load or the patch; the run goes on with them. What cannot be is taken
+   * back, and the error thrown. */
+  change(change: () => void): void {
+    const { vehicle, normalLoad, patch } = this.settings;
+    Object.assign(this.settings, { vehicle: { ...vehicle }, patch: { ...patch } });
+    try {
+      change();
+      this.shown = this.newPicture(this.run.speed);
+      this.run.configure(this.settings.vehicle, this.settings.normalLoad);
+    } catch (error) {
+      Object.assign(this.settings, { vehicle, normalLoad, patch });
+      throw error;
+    }
+    this.unshown = true;
     this.stage.changed();
   }
 
   setSpeed(speed: number): void {
-    this.settings.speed = speed;
+    this.shown = this.newPicture(speed);
     this.run.setSpeed(speed);
-    this.parametersChanged();
+    this.settings.speed = speed;
+    this.unshown = true;
+    this.stage.changed();
   }
 
   /** Put the wet patch of the settings on the rail, a moment ahead. */
   layPatch(): void {
     const { friction, length } = this.settings.patch, { speed } = this.run;
     this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
-    this.dirty = true;
+    this.lookAgain();
   }
 
   kick(): void {
@@ -149,6 +162,15 @@ export class App {
     this.stage.changed();
   }
 
+  /** Stand still and say why: a state that cannot be computed is not gone on from. */
+  fail(error: unknown): void {
+    this.playing = false;
+    this.stale = false;
+    this.stage.toast(error instanceof Error ? error.message : String(error));
+    this.stage.changed();
+    if (!(error instanceof RangeError)) throw error;
+  }
+
   /** Let the next frame show all numbers as they are then: while it stands still none follows. */
   private lookAgain(): void {
     this.stale = true;
@@ -183,7 +205,7 @@ export class App {
     const passed = Math.min((now - this.last) / 1e3, LONGEST_FRAME);
     this.last = now;
     if (this.playing) this.advance(passed * this.settings.playback);
-    if (this.stale || this.dirty) this.draw(now);
+    if (this.stale || this.unshown) this.draw(now);
     if (!this.playing) return;
     this.frameCosts.push(performance.now() - began);
     if (this.frameCosts.length > 600) this.frameCosts.shift();
@@ -197,11 +219,14 @@ export class App {
   private draw(now: number): void {
     const { run, stage } = this;
     const moved = Math.abs(run.speed / this.shown.speed - 1) > MOVED;
-    if (this.dirty || (moved && now - this.looked > OFTEN)) {
+    if (moved && now - this.looked > OFTEN) {
       this.shown = this.newPicture(run.speed);
+      this.unshown = true;
+    }
+    if (this.unshown) {
       run.watch(this.shown.fold?.creepage ?? null);
       for (const view of stage.views) view.show(this.shown);
-      this.dirty = false;
+      this.unshown = false;
       this.looked = this.lookedSeldom = -Infinity;
     }
     const often = now - this.looked > OFTEN;

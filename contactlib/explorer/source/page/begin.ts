@@ -1,8 +1,9 @@
 /* Puts the page together: charts, controls, files, address and keys. */
 
-import { givenModel, pagePresets, type Settings, settingsOf } from "../files/defaults";
-import { ModelError, readModel, writeModel } from "../files/model_file";
-import { fromAddress, toAddress } from "../files/settings";
+import {
+  fromAddress, givenModel, ModelError, pagePresets, readModel, type Settings, settingsOf, toAddress,
+  writeModel,
+} from "../files";
 import type { Kernel } from "../kernel/kernel";
 import { App } from "./app";
 import { CreepCurve } from "./creep_curve";
@@ -111,8 +112,12 @@ export function begin(kernel: Kernel): App {
   changed();
 
   const frame = (now: number): void => {
-    app.frame(now);
     requestAnimationFrame(frame);
+    try {
+      app.frame(now);
+    } catch (error) {
+      app.fail(error);
+    }
   };
   requestAnimationFrame(frame);
   return app;
@@ -180,8 +185,7 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
         else app.control.creepage = app.run.creepage;
         app.control.mode = input.value as "torque" | "creep";
       } else {
-        app.settings.vehicle.contact = input.value as "line" | "elliptic";
-        app.parametersChanged();
+        app.change(() => (app.settings.vehicle.contact = input.value as "line" | "elliptic"));
       }
       changed();
     });
@@ -246,10 +250,10 @@ async function open(app: App, file: File, toast: (text: string) => void): Promis
 }
 
 function save(app: App): void {
-  const { vehicle, normalLoad, control } = app.settings;
+  const { vehicle, normalLoad, speed, control } = app.settings;
   const link = document.createElement("a");
   link.href = URL.createObjectURL(
-    new Blob([writeModel(vehicle, normalLoad, control)], { type: "application/toml" }));
+    new Blob([writeModel({ ...vehicle, initial_speed: speed }, normalLoad, control)], { type: "application/toml" }));
   link.download = `${chosen(app.settings).replace(/\.toml$/, "")}_explored.toml`;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);

@@ -48,7 +48,7 @@ export class Row {
     described.textContent = help;
     this.element.append(name, this.field, units, this.slider, described);
     this.slider.addEventListener("input", () => {
-      spec.write(this.at(Number(this.slider.value) / STEPS));
+      this.take(this.at(Number(this.slider.value) / STEPS));
       this.show();
     });
     this.field.addEventListener("change", () => this.typed());
@@ -97,20 +97,35 @@ export class Row {
     const value = Number(text) * spec.scale, { atLeast, above, atMost } = spec.limits ?? {};
     const bad = text === "" || !Number.isFinite(value) || (atLeast !== undefined && value < atLeast) ||
       (above !== undefined && value <= above) || (atMost !== undefined && value > atMost);
-    this.field.setAttribute("aria-invalid", String(bad));
     if (bad) {
       const ends = [
         above === undefined ? "" : `above ${plain(above / spec.scale)}`,
         atLeast === undefined ? "" : `at least ${plain(atLeast / spec.scale)}`,
         atMost === undefined ? "" : `at most ${plain(atMost / spec.scale)}`,
       ].filter((part) => part !== "").join(" and ");
-      this.field.setCustomValidity(`${spec.label} must be ${ends || "a number"}`);
-      this.field.reportValidity();
-      return;
+      this.refuse(`${spec.label} must be ${ends || "a number"}`);
+    } else if (this.take(value)) {
+      this.field.blur();
+      this.show();
     }
-    this.field.setCustomValidity("");
-    spec.write(value);
-    this.field.blur();
-    this.show();
+  }
+
+  /** Write a value, unless it cannot be together with the others. */
+  private take(value: number): boolean {
+    try {
+      this.spec.write(value);
+    } catch (error) {
+      if (!(error instanceof RangeError)) throw error;
+      this.refuse(error.message);
+      return false;
+    }
+    this.refuse("");
+    return true;
+  }
+
+  private refuse(why: string): void {
+    this.field.setAttribute("aria-invalid", String(why !== ""));
+    this.field.setCustomValidity(why);
+    if (why !== "") this.field.reportValidity();
   }
 }

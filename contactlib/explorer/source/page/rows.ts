@@ -38,8 +38,7 @@ export function makeRows(app: App): Rows {
     });
   const vehicle = (change: () => void): void => {
     app.endStory();
-    change();
-    app.parametersChanged();
+    app.change(change);
   };
 
   return {
@@ -84,7 +83,7 @@ export function makeRows(app: App): Rows {
     wheel: [
       wheel({ id: "k-hat", label: "drop of friction K", unit: "", scale: 1, min: 0, max: 1.2,
         limits: { atLeast: 0, atMost: 2 }, help: "k_hat of Eq. (17), at the nominal load" }, "k_hat"),
-      new Row({ id: "ratio", label: "ratio f_s / f_d", unit: "", scale: 1, min: 1,
+      new Row({ id: "ratio", label: "ratio f_s / f_d", unit: "", scale: 1, min: 1.05,
         max: 4, limits: { atLeast: 1 }, help: "At a given K it changes the length of the weakening zone",
         read: () => app.settings.vehicle.static_friction / app.settings.vehicle.kinetic_friction,
         write: (value) => vehicle(() => {
