@@ -63,6 +63,8 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except ValueError as error:
         raise ModelError(f"{os.fspath(path)}: {error}") from None
+    except ArithmeticError:  # each number is within its limits, but not all together
+        raise ModelError(f"{os.fspath(path)}: its numbers are too far apart") from None
 
 
 def parse(file: Path) -> dict[str, Any]:

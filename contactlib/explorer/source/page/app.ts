@@ -9,7 +9,7 @@ import { type SteadyState, steadyStates } from "../physics/stability";
 import { digits, percent } from "./format";
 import { clearingText, Numbers, numbers, warnings } from "./numbers";
 import { type Picture, picture } from "./picture";
-import { type Story, Telling } from "./stories";
+import { NO_FOLD, type Story, Telling } from "./stories";
 import type { Moment, View } from "./view";
 
 const LOOK_BACK = 8; // seconds of the visitor's time that the charts show
@@ -131,7 +131,8 @@ export class App {
 
   tell(story: Story): void {
     this.endStory();
-    this.telling = new Telling(this, story);
+    if (this.shown.fold === null) this.stage.toast(NO_FOLD);
+    else this.telling = new Telling(this, story);
     this.stage.changed();
   }
 

@@ -68,12 +68,15 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
 
 
 /** Warnings of what the picture does not hold for. */
-export function warnings({ run, shown }: Moment): string {
+export function warnings({ run, shown, control }: Moment): string {
   const contact = shown.plant.force(run.creepage, run.speed, run.friction);
   const found: string[] = [];
   if (contact.process_zone_ratio > ZONE_LIMIT) {
     found.push(`The weakening zone is ${digits(contact.process_zone_ratio)} semi-widths long. The ` +
       `law shown is the limit of a short zone, good up to ${ZONE_LIMIT}: raise f_s/f_d or lower K.`);
+  }
+  if (control.mode === "creep" && run.driveTorque >= control.torque_max) {
+    found.push("Creep control is at its largest torque.");
   }
   if (contact.k_hat_limited > 0) {
     found.push("K is beyond the table's largest value, at which it is held.");

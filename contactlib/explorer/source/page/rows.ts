@@ -18,7 +18,7 @@ export interface Rows {
 export function makeRows(app: App): Rows {
   /** A row whose change is one of the control: nothing is drawn anew. */
   const control = (spec: Omit<RowSpec, "read" | "write">, key: "drive_torque" | "torque_rate" |
-    "creepage" | "proportional_gain" | "integral_gain" | "delay"): Row =>
+    "creepage" | "proportional_gain" | "integral_gain" | "torque_max" | "delay"): Row =>
     new Row({
       ...spec,
       read: () => app.control[key],
@@ -61,6 +61,8 @@ export function makeRows(app: App): Rows {
         "integral_gain"),
       control({ id: "delay", label: "delay", unit: "ms", scale: MILLI, min: 0, max: 0.03,
         limits: { atLeast: 0, atMost: 0.5 }, help: "Age of the measured creepage" }, "delay"),
+      control({ id: "limit", label: "largest torque", unit: "kN m", scale: KILO, min: 1e3, max: 1e5,
+        log: true, limits: { atLeast: 0 }, help: "Creep control asks for no more" }, "torque_max"),
     ],
     kick: [
       new Row({ id: "kick-size", label: "kick adds", unit: "%", scale: PERCENT, min: -0.02,

@@ -1,17 +1,20 @@
 /* Guided experiments: each puts the wheel somewhere, does something to it and says what to see. */
 
 import { clearing } from "../physics/clearing";
-import type { RunEvent } from "../physics/run";
-import { steadyStates } from "../physics/stability";
+import { type RunEvent, SAMPLE } from "../physics/run";
+import { creepControlGain, delayLimit, type Fold, steadyStates } from "../physics/stability";
 import type { App } from "./app";
 import { digits, duration, percent } from "./format";
+
+/** Said of a wheel that no torque drives away. */
+export const NO_FOLD = "Here the torque has no fold, so nothing runs away: raise K, or lower the damping.";
 
 /** One thing that is done, what is said meanwhile, and when it is over. */
 interface Step {
   say(app: App): string;
   begin?(app: App): void;
-  /** Over when this is true, or after so many simulated seconds. */
-  until: RunEvent["name"] | number;
+  /** Over after so many simulated seconds, when something happens, or when this is true. */
+  until: number | RunEvent["name"] | ((app: App) => boolean);
 }
 
 export interface Story {
@@ -19,25 +22,34 @@ export interface Story {
   steps: Step[];
 }
 
-/** Torque of the fold [N.m]; of a law that does not fall, the largest that is shown. */
-const critical = (app: App): number => {
-  const { fold, dry } = app.shown;
-  return fold?.drive_torque ?? Math.max(...dry.torque);
-};
+/** The fold, without which no story begins. */
+function critical(app: App): Fold {
+  const { fold } = app.shown;
+  if (fold === null) throw new RangeError(NO_FOLD);
+  return fold;
+}
+
+/** Rate at which the wheel leaves the reference of its control [1/s]. */
+const poleThere = (app: App): number => app.shown.plant.pole(app.control.creepage, app.run.speed);
+
+/** Let the measurement be so old, over one over the pole. */
+function late(app: App, part: number): void {
+  app.control.delay = Math.round((part * delayLimit(poleThere(app))) / SAMPLE) * SAMPLE;
+}
 
 const kilo = (torque: number, significant = 4): string => `${digits(1e-3 * torque, significant)} kN m`;
 
 /** Constant torque, a part of the critical one, at rest there. */
 function rest(app: App, part: number, playback: number): void {
   app.control.mode = "torque";
-  app.control.drive_torque = part * critical(app);
+  app.control.drive_torque = part * critical(app).drive_torque;
   app.settings.playback = playback;
   app.restart();
 }
 
 function ramp(app: App, part: number, rate: number): void {
-  app.control.drive_torque = part * critical(app);
-  app.control.torque_rate = rate * critical(app);
+  app.control.drive_torque = part * critical(app).drive_torque;
+  app.control.torque_rate = rate * critical(app).drive_torque;
 }
 
 function border(app: App): number {
@@ -73,7 +85,7 @@ export const STORIES: Story[] = [
         until: 2.5,
       },
       {
-        say: (app) => `It has run away. The fold is at ${kilo(critical(app))}; a little less torque ` +
+        say: (app) => `It has run away. The fold is at ${kilo(critical(app).drive_torque)}; a little less torque ` +
           "does not bring it back: see Hysteresis.",
         until: Infinity,
       },
@@ -95,9 +107,9 @@ export const STORIES: Story[] = [
       {
         begin: (app) => {
           app.settings.playback = 5;
-          ramp(app, 0.8, 0.005);
+          ramp(app, (0.95 * critical(app).return_torque) / critical(app).drive_torque, 0.005);
         },
-        say: (app) => `Now the torque falls. At ${kilo(critical(app))} it had gone; it does not come ` +
+        say: (app) => `Now the torque falls. At ${kilo(critical(app).drive_torque)} it had gone; it does not come ` +
           "back there.",
         until: "returned",
       },
@@ -106,7 +118,7 @@ export const STORIES: Story[] = [
           app.control.drive_torque = app.run.driveTorque;
         },
         say: (app) => `It grips again at ${kilo(app.run.driveTorque)}. Slowly enough, it would at ` +
-          `${kilo(app.shown.fold?.return_torque ?? NaN)}: the loop between is hysteresis.`,
+          `${kilo(critical(app).return_torque)}: the loop between is hysteresis.`,
         until: Infinity,
       },
     ],
@@ -128,9 +140,15 @@ export const STORIES: Story[] = [
       {
         begin: (app) => app.run.kick(1.1 * border(app) - app.run.creepage),
         say: () => "A kick to just beyond it: the same torque now carries the wheel away.",
-        until: "slip_away",
+        until: (app) => app.run.creepage > 2 * border(app),
       },
-      { say: () => "Same torque, same rail. Only where it started was another.", until: Infinity },
+      {
+        begin: (app) => {
+          app.settings.playback = 0.1;
+        },
+        say: () => "Same torque, same rail. Only where it started was another.",
+        until: Infinity,
+      },
     ],
   },
   {
@@ -155,9 +173,15 @@ export const STORIES: Story[] = [
         },
         say: (app) => `And ${duration(app.settings.patch.length / app.run.speed)}, eleven tenths: it crosses the ` +
           "border, and good friction does not bring it back.",
-        until: "slip_away",
+        until: (app) => !app.run.onPatch && app.run.creepage > 1.15 * border(app),
       },
-      { say: () => "A few milliseconds decide between grip and run-away.", until: Infinity },
+      {
+        begin: (app) => {
+          app.settings.playback = 0.2;
+        },
+        say: () => "A few milliseconds decide between grip and run-away.",
+        until: Infinity,
+      },
     ],
   },
   {
@@ -165,10 +189,12 @@ export const STORIES: Story[] = [
     steps: [
       {
         begin: (app) => {
-          const { control } = app;
+          const { control, shown, run } = app, { creepage } = critical(app);
+          const needed = creepControlGain(shown.plant, 1.2 * creepage, run.speed);
           control.mode = "creep";
           control.delay = 0;
-          control.creepage = 0.75 * (app.shown.fold?.creepage ?? app.shown.far);
+          control.creepage = 0.75 * creepage;
+          control.proportional_gain = Math.max(control.proportional_gain, 2 * needed);
           app.settings.playback = 0.5;
           app.restart();
         },
@@ -177,7 +203,7 @@ export const STORIES: Story[] = [
       },
       {
         begin: (app) => {
-          app.control.creepage = 1.45 * (app.shown.fold?.creepage ?? 0.4 * app.shown.far);
+          app.control.creepage = 1.45 * critical(app).creepage;
         },
         say: () => "The reference moves over the peak and down the falling branch. The wheel stays " +
           "with it, where no constant torque could keep it.",
@@ -198,33 +224,37 @@ export const STORIES: Story[] = [
     steps: [
       {
         begin: (app) => {
-          const { control } = app;
+          const { control, shown, run } = app;
           control.mode = "creep";
-          control.delay = 2e-3;
-          control.creepage = 1.2 * (app.shown.fold?.creepage ?? 0.3 * app.shown.far);
+          control.creepage = 1.2 * critical(app).creepage;
+          control.proportional_gain = (1.85 * poleThere(app)) / shown.plant.gain(run.speed);
+          late(app, 0.12);
           app.settings.playback = 0.05;
           app.restart();
         },
-        say: () => "Creep control on the falling branch, its measurement 2 ms old. It holds.",
+        say: (app) => "Creep control on the falling branch, its measurement " +
+          `${duration(app.control.delay)} old. It holds.`,
         until: 0.12,
       },
       {
         begin: (app) => {
-          app.control.delay = 9e-3;
+          late(app, 0.55);
           app.run.kick(0.02 * app.control.creepage);
         },
-        say: () => "9 ms old, and nudged: it still holds, but rings.",
+        say: (app) => `${duration(app.control.delay)} old, and nudged: it still holds, but rings.`,
         until: 0.3,
       },
       {
         begin: (app) => {
-          app.control.delay = 13e-3;
+          late(app, 0.85);
         },
-        say: () => "13 ms old: the same gain now makes every swing larger than the last.",
+        say: (app) => `${duration(app.control.delay)} old: the same gain now makes every swing larger ` +
+          "than the last.",
         until: 0.6,
       },
       {
-        say: () => "Beyond one over the pole no gain at all would hold it.",
+        say: (app) => `Older than ${duration(delayLimit(poleThere(app)))}, one over the pole, no gain ` +
+          "at all would hold it.",
         until: Infinity,
       },
     ],
@@ -237,14 +267,16 @@ export class Telling {
   private since = 0;
 
   constructor(private readonly app: App, readonly story: Story) {
+    const most = critical(app).drive_torque;
+    app.control.torque_max = Math.max(app.control.torque_max, 1.3 * most);
     this.next();
   }
 
   /** Go on if the step is over; told of what happened since the last frame. */
   frame(events: RunEvent[]): void {
     const { until } = this.story.steps[this.step] as Step;
-    const over = typeof until === "number"
-      ? this.app.run.time - this.since >= until
+    const over = typeof until === "number" ? this.app.run.time - this.since >= until
+      : typeof until === "function" ? until(this.app)
       : events.some((event) => event.name === until);
     if (over) this.next();
   }
