@@ -37,6 +37,7 @@ const base = Object.keys(presets)[0] as string; // what the address of an opened
 
 /** Settings to choose from: of the shipped models, and of those that were opened. */
 const choices = new Map<string, Settings>(Object.entries(presets));
+let choice = base; // the one in use
 
 /** Start the app in the page. */
 export function begin(kernel: Kernel): App {
@@ -75,7 +76,7 @@ export function begin(kernel: Kernel): App {
     check("contact", app.settings.vehicle.contact);
     find("play").textContent = app.playing ? "Pause" : "Play";
     find<HTMLSelectElement>("playback").value = String(app.settings.playback);
-    find<HTMLSelectElement>("preset").value = chosen(app.settings);
+    find<HTMLSelectElement>("preset").value = choice;
     find("model-note").textContent = modelNote(app);
     for (const button of find("stories").children) {
       button.setAttribute("aria-pressed", String(button.textContent === app.story?.name));
@@ -92,7 +93,8 @@ export function begin(kernel: Kernel): App {
   const given = givenModel();
   if (given !== null) choices.set("given", settingsOf(readModel(given), base));
   const { settings, problems } = fromAddress(location.hash, presets);
-  const first = given !== null && location.hash === "" ? choices.get("given") : settings;
+  choice = given !== null && location.hash === "" ? "given" : settings.preset;
+  const first = choice === "given" ? choices.get("given") : settings;
   const app = new App(kernel, structuredClone(first as Settings), {
     views, numbers: find("numbers"), warning: find("warning"), clearing: find("clearing"),
     clock: find("clock"), say, toast, changed,
@@ -130,14 +132,10 @@ function check(name: string, value: string): void {
 
 function offer(): void {
   find("preset").replaceChildren(
-    ...[...choices].map(([key, { vehicle }]) => new Option(vehicle.name, key)));
+    ...[...choices].map(([key, { vehicle }]) =>
+      new Option(key in presets ? vehicle.name : `${vehicle.name} (${key})`, key)));
 }
 
-/** Which of the choices these settings came from. */
-function chosen(settings: Settings): string {
-  const same = [...choices].filter(([, { vehicle }]) => vehicle.name === settings.vehicle.name);
-  return same.at(-1)?.[0] ?? settings.preset;
-}
 
 function fillStories(app: App): void {
   STORIES.forEach((story, i) => {
@@ -174,8 +172,8 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
     changed();
   });
   find("preset").addEventListener("change", () => {
-    const settings = choices.get(find<HTMLSelectElement>("preset").value);
-    if (settings !== undefined) app.use(structuredClone(settings));
+    choice = find<HTMLSelectElement>("preset").value;
+    app.use(structuredClone(choices.get(choice) as Settings));
   });
   for (const input of document.querySelectorAll<HTMLInputElement>("input[type=radio]")) {
     input.addEventListener("change", () => {
@@ -203,6 +201,7 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
   });
   addEventListener("hashchange", () => {
     const { settings, problems } = fromAddress(location.hash, presets);
+    choice = settings.preset;
     app.use(settings);
     if (problems.length > 0) toast(`Of the address: ${problems.join("; ")}`);
   });
@@ -240,6 +239,7 @@ async function open(app: App, file: File, toast: (text: string) => void): Promis
     if (file.size > 1e6) throw new ModelError(`${file.name} has ${file.size} bytes: a model has at most 1000000`);
     const settings = settingsOf(readModel(await file.text()), base);
     choices.set(file.name, settings);
+    choice = file.name;
     offer();
     app.use(structuredClone(settings));
     toast(`${file.name}: ${app.settings.vehicle.name}`);
@@ -254,7 +254,7 @@ function save(app: App): void {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(
     new Blob([writeModel({ ...vehicle, initial_speed: speed }, normalLoad, control)], { type: "application/toml" }));
-  link.download = `${chosen(app.settings).replace(/\.toml$/, "")}_explored.toml`;
+  link.download = `${choice.replace(/\.toml$/, "")}_explored.toml`;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }

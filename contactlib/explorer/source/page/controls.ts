@@ -24,6 +24,7 @@ const STEPS = 1000;
 export class Row {
   private readonly slider = document.createElement("input");
   private readonly field = document.createElement("input");
+  private readonly problem = document.createElement("span");
   readonly element = document.createElement("div");
 
   constructor(private spec: RowSpec) {
@@ -46,15 +47,18 @@ export class Row {
     described.id = `${id}-help`;
     described.hidden = true; // read as a description, not between the controls
     described.textContent = help;
-    this.element.append(name, this.field, units, this.slider, described);
+    this.problem.className = "problem";
+    this.problem.setAttribute("role", "alert");
+    this.element.append(name, this.field, units, this.slider, this.problem, described);
     this.slider.addEventListener("input", () => {
       this.take(this.at(Number(this.slider.value) / STEPS));
       this.show();
     });
     this.field.addEventListener("change", () => this.typed());
     this.field.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") this.show();
+      if (event.key === "Escape") this.restore();
     });
+    this.field.addEventListener("blur", () => this.show(true)); // what is wrong is still said
     this.show();
   }
 
@@ -64,14 +68,17 @@ export class Row {
     this.show();
   }
 
-  /** Show the value as it is now. */
-  show(): void {
+  /** Forget what is being typed. */
+  private restore(): void {
+    this.refuse("");
+    this.show(true);
+  }
+
+  /** Show the value as it is now; over what is being typed only if told so. */
+  show(anyhow = false): void {
     const { spec } = this, value = spec.read();
     const shown = plain(value / spec.scale);
-    if (document.activeElement !== this.field) {
-      this.field.value = shown;
-      this.field.removeAttribute("aria-invalid");
-    }
+    if (anyhow || document.activeElement !== this.field) this.field.value = shown;
     const place = Math.min(Math.max(this.place(value), 0), 1);
     this.slider.value = String(Math.round(STEPS * place));
     this.slider.setAttribute("aria-valuetext", `${shown} ${spec.unit}`.trim());
@@ -105,8 +112,7 @@ export class Row {
       ].filter((part) => part !== "").join(" and ");
       this.refuse(`${spec.label} must be ${ends || "a number"}`);
     } else if (this.take(value)) {
-      this.field.blur();
-      this.show();
+      this.show(true);
     }
   }
 
@@ -125,7 +131,6 @@ export class Row {
 
   private refuse(why: string): void {
     this.field.setAttribute("aria-invalid", String(why !== ""));
-    this.field.setCustomValidity(why);
-    if (why !== "") this.field.reportValidity();
+    this.problem.textContent = why;
   }
 }
