@@ -9,7 +9,8 @@ import { type SteadyState, steadyStates } from "../physics/stability";
 import { digits, percent } from "./format";
 import { clearingText, Numbers, numbers, warnings } from "./numbers";
 import { type Picture, picture } from "./picture";
-import { NO_FOLD, type Story, Telling } from "./stories";
+import { NO_FOLD } from "./stories";
+import { type Story, Telling } from "./telling";
 import type { Moment, View } from "./view";
 
 const LOOK_BACK = 8; // seconds of the visitor's time that the charts show
@@ -131,8 +132,13 @@ export class App {
 
   tell(story: Story): void {
     this.endStory();
-    if (this.shown.fold === null) this.stage.toast(NO_FOLD);
-    else this.telling = new Telling(this, story);
+    const { fold } = this.shown, { control } = this;
+    if (fold === null) {
+      this.stage.toast(NO_FOLD);
+    } else {
+      control.torque_max = Math.max(control.torque_max, 1.3 * fold.drive_torque);
+      this.telling = new Telling(this, story);
+    }
     this.stage.changed();
   }
 

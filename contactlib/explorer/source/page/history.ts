@@ -1,7 +1,8 @@
 /* Time histories: the creepage, and below it the torque and what the contact takes of it. */
 
-import { Chart, type Pen } from "./chart";
+import { Chart } from "./chart";
 import { digits, percent } from "./format";
+import type { Pen } from "./pen";
 import type { Picture } from "./picture";
 import type { Moment, View } from "./view";
 

@@ -3,6 +3,7 @@
 import { ellipsePatch, type LinePatch, linePatch } from "../physics/patch";
 import { Chart } from "./chart";
 import { digits } from "./format";
+import { FONT } from "./pen";
 import type { Picture } from "./picture";
 import { colour } from "./theme";
 import { viridis } from "./viridis";
@@ -116,7 +117,7 @@ export class PatchView implements View {
     const { semi_width: a, peak_pressure: p0 } = plant.vehicle;
     const b = (3 * plant.normalLoad) / (2 * Math.PI * a * p0);
     const size = line ? `2a = ${digits(2e3 * a)} mm` : `2a = ${digits(2e3 * a)} mm, 2b = ${digits(2e3 * b)} mm`;
-    c.font = "12px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif";
+    c.font = FONT;
     c.textBaseline = "bottom";
     c.fillStyle = colour("soft");
     c.textAlign = "left";
@@ -149,7 +150,7 @@ export class PatchView implements View {
     }
     c.stroke();
     if (this.boundary >= 0.9) return;
-    c.font = "600 12px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif";
+    c.font = `600 ${FONT}`;
     c.fillStyle = "#ffffff";
     c.textAlign = "center";
     c.textBaseline = "middle";

@@ -1,7 +1,8 @@
 /* Phase portrait: the rate of the creepage over the creepage, at the present torque and speed. */
 
-import { Chart, type Pen } from "./chart";
+import { Chart } from "./chart";
 import { digits, percent } from "./format";
+import type { Pen } from "./pen";
 import { type Curves, interpolate, type Picture } from "./picture";
 import { trail } from "./trail";
 import type { Moment, View } from "./view";

@@ -1,26 +1,14 @@
 /* Guided experiments: each puts the wheel somewhere, does something to it and says what to see. */
 
 import { clearing } from "../physics/clearing";
-import { type RunEvent, SAMPLE } from "../physics/run";
+import { SAMPLE } from "../physics/run";
 import { creepControlGain, delayLimit, type Fold, steadyStates } from "../physics/stability";
 import type { App } from "./app";
 import { digits, duration, percent } from "./format";
+import type { Story } from "./telling";
 
 /** Said of a wheel that no torque drives away. */
 export const NO_FOLD = "Here the torque has no fold, so nothing runs away: raise K, or lower the damping.";
-
-/** One thing that is done, what is said meanwhile, and when it is over. */
-interface Step {
-  say(app: App): string;
-  begin?(app: App): void;
-  /** Over after so many simulated seconds, when something happens, or when this is true. */
-  until: number | RunEvent["name"] | ((app: App) => boolean);
-}
-
-export interface Story {
-  name: string;
-  steps: Step[];
-}
 
 /** The fold, without which no story begins. */
 function critical(app: App): Fold {
@@ -260,32 +248,3 @@ export const STORIES: Story[] = [
     ],
   },
 ];
-
-/** A story as it is told. */
-export class Telling {
-  private step = -1;
-  private since = 0;
-
-  constructor(private readonly app: App, readonly story: Story) {
-    const most = critical(app).drive_torque;
-    app.control.torque_max = Math.max(app.control.torque_max, 1.3 * most);
-    this.next();
-  }
-
-  /** Go on if the step is over; told of what happened since the last frame. */
-  frame(events: RunEvent[]): void {
-    const { until } = this.story.steps[this.step] as Step;
-    const over = typeof until === "number" ? this.app.run.time - this.since >= until
-      : typeof until === "function" ? until(this.app)
-      : events.some((event) => event.name === until);
-    if (over) this.next();
-  }
-
-  private next(): void {
-    const step = this.story.steps[++this.step];
-    if (step === undefined) return;
-    step.begin?.(this.app);
-    this.since = this.app.run.time;
-    this.app.say(step.say(this.app));
-  }
-}
