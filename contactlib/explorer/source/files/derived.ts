@@ -109,17 +109,3 @@ export function contactSection(v: Vehicle): Record<string, number> {
       : { semi_axis_x: a, semi_axis_y: (1.5 * normal_load) / (Math.PI * a * p0) }; // Eq. (20)
   return { ...shape, normal_load, youngs_modulus, poisson_ratio };
 }
-
-/** The vehicle whose nominal load is another one [N]: its contact grows, its friction stays. */
-export function atLoad(vehicle: Vehicle, normalLoad: number): Vehicle {
-  if (normalLoad === vehicle.normal_load) return vehicle;
-  const exponent = vehicle.contact === "line" ? 1 / 2 : 1 / 3;
-  const growth = (normalLoad / vehicle.normal_load) ** exponent; // of a and of p0
-  return {
-    ...vehicle,
-    normal_load: normalLoad,
-    semi_width: vehicle.semi_width * growth,
-    peak_pressure: vehicle.peak_pressure * growth,
-    k_hat: vehicle.k_hat / growth, // Eq. (17), with the weakening length as it is
-  };
-}

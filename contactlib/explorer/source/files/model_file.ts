@@ -3,8 +3,8 @@
 import { stringify } from "smol-toml";
 
 import type { Control } from "../physics/run";
-import type { Vehicle } from "../physics/vehicle";
-import { atLoad, contactOf, contactSection, kHatOf, slopeReductionOf } from "./derived";
+import { atLoad, type Vehicle } from "../physics/vehicle";
+import { contactOf, contactSection, kHatOf, slopeReductionOf } from "./derived";
 import { type Limits, pageLimits } from "./limits";
 import { checkKeys, ModelError, parseToml, shown, type Table, textOf } from "./reading";
 import { checkLaw, oneOf, readNumbers, readProfile } from "./sections";

@@ -218,15 +218,21 @@ export class App {
     if (this.frameCosts.length > 600) this.frameCosts.shift();
   }
 
+  /** Friction of the patch that lies on the rail or, if there is none, of the next one. */
+  private get wetFriction(): number {
+    return this.run.patch?.friction ?? this.settings.patch.friction;
+  }
+
   private newPicture(speed: number): Picture {
-    const { vehicle, normalLoad, patch } = this.settings;
-    return picture(new Plant(this.kernel, vehicle, normalLoad), speed, patch.friction);
+    const { vehicle, normalLoad } = this.settings;
+    return picture(new Plant(this.kernel, vehicle, normalLoad), speed, this.wetFriction);
   }
 
   private draw(now: number): void {
     const { run, stage } = this;
     const moved = Math.abs(run.speed / this.shown.speed - 1) > MOVED;
-    if (moved && now - this.looked > OFTEN) {
+    const other = this.shown.wetFriction !== this.wetFriction;
+    if (other || (moved && now - this.looked > OFTEN)) {
       this.shown = this.newPicture(run.speed);
       this.unshown = true;
     }

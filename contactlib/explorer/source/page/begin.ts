@@ -14,6 +14,7 @@ import { makeRows, modelNote, type Rows, spanRows } from "./rows";
 import { SteadyStates } from "./s_curve";
 import { STORIES } from "./stories";
 import { beginTheme } from "./theme";
+import type { View } from "./view";
 import { wire } from "./wire";
 
 const PLAYBACK: [number, string][] = [
@@ -44,7 +45,7 @@ export function begin(kernel: Kernel): App {
     else app.control.creepage = Math.min(creepage, app.shown.far);
     changed();
   });
-  const views = [
+  const views: View[] = [
     new CreepCurve(plot("creep-curve")), curve, new PhasePortrait(plot("phase")),
     new TimeHistory(find("history")), new PatchView(plot("patch"), find<HTMLCanvasElement>("above")),
   ];
@@ -88,6 +89,7 @@ export function begin(kernel: Kernel): App {
     clock: find("clock"), say, toast, changed,
     speak: (text) => (find("spoken").textContent = text),
   });
+  for (const { place } of views) place.setAttribute("role", "img");
   rows = makeRows(app);
   find("kick-rows").prepend(...rows.kick.map((row) => row.element));
   find("wet-rows").prepend(...rows.wet.map((row) => row.element));

@@ -59,7 +59,6 @@ export class Chart {
     this.over.className = "over";
     this.over.setAttribute("aria-hidden", "true");
     this.plot.over.append(this.over);
-    place.setAttribute("role", "img");
     new ResizeObserver(() => this.fit()).observe(place);
     this.fit();
   }

@@ -2,6 +2,7 @@
 
 import { creepControlGain, delayLimit, proportionalWindow } from "../physics/stability";
 import type { Clearing } from "../physics/clearing";
+import { SAMPLE } from "../physics/run";
 import { weakeningLength as weakening } from "../physics/vehicle";
 import { digits, duration, percent } from "./format";
 import type { Moment } from "./view";
@@ -23,12 +24,12 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const at = held ? control.creepage : run.creepage;
   const pole = plant.pole(at, run.speed, run.friction);
   const gain = plant.gain(run.speed);
-  const lowest = creepControlGain(plant, at, run.speed);
-  const window = proportionalWindow(pole, gain, control.delay);
+  // A torque that is held over a sample is half of one late on the mean.
+  const { highest } = proportionalWindow(pole, gain, control.delay + 0.5 * SAMPLE);
+  const lowest = Math.max(0, creepControlGain(plant, at, run.speed, run.friction));
   const contact = plant.force(run.creepage, run.speed, run.friction);
   const where = held ? "at the reference" : "here";
-  const empty = !(window.lowest < window.highest);
-  const holds = Math.max(0, lowest);
+  const empty = !(lowest < highest), open = !Number.isFinite(highest);
   const mega = (v: number): string => digits(1e-6 * v);
   return [
     { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.creepage), unit: "" },
@@ -45,11 +46,11 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
       text: fold === null || !Number.isFinite(fold.return_creepage) ? "never"
         : digits(1e-3 * fold.return_torque, 4),
       unit: fold !== null && Number.isFinite(fold.return_creepage) ? "kN m" : "" },
-    { label: "gains that hold it",
-      help: `proportional gains that hold the wheel ${where}, with a delay of ${duration(control.delay)}`,
-      text: empty ? "none" : !Number.isFinite(window.highest)
-        ? holds === 0 ? "any" : `from ${mega(holds)}` : `${mega(holds)} \u2013 ${mega(window.highest)}`,
-      unit: empty || (holds === 0 && !Number.isFinite(window.highest)) ? "" : "MN m",
+    { label: "gains Kp that hold it",
+      help: `that hold the wheel ${where} with a delay of ${duration(control.delay)} and without integral gain`,
+      text: empty ? "none" : open ? (lowest === 0 ? "any" : `from ${mega(lowest)}`)
+        : `${mega(lowest)} \u2013 ${mega(highest)}`,
+      unit: empty || (lowest === 0 && open) ? "" : "MN m",
       ...(empty ? { kind: "warn" as const } : {}) },
     { label: "longest delay", help: `with which any gain holds the wheel ${where}: 1/pole`,
       text: pole > 0 ? duration(delayLimit(pole)) : "any", unit: "",

@@ -1,6 +1,7 @@
 /* The contact patch: shear traction along it, and from above where it sticks and slips. */
 
 import { ellipsePatch, type LinePatch, linePatch } from "../physics/patch";
+import { atLoad } from "../physics/vehicle";
 import { Chart } from "./chart";
 import { digits } from "./format";
 import { FONT } from "./pen";
@@ -114,7 +115,7 @@ export class PatchView implements View {
     }
     c.restore();
     this.drawBoundary(c, strips, eta, across, half);
-    const { semi_width: a, peak_pressure: p0 } = plant.vehicle;
+    const { semi_width: a, peak_pressure: p0 } = atLoad(plant.vehicle, plant.normalLoad);
     const b = (3 * plant.normalLoad) / (2 * Math.PI * a * p0);
     const size = line ? `2a = ${digits(2e3 * a)} mm` : `2a = ${digits(2e3 * a)} mm, 2b = ${digits(2e3 * b)} mm`;
     c.font = FONT;

@@ -121,3 +121,17 @@ export function drivetrainParameters(v: Vehicle): DrivetrainParameters {
     motor_lag: 0,
   };
 }
+
+/** The vehicle whose nominal load is another one [N]: its contact grows, its friction stays. */
+export function atLoad(vehicle: Vehicle, normalLoad: number): Vehicle {
+  if (normalLoad === vehicle.normal_load) return vehicle;
+  const exponent = vehicle.contact === "line" ? 1 / 2 : 1 / 3;
+  const growth = (normalLoad / vehicle.normal_load) ** exponent; // of a and of p0
+  return {
+    ...vehicle,
+    normal_load: normalLoad,
+    semi_width: vehicle.semi_width * growth,
+    peak_pressure: vehicle.peak_pressure * growth,
+    k_hat: vehicle.k_hat / growth, // Eq. (17), with the weakening length as it is
+  };
+}
