@@ -4,6 +4,6 @@ export { givenModel, pagePresets, type Presets, type Settings, settingsOf } from
 export { semiAxes } from "./hertz";
 export { allows, type Limit, type Limits, limitText, pageLimits } from "./limits";
 export { type Model, ModelError, readModel, type Runs, writeModel } from "./model_file";
-export { UNITS } from "./reading";
+export { decimal, UNITS } from "./reading";
 export { settingLimit } from "./setting_limits";
 export { fromAddress, type FromAddress, toAddress } from "./settings";

@@ -12,6 +12,8 @@ const SETTING_LIMITS: Limits = {
   creepage: { unit: "1", at_least: 0, at_most: 10 },
   torque_max: { unit: "N.m", at_least: 0, at_most: 1e7 },
   delay: { unit: "s", at_least: 0, at_most: LONGEST_DELAY },
+  kick: { unit: "1", at_least: -0.9, at_most: 10 },
+  friction_ratio: { unit: "1", at_least: 1, at_most: 100 },
   patch_friction: { unit: "1", at_least: 1e-3, at_most: 2 },
   patch_length: { unit: "m", at_least: 1e-6, at_most: 1e4 },
   playback: { unit: "1", above: 0, at_most: 10 },

@@ -2,14 +2,13 @@
 
 import type { Settings } from "../files";
 import type { Kernel } from "../kernel/kernel";
-import { type Clearing, clearing } from "../physics/clearing";
+import { clearing } from "../physics/clearing";
 import { Plant } from "../physics/plant";
 import { type Control, Run, type RunEvent, SAMPLE } from "../physics/run";
 import { type SteadyState, steadyStates } from "../physics/stability";
 import { digits, percent } from "./format";
 import { clearingText, Numbers, numbers, warnings } from "./numbers";
 import { type Picture, picture } from "./picture";
-import { NO_FOLD } from "./stories";
 import { type Story, Telling } from "./telling";
 import type { Moment, View } from "./view";
 
@@ -51,7 +50,6 @@ export class App {
   private last = 0;
   private looked = 0;
   private lookedSeldom = 0;
-  private clears: Clearing | null = null;
 
   constructor(readonly kernel: Kernel, public settings: Settings, private readonly stage: Stage) {
     this.run = new Run(kernel);
@@ -77,19 +75,26 @@ export class App {
   /** Begin anew at rest, with the settings as they are. */
   restart(): void {
     const { vehicle, normalLoad, speed } = this.settings;
-    this.shown = this.newPicture(speed);
+    const next = this.newPicture(speed);
     try {
       this.run.start(vehicle, normalLoad, speed);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
-      const most = this.shown.fold?.drive_torque ?? Math.max(...this.shown.dry.torque);
+      const most = next.fold?.drive_torque ?? Math.max(...next.dry.torque);
       this.control.mode = "torque";
       this.control.drive_torque = 0.9 * most;
       this.run.start(vehicle, normalLoad, speed);
       this.stage.toast("No steady state at that torque: begun at nine tenths of the critical one.");
     }
     this.playing = true;
+    this.show(next);
+  }
+
+  /** Take other curves, for the charts and for what the run tells of. */
+  private show(next: Picture): void {
+    this.shown = next;
     this.unshown = true;
+    this.run.watch(next.fold?.creepage ?? null);
     this.stage.changed();
   }
 
@@ -100,22 +105,20 @@ export class App {
     Object.assign(this.settings, { vehicle: { ...vehicle }, patch: { ...patch } });
     try {
       change();
-      this.shown = this.newPicture(this.run.speed);
+      const next = this.newPicture(this.run.speed);
       this.run.configure(this.settings.vehicle, this.settings.normalLoad);
+      this.show(next);
     } catch (error) {
       Object.assign(this.settings, { vehicle, normalLoad, patch });
       throw error;
     }
-    this.unshown = true;
-    this.stage.changed();
   }
 
   setSpeed(speed: number): void {
-    this.shown = this.newPicture(speed);
+    const next = this.newPicture(speed);
     this.run.setSpeed(speed);
     this.settings.speed = speed;
-    this.unshown = true;
-    this.stage.changed();
+    this.show(next);
   }
 
   /** Put the wet patch of the settings on the rail, a moment ahead. */
@@ -132,20 +135,18 @@ export class App {
 
   tell(story: Story): void {
     this.endStory();
-    const { fold } = this.shown, { control } = this;
-    if (fold === null) {
-      this.stage.toast(NO_FOLD);
-    } else {
-      control.torque_max = Math.max(control.torque_max, 1.3 * fold.drive_torque);
-      this.telling = new Telling(this, story);
-    }
+    const why = story.cannot(this);
+    if (why === null) this.telling = new Telling(this, story);
+    else this.stage.toast(why);
     this.stage.changed();
   }
 
   /** The visitor has taken over. */
   endStory(): void {
-    if (this.telling !== null) this.stage.say("");
+    if (this.telling === null) return;
     this.telling = null;
+    this.stage.say("");
+    this.stage.changed();
   }
 
   /** The controls may show something else now. */
@@ -232,12 +233,8 @@ export class App {
     const { run, stage } = this;
     const moved = Math.abs(run.speed / this.shown.speed - 1) > MOVED;
     const other = this.shown.wetFriction !== this.wetFriction;
-    if (other || (moved && now - this.looked > OFTEN)) {
-      this.shown = this.newPicture(run.speed);
-      this.unshown = true;
-    }
+    if (other || (moved && now - this.looked > OFTEN)) this.show(this.newPicture(run.speed));
     if (this.unshown) {
-      run.watch(this.shown.fold?.creepage ?? null);
       for (const view of stage.views) view.show(this.shown);
       this.unshown = false;
       this.looked = this.lookedSeldom = -Infinity;
@@ -273,10 +270,10 @@ export class App {
       return;
     }
     if (run.onPatch || run.patch !== null) return; // the prediction stands until it is past
-    this.clears = clearing(this.shown.plant, run.driveTorque, run.speed, settings.patch.friction);
+    const clears = clearing(this.shown.plant, run.driveTorque, run.speed, settings.patch.friction);
     const far = this.shown.fold !== null && run.creepage > 2 * this.shown.fold.creepage;
     write(this.stage.clearing, far ? "The wheel has run away already."
-      : clearingText(this.clears, settings.patch.length / run.speed));
+      : clearingText(clears, settings.patch.length / run.speed));
   }
 
   private report({ name, drive_torque, creepage }: RunEvent): void {

@@ -1,5 +1,6 @@
 /* Rows of controls: a slider for the hand and a field for the exact number, for one value each. */
 
+import { allows, decimal, type Limit, limitText } from "../files";
 import { plain } from "./format";
 
 export interface RowSpec {
@@ -8,12 +9,12 @@ export interface RowSpec {
   unit: string;
   /** SI value of one unit shown. */
   scale: number;
-  /** Ends of the slider, SI; the field takes what `limits` allow. */
+  /** Ends of the slider, SI; the field takes what `limit` allows. */
   min: number;
   max: number;
   /** Whether the slider goes by ratios. */
   log?: boolean;
-  limits?: { atLeast?: number; above?: number; atMost?: number };
+  limit: Limit;
   help: string;
   read(): number;
   write(value: number): void;
@@ -26,6 +27,10 @@ export class Row {
   private readonly field = document.createElement("input");
   private readonly problem = document.createElement("span");
   readonly element = document.createElement("div");
+
+  get id(): string {
+    return this.spec.id;
+  }
 
   constructor(private spec: RowSpec) {
     const { id, label, unit, help } = spec;
@@ -100,17 +105,9 @@ export class Row {
   }
 
   private typed(): void {
-    const { spec } = this, text = this.field.value.trim().replace(",", ".").replace("\u2212", "-");
-    const value = Number(text) * spec.scale, { atLeast, above, atMost } = spec.limits ?? {};
-    const bad = text === "" || !Number.isFinite(value) || (atLeast !== undefined && value < atLeast) ||
-      (above !== undefined && value <= above) || (atMost !== undefined && value > atMost);
-    if (bad) {
-      const ends = [
-        above === undefined ? "" : `above ${plain(above / spec.scale)}`,
-        atLeast === undefined ? "" : `at least ${plain(atLeast / spec.scale)}`,
-        atMost === undefined ? "" : `at most ${plain(atMost / spec.scale)}`,
-      ].filter((part) => part !== "").join(" and ");
-      this.refuse(`${spec.label} must be ${ends || "a number"}`);
+    const { label, unit, scale, limit } = this.spec, value = scale * number(this.field.value);
+    if (!allows(limit, value)) {
+      this.refuse(`${label} must be ${limitText(inUnits(limit, scale))} ${unit}`.trim());
     } else if (this.take(value)) {
       this.show(true);
     }
@@ -133,4 +130,18 @@ export class Row {
     this.field.setAttribute("aria-invalid", String(why !== ""));
     this.problem.textContent = why;
   }
+}
+
+/** The number that was typed, with a point or a comma; NaN if it may be meant in two ways. */
+function number(typed: string): number {
+  const text = typed.trim().replace("\u2212", "-");
+  return /^-?[1-9]\d{0,2}(,\d{3})+$/.test(text) ? NaN : decimal(text.replace(",", "."));
+}
+
+/** A limit in the units that are shown. */
+function inUnits(limit: Limit, scale: number): Limit {
+  const bounds = (["above", "at_least", "below", "at_most"] as const)
+    .filter((bound) => limit[bound] !== undefined)
+    .map((bound) => [bound, Number(plain((limit[bound] as number) / scale))]);
+  return { unit: limit.unit, ...Object.fromEntries(bounds) };
 }

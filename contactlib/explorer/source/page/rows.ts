@@ -1,10 +1,13 @@
 /* Which values a visitor can set, between which ends and what they do. */
 
-import { contactModulus } from "../physics/vehicle";
+import { allows, limitText, settingLimit } from "../files";
+import type { Control } from "../physics/run";
+import { contactModulus, type Vehicle } from "../physics/vehicle";
 import type { App } from "./app";
 import { Row, type RowSpec } from "./controls";
 
 const MEGA = 1e6, KILO = 1e3, MILLI = 1e-3, PERCENT = 1e-2;
+const FALL = "Friction falls with slip speed w by (1 - A) exp(-B w) + A";
 
 /** Rows by the place that they are in. */
 export interface Rows {
@@ -15,116 +18,102 @@ export interface Rows {
   wheel: Row[];
 }
 
+type Numbers<T> = { [K in keyof T]: T[K] extends number ? K : never }[keyof T];
+type Shape = Omit<RowSpec, "read" | "write" | "limit">;
+
+/** What is shown of a value: name, unit, SI value of the unit, ends of the slider, and a help. */
+const shape = (id: string, label: string, unit: string, scale: number, min: number, max: number,
+  help: string, log = false): Shape => ({ id, label, unit, scale, min, max, help, log });
+
+/** Throw an error of one line unless a number of the settings is within its limits. */
+function check(key: string, value: number): void {
+  const limit = settingLimit(key);
+  if (limit !== undefined && !allows(limit, value)) {
+    throw new RangeError(`${key} = ${value} ${limit.unit} must be ${limitText(limit)}`);
+  }
+}
+
 export function makeRows(app: App): Rows {
-  /** A row whose change is one of the control: nothing is drawn anew. */
-  const control = (spec: Omit<RowSpec, "read" | "write">, key: "drive_torque" | "torque_rate" |
-    "creepage" | "proportional_gain" | "integral_gain" | "torque_max" | "delay"): Row =>
+  const row = (key: string, spec: Shape, read: () => number, write: (value: number) => void): Row =>
     new Row({
       ...spec,
-      read: () => app.control[key],
+      limit: settingLimit(key) ?? { unit: "" },
+      read,
       write: (value) => {
         app.endStory();
-        app.control[key] = value;
+        write(value);
+        app.changed();
       },
     });
-
-  type Number = "k_hat" | "kinetic_friction" | "slip_rate_residual" | "slip_rate_decay" |
-    "inertia" | "damping" | "slope_reduction";
-  const wheel = (spec: Omit<RowSpec, "read" | "write">, key: Number): Row =>
-    new Row({
-      ...spec,
-      read: () => app.settings.vehicle[key],
-      write: (value) => vehicle(() => (app.settings.vehicle[key] = value)),
-    });
-  const vehicle = (change: () => void): void => {
-    app.endStory();
-    app.change(change);
-  };
+  const control = (key: Numbers<Control>, spec: Shape): Row =>
+    row(key, spec, () => app.control[key], (value) => (app.control[key] = value));
+  const wheel = (key: Numbers<Vehicle>, spec: Shape): Row =>
+    row(key, spec, () => app.settings.vehicle[key],
+      (value) => app.change(() => (app.settings.vehicle[key] = value)));
+  const ratio = (): number =>
+    app.settings.vehicle.static_friction / app.settings.vehicle.kinetic_friction;
+  const setFriction = (kinetic: number, over: number): void => app.change(() =>
+    Object.assign(app.settings.vehicle, { kinetic_friction: kinetic, static_friction: over * kinetic }));
 
   return {
     torque: [
-      control({ id: "torque", label: "drive torque T", unit: "kN m", scale: KILO, min: 0,
-        max: 35e3, limits: { atLeast: 0 }, help: "Torque on the wheelset; it moves there at the rate below" },
-        "drive_torque"),
-      control({ id: "rate", label: "rate of the torque", unit: "kN m/s", scale: KILO, min: 50,
-        max: 1e5, log: true, limits: { above: 0 }, help: "How fast the torque moves to what is set" },
-        "torque_rate"),
+      control("drive_torque", shape("torque", "drive torque T", "kN m", KILO, 0, 35e3,
+        "Torque on the wheelset; it moves there at the rate below")),
+      control("torque_rate", shape("rate", "rate of the torque", "kN m/s", KILO, 50, 1e5,
+        "How fast the torque moves to what is set", true)),
     ],
     creep: [
-      control({ id: "reference", label: "reference \u03b6", unit: "%", scale: PERCENT, min: 0,
-        max: 0.06, limits: { atLeast: 0 }, help: "Creepage that creep control keeps" }, "creepage"),
-      control({ id: "gain", label: "gain Kp", unit: "MN m", scale: MEGA, min: 1e4,
-        max: 1e7, log: true, limits: { atLeast: 0 }, help: "Torque per creepage, T = T0 + Kp (reference - creepage)" },
-        "proportional_gain"),
-      control({ id: "integral", label: "integral gain Ki", unit: "MN m/s", scale: MEGA, min: 0,
-        max: 1e7, limits: { atLeast: 0 }, help: "Without it T0 is the torque of the reference" },
-        "integral_gain"),
-      control({ id: "delay", label: "delay", unit: "ms", scale: MILLI, min: 0, max: 0.03,
-        limits: { atLeast: 0, atMost: 0.5 }, help: "Age of the measured creepage" }, "delay"),
-      control({ id: "limit", label: "largest torque", unit: "kN m", scale: KILO, min: 1e3, max: 1e5,
-        log: true, limits: { atLeast: 0 }, help: "Creep control asks for no more" }, "torque_max"),
+      control("creepage", shape("reference", "reference \u03b6", "%", PERCENT, 0, 0.06,
+        "Creepage that creep control keeps")),
+      control("proportional_gain", shape("gain", "gain Kp", "MN m", MEGA, 1e4, 1e7,
+        "Torque per creepage, T = T0 + Kp (reference - creepage)", true)),
+      control("integral_gain", shape("integral", "integral gain Ki", "MN m/s", MEGA, 0, 1e7,
+        "Without it T0 is the torque of the reference")),
+      control("delay", shape("delay", "delay", "ms", MILLI, 0, 0.03, "Age of the measured creepage")),
+      control("torque_max", shape("limit", "largest torque", "kN m", KILO, 1e3, 1e5,
+        "Creep control asks for no more", true)),
     ],
     kick: [
-      new Row({ id: "kick-size", label: "kick adds", unit: "%", scale: PERCENT, min: -0.02,
-        max: 0.06, help: "Added to the creepage at once, as a blow on the rim would",
-        read: () => app.kickSize, write: (value) => (app.kickSize = value) }),
+      row("kick", shape("kick-size", "kick adds", "%", PERCENT, -0.02, 0.06,
+        "Added to the creepage at once, as a blow on the rim would"),
+        () => app.kickSize, (value) => (app.kickSize = value)),
     ],
     wet: [
-      new Row({ id: "wet-friction", label: "wet friction \u00d7", unit: "", scale: 1, min: 0.1,
-        max: 1, limits: { above: 0, atMost: 10 }, help: "Factor on both friction coefficients on the patch",
-        read: () => app.settings.patch.friction,
-        write: (value) => vehicle(() => (app.settings.patch.friction = value)) }),
-      new Row({ id: "wet-time", label: "time on the patch", unit: "ms", scale: MILLI, min: 1e-3,
-        max: 1, log: true, limits: { above: 0 }, help: "Length of the patch over the speed",
-        read: () => app.settings.patch.length / app.run.speed,
-        write: (value) => {
+      row("patch_friction", shape("wet-friction", "wet friction \u00d7", "", 1, 0.1, 1,
+        "Factor on both friction coefficients on the patch"),
+        () => app.settings.patch.friction,
+        (value) => app.change(() => (app.settings.patch.friction = value))),
+      row("patch_time", shape("wet-time", "time on the patch", "ms", MILLI, 1e-3, 1,
+        "Length of the patch over the speed", true),
+        () => app.settings.patch.length / app.run.speed,
+        (value) => {
+          check("patch_length", value * app.run.speed);
           app.settings.patch.length = value * app.run.speed;
-          app.changed();
-        } }),
+        }),
     ],
     wheel: [
-      wheel({ id: "k-hat", label: "drop of friction K", unit: "", scale: 1, min: 0, max: 1.2,
-        limits: { atLeast: 0, atMost: 2 }, help: "k_hat of Eq. (17), at the nominal load" }, "k_hat"),
-      new Row({ id: "ratio", label: "ratio f_s / f_d", unit: "", scale: 1, min: 1.05,
-        max: 4, limits: { atLeast: 1 }, help: "At a given K it changes the length of the weakening zone",
-        read: () => app.settings.vehicle.static_friction / app.settings.vehicle.kinetic_friction,
-        write: (value) => vehicle(() => {
-          const v = app.settings.vehicle;
-          v.static_friction = value * v.kinetic_friction;
-        }) }),
-      new Row({ id: "kinetic", label: "kinetic friction f_d", unit: "", scale: 1, min: 0.03,
-        max: 0.6, limits: { above: 0, atMost: 2 }, help: "f_s keeps its ratio to it",
-        read: () => app.settings.vehicle.kinetic_friction,
-        write: (value) => vehicle(() => {
-          const v = app.settings.vehicle, ratio = v.static_friction / v.kinetic_friction;
-          v.kinetic_friction = value;
-          v.static_friction = ratio * value;
-        }) }),
-      new Row({ id: "load", label: "load P", unit: "kN", scale: KILO, min: 2e4, max: 4e5,
-        limits: { above: 0 }, help: "Normal load of both wheels; the contact grows with it",
-        read: () => app.settings.normalLoad,
-        write: (value) => vehicle(() => (app.settings.normalLoad = value)) }),
-      new Row({ id: "speed", label: "speed V", unit: "m/s", scale: 1, min: 1, max: 60, log: true,
-        limits: { above: 0.2, atMost: 100 }, help: "Forward speed; a free vehicle goes on from there",
-        read: () => app.run.speed,
-        write: (value) => {
-          app.endStory();
-          app.setSpeed(value);
-        } }),
-      wheel({ id: "inertia", label: "inertia J", unit: "kg m\u00b2", scale: 1, min: 30, max: 1000,
-        log: true, limits: { above: 0 }, help: "Of the wheelset with its drive" }, "inertia"),
-      wheel({ id: "slope", label: "slope reduction", unit: "", scale: 1, min: 0.02, max: 1,
-        log: true, limits: { above: 0, atMost: 1 }, help: "A third body on the rail lowers the initial slope" },
-        "slope_reduction"),
-      wheel({ id: "residual", label: "left at high slip A", unit: "", scale: 1, min: 0.2,
-        max: 1, limits: { above: 0, atMost: 1 }, help: "Friction falls with slip speed w by (1 - A) exp(-B w) + A" },
-        "slip_rate_residual"),
-      wheel({ id: "decay", label: "fall with slip speed B", unit: "s/m", scale: 1, min: 0, max: 3,
-        limits: { atLeast: 0 }, help: "Friction falls with slip speed w by (1 - A) exp(-B w) + A" },
-        "slip_rate_decay"),
-      wheel({ id: "damping", label: "damping b", unit: "N m s", scale: 1, min: 0, max: 300,
-        limits: { atLeast: 0 }, help: "Drive torque lost per angular velocity; it ends a run-away" },
-        "damping"),
+      wheel("k_hat", shape("k-hat", "drop of friction K", "", 1, 0, 1.2,
+        "k_hat of Eq. (17), at the nominal load")),
+      row("friction_ratio", shape("ratio", "ratio f_s / f_d", "", 1, 1.05, 4,
+        "At a given K it changes the length of the weakening zone"),
+        ratio, (value) => setFriction(app.settings.vehicle.kinetic_friction, value)),
+      row("kinetic_friction", shape("kinetic", "kinetic friction f_d", "", 1, 0.03, 0.6,
+        "f_s keeps its ratio to it"),
+        () => app.settings.vehicle.kinetic_friction, (value) => setFriction(value, ratio())),
+      row("load", shape("load", "load P", "kN", KILO, 2e4, 4e5,
+        "Normal load of both wheels; the contact grows with it"),
+        () => app.settings.normalLoad, (value) => app.change(() => (app.settings.normalLoad = value))),
+      row("speed", shape("speed", "speed V", "m/s", 1, 1, 60,
+        "Forward speed; a free vehicle goes on from there", true),
+        () => app.run.speed, (value) => app.setSpeed(value)),
+      wheel("inertia", shape("inertia", "inertia J", "kg m\u00b2", 1, 30, 1000,
+        "Of the wheelset with its drive", true)),
+      wheel("slope_reduction", shape("slope", "slope reduction", "", 1, 0.02, 1,
+        "A third body on the rail lowers the initial slope", true)),
+      wheel("slip_rate_residual", shape("residual", "left at high slip A", "", 1, 0.2, 1, FALL)),
+      wheel("slip_rate_decay", shape("decay", "fall with slip speed B", "s/m", 1, 0, 3, FALL)),
+      wheel("damping", shape("damping", "damping b", "N m s", 1, 0, 300,
+        "Drive torque lost per angular velocity; it ends a run-away")),
     ],
   };
 }
@@ -133,11 +122,16 @@ export function makeRows(app: App): Rows {
 export function spanRows(rows: Rows, app: App): void {
   const { fold, dry, far } = app.shown, { vehicle } = app.settings;
   const most = fold?.drive_torque ?? Math.max(...dry.torque);
-  rows.torque[0]?.span(0.5 * most, 1.1 * most);
-  rows.creep[0]?.span(0, far);
-  rows.kick[0]?.span(-0.25 * far, 0.75 * far);
-  rows.wheel.find((row) => row.element.querySelector("#load-slider"))
-    ?.span(0.1 * vehicle.normal_load, 1.8 * vehicle.normal_load);
+  const ends: Record<string, [number, number]> = {
+    torque: [0.5 * most, 1.1 * most],
+    reference: [0, far],
+    "kick-size": [-0.25 * far, 0.75 * far],
+    load: [0.1 * vehicle.normal_load, 1.8 * vehicle.normal_load],
+  };
+  for (const row of Object.values(rows).flat()) {
+    const span = ends[row.id];
+    if (span !== undefined) row.span(...span);
+  }
 }
 
 /** What the model is, in a line. */

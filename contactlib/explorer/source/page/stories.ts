@@ -1,24 +1,37 @@
 /* Guided experiments: each puts the wheel somewhere, does something to it and says what to see. */
 
 import { clearing } from "../physics/clearing";
+import { FASTEST_RIM } from "../physics/motion";
 import { SAMPLE } from "../physics/run";
 import { creepControlGain, delayLimit, type Fold, steadyStates } from "../physics/stability";
 import type { App } from "./app";
 import { digits, duration, percent } from "./format";
 import type { Story } from "./telling";
 
-/** Said of a wheel that no torque drives away. */
-export const NO_FOLD = "Here the torque has no fold, so nothing runs away: raise K, or lower the damping.";
+const OVER = 1.015; // torque over the fold's that drives the wheel away for Hysteresis
+const RESTING = 0.9; // that a wet patch finds it at
+
+/** What every story needs. */
+function noFold(app: App): string | null {
+  return app.shown.fold !== null ? null
+    : "Here the torque has no fold, so nothing runs away: raise K, or lower the damping.";
+}
 
 /** The fold, without which no story begins. */
 function critical(app: App): Fold {
   const { fold } = app.shown;
-  if (fold === null) throw new RangeError(NO_FOLD);
+  if (fold === null) throw new RangeError("the story needs a fold");
   return fold;
 }
 
 /** Rate at which the wheel leaves the reference of its control [1/s]. */
 const poleThere = (app: App): number => app.shown.plant.pole(app.control.creepage, app.run.speed);
+
+/** Creep control that can give the critical torque, and some more. */
+function creepMode({ control, shown: { fold } }: App): void {
+  control.mode = "creep";
+  control.torque_max = Math.max(control.torque_max, 1.3 * (fold?.drive_torque ?? 0));
+}
 
 /** Let the measurement be so old, over one over the pole. */
 function late(app: App, part: number): void {
@@ -26,6 +39,23 @@ function late(app: App, part: number): void {
 }
 
 const kilo = (torque: number, significant = 4): string => `${digits(1e-3 * torque, significant)} kN m`;
+
+/** Hysteresis needs a branch to run away to, not beyond what the run allows, and a way back. */
+function noLanding(app: App): string | null {
+  const { plant, speed } = app.shown, { drive_torque, return_creepage } = critical(app);
+  const landing = steadyStates(plant, OVER * drive_torque, speed)
+    .find((state) => state.stable && state.creepage > return_creepage);
+  if (landing !== undefined && (1 + landing.creepage) * speed < FASTEST_RIM) return null;
+  return `Here a run-away goes on beyond a rim speed of ${FASTEST_RIM} m/s: more damping of the ` +
+    "drive, or less speed, would catch it.";
+}
+
+function noClearing(app: App): string | null {
+  const { plant, speed } = app.shown, { friction } = app.settings.patch;
+  const found = clearing(plant, RESTING * critical(app).drive_torque, speed, friction);
+  return found !== null && Number.isFinite(found.time) ? null
+    : `A wet patch of this friction, ${digits(friction, 2)} of the dry, is survived however long: lower it.`;
+}
 
 /** Constant torque, a part of the critical one, at rest there. */
 function rest(app: App, part: number, playback: number): void {
@@ -48,15 +78,14 @@ function border(app: App): number {
 function patchStory(app: App, part: number): void {
   const { plant } = app.shown;
   const found = clearing(plant, app.control.drive_torque, app.run.speed, app.settings.patch.friction);
-  if (found !== null && Number.isFinite(found.time)) {
-    app.settings.patch.length = part * found.distance;
-  }
+  if (found !== null) app.settings.patch.length = part * found.distance;
   app.layPatch();
 }
 
 export const STORIES: Story[] = [
   {
     name: "Run away",
+    cannot: noFold,
     steps: [
       {
         begin: (app) => {
@@ -81,17 +110,21 @@ export const STORIES: Story[] = [
   },
   {
     name: "Hysteresis",
+    cannot: (app) => noFold(app) ?? noLanding(app),
     steps: [
       {
         begin: (app) => {
           rest(app, 0.985, 2);
-          ramp(app, 1.015, 0.01);
+          ramp(app, OVER, 0.01);
         },
         say: () => "Past the fold the wheel runs away to the far branch, where the drive's own " +
           "damping holds it.",
         until: "slip_away",
       },
-      { say: () => "There it would stay, at several hundred per cent of creepage.", until: 6 },
+      {
+        say: () => "There it stays, at many times the creepage of the fold, while the torque does.",
+        until: 6,
+      },
       {
         begin: (app) => {
           app.settings.playback = 5;
@@ -113,6 +146,7 @@ export const STORIES: Story[] = [
   },
   {
     name: "Kick it",
+    cannot: noFold,
     steps: [
       {
         begin: (app) => rest(app, 0.95, 0.02),
@@ -141,9 +175,10 @@ export const STORIES: Story[] = [
   },
   {
     name: "Wet patch",
+    cannot: (app) => noFold(app) ?? noClearing(app),
     steps: [
       {
-        begin: (app) => rest(app, 0.9, 0.01),
+        begin: (app) => rest(app, RESTING, 0.01),
         say: (app) => `A wet patch is coming, friction times ${digits(app.settings.patch.friction, 2)}. ` +
           "On it the wheel speeds up; what counts is whether it crosses the border before the end.",
         until: 0.004,
@@ -156,7 +191,7 @@ export const STORIES: Story[] = [
       },
       {
         begin: (app) => {
-          rest(app, 0.9, 0.01);
+          rest(app, RESTING, 0.01);
           patchStory(app, 1.1);
         },
         say: (app) => `And ${duration(app.settings.patch.length / app.run.speed)}, eleven tenths: it crosses the ` +
@@ -174,12 +209,13 @@ export const STORIES: Story[] = [
   },
   {
     name: "Hold it",
+    cannot: noFold,
     steps: [
       {
         begin: (app) => {
           const { control, shown, run } = app, { creepage } = critical(app);
           const needed = creepControlGain(shown.plant, 1.2 * creepage, run.speed);
-          control.mode = "creep";
+          creepMode(app);
           control.delay = 0;
           control.creepage = 0.75 * creepage;
           control.proportional_gain = Math.max(control.proportional_gain, 2 * needed);
@@ -200,8 +236,8 @@ export const STORIES: Story[] = [
       {
         say: (app) => {
           const pole = app.shown.plant.pole(app.run.creepage, app.run.speed);
-          return `Held at ${percent(app.run.creepage)}. Without control a small change would grow ` +
-            `${digits(Math.exp(Math.min(0.1 * pole, 40)), 2)} times in a tenth of a second.`;
+          return `Held at ${percent(app.run.creepage)}. Without control a small change would double ` +
+            `every ${duration(Math.LN2 / pole)}.`;
         },
         until: Infinity,
       },
@@ -209,11 +245,12 @@ export const STORIES: Story[] = [
   },
   {
     name: "Too late",
+    cannot: noFold,
     steps: [
       {
         begin: (app) => {
           const { control, shown, run } = app;
-          control.mode = "creep";
+          creepMode(app);
           control.creepage = 1.2 * critical(app).creepage;
           control.proportional_gain = (1.85 * poleThere(app)) / shown.plant.gain(run.speed);
           late(app, 0.12);

@@ -13,6 +13,8 @@ export interface Step {
 
 export interface Story {
   name: string;
+  /** Why it cannot be told of this wheel, in one line; null if it can. */
+  cannot(app: App): string | null;
   steps: Step[];
 }
 

@@ -155,6 +155,7 @@ class Motion {
     const excess = (): number =>
       (radius * state.omega_left) / state.speed - 1 - border(state.speed);
     let [time, before, step] = [0, excess(), FIRST_STEP];
+    if (before >= 0) return { time: 0, distance: 0, speed: state.speed }; // it moves past the start
     while (time < LONGEST && state.speed >= minimum_speed) {
       const from = { ...state };
       const after = this.step(from, time, step, excess);
