@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,10 +23,13 @@ class Bundle(NamedTuple):
 
 
 def install() -> None:
-    """Get the packages of the lock file, if that has not been done; none of them runs anything."""
-    if not PACKAGES.is_dir():
+    """Get the packages of the lock file, unless they are there; none of them runs anything."""
+    lock = sha256((SOURCE / "package-lock.json").read_bytes()).hexdigest()
+    stamp = PACKAGES / ".installed"
+    if not stamp.is_file() or stamp.read_text() != lock:
         arguments = ["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
         npm(arguments, cwd=SOURCE, check=True)
+        stamp.write_text(lock)
 
 
 def bundle() -> Bundle:
