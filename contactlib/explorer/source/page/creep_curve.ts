@@ -57,7 +57,9 @@ export class CreepCurve implements View {
       }
       if (control.mode === "creep") {
         pen.rule("across", 100 * control.creepage, "torque", 1.5, [5, 4]);
-        pen.words("reference", pen.across(100 * control.creepage) + 5, pen.height - 12, "torque");
+        if (control.creepage < 0.8 * shown.far) {
+          pen.words("reference", pen.across(100 * control.creepage) + 5, pen.height - 12, "torque");
+        }
       }
       // The torque's share that the contact must take: where it meets the curve, the wheel rests.
       const { radius, damping } = shown.plant.vehicle;

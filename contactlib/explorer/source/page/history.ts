@@ -3,16 +3,13 @@
 import { Chart } from "./chart";
 import { digits, percent } from "./format";
 import type { Pen } from "./pen";
-import type { Picture } from "./picture";
+import { type Picture, roundUp } from "./picture";
 import type { Moment, View } from "./view";
-
-const LEAST = 3e-3; // smallest creepage that the axis shows [1]
 
 export class TimeHistory implements View {
   private readonly creepage: Chart;
   private readonly torque: Chart;
   private range: [number, number] = [0, 1];
-  private top = 0.1;
 
   constructor(readonly place: HTMLElement) {
     const [above, below] = [".creepage", ".torque"].map(
@@ -20,12 +17,12 @@ export class TimeHistory implements View {
     const seconds = (v: number): string => `${Number(v.toPrecision(7))}`;
     this.creepage = new Chart(above as HTMLElement, {
       x: { label: "", hidden: true, size: 8, values: seconds },
-      y: { label: "creepage \u03b6  [%]", log: true, size: 48 },
+      y: { label: "\u03b6  [%]", log: true, size: 48 },
       curves: [{ colour: "ink", width: 2 }],
     });
     this.torque = new Chart(below as HTMLElement, {
       x: { label: "time  [s]", space: 70, values: seconds },
-      y: { label: "torque  [kN m]", size: 48 },
+      y: { label: "T  [kN m]", size: 48 },
       curves: [{ colour: "torque", width: 2 }, { colour: "trail", width: 1.8, dash: [5, 3] }],
     });
   }
@@ -49,8 +46,9 @@ export class TimeHistory implements View {
   draw({ run, shown, span }: Moment): void {
     const rows = run.history.window(run.time - span);
     const window: [number, number] = [Math.max(0, run.time - span), Math.max(run.time, span)];
-    const creepage = rows.creepage.map((z) => 100 * Math.max(z, LEAST));
-    let most = 0, low = Infinity, high = -Infinity;
+    const [least, end] = shown.ends;
+    const creepage = rows.creepage.map((z) => 100 * Math.max(z, 1e-3 * least));
+    let most = 100 * end / 1.05, low = Infinity, high = -Infinity;
     const drive = rows.drive_torque.map((v) => 1e-3 * v);
     // What is left of the torque after it changed the creepage: T - (J V/r) dzeta/dt.
     const taken = rows.creepage_rate.map((rate, i) =>
@@ -58,11 +56,11 @@ export class TimeHistory implements View {
     for (let i = 0; i < creepage.length; i++) {
       most = Math.max(most, creepage[i] as number);
       low = Math.min(low, drive[i] as number);
+      if ((rows.friction[i] as number) < 1) low = Math.min(low, taken[i] as number);
       high = Math.max(high, drive[i] as number);
     }
     // The axis grows at once with what is seen, and shrinks when that has left it.
-    this.top = most > 300 ? 1000 : most > 30 ? 300 : most > 9 ? 30 : 10;
-    this.creepage.show([rows.time, creepage], window, [100 * LEAST, this.top]);
+    this.creepage.show([rows.time, creepage], window, [100 * least, roundUp(1.05 * most)]);
     const torques: [number, number] = [
       Math.min(this.range[0], low - 0.03 * high), Math.max(this.range[1], high + 0.22 * (high - low))];
     this.torque.show([rows.time, drive, taken], window, torques);

@@ -62,7 +62,7 @@ export class PatchView implements View {
   private profile({ position, shear_traction, stick_boundary }: LinePatch): void {
     const slip: (number | null)[] = [], stick: (number | null)[] = [];
     for (let i = 0; i < position.length; i++) {
-      const q = Math.min(shear_traction[i] as number, MOST), at = position[i] as number;
+      const q = shear_traction[i] as number, at = position[i] as number;
       slip.push(at <= stick_boundary ? q : null);
       stick.push(at >= stick_boundary && stick_boundary < 0.999 ? q : null);
     }
@@ -117,12 +117,13 @@ export class PatchView implements View {
     this.drawBoundary(c, strips, eta, across, half);
     const { semi_width: a, peak_pressure: p0 } = atLoad(plant.vehicle, plant.normalLoad);
     const b = (3 * plant.normalLoad) / (2 * Math.PI * a * p0);
-    const size = line ? `2a = ${digits(2e3 * a)} mm` : `2a = ${digits(2e3 * a)} mm, 2b = ${digits(2e3 * b)} mm`;
+    const along = `2a = ${digits(2e3 * a)} mm`;
+    const size = line ? `from above, ${along}` : `${along}, 2b = ${digits(2e3 * b)} mm, not to scale`;
     c.font = FONT;
     c.textBaseline = "bottom";
     c.fillStyle = colour("soft");
     c.textAlign = "left";
-    c.fillText(`from above, ${size}`, 4, height - 2);
+    c.fillText(size, 4, height - 2);
     c.textAlign = "right";
     c.fillText("rolling \u2192", width - 4, height - 2);
   }

@@ -9,6 +9,7 @@ import type { Moment, View } from "./view";
 
 export class PhasePortrait implements View {
   private readonly chart: Chart;
+  private wet = false; // whether the range is that of the wet curve
 
   constructor(readonly place: HTMLElement) {
     this.chart = new Chart(place, {
@@ -18,10 +19,12 @@ export class PhasePortrait implements View {
     });
   }
 
-  show({ plant, speed, fold, dry, far }: Picture): void {
+  show({ plant, speed, fold, dry, wet, far }: Picture): void {
     const most = fold?.drive_torque ?? Math.max(...dry.torque);
-    const reach = 100 * plant.gain(speed) * most;
-    this.chart.show([[0, 1]], [0, 100 * far], [-0.11 * reach, 0.17 * reach]);
+    const perTorque = 100 * plant.gain(speed), reach = perTorque * most;
+    const left = most - (wet?.torque.at(-1) ?? most); // that the wet rail does not take up
+    const top = Math.max(0.17 * reach, this.wet ? 1.1 * perTorque * left : 0);
+    this.chart.show([[0, 1]], [0, 100 * far], [-0.11 * reach, top]);
   }
 
   repaint(): void {
@@ -37,6 +40,10 @@ export class PhasePortrait implements View {
 
   draw(moment: Moment): void {
     const { run, shown, rests, span } = moment;
+    if (this.wet !== run.onPatch) {
+      this.wet = run.onPatch;
+      this.show(shown);
+    }
     this.chart.draw((pen) => {
       const curves = run.onPatch && shown.wet !== null ? shown.wet : shown.dry;
       const border = rests.find((state) => !state.stable && state.creepage > 0);
@@ -78,13 +85,15 @@ export class PhasePortrait implements View {
   }
 
   private rests(pen: Pen, { run, rests, shown }: Moment): void {
-    for (const state of rests) {
-      if (state.creepage > shown.far) continue;
-      pen.dot(100 * state.creepage, 0, state.stable ? "stable" : "unstable", !state.stable);
+    let last = -Infinity;
+    for (const { creepage, stable } of rests) {
+      if (creepage > shown.far) continue;
+      pen.dot(100 * creepage, 0, stable ? "stable" : "unstable", !stable);
       if (run.creepage > shown.far) continue; // what marks the wheel at the edge needs the room
-      const [name, dx, align] = state.stable
-        ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
-      pen.label(`${name} ${percent(state.creepage)}`, 100 * state.creepage, 0, dx, 20, "ink", align);
+      const at = pen.across(100 * creepage), near = at - last < 120;
+      const [name, dx, align] = stable ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
+      pen.label(`${name} ${percent(creepage)}`, 100 * creepage, 0, dx, near ? 36 : 20, "ink", align);
+      last = at;
     }
   }
 }

@@ -16,6 +16,7 @@ export interface Picture {
   fold: Fold | null;
   peak: number; // creepage of the largest force among those shown [1]
   far: number; // end of the axis of creepage [1]
+  ends: [number, number]; // of a logarithmic one, for a wheel that grips [1]
   creepage: Float64Array; // from 0 to `far` [1]
   dry: Curves;
   wet: Curves | null;
@@ -34,7 +35,9 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
   const dry = curves(plant, creepage, speed, 1);
   const wet = wetFriction === 1 ? null : curves(plant, creepage, speed, wetFriction);
   const peak = creepage[dry.force.indexOf(Math.max(...dry.force))] ?? 0;
-  return { plant, speed, fold, peak, far, creepage, dry, wet, wetFriction, states };
+  const scale = fold?.creepage ?? saturation;
+  const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
+  return { plant, speed, fold, peak, far, ends, creepage, dry, wet, wetFriction, states };
 }
 
 function curves(plant: Plant, creepage: Float64Array, speed: number, friction: number): Curves {
@@ -43,6 +46,12 @@ function curves(plant: Plant, creepage: Float64Array, speed: number, friction: n
     torque: creepage.map((z) => plant.torque(z, speed, friction)),
     pole: creepage.map((z) => plant.pole(z, speed, friction)),
   };
+}
+
+/** The least of 1 and 3 times a power of ten that is not below a number. */
+export function roundUp(value: number): number {
+  const power = 10 ** Math.floor(Math.log10(value) + 1e-9);
+  return value <= power * (1 + 1e-9) ? power : value <= 3 * power ? 3 * power : 10 * power;
 }
 
 /** Values where the pole is stable, and where it is not; both have the points where it changes. */

@@ -6,7 +6,7 @@ import { byStability, type Picture } from "./picture";
 import { trail } from "./trail";
 import type { Moment, View } from "./view";
 
-const LEAST = 3e-3, MOST = 10; // creepages that the axis shows [1]
+const MOST = 10; // creepage that the axis ends at [1]
 
 /** What a visitor drags across the chart: torque [N.m] or creepage [1]. */
 export type Dragged = (driveTorque: number, creepage: number) => void;
@@ -35,14 +35,13 @@ export class SteadyStates implements View {
     });
   }
 
-  show({ states, fold, plant, speed, far }: Picture): void {
+  show({ states, fold, plant, speed, far, ends: [least] }: Picture): void {
     const [stable, unstable] = byStability(states.drive_torque, states.pole, 1e-3);
-    const least = 1e-3 * LEAST;
-    const creepage = states.creepage.map((z) => 100 * Math.max(z, least));
+    const creepage = states.creepage.map((z) => 100 * Math.max(z, 1e-3 * least));
     const most = 1e-3 * (fold?.drive_torque ?? plant.torque(far, speed));
     const back = 1e-3 * (fold?.return_torque ?? 0.75 * 1e3 * most);
     const low = Math.min(0.84 * most, back - 0.25 * (most - back));
-    this.chart.show([creepage, stable, unstable], [100 * LEAST, 100 * MOST],
+    this.chart.show([creepage, stable, unstable], [100 * least, 100 * MOST],
       [Math.max(0, low), most + 0.2 * (most - low)]);
   }
 
@@ -59,7 +58,7 @@ export class SteadyStates implements View {
 
   draw({ run, shown, control, span }: Moment): void {
     this.chart.draw((pen) => {
-      const { fold } = shown;
+      const { fold, ends: [least] } = shown;
       const wanted = 1e-3 * control.drive_torque, acting = 1e-3 * run.driveTorque;
       if (control.mode === "torque") {
         pen.rule("across", wanted, "torque", 1.2, [4, 4]);
@@ -67,15 +66,14 @@ export class SteadyStates implements View {
         pen.rule("up", 100 * control.creepage, "torque", 1.2, [4, 4]);
       }
       pen.line(trail(run.history, "drive_torque", "creepage", run.time - 6 * span, 1e-3, 100,
-        100 * LEAST), "trail", 1.6);
+        100 * least), "trail", 1.6);
       pen.rule("across", acting, "torque", 1.8);
       if (control.mode === "torque") pen.handle(wanted, "torque");
       if (fold !== null) {
         const zeta = 100 * fold.creepage;
         pen.dot(1e-3 * fold.drive_torque, zeta, "ink", false, 3.5);
-        pen.label("fold", 1e-3 * fold.drive_torque, zeta, 9, 6);
-        pen.label(`${digits(1e-3 * fold.drive_torque, 4)} kN m`, 1e-3 * fold.drive_torque, zeta, 9,
-          20, "soft");
+        const text = `fold ${digits(1e-3 * fold.drive_torque, 4)} kN m`;
+        pen.label(text, 1e-3 * fold.drive_torque, zeta, 9, 18, "ink");
         if (fold.return_creepage < MOST) {
           pen.dot(1e-3 * fold.return_torque, 100 * fold.return_creepage, "ink", false, 3.5);
           pen.label("return", 1e-3 * fold.return_torque, 100 * fold.return_creepage, -9, -4, "ink",
@@ -85,7 +83,7 @@ export class SteadyStates implements View {
       if (control.mode === "creep") {
         pen.words("reference", 6, pen.up(100 * control.creepage) - 10, "torque", "left", true);
       }
-      pen.wheel(acting, 100 * Math.max(run.creepage, LEAST), "ink",
+      pen.wheel(acting, 100 * Math.max(run.creepage, 1e-3 * least), "ink",
         `${digits(acting)} kN m, ${percent(run.creepage)}`);
     });
   }
