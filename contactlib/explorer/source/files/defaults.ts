@@ -47,7 +47,7 @@ export function settingsOf(
     preset,
     vehicle,
     normalLoad: vehicle.normal_load,
-    speed: vehicle.initial_speed,
+    speed: Math.max(vehicle.initial_speed, vehicle.minimum_speed),
     control: {
       mode: "torque",
       drive_torque: Math.max(0, runs.torque_control.torque[0] ?? 0),

@@ -31,6 +31,8 @@ export interface Stage {
   toast(text: string): void;
   /** Controls may show other values than before. */
   changed(): void;
+  /** The speed of a free wheelset has gone on. */
+  moved(): void;
 }
 
 export class App {
@@ -44,6 +46,7 @@ export class App {
 
   private readonly numbers: Numbers;
   private telling: Telling | null = null;
+  private before: Settings | null = null; // what the visitor had before the story
   private rests: SteadyState[] = [];
   private stale = true; // charts show what is no more
   private unshown = true; // the charts have not been given the curves
@@ -65,11 +68,24 @@ export class App {
 
   /** Take other settings and begin anew. */
   use(settings: Settings): void {
+    this.endStory();
     this.settings = settings;
     Object.assign(this.run.control, settings.control);
     this.settings.control = this.run.control;
-    this.endStory();
     this.restart();
+  }
+
+  /** Begin anew as the visitor had it, before a story. */
+  reset(): void {
+    const { before } = this;
+    this.endStory();
+    if (before !== null) this.putBack(before);
+    this.restart();
+  }
+
+  private putBack({ control, patch, playback }: Settings): void {
+    Object.assign(this.control, control);
+    Object.assign(this.settings, { patch: { ...patch }, playback });
   }
 
   /** Begin anew at rest, with the settings as they are. */
@@ -123,26 +139,35 @@ export class App {
 
   /** Put the wet patch of the settings on the rail, a moment ahead. */
   layPatch(): void {
+    if (this.run.stopped !== null) this.restart();
     const { friction, length } = this.settings.patch, { speed } = this.run;
     this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
     this.lookAgain();
   }
 
   kick(): void {
+    if (this.run.stopped !== null) this.restart();
     this.run.kick(this.kickSize);
     this.lookAgain();
   }
 
   tell(story: Story): void {
+    const before = this.before ?? structuredClone({ ...this.settings, control: { ...this.control } });
     this.endStory();
+    this.putBack(before); // no story starts from another's settings
     const why = story.cannot(this);
-    if (why === null) this.telling = new Telling(this, story);
-    else this.stage.toast(why);
+    if (why === null) {
+      this.before = before;
+      this.telling = new Telling(this, story);
+    } else {
+      this.stage.toast(why);
+    }
     this.stage.changed();
   }
 
-  /** The visitor has taken over. */
+  /** The visitor has taken over: what the story has set is his now. */
   endStory(): void {
+    this.before = null;
     if (this.telling === null) return;
     this.telling = null;
     this.stage.say("");
@@ -199,6 +224,7 @@ export class App {
     for (const event of events) this.report(event);
     if (this.run.stopped !== null && this.playing) {
       this.playing = false;
+      this.endStory();
       this.lookAgain();
       this.stage.toast(this.run.stopped);
       this.stage.changed();
@@ -250,6 +276,7 @@ export class App {
     };
     for (const view of stage.views) view.draw(moment);
     if (often) {
+      if (this.settings.vehicle.mass !== null) stage.moved();
       this.numbers.show(numbers(moment));
       write(stage.warning, warnings(moment));
       write(stage.clock, `t = ${digits(run.time, 4)} s`);
@@ -271,9 +298,9 @@ export class App {
     }
     if (run.onPatch || run.patch !== null) return; // the prediction stands until it is past
     const clears = clearing(this.shown.plant, run.driveTorque, run.speed, settings.patch.friction);
-    const far = this.shown.fold !== null && run.creepage > 2 * this.shown.fold.creepage;
-    write(this.stage.clearing, far ? "The wheel has run away already."
-      : clearingText(clears, settings.patch.length / run.speed));
+    const away = clears !== null && run.creepage > clears.border;
+    write(this.stage.clearing, away ? "The wheel is beyond the border of its grip already."
+      : clearingText(clears, settings.patch.length));
   }
 
   private report({ name, drive_torque, creepage }: RunEvent): void {

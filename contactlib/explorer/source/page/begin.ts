@@ -3,7 +3,7 @@
 import { fromAddress, toAddress } from "../files";
 import type { Kernel } from "../kernel/kernel";
 import { App } from "./app";
-import { choose, presets, showChoices, takeGiven } from "./choices";
+import { choose, offer, presets, showChoice, takeGiven } from "./choices";
 import { CreepCurve } from "./creep_curve";
 import { find, plot } from "./elements";
 import { TimeHistory } from "./history";
@@ -65,8 +65,8 @@ export function begin(kernel: Kernel): App {
     check("mode", mode);
     check("contact", app.settings.vehicle.contact);
     find("play").textContent = app.playing ? "Pause" : "Play";
-    find<HTMLSelectElement>("playback").value = String(app.settings.playback);
-    showChoices();
+    showPlayback(app.settings.playback);
+    showChoice();
     find("model-note").textContent = modelNote(app);
     for (const button of find("stories").children) {
       button.setAttribute("aria-pressed", String(button.textContent === app.story?.name));
@@ -80,6 +80,7 @@ export function begin(kernel: Kernel): App {
     }, ADDRESS);
   };
 
+  offer();
   const given = takeGiven();
   const { settings, problems } = fromAddress(location.hash, presets);
   const fresh = given !== null && location.hash === "";
@@ -87,6 +88,7 @@ export function begin(kernel: Kernel): App {
   const app = new App(kernel, fresh ? given : settings, {
     views, numbers: find("numbers"), warning: find("warning"), clearing: find("clearing"),
     clock: find("clock"), say, toast, changed,
+    moved: () => rows?.following.forEach((row) => row.show()),
     speak: (text) => (find("spoken").textContent = text),
   });
   for (const { place } of views) place.setAttribute("role", "img");
@@ -117,6 +119,14 @@ export function begin(kernel: Kernel): App {
 function check(name: string, value: string): void {
   const input = document.querySelector<HTMLInputElement>(`input[name="${name}"][value="${value}"]`);
   if (input !== null) input.checked = true;
+}
+
+function showPlayback(playback: number): void {
+  const select = find<HTMLSelectElement>("playback"), value = String(playback);
+  if (![...select.options].some((option) => option.value === value)) { // an address may say any
+    select.append(new Option(`${value} \u00d7 real time`, value));
+  }
+  select.value = value;
 }
 
 function fillStories(app: App): void {

@@ -20,11 +20,13 @@ export function takeGiven(): Settings | null {
   return given === null ? null : add("given", given);
 }
 
-/** Take a model file's text for a choice, and choose it. */
-function add(key: string, text: string): Settings {
+/** Take a model file's text for a choice, and choose it; a shipped model keeps its name. */
+function add(file: string, text: string): Settings {
   const settings = settingsOf(readModel(text), base);
-  choices.set(key, settings);
-  choice = key;
+  choice = file in presets ? `${file}.toml` : file;
+  choices.delete(choice); // it may have changed: it goes to the end of the list
+  choices.set(choice, settings);
+  offer();
   return structuredClone(settings);
 }
 
@@ -34,14 +36,15 @@ export function choose(key: string): Settings {
   return structuredClone(choices.get(key) as Settings);
 }
 
-/** Say in the page which there are and which is in use. */
-export function showChoices(): void {
-  const select = find<HTMLSelectElement>("preset");
-  if (select.length !== choices.size) {
-    select.replaceChildren(...[...choices].map(([key, { vehicle }]) =>
-      new Option(key in presets ? vehicle.name : `${vehicle.name} (${key})`, key)));
-  }
-  select.value = choice;
+/** Say in the page which there are. */
+export function offer(): void {
+  find("preset").replaceChildren(...[...choices].map(([key, { vehicle }]) =>
+    new Option(key in presets ? vehicle.name : `${vehicle.name} (${key})`, key)));
+}
+
+/** Say which is in use. */
+export function showChoice(): void {
+  find<HTMLSelectElement>("preset").value = choice;
 }
 
 /** Open a model file; what is wrong with it is said. */
@@ -58,13 +61,18 @@ export async function open(app: App, file: File, toast: (text: string) => void):
   }
 }
 
-/** Give the model as it is now to the visitor, as a file. */
-export function save(app: App): void {
+/** Give the model as it is now to the visitor, as a file; what no file can say is said. */
+export function save(app: App, toast: (text: string) => void): void {
   const { vehicle, normalLoad, speed, control } = app.settings;
-  const text = writeModel({ ...vehicle, initial_speed: speed }, normalLoad, control);
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
-  link.download = `${choice.replace(/\.toml$/, "")}_explored.toml`;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  try {
+    const text = writeModel({ ...vehicle, initial_speed: speed }, normalLoad, control);
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
+    link.download = `${choice.replace(/\.toml$/, "")}_explored.toml`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  } catch (error) {
+    if (!(error instanceof ModelError)) throw error;
+    toast(error.message);
+  }
 }

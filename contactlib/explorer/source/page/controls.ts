@@ -53,6 +53,8 @@ export class Row {
     described.hidden = true; // read as a description, not between the controls
     described.textContent = help;
     this.problem.className = "problem";
+    this.problem.id = `${id}-problem`;
+    this.field.setAttribute("aria-describedby", `${id}-help ${id}-problem`);
     this.problem.setAttribute("role", "alert");
     this.element.append(name, this.field, units, this.slider, this.problem, described);
     this.slider.addEventListener("input", () => {

@@ -61,9 +61,10 @@ export class CreepCurve implements View {
           pen.words("reference", pen.across(100 * control.creepage) + 5, pen.height - 12, "torque");
         }
       }
-      // The torque's share that the contact must take: where it meets the curve, the wheel rests.
-      const { radius, damping } = shown.plant.vehicle;
-      const asked = 1e-3 * (run.driveTorque - damping * run.omega) / radius;
+      // What the torque asks of the contact: where it meets the curve, the wheel rests.
+      const { plant } = shown, { creepage, speed, friction } = run;
+      const excess = run.driveTorque - plant.torque(creepage, speed, friction);
+      const asked = 1e-3 * (run.creepForce + excess / plant.vehicle.radius);
       pen.rule("up", asked, "torque", 1.5);
       const below = pen.up(asked) - pen.up(1e-3 * sliding);
       if (below < 0 || below > 20) {

@@ -6,9 +6,9 @@ const TEXTS = [
   "Creepage is how much faster the wheel turns than it rolls. The contact gives a force that rises " +
     "with it, peaks and falls. Where the curve is solid a constant torque holds the wheel; where it is " +
     "dashed a little more creepage means less force, and the wheel runs away.",
-  "The black dot is the wheel on every chart. Drag on the chart of steady states to set the torque, " +
+  "The large dot is the wheel on every chart. Drag on the chart of steady states to set the torque, " +
     "or under creep control the reference; the sliders and their fields do the same.",
-  "Fields take exact numbers. The address keeps all settings: it can be sent to others. A model file " +
+  "Fields take exact numbers. The address keeps the settings: it can be sent to others. A model file " +
     "can be dropped anywhere on the page.",
 ];
 

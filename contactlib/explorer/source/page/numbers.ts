@@ -90,10 +90,10 @@ export function warnings({ run, shown, control }: Moment): string {
 }
 
 /** What a wet patch does to the wheel, before it comes. */
-export function clearingText(found: Clearing | null, time: number): string {
+export function clearingText(found: Clearing | null, length: number): string {
   if (found === null) return "Good friction does not hold this torque: there is nothing to clear.";
   if (!Number.isFinite(found.time)) return "Critical clearing time: none. A patch of any length is survived.";
-  const outcome = time < found.time ? "shorter: the wheel will come back" : "longer: the wheel will run away";
+  const outcome = length < found.distance ? "shorter: the wheel will come back" : "longer: the wheel will run away";
   return `Critical clearing time ${duration(found.time)} (${digits(found.distance, 3)} m). This patch is ${outcome}.`;
 }
 

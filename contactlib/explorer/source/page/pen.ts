@@ -90,14 +90,14 @@ export class Pen {
     c.lineWidth = 2.5;
     c.stroke();
     if (beyondX === 0 && beyondY === 0) return;
-    this.arrow(cx, cy, beyondX, -beyondY, ink);
+    this.arrow(cx, cy, beyondX, -beyondY);
     const below = cy < 40;
     this.words(outside, cx - beyondX * 14, cy + (below ? 22 : -14), ink,
       beyondX > 0 ? "right" : beyondX < 0 ? "left" : cx > this.width - 60 ? "right" : "left", true);
   }
 
   /** Triangle inside a dot at a place [px] that points a way. */
-  private arrow(x: number, y: number, dx: number, dy: number, _ink: Colour): void {
+  private arrow(x: number, y: number, dx: number, dy: number): void {
     const c = this.context, size = Math.hypot(dx, dy) || 1;
     const ux = dx / size, uy = dy / size;
     c.beginPath();

@@ -16,6 +16,8 @@ export interface Rows {
   kick: Row[];
   wet: Row[];
   wheel: Row[];
+  /** Those among them that change as a free wheelset gains speed. */
+  following: Row[];
 }
 
 type Numbers<T> = { [K in keyof T]: T[K] extends number ? K : never }[keyof T];
@@ -55,7 +57,7 @@ export function makeRows(app: App): Rows {
   const setFriction = (kinetic: number, over: number): void => app.change(() =>
     Object.assign(app.settings.vehicle, { kinetic_friction: kinetic, static_friction: over * kinetic }));
 
-  return {
+  const rows = {
     torque: [
       control("drive_torque", shape("torque", "drive torque T", "kN m", KILO, 0, 35e3,
         "Torque on the wheelset; it moves there at the rate below")),
@@ -116,6 +118,8 @@ export function makeRows(app: App): Rows {
         "Drive torque lost per angular velocity; it ends a run-away")),
     ],
   };
+  const following = [...rows.wet, ...rows.wheel].filter(({ id }) => ["wet-time", "speed"].includes(id));
+  return { ...rows, following };
 }
 
 /** Ends of the sliders that follow the vehicle: of torque, load, reference and kick. */

@@ -10,20 +10,23 @@ import { STORIES } from "./stories";
 export function wire(app: App, toast: (text: string) => void, changed: () => void): void {
   const on = (id: string, act: () => void): void => find(id).addEventListener("click", act);
   on("play", () => app.play(!app.playing));
-  on("reset", () => {
-    app.endStory();
-    app.restart();
-  });
+  on("reset", () => app.reset());
   on("more", () => {
     const more = find("drive").classList.toggle("more");
     find("more").setAttribute("aria-expanded", String(more));
     find("more").textContent = more ? "Less" : "More";
   });
-  on("kick", () => app.kick());
-  on("wet", () => app.layPatch());
+  on("kick", () => {
+    app.endStory();
+    app.kick();
+  });
+  on("wet", () => {
+    app.endStory();
+    app.layPatch();
+  });
   on("share", () => void share(app, toast));
   on("open-model", () => find("model-file").click());
-  on("save-model", () => save(app));
+  on("save-model", () => save(app, toast));
   on("help-button", () => find<HTMLDialogElement>("help").showModal());
   find("playback").addEventListener("change", () => {
     app.settings.playback = Number(find<HTMLSelectElement>("playback").value);
@@ -68,7 +71,7 @@ export function wire(app: App, toast: (text: string) => void, changed: () => voi
 /** Keys, where they mean nothing else. */
 function key(app: App, event: KeyboardEvent): void {
   const target = event.target as HTMLElement;
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
   if (target instanceof HTMLInputElement && target.type === "text") return;
   if (target instanceof HTMLSelectElement) return; // letters choose in it
   if (document.querySelector("dialog[open]") !== null) return;
