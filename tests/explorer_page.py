@@ -33,6 +33,7 @@ ARGUMENTS = (
     "--disable-component-update",
     "--disable-sync",
 )
+LONG_OPEN = 600e3  # more than any opening takes [ms]
 
 
 class ExplorerPage:
@@ -109,16 +110,26 @@ _browser = _Browser()
 
 @contextmanager
 def explorer_page(
-    width: int = 1440, height: int = 900, path: Path = PAGE, fragment: str = "", **context: Any
+    width: int = 1440,
+    height: int = 900,
+    path: Path = PAGE,
+    fragment: str = "",
+    clock_stands: bool = False,
+    **context: Any,
 ) -> Iterator[ExplorerPage]:
     """The page, ready; leaving it without an exception asserts that nothing went wrong on it.
 
-    `fragment` is what stands behind the address's ``#``; further options are those of Playwright's
-    ``new_context``, such as ``color_scheme`` or ``has_touch``.
+    `fragment` is what stands behind the address's ``#``. With `clock_stands` the page's clock goes
+    on, and frames are drawn, only when Playwright's ``page.clock`` says so. Further options are
+    those of its ``new_context``, such as ``color_scheme`` or ``has_touch``.
     """
     address = path.resolve().as_uri() + (f"#{fragment}" if fragment else "")
     size = {"width": width, "height": height}
     with _browser() as browser, browser.new_context(viewport=size, **context) as private:  # type: ignore[arg-type]
+        if clock_stands:
+            private.clock.install(time=0)
         page = ExplorerPage(private, address)
+        if clock_stands:
+            page.page.clock.pause_at(LONG_OPEN)
         yield page
         assert page.errors == []
