@@ -309,23 +309,43 @@ def test_steady_states(page: ExplorerPage, places: list[Place], folds: list[Fold
     assert several > 5
 
 
-def test_gain_window_and_delay_limit(page: ExplorerPage) -> None:
-    poles = [-30.0, -1e-3, 0.0, 1e-6, 0.5, 70.0, 500.0]
-    products = [0.0, 1e-6, 0.01, 0.3, 0.63, 0.99, 0.999999, 1.0, 1.5]
-    asked = [(p, 2e-4, t / (abs(p) or 7.0)) for p in poles for t in products]
+def test_largest_gain_of_a_sampled_loop(page: ExplorerPage) -> None:
+    poles = [-300.0, -30.0, -1e-3, 0.0, 1e-3, 0.5, 7.0, 70.0, 500.0, 3000.0]
+    asked = [(p, 2e-4, n, 2e-4) for p in poles for n in (0, 1, 2, 5, 20, 71, 300)]
     found = page.call(
         """async (asked) => {
           await contactlib.ready;
-          const { proportionalWindow, delayLimit } = contactlib.stability;
-          return asked.map(([p, g, delay]) => [proportionalWindow(p, g, delay), delayLimit(p)]);
+          return asked.map((given) => contactlib.stability.largestGain(...given));
         }""",
         asked,
     )
-    for (p, g, delay), (window, limit) in zip(asked, found, strict=True):
-        expected = proportional_window(p, g, delay=delay)
-        assert window == pytest.approx(expected._asdict(), rel=1e-9)
-        assert (window["highest"] <= window["lowest"]) == expected.empty
-        assert limit == delay_limit(p)
+    windows = 0
+    for (p, g, samples, step), highest in zip(asked, found, strict=True):
+        expected = proportional_window(p, g, delay=samples * step, sample_time=step)
+        assert highest == pytest.approx(expected.highest, rel=1e-7)
+        windows += not expected.empty
+    assert windows > 50
+
+
+def test_longest_delay_is_the_last_that_leaves_a_gain(page: ExplorerPage) -> None:
+    step, gain = 2e-4, 2e-4
+    asked = [
+        (p, gain, over * p / gain, step) for p in (0.5, 20.0, 65.0, 900.0) for over in (1.0, 1.4)
+    ]
+    found = page.call(
+        """async (asked) => {
+          await contactlib.ready;
+          return asked.map((given) => contactlib.stability.longestDelay(...given));
+        }""",
+        asked,
+    )
+    for (p, g, least, _), longest in zip(asked, found, strict=True):
+        highest = [
+            proportional_window(p, g, delay=longest + more * step, sample_time=step).highest
+            for more in (0, 1)
+        ]
+        assert highest[0] > least * (1.0 + 1e-12) >= highest[1] * (1.0 - 1e-9)
+        assert longest <= delay_limit(p)
 
 
 CLEARING = """(plant, at, { clearing }) =>

@@ -14,6 +14,10 @@ import * as vehicle from "./physics/vehicle";
 
 /** The app, when the kernel has been compiled. */
 const ready = embeddedKernel().then((kernel) => ({ kernel, app: begin(kernel) }));
+ready.catch((error: unknown) => {
+  const place = document.getElementById("story");
+  if (place !== null) place.textContent = `The page cannot start: ${String(error)}`;
+});
 
 Object.assign(globalThis, {
   contactlib: {

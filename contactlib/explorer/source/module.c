@@ -11,10 +11,6 @@ static const double ALWAYS = 0.0, UNCHANGED = 1.0;
 
 size_t creep_table_size(void) { return sizeof(creep_table); }
 
-double creep_table_k_max(const creep_table *table) { return table->k_max; }
-
-double creep_table_max_error(const creep_table *table) { return table->max_error; }
-
 size_t track_size(void) { return sizeof(track); }
 
 /* The same profile under both wheels. */

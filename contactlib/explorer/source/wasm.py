@@ -27,8 +27,6 @@ EXPORTS = (
     "drivetrain_advance_many",
     "drivetrain_evaluate_many",
     "creep_table_size",  # from here on module.c's
-    "creep_table_k_max",
-    "creep_table_max_error",
     "track_size",
     "track_set",
     "drivetrain_member_size",

@@ -21,10 +21,6 @@ export type Contact = "line" | "elliptic";
 /** A table of the law that the kernel has checked. */
 export interface Table {
   readonly address: number;
-  /** Largest k_hat [1] */
-  readonly k_max: number;
-  /** Largest error of the traction ratio that was found [1] */
-  readonly max_error: number;
 }
 
 /** Functions of the module; a number is an address unless its name says what else it is. */
@@ -33,8 +29,6 @@ export interface Exports {
   __heap_base: WebAssembly.Global;
   creep_table_size(): number;
   creep_table_open(table: number, bytes: number, size: number): number;
-  creep_table_k_max(table: number): number;
-  creep_table_max_error(table: number): number;
   creep_table_place(normalizedCreepage: number, kHat: number): number;
   creep_table_evaluate_many(
     table: number,
@@ -139,11 +133,7 @@ export class Kernel {
     this.memory.bytesAt(bytes, file.length).set(file);
     const error = this.module.creep_table_open(address, bytes, file.length);
     if (error !== 0) throw new Error(this.memory.text(error));
-    return {
-      address,
-      k_max: this.module.creep_table_k_max(address),
-      max_error: this.module.creep_table_max_error(address),
-    };
+    return { address };
   }
 
   /** Traction ratio and its slope at normalized creepages x and k_hat, all [1]. */

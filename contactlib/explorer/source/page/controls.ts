@@ -20,7 +20,7 @@ export interface RowSpec {
   write(value: number): void;
 }
 
-const STEPS = 1000;
+const STEPS = 250; // of a slider
 
 export class Row {
   private readonly slider = document.createElement("input");
@@ -96,13 +96,13 @@ export class Row {
     return log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
   }
 
-  /** Value at a place of the slider, in round numbers of the unit. */
+  /** Value at a place of the slider, in numbers of the unit as round as its step allows. */
   private at(place: number): number {
     const { min, max, log, scale } = this.spec;
     const value = log ? min * (max / min) ** place : min + (max - min) * place;
     if (place === 0 || place === 1) return value;
-    const step = log ? value : (max - min) / 200;
-    const round = 10 ** Math.floor(Math.log10(step / scale) - (log ? 1 : 0));
+    const step = (log ? value * Math.log(max / min) : max - min) / STEPS / scale;
+    const round = 10 ** Math.floor(Math.log10(step));
     return Math.round(value / scale / round) * round * scale;
   }
 

@@ -1,6 +1,6 @@
 /* The numbers beside the picture. */
 
-import { creepControlGain, delayLimit, proportionalWindow } from "../physics/stability";
+import { creepControlGain, largestGain, longestDelay } from "../physics/stability";
 import type { Clearing } from "../physics/clearing";
 import { SAMPLE } from "../physics/run";
 import { weakeningLength as weakening } from "../physics/vehicle";
@@ -24,12 +24,12 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const at = held ? control.creepage : run.creepage;
   const pole = plant.pole(at, run.speed, run.friction);
   const gain = plant.gain(run.speed);
-  // A torque that is held over a sample is half of one late on the mean.
-  const { highest } = proportionalWindow(pole, gain, control.delay + 0.5 * SAMPLE);
+  const highest = largestGain(pole, gain, Math.round(control.delay / SAMPLE), SAMPLE);
   const lowest = Math.max(0, creepControlGain(plant, at, run.speed, run.friction));
+  const longest = longestDelay(pole, gain, lowest, SAMPLE);
   const contact = plant.force(run.creepage, run.speed, run.friction);
   const where = held ? "at the reference" : "here";
-  const empty = !(lowest < highest), open = !Number.isFinite(highest);
+  const empty = !(lowest < highest);
   const mega = (v: number): string => digits(1e-6 * v);
   return [
     { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.creepage), unit: "" },
@@ -48,13 +48,11 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
       unit: fold !== null && Number.isFinite(fold.return_creepage) ? "kN m" : "" },
     { label: "gains Kp that hold it",
       help: `that hold the wheel ${where} with a delay of ${duration(control.delay)} and without integral gain`,
-      text: empty ? "none" : open ? (lowest === 0 ? "any" : `from ${mega(lowest)}`)
-        : `${mega(lowest)} \u2013 ${mega(highest)}`,
-      unit: empty || (lowest === 0 && open) ? "" : "MN m",
+      text: empty ? "none" : `${mega(lowest)} \u2013 ${mega(highest)}`, unit: empty ? "" : "MN m",
       ...(empty ? { kind: "warn" as const } : {}) },
-    { label: "longest delay", help: `with which any gain holds the wheel ${where}: 1/pole`,
-      text: pole > 0 ? duration(delayLimit(pole)) : "any", unit: "",
-      ...(held && control.delay >= delayLimit(pole) ? { kind: "warn" as const } : {}) },
+    { label: "longest delay", help: `with which any gain holds the wheel ${where}: about 1/pole`,
+      text: Number.isNaN(longest) ? "none" : longest === Infinity ? "any" : duration(longest), unit: "",
+      ...(held && !(control.delay <= longest) ? { kind: "warn" as const } : {}) },
     { label: "K at this load", help: "intensity of the drop of friction, Eq. (17)",
       text: digits(contact.k_hat), unit: "" },
     { label: "\u03b6\u2080 at this load", help: "saturation creepage: where Carter's law slides, Eq. (15)",

@@ -11,10 +11,12 @@ import { viridis } from "./viridis";
 import type { Moment, View } from "./view";
 
 const MOST = 2.4; // traction over f_d p0 that the scale ends at: beside the stick boundary it is infinite
-const POINTS = 81, STRIPS = 31;
+const POINTS = 81, STRIPS = 41;
+const COLUMNS = 240, ROWS = 96; // pixels of the patch, before they are stretched
 
 export class PatchView implements View {
   private readonly chart: Chart;
+  private readonly picture = document.createElement("canvas");
   private boundary = 1; // between slip and stick, over the semi-width
 
   constructor(readonly place: HTMLElement, private readonly above: HTMLCanvasElement) {
@@ -99,20 +101,9 @@ export class PatchView implements View {
     if (line) c.rect(across(-1), 0, across(1) - across(-1), room);
     else c.ellipse(across(0), half, across(1) - across(0), half, 0, 0, 2 * Math.PI);
     c.clip();
-    for (let s = 0; s < strips.length; s++) {
-      const strip = strips[s] as LinePatch;
-      const low = line ? -1 : this.edge(eta, s, -1), high = line ? 1 : this.edge(eta, s, 1);
-      const y = half - half * high, tall = half * (high - low) + 0.7;
-      const { position, shear_traction: traction } = strip;
-      const last = position.length - 2;
-      for (let i = 0; i <= last; i++) {
-        // A strip's ends reach beyond the ellipse, which cuts them to its own shape.
-        const from = i === 0 && !line ? 0 : across(position[i] as number);
-        const to = i === last && !line ? width : across(position[i + 1] as number);
-        c.fillStyle = viridis(Math.min(0.5 * ((traction[i] as number) + (traction[i + 1] as number)) / MOST, 1));
-        c.fillRect(from, y, to - from + 0.7, tall);
-      }
-    }
+    this.paint(strips);
+    // The rows of pixels are the strips', the columns lie evenly from edge to edge.
+    c.drawImage(this.picture, across(-1), 0, across(1) - across(-1), room);
     c.restore();
     this.drawBoundary(c, strips, eta, across, half);
     const { semi_width: a, peak_pressure: p0 } = atLoad(plant.vehicle, plant.normalLoad);
@@ -128,10 +119,32 @@ export class PatchView implements View {
     c.fillText("rolling \u2192", width - 4, height - 2);
   }
 
-  /** Side of a strip, half way to the next one. */
-  private edge(eta: Float64Array, s: number, way: 1 | -1): number {
-    const here = eta[s] as number, next = eta[s + way];
-    return next === undefined ? way : 0.5 * (here + next);
+  /** Traction of all strips as pixels; where a strip has none its end goes on, to be cut off. */
+  private paint(strips: LinePatch[]): void {
+    const c = this.picture.getContext("2d");
+    if (c === null) return;
+    this.picture.width = COLUMNS;
+    this.picture.height = ROWS;
+    const image = c.createImageData(COLUMNS, ROWS), pixels = new Uint32Array(image.data.buffer);
+    for (let row = 0; row < ROWS; row++) {
+      // Strips are denser towards the sides: eta = sin(theta), theta even.
+      const eta = 1 - (2 * (row + 0.5)) / ROWS, theta = Math.asin(eta) / Math.PI + 0.5;
+      const strip = strips[Math.round(theta * (strips.length - 1))] as LinePatch;
+      this.paintRow(pixels.subarray(row * COLUMNS, (row + 1) * COLUMNS), strip);
+    }
+    c.putImageData(image, 0, 0);
+  }
+
+  private paintRow(pixels: Uint32Array, { position, shear_traction: traction }: LinePatch): void {
+    const last = position.length - 1;
+    for (let column = 0, i = 0; column < COLUMNS; column++) {
+      const xi = -1 + (2 * (column + 0.5)) / COLUMNS;
+      while (i < last - 1 && (position[i + 1] as number) < xi) i++;
+      const from = position[i] as number, width = (position[i + 1] as number) - from;
+      const part = width > 0 ? Math.min(Math.max((xi - from) / width, 0), 1) : 0;
+      const q = (traction[i] as number) * (1 - part) + (traction[i + 1] as number) * part;
+      pixels[column] = viridis(q / MOST);
+    }
   }
 
   private drawBoundary(c: CanvasRenderingContext2D, strips: LinePatch[], eta: Float64Array,

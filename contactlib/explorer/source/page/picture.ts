@@ -41,11 +41,15 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
 }
 
 function curves(plant: Plant, creepage: Float64Array, speed: number, friction: number): Curves {
-  return {
-    force: creepage.map((z) => plant.force(z, speed, friction).creep_force),
-    torque: creepage.map((z) => plant.torque(z, speed, friction)),
-    pole: creepage.map((z) => plant.pole(z, speed, friction)),
-  };
+  const n = creepage.length, gain = plant.gain(speed);
+  const found = { force: new Float64Array(n), torque: new Float64Array(n), pole: new Float64Array(n) };
+  creepage.forEach((zeta, i) => {
+    const { creep_force, drive_torque, slope } = plant.balance(zeta, speed, friction);
+    found.force[i] = creep_force;
+    found.torque[i] = drive_torque;
+    found.pole[i] = -gain * slope;
+  });
+  return found;
 }
 
 /** The least of 1 and 3 times a power of ten that is not below a number. */

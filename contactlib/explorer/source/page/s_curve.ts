@@ -6,6 +6,7 @@ import { byStability, type Picture } from "./picture";
 import { trail } from "./trail";
 import type { Moment, View } from "./view";
 
+const FINGER = 32; // px beside the handle that it takes hold of
 const MOST = 10; // creepage that the axis ends at [1]
 
 /** What a visitor drags across the chart: torque [N.m] or creepage [1]. */
@@ -13,6 +14,7 @@ export type Dragged = (driveTorque: number, creepage: number) => void;
 
 export class SteadyStates implements View {
   private readonly chart: Chart;
+  private handle = 0; // where the torque's is [px]
 
   constructor(readonly place: HTMLElement, dragged: Dragged) {
     this.chart = new Chart(place, {
@@ -27,6 +29,8 @@ export class SteadyStates implements View {
       dragged(1e3 * Math.max(0, across), 1e-2 * up);
     };
     area.addEventListener("pointerdown", (event) => {
+      // A finger that is put down elsewhere may want to scroll.
+      if (event.pointerType === "touch" && Math.abs(event.offsetX - this.handle) > FINGER) return;
       area.setPointerCapture(event.pointerId);
       drag(event);
     });
@@ -69,6 +73,7 @@ export class SteadyStates implements View {
         100 * least), "trail", 1.6);
       pen.rule("across", acting, "torque", 1.8);
       if (control.mode === "torque") pen.handle(wanted, "torque");
+      this.handle = control.mode === "torque" ? pen.across(wanted) : Infinity;
       if (fold !== null) {
         const zeta = 100 * fold.creepage;
         pen.dot(1e-3 * fold.drive_torque, zeta, "ink", false, 3.5);

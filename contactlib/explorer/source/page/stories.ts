@@ -3,7 +3,7 @@
 import { clearing } from "../physics/clearing";
 import { FASTEST_RIM } from "../physics/motion";
 import { SAMPLE } from "../physics/run";
-import { creepControlGain, delayLimit, type Fold, steadyStates } from "../physics/stability";
+import { creepControlGain, type Fold, steadyStates } from "../physics/stability";
 import type { App } from "./app";
 import { digits, duration, percent } from "./format";
 import type { Story } from "./telling";
@@ -35,7 +35,7 @@ function creepMode({ control, shown: { fold } }: App): void {
 
 /** Let the measurement be so old, over one over the pole. */
 function late(app: App, part: number): void {
-  app.control.delay = Math.round((part * delayLimit(poleThere(app))) / SAMPLE) * SAMPLE;
+  app.control.delay = Math.round(part / (poleThere(app) * SAMPLE)) * SAMPLE;
 }
 
 const kilo = (torque: number, significant = 4): string => `${digits(1e-3 * torque, significant)} kN m`;
@@ -278,7 +278,7 @@ export const STORIES: Story[] = [
         until: 0.6,
       },
       {
-        say: (app) => `Older than ${duration(delayLimit(poleThere(app)))}, one over the pole, no gain ` +
+        say: (app) => `Older than ${duration(1 / poleThere(app))}, one over the pole, no gain ` +
           "at all would hold it.",
         until: Infinity,
       },

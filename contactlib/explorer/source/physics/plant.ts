@@ -17,8 +17,9 @@ import type {
 } from "../kernel/structs";
 import { forceParameters, type Vehicle, wheelsetParameters } from "./vehicle";
 
-/** Torque T_s that keeps a creepage [N.m] and its derivative to the creepage [N.m]. */
+/** Creep force [N], torque T_s that keeps a creepage [N.m] and its derivative to it [N.m]. */
 export interface Balance {
+  creep_force: number;
   drive_torque: number;
   slope: number;
 }
@@ -71,11 +72,13 @@ export class Plant {
   /** Quasi-steady torque and its slope. */
   balance(creepage: number, speed: number, friction = 1): Balance {
     const { radius, inertia } = this.vehicle;
-    const rates = this.rates(creepage, speed, this.force(creepage, speed, friction));
+    const contact = this.force(creepage, speed, friction);
+    const rates = this.rates(creepage, speed, contact);
     const [omegaByOmega, , speedByOmega] = rates.jacobian as [number, number, number, number];
     const turning = (inertia / radius) * (1 + creepage); // torque per acceleration
     const byOmega = turning * speedByOmega - inertia * omegaByOmega;
     return {
+      creep_force: contact.creep_force,
       drive_torque: turning * rates.speed_rate - inertia * rates.omega_rate,
       slope: (byOmega * speed + inertia * rates.speed_rate) / radius, // domega = V/r dzeta
     };

@@ -160,36 +160,41 @@ function forceBySpeed(
   return contact.force_by_speed + stretch * contact.force_gradient;
 }
 
-/** Gains that hold the creepage: all between the two [N.m]; none if highest <= lowest. */
-export interface Window {
-  lowest: number;
-  highest: number;
+/**
+ * Largest gain Kp [N.m] with which u = -Kp y, read every `step` [s] and held in between, `samples`
+ * of them late, holds y = g/(s - p) u, for a pole p [1/s] and a gain g [1/(N.m.s)]; p/g if none does.
+ *
+ * With a = exp(p step) and b = (a - 1)/p the loop is z^n (z - a) + g Kp b = 0. A root exp(i phi)
+ * asks for n phi + arg(exp(i phi) - a) = pi and g Kp b = |exp(i phi) - a|.
+ */
+export function largestGain(pole: number, gain: number, samples: number, step: number): number {
+  const growth = Math.expm1(pole * step); // a - 1
+  const b = pole === 0 ? step : growth / pole;
+  if (samples === 0) return (2 + growth) / (b * gain);
+  const re = (phi: number): number => -2 * Math.sin(0.5 * phi) ** 2 - growth;
+  const turned = (phi: number): number =>
+    samples * phi + Math.atan2(Math.sin(phi), re(phi)) - Math.PI;
+  const least = 1e-6 / samples;
+  if (turned(least) >= 0) return pole / gain; // a small gain's root starts out the wrong way
+  const phi = root(turned, least, Math.PI);
+  return Math.max(pole, Math.hypot(Math.sin(phi), re(phi)) / b) / gain;
 }
 
 /**
- * All gains Kp with which u = -Kp y holds y = g/(s - p) u behind a delay [s], for a pole p [1/s]
- * and a gain g [1/(N.m.s)]. With w of the root on the imaginary axis, atan2(w, p) = w delay and
- * g Kp = hypot(w, p).
+ * Longest delay [s] in whole samples that leaves a gain beyond the least one [N.m] that holds a
+ * pole [1/s]; infinite if none is needed, NaN if even without delay none is left.
  */
-export function proportionalWindow(pole: number, gain: number, delay: number): Window {
-  return { lowest: pole / gain, highest: Math.max(pole, highestStiffness(pole, delay)) / gain };
-}
-
-/** Largest g Kp behind a delay [1/s], or the pole if there is none. */
-function highestStiffness(pole: number, delay: number): number {
-  if (pole * delay >= 1) return pole;
-  if (delay === 0) return Infinity;
-  const lead = (w: number): number => Math.atan2(w, pole) - w * delay;
-  const top = Math.PI / delay;
-  let low = 0.5 * top;
-  while (lead(low) <= 0) {
-    low *= 0.5;
-    if (low < 1e-9 * top) return pole; // so near is pole * delay to 1
+export function longestDelay(pole: number, gain: number, least: number, step: number): number {
+  if (least <= 0 && pole <= 0) return Infinity;
+  const holds = (samples: number): boolean => largestGain(pole, gain, samples, step) > least;
+  if (!holds(0)) return NaN;
+  // Without sampling it is atan2(w, p)/w with w^2 = (g Kp)^2 - p^2: 1/p at most, or else pi/w.
+  const last = pole > 0 ? 1 / pole : Math.PI / Math.sqrt((gain * least) ** 2 - pole ** 2);
+  let low = 0, high = Math.ceil(last / step) + 1;
+  while (high - low > 1) {
+    const middle = Math.floor(0.5 * (low + high));
+    if (holds(middle)) low = middle;
+    else high = middle;
   }
-  return Math.hypot(pole, root(lead, low, top));
-}
-
-/** Longest delay with which any gain holds a pole [s]: 1/p, infinite if it is not unstable. */
-export function delayLimit(pole: number): number {
-  return pole > 0 ? 1 / pole : Infinity;
+  return low * step;
 }
