@@ -283,12 +283,56 @@ def test_numbers_shown_are_those_of_python(
         assert shown == "none"
     else:
         lowest, highest = shown.split(" \u2013 ")
-        assert_shows(lowest, 1e-6 * max(0.0, least))
+        if least <= 0.0:
+            assert lowest == "0"
+        else:
+            assert_shows(lowest, 1e-6 * least)
         assert_shows(highest, 1e-6 * window.highest)
     if pole > 0.0:
         assert_shows(numbers["longest delay"], 1e3 * longest_delay(wheelset, at, **here))
     else:
         assert numbers["longest delay"] == "any"
+
+
+RANDOM_WHEELS = """async (count) => {
+  // The sliders' ends, and a torque anywhere up to and beyond the fold.
+  const { app } = await contactlib.ready;
+  let seed = 1;
+  const uniform = (low, high) => {
+    seed = (seed * 16807) % 2147483647;
+    return low + ((high - low) * seed) / 2147483647;
+  };
+  const log = (low, high) => Math.exp(uniform(Math.log(low), Math.log(high)));
+  const stopped = [];
+  for (let i = 0; i < count; i++) {
+    app.reset();
+    const vehicle = {
+      contact: uniform(0, 1) < 0.5 ? "line" : "elliptic", mass: i % 2 ? 1.4e5 : null,
+      k_hat: uniform(0, 1.2), slip_rate_residual: uniform(0.2, 1), slip_rate_decay: uniform(0, 3),
+      inertia: log(30, 1000), damping: uniform(0, 300), slope_reduction: log(0.02, 1),
+      kinetic_friction: 0.2, static_friction: 0.2 * uniform(1.05, 4),
+    };
+    app.change(() => {
+      Object.assign(app.settings.vehicle, vehicle);
+      app.settings.patch.friction = uniform(0.1, 1);
+      app.settings.normalLoad = uniform(2e4, 4e5);
+    });
+    app.setSpeed(log(1, 60));
+    const most = app.shown.fold?.drive_torque ?? 2e4;
+    app.control.drive_torque = most * (1 - 10 ** uniform(-6, -0.1));
+    app.control.mode = uniform(0, 1) < 0.3 ? "creep" : "torque";
+    app.restart();
+    if (i % 3 === 0) app.layPatch();
+    for (let k = 0; k < 12; k++) app.frame((app.last ?? 0) + 200 + 16 * k);
+    if (!app.playing && app.run.stopped === null) stopped.push(JSON.stringify(vehicle));
+  }
+  return stopped;
+}"""
+
+
+def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor) -> None:
+    RIG.set_up(visitor)
+    assert visitor.opened.call(RANDOM_WHEELS, 120) == []
 
 
 @pytest.mark.parametrize(("ratio", "warned"), [(2.1, False), (2.0, True)])
