@@ -30,7 +30,7 @@ export interface Model {
   runs: Runs;
 }
 
-const HOLD = 20; // length of the runs of a vehicle that came from no file [s]
+const HOLD = 20; // length of the runs of a file that is written [s]
 const SHOWN = "this page shows models";
 const NEEDED = [
   "name", "source", "contact", "friction", "wheelset", "resistance", "run", "torque_control",
@@ -103,24 +103,18 @@ function readRuns(data: Table, limits: Limits): Runs {
 /**
  * A file that contactlib.load_model reads to this vehicle, whose nominal load is `normalLoad` [N].
  *
- * The runs are the given ones with the control's gains and largest torque or, without any, hold
- * the control's torque and creepage. Throws a ModelError where Python would refuse the file.
+ * Its runs hold the control's torque and creepage. Throws a ModelError where Python would refuse
+ * the file.
  */
 export function writeModel(
   vehicle: Vehicle,
   normalLoad: number,
   control: Control,
-  runs: Runs | null = null,
   limits: Limits = pageLimits(),
 ): string {
   const v = atLoad(vehicle, normalLoad);
   const { proportional_gain, integral_gain, torque_max } = control;
   const time = [0, HOLD];
-  const creep = runs?.creep_control ?? {
-    time,
-    creepage: time.map(() => control.creepage),
-    torque_min: 0,
-  };
   const data = {
     name: v.name,
     source: v.source,
@@ -147,11 +141,15 @@ export function writeModel(
       grade: v.grade,
     },
     run: { initial_speed: v.initial_speed },
-    torque_control: runs?.torque_control ?? {
+    torque_control: { time, torque: time.map(() => control.drive_torque) },
+    creep_control: {
       time,
-      torque: time.map(() => control.drive_torque),
+      creepage: time.map(() => control.creepage),
+      proportional_gain,
+      integral_gain,
+      torque_min: 0,
+      torque_max,
     },
-    creep_control: { ...creep, proportional_gain, integral_gain, torque_max },
   };
   const text = `# In SI units\n${stringify(data)}`;
   readModel(text, limits);

@@ -210,8 +210,14 @@ export class App {
     this.looked = this.lookedSeldom = -Infinity;
   }
 
+  /** Colours have changed. */
   repaint(): void {
     for (const view of this.stage.views) view.repaint();
+    this.redraw();
+  }
+
+  /** Let the next frame draw, also while the wheel stands still. */
+  redraw(): void {
     this.stale = true;
   }
 

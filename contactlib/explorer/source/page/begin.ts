@@ -92,6 +92,7 @@ export function begin(kernel: Kernel): App {
     speak: (text) => (find("spoken").textContent = text),
   });
   for (const { place } of views) place.setAttribute("role", "img");
+  new ResizeObserver(() => app.redraw()).observe(find("charts"));
   rows = makeRows(app);
   find("kick-rows").prepend(...rows.kick.map((row) => row.element));
   find("wet-rows").prepend(...rows.wet.map((row) => row.element));
