@@ -1,4 +1,4 @@
-/* What the visitor has before him: one wheelset that runs, its settings, and the charts of it. */
+/* What a visitor has in front: one wheelset that runs, its settings, and the charts of it. */
 
 import type { Settings } from "../files";
 import type { Kernel } from "../kernel/kernel";
@@ -104,6 +104,7 @@ export class App {
     }
     this.playing = true;
     this.show(next);
+    this.stage.changed();
   }
 
   /** Take other curves, for the charts and for what the run tells of. */
@@ -111,7 +112,6 @@ export class App {
     this.shown = next;
     this.unshown = true;
     this.run.watch(next.fold?.creepage ?? null);
-    this.stage.changed();
   }
 
   /** Change the vehicle, its load or the patch; the run goes on with them. What cannot be is taken
@@ -128,6 +128,7 @@ export class App {
       Object.assign(this.settings, { vehicle, normalLoad, patch });
       throw error;
     }
+    this.stage.changed();
   }
 
   setSpeed(speed: number): void {
@@ -135,6 +136,7 @@ export class App {
     this.run.setSpeed(speed);
     this.settings.speed = speed;
     this.show(next);
+    this.stage.changed();
   }
 
   /** Put the wet patch of the settings on the rail, a moment ahead. */
@@ -165,7 +167,7 @@ export class App {
     this.stage.changed();
   }
 
-  /** The visitor has taken over: what the story has set is his now. */
+  /** The visitor has taken over, and keeps what the story has set. */
   endStory(): void {
     this.before = null;
     if (this.telling === null) return;
@@ -221,7 +223,7 @@ export class App {
     this.stale = true;
   }
 
-  /** Go on by a time of the simulation [s] and draw: what a frame does, for scripts and tests. */
+  /** Go on by a time of the simulation [s]: a frame does it, and scripts and tests may. */
   advance(duration: number): RunEvent[] {
     this.run.recordInterval = Math.max(SAMPLE, (LOOK_BACK * this.settings.playback) / ROWS);
     this.run.advance(duration);

@@ -65,7 +65,6 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   ];
 }
 
-
 /** Warnings of what the picture does not hold for. */
 export function warnings({ run, shown, control }: Moment): string {
   const contact = shown.plant.force(run.creepage, run.speed, run.friction);

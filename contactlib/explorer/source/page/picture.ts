@@ -34,7 +34,7 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
   const creepage = Float64Array.from({ length: POINTS }, (_, i) => (far * i) / (POINTS - 1));
   const dry = curves(plant, creepage, speed, 1);
   const wet = wetFriction === 1 ? null : curves(plant, creepage, speed, wetFriction);
-  const peak = creepage[dry.force.indexOf(Math.max(...dry.force))] ?? 0;
+  const peak = (topOf(dry.force) * far) / (POINTS - 1);
   const scale = fold?.creepage ?? saturation;
   const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
   return { plant, speed, fold, peak, far, ends, creepage, dry, wet, wetFriction, states };
@@ -50,6 +50,14 @@ function curves(plant: Plant, creepage: Float64Array, speed: number, friction: n
     found.pole[i] = -gain * slope;
   });
   return found;
+}
+
+/** Place of the highest of even points, by the parabola through it and its neighbours [points]. */
+function topOf(values: Float64Array): number {
+  const i = values.indexOf(Math.max(...values));
+  const [a, b, c] = [values[i - 1], values[i], values[i + 1]];
+  if (a === undefined || b === undefined || c === undefined || a - 2 * b + c === 0) return i;
+  return i + (0.5 * (a - c)) / (a - 2 * b + c);
 }
 
 /** The least of 1 and 3 times a power of ten that is not below a number. */
