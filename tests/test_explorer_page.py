@@ -611,6 +611,38 @@ def test_arrow_keys_move_sliders(visitor: Visitor, mode: str, place: str) -> Non
     assert still == []
 
 
+def test_a_finger_takes_the_torque_by_its_handle_only() -> None:
+    with explorer_page(360, 740, clock_stands=True, has_touch=True) as opened:
+        visitor = Visitor(opened)
+        visitor.look()
+        box = opened.page.locator("#s-curve .u-over").bounding_box()
+        assert box is not None
+        client = opened.page.context.new_cdp_session(opened.page)
+
+        def drag(x: float, way: float) -> None:
+            y = box["y"] + 0.5 * box["height"]
+            for kind, points in (
+                ("touchStart", [{"x": x, "y": y}]),
+                ("touchMove", [{"x": x + 0.5 * way, "y": y}]),
+                ("touchMove", [{"x": x + way, "y": y}]),
+                ("touchEnd", []),
+            ):
+                client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        took = []
+        for part in np.linspace(0.02, 0.98, 13):
+            start = visitor.state("control.drive_torque")
+            drag(box["x"] + part * box["width"], -10.0)
+            took.append(visitor.state("control.drive_torque") != start)
+            opened.call(
+                "async (value) => { (await contactlib.ready).app.control.drive_torque = value; }",
+                start,
+            )
+            visitor.look()
+        assert 1 <= sum(took) <= 4  # of 13, beside each other: where the handle is
+        assert sum(np.diff(took)) <= 2
+
+
 def test_the_help_gives_the_focus_back(visitor: Visitor) -> None:
     dialog = visitor.page.get_by_role("dialog")
     for place, key in (("help-button", "Enter"), ("speed-slider", "?")):

@@ -28,15 +28,20 @@ export class SteadyStates implements View {
       const { across, up } = this.chart.at(event);
       dragged(1e3 * Math.max(0, across), 1e-2 * up);
     };
+    let held: number | null = null; // which pointer drags; a finger has capture anyway
     area.addEventListener("pointerdown", (event) => {
       // A finger that is put down elsewhere may want to scroll.
       if (event.pointerType === "touch" && Math.abs(event.offsetX - this.handle) > FINGER) return;
       area.setPointerCapture(event.pointerId);
+      held = event.pointerId;
       drag(event);
     });
     area.addEventListener("pointermove", (event) => {
-      if (area.hasPointerCapture(event.pointerId)) drag(event);
+      if (event.pointerId === held) drag(event);
     });
+    for (const end of ["pointerup", "pointercancel"]) {
+      area.addEventListener(end, () => (held = null));
+    }
   }
 
   show({ states, fold, plant, speed, far, ends: [least] }: Picture): void {
