@@ -143,6 +143,7 @@ export class App {
   layPatch(): void {
     if (this.run.stopped !== null) this.restart();
     const { friction, length } = this.settings.patch, { speed } = this.run;
+    this.predict(); // of this patch, not of one before
     this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
     this.lookAgain();
   }
