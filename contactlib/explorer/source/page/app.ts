@@ -51,8 +51,9 @@ export class App {
   private stale = true; // charts show what is no more
   private unshown = true; // the charts have not been given the curves
   private last = 0;
-  private looked = 0;
-  private lookedSeldom = 0;
+  private redrawn = 0; // when the curves were drawn, ... [ms]
+  private looked = 0; // the numbers were looked at, ...
+  private lookedSeldom = 0; // and the texts
 
   constructor(readonly kernel: Kernel, public settings: Settings, private readonly stage: Stage) {
     this.run = new Run(kernel);
@@ -268,13 +269,17 @@ export class App {
     const { run, stage } = this;
     const moved = Math.abs(run.speed / this.shown.speed - 1) > MOVED;
     const other = this.shown.wetFriction !== this.wetFriction;
-    if (other || (moved && now - this.looked > OFTEN)) this.show(this.newPicture(run.speed));
+    const due = other || (moved && now - this.redrawn > OFTEN);
+    if (due) this.show(this.newPicture(run.speed));
+    else if (this.unshown) this.lookAgain();
     if (this.unshown) {
       for (const view of stage.views) view.show(this.shown);
       this.unshown = false;
-      this.looked = this.lookedSeldom = -Infinity;
+      this.redrawn = now;
     }
-    const often = now - this.looked > OFTEN;
+    // What costs time comes in frames of its own: curves, numbers, texts.
+    const often = !due && now - this.looked > OFTEN;
+    const late = now - this.lookedSeldom > SELDOM, seldom = !due && !often && late;
     if (often) {
       this.looked = now;
       this.rests = steadyStates(this.shown.plant, run.driveTorque, run.speed, run.friction);
@@ -290,12 +295,12 @@ export class App {
       write(stage.warning, warnings(moment));
       write(stage.clock, `t = ${digits(run.time, 4)} s`);
     }
-    if (now - this.lookedSeldom > SELDOM) {
+    if (seldom) {
       this.lookedSeldom = now;
       for (const view of stage.views) view.place.setAttribute("aria-label", view.describe(moment));
       this.predict();
     }
-    this.stale = false;
+    this.stale = due || (often && late);
   }
 
   /** What a wet patch would do to the wheel as it is. */
