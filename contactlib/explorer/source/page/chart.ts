@@ -2,7 +2,7 @@
    moves, drawn every frame. */
 
 import uPlot from "uplot";
-import { FONT, Pen } from "./pen";
+import { emptied, FONT, Pen } from "./pen";
 import { colour, type Colour } from "./theme";
 
 export interface Axis {
@@ -79,16 +79,8 @@ export class Chart {
 
   /** Draw what moves. */
   draw(paint: (pen: Pen) => void): void {
-    const c = this.over.getContext("2d");
-    if (c === null) return;
     const { clientWidth: width, clientHeight: height } = this.plot.over;
-    const ratio = devicePixelRatio;
-    if (this.over.width !== Math.round(width * ratio) || this.over.height !== Math.round(height * ratio)) {
-      this.over.width = Math.round(width * ratio);
-      this.over.height = Math.round(height * ratio);
-    }
-    c.setTransform(ratio, 0, 0, ratio, 0, 0);
-    c.clearRect(0, 0, width, height);
+    const c = emptied(this.over, width, height);
     paint(new Pen(c, this.plot, this.spec.turned ?? false, width, height));
   }
 

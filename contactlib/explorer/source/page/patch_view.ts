@@ -4,7 +4,7 @@ import { ellipsePatch, type LinePatch, linePatch } from "../physics/patch";
 import { atLoad } from "../physics/vehicle";
 import { Chart } from "./chart";
 import { digits } from "./format";
-import { FONT } from "./pen";
+import { emptied, FONT } from "./pen";
 import type { Picture } from "./picture";
 import { colour } from "./theme";
 import { viridis } from "./viridis";
@@ -83,15 +83,8 @@ export class PatchView implements View {
   }
 
   private fromAbove(strips: LinePatch[], eta: Float64Array, { plant }: Picture): void {
-    const c = this.above.getContext("2d");
-    if (c === null) return;
-    const ratio = devicePixelRatio, width = this.above.clientWidth, height = this.above.clientHeight;
-    if (this.above.width !== Math.round(width * ratio) || this.above.height !== Math.round(height * ratio)) {
-      this.above.width = Math.round(width * ratio);
-      this.above.height = Math.round(height * ratio);
-    }
-    c.setTransform(ratio, 0, 0, ratio, 0, 0);
-    c.clearRect(0, 0, width, height);
+    const { clientWidth: width, clientHeight: height } = this.above;
+    const c = emptied(this.above, width, height);
     // The chart above has its axis here too, so places along the contact lie below each other.
     const box = this.chart.plot.over, left = box.offsetLeft;
     const across = (xi: number): number => left + ((xi + 1.08) / 2.16) * box.clientWidth;

@@ -5,6 +5,18 @@ import { colour, type Colour } from "./theme";
 
 export const FONT = "12px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif";
 
+/** Empty a canvas of so many px, as sharp as the screen is; its context then draws in px. */
+export function emptied(canvas: HTMLCanvasElement, width: number, height: number):
+  CanvasRenderingContext2D {
+  const context = canvas.getContext("2d");
+  if (context === null) throw new Error("the browser does not draw on a canvas");
+  const ratio = devicePixelRatio, wide = Math.round(width * ratio), high = Math.round(height * ratio);
+  if (canvas.width !== wide || canvas.height !== high) Object.assign(canvas, { width: wide, height: high });
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return context;
+}
+
 /** What draws over a chart, in the chart's own numbers. */
 export class Pen {
   constructor(
