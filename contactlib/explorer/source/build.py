@@ -22,6 +22,7 @@ from contactlib.explorer.source.structs import structs_source
 from contactlib.explorer.source.wasm import compile_kernel
 from contactlib.files import package_folder, write_whole
 from contactlib.law_tables import shipped_path
+from contactlib.scenario.reading import UNITS
 
 SOURCE = Path(__file__).resolve().parent
 ROOT = SOURCE.parents[2]
@@ -77,6 +78,7 @@ def data_elements() -> str:
     """All that the script reads by its id; the command puts a model file into the last one."""
     elements = [
         json_element("limits", limits()),
+        json_element("units", UNITS),
         json_element("models", model_texts()),
         json_element("licences", licences()),
         binary_element("kernel", compile_kernel()),

@@ -2,6 +2,7 @@
 
 import {
   contactModulus,
+  lateralSemiAxis,
   saturationCreepage,
   type Vehicle,
   weakeningLength,
@@ -106,6 +107,6 @@ export function contactSection(v: Vehicle): Record<string, number> {
   const shape =
     v.contact === "line"
       ? { semi_width: a, radius: (a * contactModulus(v)) / (2 * p0) } // Eq. (5)
-      : { semi_axis_x: a, semi_axis_y: (1.5 * normal_load) / (Math.PI * a * p0) }; // Eq. (20)
+      : { semi_axis_x: a, semi_axis_y: lateralSemiAxis(v) };
   return { ...shape, normal_load, youngs_modulus, poisson_ratio };
 }

@@ -3,28 +3,18 @@
 import { parse, TomlError } from "smol-toml";
 
 import { allows, type Limits, limitText } from "./limits";
+import { pageData } from "./page_data";
 
 /** A model file that cannot be used; one line says where and why. */
 export class ModelError extends Error {
   override name = "ModelError";
 }
 
-/** How many SI units one of each unit is, by the SI unit of the quantity. */
-export const UNITS: Readonly<Record<string, Readonly<Record<string, number>>>> = {
-  "1": { "%": 1e-2 },
-  m: { km: 1e3, mm: 1e-3, um: 1e-6 },
-  s: { ms: 1e-3, min: 60 },
-  kg: { t: 1e3 },
-  N: { kN: 1e3, MN: 1e6 },
-  Pa: { kPa: 1e3, MPa: 1e6, GPa: 1e9 },
-  "m/s": { "km/h": 1 / 3.6 },
-  "s/m": { "h/km": 3.6 },
-  "N.m": { "kN.m": 1e3 },
-  "N.s": { "kN.s": 1e3 },
-  "N.m/s": { "kN.m/s": 1e3 },
-  "N.m/rad": { "kN.m/rad": 1e3, "MN.m/rad": 1e6 },
-  "N.m.s/rad": { "kN.m.s/rad": 1e3 },
-};
+/**
+ * How many SI units one of each unit is, by the SI unit of the quantity: Python's own, which the
+ * build puts into the page.
+ */
+export const UNITS = pageData("units") as Readonly<Record<string, Readonly<Record<string, number>>>>;
 
 /** Contents of a file or of a section of it. */
 export type Table = Readonly<Record<string, unknown>>;

@@ -8,9 +8,6 @@ import { allows, type Limits, limitText, pageLimits } from "./limits";
 import { decimal, shown } from "./reading";
 import { settingLimit, TOGETHER } from "./setting_limits";
 
-export type { Presets, Settings } from "./defaults";
-export { settingLimit } from "./setting_limits";
-
 const TEXTS = ["name", "source"]; // of a vehicle
 const CHOICES: Readonly<Record<string, string[]>> = {
   contact: ["line", "elliptic"],

@@ -1,7 +1,7 @@
 /* The contact patch: shear traction along it, and from above where it sticks and slips. */
 
 import { ellipsePatch, type LinePatch, linePatch } from "../physics/patch";
-import { atLoad } from "../physics/vehicle";
+import { atLoad, lateralSemiAxis } from "../physics/vehicle";
 import { Chart } from "./chart";
 import { digits } from "./format";
 import { emptied, FONT } from "./pen";
@@ -20,6 +20,7 @@ export class PatchView implements View {
   private boundary = 1; // between slip and stick, over the semi-width
 
   constructor(readonly place: HTMLElement, private readonly above: HTMLCanvasElement) {
+    Object.assign(this.picture, { width: COLUMNS, height: ROWS });
     this.chart = new Chart(place, {
       x: { label: "", hidden: true, size: 6 },
       y: { label: "q / (f_d p\u2080)  [1]", size: 40 },
@@ -99,9 +100,8 @@ export class PatchView implements View {
     c.drawImage(this.picture, across(-1), 0, across(1) - across(-1), room);
     c.restore();
     this.drawBoundary(c, strips, eta, across, half);
-    const { semi_width: a, peak_pressure: p0 } = atLoad(plant.vehicle, plant.normalLoad);
-    const b = (3 * plant.normalLoad) / (2 * Math.PI * a * p0);
-    const along = `2a = ${digits(2e3 * a)} mm`;
+    const loaded = atLoad(plant.vehicle, plant.normalLoad), b = lateralSemiAxis(loaded);
+    const along = `2a = ${digits(2e3 * loaded.semi_width)} mm`;
     const size = line ? `from above, ${along}` : `${along}, 2b = ${digits(2e3 * b)} mm, not to scale`;
     c.font = FONT;
     c.textBaseline = "bottom";
@@ -116,8 +116,6 @@ export class PatchView implements View {
   private paint(strips: LinePatch[]): void {
     const c = this.picture.getContext("2d");
     if (c === null) return;
-    this.picture.width = COLUMNS;
-    this.picture.height = ROWS;
     const image = c.createImageData(COLUMNS, ROWS), pixels = new Uint32Array(image.data.buffer);
     for (let row = 0; row < ROWS; row++) {
       // Strips are denser towards the sides: eta = sin(theta), theta even.

@@ -4,13 +4,13 @@
  * the unstable state of good friction when that is found again. The motion on the patch is
  * integrated by the kernel.
  */
-import type { Drivetrain, Kernel } from "../kernel/kernel";
+import type { Kernel } from "../kernel/kernel";
 import type { DrivetrainState } from "../kernel/structs";
+import { Motion } from "./motion";
 import type { Plant } from "./plant";
 import { root } from "./roots";
 import { type SteadyState, statesOf } from "./stability";
 import { type TorqueCurve, torqueCurve } from "./torque_curve";
-import { drivetrainParameters, forceParameters } from "./vehicle";
 
 /** The longest patch that is survived: time [s] and length [m], both infinite if any is. */
 export interface Clearing {
@@ -46,14 +46,13 @@ export function clearing(
   const patch = torqueCurve(plant, speed, patchFriction);
   if (highest(patch, start, border) >= driveTorque * (1 - 4 * Number.EPSILON)) return survived;
 
-  const motion = new Motion(plant, driveTorque, patchFriction);
-  motion.place(start, speed);
-  let borderAt = (_: number): number => border;
-  let arrival = motion.until(borderAt);
+  const motion = onPatch(plant, driveTorque, patchFriction);
+  motion.start(speed, start);
+  let arrival = moveUntil(motion, () => border);
   if (arrival !== null && plant.vehicle.mass !== null) {
-    borderAt = movingBorder(plant, driveTorque, speed, unstable, arrival.speed);
-    motion.place(start, speed);
-    arrival = motion.until(borderAt);
+    const borderAt = movingBorder(plant, driveTorque, speed, unstable, arrival.speed);
+    motion.start(speed, start);
+    arrival = moveUntil(motion, borderAt);
   }
   return arrival === null ? survived : { ...arrival, start, border };
 }
@@ -102,86 +101,42 @@ interface Arrival {
   speed: number;
 }
 
-/** A wheelset on the patch. */
-class Motion {
-  private readonly drivetrain: Drivetrain;
+const MOTIONS = new WeakMap<Kernel, Motion>();
 
-  constructor(
-    private readonly plant: Plant,
-    private readonly driveTorque: number,
-    patchFriction: number,
-  ) {
-    const { kernel, vehicle, normalLoad } = plant;
-    this.drivetrain = drivetrainOf(kernel);
-    this.drivetrain.configure(
-      kernel.tables[vehicle.contact],
-      forceParameters(vehicle),
-      drivetrainParameters(vehicle),
-    );
-    Object.assign(this.drivetrain.input, {
-      commanded_torque: driveTorque,
-      resistance_force: 0,
-      acceleration: 0,
-      load_left: 0.5 * normalLoad,
-      load_right: 0.5 * normalLoad,
-      friction_left: patchFriction,
-      friction_right: patchFriction,
-    });
-  }
-
-  /** Put it where it is to start. */
-  place(creepage: number, speed: number): void {
-    const omega = ((1 + creepage) * speed) / this.plant.vehicle.radius;
-    Object.assign(this.drivetrain.state, {
-      speed,
-      omega_left: omega,
-      omega_right: omega,
-      twist: 0,
-      relaxed_left: 0,
-      relaxed_right: 0,
-      drive_torque: this.driveTorque,
-      distance: 0,
-      drive_work: 0,
-      creep_work: 0,
-      resistance_work: 0,
-      loss_work: 0,
-    });
-  }
-
-  /** Move until the creepage meets a border over the speed; null if it does not. */
-  until(border: (speed: number) => number): Arrival | null {
-    const { state } = this.drivetrain;
-    const { radius, minimum_speed } = this.plant.vehicle;
-    const excess = (): number =>
-      (radius * state.omega_left) / state.speed - 1 - border(state.speed);
-    let [time, before, step] = [0, excess(), FIRST_STEP];
-    if (before >= 0) return { time: 0, distance: 0, speed: state.speed }; // it moves past the start
-    while (time < LONGEST && state.speed >= minimum_speed) {
-      const from = { ...state };
-      const after = this.step(from, time, step, excess);
-      if (after >= 0) {
-        const part = root((h) => this.step(from, time, h, excess), 0, step, before, after);
-        this.step(from, time, part, excess);
-        return { time: time + part, distance: state.distance, speed: state.speed };
-      }
-      [time, before, step] = [time + step, after, step * GROWTH];
-    }
-    return null;
-  }
-
-  /** Step on from a state, and return what has become of the excess. */
-  private step(from: DrivetrainState, time: number, step: number, excess: () => number): number {
-    Object.assign(this.drivetrain.state, from);
-    this.drivetrain.advance(time, step, TOLERANCE);
-    return excess();
-  }
+/** A wheelset all of whose rail is the patch; one for each kernel, whose memory is never freed. */
+function onPatch(plant: Plant, driveTorque: number, patchFriction: number): Motion {
+  const { kernel, vehicle, normalLoad } = plant;
+  const motion = MOTIONS.get(kernel) ?? new Motion(kernel);
+  MOTIONS.set(kernel, motion);
+  motion.configure(vehicle, normalLoad);
+  const { input } = motion.drivetrain;
+  input.commanded_torque = driveTorque;
+  input.friction_left = input.friction_right = patchFriction;
+  return motion;
 }
 
-const DRIVETRAINS = new WeakMap<Kernel, Drivetrain>();
-
-/** The one of this module: a kernel's memory is never freed. */
-function drivetrainOf(kernel: Kernel): Drivetrain {
-  const drivetrain = DRIVETRAINS.get(kernel) ?? kernel.drivetrain();
-  DRIVETRAINS.set(kernel, drivetrain);
-  return drivetrain;
+/** Move until the creepage meets a border over the speed; null if it does not. */
+function moveUntil(motion: Motion, border: (speed: number) => number): Arrival | null {
+  const { state } = motion.drivetrain;
+  const { radius, minimum_speed } = motion.vehicle;
+  const excess = (): number => (radius * state.omega_left) / state.speed - 1 - border(state.speed);
+  /** Step on from a state, and return what has become of the excess. */
+  const stepFrom = (from: DrivetrainState, at: number, step: number): number => {
+    Object.assign(state, from);
+    motion.drivetrain.advance(at, step, TOLERANCE);
+    return excess();
+  };
+  let [time, before, step] = [0, excess(), FIRST_STEP];
+  if (before >= 0) return { time: 0, distance: 0, speed: state.speed }; // it moves past the start
+  while (time < LONGEST && state.speed >= minimum_speed) {
+    const from = { ...state };
+    const after = stepFrom(from, time, step);
+    if (after >= 0) {
+      const part = root((h) => stepFrom(from, time, h), 0, step, before, after);
+      stepFrom(from, time, part);
+      return { time: time + part, distance: state.distance, speed: state.speed };
+    }
+    [time, before, step] = [time + step, after, step * GROWTH];
+  }
+  return null;
 }

@@ -122,6 +122,11 @@ export function drivetrainParameters(v: Vehicle): DrivetrainParameters {
   };
 }
 
+/** Semi-axis b of the ellipse across rolling, at the nominal load [m]. */
+export function lateralSemiAxis(v: Vehicle): number {
+  return (1.5 * v.normal_load) / (Math.PI * v.semi_width * v.peak_pressure); // Eq. (20)
+}
+
 /** The vehicle whose nominal load is another one [N]: its contact grows, its friction stays. */
 export function atLoad(vehicle: Vehicle, normalLoad: number): Vehicle {
   if (normalLoad === vehicle.normal_load) return vehicle;
