@@ -3,9 +3,11 @@
 import { Chart } from "./chart";
 import { digits, percent } from "./format";
 import type { Pen } from "./pen";
-import { type Curves, interpolate, type Picture } from "./picture";
+import type { Curves, Picture } from "./picture";
 import { trail } from "./trail";
 import type { Moment, View } from "./view";
+
+const ARROWS = 13; // along zero
 
 export class PhasePortrait implements View {
   private readonly chart: Chart;
@@ -77,10 +79,10 @@ export class PhasePortrait implements View {
       pen.line(part, falls ? "stable" : "unstable", 2.4, falls ? [] : [8, 4]);
       from = i;
     }
-    for (let i = 1; i < 14; i++) {
-      const zeta = (shown.far * (i - 0.35)) / 13.5;
-      const here = interpolate(zeta, shown.creepage, rate);
-      if (Math.abs(here) > 0) pen.head(100 * zeta, 0, here > 0 ? 1 : -1, "soft", 4.5);
+    const apart = Math.round(rate.length / ARROWS);
+    for (let i = apart >> 1; i < rate.length; i += apart) {
+      const way = Math.sign(rate[i] as number) as -1 | 0 | 1;
+      if (way !== 0) pen.head(100 * (shown.creepage[i] as number), 0, way, "soft", 4.5);
     }
   }
 

@@ -79,19 +79,3 @@ export function byStability(
   }
   return [stable, unstable];
 }
-
-/** Linear interpolation in a rising table; its ends hold beyond. */
-export function interpolate(x: number, at: Float64Array, values: Float64Array): number {
-  const last = at.length - 1;
-  if (x <= (at[0] as number)) return values[0] as number;
-  if (x >= (at[last] as number)) return values[last] as number;
-  let low = 0, high = last;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if ((at[middle] as number) <= x) low = middle;
-    else high = middle;
-  }
-  const part = (x - (at[low] as number)) / ((at[high] as number) - (at[low] as number));
-  return (values[low] as number) + part * ((values[high] as number) - (values[low] as number));
-}
-
