@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import stat
 import zipfile
 import zlib
 from collections import Counter
@@ -11,6 +13,8 @@ from pathlib import PurePosixPath
 from typing import NamedTuple
 
 FMI_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+MOST_UNPACKED = 2**30  # of all files together [byte]; a zip can unpack to a thousand times its size
+CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 
 
 class Archive(NamedTuple):
@@ -26,7 +30,7 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
     Raises
     ------
     ValueError
-        If `path` is not a zip file.
+        If `path` is not a zip file, or unpacks to more than `MOST_UNPACKED`.
     """
     try:
         archive = zipfile.ZipFile(path)
@@ -34,7 +38,13 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
         raise ValueError(f"{os.fspath(path)} is not a zip file: {error}") from None
     with archive:
         entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+        size = sum(entry.file_size for entry in entries)
+        if size > MOST_UNPACKED:
+            raise ValueError(
+                f"{os.fspath(path)} unpacks to {size} bytes: must be <= {MOST_UNPACKED}"
+            )
         problems = list(_bad_names([entry.orig_filename for entry in archive.infolist()]))
+        problems += [f"{e.filename}: is a symbolic link" for e in entries if _is_link(e)]
         files = {}
         for entry in entries:
             if entry.compress_type not in FMI_METHODS:
@@ -43,12 +53,22 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
                     "0 (stored) or 8 (deflate)"
                 )
             try:
-                files[entry.filename] = archive.read(entry)
+                files[entry.filename] = _read(archive, entry)
             except (zipfile.BadZipFile, zlib.error, EOFError, OSError) as error:
                 problems.append(f"{entry.filename}: damaged: {error}")
             except (NotImplementedError, RuntimeError) as error:  # method or encryption
                 problems.append(f"{entry.filename}: cannot be unpacked: {error}")
     return Archive(files, problems)
+
+
+def _read(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
+    with archive.open(entry) as file:
+        # No more than the entry says: asked for all, it would first unpack all that there is.
+        return file.read(max(1, entry.file_size))
+
+
+def _is_link(entry: zipfile.ZipInfo) -> bool:
+    return stat.S_ISLNK(entry.external_attr >> 16)
 
 
 def _bad_names(names: list[str]) -> Iterator[str]:
@@ -58,6 +78,10 @@ def _bad_names(names: list[str]) -> Iterator[str]:
         # Unpacking must stay in its folder, on every system.
         if name.startswith("/") or ".." in name.split("/") or "\\" in name or ":" in name:
             yield f"{name}: the path must be relative, without '..', '\\' and ':'"
+        if CONTROL.search(name):
+            yield f"{name!r}: the path must be without control characters"
+        if {"", "."} & set(name.removesuffix("/").split("/")):
+            yield f"{name!r}: the path must be without empty parts and '.'"
         if name in folders:
             yield f"{name}: is a file and a folder"
         if times > 1:
