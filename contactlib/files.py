@@ -32,7 +32,7 @@ def write_whole(path: str | os.PathLike[str], data: bytes) -> Path:
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(data)
-        mask = os.umask(0)
+        mask = os.umask(0o077)  # threads share it: meanwhile their files are private, not public
         os.umask(mask)
         os.chmod(beside, 0o666 & ~mask)  # mkstemp makes files private
         os.replace(beside, path)
