@@ -22,6 +22,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from contactlib.terminal import harmless, harmless_line
+
 if TYPE_CHECKING:
     from contactlib.scenario import Model
 
@@ -29,12 +31,20 @@ if TYPE_CHECKING:
 Loaded = TypeVar("Loaded")
 
 
+def _say(text: str) -> None:
+    click.echo(harmless(text))
+
+
+def _complain(text: str) -> None:
+    click.echo(harmless_line(text), err=True)
+
+
 class _Group(click.Group):
     """Turns what a user can get wrong into one line on stderr and exit status 2."""
 
     def invoke(self, ctx: click.Context) -> Any:
         def show(message: Warning | str, *_: object, **__: object) -> None:
-            click.echo(f"warning: {message}", err=True)
+            _complain(f"warning: {message}")
 
         try:
             with warnings.catch_warnings():
@@ -43,7 +53,7 @@ class _Group(click.Group):
         except (click.exceptions.Exit, click.exceptions.Abort):  # RuntimeErrors of click's own
             raise
         except (ValueError, OSError, RuntimeError) as error:
-            click.echo(f"contactlib: {error}", err=True)
+            _complain(f"contactlib: {error}")
             ctx.exit(2)
 
 
@@ -77,12 +87,12 @@ class _ConsoleReporter:
     """Progress bars on a terminal, plain lines elsewhere."""
 
     def __init__(self) -> None:
-        self._console = Console(highlight=False, soft_wrap=True)
+        self._console = Console(highlight=False, emoji=False, soft_wrap=True)
 
     @contextmanager
     def step(self, title: str) -> Iterator[Callable[[float], object]]:
         if not self._console.is_terminal:
-            self._console.print(f"... {title}", markup=False)
+            self.line(f"... {title}")
             yield lambda part: None
             return
         columns = (
@@ -91,7 +101,7 @@ class _ConsoleReporter:
             TaskProgressColumn(),
         )
         with Progress(*columns, TimeElapsedColumn(), console=self._console, transient=True) as bar:
-            task = bar.add_task(title, total=None)
+            task = bar.add_task(harmless(title), total=None)
             yield lambda part: bar.update(task, total=1.0, completed=part)
 
     @contextmanager
@@ -106,10 +116,14 @@ class _ConsoleReporter:
 
             yield show
             return
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TaskProgressColumn(),
+        )
         times = (TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn())
         with Progress(*columns, *times, console=self._console, transient=True) as bar:
-            task = bar.add_task(title, total=1.0)
+            task = bar.add_task(harmless(title), total=1.0)
 
             def move(part: float) -> None:
                 pace.line(part)
@@ -118,13 +132,13 @@ class _ConsoleReporter:
             yield move
 
     def heading(self, text: str) -> None:
-        self._console.print(f"\n{text}", style="bold", markup=False)
+        self._console.print(f"\n{harmless(text)}", style="bold", markup=False)
 
     def number(self, number: object) -> None:
-        self._console.print(f"  {number}", markup=False)
+        self.line(f"  {number}")
 
     def line(self, text: str) -> None:
-        self._console.print(text, markup=False)
+        self._console.print(harmless(text), markup=False)
 
 
 def _with_progress(load: Callable[[Callable[[float], object]], Loaded]) -> Loaded:
@@ -179,12 +193,10 @@ def demo(output: Path) -> None:
 
     summary = run_demo(output, _ConsoleReporter())
     pictures = ", ".join(sorted(p.name for p in output.glob("*.png")))
-    click.echo(f"\nLook at {pictures} in {output}{'/' if output.name else ''}")
-    click.echo(f"Every number above is in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
-    click.echo(f"See it live: contactlib explore, or open {output / 'explorer.html'} in a browser")
-    click.echo(
-        "Go on: contactlib simulate dry_wet_dry.toml --compare; contactlib figures --stability"
-    )
+    _say(f"\nLook at {pictures} in {output}{'/' if output.name else ''}")
+    _say(f"Every number above is in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
+    _say(f"See it live: contactlib explore, or open {output / 'explorer.html'} in a browser")
+    _say("Go on: contactlib simulate dry_wet_dry.toml --compare; contactlib figures --stability")
 
 
 @main.command()
@@ -216,7 +228,7 @@ def simulate(
     runs = study.chosen(control, every=compare)
     folder = output or Path(f"contactlib-{Path(model).stem}")
     write_report(study, runs, folder, _ConsoleReporter())
-    click.echo(f"Metrics, time series and figures are in {folder}")
+    _say(f"Metrics, time series and figures are in {folder}")
 
 
 @main.command()
@@ -231,7 +243,7 @@ def table(model: str, output: Path, rebuild: bool) -> None:
 
         with _ConsoleReporter().step("Building the table of the law") as progress:
             made = build_carter_griffith_table(made.options["contact"], progress)
-    click.echo(
+    _say(
         f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} of the "
         f"traction ratio and {made.max_slope_error:.2g} of its slope, at "
         f"{made.certificate_points} points"
@@ -300,7 +312,7 @@ def fmu(
             parallel_exchange=parallel_exchange,
             **common,
         )
-    click.echo(str(written))
+    _say(str(written))
 
 
 @main.command()
@@ -388,26 +400,32 @@ def sweep(
     beside = "" if no_maps or none else ", and maps beside it"
     reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}{beside}")
     if none:
-        click.echo("contactlib: all runs failed", err=True)
+        _complain("contactlib: all runs failed")
         click.get_current_context().exit(1)
 
 
 @main.command()
 @click.argument("path", metavar="FMU", type=click.Path(path_type=Path))
-def check(path: Path) -> None:
+@click.option(
+    "--load",
+    is_flag=True,
+    help="Also load the library for this machine and make an instance. This runs the FMU's code, "
+    "with all your rights: leave it out for one that you would not run.",
+)
+def check(path: Path, load: bool) -> None:
     """Check any FMU: archive, description, libraries.
 
-    Prints one line for each problem, and exits with status 1 if there is one. The library for
-    this machine is loaded.
+    Prints one line for each problem, and exits with status 1 if there is one. Nothing of the FMU
+    runs unless you ask for it with --load.
     """
     from contactlib.checker import examine_fmu
 
-    problems, checked = examine_fmu(path)
+    problems, checked = examine_fmu(path, load=load)
     for problem in problems:
-        click.echo(problem)
+        _say(harmless_line(problem))
     if problems:
         click.get_current_context().exit(1)
-    click.echo(f"{path}: no problem found ({checked})")
+    _say(f"{path}: no problem found ({checked})")
 
 
 @main.command()
@@ -441,7 +459,7 @@ def figures(paper: bool, model: str | None, output: Path) -> None:
     for name, (draw, title) in wanted.items():
         drawn = draw()
         paths = [save(drawn, output / f"{name}.{suffix}") for suffix in ("png", "svg")]
-        click.echo(f"{paths[0]}, {paths[1].name}: {title}")
+        _say(f"{paths[0]}, {paths[1].name}: {title}")
 
 
 @main.command()
@@ -458,8 +476,8 @@ def explore(model: str | None, shown: bool, output: Path) -> None:
 
     written = write_explorer(output, model)
     if shown and not open_in_browser(written):
-        click.echo("No browser could be opened here: open the file in any.")
-    click.echo(f"The page is {written}")
+        _say("No browser could be opened here: open the file in any.")
+    _say(f"The page is {written}")
 
 
 if __name__ == "__main__":

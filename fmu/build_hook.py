@@ -13,14 +13,17 @@ libraries it carries beside its own, and CONTACTLIB_HOST the one that it is for.
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import importlib.util
 import os
 import platform
+import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -113,12 +116,20 @@ def zig_cc(name: str, *arguments: str) -> None:
     zig_cc_target(TARGETS[name].zig, *arguments)
 
 
+@cache
+def private_cache() -> str:
+    """A folder for as long as this process, in which nobody else can put anything."""
+    folder = tempfile.mkdtemp(prefix="zig-cache-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 def zig_cc_target(target: str, *arguments: str) -> None:
     """Run the compiler for one of its own targets."""
     environment = dict(os.environ)
     if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
         # Without a home folder Zig has no place for its cache.
-        environment.setdefault("ZIG_GLOBAL_CACHE_DIR", f"{tempfile.gettempdir()}/zig-cache")
+        environment.setdefault("ZIG_GLOBAL_CACHE_DIR", private_cache())
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *arguments]
     subprocess.run(command, check=True, env=environment)
 

@@ -10,7 +10,7 @@ from contactlib.files import package_folder
 
 # Lowest first; a room is a module or a folder, and rooms of one line do not import each other.
 FLOORS = [
-    {"parameters", "files"},
+    {"parameters", "files", "terminal"},
     {"data", "friction", "hertz", "kernel", "profile"},
     {"laws"},
     {"fit", "table"},

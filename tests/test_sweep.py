@@ -388,7 +388,8 @@ def built_anew(sweep: cl.Sweep, run: int) -> cl.Scenario:
                 table[target.key] = new
             else:
                 table[target.key][target.index] = new
-    wheelset = build_wheelset(vehicle, sweep.scenario.drivetrain.wheelset.element.table, print)
+    law = sweep.scenario.drivetrain.wheelset.element.table
+    wheelset = build_wheelset(vehicle, Path(), law, print)
     return build_scenario(data, wheelset, designs)
 
 

@@ -6,8 +6,10 @@ rule has its own words, and FMPy is asked for a second opinion where no rule is 
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from contactlib.checker.archive import read_archive
@@ -30,15 +32,18 @@ class Examination(NamedTuple):
     checked: str
 
 
-def check_fmu(path: str | os.PathLike[str]) -> list[str]:
+def check_fmu(path: str | os.PathLike[str], *, load: bool = False) -> list[str]:
     """What is wrong with an FMU.
 
-    The library for this machine is loaded, in a process of its own: check what you would run.
+    Its files are read, and nothing of it runs unless `load` asks for that.
 
     Parameters
     ----------
     path : path
         FMU of FMI 2.0 or 3.0.
+    load : bool
+        Also load the library for this machine, and make and free an instance, in a process of its
+        own. This runs the FMU's code with all the rights of whoever asks for it.
 
     Returns
     -------
@@ -49,12 +54,12 @@ def check_fmu(path: str | os.PathLike[str]) -> list[str]:
     Raises
     ------
     OSError, ValueError
-        If `path` cannot be read, or is not a zip file.
+        If `path` cannot be read, is not a zip file, or unpacks to more than 1 GiB.
     """
-    return examine_fmu(path).problems
+    return examine_fmu(path, load=load).problems
 
 
-def examine_fmu(path: str | os.PathLike[str]) -> Examination:
+def examine_fmu(path: str | os.PathLike[str], *, load: bool) -> Examination:
     """Problems as of `check_fmu`, and one line on what was checked."""
     files, problems = read_archive(path)
     whole = not problems  # what is not must not be unpacked
@@ -70,18 +75,19 @@ def examine_fmu(path: str | os.PathLike[str]) -> Examination:
     if violated := [f"{FILE}: {problem}" for problem in violations(root, SCHEMAS[version])]:
         return Examination([*problems, *violated], kind)
     description = Description(root)
-    described = list(_description_problems(description)) or list(_second_opinion(path))
+    described = list(_description_problems(description)) or list(_second_opinion(files))
     problems += [f"{FILE}: {problem}" for problem in described]
     problems += companion_problems(files, root)
     broken = list(binary_problems(files, root, version))
     problems += broken
-    if whole:
+    runs = load and whole
+    if runs:
         problems += loading_problems(files, root, version)
     interfaces = description.interfaces
     parts = [kind, " and ".join(interfaces), f"{len(description.variables)} variables"]
     parts += [f"{len(files)} files", *([] if broken else oldest_systems(files))]
     if loadable(files, root, version):
-        parts.append("loaded on this machine")
+        parts.append("loaded on this machine" if runs else "not loaded")
     return Examination(problems, ", ".join(parts))
 
 
@@ -91,8 +97,11 @@ def _description_problems(description: Description) -> Iterator[str]:
     yield from structure_problems(description)
 
 
-def _second_opinion(path: str | os.PathLike[str]) -> Iterator[str]:
+def _second_opinion(files: Mapping[str, bytes]) -> Iterator[str]:
     from fmpy.validation import validate_fmu
 
-    for problem in validate_fmu(os.fspath(path)):
+    # Of what was read here: FMPy would unpack the zip itself, whatever that comes to.
+    with zipfile.ZipFile(seen := io.BytesIO(), "w") as archive:
+        archive.writestr(FILE, files[FILE])
+    for problem in validate_fmu(seen):
         yield f"FMPy: {' '.join(problem.split())}"

@@ -45,6 +45,11 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
             )
         problems = list(_bad_names([entry.orig_filename for entry in archive.infolist()]))
         problems += [f"{e.filename}: is a symbolic link" for e in entries if _is_link(e)]
+        problems += [
+            f"{e.orig_filename!r}: has another name too, {e.filename!r}"
+            for e in archive.infolist()
+            if e.filename != e.orig_filename  # of an extra field, or cut off
+        ]
         files = {}
         for entry in entries:
             if entry.compress_type not in FMI_METHODS:

@@ -19,14 +19,17 @@ def parse(data: bytes) -> Any:
     Raises
     ------
     ValueError
-        If `data` is not well formed.
+        If `data` is not well formed, or has a document type.
     """
-    # An FMU comes from anywhere: read nothing but what it holds.
+    # An FMU comes from anywhere: read nothing but what it holds, and expand nothing in it.
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
-        return etree.fromstring(data, parser)
+        root = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
         raise ValueError(f"is not well-formed XML: {error}") from None
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise ValueError("must be without a document type (<!DOCTYPE ...>)")
+    return root
 
 
 def violations(root: Any, schema: str) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Annotated
 
 from contactlib.element import friction_with_k_hat, saturation_creepage
@@ -12,7 +13,8 @@ from contactlib.hertz import Contact, EllipticContact, LineContact, Material
 from contactlib.law_tables import Shape, carter_griffith_table, cohesive_table
 from contactlib.laws import MeasuredCurve, Polach
 from contactlib.parameters import Parameters, Quantity
-from contactlib.scenario.reading import model_path, one_of
+from contactlib.scenario.beside import file_beside
+from contactlib.scenario.reading import in_file, one_of
 from contactlib.table import CreepForceTable
 
 
@@ -81,7 +83,10 @@ class FrictionSection(Parameters):
 
 @dataclass(frozen=True, kw_only=True)
 class LawSection(Parameters):
-    """``[law]``: which law gives the creep force; Carter-Griffith's if left out."""
+    """``[law]``: which law gives the creep force; Carter-Griffith's if left out.
+
+    `file` lies beside the model or below its folder, or is a shipped one.
+    """
 
     kind: str = "carter_griffith"
     adhesion_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
@@ -104,9 +109,10 @@ class LawSection(Parameters):
         contact: Contact,
         friction: Friction,
         poisson_ratio: float,
+        folder: Path,
         progress: Callable[[float], object],
     ) -> CreepForceTable:
-        """The law's table."""
+        """The law's table; `folder` is where the file is that has this section."""
         shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
         if self.kind == "cohesive":
             return cohesive_table(shape, friction.ratio, friction.weakening, progress)
@@ -114,7 +120,9 @@ class LawSection(Parameters):
             values = {name: getattr(self, name) for name in LAWS[self.kind]}
             return CreepForceTable.from_law(Polach(**values, poisson_ratio=poisson_ratio))
         if self.file is not None:
-            curve = MeasuredCurve.from_csv(model_path(self.file), kinetic=friction.kinetic)
+            with in_file(f"file {self.file}"):
+                path = file_beside("file", self.file, folder, "the model")
+            curve = MeasuredCurve.from_csv(path, kinetic=friction.kinetic)
             return CreepForceTable.from_law(curve)
         return carter_griffith_table(shape)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from contactlib.controllers import CreepControl, TorqueControl
@@ -79,7 +80,8 @@ def load_model(
     Parameters
     ----------
     path : path
-        A TOML file, or the name of a shipped one such as ``"models/roller_rig.toml"``.
+        A TOML file, or the name of a shipped one such as ``"models/roller_rig.toml"``. A file that
+        it names lies beside it or below its folder, or is a shipped one.
     table : CreepForceTable, optional
         The law; if left out that of the file's ``[law]`` section, or Carter and Griffith's.
     progress : callable
@@ -93,15 +95,17 @@ def load_model(
         If it cannot be read.
     """
     with in_file(path):
-        return build_model(parse(model_path(path)), table, progress)
+        file = model_path(path)
+        return build_model(parse(file), file.parent, table, progress)
 
 
 def build_model(
     data: Mapping[str, Any],
+    folder: Path,
     table: CreepForceTable | None,
     progress: Callable[[float], object],
 ) -> Model:
-    """Model of a file's contents; a mistake is a ValueError of one line."""
+    """Model of the contents of a file in `folder`; a mistake is a ValueError of one line."""
     if "axes" in data:
         raise ValueError(IS_SWEEP)
     if "vehicle" in data:
@@ -112,7 +116,7 @@ def build_model(
     needed = ["name", "source", *NEEDED]
     check_keys("", data, [*needed, "law"], needed)
     name, source = (text(key, data[key]) for key in ("name", "source"))
-    wheelset = build_wheelset(data, table, progress)
+    wheelset = build_wheelset(data, folder, table, progress)
     torque_section = read_section("torque_control", TorqueSection, data)
     creep_section = read_section("creep_control", CreepSection, data)
     with named("torque_control"):
@@ -131,11 +135,12 @@ def build_model(
 
 def build_wheelset(
     data: Mapping[str, Any],
+    folder: Path,
     table: CreepForceTable | None,
     progress: Callable[[float], object],
     kept: Kept | None = None,
 ) -> Wheelset:
-    """Wheelset of a model file's contents; a mistake is a ValueError of one line.
+    """Wheelset of the contents of a model file in `folder`; a mistake is a ValueError of one line.
 
     What `kept` has of a wheelset before and would come out the same is not made anew.
     """
@@ -149,7 +154,8 @@ def build_wheelset(
     with named("law"):
         law_section.check_keys()  # also where the table is given
         if table is None:
-            table = law_section.build(contact, friction, contact_section.poisson_ratio, progress)
+            ratio = contact_section.poisson_ratio
+            table = law_section.build(contact, friction, ratio, folder, progress)
     with named("wheelset"):
         reduction = body.reduction(contact, friction)
         sizes = body.radius, reduction, body.minimum_speed

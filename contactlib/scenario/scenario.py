@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -149,7 +150,8 @@ def load_scenario(
     Parameters
     ----------
     path : path
-        A TOML file, or the name of a shipped one such as ``"dry_wet_dry.toml"``.
+        A TOML file, or the name of a shipped one such as ``"dry_wet_dry.toml"``. A file that it or
+        its vehicle's names lies beside the one that names it or below, or is a shipped one.
     table : CreepForceTable, optional
         The law; if left out that of the vehicle's ``[law]`` section, or Carter and Griffith's.
     progress : callable
@@ -179,18 +181,21 @@ class ScenarioContents:
         Of the vehicle's, with the scenario's changes.
     label : str
         What a message calls the vehicle.
+    folder : str
+        Of the file that names the file of the vehicle's law, if it has one.
     """
 
     data: dict[str, Any]
     vehicle: dict[str, Any]
     label: str
+    folder: str  # no path: those of one system cannot be sent to another
 
     def build_vehicle(
         self, table: CreepForceTable | None, progress: Callable[[float], object]
     ) -> Wheelset:
         """The wheelset, once the whole model file is seen to be right."""
         with in_file(self.label):
-            return build_model(self.vehicle, table, progress).wheelset
+            return build_model(self.vehicle, Path(self.folder), table, progress).wheelset
 
 
 def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
@@ -213,8 +218,8 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
             "model file with the key 'vehicle'"
         )
     check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
-    label, vehicle = vehicle_contents(data, file.parent)
-    return ScenarioContents(data, vehicle, label)
+    label, vehicle, folder = vehicle_contents(data, file.parent)
+    return ScenarioContents(data, vehicle, label, str(folder))
 
 
 def build_scenario(

@@ -19,9 +19,9 @@ from contactlib.ensemble_run import DEFAULT_TOLERANCE
 from contactlib.fleet import timing
 from contactlib.parameters import Quantity
 from contactlib.scenario import ControllerDesign, build_scenario, model_path, read_contents
+from contactlib.scenario.beside import file_beside
 from contactlib.scenario.controllers import read_controllers
 from contactlib.scenario.reading import check_keys, in_file, number, subsection, text
-from contactlib.scenario.vehicle import file_beside
 from contactlib.sweep.axes import read_axes
 from contactlib.sweep.axis import whole
 from contactlib.sweep.outcomes import OUTCOMES, of_runs
@@ -53,7 +53,8 @@ def load_sweep(
     Parameters
     ----------
     path : path
-        A TOML file, or the name of a shipped one such as ``"friction_and_load_sweep.toml"``.
+        A TOML file, or the name of a shipped one such as ``"friction_and_load_sweep.toml"``. Its
+        scenario lies beside it or below its folder, or is a shipped one.
     progress : callable, optional
         Is told what part of the law's table has been built, which the cohesive law needs.
 

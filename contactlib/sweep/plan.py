@@ -8,6 +8,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 from contactlib import kernel
@@ -37,7 +38,7 @@ def package_version() -> str:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is the same for all runs of a sweep. It can be pickled, and names no file.
+    """What is the same for all runs of a sweep. It can be pickled, and no run reads a file.
 
     Attributes
     ----------
@@ -142,7 +143,8 @@ class ScenarioBuilder:
         """Table of the law of a run; ValueError as of `build`."""
         _, vehicle, _ = self._contents(row)
         with in_file(self._plan.contents.label):
-            return build_wheelset(vehicle, None, progress).element.table
+            folder = Path(self._plan.contents.folder)
+            return build_wheelset(vehicle, folder, None, progress).element.table
 
     def table_key(self, row: Sequence[float]) -> tuple[float, ...]:
         """Values that the law's table depends on."""
@@ -168,7 +170,8 @@ class ScenarioBuilder:
 
     def _wheelset(self, vehicle: dict[str, Any], table: CreepForceTable) -> Wheelset:
         with in_file(self._plan.contents.label):
-            return build_wheelset(vehicle, table, lambda part: None, self._kept)
+            folder = Path(self._plan.contents.folder)
+            return build_wheelset(vehicle, folder, table, lambda part: None, self._kept)
 
     def _section(
         self, section: tuple[str, ...], *values: float
