@@ -1,0 +1,630 @@
+"""What a stranger sends runs no code, reads nothing outside its folder and orders no terminal."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import hashlib
+import io
+import os
+import pickle
+import re
+import stat
+import struct
+import tempfile
+import tomllib
+import zipfile
+import zlib
+from base64 import b64encode
+from collections.abc import Callable, Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import contactlib as cl
+from contactlib.checker import archive, check_fmu, loading
+from contactlib.checker.xml import parse
+from contactlib.cli import _ConsoleReporter, main
+from contactlib.export import documentation, fmi2, fmi3, package
+from contactlib.files import PACKAGE, package_folder
+from contactlib.scenario.beside import file_beside
+from contactlib.sweep.dataset import read_dataset
+from contactlib.sweep.store import ChunkStore
+from contactlib.terminal import harmless, harmless_line
+
+MODELS = package_folder("models")
+RIG = (MODELS / "roller_rig.toml").read_text(encoding="utf-8")
+SCENARIO = (MODELS / "dry_wet_dry.toml").read_text(encoding="utf-8")
+SWEEP = (MODELS / "wet_patch_sweep.toml").read_text(encoding="utf-8")
+CURVE = (MODELS / "eurosprinter_engel1998.csv").read_text(encoding="utf-8")
+ESCAPE = "\x1b]0;owned\x07\x1b[2J"
+
+
+# ---- files that a file names ----------------------------------------------------------------
+
+
+def model_with_law(folder: Path, name: str) -> Path:
+    path = folder / "model.toml"
+    path.write_text(f"{RIG}\n[law]\nkind = 'measured'\nfile = {toml_text(name)}\n")
+    return path
+
+
+def scenario_of(folder: Path, name: str) -> Path:
+    path = folder / "scenario.toml"
+    vehicle = tomllib.loads(SCENARIO)["vehicle"]
+    path.write_text(SCENARIO.replace(f'"{vehicle}"', toml_text(name)), encoding="utf-8")
+    return path
+
+
+def sweep_of(folder: Path, name: str) -> Path:
+    path = folder / "sweep.toml"
+    scenario = tomllib.loads(SWEEP)["scenario"]
+    path.write_text(SWEEP.replace(f'"{scenario}"', toml_text(name)), encoding="utf-8")
+    return path
+
+
+def toml_text(text: str) -> str:
+    return '"' + "".join(f"\\U{ord(c):08x}" for c in text) + '"'
+
+
+Reader = tuple[Callable[[Path, str], Path], Callable[[Path], object], str]
+READERS: dict[str, Reader] = {
+    "law.file": (model_with_law, cl.load_model, CURVE),
+    "vehicle": (scenario_of, cl.load_scenario, (MODELS / "locomotive.toml").read_text()),
+    "scenario": (sweep_of, cl.load_sweep, SCENARIO),
+}
+LEADS_OUT = [
+    "{}/secret",
+    "../secret",
+    "s/../../secret",
+    r"..\secret",
+    r"s\..\..\secret",
+    "C:secret",
+]
+
+
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.parametrize(
+    "name", [*LEADS_OUT, r"C:\secret", r"\\host\share\secret", "//host/secret"]
+)
+def test_a_name_that_leads_out_is_refused(tmp_path: Path, kind: str, name: str) -> None:
+    write, read, text = READERS[kind]
+    (tmp_path / "secret").write_text(text)
+    folder = tmp_path / "sent"
+    (folder / "s").mkdir(parents=True)
+    path = write(folder, name.format(tmp_path))
+    with pytest.raises(cl.ModelError, match=r"must lie beside the .* or below") as caught:
+        read(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.parametrize("linked", ["file", "folder"])
+def test_a_link_that_leads_out_is_refused(tmp_path: Path, kind: str, linked: str) -> None:
+    write, read, text = READERS[kind]
+    (tmp_path / "secret").write_text(text)
+    folder = tmp_path / "sent"
+    folder.mkdir()
+    try:
+        (folder / "x").symlink_to(tmp_path if linked == "folder" else tmp_path / "secret")
+    except OSError:
+        pytest.skip("this system lets nobody make symbolic links")
+    path = write(folder, "x/secret" if linked == "folder" else "x")
+    with pytest.raises(cl.ModelError, match="a link leads elsewhere"):
+        read(path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="devices and pipes are files on POSIX only")
+def test_only_plain_files_are_opened(tmp_path: Path) -> None:
+    """What is none would block for ever, or never end."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    (tmp_path / "folder").mkdir()
+    for name in ("pipe", "zero", "folder", "", ".", "x\0y"):
+        with pytest.raises(ValueError, match="no such file"):
+            file_beside("file", name, tmp_path, "the model")
+
+
+def test_files_beside_and_below_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever the command runs; in a folder that is itself reached by a link."""
+    real, elsewhere = tmp_path / "real", tmp_path / "elsewhere"
+    (real / "data").mkdir(parents=True)
+    elsewhere.mkdir()
+    (elsewhere / "curve.csv").write_text("not the one")
+    (real / "data" / "curve.csv").write_text(CURVE)
+    (real / "curve.csv").symlink_to(real / "data" / "curve.csv")
+    (tmp_path / "sent").symlink_to(real)
+    monkeypatch.chdir(elsewhere)
+    for name in ("data/curve.csv", "curve.csv"):
+        assert file_beside("file", name, tmp_path / "sent", "x") == tmp_path / "sent" / name
+    element = cl.load_model(model_with_law(tmp_path / "sent", "data/curve.csv")).wheelset.element
+    assert element.table.law.startswith("MeasuredCurve")
+    changes = "\n[vehicle_changes.law]\nkind = 'measured'\nfile = 'data/curve.csv'\n"
+    path = real / "scenario.toml"
+    path.write_text(SCENARIO + changes, encoding="utf-8")  # of a vehicle that is shipped
+    changed = cl.load_scenario(path).drivetrain.wheelset.element
+    assert changed.table.law.startswith("MeasuredCurve")
+
+
+# ---- no code is read ------------------------------------------------------------------------
+
+SOURCES = sorted(p for p in PACKAGE.rglob("*.py") if "source" not in p.relative_to(PACKAGE).parts)
+RUNS = {
+    *("eval", "exec", "compile", "__import__", "breakpoint", "input"),
+    *("pickle", "marshal", "shelve", "dill", "joblib", "yaml", "code", "runpy", "pty", "ctypes"),
+    *("socket", "urllib", "http", "ftplib", "requests", "builtins"),
+    *("os.system", "os.popen", "os.startfile", "os.posix_spawn"),
+    *(f"os.{name}" for name in dir(os) if name.startswith(("exec", "spawn"))),
+}
+# What starts or loads something, where it does, and why that is no stranger's.
+KNOWN = {
+    "subprocess": {"checker/loading.py"},  # asked for with load=True, with a list, without a shell
+    "importlib.import_module": {"__init__.py"},  # names that the package's own .pyi has
+    "ffi.dlopen": {"kernel.py"},  # the package's own library
+    "webbrowser": {"explorer/__init__.py"},  # the page that was written
+}
+
+
+def uses(path: Path) -> Iterator[str]:
+    """Modules that a module imports, and names that it imports or reads."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield (node.module or "").partition(".")[0]
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Name):
+            yield node.id
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            yield f"{node.value.id}.{node.attr}"
+
+
+def test_nothing_in_the_package_runs_what_it_reads() -> None:
+    assert len(SOURCES) > 100
+    found: dict[str, set[str]] = {}
+    for path in SOURCES:
+        for name in {*uses(path)} & {*RUNS, *KNOWN}:
+            found.setdefault(name, set()).add(path.relative_to(PACKAGE).as_posix())
+    assert found == KNOWN
+
+
+@pytest.mark.parametrize(
+    ("code", "name"),
+    [
+        ("import pickle as p", "pickle"),
+        ("from os import system", "os.system"),
+        ("import os\nos.system('ls')", "os.system"),
+        ("f = eval", "eval"),
+        ("from urllib.request import urlopen", "urllib"),
+    ],
+)
+def test_such_a_name_would_be_found(tmp_path: Path, code: str, name: str) -> None:
+    (tmp_path / "x.py").write_text(code)
+    assert name in RUNS
+    assert name in uses(tmp_path / "x.py")
+
+
+def calls(path: Path) -> Iterator[ast.Call]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call):
+            yield node
+
+
+def test_arrays_are_read_without_pickles_and_programs_run_without_a_shell() -> None:
+    loads = 0
+    for path in SOURCES:
+        for call in calls(path):
+            given = {word.arg: ast.unparse(word.value) for word in call.keywords}
+            assert "shell" not in given, path
+            if ast.unparse(call.func) in ("np.load", "np.fromregex", "numpy.load"):
+                loads += 1
+                assert given.get("allow_pickle") == "False", path
+    assert loads == 1
+
+
+def test_temporary_files_are_private() -> None:
+    """No name that can be foreseen, and no mode but that of a file which the user keeps."""
+    folder = package_folder("fmu")
+    for path in (*SOURCES, *folder.glob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"mktemp\(|gettempdir|[\"']/tmp|[\"']/var/tmp", text), path
+        assert ("chmod" in text) == (path.name == "files.py"), path
+
+
+class Trap:
+    """Pickled, it is code that makes a file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Path.touch, (self.path,)
+
+
+def test_no_pickle_is_opened(tmp_path: Path) -> None:
+    sprung, sent = tmp_path / "sprung", tmp_path / "sent"
+    trap = pickle.dumps(Trap(sprung))
+    sent.write_bytes(trap)
+    readers: list[Callable[[Path], object]] = [
+        *(cl.load_model, cl.load_scenario, cl.load_sweep, check_fmu, read_dataset),
+        *(cl.CreepForceTable.load, cl.TractionData.from_csv),
+    ]
+    for read in readers:
+        with pytest.raises(ValueError, match=r"."):
+            read(sent)
+    assert not sprung.exists()
+    pickle.loads(trap)  # noqa: S301 - it is a trap
+    assert sprung.exists()
+
+
+@pytest.mark.parametrize("kind", ["object array", "bare pickle"])
+def test_a_chunk_with_the_right_checksum_runs_nothing(tmp_path: Path, kind: str) -> None:
+    """Whoever knows the sweep can make one."""
+    sprung, store = tmp_path / "sprung", ChunkStore(tmp_path / "c", "plan", runs=4, chunk=4)
+    buffer = io.BytesIO()
+    if kind == "object array":
+        np.savez(buffer, slip=np.array([Trap(sprung)], dtype=object))
+    else:
+        buffer.write(pickle.dumps(Trap(sprung)))
+    contents = buffer.getvalue()
+    checksum = hashlib.sha256(b"plan 0 4 " + contents).digest()
+    (tmp_path / "c" / "000000000.chunk").write_bytes(checksum + contents)
+    with pytest.raises(ValueError, match="allow_pickle="):
+        store.load(0)
+    assert not sprung.exists()
+
+
+# ---- FMUs -----------------------------------------------------------------------------------
+
+DESCRIPTION = "modelDescription.xml"
+LAUGHS = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 10))
+DOCTYPES = {
+    "file": ('<!DOCTYPE a [<!ENTITY x SYSTEM "{}">]>', "&x;"),
+    "document type elsewhere": ('<!DOCTYPE a SYSTEM "{}">', ""),
+    "parameter": ('<!DOCTYPE a [<!ENTITY % x SYSTEM "{}"> %x;]>', ""),
+    "laughs": (f'<!DOCTYPE a [<!ENTITY l0 "lol">{LAUGHS}]>', "&l9;"),
+    "a few laughs": (f'<!DOCTYPE a [<!ENTITY l0 "lol">{LAUGHS}]>', "&l3;"),
+    "defaults": ('<!DOCTYPE a [<!ATTLIST a b CDATA "c">]>', ""),
+}
+
+
+@pytest.mark.parametrize("place", ["text", "attribute"])
+@pytest.mark.parametrize("kind", DOCTYPES)
+def test_xml_expands_no_entity(tmp_path: Path, kind: str, place: str) -> None:
+    secret, path = tmp_path / "secret", tmp_path / "sent.fmu"
+    secret.write_text("top secret")
+    doctype, entity = DOCTYPES[kind]
+    body = f"<a>{entity}</a>" if place == "text" else f'<a b="{entity}"/>'
+    text = doctype.format(secret.as_uri()) + body
+    for encoding in ("utf-8", "utf-16"):
+        with zipfile.ZipFile(path, "w") as made:
+            made.writestr(DESCRIPTION, text.encode(encoding))
+        (problem,) = check_fmu(path)
+        assert re.match(rf"{DESCRIPTION} (must be without a document|is not well-formed)", problem)
+        assert "secret" not in problem.replace(str(secret), "")
+        assert "lollol" not in problem
+
+
+def test_a_document_type_alone_is_refused() -> None:
+    with pytest.raises(ValueError, match="document type"):
+        parse(b'<!DOCTYPE a [<!ENTITY x "y">]><a/>')
+
+
+@pytest.fixture(scope="module")
+def exported(rig: cl.Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return cl.export_fmu(rig, tmp_path_factory.mktemp("security") / "sound.fmu")
+
+
+@pytest.fixture
+def watched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A file that is there once an FMU's library would have been loaded; it tells from where."""
+    ran, program = tmp_path / "ran", tmp_path / "program.py"
+    program.write_text(
+        "import os, pathlib\n"
+        f"pathlib.Path({str(ran)!r}).write_text(f'{{os.getcwd()}} {{os.stat(\".\").st_mode}}')\n"
+    )
+    monkeypatch.setattr(loading, "PROGRAM", program)
+    return ran
+
+
+def test_an_fmu_runs_if_that_is_asked_for_only(exported: Path, watched: Path) -> None:
+    assert check_fmu(exported) == []
+    result = CliRunner().invoke(main, ["check", str(exported)])
+    assert result.exit_code == 0
+    assert result.stdout.endswith("not loaded)\n")
+    assert not watched.exists()
+    result = CliRunner().invoke(main, ["check", "--load", str(exported)])
+    assert result.stdout.endswith("loaded on this machine)\n")
+    assert watched.exists()
+    folder, mode = watched.read_text().rsplit(" ", 1)
+    assert Path(folder).parent == Path(tempfile.gettempdir()).resolve()
+    assert os.name != "posix" or stat.S_IMODE(int(mode)) == 0o700
+    assert not Path(folder).exists()
+    said = " ".join(CliRunner().invoke(main, ["check", "--help"]).stdout.split())
+    assert "Nothing of the FMU runs unless you ask for it with --load" in said
+
+
+def entry(name: str, mode: int = 0o100644, extra: bytes = b"") -> zipfile.ZipInfo:
+    made = zipfile.ZipInfo(name)
+    made.external_attr, made.extra, made.create_system = mode << 16, extra, 3
+    return made
+
+
+def other_name(name: str, other: str) -> bytes:
+    """The extra field in which some tools give a name in UTF-8, and some readers believe it."""
+    body = struct.pack("<BL", 1, zlib.crc32(name.encode())) + other.encode()
+    return struct.pack("<HH", 0x7075, len(body)) + body
+
+
+SENT: dict[str, tuple[zipfile.ZipInfo, str]] = {
+    "absolute": (entry("/tmp/evil"), "must be relative"),  # noqa: S108
+    "above": (entry("../evil"), "must be relative"),
+    "above below": (entry("resources/../../evil"), "must be relative"),
+    "drive": (entry("C:/evil"), "must be relative"),
+    "backslash": (entry("..\\evil"), "must be relative"),
+    "link": (entry("resources/evil", stat.S_IFLNK | 0o777), "is a symbolic link"),
+    "control": (entry("resources/\x1b[2J"), "without control characters"),
+    "empty part": (entry("resources//evil"), "without empty parts"),
+    "dot": (entry("./evil"), "without empty parts"),
+    "case": (entry("MODELDESCRIPTION.xml"), "differs from"),
+    "a folder and a file": (entry("resources/start_values.bin/x"), "is a file and a folder"),
+}
+
+
+@pytest.mark.parametrize("kind", SENT)
+def test_no_entry_of_a_zip_is_written_elsewhere(
+    exported: Path, tmp_path: Path, watched: Path, kind: str
+) -> None:
+    """Where one is wrong nothing is unpacked, and so nothing loaded."""
+    made, said = SENT[kind]
+    found = check_fmu(with_entry(exported, tmp_path, made), load=True)
+    assert any(said in problem for problem in found)
+    assert not watched.exists()
+
+
+def with_entry(exported: Path, folder: Path, made: zipfile.ZipInfo) -> Path:
+    path = folder / "sent.fmu"
+    path.write_bytes(exported.read_bytes())
+    with zipfile.ZipFile(path, "a") as sent:
+        sent.writestr(made, "../../secret")
+    return path
+
+
+def test_no_name_ends_at_a_nul(exported: Path, tmp_path: Path, watched: Path) -> None:
+    path = with_entry(exported, tmp_path, entry("resources/evil"))
+    path.write_bytes(path.read_bytes().replace(b"resources/evil", b"resources/e\0il"))
+    found = check_fmu(path, load=True)
+    assert r"'resources/e\x00il': has another name too, 'resources/e'" in found
+    assert r"'resources/e\x00il': the path must be without control characters" in found
+    assert not watched.exists()
+
+
+def test_no_name_stands_in_an_extra_field(exported: Path, tmp_path: Path, watched: Path) -> None:
+    made = entry("resources/x", extra=other_name("resources/x", "../evil"))
+    path = with_entry(exported, tmp_path, made)
+    with zipfile.ZipFile(path) as opened:
+        believed = opened.infolist()[-1].filename == "../evil"  # by newer versions of Python
+    found = check_fmu(path, load=True)
+    said = "'resources/x': has another name too, '../evil'"
+    assert found == ([said] if believed else [])
+    assert watched.exists() != believed
+
+
+def bomb(folder: Path, size: int, said: int | None = None) -> Path:
+    """A zip of one file of so many zeros, which it may say are fewer."""
+    path = folder / "bomb.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
+        made.writestr(DESCRIPTION, bytes(size))
+    if said is not None:
+        data, old = path.read_bytes(), struct.pack("<L", size)
+        assert data.count(old) == 2
+        data = data.replace(old, struct.pack("<L", said))
+        crc = struct.pack("<L", zlib.crc32(bytes(size)))
+        path.write_bytes(data.replace(crc, struct.pack("<L", zlib.crc32(bytes(said)))))
+    return path
+
+
+def test_what_a_zip_unpacks_to_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = bomb(tmp_path, 10**6)
+    assert path.stat().st_size < 2000
+    monkeypatch.setattr(archive, "MOST_UNPACKED", 10**6 - 1)
+    with pytest.raises(ValueError, match=r"unpacks to 1000000 bytes: must be <= 999999"):
+        check_fmu(path)
+    monkeypatch.setattr(archive, "MOST_UNPACKED", 10**6)
+    assert check_fmu(path)[0].startswith(f"{DESCRIPTION} is not well-formed")
+
+
+def test_a_zip_that_lies_about_a_size_unpacks_no_more(tmp_path: Path) -> None:
+    import tracemalloc
+
+    path = bomb(tmp_path, 30_000_000, said=1000)
+    tracemalloc.start()
+    try:
+        check_fmu(path)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 5_000_000
+
+
+# ---- what a terminal shows ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "text", [ESCAPE, "\x9b2J", "\x08\x08", "\r", "\u202egnp", "\udcff", "\u2028"]
+)
+def test_what_a_terminal_acts_on_is_written_out(text: str) -> None:
+    shown = harmless_line(f"a{text}b")
+    assert shown.isprintable()
+    assert shown.startswith("a\\")
+    assert harmless("1 \u00b5m\n\t[red]") == "1 \u00b5m\n\t[red]"
+
+
+def test_a_message_is_one_line_without_orders(tmp_path: Path) -> None:
+    path = tmp_path / "sent.toml"
+    path.write_text(f"{toml_text(ESCAPE + chr(10) + 'contactlib: all is well [red]')} = 1\n{RIG}")
+    result = CliRunner().invoke(main, ["table", str(path)], color=True)
+    assert result.exit_code == 2
+    assert "\x1b" not in result.output
+    assert r"\x1b[2J\ncontactlib: all is well [red] is not a known key" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_problem_of_an_fmu_is_one_line_without_orders(tmp_path: Path) -> None:
+    path = tmp_path / "sent.fmu"
+    with zipfile.ZipFile(path, "w") as made:
+        made.writestr("a\u009b2J\n\x1b[2J", b"")
+    result = CliRunner().invoke(main, ["check", str(path)], color=True)
+    assert result.exit_code == 1
+    assert not re.search("[\x1b\x9b]", result.output)
+    assert result.stdout.count("\n") == len(result.stdout.splitlines()) == 2
+
+
+@pytest.mark.parametrize("terminal", ["0", "1"])
+def test_the_reporter_shows_names_as_they_are(
+    terminal: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if terminal == "1":
+        monkeypatch.setenv("FORCE_COLOR", "1")
+        monkeypatch.setenv("TERM", "xterm")
+    reporter, name = _ConsoleReporter(), f"{ESCAPE}[red]x[/red] :smile:"
+    reporter.line(name)
+    reporter.heading(name)
+    reporter.number(name)
+    with reporter.step(name) as progress:
+        progress(0.5)
+    shown = capsys.readouterr().out
+    assert "\x1b]0;" not in shown
+    assert "\x1b[2J\x07" not in shown
+    assert shown.count(r"\x1b]0;owned\x07\x1b[2J[red]x[/red] :smile:") >= 3
+
+
+# ---- what is written from a model -----------------------------------------------------------
+
+MARKUP = "<img src=x onerror=alert(1)> \"'&lt; ]]> --> </script><script>alert(1)</script> {version}"
+
+
+class Elements(HTMLParser):
+    """Elements and attributes of a page, and its text."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+def elements(page: str) -> Elements:
+    read = Elements()
+    read.feed(page)
+    read.close()
+    return read
+
+
+def assert_inert(page: Elements) -> None:
+    """No handler and nothing from elsewhere."""
+    for tag, attributes in page.found:
+        assert tag not in ("iframe", "object", "embed", "base", "img")
+        for name, value in attributes.items():
+            assert not name.startswith("on"), (tag, name)
+            if name == "src" or (name == "href" and tag != "a"):
+                assert (value or "").startswith(("data:", "#")), (tag, name, value)
+            assert not (value or "").strip().lower().startswith("javascript:")
+
+
+def test_a_model_s_text_is_text_in_what_an_fmu_carries(rig: cl.Model) -> None:
+    sent = dataclasses.replace(rig, name=MARKUP, source=MARKUP)
+    plain = dataclasses.replace(rig, name="x", source="x")
+    for kind in ("force_element", "wheelset"):
+        made, known = (package.describe(m, kind, None, False, False) for m in (sent, plain))
+        page, usual = (elements(documentation.index_page(d).decode()) for d in (made, known))
+        assert [tag for tag, _ in page.found] == [tag for tag, _ in usual.found]
+        assert "script" not in {tag for tag, _ in page.found}
+        assert_inert(page)
+        assert MARKUP in "".join(page.text)
+        ElementTree.fromstring(documentation.index_page(made))
+        for found in (
+            fmi2.model_description(made, [], 1.0, 0.1),
+            fmi3.model_description(made, 1.0, 0.1),
+        ):
+            assert {e.tag for e in ElementTree.fromstring(found).iter()}.isdisjoint(
+                {"img", "script"}
+            )
+
+
+def test_a_model_s_text_is_text_in_a_system(rig: cl.Model, tmp_path: Path) -> None:
+    mass = dataclasses.replace(rig.wheelset, mass=10e3)
+    sent = dataclasses.replace(rig, name=MARKUP, source=MARKUP, wheelset=mass)
+    with zipfile.ZipFile(cl.export_ssp(sent, tmp_path / "sent.ssp")) as made:
+        texts = [made.read(n) for n in made.namelist() if n.endswith((".ssd", ".ssv", ".xml"))]
+    assert texts
+    for text in texts:
+        tags = {element.tag.rpartition("}")[2] for element in ElementTree.fromstring(text).iter()}
+        assert tags.isdisjoint({"img", "script"})
+
+
+# ---- the explorer page ----------------------------------------------------------------------
+
+PAGE = PACKAGE / "explorer" / "page.html"
+WRITERS = re.compile(
+    r"\b(inner|outer)HTML|insertAdjacentHTML|document\s*\.\s*write|\beval\b(?! *-)|\bFunction\s*\("
+    r"|set(Timeout|Interval)\s*\(\s*[\"'`]|srcdoc|createContextualFragment|DOMParser|\bimport\s*\("
+)
+
+
+def page_parts() -> tuple[Elements, list[str], str]:
+    """Elements, scripts that run, and the policy of the page."""
+    text = PAGE.read_text(encoding="utf-8")
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    page = elements(text)
+    (policy,) = (
+        attributes["content"] or ""
+        for tag, attributes in page.found
+        if tag == "meta" and attributes.get("http-equiv") == "Content-Security-Policy"
+    )
+    return page, scripts, policy
+
+
+def test_the_page_lets_nothing_run_but_its_own_script() -> None:
+    page, (script,), policy = page_parts()
+    assert "'unsafe-eval'" not in policy
+    assert "unsafe-inline" not in policy
+    assert "http" not in policy
+    assert policy.startswith("default-src 'none';")
+    digest = b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}' 'wasm-unsafe-eval';" in policy
+    assert_inert(page)
+
+
+def test_the_page_makes_no_elements_or_code_of_text() -> None:
+    """Its libraries, smol-toml and uPlot, do not either."""
+    _, (script,), _ = page_parts()
+    assert len(script) > 10_000
+    assert WRITERS.findall(script) == []
+    for path in (PACKAGE / "explorer" / "source").glob("[!n]*/*.ts"):
+        assert not WRITERS.search(path.read_text(encoding="utf-8")), path
+
+
+@pytest.mark.parametrize(
+    "code", ['x.innerHTML = "y"', "eval(x)", 'new Function("x")', 'setTimeout("x")']
+)
+def test_such_code_would_be_found(code: str) -> None:
+    assert WRITERS.search(code)
+
+
+def test_a_model_s_text_ends_no_element_of_the_page(tmp_path: Path) -> None:
+    model, path = tmp_path / "model.toml", tmp_path / "page.html"
+    model.write_text(RIG.replace('name = "', f'name = {toml_text(MARKUP)} # "\u2028<!--', 1))
+    cl.write_explorer(path, model)
+    before, after = (elements(p.read_text(encoding="utf-8")) for p in (PAGE, path))
+    assert [tag for tag, _ in before.found] == [tag for tag, _ in after.found]
+    assert MARKUP[:4] not in path.read_text(encoding="utf-8")
