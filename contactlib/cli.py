@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import signal
 import sys
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -46,15 +49,34 @@ class _Group(click.Group):
         def show(message: Warning | str, *_: object, **__: object) -> None:
             _complain(f"warning: {message}")
 
+        for stream in (sys.stdout, sys.stderr):
+            # A terminal without a letter of a name shows its code.
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")
         try:
-            with warnings.catch_warnings():
+            with warnings.catch_warnings(), _ended_as_by_ctrl_c():
                 warnings.showwarning = show
                 return super().invoke(ctx)
         except (click.exceptions.Exit, click.exceptions.Abort):  # RuntimeErrors of click's own
             raise
         except (ValueError, OSError, RuntimeError) as error:
+            if isinstance(error, BrokenPipeError) and error.filename is None:
+                raise  # nobody reads on, as behind "| head": click ends quietly
             _complain(f"contactlib: {error}")
             ctx.exit(2)
+
+
+@contextmanager
+def _ended_as_by_ctrl_c() -> Iterator[None]:
+    """Let what is asked to end (SIGTERM, as by a batch system) clean up and say what is kept."""
+    if threading.current_thread() is not threading.main_thread():  # which alone hears signals
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 class _Pace:

@@ -98,6 +98,9 @@ def framed(magic: bytes, version: int, contents: bytes) -> bytes:
     return magic + struct.pack("<II", version, zlib.crc32(rest)) + rest
 
 
+TABLE_MAGIC, TABLE_VERSION = b"CREEPTAB", 2  # as fmu/creep_table.c has them
+
+
 # ---- table ----------------------------------------------------------------------------------
 
 
@@ -118,7 +121,7 @@ class NativeTable:
         self.struct = ffi.new("creep_table *")
         error = lib.creep_table_open(self.struct, _pointer(self._buffer, "uint64_t"), len(data))
         if error != ffi.NULL:
-            raise ValueError(ffi.string(error).decode())
+            raise ValueError(ffi.string(error).decode() + _versions(data))
 
     def evaluate(self, x: FloatArray, k_hat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope; `k_hat` has the shape of `x` or one element."""
@@ -135,6 +138,13 @@ class NativeTable:
             _pointer(slope, "double"),
         )
         return ratio, slope
+
+
+def _versions(data: bytes) -> str:
+    """What to add to what is wrong with a table: its version if that is another."""
+    found = int.from_bytes(data[8:12], "little")
+    of_table = len(data) >= 24 and data[:8] == TABLE_MAGIC and found != TABLE_VERSION
+    return f": {found}, this contactlib reads {TABLE_VERSION}" if of_table else ""
 
 
 class Node(NamedTuple):

@@ -87,7 +87,8 @@ def write_report(
                 results, found, title=study.name, caption=caption
             )
         for suffix in ("png", "svg"):
-            (output / f"comparison.{suffix}").unlink(missing_ok=True)  # of other runs
+            if len(runs) == 1:
+                (output / f"comparison.{suffix}").unlink(missing_ok=True)  # of other runs
             for name, figure in drawn.items():
                 figures.save(figure, output / f"{name}.{suffix}")
     return found

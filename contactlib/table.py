@@ -31,7 +31,7 @@ from contactlib import kernel
 from contactlib.files import write_whole
 from contactlib.parameters import FINITE, FloatArray, Limits, checked
 
-MAGIC, VERSION, HEADER, NAME_SIZE = b"CREEPTAB", 2, 192, 104
+HEADER, NAME_SIZE = 192, 104
 K_MAX = 2.0
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
 CORNER_GRIDS = {
@@ -474,4 +474,4 @@ def _pack(
     )
     label = sampler.name.encode()[:NAME_SIZE].ljust(NAME_SIZE, b"\0")
     body = np.ascontiguousarray(coefficients, dtype="<f8").tobytes()
-    return kernel.framed(MAGIC, VERSION, header + label + body)
+    return kernel.framed(kernel.TABLE_MAGIC, kernel.TABLE_VERSION, header + label + body)

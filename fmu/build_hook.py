@@ -153,13 +153,11 @@ def build_library(name: str) -> Path:
     """Compile for platform tuple `name` into the package; return the library's path."""
     library = NATIVE / name / f"contactlib{TARGETS[name].suffix}"
     library.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as scratch:
+    # On the same disk, as a rename must be; two builds at once have a folder each.
+    with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
         built = Path(scratch) / library.name
         compile_library(name, built)
-        # A library that is in use keeps its file; the new one takes the name.
-        beside = library.with_suffix(".new")
-        beside.write_bytes(built.read_bytes())
-        beside.replace(library)
+        built.replace(library)  # one in use keeps its file; the new one takes the name
     return library
 
 

@@ -34,7 +34,8 @@ const char *checked_file_error(const void *bytes, size_t size, const char magic[
     memcpy(&found_version, start + 8, sizeof found_version);
     memcpy(&found_crc, start + 12, sizeof found_crc);
     memcpy(&found_size, start + 16, sizeof found_size);
-    if (found_version != version) return "the file has another format version";
+    if (found_version < version) return "the file has an older format version";
+    if (found_version > version) return "the file has a newer format version";
     if (found_size != size) return "the file's length differs from the one in its header";
     if (found_crc != crc32_of(start + 16, size - 16)) return "the file is damaged (checksum)";
     return NULL;

@@ -10,7 +10,7 @@
 #include "resource.h"
 #include "token.h"
 
-enum { MESSAGE_SIZE = 8192, START_VALUES_VERSION = 2, STATE_VERSION = 1 };
+enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 2, STATE_VERSION = 1 };
 
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};
@@ -18,6 +18,20 @@ const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDi
 static const double DEFAULT_TOLERANCE = 1e-6;
 
 /* ---- log ----------------------------------------------------------------------------------- */
+
+/* A number with a dot: a tool may have set a locale with another separator, of some bytes. */
+static const char *with_dot(char *text, int digits, double value) {
+    snprintf(text, NUMBER_SIZE, "%.*g", digits, value);
+    char *separator = text + strspn(text, "+-0123456789einfa");
+    size_t length = strcspn(separator, "0123456789");
+    if (length == 0) return text;
+    memmove(separator + 1, separator + length, strlen(separator + length) + 1);
+    *separator = '.';
+    return text;
+}
+
+#define SHOWN_TO(digits, value) with_dot((char[NUMBER_SIZE]){0}, digits, value)
+#define SHOWN(value) SHOWN_TO(6, value)
 
 void component_log(component *self, result status, const char *format, ...) {
     char text[MESSAGE_SIZE];
@@ -153,12 +167,13 @@ result component_set_up(component *self, double start, int has_stop, double stop
                         double tolerance) {
     if (!isfinite(start) || (has_stop && !(stop >= start))) {
         component_log(self, RESULT_ERROR,
-                      "start time = %g must be finite, and stop time = %g not before it", start,
-                      has_stop ? stop : INFINITY);
+                      "start time = %s must be finite, and stop time = %s not before it",
+                      SHOWN(start), SHOWN(has_stop ? stop : INFINITY));
         return RESULT_ERROR;
     }
     if (has_tolerance && !(tolerance > 0.0 && tolerance < INFINITY)) {
-        component_log(self, RESULT_ERROR, "tolerance = %g must be finite and > 0", tolerance);
+        component_log(self, RESULT_ERROR, "tolerance = %s must be finite and > 0",
+                      SHOWN(tolerance));
         return RESULT_ERROR;
     }
     self->now.values.time = start;
@@ -187,17 +202,17 @@ static result check_friction(component *self) {
     const force_element_parameters *p = &self->now.values.contact;
     if (!(p->static_friction >= p->kinetic_friction)) {
         component_log(self, RESULT_DISCARD,
-                      "static_friction = %g is out of range: must be at least kinetic_friction = "
-                      "%g",
-                      p->static_friction, p->kinetic_friction);
+                      "static_friction = %s is out of range: must be at least kinetic_friction = "
+                      "%s",
+                      SHOWN(p->static_friction), SHOWN(p->kinetic_friction));
         return RESULT_DISCARD;
     }
     double held = self->table.static_to_kinetic, least = held * p->kinetic_friction;
     if (held > 0.0 && !(fabs(p->static_friction - least) <= 1e-9 * least)) {
         component_log(self, RESULT_DISCARD,
-                      "static_friction / kinetic_friction = %.10g must be %.10g, the one ratio "
+                      "static_friction / kinetic_friction = %s must be %s, the one ratio "
                       "that the table's law holds for",
-                      p->static_friction / p->kinetic_friction, held);
+                      SHOWN_TO(10, p->static_friction / p->kinetic_friction), SHOWN_TO(10, held));
         return RESULT_DISCARD;
     }
     return RESULT_OK;
@@ -227,9 +242,9 @@ result component_start(component *self) {
     if (!(zone > 0.5) || self->table.static_to_kinetic > 0.0 || self->table.one_axis)
         return RESULT_OK;
     component_log(self, RESULT_WARNING,
-                  "process_zone_ratio = %g is above 0.5: the law's limit of a small weakening zone "
+                  "process_zone_ratio = %s is above 0.5: the law's limit of a small weakening zone "
                   "is left",
-                  zone);
+                  SHOWN(zone));
     return RESULT_OK;
 }
 
@@ -250,8 +265,8 @@ result component_get(component *self, unsigned reference, int boolean, double *v
 
 static result check_range(component *self, const model_variable *v, double value) {
     if (value >= v->minimum && value <= v->maximum) return RESULT_OK; /* catches NaN too */
-    component_log(self, RESULT_DISCARD, "%s = %g is out of range: must be from %g to %g", v->name,
-                  value, v->minimum, v->maximum);
+    component_log(self, RESULT_DISCARD, "%s = %s is out of range: must be from %s to %s", v->name,
+                  SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum));
     return RESULT_DISCARD;
 }
 
@@ -281,28 +296,28 @@ result component_step(component *self, double point, double step) {
     model_values *values = &self->now.values;
     double end = point + step;
     if (!(step > 0.0 && isfinite(end))) {
-        component_log(self, RESULT_ERROR, "step size = %g must be > 0 and end at a finite time",
-                      step);
+        component_log(self, RESULT_ERROR, "step size = %s must be > 0 and end at a finite time",
+                      SHOWN(step));
         return RESULT_ERROR;
     }
     /* Tools add up step sizes: the last bits of the time may differ from ours. */
     double slack = 1e-6 * step + 1e-12 * fabs(point);
     if (!(fabs(point - values->time) <= slack)) {
-        component_log(self, RESULT_ERROR,
-                      "communication point = %.17g must be the FMU's time %.17g", point,
-                      values->time);
+        component_log(self, RESULT_ERROR, "communication point = %s must be the FMU's time %s",
+                      SHOWN_TO(17, point), SHOWN_TO(17, values->time));
         return RESULT_ERROR;
     }
     /* And sums of very many steps by much more than the last bits. */
     if (!(end <= self->now.stop_time + 1e-3 * step + 1e-9 * fabs(end))) {
-        component_log(self, RESULT_ERROR, "the step ends at %.17g, after the stop time %.17g", end,
-                      self->now.stop_time);
+        component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
+                      SHOWN_TO(17, end), SHOWN_TO(17, self->now.stop_time));
         return RESULT_ERROR;
     }
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
     if (error != NULL) {
-        component_log(self, RESULT_DISCARD, "the step of %g s from %g s: %s", step, point, error);
+        component_log(self, RESULT_DISCARD, "the step of %s s from %s s: %s", SHOWN(step),
+                      SHOWN(point), error);
         return RESULT_DISCARD;
     }
     values->time = end;
@@ -324,7 +339,7 @@ static result check_count(component *self, const char *what, size_t count, size_
 
 result component_set_time(component *self, double time) {
     if (!isfinite(time)) {
-        component_log(self, RESULT_ERROR, "time = %g must be finite", time);
+        component_log(self, RESULT_ERROR, "time = %s must be finite", SHOWN(time));
         return RESULT_ERROR;
     }
     self->now.values.time = time;

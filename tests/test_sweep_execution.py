@@ -294,7 +294,9 @@ def test_a_damaged_chunk_is_noticed_and_run_again(
 def store_of(path: Path, folder: Path) -> ChunkStore:
     sweep = cl.load_sweep(path)
     digest = sweep.plan.digest(sweep.values)
-    return ChunkStore(folder / f"{path.stem}.chunks", digest, runs=sweep.runs, chunk=1)
+    return ChunkStore(
+        folder / f"{path.stem}.chunks", digest, sweep.plan.made_with, runs=sweep.runs, chunk=1
+    )
 
 
 @pytest.mark.parametrize("finished", [False, True])

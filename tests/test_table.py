@@ -210,7 +210,7 @@ def test_every_damaged_file_is_a_clear_error(spline_table: CreepForceTable, tmp_
         (b"", "shorter than its header"),
         (data[:20], "shorter than its header"),
         (b"NOTATABL" + data[8:], "wrong magic"),
-        (patched(data, 8, "<I", 1), "another format version"),
+        (patched(data, 8, "<I", 1), "older format version: 1, this contactlib reads 2"),
         (data[:-8], "length differs"),
         (data + b"\0", "length differs"),
         (patched(data, 200, "<B", data[200] ^ 1), "damaged"),

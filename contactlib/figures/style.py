@@ -28,6 +28,12 @@ SYMBOLS = {
     "f_d": "$f_d$",
     "c/a": "$c/a$",
 }
+# Formats of files, and what leaves the date out of them: the same bytes every day.
+UNDATED: dict[str, dict[str, None]] = {
+    "png": {},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
 STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.titlesize": 11,
@@ -44,11 +50,21 @@ STYLE: dict[Any, Any] = {
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to `path`; its ending (png, svg, pdf) tells the format."""
+    """Write a figure to `path`; its ending (png, svg, pdf) tells the format.
+
+    Raises
+    ------
+    ValueError
+        If the ending is another.
+    OSError
+        If the file cannot be written.
+    """
     path, buffer = Path(path), io.BytesIO()
+    kind = path.suffix[1:].lower()
+    if kind not in UNDATED:
+        raise ValueError(f"{path}: the file's ending must be one of: {', '.join(UNDATED)}")
     with mpl.rc_context(STYLE):
-        undated = {"Date": None} if path.suffix == ".svg" else None  # the same bytes every day
-        figure.savefig(buffer, format=path.suffix[1:], dpi=150, metadata=undated)
+        figure.savefig(buffer, format=kind, dpi=150, metadata=UNDATED[kind])
     return write_whole(path, buffer.getvalue())
 
 

@@ -18,7 +18,8 @@ from contactlib.sweep.dataset import make_dataset, read_dataset, write_dataset
 from contactlib.sweep.execution import Results, run_chunks
 from contactlib.sweep.loading import load_sweep
 from contactlib.sweep.lock import locked
-from contactlib.sweep.store import ChunkStore, discard
+from contactlib.sweep.plan import made_with
+from contactlib.sweep.store import ChunkStore, another_plan, discard
 from contactlib.sweep.sweep import Sweep
 from contactlib.sweep.workers import Workers, default_workers, thread_workers
 
@@ -106,7 +107,7 @@ def ensemble(
             discard(folder)
             progress(1.0)
             return known
-        store = ChunkStore(folder, digest, runs=sweep.runs, chunk=chunk)
+        store = ChunkStore(folder, digest, sweep.plan.made_with, runs=sweep.runs, chunk=chunk)
         results = _run(sweep, store, store.chunk, executor, count, progress)
         dataset = make_dataset(sweep, results, digest)
         write_dataset(dataset, path)
@@ -118,11 +119,8 @@ def _finished(sweep: Sweep, digest: str, path: Path) -> Dataset:
     """Dataset of a file whose runs are those of the sweep, described as the sweep now is."""
     known = read_dataset(path)
     if known.attrs.get("plan_digest") != digest:
-        raise ValueError(
-            f"{path} is of another plan: the sweep, its scenario or vehicle, or contactlib "
-            "itself is not the same; start anew with --restart (restart=True), or choose "
-            "another output folder"
-        )
+        found = made_with(*map(known.attrs.get, ("contactlib_version", "kernel_token")))
+        raise another_plan(f"{path} is", found, sweep.plan.made_with)
     rows = (-1, sweep.runs)
     results = {
         name: v.values.reshape(rows if "controller" in v.dims else sweep.runs)

@@ -49,8 +49,12 @@ def _take(path: Path) -> None:
         except FileNotFoundError:  # the one before has just removed the folder
             continue
         else:
-            with os.fdopen(descriptor, "wb") as file:
-                file.write(mine)
+            try:
+                with os.fdopen(descriptor, "wb") as file:
+                    file.write(mine)
+            except OSError as error:  # a lock that names nobody would have to be removed by hand
+                path.unlink()
+                raise OSError(error.errno, error.strerror, os.fspath(path)) from None
             return
 
 

@@ -36,6 +36,11 @@ def package_version() -> str:
     return version("contactlib")
 
 
+def made_with(package: object, token: object) -> str:
+    """Which contactlib has made something, in words."""
+    return f"contactlib {package} with kernel {token}"
+
+
 @dataclass(frozen=True)
 class Plan:
     """What is the same for all runs of a sweep. It can be pickled, and no run reads a file.
@@ -82,6 +87,11 @@ class Plan:
         """Which noise a run has: `index` of `contactlib.run_scenario`."""
         return 0 if self.noise == "common" else run
 
+    @property
+    def made_with(self) -> str:
+        """Which contactlib made the plan, in words."""
+        return made_with(self.package, self.token)
+
     def check_machine(self) -> None:
         """Refuse to run where contactlib is another one.
 
@@ -93,8 +103,8 @@ class Plan:
         here = package_version(), kernel.token()
         if here != (self.package, self.token):
             raise RuntimeError(
-                f"a worker has contactlib {here[0]} with kernel {here[1]}, the sweep was planned "
-                f"with {self.package} and {self.token}: install the same on all machines"
+                f"a worker has {made_with(*here)}, the sweep was planned with {self.made_with}: "
+                "install the same on all machines"
             )
 
     def digest(self, values: FloatArray) -> str:

@@ -30,6 +30,8 @@ class ChunkStore:
         Made if it is not there.
     digest : str
         Of the plan and its runs.
+    made_with : str
+        Which contactlib made the plan.
     runs, chunk : int
         Number of runs, and how many a chunk has; what a folder that is there already says about
         the latter goes before.
@@ -47,7 +49,7 @@ class ChunkStore:
         If it cannot be made or written.
     """
 
-    def __init__(self, folder: Path, digest: str, *, runs: int, chunk: int) -> None:
+    def __init__(self, folder: Path, digest: str, made_with: str, *, runs: int, chunk: int) -> None:
         self.folder, self._digest, self._runs, self.chunk = folder, digest, runs, chunk
         folder.mkdir(parents=True, exist_ok=True)
         plan = folder / "plan.json"
@@ -55,14 +57,12 @@ class ChunkStore:
             known = _read_plan(plan)
             found = known.get("chunk")
             if known.get("digest") != digest or not isinstance(found, int) or found < 1:
-                raise ValueError(
-                    f"{folder} has chunks of another plan: the sweep, its scenario or vehicle, or "
-                    "contactlib itself is not the same; start anew with --restart (restart=True), "
-                    "or choose another output folder"
+                raise another_plan(
+                    f"{folder} has chunks", known.get("made_with", "another contactlib"), made_with
                 )
             self.chunk = found
         else:
-            made = {"digest": digest, "runs": runs, "chunk": chunk}
+            made = {"digest": digest, "made_with": made_with, "runs": runs, "chunk": chunk}
             write_whole(plan, json.dumps(made, indent=1).encode())
 
     def load(self, first: int) -> dict[str, FloatArray] | None:
@@ -94,10 +94,23 @@ class ChunkStore:
 
 def discard(folder: Path) -> None:
     """Remove the chunks that a folder has, of whatever plan."""
-    for path in (*folder.glob("*.chunk"), *folder.glob(".*.chunk.*"), folder / "plan.json"):
+    beside = (*folder.glob(".*.chunk.*"), *folder.glob(".plan.json.*"))  # left by a kill
+    for path in (*folder.glob("*.chunk"), *beside, folder / "plan.json"):
         path.unlink(missing_ok=True)
     with suppress(OSError):  # there is something else in it
         folder.rmdir()
+
+
+def another_plan(what: str, found: object, here: str) -> ValueError:
+    """Refusal of results whose plan has another digest; `found` and `here` made the two."""
+    if found != here:
+        why = f"made with {found}, this is {here}"
+    else:
+        why = "the sweep, its scenario or vehicle is not the same"
+    return ValueError(
+        f"{what} of another plan: {why}; start anew with --restart (restart=True), or choose "
+        "another output folder"
+    )
 
 
 def _read_plan(path: Path) -> dict[str, object]:
