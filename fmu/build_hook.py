@@ -157,6 +157,7 @@ def build_library(name: str) -> Path:
     with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
         built = Path(scratch) / library.name
         compile_library(name, built)
+        built.chmod(0o644)
         built.replace(library)  # one in use keeps its file; the new one takes the name
     return library
 
