@@ -15,7 +15,8 @@ enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 2, STATE_VE
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};
 
-static const double DEFAULT_TOLERANCE = 1e-6;
+/* Of the integrator; the limits are what it can keep to. */
+static const double DEFAULT_TOLERANCE = 1e-6, LEAST_TOLERANCE = 1e-10, MOST_TOLERANCE = 1e-2;
 
 /* ---- log ----------------------------------------------------------------------------------- */
 
@@ -93,6 +94,23 @@ static int is_given(const model_variable *v) {
 
 static int is_boolean(const model_variable *v) { return v->unit == TRUTH; }
 
+static int is_in_range(const model_variable *v, double value) {
+    return value >= v->minimum && value <= v->maximum; /* what is not a number is not */
+}
+
+/* The first parameter, input or state that a tool could not have set, in an instance that starts
+ * with these values; NULL if there is none. */
+static const model_variable *misplaced(const model *m, const model_values *start,
+                                       const model_values *values) {
+    for (size_t i = 0; i < m->count; i++) {
+        const model_variable *v = &m->variables[i];
+        double value = model_get(v, values);
+        if (!is_given(v)) continue;
+        if (model_has(v, start) ? !is_in_range(v, value) : value != model_get(v, start)) return v;
+    }
+    return NULL;
+}
+
 /* Parameters, inputs and states, in the order of the list of variables. */
 static const char *read_start_values(const model *m, model_values *values, const void *bytes,
                                      size_t size) {
@@ -105,11 +123,10 @@ static const char *read_start_values(const model *m, model_values *values, const
         if (!is_given(&m->variables[i])) continue;
         double value;
         memcpy(&value, (const char *)bytes + at, sizeof value);
-        if (!isfinite(value)) return "the file holds a value that is not finite";
         model_set(&m->variables[i], values, value);
         at += sizeof value;
     }
-    return NULL;
+    return misplaced(m, values, values) == NULL ? NULL : "the file holds a value out of range";
 }
 
 static result load_resources(component *self, const char *location) {
@@ -178,8 +195,7 @@ result component_set_up(component *self, double start, int has_stop, double stop
     }
     self->now.values.time = start;
     self->now.stop_time = has_stop ? stop : INFINITY;
-    /* What the integrator can keep to. */
-    if (has_tolerance) self->now.tolerance = fmin(1e-2, fmax(1e-10, tolerance));
+    if (has_tolerance) self->now.tolerance = fmin(MOST_TOLERANCE, fmax(LEAST_TOLERANCE, tolerance));
     return RESULT_OK;
 }
 
@@ -264,7 +280,7 @@ result component_get(component *self, unsigned reference, int boolean, double *v
 }
 
 static result check_range(component *self, const model_variable *v, double value) {
-    if (value >= v->minimum && value <= v->maximum) return RESULT_OK; /* catches NaN too */
+    if (is_in_range(v, value)) return RESULT_OK;
     component_log(self, RESULT_DISCARD, "%s = %s is out of range: must be from %s to %s", v->name,
                   SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum));
     return RESULT_DISCARD;
@@ -314,7 +330,12 @@ result component_step(component *self, double point, double step) {
         return RESULT_ERROR;
     }
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    const model_values before = *values;
     const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
+    if (error == NULL && self->states > 0 && misplaced(self->model, &self->start, values) != NULL) {
+        *values = before;
+        error = "a state leaves its range";
+    }
     if (error != NULL) {
         component_log(self, RESULT_DISCARD, "the step of %s s from %s s: %s", SHOWN(step),
                       SHOWN(point), error);
@@ -438,6 +459,16 @@ static void follow(component *self, const model_values *direction, const unsigne
     }
 }
 
+/* A seed may be any number: what it is multiplied by may be too much. */
+static result check_finite(component *self, size_t count, const double *values) {
+    for (size_t i = 0; i < count; i++) {
+        if (isfinite(values[i])) continue;
+        component_log(self, RESULT_DISCARD, "the derivative along this seed is not finite");
+        return RESULT_DISCARD;
+    }
+    return RESULT_OK;
+}
+
 result component_derivative(component *self, int adjoint, const unsigned *unknowns,
                             size_t unknown_count, const unsigned *knowns, size_t known_count,
                             const double *seed, double *sensitivity) {
@@ -454,7 +485,7 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
             model_set(v, &direction, model_get(v, &direction) + seed[i]);
         }
         follow(self, &direction, unknowns, unknown_count, sensitivity);
-        return RESULT_OK;
+        return check_finite(self, unknown_count, sensitivity);
     }
     for (size_t i = 0; i < known_count; i++) {
         double column[MOST_VARIABLES];
@@ -464,7 +495,7 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
         sensitivity[i] = 0.0;
         for (size_t k = 0; k < unknown_count; k++) sensitivity[i] += seed[k] * column[k];
     }
-    return RESULT_OK;
+    return check_finite(self, known_count, sensitivity);
 }
 
 /* ---- saved states -------------------------------------------------------------------------- */
@@ -518,6 +549,22 @@ result component_serialize(component *self, const void *saved, void *bytes, size
     return RESULT_OK;
 }
 
+/* Whether a state is one that an instance of this FMU can be in: whoever knows how to make a
+ * checksum may have written it. */
+static int is_possible(const component *self, const component_state *state) {
+    const model_values *values = &state->values;
+    const double *memory = (const double *)&values->memory;
+    if (state->stage < INSTANTIATED || state->stage > TERMINATED) return 0;
+    if (misplaced(self->model, &self->start, values) != NULL) return 0;
+    for (size_t i = 0; i < self->model->count; i++)
+        if (!isfinite(model_get(&self->model->variables[i], values))) return 0;
+    for (size_t i = 0; i < sizeof values->memory / sizeof *memory; i++)
+        if (!isfinite(memory[i])) return 0;
+    return isfinite(values->substep) &&
+           (values->memory.known == 0.0 || values->memory.step > 0.0) && !isnan(state->stop_time) &&
+           state->tolerance >= LEAST_TOLERANCE && state->tolerance <= MOST_TOLERANCE;
+}
+
 result component_deserialize(component *self, const void *bytes, size_t size, void **saved) {
     component_state state;
     const char *start = bytes;
@@ -527,7 +574,6 @@ result component_deserialize(component *self, const void *bytes, size_t size, vo
         memcmp(self->token, start + CHECKED_FILE_FRAME, TOKEN_SIZE) != 0)
         return state_error(self, "it is of another FMU");
     memcpy(&state, start + STATE_AT, sizeof state);
-    if (state.stage < INSTANTIATED || state.stage > TERMINATED)
-        return state_error(self, "its stage is not known");
+    if (!is_possible(self, &state)) return state_error(self, "it holds what no state of it can");
     return keep(self, &state, saved);
 }

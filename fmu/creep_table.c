@@ -11,6 +11,9 @@
  * law, then the coefficients. */
 enum { TABLE_VERSION = 2, TABLE_HEADER = 192 };
 
+/* Of any law's table; sums of it and forces by it stay finite. */
+static const double LARGEST_NUMBER = 1e9;
+
 void creep_table_evaluate(const creep_table *table, double normalized_creepage, double k_hat,
                           creep_value *value) {
     evaluate_points(table, 1, &normalized_creepage, &k_hat, &value->traction_ratio, &value->slope,
@@ -67,6 +70,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
         return "the table's static_to_kinetic is out of range";
     if (!(table->k_max > 0.0 && table->k_max <= 1e3)) return "the table's k_max is out of range";
     for (size_t i = 0; i < count; i++)
-        if (!isfinite(table->coefficients[i])) return "the table holds a number that is not finite";
+        if (!(fabs(table->coefficients[i]) <= LARGEST_NUMBER))
+            return "the table holds a number that is not finite or beyond 1e9";
     return NULL;
 }

@@ -1,0 +1,251 @@
+"""Fuzz what reads bytes of a stranger in C: ``python tests/fuzz/fuzz.py [TARGET ...] --seconds N``.
+
+Each target is compiled with libFuzzer under the address and the undefined-behaviour sanitizers and
+started from its seeds. What is printed of it: executions, how many per second, edges of the program
+that were reached, and of each source the lines that the inputs found reach in all, measured by
+running them once more in a program that counts. An input that breaks the program is kept in the
+folder and named; then the command ends with an error.
+
+The vectorised kernel (wide*.c) is left out: it takes no bytes, and the same formulas are in here
+for one point at a time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import fmpy
+
+import contactlib as cl
+from contactlib import kernel
+from contactlib.files import package_folder
+
+sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
+
+from fmu_instance import EXPORTS
+
+HERE = Path(__file__).resolve().parent
+TARGETS = ("table", "start_values", "fmi2", "fmi3")
+LONGEST = {"table": 8192, "start_values": 1024, "fmi2": 1024, "fmi3": 1024}  # input [bytes]
+FLAGS = ["-std=c99", "-O1", "-g", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+SANITIZERS = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
+# What reads bytes: of these the fuzzer is told what is compared with what, of arithmetic it is not.
+READERS = {"checked_file", "component", "creep_table", "resource"}
+COUNTERS = ["-fsanitize=fuzzer", "-fprofile-instr-generate", "-fcoverage-mapping"]
+
+
+class Found(NamedTuple):
+    """What a run of libFuzzer says of itself."""
+
+    executions: int
+    per_second: int
+    edges: int
+    crashed: bool
+    log: str
+
+
+def tool(name: str) -> str | None:
+    """A program of LLVM, by its plain name or that with a version."""
+    names = [name, *(f"{name}-{version}" for version in range(21, 12, -1))]
+    return next(filter(None, map(shutil.which, names)), None)
+
+
+def can_fuzz(folder: Path) -> bool:
+    """Whether there is a clang here that has the runtimes."""
+    if (clang := tool("clang")) is None:
+        return False
+    source = folder / "nothing.c"
+    source.write_text("int LLVMFuzzerTestOneInput(void) { return 0; }")
+    command = [clang, *SANITIZERS, str(source), "-o", str(folder / "nothing")]
+    return subprocess.run(command, capture_output=True).returncode == 0
+
+
+def sources() -> list[Path]:
+    """The kernel and the shells without what is vectorised."""
+    paths = sorted(package_folder("fmu").glob("*.c"))
+    return [path for path in paths if not path.name.startswith("wide")]
+
+
+def compiled(source: Path, folder: Path, flags: Sequence[str]) -> Path:
+    """Object file of one source."""
+    made = folder / f"{source.stem}.o"
+    if source.parent != HERE and source.stem not in READERS:
+        flags = [*flags, "-fno-sanitize-coverage=trace-cmp"]
+    command = [
+        str(tool("clang")),
+        *FLAGS,
+        *(flag.replace("=fuzzer", "=fuzzer-no-link") for flag in flags),
+    ]
+    command += [f'-DCONTACTLIB_TOKEN="{kernel.token()}"']
+    command += [f"-isystem{Path(fmpy.__file__).parent / 'c-code'}", f"-I{package_folder('fmu')}"]
+    subprocess.run([*command, "-c", str(source), "-o", str(made)], check=True)
+    return made
+
+
+def link(objects: Iterable[Path], program: Path, flags: Sequence[str]) -> Path:
+    """Program of these object files."""
+    command = [str(tool("clang")), *flags, *map(str, objects), "-lm", "-o", str(program)]
+    subprocess.run(command, check=True)
+    return program
+
+
+def build(
+    targets: Sequence[str], folder: Path, flags: Sequence[str] = SANITIZERS
+) -> dict[str, Path]:
+    """Compile and link the targets; the object files of the kernel stay in the folder."""
+    each = [HERE / f"fuzz_{target}.c" for target in targets]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        made = list(pool.map(lambda source: compiled(source, folder, flags), [*each, *sources()]))
+    kernel_objects = made[len(each) :]
+    return {
+        target: link([part, *kernel_objects], folder / target, flags)
+        for target, part in zip(targets, made, strict=False)
+    }
+
+
+def export_resources(folder: Path) -> Path:
+    """Resources of an FMU of every kind, in folders of their names; one folder more to write in."""
+    table = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
+    model = cl.load_model("models/locomotive.toml", table=table)
+    for name, options in EXPORTS.items():
+        fmu = cl.export_fmu(model, folder / "x.fmu", fmi_version=3, **options)
+        (folder / name).mkdir()
+        with zipfile.ZipFile(fmu) as archive:
+            for file in ("creep_table.bin", "start_values.bin"):
+                if f"resources/{file}" in archive.namelist():
+                    (folder / name / file).write_bytes(archive.read(f"resources/{file}"))
+        fmu.unlink()
+    (folder / "wheelset_body" / "creep_table.bin").write_bytes(table.data)  # not read
+    (folder / "scratch").mkdir()
+    return folder
+
+
+def run(
+    program: Path, resources: Path, *arguments: str, environment: Mapping[str, str] | None = None
+) -> Found:
+    """Run a target; what crashes it lands in the working folder."""
+    done = subprocess.run(
+        [str(program), "-print_final_stats=1", "-timeout=20", *arguments],
+        capture_output=True,
+        text=True,
+        errors="replace",
+        cwd=program.parent,
+        env={**os.environ, "FUZZ_RESOURCES": str(resources), **(environment or {})},
+    )
+
+    def last(pattern: str) -> int:
+        found = re.findall(pattern, done.stderr)
+        return int(found[-1]) if found else 0
+
+    return Found(
+        last(r"stat::number_of_executed_units:\s*(\d+)"),
+        last(r"stat::average_exec_per_sec:\s*(\d+)"),
+        last(r"\bcov: (\d+)"),
+        done.returncode != 0,
+        done.stderr,
+    )
+
+
+def lines_reached(
+    target: str, corpus: Iterable[Path], resources: Path, folder: Path
+) -> dict[str, tuple[int, int]]:
+    """Lines that a corpus reaches, and lines that there are, by the source's name."""
+    folder.mkdir()
+    program = build([target], folder, COUNTERS)[target]
+    raw, merged = folder / "raw", folder / "merged"
+    environment = {"LLVM_PROFILE_FILE": str(raw)}
+    run(program, resources, "-runs=0", *map(str, corpus), environment=environment)
+    subprocess.run(
+        [str(tool("llvm-profdata")), "merge", "-sparse", str(raw), "-o", str(merged)], check=True
+    )
+    exported = subprocess.run(
+        [
+            str(tool("llvm-cov")),
+            "export",
+            "-summary-only",
+            str(program),
+            f"-instr-profile={merged}",
+        ],
+        check=True,
+        capture_output=True,
+    )
+    files = json.loads(exported.stdout)["data"][0]["files"]
+    fmu = package_folder("fmu")
+    return {
+        Path(file["filename"]).name: (
+            file["summary"]["lines"]["covered"],
+            file["summary"]["lines"]["count"],
+        )
+        for file in files
+        if fmu in Path(file["filename"]).parents
+    }
+
+
+def fuzz(target: str, seconds: int, corpus: Path, scratch: Path, resources: Path) -> bool:
+    """Fuzz one target and print what came of it; whether nothing broke it."""
+    folder = scratch / target
+    folder.mkdir()
+    corpus.mkdir(parents=True, exist_ok=True)
+    seeds = HERE / "seeds" / target
+    program = build([target], folder)[target]
+    crashes = corpus.parent / f"{target}-crashes"
+    found = run(
+        program,
+        resources,
+        f"-max_total_time={seconds}",
+        f"-max_len={LONGEST[target]}",
+        "-len_control=0",
+        f"-artifact_prefix={crashes}-",
+        str(corpus),
+        str(seeds),
+    )
+    print(
+        f"{target}: {found.executions} executions, {found.per_second} per second, "
+        f"{found.edges} edges, {len(list(corpus.iterdir()))} inputs, "
+        f"{'CRASHED' if found.crashed else 'no crash'}",
+        flush=True,
+    )
+    reached = lines_reached(target, [corpus, seeds], resources, folder / "counted")
+    for name, (covered, count) in sorted(reached.items()):
+        if covered:
+            print(f"    {name}: {covered} of {count} lines")
+    covered, count = (sum(each) for each in zip(*reached.values(), strict=True))
+    print(f"    in all {covered} of {count} lines", flush=True)
+    if found.crashed:
+        print(found.log[-4000:])
+    return not found.crashed
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument("targets", nargs="*", choices=[*TARGETS, []], default=TARGETS)
+    parser.add_argument("--seconds", type=int, default=60, help="of each target")
+    parser.add_argument("--corpus", type=Path, default=Path("fuzz_corpus"), help="what is found")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        scratch = Path(name)
+        if not can_fuzz(scratch):
+            raise SystemExit("there is no clang with libFuzzer and the sanitizers' runtimes")
+        (scratch / "resources").mkdir()
+        resources = export_resources(scratch / "resources")
+        fine = [
+            fuzz(target, given.seconds, (given.corpus / target).resolve(), scratch, resources)
+            for target in given.targets
+        ]
+    return 0 if all(fine) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

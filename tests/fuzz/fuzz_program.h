@@ -1,0 +1,329 @@
+/* A tool that calls an FMU's functions in any order with any values: the fuzzer's bytes are its
+ * program. What the functions are called in one version of the standard, the file says that
+ * includes this one.
+ *
+ * After each call: the status is one that there is, what was got is finite, a call that was refused
+ * changed nothing, and every value is still within its limits. */
+#ifndef FUZZ_PROGRAM_H
+#define FUZZ_PROGRAM_H
+
+#include "checked_file.h"
+#include "fuzz_resources.h"
+
+enum operation {
+    SET_REAL,
+    GET_REAL,
+    SET_BOOLEAN,
+    GET_BOOLEAN,
+    STEP,
+    SET_UP,
+    ENTER_INITIALIZATION,
+    EXIT_INITIALIZATION,
+    TERMINATE,
+    RESET,
+    SAVE,
+    RESTORE,
+    FORGET,
+    SERIALIZE,
+    DESERIALIZE,
+    SENSITIVITY,
+    ENTER_EVENTS,
+    ENTER_CONTINUOUS,
+    UPDATE,
+    COMPLETED_STEP,
+    SET_TIME,
+    SET_STATES,
+    GET_STATES,
+    GET_DERIVATIVES,
+    GET_INDICATORS,
+    GET_NOMINALS,
+    SET_LOGGING,
+    OTHER,
+    OPERATIONS
+};
+
+enum { MOST_STEPS = 6, SLOTS = 2 };
+
+typedef struct {
+    void *instance; /* null where it was refused */
+    int stepped;
+    void *slots[SLOTS]; /* saved states */
+    unsigned char *bytes;
+    size_t size; /* of the last one that was serialized */
+} program;
+
+typedef struct {
+    double tolerance, start, stop;
+    int has_tolerance, has_stop;
+} experiment;
+
+/* ---- what a version of the standard calls it ----------------------------------------------- */
+
+static void *shell_open(int exchange, const char *token, const char *location, int logging,
+                        int has_logger);
+static void shell_free(void *c);
+static int shell_set_real(void *c, const unsigned *of, size_t n, const double *values);
+static int shell_get_real(void *c, const unsigned *of, size_t n, double *values);
+static int shell_set_boolean(void *c, const unsigned *of, size_t n, const int *values);
+static int shell_get_boolean(void *c, const unsigned *of, size_t n, int *values);
+static int shell_set_up(void *c, const experiment *e);
+static int shell_enter_initialization(void *c, const experiment *e);
+static int shell_step(void *c, double point, double step);
+static int shell_simple(void *c, enum operation which);
+static int shell_states(void *c, enum operation which, size_t n, double *values);
+static int shell_set_time(void *c, double time);
+static int shell_save(void *c, void **saved);
+static int shell_restore(void *c, void *saved);
+static int shell_forget(void *c, void **saved);
+static int shell_size(void *c, void *saved, size_t *size);
+static int shell_serialize(void *c, void *saved, unsigned char *bytes, size_t size);
+static int shell_deserialize(void *c, const unsigned char *bytes, size_t size, void **saved);
+static int shell_derivative(void *c, int adjoint, const unsigned *unknowns, size_t n,
+                            const unsigned *knowns, size_t m, const double *seed, double *change);
+static int shell_set_logging(void *c, int on, size_t n, const char *const names[]);
+static int shell_other(void *c, unsigned which, size_t n);
+
+/* ---- the calls ----------------------------------------------------------------------------- */
+
+/* Mostly of variables that there are. */
+static unsigned take_reference(fuzz_input *in) {
+    unsigned byte = take_byte(in);
+    return byte == 255 ? take_word(in) : byte % (MOST_VARIABLES + 1);
+}
+
+static unsigned *take_references(fuzz_input *in, size_t n) {
+    unsigned *references = room(n, sizeof *references);
+    for (size_t i = 0; i < n; i++) references[i] = take_reference(in);
+    return references;
+}
+
+static double *take_numbers(fuzz_input *in, size_t n) {
+    double *numbers = room(n, sizeof *numbers);
+    for (size_t i = 0; i < n; i++) numbers[i] = take_number(in);
+    return numbers;
+}
+
+static void check_finite(int status, size_t n, const double *values) {
+    if (status > RESULT_WARNING) return;
+    for (size_t i = 0; i < n; i++) MUST(isfinite(values[i]));
+}
+
+static int call_real(program *p, fuzz_input *in, int setting) {
+    size_t n = take_byte(in) % 5;
+    unsigned *of = take_references(in, n);
+    double *values = setting ? take_numbers(in, n) : room(n, sizeof *values);
+    int status = setting ? shell_set_real(p->instance, of, n, values)
+                         : shell_get_real(p->instance, of, n, values);
+    if (!setting) check_finite(status, n, values);
+    free(of);
+    free(values);
+    return status;
+}
+
+static int call_boolean(program *p, fuzz_input *in, int setting) {
+    size_t n = take_byte(in) % 5;
+    unsigned *of = take_references(in, n);
+    int *values = room(n, sizeof *values);
+    for (size_t i = 0; i < n; i++) values[i] = (int)(take_byte(in) & 1u);
+    int status = setting ? shell_set_boolean(p->instance, of, n, values)
+                         : shell_get_boolean(p->instance, of, n, values);
+    free(of);
+    free(values);
+    return status;
+}
+
+/* From where the FMU is, or from anywhere. */
+static int call_step(program *p, fuzz_input *in) {
+    const component *core = p->instance;
+    double point = take_byte(in) % 8 == 0 || core == NULL ? take_number(in) : core->now.values.time;
+    double step = take_byte(in) % 8 == 0 ? take_number(in) : pow(10.0, -(take_byte(in) % 50) / 8.0);
+    if (p->stepped++ >= MOST_STEPS) return -1; /* each may take long */
+    return shell_step(p->instance, point, step);
+}
+
+static experiment take_experiment(fuzz_input *in) {
+    experiment e = {.has_tolerance = (int)(take_byte(in) & 1u)};
+    if (e.has_tolerance) e.tolerance = take_number(in);
+    e.start = take_number(in);
+    e.has_stop = (int)(take_byte(in) & 1u);
+    if (e.has_stop) e.stop = take_number(in);
+    return e;
+}
+
+static int call_states(program *p, fuzz_input *in, enum operation which) {
+    const component *core = p->instance;
+    size_t n = take_byte(in) % 6;
+    if (n == 5 && core != NULL) /* as many as there are */
+        n = which == GET_INDICATORS ? component_indicators(core) : core->states;
+    double *values = which == SET_STATES ? take_numbers(in, n) : room(n, sizeof *values);
+    int status = shell_states(p->instance, which, n, values);
+    if (which != SET_STATES) check_finite(status, n, values);
+    free(values);
+    return status;
+}
+
+static int call_serialize(program *p, fuzz_input *in) {
+    void *saved = p->slots[take_byte(in) % SLOTS];
+    size_t size = 0;
+    int status = shell_size(p->instance, saved, &size);
+    if (status != RESULT_OK) return status;
+    unsigned given = take_byte(in);
+    if (given >= 192) size -= given % size; /* too little room */
+    unsigned char *bytes = room(size, 1);
+    status = shell_serialize(p->instance, saved, bytes, size);
+    if (status != RESULT_OK) {
+        free(bytes);
+        return status;
+    }
+    free(p->bytes);
+    p->bytes = bytes;
+    p->size = size;
+    return status;
+}
+
+/* The last state that was serialized, some bytes of it changed, or a part of it; with or without
+ * the checksum that it must have. */
+static int call_deserialize(program *p, fuzz_input *in) {
+    unsigned how = take_byte(in), changes = take_byte(in) % 4;
+    size_t size = how & 2 && p->size > 0 ? take_word(in) % p->size : p->size;
+    unsigned char *bytes = room(size, 1);
+    if (size > 0) memcpy(bytes, p->bytes, size);
+    for (unsigned i = 0; i < changes; i++) {
+        size_t at = CHECKED_FILE_FRAME + TOKEN_SIZE + 8 * (size_t)take_byte(in);
+        double number = take_number(in);
+        if (at + sizeof number <= size) memcpy(bytes + at, &number, sizeof number);
+    }
+    if (how & 1 && size >= CHECKED_FILE_FRAME) checked_file_frame(bytes, size, "CREEPSTA", 1);
+    int status = shell_deserialize(p->instance, bytes, size, &p->slots[take_byte(in) % SLOTS]);
+    free(bytes);
+    return status;
+}
+
+static int call_derivative(program *p, fuzz_input *in) {
+    size_t n = take_byte(in) % 4, m = take_byte(in) % 4;
+    int adjoint = (int)(take_byte(in) & 1u);
+    unsigned *unknowns = take_references(in, n), *knowns = take_references(in, m);
+    double *seed = take_numbers(in, adjoint ? n : m), *change = room(adjoint ? m : n, 8);
+    int status = shell_derivative(p->instance, adjoint, unknowns, n, knowns, m, seed, change);
+    check_finite(status, adjoint ? m : n, change);
+    free(unknowns);
+    free(knowns);
+    free(seed);
+    free(change);
+    return status;
+}
+
+static int call_logging(program *p, fuzz_input *in) {
+    char text[64];
+    const char *names[4] = {CATEGORIES[0], CATEGORIES[1], CATEGORIES[2], text};
+    size_t n = take_byte(in) % 5;
+    int on = (int)(take_byte(in) & 1u);
+    take_text(in, text);
+    return shell_set_logging(p->instance, on, n, names);
+}
+
+static int call(program *p, fuzz_input *in, enum operation which) {
+    void *c = p->instance;
+    experiment e;
+    switch (which) {
+        case SET_REAL:
+        case GET_REAL:
+            return call_real(p, in, which == SET_REAL);
+        case SET_BOOLEAN:
+        case GET_BOOLEAN:
+            return call_boolean(p, in, which == SET_BOOLEAN);
+        case STEP:
+            return call_step(p, in);
+        case SET_UP:
+            e = take_experiment(in);
+            return shell_set_up(c, &e);
+        case ENTER_INITIALIZATION:
+            e = take_experiment(in);
+            return shell_enter_initialization(c, &e);
+        case SAVE:
+            return shell_save(c, &p->slots[take_byte(in) % SLOTS]);
+        case RESTORE:
+            return shell_restore(c, p->slots[take_byte(in) % SLOTS]);
+        case FORGET:
+            return shell_forget(c, &p->slots[take_byte(in) % SLOTS]);
+        case SERIALIZE:
+            return call_serialize(p, in);
+        case DESERIALIZE:
+            return call_deserialize(p, in);
+        case SENSITIVITY:
+            return call_derivative(p, in);
+        case SET_TIME:
+            return shell_set_time(c, take_number(in));
+        case SET_STATES:
+        case GET_STATES:
+        case GET_DERIVATIVES:
+        case GET_INDICATORS:
+        case GET_NOMINALS:
+            return call_states(p, in, which);
+        case SET_LOGGING:
+            return call_logging(p, in);
+        case OTHER: {
+            unsigned number = take_byte(in);
+            return shell_other(c, number, take_byte(in) % 3);
+        }
+        default:
+            return shell_simple(c, which);
+    }
+}
+
+/* ---- what must hold ------------------------------------------------------------------------ */
+
+/* All but outputs, which a refused call may have brought up to date. */
+static void check_unchanged(const component *core, const component_state *before) {
+    for (size_t i = 0; i < core->model->count; i++) {
+        const model_variable *v = &core->model->variables[i];
+        if (v->role == OUTPUT || v->role == DERIVATIVE || v->role == INDICATOR) continue;
+        MUST(model_get(v, &core->now.values) == model_get(v, &before->values));
+    }
+    MUST(memcmp(&core->now.values.memory, &before->values.memory, sizeof(slip_memory)) == 0);
+    MUST(core->now.stage == before->stage && core->now.tolerance == before->tolerance);
+    MUST(core->now.stop_time == before->stop_time);
+}
+
+static void run_program(fuzz_input *in) {
+    program p = {0};
+    char location[PATH_LENGTH], token[PATH_LENGTH], text[64];
+    const char *name = FMU_NAMES[take_byte(in) % FMUS];
+    unsigned flags = take_byte(in);
+    location_of(name, location);
+    token_of(name, token);
+    /* Seldom a token or a place that is none. */
+    if (flags >= 0xF8u) snprintf(token, sizeof token, "%s", take_text(in, text));
+    else if (flags >= 0xF0u) snprintf(location, sizeof location, "%s", take_text(in, text));
+    else if (flags >= 0xE8u) strcat(token, take_text(in, text));
+    p.instance = shell_open(flags & 1, token, location, flags & 2, flags & 4);
+    const component *core = p.instance; /* the first member of an instance */
+    while (in->left > 0) {
+        enum operation which = (enum operation)(take_byte(in) % OPERATIONS);
+        component_state before;
+        if (core != NULL) before = core->now;
+        int status = call(&p, in, which);
+        if (status < 0) continue; /* nothing was called */
+        MUST(status <= RESULT_ERROR);
+        if (core == NULL) {
+            MUST(status == RESULT_ERROR);
+            continue;
+        }
+        if (status > RESULT_WARNING) check_unchanged(core, &before);
+        check_values(core);
+    }
+    for (int i = 0; i < SLOTS; i++)
+        if (core != NULL) MUST(shell_forget(p.instance, &p.slots[i]) == RESULT_OK);
+    shell_free(p.instance);
+    free(p.bytes);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    fuzz_input in = {data, size};
+    run_program(&in);
+    return 0;
+}
+
+#endif

@@ -1,0 +1,157 @@
+"""Write the seeds that the fuzzer starts from: ``python tests/fuzz/seeds.py``.
+
+Small tables of every shape and damaged ones, start values of every kind of FMU, and programs of FMI
+calls, in the layout in which the targets take their bytes.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from contactlib import CarterGriffith, CreepForceTable, kernel
+from contactlib.table import MAGIC, VERSION
+
+sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
+
+from fmu_instance import EXPORTS
+from fuzz import TARGETS, export_resources
+
+HERE = Path(__file__).resolve().parent
+POINTS = bytes([200, 12, 30, 0, 201, 10, 90, 255, 200, 8, 0, 40, 7, 0, 10, 255]) + bytes(
+    [204, 14, 100, 128, 202, 9, 250, 1, 8, 80]
+)
+
+
+def table_file(
+    cells_u: int,
+    cells_k: int,
+    *,
+    one_axis: int = 0,
+    twice_decay: int = 6,
+    twice_corner: int = 0,
+    root_k: int = 0,
+    static_to_kinetic: float = 0.0,
+) -> bytes:
+    """A table of this shape, with numbers of the size of one."""
+    rows = 1 if one_axis else cells_k + 3
+    count = rows * ((7 if twice_corner else 0) + cells_u + 3) if cells_u else 0
+    header = struct.pack("<IIdddd", cells_u, cells_k, 1.7, 1e-9, 1e-9, 100.0)
+    shape = struct.pack("<dIIII", static_to_kinetic, one_axis, twice_decay, twice_corner, root_k)
+    numbers = np.cos(np.arange(count)).astype("<f8").tobytes()
+    return kernel.framed(MAGIC, VERSION, header + shape + b"seed".ljust(104, b"\0") + numbers)
+
+
+def tables() -> dict[str, bytes]:
+    """Table files by what they are."""
+    line = CreepForceTable.from_law(CarterGriffith, contact="line").data
+    cell = table_file(1, 1)
+    return {
+        "line": line,
+        "one_cell": cell,
+        "one_axis": table_file(2, 1, one_axis=1, twice_decay=0),
+        "corner": table_file(2, 2, twice_corner=3, static_to_kinetic=2.0),
+        "root_k": table_file(3, 2, root_k=1, twice_decay=8),
+        "no_decay": table_file(1, 2, twice_decay=0),
+        "cut": cell[:-8],
+        "header_only": line[:24],
+        "old_version": cell[:8] + struct.pack("<I", VERSION - 1) + cell[12:],
+        "not_finite": cell[:-8] + struct.pack("<d", np.nan),
+        "too_many_cells": cell[:24] + struct.pack("<I", 2**32 - 3) + cell[28:],
+        "negative_k_max": cell[:32] + struct.pack("<d", -1.0) + cell[40:],
+    }
+
+
+def operations() -> dict[str, int]:
+    """Number of each call in a program, as the target's enumeration has it."""
+    text = (HERE / "fuzz_program.h").read_text(encoding="ascii")
+    found = re.search(r"enum operation \{(.*?)\}", text, re.DOTALL)
+    assert found is not None
+    return {name: i for i, name in enumerate(re.findall(r"\w+", found[1]))}
+
+
+def programs() -> dict[str, list[object]]:
+    """Programs of calls, by what the tool does, after the bytes that make the instance."""
+    zero, one = [0], [2]
+    up = ["SET_UP", 0, zero, 0, "ENTER_INITIALIZATION", 0, zero, 0]
+    set_some = ["SET_REAL", 2, 15, 17, 90, 11, 30, 90, 12, 90]
+    start = [*up, set_some, "EXIT_INITIALIZATION"]
+    step = ["STEP", 1, 1, 24]
+    get = ["GET_REAL", 4, 18, 19, 20, 21]
+    flags = ["GET_BOOLEAN", 1, 27, 0]
+    derivative = ["SENSITIVITY", 2, 1, 0, 19, 20, 17, one]
+    adjoint = ["SENSITIVITY", 2, 1, 1, 19, 20, 17, one, one]
+    states = ["GET_STATES", 5, "GET_DERIVATIVES", 5, "GET_INDICATORS", 5, "GET_NOMINALS", 5]
+    restore = ["DESERIALIZE", 1, 0, 1, "RESTORE", 1, step, get, "FORGET", 0, "RESTORE", 0]
+    damaged = ["DESERIALIZE", 1, 2, 1, [4], 9, [7], 1, "RESTORE", 1, get, step]
+    set_states = ["SET_STATES", 5, 200, 11, 60, 200, 10, 60]
+    integrate = ["UPDATE", "ENTER_CONTINUOUS", "SET_TIME", one, states, set_states]
+    leave = ["COMPLETED_STEP", "ENTER_EVENTS", derivative, adjoint, flags]
+    return {
+        "steps": [start, step, get, step, get, flags, derivative, "TERMINATE", "RESET"],
+        "states": [start, "SAVE", 0, step, "SERIALIZE", 0, 0, restore],
+        "damaged_state": [start, step, "SAVE", 0, "SERIALIZE", 0, 0, damaged],
+        "exchange": [start, integrate, leave],
+        "too_early": [step, states, derivative, get, up, "RESET", start, step],
+        "odd_values": [up, "SET_REAL", 3, 1, 14, 15, [4], [5], [10], "SET_BOOLEAN", 1, 15, 1, get],
+        "others": [["OTHER", number, number % 3] for number in range(43)],
+        "logging": ["SET_LOGGING", 3, 1, 0, "SET_LOGGING", 4, 0, 3, 97, 98, 99, step],
+    }
+
+
+def as_bytes(program: object, numbers: dict[str, int]) -> bytes:
+    """A program of names, numbers and lists of them."""
+    if isinstance(program, str):
+        return bytes([numbers[program]])
+    if isinstance(program, int):
+        return bytes([program])
+    assert isinstance(program, list)
+    return b"".join(as_bytes(part, numbers) for part in program)
+
+
+def seeds() -> dict[str, dict[str, bytes]]:
+    """Contents of every seed, by target and name."""
+    found: dict[str, dict[str, bytes]] = {target: {} for target in TARGETS}
+    for name, data in tables().items():
+        for mended in (0, 1):
+            found["table"][f"{name}{'_mended' * mended}"] = bytes([mended]) + POINTS + data
+    with tempfile.TemporaryDirectory() as folder:
+        resources = export_resources(Path(folder))
+        for number, name in enumerate(EXPORTS):
+            data = (resources / name / "start_values.bin").read_bytes()
+            found["start_values"][name] = bytes([number, 1, 0]) + data
+    place = b"file:///no%20such/folder"
+    cell = tables()["one_cell"]
+    found["start_values"]["table"] = bytes([3, 3, len(place)]) + place + cell
+    found["start_values"]["unmended"] = bytes([0, 0, 3]) + b"%2x" + data[:-1]
+    numbers = operations()
+    for name, program in programs().items():
+        for number in (0, 1, 2, 4):
+            flags = 6 | (name == "exchange")
+            data = bytes([number, flags]) + as_bytes(program, numbers)
+            for target in ("fmi2", "fmi3"):
+                found[target][f"{name}_{number}"] = data
+    for target in ("fmi2", "fmi3"):
+        found[target]["wrong_token"] = bytes([0, 0xFE, 3]) + b"abc" + bytes(9)
+        found[target]["wrong_place"] = bytes([0, 0xF6, 3]) + b"%zz" + bytes(9)
+        found[target]["long_token"] = bytes([0, 0xEE, 63]) + b"a" * 63
+    return found
+
+
+def main() -> None:
+    for target, each in seeds().items():
+        folder = HERE / "seeds" / target
+        folder.mkdir(parents=True, exist_ok=True)
+        for old in folder.iterdir():
+            old.unlink()
+        for name, data in each.items():
+            (folder / name).write_bytes(data)
+
+
+if __name__ == "__main__":
+    main()
