@@ -40,6 +40,7 @@ CORNER_GRIDS = {
 }  # by twice the corner's power
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 SLOPE_TARGET = 1e-4
+CERTIFIED_K_HATS = 44  # besides the smallest ones and the largest
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # continues four values by one
 LARGEST = sys.float_info.max
 CORNER = 7  # numbers a row that describe a corner
@@ -359,7 +360,7 @@ def _reference_values(sampler: _Sampler) -> list[_Reference]:
         return _Reference(k_hat, x, *values)
 
     # Irrational fractions of the table's axes; the ends are its real borders.
-    inner = K_MAX * _off_nodes(44) ** 2
+    inner = K_MAX * _off_nodes(CERTIFIED_K_HATS) ** 2
     k_hats = [0.0, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, *inner.tolist(), K_MAX]
     return sampler.rows(row, [1.0] if sampler.one_axis else k_hats, 0.0, 0.5)
 

@@ -38,7 +38,7 @@ from contactlib.parameters import FloatArray
 
 ITERATIONS = 60
 NEGLIGIBLE = 1e-16  # part of the drop in friction that is left at Y
-BATCH = 32  # states solved at once
+BATCH = 16  # states solved at once
 
 
 class ConvergenceError(RuntimeError):
@@ -206,8 +206,8 @@ def _newton(
     strain = 2.0 * y * root * end  # what the bracket of sigma is multiplied with to integrate it
     sliding = (strain * y) @ rules.running.T + edge * y * y  # slip without any h
     if stick.any():
-        running = rules.running * strain[:, np.newaxis, :]
-        by_h = -(running.reshape(-1, nodes) @ rules.principal).reshape(running.shape)
+        running = rules.running * -strain[:, np.newaxis, :]
+        by_h = (running.reshape(-1, nodes) @ rules.principal).reshape(running.shape)
     else:
         by_h = -(end**3)[:, :, np.newaxis] * rules.sliding
 
@@ -223,7 +223,7 @@ def _newton(
     h = full * weakening.fraction(start / length)
     u = slip(h)
     left = residual(h, u)
-    unit = np.eye(nodes)
+    matrices, diagonal = np.empty_like(by_h), np.arange(nodes)  # new memory would cost more
     tolerance = 1e-12 * full[:, :1]
     for _ in range(ITERATIONS):
         error = np.abs(left).max(axis=1, keepdims=True)
@@ -231,7 +231,10 @@ def _newton(
         if not open_.any():
             break
         falling = -full * np.where(u > 0.0, weakening.slope(np.maximum(u, 0.0) / length), 0.0)
-        matrix = unit + (falling / length)[open_][:, :, np.newaxis] * by_h[open_]
+        matrix = matrices[: np.count_nonzero(open_)]
+        rows = by_h if open_.all() else by_h[open_]
+        np.multiply((falling / length)[open_][:, :, np.newaxis], rows, out=matrix)
+        matrix[:, diagonal, diagonal] += 1.0
         step = np.zeros_like(h)
         step[open_] = -np.linalg.solve(matrix, left[open_, :, np.newaxis])[:, :, 0]
         share = np.ones_like(error)
