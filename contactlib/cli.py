@@ -463,7 +463,7 @@ def check(path: Path, load: bool) -> None:
 @_output_option("contactlib-figures", "Folder for the figures.")
 def figures(paper: bool, model: str | None, output: Path) -> None:
     """Draw figures of the laws, or of a wheelset's stability, as PNG and SVG."""
-    from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save
+    from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save_pictures
 
     if not paper and model is None:
         raise ValueError("figures: pass --paper or --stability, or both")
@@ -480,7 +480,7 @@ def figures(paper: bool, model: str | None, output: Path) -> None:
     output.mkdir(parents=True, exist_ok=True)
     for name, (draw, title) in wanted.items():
         drawn = draw()
-        paths = [save(drawn, output / f"{name}.{suffix}") for suffix in ("png", "svg")]
+        paths = save_pictures(drawn, output, name)
         _say(f"{paths[0]}, {paths[1].name}: {title}")
 
 

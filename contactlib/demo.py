@@ -259,5 +259,4 @@ def _draw(folder: Path, name: str, model: Model, torque_run: Result, creep_run: 
         ),
     }
     for kind, figure in drawn.items():
-        for suffix in ("png", "svg"):
-            figures.save(figure, folder / f"{name}_{kind}.{suffix}")
+        figures.save_pictures(figure, folder, f"{name}_{kind}")

@@ -86,9 +86,9 @@ def write_report(
             drawn["comparison"] = figures.comparison(
                 results, found, title=study.name, caption=caption
             )
-        for suffix in ("png", "svg"):
-            if len(runs) == 1:
+        if len(runs) == 1:
+            for suffix in ("png", "svg"):
                 (output / f"comparison.{suffix}").unlink(missing_ok=True)  # of other runs
-            for name, figure in drawn.items():
-                figures.save(figure, output / f"{name}.{suffix}")
+        for name, figure in drawn.items():
+            figures.save_pictures(figure, output, name)
     return found

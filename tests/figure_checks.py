@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation, Text
 from matplotlib.transforms import Bbox
 
-from contactlib.figures import save
+from contactlib.figures import save_pictures
 
 
 def style_of(line: Line2D) -> str:
@@ -109,8 +109,12 @@ def check_layout(figure: Figure) -> None:
 
 
 def check_saved(figure: Figure, folder: Path, largest: float = 2e6) -> None:
-    """PNG and SVG are written, are what they say, and are not too large."""
-    png, svg = (save(figure, folder / f"figure.{suffix}") for suffix in ("png", "svg"))
+    """PNG and SVG are written, are what they say, and are not too large.
+
+    The figure is drawn as `check_layout` left it.
+    """
+    figure.set_layout_engine("none")
+    png, svg = save_pictures(figure, folder, "figure")
     pixels = imread(png)
     width, height = figure.get_size_inches() * 150.0
     assert pixels.shape[:2] == (round(height), round(width))

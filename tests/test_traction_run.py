@@ -19,11 +19,17 @@ def variant(wheelset: cl.Wheelset, **changes: Any) -> cl.Wheelset:
     return dataclasses.replace(wheelset, **changes)
 
 
-SHIPPED = sorted(
-    path.name
-    for path in cl.model_path("dry_wet_dry.toml").parent.glob("*.toml")
-    if "vehicle" in tomllib.loads(path.read_text())
-)
+SHIPPED = {
+    path.name: list(read["controllers"])
+    for path in sorted(cl.model_path("dry_wet_dry.toml").parent.glob("*.toml"))
+    if "vehicle" in (read := tomllib.loads(path.read_text()))
+}
+# One controller of each is quick; they take turns.
+RUNS = [
+    pytest.param(name, controller, marks=() if j == i % len(controllers) else pytest.mark.slow)
+    for i, (name, controllers) in enumerate(SHIPPED.items())
+    for j, controller in enumerate(controllers)
+]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -217,20 +223,19 @@ def test_beyond_the_window_no_gain_holds(rig: cl.Model) -> None:
         assert np.abs(run["creepage"] / creepage - 1.0)[-50:].max() > 0.1
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_scenarios_run_and_balance(name: str) -> None:
+@pytest.mark.parametrize(("name", "controller"), RUNS)
+def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
     case = cl.load_scenario(name)
-    for controller in case.controllers:
-        run = cl.run_scenario(case, controller)
-        for values in run.signals.values():
-            assert np.isfinite(values).all()
-        assert cl.metrics(run, case.drivetrain).energy_defect < 1e-9
-        slack = 1e-9 * np.abs(run["demand"]).max()
-        assert (np.abs(run["commanded_torque"]) <= np.abs(run["demand"]) + slack).all()
-        element = case.drivetrain.wheelset.element
-        most = element.friction.static * element.contact.normal_load
-        assert (np.abs(run["creep_force"]) <= most * (1.0 + 1e-12)).all()
-        assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
+    run = cl.run_scenario(case, controller)
+    for values in run.signals.values():
+        assert np.isfinite(values).all()
+    assert cl.metrics(run, case.drivetrain).energy_defect < 1e-9
+    slack = 1e-9 * np.abs(run["demand"]).max()
+    assert (np.abs(run["commanded_torque"]) <= np.abs(run["demand"]) + slack).all()
+    element = case.drivetrain.wheelset.element
+    most = element.friction.static * element.contact.normal_load
+    assert (np.abs(run["creep_force"]) <= most * (1.0 + 1e-12)).all()
+    assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
 
 
 @pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
@@ -270,15 +275,16 @@ def test_noise_on_a_dry_rail_is_no_slip(noise: tuple[float, float], name: str) -
 def test_creep_control_beats_cutting_the_torque() -> None:
     """Over ten sequences of noise, none left out: PI control in each, both in the mean."""
     shipped = cl.load_scenario("dry_wet_dry.toml")
-    names = ("threshold", "creep_pi", "slope_seeking")
-    used, slip, share = np.empty((3, 10, len(names)))
-    for seed in range(10):
-        sensors = dataclasses.replace(shipped.sensors, seed=float(seed))
-        case = dataclasses.replace(shipped, sensors=sensors)
-        for j, name in enumerate(names):
-            found = cl.metrics(cl.run_scenario(case, name), case.drivetrain)
-            used[seed, j] = found.adhesion_utilisation
-            slip[seed, j], share[seed, j] = found.slip_work, found.slip_share
+    cases = [
+        dataclasses.replace(shipped, sensors=dataclasses.replace(shipped.sensors, seed=float(seed)))
+        for seed in range(10)
+    ]
+    outcomes = ("adhesion_utilisation", "slip_work", "slip_share")
+    found = [
+        cl.run_many(cases, name, outcomes, index=[0] * len(cases))
+        for name in ("threshold", "creep_pi", "slope_seeking")
+    ]
+    used, slip, share = (np.stack([one[name] for one in found], axis=1) for name in outcomes)
     baseline, pi, seeking = range(3)
     assert (used[:, pi] > used[:, baseline]).all()
     assert (slip[:, pi] < slip[:, baseline]).all()

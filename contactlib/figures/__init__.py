@@ -17,7 +17,7 @@ from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import comparison, run_name, scenario_run
 from contactlib.figures.setting import drivetrain_setting
 from contactlib.figures.stability import STABILITY_FIGURES
-from contactlib.figures.style import save
+from contactlib.figures.style import save, save_pictures
 
 __all__ = [
     "CONTACT_PATCH",
@@ -40,6 +40,7 @@ __all__ = [
     "map_figure",
     "run_name",
     "save",
+    "save_pictures",
     "scenario_run",
     "time_histories",
 ]

@@ -68,6 +68,16 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     return write_whole(path, buffer.getvalue())
 
 
+def save_pictures(figure: Figure, folder: Path, name: str) -> list[Path]:
+    """Write a figure as PNG and SVG, laid out once for both: that is half of the work."""
+    png = save(figure, folder / f"{name}.png")
+    engine = figure.get_layout_engine()
+    figure.set_layout_engine("none")
+    svg = save(figure, folder / f"{name}.svg")
+    figure.set_layout_engine(engine)
+    return [png, svg]
+
+
 def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
     """A figure of so many inches, and its axes."""
     figure = Figure(figsize=(width, height), layout="constrained")

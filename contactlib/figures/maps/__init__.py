@@ -17,7 +17,7 @@ from contactlib.figures.maps.layout import FAILED, RUN, layout
 from contactlib.figures.maps.planes import plane_figure
 from contactlib.figures.maps.samples import sample_figure
 from contactlib.figures.maps.words import words
-from contactlib.figures.style import save
+from contactlib.figures.style import save_pictures
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -51,7 +51,7 @@ def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
     for outcome, values in dataset.data_vars.items():
         if outcome != FAILED and values.dims:
             figure = map_figure(dataset, str(outcome))
-            written += [save(figure, folder / f"{outcome}.{kind}") for kind in ("png", "svg")]
+            written += save_pictures(figure, folder, str(outcome))
     return written
 
 
