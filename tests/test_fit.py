@@ -139,8 +139,8 @@ def test_a_profile_of_a_linear_parameter_is_students_interval() -> None:
     )
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    runs = 80
+@pytest.mark.parametrize("runs", [20, pytest.param(80, marks=pytest.mark.slow)])
+def test_intervals_hold_the_truth_as_often_as_they_say(runs: int) -> None:
     held = np.zeros(2)
     for seed in range(runs):
         result = fit(CarterGriffith, made_up(seed, 0.005), level=0.8, **CARTER)

@@ -603,6 +603,7 @@ def test_instances_do_not_see_each_other(unpacked: Path) -> None:
     other.fmu.freeInstance()
 
 
+@pytest.mark.compiler
 @pytest.mark.skipif(
     shutil.which("gcc") is None or not kernel.platform_name().endswith("linux"),
     reason="needs gcc on Linux, where a tool may make the names of all libraries global",

@@ -15,7 +15,7 @@ from fmu_instance import EXPORTS, Instance, Subject
 import contactlib as cl
 
 BEFORE, AFTER = 317, 200  # steps before and after a state is saved
-LONG = 20_000  # steps in two threads
+LONG = [4_000, pytest.param(20_000, marks=pytest.mark.slow)]  # steps in two threads
 
 
 @pytest.fixture(
@@ -73,9 +73,11 @@ def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) ->
 
 @pytest.mark.parametrize("name", ["wheelset-relaxed", "force_element-implicit"])
 @pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("steps", LONG)
 def test_two_threads_do_not_disturb_each_other(
     name: str,
     version: int,
+    steps: int,
     locomotive: cl.Model,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -88,7 +90,7 @@ def test_two_threads_do_not_disturb_each_other(
         with Instance(folder) as instance:
             instance.start()
             start.wait()  # instances of one library, at the same time
-            return fmu_run.run(instance, 0, LONG, every=10, phase=phase)
+            return fmu_run.run(instance, 0, steps, every=10, phase=phase)
 
     start = Barrier(1)
     alone = {phase: run(phase) for phase in phases}

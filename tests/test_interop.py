@@ -477,6 +477,7 @@ def source_case(
     return made
 
 
+@pytest.mark.compiler
 def test_fmpy_compiles_the_fmu_from_its_sources(
     source_case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -496,6 +497,7 @@ def test_fmpy_compiles_the_fmu_from_its_sources(
     np.testing.assert_array_equal(run_through(source_case).golden, source_case.golden)
 
 
+@pytest.mark.compiler
 def test_build_description_names_all_that_a_library_needs(
     source_case: Case, runner: Callable[[str], Path], tmp_path: Path
 ) -> None:

@@ -120,7 +120,9 @@ def test_element_with_cohesive_table(
     law = cl.CohesiveZone(k_hat=element.k_hat, static_to_kinetic=friction.ratio)
     expected = 0.21 * 220e3 * law.traction_ratio(np.linspace(-5.0, 5.0, 101))
     record = element.at_creepage(zeta, speed=10.0)
-    np.testing.assert_allclose(record["creep_force"], expected, atol=0.21 * 220e3 * cohesive_table.max_error)
+    np.testing.assert_allclose(
+        record["creep_force"], expected, atol=0.21 * 220e3 * cohesive_table.max_error
+    )
     assert not record["force_limited"].any()  # this law knows f_s
     # All partial derivatives, to the load too, of a table with a corner.
     given = {"omega": 20.4, "speed": 10.0, "normal_load": 180e3}

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from matplotlib.figure import Figure
 
 import contactlib as cl
 from contactlib.cli import main
@@ -135,7 +136,8 @@ def test_the_outlook_knows_when_nothing_falls(rig: cl.Model) -> None:
     assert "no branch on which a constant torque runs away" in said
 
 
-def test_the_seed_may_be_chosen(tmp_path: Path) -> None:
+def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("contactlib.figures.scenario_run", lambda *given, **more: Figure())
     text = SHORT.replace(
         "[sensors]", "[sensors]\nvehicle_speed_noise = 0.1\nwheel_speed_noise = 0.1"
     )

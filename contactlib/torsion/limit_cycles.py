@@ -77,12 +77,13 @@ class AntiphaseForce:
         """Sines at the midpoints of a quarter of a cycle: the rest mirrors them."""
         return np.sin(0.5 * np.pi * (np.arange(PHASES) + 0.5) / PHASES)
 
-    def describing_function(self, amplitude: float) -> float:
+    def describing_function(self, amplitude: ArrayLike) -> FloatArray:
         """N(a) = (1/(pi a)) int f(a sin phi) sin phi dphi over a cycle [N]; N(0) = Q1'."""
-        if amplitude == 0.0:
-            return 0.5 * self._point.creep_force_slope
-        sines = self._cycle
-        return float(2.0 * np.mean(self(amplitude * sines) * sines) / amplitude)
+        size, sines = np.asarray(amplitude, dtype=np.float64), self._cycle
+        still = size == 0.0
+        first = 2.0 * np.mean(self(size[..., np.newaxis] * sines) * sines, axis=-1)
+        small = 0.5 * self._point.creep_force_slope
+        return np.where(still, small, first / np.where(still, 1.0, size))
 
     def _isstatic(self) -> bool:
         return True
@@ -225,7 +226,7 @@ def _curve(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArr
     close they are.
     """
     rate, grid = _rate(drivetrain, point)
-    rates = np.array([rate(a) for a in grid])
+    rates = rate(grid)
     rises = np.diff(rates)
     turns = 1 + np.flatnonzero(rises[:-1] * rises[1:] <= 0.0)
     found = [_turn(rate, *grid[[i - 1, i + 1]], top=bool(rises[i - 1] > 0.0)) for i in turns]
@@ -250,8 +251,6 @@ def _turn(rate: Any, low: float, high: float, *, top: bool) -> float:
 
 def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArray]:
     """rate(a), and amplitudes that reach from where N is still Q1' to where the fall is over."""
-    import control
-
     axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
     own, damping = 0.5 * wheelset.inertia, 2.0 * axle.damping + 0.5 * wheelset.damping
     force = AntiphaseForce(wheelset, point)
@@ -259,8 +258,8 @@ def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArra
         normal_load=point.normal_load, friction_scale=point.friction_scale
     )
 
-    def rate(amplitude: float) -> float:
-        slope = float(control.describing_function(force, amplitude).real)
+    def rate(amplitude: ArrayLike) -> FloatArray:
+        slope = force.describing_function(amplitude)
         return -(wheelset.radius**2 * slope / point.speed + damping) / own
 
     largest = 3.0 * (abs(point.creepage) + 3.0 * scale)
