@@ -64,6 +64,12 @@ FINITE = Limits()
 POSITIVE = Limits(above=0.0)
 
 
+def shown(value: object) -> str:
+    """Text of any value for a message of one line."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
 def checked(name: str, value: ArrayLike, limits: Limits, *, copy: bool = True) -> FloatArray:
     """Return `value` as a float64 array of the same shape, or raise.
 
@@ -78,10 +84,15 @@ def checked(name: str, value: ArrayLike, limits: Limits, *, copy: bool = True) -
     given: object = value
     if isinstance(given, float) and limits.allow(given):  # as most are: the quick way
         return np.array(given, dtype=np.float64)
-    raw = np.asarray(value)
-    if raw.dtype.kind not in "iuf":
-        raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
-    array = raw.astype(np.float64, copy=copy)
+    try:
+        raw = np.asarray(value)
+        numbers = raw.dtype.kind in "iuf"
+    except ValueError:  # rows of unequal lengths
+        numbers = False
+    if not numbers:
+        raise ValueError(f"{name} = {shown(value)} is not a number; it must be {limits}")
+    with np.errstate(over="ignore"):  # a wider type's number may be infinite here
+        array = raw.astype(np.float64, copy=copy)
     if not limits.allow_all(array):
         bad = array[~limits.allows(array)]
         raise ValueError(f"{name} = {float(bad.flat[0])!r} is out of range: must be {limits}")
@@ -142,7 +153,11 @@ class Parameters:
                     checked(name, value, limits)
                 continue
             if isinstance(value, bool) or not isinstance(value, Real):
-                raise ValueError(f"{name} = {value!r} is not a number; it must be {limits}")
-            if not limits.allow(float(value)):
-                checked(name, float(value), limits)  # which says so
-            object.__setattr__(self, key, float(value))
+                raise ValueError(f"{name} = {shown(value)} is not a number; it must be {limits}")
+            try:
+                number = float(value)
+            except OverflowError:  # of a long integer
+                number = math.inf if value > 0 else -math.inf
+            if not limits.allow(number):
+                checked(name, number, limits)  # which says so
+            object.__setattr__(self, key, number)

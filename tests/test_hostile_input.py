@@ -1,0 +1,105 @@
+"""Every public call with hostile input: a right answer, or a ValueError that names what is wrong.
+
+``CONTACTLIB_EXAMPLES=50 pytest tests/test_hostile_input.py`` is the long run: it tries that many
+times as many random numbers, and the extremes of slow calls too.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import chain
+
+import calls_contact
+import calls_dynamics
+import numpy as np
+import pytest
+from hostile import (
+    EXAMPLES,
+    EXTREMES,
+    NO_NUMBER,
+    ROW_LAYOUTS,
+    Call,
+    answer_to,
+    check,
+    check_layout,
+    check_refused,
+    good_row,
+    hold_all,
+    layouts,
+    leaves,
+    public,
+)
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+CALLS = [*calls_contact.CALLS, *calls_dynamics.CALLS]
+EXEMPT = {**calls_contact.EXEMPT, **calls_dynamics.EXEMPT}
+NAMES = [call.name for call in CALLS]
+PAIRS = [
+    pytest.param(call, argument, id=f"{call.name}-{argument}")
+    for call in CALLS
+    for argument in call.arguments
+]
+ARRAYS = [
+    pytest.param(call, argument, id=f"{call.name}-{argument}")
+    for call in CALLS
+    for argument in chain(call.arrays, call.rows)
+]
+
+
+def test_everything_public_is_called_or_exempt_for_a_reason() -> None:
+    called = {call.covers for call in CALLS}
+    assert set(public()) - called - set(EXEMPT) == set()
+    assert set(EXEMPT) - set(public()) == set(), "exempt, but not there"
+    assert called & set(EXEMPT) == set()
+    assert all(EXEMPT.values())
+
+
+def test_names_of_calls_are_unique() -> None:
+    assert len(set(NAMES)) == len(NAMES)
+
+
+@pytest.mark.parametrize("call", CALLS, ids=NAMES)
+def test_good_call_has_an_answer(call: Call) -> None:
+    answer = answer_to(call)
+    assert not isinstance(answer, Exception), answer
+    for path, array in leaves(answer):
+        assert call.nan or not np.isnan(array).any(), path
+    assert set(call.arguments) <= set(call.make()[1])
+
+
+@pytest.mark.parametrize(("call", "argument"), PAIRS)
+def test_what_is_no_number_is_refused(call: Call, argument: str) -> None:
+    hold_all(partial(check_refused, call, argument), ((name,) for name in NO_NUMBER))
+
+
+@pytest.mark.parametrize(("call", "argument"), PAIRS)
+def test_extreme_numbers(call: Call, argument: str) -> None:
+    if call.slow and EXAMPLES <= 1:
+        pytest.skip("slow: see the module's text")
+    hold_all(partial(check, call, argument), ((value,) for value in EXTREMES.values()))
+
+
+@pytest.mark.parametrize(("call", "argument"), PAIRS)
+@settings(
+    max_examples=max(1, int(5 * EXAMPLES)),
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=list(HealthCheck),
+)
+@given(value=st.floats(allow_nan=False, allow_infinity=False))
+@example(value=1.5)
+def test_any_number(call: Call, argument: str, value: float) -> None:
+    if not call.slow or EXAMPLES > 1:
+        check(call, argument, [value] * 4 if argument in call.rows else value)
+
+
+@pytest.mark.parametrize(("call", "argument"), ARRAYS)
+def test_layout_of_an_array_does_not_count(call: Call, argument: str) -> None:
+    given = list(layouts(good_row(call, argument)))
+    row = argument in call.rows
+    same = [(name, value) for name, value in given if not row or name in ROW_LAYOUTS]
+    other = [(value,) for name, value in given if row and name not in ROW_LAYOUTS]
+    hold_all(partial(check_layout, call, argument), same)
+    hold_all(partial(check, call, argument), other)
