@@ -157,7 +157,9 @@ class Parameters:
             try:
                 number = float(value)
             except OverflowError:  # of a long integer
-                number = math.inf if value > 0 else -math.inf
+                raise ValueError(
+                    f"{name} = {shown(value)} is out of range: must be {limits}"
+                ) from None
             if not limits.allow(number):
                 checked(name, number, limits)  # which says so
             object.__setattr__(self, key, number)

@@ -21,6 +21,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
+from functools import cached_property
 from types import ModuleType
 from typing import Any
 
@@ -66,6 +67,8 @@ class Call:
         Documented exceptions other than ValueError.
     slow : bool
         Whether one call takes more than about 50 ms: then extremes wait for the long run.
+    long : bool
+        Whether one call takes seconds: then only what is refused at once is tried.
     """
 
     name: str
@@ -80,6 +83,7 @@ class Call:
     says: Mapping[str, str] = dataclasses.field(default_factory=dict)
     raises: tuple[type[Exception], ...] = (cl.ConvergenceError,)
     slow: bool = False
+    long: bool = False
 
     @property
     def covers(self) -> str:
@@ -344,6 +348,9 @@ def public() -> dict[str, object]:
             for method, attribute in inspect.getmembers(value):
                 named = method == "__call__" or not method.startswith("_")
                 of_base = getattr(attribute, "__qualname__", "").startswith("Parameters.")
-                if named and not of_base and inspect.isroutine(attribute):
+                routine = inspect.isroutine(attribute) and not isinstance(
+                    attribute, cached_property
+                )
+                if named and routine and not of_base:
                     found[f"{name}.{method}"] = attribute
     return found
