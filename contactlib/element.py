@@ -19,13 +19,16 @@ from contactlib import kernel
 from contactlib.friction import Friction
 from contactlib.hertz import Contact, EllipticContact
 from contactlib.parameters import (
-    FINITE,
+    NOT_NEGATIVE,
     POSITIVE,
     FloatArray,
     Limits,
     Parameters,
     Quantity,
     checked,
+    checked_number,
+    common_shape,
+    derived,
 )
 from contactlib.table import CreepForceTable
 
@@ -56,7 +59,9 @@ def _contact_parameters(
 
 def _scale(name: str, contact: Contact, friction: Friction, slope_reduction: float) -> float:
     parameters = _contact_parameters(contact, friction, slope_reduction)
-    return float(getattr(kernel.contact_scales(parameters, contact.normal_load), name))
+    scales = kernel.contact_scales(parameters, contact.normal_load)
+    limits = POSITIVE if name == "saturation_creepage" else NOT_NEGATIVE
+    return derived(name, lambda: getattr(scales, name), parameters, limits)
 
 
 def saturation_creepage(
@@ -67,8 +72,10 @@ def saturation_creepage(
     For a line contact that is f_d a/R. The slip speed is zero here, as in all of this module's
     scales: friction that falls with it by g makes zeta0 g times as large.
     """
-    checked("slope_reduction", slope_reduction, Limits(above=0.0, at_most=1.0))
-    return _scale("saturation_creepage", contact, friction, slope_reduction)
+    reduction = checked_number(
+        "slope_reduction", slope_reduction, ForceElement.quantities()["slope_reduction"]
+    )
+    return _scale("saturation_creepage", contact, friction, reduction)
 
 
 def k_hat(contact: Contact, friction: Friction) -> float:
@@ -113,12 +120,18 @@ def friction_with_k_hat(
     ValueError
         If a value is out of range, or `k_hat` is above zero and `static` equals `kinetic`.
     """
-    checked("k_hat", k_hat, Limits(at_least=0.0))
+    k_hat = checked_number("k_hat", k_hat, NOT_NEGATIVE)
     of_one_metre = Friction(static=static, kinetic=kinetic, weakening_length=1.0, **others)
     if k_hat > 0.0 and static == kinetic:
         raise ValueError(f"k_hat = {k_hat!r} needs static > kinetic = {kinetic!r}")
     reference = _scale("k_hat", contact, of_one_metre, 1.0)
-    length = (k_hat / reference) ** 2 if k_hat > 0.0 else 0.0  # k_hat grows like its root
+    if k_hat == 0.0:
+        return replace(of_one_metre, weakening_length=0.0)
+    length = derived(  # k_hat grows like its root
+        "weakening_length",
+        lambda: (k_hat / reference) ** 2,
+        {"k_hat": k_hat, "static": static, "kinetic": kinetic},
+    )
     return replace(of_one_metre, weakening_length=length)
 
 
@@ -253,10 +266,11 @@ class ForceElement(Parameters):
     ) -> float:
         """zeta0 at a load above zero [N], a friction scale [1], and no slip speed."""
         load = self.contact.normal_load if normal_load is None else normal_load
-        checked("normal_load", load, POSITIVE)
-        checked("friction_scale", friction_scale, POSITIVE)
-        scales = kernel.contact_scales(self.parameters, load, friction_scale)
-        return float(scales.saturation_creepage)
+        load = checked_number("normal_load", load, POSITIVE)
+        scale = checked_number("friction_scale", friction_scale, POSITIVE)
+        scales = kernel.contact_scales(self.parameters, load, scale)
+        given = {**self.parameters, "normal_load": load, "friction_scale": scale}
+        return derived("saturation_creepage", lambda: scales.saturation_creepage, given)
 
     def evaluate(
         self,
@@ -298,8 +312,7 @@ class ForceElement(Parameters):
         }
         limits = kernel.force_input_limits()
         arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
-        shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
-        inputs = np.zeros(shape, dtype=kernel.force_input_dtype())
+        inputs = np.zeros(common_shape(arrays), dtype=kernel.force_input_dtype())
         for name, array in arrays.items():
             inputs[name] = array
         return self.native.evaluate(inputs)
@@ -331,8 +344,12 @@ class ForceElement(Parameters):
         friction_scale: float = 1.0,
     ) -> NDArray[np.void]:
         """All outputs at creepages [1] and one forward speed [m/s], at least `minimum_speed`."""
-        checked("speed", speed, Limits(at_least=self.minimum_speed))
-        omega = (1.0 + checked("creepage", creepage, FINITE)) * speed / self.radius
+        limits = kernel.force_input_limits()
+        speeds = Limits(at_least=self.minimum_speed, at_most=limits["speed"].at_most)
+        speed = checked_number("speed", speed, speeds)
+        most = limits["omega"].at_most * self.radius / speed  # 1 + creepage at the largest omega
+        creepages = Limits(at_least=-1.0 - most, at_most=most - 1.0)
+        omega = (1.0 + checked("creepage", creepage, creepages)) * speed / self.radius
         return self.evaluate(
             omega=omega, speed=speed, normal_load=normal_load, friction_scale=friction_scale
         )

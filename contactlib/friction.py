@@ -14,9 +14,18 @@ from numpy.typing import ArrayLike
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
-from contactlib.parameters import FINITE, FloatArray, Limits, Parameters, Quantity, checked
+from contactlib.parameters import (
+    FINITE,
+    NOT_NEGATIVE,
+    FloatArray,
+    Limits,
+    Parameters,
+    Quantity,
+    checked,
+    checked_number,
+    shown,
+)
 
-NOT_NEGATIVE = Limits(at_least=0.0)
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 DOUBLINGS = 1e-12 * 2.0 ** np.arange(81)  # slips at which a function is sounded [m]
 DECADES = 18  # over which Eq. (2) is integrated, beyond the slip where half of the drop is done
@@ -154,6 +163,7 @@ class Friction(Parameters):
                 f"Friction.static = {self.static!r} is out of range: "
                 f"must be >= Friction.kinetic = {self.kinetic!r}"
             )
+        self._check_derived("ratio")
 
     @classmethod
     def from_function(
@@ -194,11 +204,11 @@ class Friction(Parameters):
         """
 
         def at(u: float) -> float:
-            return float(checked(f"f({u:g})", f(u), NOT_NEGATIVE))
+            return checked_number(f"f({u:g})", f(u), NOT_NEGATIVE)
 
         static = at(0.0)
         limit = _limit(at, static) if kinetic is None else kinetic
-        checked("kinetic", limit, Limits(above=0.0))
+        limit = checked_number("kinetic", limit, Limits(above=0.0))
         _check_drop("f(0)", static, limit)
         half, reach, length = _weakening_length(at, static, limit)
         return cls(
@@ -250,7 +260,7 @@ class Friction(Parameters):
                 "of one length, at least 2"
             )
         if u[0] != 0.0 or np.any(np.diff(u) <= 0.0):
-            raise ValueError(f"slip = {u.tolist()!r} must begin with 0 and rise")
+            raise ValueError(f"slip = {shown(u.tolist())} must begin with 0 and rise")
         static, kinetic = float(f[0]), float(f[-1])
         _check_drop("coefficient[0]", static, kinetic)
         phi = (f - kinetic) / (static - kinetic)
@@ -286,7 +296,8 @@ class Friction(Parameters):
         u = checked("slip", slip, NOT_NEGATIVE)
         if self.weakening_length == 0.0:
             return np.where(u > 0.0, self.kinetic, self.static)
-        fraction = self.weakening.fraction(u / self.weakening_length)
+        with np.errstate(over="ignore"):  # far beyond the weakening
+            fraction = self.weakening.fraction(u / self.weakening_length)
         return np.asarray(self.kinetic + (self.static - self.kinetic) * fraction)
 
     def slip_rate_factor(self, slip_speed: ArrayLike) -> FloatArray:
@@ -301,7 +312,9 @@ class Friction(Parameters):
         """
         w = np.abs(checked("slip_speed", slip_speed, FINITE))
         residual = self.slip_rate_residual
-        return np.asarray((1.0 - residual) * np.exp(-self.slip_rate_decay * w) + residual)
+        with np.errstate(over="ignore"):
+            share = np.exp(-self.slip_rate_decay * w)
+        return np.asarray((1.0 - residual) * share + residual)
 
 
 def _check_drop(what: str, static: float, kinetic: float) -> None:

@@ -14,7 +14,7 @@ from typing import Annotated
 from scipy.optimize import brentq
 from scipy.special import elliprd
 
-from contactlib.parameters import POSITIVE, Parameters, Quantity, checked
+from contactlib.parameters import POSITIVE, Parameters, Quantity, checked_number, derived
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +40,17 @@ class Material(Parameters):
 
     def contact_modulus_with(self, other: Material) -> float:
         """Composite contact modulus E* of two bodies [Pa], Eq. (4)."""
-        compliance = sum(
-            (1.0 - body.poisson_ratio**2) / body.youngs_modulus for body in (self, other)
-        )
-        return 1.0 / compliance  # Eq. (4)
+        bodies = (self, other)
+        given = {
+            f"{name} of body {i}": getattr(body, name)
+            for i, body in enumerate(bodies, start=1)
+            for name in ("youngs_modulus", "poisson_ratio")
+        }
+
+        def modulus() -> float:  # Eq. (4)
+            return 1.0 / sum((1.0 - b.poisson_ratio**2) / b.youngs_modulus for b in bodies)
+
+        return derived("contact modulus", modulus, given)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +82,10 @@ class LineContact(Parameters):
 
     load_exponent = 0.5
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_derived("normal_load", "semi_width", "peak_pressure")
+
     @classmethod
     def from_semi_width(
         cls, *, semi_width: float, radius: float, contact_modulus: float, normal_load: float
@@ -88,20 +99,21 @@ class LineContact(Parameters):
         >>> round(contact.semi_width, 12), round(contact.normal_load, 6)
         (0.005, 220000.0)
         """
-        arguments = {
+        given = {
             "semi_width": semi_width,
             "radius": radius,
             "contact_modulus": contact_modulus,
             "normal_load": normal_load,
         }
-        for name, value in arguments.items():
-            checked(name, value, POSITIVE)
-        per_length = math.pi * contact_modulus * semi_width**2 / (4.0 * radius)  # Eq. (5) for P
+        a, r, modulus, load = (checked_number(*item, POSITIVE) for item in given.items())
+        per_length = derived(  # Eq. (5) for P
+            "normal_load_per_length", lambda: math.pi * modulus * a**2 / (4.0 * r), given
+        )
         return cls(
             normal_load_per_length=per_length,
-            radius=radius,
-            contact_modulus=contact_modulus,
-            length=normal_load / per_length,
+            radius=r,
+            contact_modulus=modulus,
+            length=derived("length", lambda: load / per_length, given),
         )
 
     @property
@@ -159,6 +171,10 @@ class EllipticContact(Parameters):
 
     load_exponent = 1.0 / 3.0
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_derived("semi_axis_x", "semi_axis_y", "peak_pressure")
+
     @classmethod
     def from_semi_axes(
         cls, *, semi_axis_x: float, semi_axis_y: float, normal_load: float, contact_modulus: float
@@ -173,21 +189,23 @@ class EllipticContact(Parameters):
         >>> round(contact.semi_axis_y, 12), round(contact.peak_pressure / 1e6, 1)
         (0.01261, 640.9)
         """
-        arguments = {
+        given = {
             "semi_axis_x": semi_axis_x,
             "semi_axis_y": semi_axis_y,
             "normal_load": normal_load,
             "contact_modulus": contact_modulus,
         }
-        for name, value in arguments.items():
-            checked(name, value, POSITIVE)
-        stiffness = math.pi * contact_modulus / normal_load
-        xx, yy = semi_axis_x**2, semi_axis_y**2
+        a, b, load, modulus = (checked_number(*item, POSITIVE) for item in given.items())
+
+        def radius(along: float, across: float) -> float:
+            stiffness = math.pi * modulus / load
+            return stiffness / float(elliprd(0.0, across**2, along**2))
+
         return cls(
-            normal_load=normal_load,
-            radius_x=stiffness / float(elliprd(0.0, yy, xx)),
-            radius_y=stiffness / float(elliprd(0.0, xx, yy)),
-            contact_modulus=contact_modulus,
+            normal_load=load,
+            radius_x=derived("radius_x", lambda: radius(a, b), given),
+            radius_y=derived("radius_y", lambda: radius(b, a), given),
+            contact_modulus=modulus,
         )
 
     @cached_property

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from contactlib.files import PACKAGE
 from contactlib.friction import EXPONENTIAL, Weakening
 from contactlib.laws import CarterGriffith, CohesiveZone
+from contactlib.parameters import checked_number
 from contactlib.table import CreepForceTable
 
 Shape = Literal["line", "elliptic"]
@@ -47,6 +48,9 @@ def cohesive_table(
     progress: Callable[[float], object] = _silent,
 ) -> CreepForceTable:
     """Table of the cohesive-zone law for one friction ratio; it takes some tens of seconds."""
+    static_to_kinetic = checked_number(
+        "static_to_kinetic", static_to_kinetic, CohesiveZone.quantities()["static_to_kinetic"]
+    )
     key = (contact, static_to_kinetic, weakening)
     if key not in _cohesive:
         options: dict[str, Any] = {} if weakening is EXPONENTIAL else {"weakening": weakening}

@@ -8,8 +8,9 @@ a model file may use.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from numbers import Real
 from typing import Annotated, Any, ClassVar, get_args, get_origin, get_type_hints
 
@@ -62,6 +63,7 @@ class Quantity(Limits):
 
 FINITE = Limits()
 POSITIVE = Limits(above=0.0)
+NOT_NEGATIVE = Limits(at_least=0.0)
 
 
 def shown(value: object) -> str:
@@ -97,6 +99,43 @@ def checked(name: str, value: ArrayLike, limits: Limits, *, copy: bool = True) -
         bad = array[~limits.allows(array)]
         raise ValueError(f"{name} = {float(bad.flat[0])!r} is out of range: must be {limits}")
     return array
+
+
+def checked_number(name: str, value: ArrayLike, limits: Limits) -> float:
+    """As `checked`, of one number."""
+    number = checked(name, value, limits)
+    if number.ndim:
+        raise ValueError(f"{name} = {shown(value)} is not one number; it must be {limits}")
+    return float(number)
+
+
+def derived(
+    name: str,
+    compute: Callable[[], float],
+    given: Mapping[str, float],
+    limits: Limits = POSITIVE,
+) -> float:
+    """A number that follows from others, or a ValueError that names them.
+
+    Numbers that are each within their limits may lie too far apart for what floats hold.
+    """
+    try:
+        value = float(compute())
+    except (ArithmeticError, ValueError):  # such as a division by zero
+        value = math.nan
+    if not limits.allow(value):
+        causes = ", ".join(f"{key} = {number!r}" for key, number in given.items())
+        raise ValueError(f"{name} = {value!r} is out of range: must be {limits}; given {causes}")
+    return value
+
+
+def common_shape(arrays: Mapping[str, FloatArray]) -> tuple[int, ...]:
+    """Shape to which arrays broadcast, or a ValueError that names them."""
+    try:
+        return np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} has {array.shape}" for name, array in arrays.items())
+        raise ValueError(f"the shapes must broadcast together: {shapes}") from None
 
 
 class Parameters:
@@ -139,6 +178,12 @@ class Parameters:
                 if field.name in quantities
             )
         return cls._declared_fields
+
+    def _check_derived(self, *names: str, limits: Limits = POSITIVE) -> None:
+        """Refuse fields too far apart for what follows from them: properties of these names."""
+        given = {key: getattr(self, key) for key, _, _ in self._declared()}
+        for name in names:
+            derived(f"{type(self).__name__}.{name}", partial(getattr, self, name), given, limits)
 
     def __post_init__(self) -> None:
         for key, limits, optional in self._declared():

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from contactlib import kernel
 from contactlib.element import ForceElement
-from contactlib.parameters import FloatArray, checked
+from contactlib.parameters import FloatArray, checked, common_shape
 
 NEAR, FAR = 40, 14  # slip speeds that are tried up to 10 zeta0, and beyond
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -68,12 +68,15 @@ def available_force(
         "normal_load": element.contact.normal_load if normal_load is None else normal_load,
         "friction_scale": friction_scale,
     }
-    arrays = [checked(name, value, limits[name]) for name, value in given.items()]
+    arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
     other = friction_scale if other_friction_scale is None else other_friction_scale
-    arrays.append(checked("other_friction_scale", other, limits["friction_scale"]))
+    arrays["other_friction_scale"] = checked(
+        "other_friction_scale", other, limits["friction_scale"]
+    )
+    shape = common_shape(arrays)
     if not element.friction.falls_with_slip_speed:
-        arrays[0] = np.ones_like(arrays[0])  # such a contact does not know the speed
-    rows = np.stack(np.broadcast_arrays(*arrays), axis=-1)
+        arrays["speed"] = np.ones(())  # such a contact does not know the speed
+    rows = np.stack([np.broadcast_to(array, shape) for array in arrays.values()], axis=-1)
     cases, place = np.unique(rows.reshape(-1, 4), axis=0, return_inverse=True)
     return np.asarray(_largest(element, cases)[place].reshape(rows.shape[:-1]))
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.parameters import FINITE, FloatArray, checked
+from contactlib.parameters import FINITE, FloatArray, checked, checked_number, shown
 
 
 @dataclass(frozen=True)
@@ -46,21 +46,22 @@ class Profile:
         places = tuple(at.tolist())  # of few places plain numbers are quicker
         falls = any(b < a for a, b in pairwise(places))
         if falls or any(a == b for a, b in zip(places, places[2:], strict=False)):
-            raise ValueError(f"at = {self.at!r} must rise, and repeat a place at most once")
+            raise ValueError(f"at = {shown(self.at)} must rise, and repeat a place at most once")
         object.__setattr__(self, "at", places)
         object.__setattr__(self, "value", tuple(value.tolist()))
 
     @classmethod
     def of(cls, value: float | Profile) -> Profile:
         """`value` itself if it is a profile, else a constant."""
-        return value if isinstance(value, Profile) else cls((0.0,), (float(value),))
+        return value if isinstance(value, Profile) else cls((0.0,), (value,))
 
     def __call__(self, at: ArrayLike) -> FloatArray:
         """Value at any places; at a jump the one from it on."""
-        return np.asarray(np.interp(np.asarray(at, dtype=np.float64), self.at, self.value))
+        return np.asarray(np.interp(checked("at", at, FINITE, copy=False), self.at, self.value))
 
     def on(self, start: float, end: float) -> tuple[float, float]:
         """Values at `start` and `end` as seen between them; no breakpoint may lie between."""
-        middle = 0.5 * (start + end)
+        start = checked_number("start", start, FINITE)
+        middle = 0.5 * start + 0.5 * checked_number("end", end, FINITE)
         at_start, at_middle = float(self(start)), float(self(middle))
         return at_start, 2.0 * at_middle - at_start

@@ -29,7 +29,7 @@ from threadpoolctl import threadpool_limits
 
 from contactlib import kernel
 from contactlib.files import write_whole
-from contactlib.parameters import FINITE, FloatArray, Limits, checked
+from contactlib.parameters import FINITE, FloatArray, Limits, checked, checked_number, common_shape
 
 HEADER, NAME_SIZE = 192, 104
 K_MAX = 2.0
@@ -137,7 +137,7 @@ class CreepForceTable:
         ValueError
             If the finest grid misses the target; the message names the error reached.
         """
-        checked("target", target, Limits(above=0.0))
+        target = checked_number("target", target, Limits(above=0.0))
         sampler = _Sampler(law, options, progress)
         reference = _reference_values(sampler)
         done = 0.5
@@ -239,7 +239,8 @@ class CreepForceTable:
         limits = Limits(at_least=0.0, at_most=self._largest_k_hat)
         k_hat = checked("k_hat", k_hat, limits, copy=False)
         if k_hat.size != 1 or k_hat.ndim > x.ndim:
-            x, k_hat = np.broadcast_arrays(x, k_hat)
+            shape = common_shape({"normalized_creepage": x, "k_hat": k_hat})
+            x, k_hat = np.broadcast_to(x, shape), np.broadcast_to(k_hat, shape)
         return self.native.evaluate(x, k_hat)
 
     def _at_point(self, what: str, x: object, k_hat: object) -> float | None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.kernel import NativeTrack
-from contactlib.parameters import POSITIVE, FloatArray, checked
+from contactlib.parameters import FINITE, POSITIVE, FloatArray, checked, checked_number
 from contactlib.profile import Profile
 
 UNCHANGED = Profile((0.0,), (1.0,))
@@ -65,6 +65,8 @@ class Track:
         ndarray
             Shape (n, 2) or (2,) [1].
         """
+        distance = checked("distance", distance, FINITE, copy=False)
+        time = checked_number("time", time, FINITE)
         left = self.friction_left(distance)
         right = left if self.friction_right is None else self.friction_right(distance)
         return np.asarray(np.stack([left, right], axis=-1) * self.friction_over_time(time))

@@ -20,27 +20,43 @@ SPEEDS = np.array([-20.0, 0.0, 0.05, 1.0, 10.0, 30.0])
 LOADS = np.array([0.0, 1.0, 1e4, 1e5, 2e5, 3e5])
 SCALES = np.array([0.1, 0.3, 0.5, 0.8, 1.0, 1.5])
 SLIPS = np.array([0.0, 1e-7, 1e-6, 3e-6, 1e-5, 1e-3])
+LOADED: dict[str, Any] = {"speed": SPEEDS, "normal_load": LOADS, "friction_scale": SCALES}
 
-STEEL = {"youngs_modulus": 210e9, "poisson_ratio": 0.3}
-LINE = {"normal_load_per_length": 1e6, "radius": 0.5, "contact_modulus": 115.4e9, "length": 0.02}
-SEMI_WIDTH = {"semi_width": 5e-3, "radius": 0.5, "contact_modulus": 115.4e9, "normal_load": 220e3}
-ELLIPSE = {"normal_load": 1e5, "radius_x": 0.5, "radius_y": 0.3, "contact_modulus": 115.4e9}
-SEMI_AXES = {
+STEEL: dict[str, Any] = {"youngs_modulus": 210e9, "poisson_ratio": 0.3}
+LINE: dict[str, Any] = {
+    "normal_load_per_length": 1e6,
+    "radius": 0.5,
+    "contact_modulus": 115.4e9,
+    "length": 0.02,
+}
+SEMI_WIDTH: dict[str, Any] = {
+    "semi_width": 5e-3,
+    "radius": 0.5,
+    "contact_modulus": 115.4e9,
+    "normal_load": 220e3,
+}
+ELLIPSE: dict[str, Any] = {
+    "normal_load": 1e5,
+    "radius_x": 0.5,
+    "radius_y": 0.3,
+    "contact_modulus": 115.4e9,
+}
+SEMI_AXES: dict[str, Any] = {
     "semi_axis_x": 6e-3,
     "semi_axis_y": 9e-3,
     "normal_load": 1e5,
     "contact_modulus": 115.4e9,
 }
-FRICTION = {
+FRICTION: dict[str, Any] = {
     "static": 0.45,
     "kinetic": 0.21,
     "weakening_length": 1e-6,
     "slip_rate_residual": 0.6,
     "slip_rate_decay": 0.1,
 }
-DRY = {"kalker_coefficient": 4.12, "poisson_ratio": 0.25}
-POLACH = {"adhesion_reduction": 1.0, "slip_reduction": 0.4, **DRY}
-FALLING = {"slip_rate_residual": 0.6, "slip_rate_decay": 0.1}
+DRY: dict[str, Any] = {"kalker_coefficient": 4.12, "poisson_ratio": 0.25}
+POLACH: dict[str, Any] = {"adhesion_reduction": 1.0, "slip_reduction": 0.4, **DRY}
+FALLING: dict[str, Any] = {"slip_rate_residual": 0.6, "slip_rate_decay": 0.1}
 
 
 @cache
@@ -70,13 +86,13 @@ def fitted() -> cl.FitResult:
     return cl.fit(cl.CarterGriffith, cl.TractionData(ZETA, MU), k_hat=0.0)
 
 
-def fit_with(low: float, high: float, level: float, **fixed: float) -> cl.FitResult:
+def fit_with(low: float, high: float, level: float, **fixed: Any) -> cl.FitResult:
     ranges = {"kinetic": (low, high)}
     data = cl.TractionData(ZETA, MU, 10.0)
     return cl.fit(cl.CarterGriffith, data, level=level, ranges=ranges, **fixed)
 
 
-def scales(contact: Any, slope_reduction: float = 1.0, **friction: float) -> tuple[float, ...]:
+def scales(contact: Any, slope_reduction: float = 1.0, **friction: Any) -> tuple[float, ...]:
     made = cl.Friction(**friction)
     return (
         cl.k_hat(contact, made),
@@ -99,44 +115,52 @@ def composite_modulus(**material: float) -> float:
     return cl.Material(**material).contact_modulus_with(cl.Material(**STEEL))
 
 
-def of_law(name: str, make: Callable[[], Any], *, slow: bool = False) -> Iterator[Call]:
+def using(
+    function: Callable[[], Callable[..., Any]], **arguments: Any
+) -> Callable[[], tuple[Callable[..., Any], dict[str, Any]]]:
+    """What `Call.make` is, of a function that is made at its use."""
+    return lambda: (function(), arguments)
+
+
+def method(make: Callable[[], Any], name: str) -> Callable[[], Callable[..., Any]]:
+    """Method of an object that is made at its use."""
+    return lambda: getattr(make(), name)  # type: ignore[no-any-return]
+
+
+def over(
+    name: str,
+    function: Callable[[], Callable[..., Any]],
+    rows: dict[str, Any],
+    **options: Any,
+) -> Iterator[Call]:
+    """Calls with one argument a row and the others the fifth number of theirs, for each."""
+    point = {key: float(row[4]) for key, row in rows.items()}
+    for argument, row in rows.items():
+        yield Call(
+            name=f"{name} over {argument}",
+            make=using(function, **point | {argument: row}),
+            arrays=(argument,),
+            **options,
+        )
+
+
+def of_law(name: str, make: Callable[[], Any], **options: Any) -> Iterator[Call]:
     """Calls of a law's values and, if it has them, of its fields in the contact."""
-    kind, _, rest = name.partition(" ")
-    for method in ("traction_ratio", "slope", "evaluate"):
-        if hasattr(make(), method):
-            yield Call(
-                name=f"{kind}.{method} {rest}".strip(),
-                make=lambda method=method: (getattr(make(), method), {"normalized_creepage": X}),
-                arrays=("normalized_creepage",),
-                slow=slow,
-            )
-    fields = [name for name in ("shear_traction", "slip_rate", "slip") if hasattr(make(), name)]
-    for method in fields:
-        at = {"position": 0.3, "normalized_creepage": 0.8, "lateral_position": 0.2}
-        for argument, row in (
-            ("position", XI),
-            ("normalized_creepage", X),
-            ("lateral_position", 0.9 * XI),
-        ):
-            yield Call(
-                name=f"{kind}.{method} {rest} over {argument}".replace("  ", " "),
-                make=lambda method=method, given=at | {argument: row}: (
-                    getattr(make(), method),
-                    given,
-                ),
-                arrays=(argument,),
-                infinite=True,  # at the stick boundary, or where friction has weakened
-                slow=slow,
-            )
-    if fields:
-        for argument, row in (("normalized_creepage", X), ("lateral_position", 0.9 * XI)):
-            given = {"normalized_creepage": 0.8, "lateral_position": 0.2, argument: row}
-            yield Call(
-                name=f"{kind}.stick_boundary {rest} over {argument}".replace("  ", " "),
-                make=lambda given=given: (make().stick_boundary, given),
-                arrays=(argument,),
-                slow=slow,
-            )
+    kind, _, kept = name.partition(" ")
+    values: dict[str, Any] = {"normalized_creepage": X}
+    strips = values | {"lateral_position": 0.9 * XI}
+    places = {"position": XI} | strips
+    for names, rows, more in (
+        (("traction_ratio", "slope", "evaluate"), values, {}),
+        (("stick_boundary",), strips, {}),
+        # infinite at the stick boundary, or where friction has weakened
+        (("shear_traction", "slip_rate", "slip"), places, {"infinite": True}),
+    ):
+        for what in names:
+            if hasattr(make(), what):
+                yield from over(
+                    f"{kind}.{what} {kept}", method(make, what), rows, **more, **options
+                )
 
 
 def of_class(
@@ -155,10 +179,24 @@ def of_class(
     )
 
 
+def of_table(shape: Any) -> Iterator[Call]:
+    """Calls of a table's values."""
+    rows = {"normalized_creepage": X, "k_hat": np.abs(X)}
+    for what in ("traction_ratio", "slope", "evaluate"):
+        make = method(lambda: cl.carter_griffith_table(shape), what)
+        yield from over(f"CreepForceTable.{what} {shape}", make, rows)
+
+
+def of_element(shape: str) -> Iterator[Call]:
+    """Calls of the force element's values."""
+    rows = {"omega": 2.02 * SPEEDS} | LOADED
+    for what in ("force", "evaluate"):
+        make = method(lambda: element(shape), what)
+        yield from over(f"ForceElement.{what} {shape}", make, rows, optional=("normal_load",))
+
+
 CONTACT = ("normal_load", "semi_width", "peak_pressure")
 AXES = ("semi_axis_x", "semi_axis_y", "peak_pressure")
-POINT = {"omega": 10.2, "speed": 5.0, "normal_load": 1e5, "friction_scale": 0.9}
-ROWS = {"omega": 3.0 * SPEEDS, "speed": SPEEDS, "normal_load": LOADS, "friction_scale": SCALES}
 
 CALLS: list[Call] = [
     # ---- laws ----
@@ -212,29 +250,8 @@ CALLS: list[Call] = [
     ),
     *of_law("MeasuredCurve", measured),
     # ---- tables ----
-    *(
-        Call(
-            name=f"CreepForceTable.{method} {argument}",
-            make=lambda method=method, row=row: (
-                getattr(cl.carter_griffith_table("line"), method),
-                {"normalized_creepage": 0.7, "k_hat": 0.3} | row,
-            ),
-            arrays=(argument,),
-        )
-        for method in ("traction_ratio", "slope", "evaluate")
-        for argument, row in (
-            ("normalized_creepage", {"normalized_creepage": X}),
-            ("k_hat", {"k_hat": np.abs(X)}),
-        )
-    ),
-    Call(
-        name="CreepForceTable.evaluate elliptic",
-        make=lambda: (
-            cl.carter_griffith_table("elliptic").evaluate,
-            {"normalized_creepage": X, "k_hat": 0.3},
-        ),
-        arrays=("normalized_creepage",),
-    ),
+    *of_table("line"),
+    *of_table("elliptic"),
     Call(
         name="CreepForceTable",
         make=lambda: (cl.CreepForceTable, {"data": cl.carter_griffith_table("line").data}),
@@ -321,7 +338,7 @@ CALLS: list[Call] = [
             {"level": 0.2},
         ),
         numbers=("level",),
-        says={"level": "f"},
+        says={"level": "f|kinetic"},
     ),
     # ---- the force element ----
     of_class(
@@ -347,20 +364,8 @@ CALLS: list[Call] = [
         {"normal_load": 1e5, "friction_scale": 0.5},
         optional=("normal_load",),
     ),
-    *(
-        Call(
-            name=f"ForceElement.{method} {shape} over {argument}",
-            make=lambda method=method, shape=shape, argument=argument: (
-                getattr(element(shape), method),
-                POINT | {argument: ROWS[argument]},
-            ),
-            arrays=(argument,),
-            optional=("normal_load",),
-        )
-        for shape in ("line", "elliptic")
-        for method in ("force", "evaluate")
-        for argument in POINT
-    ),
+    *of_element("line"),
+    *of_element("elliptic"),
     Call(
         name="ForceElement.at_creepage",
         make=lambda: (
@@ -371,28 +376,11 @@ CALLS: list[Call] = [
         numbers=("speed", "normal_load", "friction_scale"),
         optional=("normal_load",),
     ),
-    *(
-        Call(
-            name=f"available_force {argument}",
-            make=lambda argument=argument: (
-                partial(cl.available_force, element()),
-                {
-                    "speed": 5.0,
-                    "normal_load": 1e5,
-                    "friction_scale": 0.9,
-                    "other_friction_scale": 0.4,
-                }
-                | {argument: row},
-            ),
-            arrays=(argument,),
-            optional=("normal_load", "other_friction_scale"),
-        )
-        for argument, row in (
-            ("speed", SPEEDS),
-            ("normal_load", LOADS),
-            ("friction_scale", SCALES),
-            ("other_friction_scale", SCALES),
-        )
+    *over(
+        "available_force",
+        lambda: partial(cl.available_force, element()),
+        LOADED | {"other_friction_scale": SCALES[::-1].copy()},
+        optional=("normal_load", "other_friction_scale"),
     ),
     # ---- data, fits, profiles, track ----
     Call(

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from contactlib.laws.contact_law import ContactLaw, strips_at
+from contactlib.laws import line
+from contactlib.laws.contact_law import ContactLaw, places_at, strips_at
 from contactlib.laws.line import line_values, solve_split, split_at
 from contactlib.laws.peak import Peak
 from contactlib.laws.strips import SMALLEST_K_HAT, carter_ellipse, griffith_ellipse
-from contactlib.parameters import FINITE, FloatArray, checked
+from contactlib.parameters import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,10 +52,15 @@ class CarterGriffith(ContactLaw):
     2.0
     """
 
+    @property
+    def _k_hat(self) -> float:
+        """`k_hat`, or zero where no digit differs."""
+        return self.k_hat if self.k_hat >= line.SMALLEST_K_HAT else 0.0
+
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope at x >= 0."""
         if self.contact == "line":
-            return line_values(solve_split(x, self.k_hat))
+            return line_values(solve_split(x, self._k_hat))
         if self.k_hat < SMALLEST_K_HAT:
             return carter_ellipse(x)
         ratio, slope = np.zeros(x.size), np.full(x.size, 0.75 * np.pi)
@@ -109,18 +115,17 @@ class CarterGriffith(ContactLaw):
         ndarray
             Zero outside the contact, infinite at the stick boundary if `k_hat` > 0.
         """
-        x, w = strips_at(self.contact, normalized_creepage, lateral_position)
-        xi, x, w = np.broadcast_arrays(checked("position", position, FINITE), x, w)
+        xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
         m, s = self._stick(x, w)
         lead = np.maximum(w - xi, 0.0)
         behind = np.maximum(xi - w * (m - s), 0.0)
         sliding = np.sqrt(lead * np.maximum(w + xi, 0.0))
         stick = (xi >= w * (m - s)) & (lead > 0.0) & (xi >= -w)
         with np.errstate(divide="ignore", invalid="ignore"):
-            intensity = self.k_hat * (4.0 * m * s) ** 0.25  # Eq. (17): 1 - (c/a1)**2 = 4 m s
-            singular = intensity / np.sqrt(2.0 * s) * np.sqrt(lead / behind)
+            intensity = self._k_hat * (4.0 * m * s) ** 0.25  # Eq. (17): 1 - (c/a1)**2 = 4 m s
+            singular = intensity / np.sqrt(2.0 * s) * np.sqrt(lead) / np.sqrt(behind)
         traction = sliding - np.where(stick, np.sqrt(lead * behind), 0.0)
-        if self.k_hat > 0.0:
+        if self._k_hat > 0.0:
             traction = traction + np.where(stick & (s > 0.0), singular, 0.0)
         return np.asarray(np.copysign(1.0, x) * traction)  # Eq. (16)
 
@@ -140,16 +145,15 @@ class CarterGriffith(ContactLaw):
             Zero where the surface sticks and outside the contact, infinite behind the stick
             boundary if `k_hat` > 0; the sign is that of x.
         """
-        x, w = strips_at(self.contact, normalized_creepage, lateral_position)
-        xi, x, w = np.broadcast_arrays(checked("position", position, FINITE), x, w)
+        xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
         m, s = self._stick(x, w)
         lead = np.maximum(w - xi, 0.0)
         behind = np.where(xi >= -w, np.maximum(w * (m - s) - xi, 0.0), 0.0)
         rate = np.sqrt(lead * behind)
-        if self.k_hat > 0.0:
+        if self._k_hat > 0.0:
             with np.errstate(divide="ignore", invalid="ignore"):
-                intensity = self.k_hat * (4.0 * m * s) ** 0.25  # Eq. (17)
-                singular = intensity / np.sqrt(2.0 * s) * np.sqrt(lead / behind)
+                intensity = self._k_hat * (4.0 * m * s) ** 0.25  # Eq. (17)
+                singular = intensity / np.sqrt(2.0 * s) * np.sqrt(lead) / np.sqrt(behind)
             rate = rate + np.where((behind > 0.0) & (s > 0.0), singular, 0.0)
         else:
             # Beyond saturation all slips, and faster than the strain alone.
@@ -160,8 +164,10 @@ class CarterGriffith(ContactLaw):
         """Stick measure m of the strips and its complement; a strip of no width only slips."""
         m, s = np.ones(x.shape), np.zeros(x.shape)
         wide = w > 0.0
-        k_hat = self.k_hat / w[wide] if self.k_hat > 0.0 else 0.0  # Eq. (22)
-        m[wide], s[wide], _ = solve_split(np.abs(x[wide]) / w[wide], k_hat)
+        k_hat = self._k_hat / w[wide] if self._k_hat > 0.0 else 0.0  # Eq. (22)
+        with np.errstate(over="ignore"):  # it slips
+            at = np.abs(x[wide]) / w[wide]
+        m[wide], s[wide], _ = solve_split(at, k_hat)
         return m, s
 
     @cached_property
@@ -171,7 +177,7 @@ class CarterGriffith(ContactLaw):
         On the line it is the root of k_hat (1 + t**4) (3 t**4 - 1) = 4 t**3; on the ellipse the
         slope's change of sign. For ``k_hat=0`` it is the first point of Carter's plateau.
         """
-        k = self.k_hat
+        k = self._k_hat
         if k == 0.0:
             return Peak(1.0, 1.0)
         if self.contact == "elliptic":

@@ -19,12 +19,12 @@ from scipy.optimize import brentq
 from contactlib.friction import EXPONENTIAL, Weakening
 from contactlib.laws import slip_strips
 from contactlib.laws.carter_griffith import CarterGriffith
-from contactlib.laws.contact_law import ContactLaw, strips_at
+from contactlib.laws.contact_law import ContactLaw, places_at, strips_at
 from contactlib.laws.peak import Corner, Peak
 from contactlib.laws.slip_curve import SlipCurve
 from contactlib.laws.slip_profile import Along, along_contact, find_state
 from contactlib.laws.slip_zone import sliding_creepage
-from contactlib.parameters import FINITE, FloatArray, Quantity, checked
+from contactlib.parameters import FloatArray, Quantity
 
 # Below these the Carter-Griffith law is nearer than 1e-12 and 2e-9.
 SMALLEST_K_HAT = {"line": 1e-6, "elliptic": slip_strips.SMALLEST_K_HAT}
@@ -203,8 +203,7 @@ class CohesiveZone(ContactLaw):
                 f"CohesiveZone.k_hat = {self.k_hat!r} is too small to resolve the weakening zone: "
                 f"must be >= {SMALLEST_K_HAT[self.contact]}"
             )
-        x, w = strips_at(self.contact, normalized_creepage, lateral_position)
-        xi, x, w = np.broadcast_arrays(checked("position", position, FINITE), x, w)
+        xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
         found = np.zeros((3, *x.shape))
         for strip in {pair for pair in zip(x.flat, w.flat, strict=True) if all(pair)}:
             here = (x == strip[0]) & (w == strip[1])

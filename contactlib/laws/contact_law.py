@@ -9,7 +9,15 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.parameters import FINITE, FloatArray, Limits, Parameters, Quantity, checked
+from contactlib.parameters import (
+    FINITE,
+    FloatArray,
+    Limits,
+    Parameters,
+    Quantity,
+    checked,
+    common_shape,
+)
 
 LATERAL = Limits(at_least=-1.0, at_most=1.0)
 
@@ -68,5 +76,15 @@ def strips_at(
     x = checked("normalized_creepage", normalized_creepage, FINITE)
     eta = checked("lateral_position", lateral_position, LATERAL)
     w = np.sqrt((1.0 - eta) * (1.0 + eta)) if contact == "elliptic" else np.ones_like(eta)
-    x, w = np.broadcast_arrays(x, w)
-    return x, w
+    shape = common_shape({"normalized_creepage": x, "lateral_position": eta})
+    return np.broadcast_to(x, shape), np.broadcast_to(w, shape)
+
+
+def places_at(
+    contact: str, position: ArrayLike, normalized_creepage: ArrayLike, lateral_position: ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions, and creepages and relative half-widths of their strips, as `strips_at`."""
+    xi = checked("position", position, FINITE)
+    x, w = strips_at(contact, normalized_creepage, lateral_position)
+    shape = common_shape({"position": xi, "normalized_creepage and lateral_position": x})
+    return np.broadcast_to(xi, shape), np.broadcast_to(x, shape), np.broadcast_to(w, shape)

@@ -18,6 +18,9 @@ import numpy as np
 
 from contactlib.parameters import FloatArray
 
+SMALLEST, LARGEST = 1e-100, 1e100  # x below which all is linear, and from which all slips
+SMALLEST_K_HAT = 1e-60  # below it no digit differs from Coulomb friction
+
 
 class Split(NamedTuple):
     """Stick measure m, its complement s = 1 - m, and y = k_hat t, at x = m + y."""
@@ -40,21 +43,21 @@ def split_at(t: FloatArray, k_hat: float | FloatArray) -> Split:
 def solve_split(x: FloatArray, k_hat: float | FloatArray) -> Split:
     """Solve x = m + y for x >= 0: Newton's method in ln(t), kept inside a bracket.
 
-    `k_hat` is zero, or above zero with the shape of `x`.
+    `k_hat` is zero, or at least `SMALLEST_K_HAT` with the shape of `x`.
     """
     if (
         np.ndim(k_hat) == 0 and k_hat == 0.0
     ):  # Carter: stick until x = 1, then y = x - 1 is pure sliding
         m = np.minimum(x, 1.0)
         return Split(m, 1.0 - m, x - m)
+    linear = x < SMALLEST
+    given, x = x, np.clip(x, SMALLEST, LARGEST)
     # x is a sum of m and y, so at the root neither exceeds x and one is at least x/2.
     with np.errstate(divide="ignore"):
         carter = np.where(x < 1.0, x / np.where(x < 1.0, 1.0 - x, 1.0), np.inf) ** 0.25
         half = np.where(x < 2.0, x / np.where(x < 2.0, 2.0 - x, 1.0), np.inf) ** 0.25
         upper = np.log(np.minimum(carter, x / k_hat))
         lower = np.log(np.maximum(np.minimum(half, x / (2.0 * k_hat)), (x - 1.0) / k_hat))
-    zero = x == 0.0
-    lower, upper = np.where(zero, 0.0, lower), np.where(zero, 0.0, upper)
     log_t = 0.5 * (lower + upper)
     for _ in range(200):
         m, s, y = split_at(np.exp(log_t), k_hat)
@@ -68,9 +71,10 @@ def solve_split(x: FloatArray, k_hat: float | FloatArray) -> Split:
         log_t = log_t + step
         # Rounding is reached in ln(t), or in x where x hardly depends on t.
         small = np.abs(step) <= 4e-16 * np.maximum(1.0, np.abs(log_t))
-        if np.all(zero | small | (np.abs(residual) <= 4e-16 * x)):
+        if np.all(linear | small | (np.abs(residual) <= 4e-16 * x)):
             break
-    return split_at(np.where(zero, 0.0, np.exp(log_t)), k_hat)
+    m, s, y = split_at(np.exp(log_t), k_hat)
+    return Split(np.where(linear, 0.0, m), np.where(linear, 1.0, s), np.where(linear, given, y))
 
 
 def line_values(split: Split) -> tuple[FloatArray, FloatArray]:

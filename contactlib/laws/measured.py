@@ -27,7 +27,10 @@ from scipy.optimize import lsq_linear
 
 from contactlib.data import TractionData
 from contactlib.laws.peak import Peak
-from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked
+from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked, checked_number
+
+CELLS = Limits(at_least=2, at_most=128)
+SMOOTHING = Limits(above=0.0, at_most=1e9)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -50,7 +53,8 @@ class MeasuredCurve:
     cells : int
         Number of the spline's cells, from 2 to 128.
     smoothing : float
-        Weight of the curve's bending against its mean square distance from the points [1].
+        Weight of the curve's bending against its mean square distance from the points [1], above
+        zero and at most 1e9.
 
     Attributes
     ----------
@@ -96,22 +100,30 @@ class MeasuredCurve:
         smoothing: float = 1e-7,
     ) -> None:
         data = TractionData(creepage, traction_coefficient)
-        checked("MeasuredCurve.smoothing", smoothing, POSITIVE)
-        checked("MeasuredCurve.cells", cells, Limits(at_least=2, at_most=128))
+        smoothing = checked_number("MeasuredCurve.smoothing", smoothing, SMOOTHING)
+        number = checked_number("MeasuredCurve.cells", cells, CELLS)
+        if number != int(number):
+            raise ValueError(f"MeasuredCurve.cells = {cells!r} must be a whole number")
         zeta = np.abs(data.creepage)
         mu = data.traction_coefficient * np.sign(data.creepage)
         if np.count_nonzero(zeta) < 4:
             raise ValueError("MeasuredCurve needs at least 4 points with a creepage")
         zeta, mu = zeta[zeta > 0.0], mu[zeta > 0.0]  # the curve passes the origin by itself
         scale = _carter_scale(zeta, mu) if saturation_creepage is None else saturation_creepage
-        checked("MeasuredCurve.saturation_creepage", scale, POSITIVE)
-        curve = _smooth(zeta / (zeta + scale), mu, int(cells), smoothing)
+        scale = checked_number("MeasuredCurve.saturation_creepage", scale, POSITIVE)
+        curve = _smooth(zeta / (zeta + scale), mu, int(number), smoothing)
         last = float(zeta.max())
         level = float(curve(last / (last + scale))) if kinetic is None else kinetic
-        checked("MeasuredCurve.kinetic", level, POSITIVE)
-        curve.c /= level
-        object.__setattr__(self, "saturation_creepage", float(scale))
-        object.__setattr__(self, "kinetic", float(level))
+        level = checked_number("MeasuredCurve.kinetic", level, POSITIVE)
+        with np.errstate(over="ignore"):
+            curve.c /= level
+        if not np.isfinite(curve.c).all():
+            raise ValueError(
+                f"MeasuredCurve.kinetic = {level!r} is too small for a traction coefficient of "
+                f"{np.abs(mu).max():g}"
+            )
+        object.__setattr__(self, "saturation_creepage", scale)
+        object.__setattr__(self, "kinetic", level)
         object.__setattr__(self, "_curve", curve)
 
     @classmethod
@@ -158,7 +170,8 @@ class MeasuredCurve:
             If a creepage is not a finite real number.
         """
         x = np.abs(checked("normalized_creepage", normalized_creepage, FINITE))
-        return np.asarray(self._curve(x / (1.0 + x), 1) / (1.0 + x) ** 2)
+        with np.errstate(over="ignore"):
+            return np.asarray(self._curve(x / (1.0 + x), 1) / (1.0 + x) ** 2)
 
     @cached_property
     def peak(self) -> Peak:

@@ -21,6 +21,8 @@ from numpy.typing import ArrayLike
 from contactlib.laws.peak import Peak
 from contactlib.parameters import FINITE, FloatArray, Parameters, Quantity, checked
 
+FAR = 1e150  # kA eps beyond which the area of adhesion adds nothing to any digit
+
 
 @dataclass(frozen=True, kw_only=True)
 class Polach(Parameters):
@@ -101,9 +103,9 @@ class Polach(Parameters):
         """
         x = checked("normalized_creepage", normalized_creepage, FINITE)
         adhesion, slip = self._stiffness
-        return np.asarray(
-            2.0 / math.pi * (adhesion * x / (1.0 + (adhesion * x) ** 2) + np.arctan(slip * x))
-        )
+        with np.errstate(over="ignore"):  # its arctan is that of any large number
+            ax, sx = np.clip(adhesion * x, -FAR, FAR), slip * x
+        return np.asarray(2.0 / math.pi * (ax / (1.0 + ax**2) + np.arctan(sx)))
 
     def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
         """Slope dq/dx at x, for any shape of finite x; even in x.
@@ -115,9 +117,10 @@ class Polach(Parameters):
         """
         x = checked("normalized_creepage", normalized_creepage, FINITE)
         adhesion, slip = self._stiffness
-        square = (adhesion * x) ** 2
-        of_adhesion = adhesion * (1.0 - square) / (1.0 + square) ** 2
-        return np.asarray(2.0 / math.pi * (of_adhesion + slip / (1.0 + (slip * x) ** 2)))
+        with np.errstate(over="ignore"):  # where the slope is zero
+            square = np.clip(adhesion * x, -FAR, FAR) ** 2
+            of_adhesion = (1.0 - square) / (1.0 + square) * _bend(adhesion, x)
+            return np.asarray(2.0 / math.pi * (of_adhesion + _bend(slip, x)))
 
     @property
     def peak(self) -> Peak:
@@ -126,13 +129,17 @@ class Polach(Parameters):
         It then rises throughout if kS/kA >= tan(pi/24) = 0.1317; below that it has a hump at small
         creepage, lower than the limit. If kS > kA it has one maximum, above 1.
         """
-        adhesion, slip = self._stiffness
-        r = slip / adhesion
-        if r <= 1.0:
+        u = self.adhesion_reduction / self.slip_reduction
+        if u >= 1.0:
             return Peak(math.inf, 1.0)
-        # With v = (kA eps)**2, dq/dx = 0 is r (r - 1) v**2 - (r**2 + 2 r - 1) v - (r + 1) = 0.
-        b = r * r + 2.0 * r - 1.0
-        curvature = r * (r - 1.0)
-        v = (b + math.sqrt(b * b + 4.0 * curvature * (r + 1.0))) / (2.0 * curvature)
-        x = math.sqrt(v) / adhesion
-        return Peak(x, float(self.traction_ratio(x)))
+        # With v = (kA eps)**2, dq/dx = 0 is (1 - u) v**2 - (1 + 2 u - u**2) v - (u + u**2) = 0.
+        b = 1.0 + 2.0 * u - u * u
+        v = (b + math.sqrt(b * b + 4.0 * (1.0 - u) * (u + u * u))) / (2.0 * (1.0 - u))
+        adhesion, _ = self._stiffness
+        x = math.sqrt(v) / adhesion if adhesion > 0.0 else math.inf
+        return Peak(x, 2.0 / math.pi * (math.sqrt(v) / (1.0 + v) + math.atan2(math.sqrt(v), u)))
+
+
+def _bend(stiffness: float, x: FloatArray) -> FloatArray:
+    """Derivative of arctan(stiffness x), also where its square is beyond what floats hold."""
+    return np.asarray(1.0 / (1.0 / stiffness + stiffness * x * x))

@@ -66,7 +66,7 @@ def griffith_ellipse(
     """
     m1, s1, _ = middle
     mixed = (m1 > NOTHING) & (s1 > NOTHING)  # else all strips only stick, or only slip
-    ratio = np.where(m1 > NOTHING, 1.0, 0.75 * np.pi * x)
+    ratio = np.where(m1 > NOTHING, 1.0, 0.75 * np.pi * np.minimum(x, 1.0))
     slope = np.where(m1 > NOTHING, 0.0, 0.75 * np.pi)
     m1, s1, y1, x = (v[mixed, np.newaxis] for v in (*middle, x))
     rule = double_exponential(NODES, 3.85, 3.1)  # longer where the square root is: at the middle
