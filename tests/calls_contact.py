@@ -124,7 +124,7 @@ def using(
 
 def method(make: Callable[[], Any], name: str) -> Callable[[], Callable[..., Any]]:
     """Method of an object that is made at its use."""
-    return lambda: getattr(make(), name)  # type: ignore[no-any-return]
+    return lambda: getattr(make(), name)
 
 
 def over(
@@ -159,7 +159,7 @@ def of_law(name: str, make: Callable[[], Any], **options: Any) -> Iterator[Call]
         for what in names:
             if hasattr(make(), what):
                 yield from over(
-                    f"{kind}.{what} {kept}", method(make, what), rows, **more, **options
+                    f"{kind}.{what} {kept}".strip(), method(make, what), rows, **more, **options
                 )
 
 
@@ -224,6 +224,7 @@ CALLS: list[Call] = [
         "CohesiveZone elliptic",
         lambda: cl.CohesiveZone(k_hat=0.3, static_to_kinetic=1.6, contact="elliptic"),
         slow=True,
+        long=True,
     ),
     of_class("Polach", cl.Polach, POLACH, "peak", infinite=True),
     of_class("Polach.dry", cl.Polach.dry, DRY, "peak", infinite=True),

@@ -87,7 +87,7 @@ class CohesiveZone(ContactLaw):
             return self._limit.evaluate(x)
         line = self.contact == "line"
         slope = np.full(x.size, 2.0 if line else 0.75 * np.pi)
-        ratio = slope * x.ravel()  # to nine digits at the smallest creepages
+        ratio = slope * np.minimum(x.ravel(), 1.0)  # to nine digits at the smallest creepages
         rolling = np.flatnonzero(x > SMALLEST_X)
         at = np.minimum(x.flat[rolling], LARGEST_X)  # where q is 1 to the last digit
         if line:
@@ -145,7 +145,9 @@ class CohesiveZone(ContactLaw):
             return self._limit.stick_boundary(normalized_creepage, lateral_position)
         x, w = strips_at(self.contact, normalized_creepage, lateral_position)
         if self.contact == "line":
-            stick = self._curve.at(np.abs(x).ravel()).stick_length.reshape(x.shape)
+            at = np.clip(np.abs(x).ravel(), SMALLEST_X, LARGEST_X)
+            stick = self._curve.at(at).stick_length.reshape(x.shape)
+            stick = np.where(np.abs(x) <= SMALLEST_X, 2.0, stick)  # to twelve digits
         else:
             stick = np.array([self._state(*pair)[0] for pair in zip(x.flat, w.flat, strict=True)])
         return np.asarray(w * (1.0 - stick.reshape(x.shape)))
@@ -185,10 +187,10 @@ class CohesiveZone(ContactLaw):
 
     def _state(self, x: float, w: float) -> tuple[float, float]:
         """Stick length and edge slip of the strip of relative half-width w, in its own units."""
-        if x == 0.0 or w == 0.0:
+        if abs(x) <= SMALLEST_X or w == 0.0:
             return (2.0, 0.0) if w > 0.0 else (0.0, 0.0)
         return find_state(
-            abs(x) / w,
+            min(abs(x), LARGEST_X) / w,
             k_hat=self.k_hat / w,
             static_to_kinetic=self.static_to_kinetic,
             weakening=self.weakening,
@@ -205,7 +207,9 @@ class CohesiveZone(ContactLaw):
             )
         xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
         found = np.zeros((3, *x.shape))
-        for strip in {pair for pair in zip(x.flat, w.flat, strict=True) if all(pair)}:
+        xi = np.clip(xi, -2.0, 2.0)  # where nothing is
+        strips = set(zip(x.flat, w.flat, strict=True))
+        for strip in (pair for pair in strips if abs(pair[0]) > SMALLEST_X and pair[1] > 0.0):
             here = (x == strip[0]) & (w == strip[1])
             found[:, here] = along_contact(
                 xi[here] / strip[1],
