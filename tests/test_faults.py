@@ -41,7 +41,8 @@ Found = dict[str, dict[str, dict[str, Any]]]
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> Found:
     """What came of all faults with all outputs, by fault and file; see faults.py."""
-    command = [sys.executable, HERE / "faults.py", tmp_path_factory.mktemp("faults")]
+    folder = tmp_path_factory.mktemp("faults")
+    command = [sys.executable, str(HERE / "faults.py"), str(folder)]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "agg"}
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
@@ -238,7 +239,7 @@ def test_sweeps_that_start_at_once_on_one_folder_give_one_result(tmp_path: Path)
     path = write_sweep(tmp_path)
     cl.ensemble(path, output=tmp_path / "known")
     folder = tmp_path / "out"
-    command = [sys.executable, "-c", SWEEPS, path, folder]
+    command = [sys.executable, "-c", SWEEPS, str(path), str(folder)]
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     running = [subprocess.Popen(command, **pipes) for _ in range(3)]
     for process in running:
