@@ -7,9 +7,9 @@
 
 typedef struct {
     component core;
-    char *name;
     fmi2CallbackLogger logger;
     fmi2ComponentEnvironment environment;
+    char name[];
 } instance;
 
 /* The logger takes a printf format, but not every tool formats it: the text is whole, with percent
@@ -56,23 +56,26 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
                               fmi2String resource_location, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean logging) {
     (void)visible;
-    instance *self = calloc(1, sizeof *self);
-    if (self == NULL) return NULL;
     const char *given = name != NULL ? name : "";
+    fmi2CallbackLogger logger = functions != NULL ? functions->logger : NULL;
+    instance *self = calloc(1, sizeof *self + strlen(given) + 1);
+    if (self == NULL) {
+        if (logger != NULL)
+            logger(functions->componentEnvironment, given, fmi2Error,
+                   CATEGORIES[RESULT_ERROR - RESULT_WARNING], "out of memory");
+        return NULL;
+    }
+    strcpy(self->name, given);
     self->core.shell = self;
-    if (functions != NULL && functions->logger != NULL) {
-        self->logger = functions->logger;
+    if (logger != NULL) {
+        self->logger = logger;
         self->environment = functions->componentEnvironment;
         self->core.logger = log_message;
     }
     component_set_logging(&self->core, logging != fmi2False, 0, NULL);
-    self->name = malloc(strlen(given) + 1);
-    if (self->name != NULL) {
-        strcpy(self->name, given);
-        if (component_open(&self->core, type == fmi2ModelExchange, guid, resource_location) ==
-            RESULT_OK)
-            return self;
-    }
+    if (component_open(&self->core, type == fmi2ModelExchange, guid, resource_location) ==
+        RESULT_OK)
+        return self;
     fmi2FreeInstance(self);
     return NULL;
 }
@@ -81,7 +84,6 @@ void fmi2FreeInstance(fmi2Component c) {
     instance *self = c;
     if (self == NULL) return;
     component_close(&self->core);
-    free(self->name);
     free(self);
 }
 

@@ -44,7 +44,12 @@ static fmi3Instance instantiate(int model_exchange, fmi3String token, fmi3String
                                 fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                 fmi3LogMessageCallback logger) {
     instance *self = calloc(1, sizeof *self);
-    if (self == NULL) return NULL;
+    if (self == NULL) {
+        if (logger != NULL)
+            logger(environment, fmi3Error, CATEGORIES[RESULT_ERROR - RESULT_WARNING],
+                   "out of memory");
+        return NULL;
+    }
     self->core.shell = self;
     self->environment = environment;
     self->logger = logger;

@@ -1,13 +1,17 @@
 /* Run under the address and undefined-behaviour sanitizers: the kernel over its whole range, and
  * the FMI shell through orderly, disorderly and broken lives.
  *
- * Arguments: the FMU's resources folder as a URI, the token, and for FMUs of any kind that kind. */
+ *     test_native POINTS RESOURCES TOKEN [KIND]
+ *
+ * POINTS says at how many each law is asked; RESOURCES is a URI. With the kind of the FMU, which may
+ * be any, there are only disorderly lives. */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "checks.h"
 #include "component.h"
 #include "drivetrain.h"
 #include "fmi2Functions.h"
@@ -16,15 +20,8 @@
 #include "wheelset_step.h"
 #include "wide.h"
 
-static int failures, logged;
-
-#define CHECK(condition)                                           \
-    do {                                                           \
-        if (!(condition)) {                                        \
-            printf("%s:%d: %s\n", __FILE__, __LINE__, #condition); \
-            failures++;                                            \
-        }                                                          \
-    } while (0)
+static int points; /* at which each law is asked */
+static int logged;
 
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                         fmi2String category, fmi2String message, ...) {
@@ -33,24 +30,11 @@ static void log_message(fmi2ComponentEnvironment environment, fmi2String name, f
     logged++;
 }
 
-static uint64_t random_state = 88172645463325252u;
-
-static double random_unit(void) {
-    random_state ^= random_state << 13;
-    random_state ^= random_state >> 7;
-    random_state ^= random_state << 17;
-    return (double)(random_state >> 11) / 9007199254740992.0;
-}
-
-static double random_exponent(double low, double high) {
-    return pow(10.0, low + (high - low) * random_unit());
-}
-
 /* Every finite creepage and every k_hat: finite, odd, bounded by the law's own maximum. */
 static void test_table(const creep_table *table) {
     static const double edges[] = {
         0.0, 4.9406564584124654e-324, DBL_MIN, 1.0 - 1e-16, 1.0, 1.0 + 3e-16, 1e300, DBL_MAX};
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < points; i++) {
         double x = random_exponent(-320.0, 308.0), k = random_exponent(-320.0, 0.30);
         if (i % 16 == 0) x = edges[(i / 16) % 8];
         if (i % 7 == 0) k = i % 14 == 0 ? 0.0 : table->k_max;
@@ -67,7 +51,7 @@ static void test_table(const creep_table *table) {
 }
 
 static void test_force(const creep_table *table, const force_element_parameters *parameters) {
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < points; i++) {
         force_element_input in = {(random_unit() - 0.5) * random_exponent(-12.0, 9.0),
                                   (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
                                   i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
@@ -142,7 +126,7 @@ static drivetrain_member member_of(const creep_table *table, const some_drivetra
 }
 
 static void test_drivetrains(const creep_table *table, const force_element_parameters *parameters) {
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < 60; i++) {
         some_drivetrain d = random_drivetrain(i, parameters), before = d;
         drivetrain_member member = member_of(table, &d, NULL);
         drivetrain_output out;
@@ -159,50 +143,110 @@ static void test_drivetrains(const creep_table *table, const force_element_param
     }
 }
 
+/* What is done to many, by name of the vectors. */
+typedef struct {
+    void (*advance)(const drivetrain_member *, size_t, drivetrain_input *, drivetrain_state *,
+                    double, double, double, double *, unsigned char *);
+    void (*evaluate)(const drivetrain_member *, size_t, size_t, const drivetrain_input *,
+                     const drivetrain_state *, drivetrain_output *);
+    void (*ratios)(const creep_table *, size_t, const double *, const double *, size_t, double *,
+                   double *);
+    void (*forces)(const creep_table *, const force_element_parameters *, size_t,
+                   const force_element_input *, force_element_output *);
+} many_functions;
+
+#define MANY_FUNCTIONS(suffix)                                            \
+    {drivetrain_advance_many##suffix, drivetrain_evaluate_many##suffix,   \
+     creep_table_evaluate_many##suffix, force_element_evaluate_many##suffix}
+
+/* Those that this processor has; the first are those that it chooses for itself. */
+static size_t widths(many_functions found[4]) {
+    static const many_functions known[] = {MANY_FUNCTIONS(), MANY_FUNCTIONS(_portable),
+                                           MANY_FUNCTIONS(_avx2), MANY_FUNCTIONS(_avx512)};
+    size_t n = 2;
+#ifdef __x86_64__
+    if (__builtin_cpu_supports("avx2")) n = 3;
+    if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) n = 4;
+#endif
+    memcpy(found, known, n * sizeof *known);
+    return n;
+}
+
+enum { MANY = 40, OF_ONE_KIND = 24, NOT_A_NUMBER = 20 };
+
+static void test_trains_of_width(const many_functions *with, const drivetrain_member *members,
+                                 const some_drivetrain *given, drivetrain_state *state,
+                                 double *tried, unsigned char *failed, drivetrain_output *out) {
+    drivetrain_input in[MANY];
+    memset(tried, 0, MANY * sizeof *tried);
+    memset(failed, 0, MANY);
+    for (int i = 0; i < MANY; i++) {
+        in[i] = given[i].in;
+        state[i] = given[i].state;
+    }
+    with->advance(members, MANY, in, state, 0.0, 0.01, 1e-3, tried, failed);
+    for (int i = 0; i < MANY; i++) CHECK(failed[i] == (i == NOT_A_NUMBER));
+    with->evaluate(members, MANY, 1, in, state, out);
+}
+
+static void test_points_of_width(const many_functions *with, const creep_table *table,
+                                 const force_element_parameters *parameters) {
+    double x[MANY], k[MANY], ratio[MANY], slope[MANY];
+    force_element_input in[MANY];
+    force_element_output out[MANY];
+    for (int i = 0; i < MANY; i++) {
+        x[i] = (random_unit() - 0.5) * random_exponent(-12.0, 3.0);
+        k[i] = random_unit() * fmin(table->k_max, 2.0);
+        in[i] = (force_element_input){20.0, 10.0 * random_unit(), i % 7 ? 1e5 * random_unit() : 0.0,
+                                      random_unit() + 0.1, 1e-3 * random_unit()};
+    }
+    with->ratios(table, MANY, x, k, 1, ratio, slope);
+    with->forces(table, parameters, MANY, in, out);
+    for (int i = 0; i < MANY; i++) {
+        creep_value one;
+        force_element_output force;
+        creep_table_evaluate(table, x[i], k[i], &one);
+        CHECK(one.traction_ratio == ratio[i] && one.slope == slope[i]);
+        force_element_evaluate(table, parameters, &in[i], &force);
+        CHECK(fabs(force.creep_force - out[i].creep_force) <= 1e-12 * fabs(force.creep_force));
+        CHECK((force.falling_branch > 0.0) == (out[i].falling_branch > 0.0));
+    }
+}
+
 /* Vectors of any width, many together or one by one: the same bits. */
 static void test_widths(const creep_table *table, const force_element_parameters *parameters) {
-    enum { MANY = 75 };
     static const double at[] = {-0.01, 0.0, 0.001, 0.02, 0.02}, value[] = {1.0, 0.9, 0.7, 0.3, 1.1};
     const track rails = {{5, at, value}, {4, at + 1, value + 1}, {1, at, value}};
     some_drivetrain d[MANY];
     drivetrain_member members[MANY];
-    drivetrain_input in[2][MANY];
-    drivetrain_state state[3][MANY];
+    drivetrain_state state[2][MANY];
     drivetrain_output out[2][MANY];
-    double tried[3][MANY] = {{0.0}}, x[MANY], k[MANY], ratio[2][MANY], slope[2][MANY];
-    unsigned char failed[3][MANY] = {{0}};
+    double tried[2][MANY];
+    unsigned char failed[2][MANY];
+    many_functions known[4];
+    size_t count = widths(known);
     for (int i = 0; i < MANY; i++) {
-        d[i] = random_drivetrain(i < 40 ? 1 : i, parameters); /* many of one kind, then all kinds */
-        if (i == 20) d[i].in.commanded_torque = NAN;
+        d[i] = random_drivetrain(i < OF_ONE_KIND ? 1 : i, parameters);
+        if (i == NOT_A_NUMBER) d[i].in.commanded_torque = NAN;
         members[i] = member_of(table, &d[i], i % 4 ? &rails : NULL);
-        in[0][i] = in[1][i] = d[i].in;
-        state[0][i] = state[1][i] = state[2][i] = d[i].state;
-        x[i] = (random_unit() - 0.5) * random_exponent(-12.0, 3.0);
-        k[i] = random_unit() * fmin(table->k_max, 2.0);
     }
-    drivetrain_advance_many(members, MANY, in[0], state[0], 0.0, 0.01, 1e-5, tried[0], failed[0]);
-    drivetrain_advance_many_portable(members, MANY, in[1], state[1], 0.0, 0.01, 1e-5, tried[1],
-                                     failed[1]);
-    for (int i = 0; i < MANY; i++)
-        drivetrain_advance_many(&members[i], 1, &d[i].in, &state[2][i], 0.0, 0.01, 1e-5,
-                                &tried[2][i], &failed[2][i]);
-    for (int i = 1; i < 3; i++) {
-        CHECK(memcmp(state[0], state[i], sizeof state[0]) == 0);
-        CHECK(memcmp(tried[0], tried[i], sizeof tried[0]) == 0);
-        CHECK(memcmp(failed[0], failed[i], sizeof failed[0]) == 0);
+    for (size_t w = 0; w < count; w++) {
+        size_t k = w > 0;
+        test_trains_of_width(&known[w], members, d, state[k], tried[k], failed[k], out[k]);
+        test_points_of_width(&known[w], table, parameters);
+        if (w == 0) continue;
+        CHECK(memcmp(state[0], state[1], sizeof state[0]) == 0);
+        CHECK(memcmp(tried[0], tried[1], sizeof tried[0]) == 0);
+        /* The next one is not a number. */
+        CHECK(memcmp(out[0], out[1], NOT_A_NUMBER * sizeof out[0][0]) == 0);
     }
-    for (int i = 0; i < MANY; i++) CHECK(failed[0][i] == (i == 20));
-    drivetrain_evaluate_many(members, MANY, 1, in[0], state[0], out[0]);
-    drivetrain_evaluate_many_portable(members, MANY, 1, in[1], state[1], out[1]);
-    CHECK(memcmp(out[0], out[1], 20 * sizeof out[0][0]) == 0); /* the next one is not a number */
-    creep_table_evaluate_many(table, MANY, x, k, 1, ratio[0], slope[0]);
-    creep_table_evaluate_many_portable(table, MANY, x, k, 1, ratio[1], slope[1]);
-    CHECK(memcmp(ratio[0], ratio[1], sizeof ratio[0]) == 0);
-    CHECK(memcmp(slope[0], slope[1], sizeof slope[0]) == 0);
-    for (int i = 0; i < MANY; i++) {
-        creep_value one;
-        creep_table_evaluate(table, x[i], k[i], &one);
-        CHECK(one.traction_ratio == ratio[0][i] && one.slope == slope[0][i]);
+    for (int i = 0; i < MANY; i += 5) {
+        double substep = 0.0;
+        unsigned char fails = 0;
+        drivetrain_advance_many(&members[i], 1, &d[i].in, &d[i].state, 0.0, 0.01, 1e-3, &substep,
+                                &fails);
+        CHECK(memcmp(&d[i].state, &state[0][i], sizeof d[i].state) == 0);
+        CHECK(substep == tried[0][i] && fails == failed[0][i]);
     }
 }
 
@@ -460,7 +504,7 @@ static void test_broken_tables(const unsigned char *good, size_t size) {
     double *aligned = malloc(size + 8);
     unsigned char *copy = (unsigned char *)aligned;
     creep_table table;
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < points / 10; i++) {
         size_t cut = (size_t)(random_unit() * (double)(size + 1));
         memcpy(copy, good, size);
         if (i % 2 == 0) {
@@ -478,14 +522,15 @@ int main(int count, char **arguments) {
     void *bytes;
     size_t size;
     creep_table table;
-    if (count == 4) { /* a kind of model beside: its FMU's calls only */
-        test_disorder(arguments[1], arguments[2], model_of(arguments[3]));
-        printf("%d failures\n", failures);
-        return failures != 0;
+    if (count != 4 && count != 5) return 2;
+    const char *location = arguments[2], *token = arguments[3];
+    points = atoi(arguments[1]);
+    if (count == 5) {
+        test_disorder(location, token, model_of(arguments[4]));
+        return verdict();
     }
-    if (count != 3) return 2;
     const char *error =
-        resource_read(arguments[1], "creep_table.bin", &bytes, &size, message, sizeof message);
+        resource_read(location, "creep_table.bin", &bytes, &size, message, sizeof message);
     if (error == NULL) error = creep_table_open(&table, bytes, size);
     if (error != NULL) {
         printf("%s\n", error);
@@ -505,10 +550,9 @@ int main(int count, char **arguments) {
     test_steps(&table, &parameters);
     test_drivetrains(&table, &parameters);
     test_widths(&table, &parameters);
-    test_lives(arguments[1], arguments[2]);
-    test_lives3(arguments[1], arguments[2], !table.one_axis); /* Polach's law does not fall */
+    test_lives(location, token);
+    test_lives3(location, token, !table.one_axis); /* Polach's law does not fall */
     if (size < 10000) test_broken_tables(bytes, size);        /* each try sums all of the bytes */
     free(bytes);
-    printf("%d failures\n", failures);
-    return failures != 0;
+    return verdict();
 }

@@ -1,0 +1,153 @@
+/* Run under the thread sanitizer: instances of both versions of FMI made, run and freed, and many
+ * drivetrains stepped under one table, by several threads at once. What each gets is what one thread
+ * alone gets, to the last bit.
+ *
+ *     test_threads THREADS REPETITIONS RESOURCES TOKEN
+ *
+ * RESOURCES is a URI, that of a wheelset. */
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "checks.h"
+#include "component.h"
+#include "drivetrain.h"
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
+
+enum { MOST_THREADS = 16, STEPS = 40, TRAINS = 20 };
+
+/* All that a thread finds out. */
+typedef struct {
+    double speed2[STEPS], speed3[STEPS], ratio[TRAINS], slope[TRAINS];
+    drivetrain_state trains[TRAINS];
+    int faults, said;
+} findings;
+
+static const char *resources, *token;
+static unsigned torque, speed; /* value references */
+static creep_table table;      /* shared, and not changed */
+static force_element_parameters contact;
+
+/* A message of its instance, counted where the thread alone looks. */
+static void log2_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                         fmi2String category, fmi2String message, ...) {
+    (void)name, (void)status, (void)category, (void)message;
+    ++*(int *)environment;
+}
+
+static void log3_message(fmi3InstanceEnvironment environment, fmi3Status status,
+                         fmi3String category, fmi3String message) {
+    (void)status, (void)category, (void)message;
+    ++*(int *)environment;
+}
+
+static double torque_at(int step) { return 2.4e4 + 1e3 * (step % 7); }
+
+static void run2(findings *found) {
+    fmi2CallbackFunctions callbacks = {log2_message, NULL, NULL, NULL, &found->said};
+    found->faults += fmi2Instantiate("x", fmi2CoSimulation, "?", resources, &callbacks, 0, 1) != NULL;
+    fmi2Component c = fmi2Instantiate("x", fmi2CoSimulation, token, resources, &callbacks, 0, 1);
+    if (c == NULL) {
+        found->faults++;
+        return;
+    }
+    found->faults += fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) != fmi2OK;
+    found->faults += fmi2EnterInitializationMode(c) != fmi2OK;
+    found->faults += fmi2ExitInitializationMode(c) != fmi2OK;
+    for (int i = 0; i < STEPS; i++) {
+        double value = torque_at(i);
+        found->faults += fmi2SetReal(c, &torque, 1, &value) != fmi2OK;
+        found->faults += fmi2DoStep(c, 1e-2 * i, 1e-2, 1) != fmi2OK;
+        found->faults += fmi2GetReal(c, &speed, 1, &found->speed2[i]) != fmi2OK;
+    }
+    fmi2FreeInstance(c);
+}
+
+static void run3(findings *found) {
+    fmi3Boolean event, terminate, early;
+    double last;
+    fmi3Instance c = fmi3InstantiateCoSimulation("x", token, resources, 0, 1, 0, 0, NULL, 0,
+                                                 &found->said, log3_message, NULL);
+    if (c == NULL) {
+        found->faults++;
+        return;
+    }
+    found->faults += fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) != fmi3OK;
+    found->faults += fmi3ExitInitializationMode(c) != fmi3OK;
+    found->faults += fmi3DoStep(c, 1.0, 1e-2, 1, &event, &terminate, &early, &last) != fmi3Error;
+    for (int i = 0; i < STEPS; i++) {
+        double value = torque_at(i);
+        fmi3FMUState saved = NULL;
+        found->faults += fmi3SetFloat64(c, &torque, 1, &value, 1) != fmi3OK;
+        found->faults += fmi3DoStep(c, 1e-2 * i, 1e-2, 1, &event, &terminate, &early, &last) != fmi3OK;
+        found->faults += fmi3GetFloat64(c, &speed, 1, &found->speed3[i], 1) != fmi3OK;
+        found->faults += fmi3GetFMUState(c, &saved) != fmi3OK;
+        found->faults += fmi3FreeFMUState(c, &saved) != fmi3OK;
+    }
+    fmi3FreeInstance(c);
+}
+
+static void run_many(findings *found) {
+    static const drivetrain_parameters train = {
+        .body = {0.5, 250.0, 1e-5, 50.0, 1800.0, 66.0, 3.1, 0.0, 0.1},
+        .axle_stiffness = 6e6,
+        .axle_damping = 1e3,
+        .drive_share = 0.6,
+        .motor_lag = 0.01};
+    drivetrain_member members[TRAINS];
+    drivetrain_input in[TRAINS];
+    double tried[TRAINS] = {0.0}, x[TRAINS], k[TRAINS];
+    unsigned char failed[TRAINS] = {0};
+    for (int i = 0; i < TRAINS; i++) {
+        members[i] = (drivetrain_member){&table, &contact, &train, NULL, {0.0, 0.0, 0.0}};
+        force_element_scales(&contact, contact.nominal_load, 1.0, &members[i].scales);
+        in[i] = (drivetrain_input){2e4 + 500.0 * i, 0.0, 0.0, 1.1e5, 1e5, 1.0, 0.9};
+        found->trains[i] = (drivetrain_state){.speed = 10.0, .omega_left = 20.0, .omega_right = 20.0};
+        x[i] = 0.1 * i;
+        k[i] = 0.3;
+    }
+    drivetrain_advance_many(members, TRAINS, in, found->trains, 0.0, 0.02, 1e-4, tried, failed);
+    for (int i = 0; i < TRAINS; i++) found->faults += failed[i];
+    creep_table_evaluate_many(&table, TRAINS, x, k, 1, found->ratio, found->slope);
+}
+
+static int repetitions;
+
+static void *run_all(void *argument) {
+    findings *found = argument;
+    for (int i = 0; i < repetitions; i++) {
+        run_many(found);
+        run2(found);
+        run3(found);
+    }
+    return NULL;
+}
+
+int main(int count, char **arguments) {
+    static findings found[MOST_THREADS + 1];
+    pthread_t threads[MOST_THREADS];
+    if (count != 5) return 2;
+    int n = atoi(arguments[1]);
+    repetitions = atoi(arguments[2]);
+    resources = arguments[3];
+    token = arguments[4];
+    const model *m = model_of("wheelset");
+    for (unsigned i = 0; i < m->count; i++) {
+        if (strcmp(m->variables[i].name, "drive_torque") == 0) torque = i;
+        if (strcmp(m->variables[i].name, "speed") == 0) speed = i;
+    }
+    if (n < 1 || n > MOST_THREADS) return 2;
+    table = (creep_table){.k_max = 2.0}; /* that of the line contact */
+    contact = (force_element_parameters){0.5,   0.45, 0.21, 1.3e-6, 1.0, 5e-3, 5.77e8, 1.154e11,
+                                         2.2e5, 0.5,  0.1,  1.0,    0.0, 0.0};
+    /* The threads first: nothing may be made ready for them by the one that runs alone. */
+    for (int i = 0; i < n; i++) CHECK(pthread_create(&threads[i], NULL, run_all, &found[i]) == 0);
+    for (int i = 0; i < n; i++) CHECK(pthread_join(threads[i], NULL) == 0);
+    run_all(&found[n]);
+    CHECK(found[n].faults == 0 && found[n].said == 2 * repetitions);
+    CHECK(found[n].speed2[STEPS - 1] != 0.0);
+    CHECK(memcmp(found[n].speed2, found[n].speed3, sizeof found[n].speed2) == 0);
+    for (int i = 0; i < n; i++) CHECK(memcmp(&found[i], &found[n], sizeof found[i]) == 0);
+    return verdict();
+}
