@@ -477,11 +477,12 @@ def test_a_message_is_one_line_without_orders(tmp_path: Path) -> None:
 def test_a_problem_of_an_fmu_is_one_line_without_orders(tmp_path: Path) -> None:
     path = tmp_path / "sent.fmu"
     with zipfile.ZipFile(path, "w") as made:
-        made.writestr("a\u009b2J\n\x1b[2J", b"")
+        made.writestr("C:\u009b2J\n\x1b[2J", b"")
     result = CliRunner().invoke(main, ["check", str(path)], color=True)
     assert result.exit_code == 1
     assert not re.search("[\x1b\x9b]", result.output)
-    assert result.stdout.count("\n") == len(result.stdout.splitlines()) == 2
+    assert r"C:\x9b2J\n\x1b[2J: the path must be relative" in result.stdout
+    assert result.stdout.count("\n") == len(result.stdout.splitlines()) == 3
 
 
 @pytest.mark.parametrize("terminal", ["0", "1"])
