@@ -624,7 +624,7 @@ def test_such_code_would_be_found(code: str) -> None:
 
 def test_a_model_s_text_ends_no_element_of_the_page(tmp_path: Path) -> None:
     model, path = tmp_path / "model.toml", tmp_path / "page.html"
-    model.write_text(RIG.replace('name = "', f'name = {toml_text(MARKUP)} # "\u2028<!--', 1))
+    model.write_text(f"# {MARKUP} \u2028 <!-- <script>\n{RIG}", encoding="utf-8")
     cl.write_explorer(path, model)
     before, after = (elements(p.read_text(encoding="utf-8")) for p in (PAGE, path))
     assert [tag for tag, _ in before.found] == [tag for tag, _ in after.found]
