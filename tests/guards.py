@@ -138,8 +138,8 @@ GUARDS = [
     Guard(
         "the old comparison",
         "contactlib/report.py",
-        "            if len(runs) == 1:",
-        "            if len(runs) > 0:",
+        "        if len(runs) == 1:",
+        "        if len(runs) > 0:",
         f"{FAULTS} -k comparison",
     ),
     Guard(
@@ -228,9 +228,9 @@ GUARDS = [
     ),
     Guard(
         "one line",
-        "contactlib/cli.py",
-        "{' '.join(str(error).splitlines())}",
-        "{error}",
+        "contactlib/terminal.py",
+        'harmless(text).replace("\\n", r"\n")',
+        "harmless(text)",
         f"{AROUND} -k one_line",
     ),
     Guard(
