@@ -113,9 +113,8 @@ def test_odd_bounded_and_dissipative(
     assert float(element.force(omega=-omega, speed=-speed, **loaded)) == -force
     assert force * (omega * element.radius - speed) >= 0.0
     bound = element.friction.static * scale * loaded["normal_load"]
+    # The kernel cuts Q/(f_d P) at f_s/f_d, whose product with f_d is f_s but for rounding.
     assert abs(force) <= bound * (1.0 + 4.0 * np.finfo(float).eps)
-    whole = float(element.force(omega=omega, speed=speed))  # of the nominal load: exactly
-    assert abs(whole) <= element.friction.static * wheel.contact.normal_load
 
 
 @some
@@ -165,14 +164,20 @@ def test_small_k_hat_is_coulomb_friction(shape: Any, x: float, k: float) -> None
 
 
 @some
-@given(shape=st.sampled_from(["line", "elliptic"]), x=creepages, k_hat=number(0.0, 2.0))
+@given(
+    shape=st.sampled_from(["line", "elliptic"]),
+    x=st.one_of(st.just(1.0), creepages),
+    k_hat=st.one_of(st.just(0.0), magnitude(1e-300, 2.0), number(1e-12, 2.0)),
+)
 def test_tables_hold_their_certificate(shape: Any, x: float, k_hat: float) -> None:
     table = cl.carter_griffith_table(shape)
     ratio, slope = cl.CarterGriffith(k_hat=k_hat, contact=shape).evaluate(x)
     found, found_slope = table.evaluate(x, k_hat)
-    # The certificate is of some 30 000 points, of which none need be the worst.
-    assert abs(found - ratio) <= 2.0 * table.max_error + 1e-15
-    assert abs(found_slope - slope) <= 2.0 * table.max_slope_error + 1e-14
+    # The certificate is of some 30 000 points, of which none need be the worst, and none is between
+    # zero and 1e-12 in k_hat, where the slope's error at x = 1 is larger.
+    beyond = 2.0 if k_hat == 0.0 or k_hat >= 1e-12 else 4.0
+    assert abs(found - ratio) <= beyond * table.max_error + 1e-15
+    assert abs(found_slope - slope) <= beyond * table.max_slope_error + 1e-14
 
 
 @some
@@ -234,11 +239,8 @@ def test_load_scales_the_contact_as_hertz_says(
     found = element.saturation_creepage_at(normal_load=loaded.normal_load)
     assert found == pytest.approx(zeta0, rel=1e-9)
     assume(k_hat <= 1.99)
-    other = (
-        dataclasses.replace(element, contact=loaded)
-        if k_hat < 1e-3
-        else element_of(loaded, element.friction, "elliptic" if name == "normal_load" else "line")
-    )
+    shape = "elliptic" if name == "normal_load" else "line"
+    other = element_of(loaded, element.friction, shape)
     omega = omega_at(other, x, speed)
     assume(abs(omega) < 1e9)
     force = float(other.force(omega=omega, speed=speed))
