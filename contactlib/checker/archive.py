@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import lzma
 import os
-import re
 import stat
+import struct
 import zipfile
 import zlib
 from collections import Counter
@@ -14,7 +15,11 @@ from typing import NamedTuple
 
 FMI_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 MOST_UNPACKED = 2**30  # of all files together [byte]; a zip can unpack to a thousand times its size
-CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+# What `zipfile` raises of bytes that are no zip.
+UNREADABLE = (
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error,
+    EOFError, OSError, IndexError, OverflowError, ValueError,
+)  # fmt: skip
 
 
 class Archive(NamedTuple):
@@ -34,10 +39,10 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
     """
     try:
         archive = zipfile.ZipFile(path)
-    except zipfile.BadZipFile as error:
+    except UNREADABLE as error:
         raise ValueError(f"{os.fspath(path)} is not a zip file: {error}") from None
     with archive:
-        entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+        entries = [entry for entry in archive.infolist() if not entry.filename.endswith("/")]
         size = sum(entry.file_size for entry in entries)
         if size > MOST_UNPACKED:
             raise ValueError(
@@ -58,18 +63,20 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
                     "0 (stored) or 8 (deflate)"
                 )
             try:
-                files[entry.filename] = _read(archive, entry)
-            except (zipfile.BadZipFile, zlib.error, EOFError, OSError) as error:
-                problems.append(f"{entry.filename}: damaged: {error}")
+                files[entry.filename] = _contents(archive, entry)
             except (NotImplementedError, RuntimeError) as error:  # method or encryption
                 problems.append(f"{entry.filename}: cannot be unpacked: {error}")
+            except UNREADABLE as error:
+                problems.append(f"{entry.filename}: damaged: {error}")
     return Archive(files, problems)
 
 
-def _read(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
+def _contents(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
+    """All of a file, unpacking no more than the zip says that there is."""
     with archive.open(entry) as file:
-        # No more than the entry says: asked for all, it would first unpack all that there is.
-        return file.read(max(1, entry.file_size))
+        found = file.read(entry.file_size)
+        file.read(1)  # at its end the checksum is compared
+    return found
 
 
 def _is_link(entry: zipfile.ZipInfo) -> bool:
@@ -81,11 +88,12 @@ def _bad_names(names: list[str]) -> Iterator[str]:
     folders = {str(folder) for name in names for folder in PurePosixPath(name).parents}
     for name, times in Counter(names).items():
         # Unpacking must stay in its folder, on every system.
-        if name.startswith("/") or ".." in name.split("/") or "\\" in name or ":" in name:
+        parts = name.removesuffix("/").split("/")
+        if name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
             yield f"{name}: the path must be relative, without '..', '\\' and ':'"
-        if CONTROL.search(name):
+        if not name.isprintable():
             yield f"{name!r}: the path must be without control characters"
-        if {"", "."} & set(name.removesuffix("/").split("/")):
+        if {"", "."} & set(parts):
             yield f"{name!r}: the path must be without empty parts and '.'"
         if name in folders:
             yield f"{name}: is a file and a folder"

@@ -12,7 +12,8 @@ from contactlib.checker.library import Library, Version, text_at
 MAGICS = (b"\x7fELF",)
 MACHINES = {3: "x86", 40: "aarch32", 62: "x86_64", 183: "aarch64"}
 SHARED = 3
-DYNAMIC, SYMBOLS, NEEDED_VERSIONS = 6, 11, 0x6FFFFFFE
+DYNAMIC, NOT_IN_FILE, SYMBOLS, NEEDED_VERSIONS = 6, 8, 11, 0x6FFFFFFE
+MOST_VERSIONS = 10_000
 DT_NEEDED = 1
 GLOBAL, WEAK = 1, 2
 DEFAULT, PROTECTED = 0, 3
@@ -52,10 +53,14 @@ def _sections(data: bytes, wide: bool, order: str) -> list[_Section]:
     (start,) = struct.unpack_from(f"{order}{'Q' if wide else 'I'}", data, 40 if wide else 32)
     size, count = struct.unpack_from(f"{order}HH", data, 58 if wide else 46)
     layout = f"{order}{'IIQQQQIIQQ' if wide else '10I'}"
-    sections = []
+    sections, total = [], 0
     for number in range(count):
         header = struct.unpack_from(layout, data, start + number * size)
         kind, offset, length, link = header[1], header[4], header[5], header[6]
+        length = 0 if kind == NOT_IN_FILE else length
+        total += length
+        if total > len(data):
+            raise ValueError("its sections are longer than the file")
         sections.append(_Section(kind, data[offset : offset + length], link))
     return sections
 
@@ -69,10 +74,13 @@ def _exports(symbols: bytes, names: bytes, wide: bool, order: str) -> Iterator[s
 
 def _glibc_versions(needs: bytes, names: bytes, order: str) -> Iterator[Version]:
     """Versions of the chain of library records, each with a chain of versions."""
-    library = 0
+    library = known = 0
     while True:
         _, count, _, version, following = struct.unpack_from(f"{order}HHIII", needs, library)
         version += library
+        known += count
+        if known > MOST_VERSIONS:
+            raise ValueError(f"it needs more than {MOST_VERSIONS} versions")
         for _ in range(count):
             _, _, _, name, next_version = struct.unpack_from(f"{order}IHHII", needs, version)
             if found := re.fullmatch(r"GLIBC_(\d+(?:\.\d+)*)", text_at(names, name)):

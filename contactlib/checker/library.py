@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 Version = tuple[int, ...]
+LONGEST_NAME = 256
 
 
 class Library(NamedTuple):
@@ -20,5 +21,13 @@ class Library(NamedTuple):
 
 
 def text_at(data: bytes, offset: int) -> str:
-    """Text up to its terminating zero."""
-    return data[offset : data.index(b"\0", offset)].decode(errors="replace")
+    """Text up to its terminating zero, or as much of it as can tell names apart.
+
+    Names may overlap, so that all of them together would be much longer than the file.
+    """
+    end = data.find(b"\0", offset, offset + LONGEST_NAME)
+    if end < 0:
+        end = offset + LONGEST_NAME
+        if end > len(data):
+            raise ValueError("a name does not end")
+    return data[offset:end].decode(errors="replace")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from contactlib.checker.library import Library, text_at
+from contactlib.checker.library import LONGEST_NAME, Library, text_at
 
 UNIVERSAL, UNIVERSAL_WIDE = b"\xca\xfe\xba\xbe", b"\xca\xfe\xba\xbf"
 THIN = b"\xcf\xfa\xed\xfe"  # 64 bits, little endian: all that macOS runs today
@@ -15,6 +15,7 @@ DYLIB, BUNDLE = 6, 8
 LOADED_LIBRARIES = {0xC, 0x8000_0018, 0x8000_001F}
 EXPORTS_TRIE, EXPORTS_IN_DYLD_INFO = 0x8000_0033, {0x22, 0x8000_0022}
 OLDEST_MACOS, OLDEST_SYSTEM, MACOS = 0x24, 0x32, 1
+MOST_PARTS, MOST_COMMANDS, MOST_NODES = 16, 4096, 200_000
 
 
 def read(data: bytes) -> list[Library]:
@@ -23,6 +24,8 @@ def read(data: bytes) -> list[Library]:
         return [_library(data)]
     layout = ">IIIII" if data.startswith(UNIVERSAL) else ">IIQQII"
     (count,) = struct.unpack_from(">I", data, 4)
+    if count > MOST_PARTS:
+        raise ValueError(f"it has {count} parts: at most {MOST_PARTS}")
     libraries = []
     for number in range(count):
         part = struct.unpack_from(layout, data, 8 + number * struct.calcsize(layout))
@@ -35,8 +38,10 @@ def _library(data: bytes) -> Library:
     if not data.startswith(THIN):
         raise ValueError("a part is no 64-bit library")
     machine, _, kind, count = struct.unpack_from("<IIII", data, 4)
+    if count > MOST_COMMANDS:
+        raise ValueError(f"it has {count} load commands: at most {MOST_COMMANDS}")
     exports, needed, oldest = set(), [], None
-    place = 32
+    place, tries = 32, 0
     for _ in range(count):
         command, size = struct.unpack_from("<II", data, place)
         if size < 8:
@@ -46,6 +51,9 @@ def _library(data: bytes) -> Library:
         elif command == EXPORTS_TRIE or command in EXPORTS_IN_DYLD_INFO:
             at = place + (8 if command == EXPORTS_TRIE else 40)
             start, length = struct.unpack_from("<II", data, at)
+            tries += 1
+            if tries > 2:  # either kind once
+                raise ValueError("it has more than one table of exports")
             exports |= set(_names(data[start : start + length]))
         elif command == OLDEST_MACOS:
             oldest = _version(data, place + 8)
@@ -70,6 +78,8 @@ def _names(trie: bytes) -> Iterator[str]:
         if place in seen:
             raise ValueError("the table of exports runs in a circle")
         seen.add(place)
+        if len(seen) + len(waiting) > MOST_NODES:
+            raise ValueError(f"the table of exports has more than {MOST_NODES} nodes")
         size, place = _number(trie, place)
         if size:
             yield prefix.decode(errors="replace").removeprefix("_")
@@ -78,7 +88,9 @@ def _names(trie: bytes) -> Iterator[str]:
         for _ in range(count):
             end = trie.index(b"\0", place)
             child, following = _number(trie, end + 1)
-            waiting.append((child, prefix + trie[place:end]))
+            waiting.append(
+                (child, (prefix + trie[place : min(end, place + LONGEST_NAME)])[:LONGEST_NAME])
+            )
             place = following
 
 
@@ -91,3 +103,5 @@ def _number(trie: bytes, place: int) -> tuple[int, int]:
         place, shift = place + 1, shift + 7
         if byte < 0x80:
             return value, place
+        if shift > 63:
+            raise ValueError("a number in the table of exports is too long")

@@ -12,6 +12,7 @@ MACHINES = {0x14C: "x86", 0x8664: "x86_64", 0xAA64: "aarch64"}
 DLL = 0x2000
 WIDE = 0x20B
 EXPORTS, IMPORTS = 0, 1
+MOST_SECTIONS, MOST_EXPORTS, MOST_IMPORTS = 96, 65_536, 4096  # the first two are Windows' own
 
 
 def read(data: bytes) -> list[Library]:
@@ -30,6 +31,8 @@ class _Image:
         optional, size = start + 24, header[5]
         (magic,) = struct.unpack_from("<H", data, optional)
         self._directories = optional + (112 if magic == WIDE else 96)
+        if sections > MOST_SECTIONS:
+            raise ValueError(f"it has {sections} sections: at most {MOST_SECTIONS}")
         # Size in memory, address, size in the file, place in the file.
         self._sections = [
             struct.unpack_from("<IIII", data, optional + size + 40 * number + 8)
@@ -58,14 +61,19 @@ class _Image:
         if not (address := self._directory(EXPORTS)):
             return
         count, _, names = struct.unpack_from("<III", self._data, self._place(address) + 24)
-        for number in range(count):
-            place = self._place(names) + 4 * number
-            yield self._text(struct.unpack_from("<I", self._data, place)[0])
+        if count > MOST_EXPORTS:
+            raise ValueError(f"it exports {count} names: at most {MOST_EXPORTS}")
+        first = self._place(names) if count else 0
+        for (name,) in struct.iter_unpack("<I", self._data[first : first + 4 * count]):
+            yield self._text(name)
 
     def _imports(self) -> Iterator[str]:
         if not (address := self._directory(IMPORTS)):
             return
         place = self._place(address)
-        while name := struct.unpack_from("<I", self._data, place + 12)[0]:
+        for number in range(MOST_IMPORTS):
+            (name,) = struct.unpack_from("<I", self._data, place + 20 * number + 12)
+            if not name:
+                return
             yield self._text(name)
-            place += 20
+        raise ValueError(f"it needs more than {MOST_IMPORTS} libraries")

@@ -25,8 +25,9 @@ def parse(data: bytes) -> Any:
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
         root = etree.fromstring(data, parser)
-    except etree.XMLSyntaxError as error:
-        raise ValueError(f"is not well-formed XML: {error}") from None
+    except (etree.XMLSyntaxError, ValueError) as error:
+        raise ValueError(f"is not well-formed XML: {' '.join(str(error).split())}") from None
+    # FMPy, which is asked later, expands entities.
     if root.getroottree().docinfo.internalDTD is not None:
         raise ValueError("must be without a document type (<!DOCTYPE ...>)")
     return root

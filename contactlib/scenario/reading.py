@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from contactlib.files import package_folder
-from contactlib.parameters import Parameters, Quantity
+from contactlib.parameters import Parameters, Quantity, one_line
 from contactlib.profile import Profile
 
 # How many SI units one of each unit is, by the SI unit of the quantity.
@@ -62,14 +62,22 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        raise ModelError(f"{os.fspath(path)}: {error}") from None
+        raise ModelError(one_line(f"{os.fspath(path)}: {error}")) from None
     except ArithmeticError:  # each number is within its limits, but not all together
         raise ModelError(f"{os.fspath(path)}: its numbers are too far apart") from None
 
 
 def parse(file: Path) -> dict[str, Any]:
     """Contents of a TOML file, which may begin with the mark that some editors write."""
-    return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
+    return parse_text(file.read_bytes().decode("utf-8-sig"))
+
+
+def parse_text(text: str) -> dict[str, Any]:
+    """Contents of TOML."""
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("its lists or tables are nested too deeply") from None
 
 
 def is_scenario(path: str | os.PathLike[str]) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import os
-import tomllib
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
@@ -21,7 +20,7 @@ from contactlib.parameters import Quantity
 from contactlib.scenario import ControllerDesign, build_scenario, model_path, read_contents
 from contactlib.scenario.beside import file_beside
 from contactlib.scenario.controllers import read_controllers
-from contactlib.scenario.reading import check_keys, in_file, number, subsection, text
+from contactlib.scenario.reading import check_keys, in_file, number, parse_text, subsection, text
 from contactlib.sweep.axes import read_axes
 from contactlib.sweep.axis import whole
 from contactlib.sweep.outcomes import OUTCOMES, of_runs
@@ -76,7 +75,7 @@ def load_sweep(
     file = model_path(path)
     with in_file(path):
         content = file.read_bytes().decode("utf-8-sig")
-        return _build_sweep(tomllib.loads(content), content, file, progress)
+        return _build_sweep(parse_text(content), content, file, progress)
 
 
 def _build_sweep(

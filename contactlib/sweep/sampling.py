@@ -19,7 +19,7 @@ from contactlib.sweep.distribution import Choice
 
 Kind = Literal["grid", "latin_hypercube", "monte_carlo"]
 KINDS: tuple[str, ...] = get_args(Kind)
-MOST_RUNS = 100_000_000
+MOST_RUNS = 10_000_000  # their values are held in memory
 
 
 def grid_shape(axes: Sequence[Axis]) -> tuple[int, ...]:
