@@ -1,0 +1,79 @@
+"""Fuzz what reads files of a stranger in Python: ``python tests/fuzz/fuzz_readers.py --seconds N``.
+
+Needs atheris. Starts from the shipped models, scenarios, sweeps and measurements, a table, an FMU
+and shared libraries. The first byte of an input chooses the reader. Any exception but a ValueError
+or an OSError of one line that names the file ends the run, and so do a warning, 20 seconds for one
+file and 2 GB; the input is kept. Printed are executions, and lines of the readers that were reached
+as atheris counts them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+import atheris
+
+sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
+
+with atheris.instrument_imports(include=["contactlib", "tomllib", "zipfile"]):
+    from broken_files import MODELS, READERS, kind_of, refusal, refused_library
+
+import contactlib as cl
+from contactlib import kernel
+
+KINDS = (*READERS, "library")
+
+
+def write_seeds(folder: Path) -> None:
+    """A good file of every kind, the byte of its reader before it."""
+
+    def write(kind: str, name: str, data: bytes) -> None:
+        (folder / f"{kind}_{name}").write_bytes(bytes([KINDS.index(kind)]) + data)
+
+    for path in (*MODELS.glob("*.toml"), *MODELS.glob("*.csv")):
+        write(kind_of(path), path.stem, path.read_bytes())
+    model = cl.load_model("models/roller_rig.toml")
+    write("table", "line", model.wheelset.element.table.data)
+    write("library", "own", kernel.library_path(kernel.platform_name()).read_bytes()[:4096])
+    fmu = cl.export_fmu(model, folder / "x.fmu")
+    with zipfile.ZipFile(fmu) as whole, zipfile.ZipFile(folder / "y.fmu", "w") as small:
+        small.writestr("modelDescription.xml", whole.read("modelDescription.xml"))
+        small.writestr("sources/x.c", b"")
+    write("fmu", "small", (folder / "y.fmu").read_bytes())
+    for made in folder.glob("?.fmu"):
+        made.unlink()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument("--seconds", type=int, default=60)
+    parser.add_argument("--corpus", type=Path, default=Path("fuzz_corpus/readers"))
+    given = parser.parse_args()
+    given.corpus.mkdir(parents=True, exist_ok=True)
+    scratch = tempfile.TemporaryDirectory()
+    seeds, file = Path(scratch.name) / "seeds", Path(scratch.name) / "made.toml"
+    seeds.mkdir()
+    write_seeds(seeds)
+
+    def read(data: bytes) -> None:
+        if not data:
+            return
+        kind = KINDS[data[0] % len(KINDS)]
+        if kind == "library":
+            refused_library(data[1:])
+            return
+        file.write_bytes(data[1:])
+        refusal(kind, file)
+
+    options = [f"-max_total_time={given.seconds}", "-max_len=8192", "-timeout=20", "-len_control=0"]
+    options += ["-rss_limit_mb=2048", "-print_final_stats=1", f"-artifact_prefix={given.corpus}-"]
+    atheris.Setup([sys.argv[0], *options, str(given.corpus), str(seeds)], read)
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()
