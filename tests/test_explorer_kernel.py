@@ -128,10 +128,13 @@ def random_body(rng: np.random.Generator) -> Numbers:
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
-def test_forces_scales_and_rates_are_those_of_python(page: ExplorerPage, contact: Shape) -> None:
+@pytest.mark.parametrize("points", [POINTS // 5, pytest.param(POINTS, marks=pytest.mark.slow)])
+def test_forces_scales_and_rates_are_those_of_python(
+    page: ExplorerPage, contact: Shape, points: int
+) -> None:
     rng = np.random.default_rng(73)
     cases = []
-    for _ in range(POINTS):
+    for _ in range(points):
         parameters = random_contact(rng, contact)
         cases.append((parameters, random_input(rng, parameters), random_body(rng)))
     found = page.call(

@@ -330,9 +330,10 @@ RANDOM_WHEELS = """async (count) => {
 }"""
 
 
-def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor) -> None:
+@pytest.mark.parametrize("count", [30, pytest.param(120, marks=pytest.mark.slow)])
+def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor, count: int) -> None:
     RIG.set_up(visitor)
-    assert visitor.opened.call(RANDOM_WHEELS, 120) == []
+    assert visitor.opened.call(RANDOM_WHEELS, count) == []
 
 
 @pytest.mark.parametrize(("ratio", "warned"), [(2.1, False), (2.0, True)])

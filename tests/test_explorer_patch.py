@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 import contactlib as cl
 from contactlib.parameters import FloatArray
 
-CREEPAGES = np.geomspace(1e-3, 20.0, 16)
+CREEPAGES = np.geomspace(1e-3, 20.0, 7)
 K_HATS = (0.0, 0.02, 0.3, 1.0, 2.0)
 STRIPS, POINTS = 31, 40
 
