@@ -230,7 +230,7 @@ GUARDS = [
     Guard(
         "one line",
         "contactlib/terminal.py",
-        'harmless(text).replace("\\n", r"\n")',
+        r'''harmless(text).replace("\n", r"\n")''',
         "harmless(text)",
         f"{AROUND} -k one_line",
     ),

@@ -103,7 +103,9 @@ class Fmu:
         self.version: str = self.description.fmiVersion[0]
         self.token: str = self.description.guid or self.description.instantiationToken
         self.resources = folder / "resources"
-        (self.library,) = folder.glob(f"binaries/*/*{kernel.library_path(kernel.platform_name()).suffix}")
+        (self.library,) = folder.glob(
+            f"binaries/*/*{kernel.library_path(kernel.platform_name()).suffix}"
+        )
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
 
     @property

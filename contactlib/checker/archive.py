@@ -40,6 +40,8 @@ def read_archive(path: str | os.PathLike[str]) -> Archive:
     try:
         archive = zipfile.ZipFile(path)
     except UNREADABLE as error:
+        if isinstance(error, OSError) and error.filename is not None:
+            raise  # the file cannot be read
         raise ValueError(f"{os.fspath(path)} is not a zip file: {error}") from None
     with archive:
         entries = [entry for entry in archive.infolist() if not entry.filename.endswith("/")]

@@ -43,7 +43,11 @@ def table_file(
     header = struct.pack("<IIdddd", cells_u, cells_k, 1.7, 1e-9, 1e-9, 100.0)
     shape = struct.pack("<dIIII", static_to_kinetic, one_axis, twice_decay, twice_corner, root_k)
     numbers = np.cos(np.arange(count)).astype("<f8").tobytes()
-    return kernel.framed(kernel.TABLE_MAGIC, kernel.TABLE_VERSION, header + shape + b"seed".ljust(104, b"\0") + numbers)
+    return kernel.framed(
+        kernel.TABLE_MAGIC,
+        kernel.TABLE_VERSION,
+        header + shape + b"seed".ljust(104, b"\0") + numbers,
+    )
 
 
 def tables() -> dict[str, bytes]:
