@@ -404,7 +404,7 @@ def test_no_border_and_no_grip(rig: cl.Model) -> None:
         cl.basin(rig.wheelset, drive_torque=1.001 * fold.drive_torque, speed=V)
 
 
-def test_a_branch_that_is_lost_has_no_border(locomotive: cl.Model) -> None:
+def test_a_branch_that_is_lost_too_soon_has_no_border(locomotive: cl.Model) -> None:
     # So light a vehicle is soon so fast that friction that falls with slip speed no longer grips.
     element = locomotive.wheelset.element
     friction = dataclasses.replace(element.friction, slip_rate_residual=0.4, slip_rate_decay=0.6)
@@ -412,8 +412,18 @@ def test_a_branch_that_is_lost_has_no_border(locomotive: cl.Model) -> None:
         locomotive.wheelset, mass=200.0, element=dataclasses.replace(element, friction=friction)
     )
     torque = 0.7 * cl.find_fold(light, speed=5.0).drive_torque
-    with pytest.raises(ValueError, match="is lost before"):
-        cl.basin(light, drive_torque=torque, speed=5.0)
+    border = cl.basin(light, drive_torque=torque, speed=5.0).highest
+    for part, comes_back in ((0.999, True), (1.001, False)):
+        run = cl.simulate(
+            light,
+            cl.TorqueControl(cl.Profile.of(torque)),
+            initial_speed=5.0,
+            initial_creepage=part * border,
+            duration=0.1,
+        )
+        assert (run["creepage"][-1] < 0.01) == comes_back
+    with pytest.raises(ValueError, match="speed = 30.0, .* is lost before .* takes >= 8"):
+        cl.basin(light, drive_torque=torque, speed=30.0)
 
 
 # ---- slip-away ------------------------------------------------------------------------------

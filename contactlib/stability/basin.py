@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 from scipy.optimize import newton
 
 from contactlib.parameters import POSITIVE, FloatArray, checked
@@ -26,12 +25,18 @@ from contactlib.stability.quasi_steady import (
     creepage_pole,
     quasi_steady_slope,
     quasi_steady_torque,
+    slip_acceleration,
+    vehicle_acceleration,
 )
 from contactlib.stability.s_curve import steady_states
 from contactlib.stability.trajectory import move_until
 from contactlib.wheelset import Wheelset
 
-TIME_CONSTANTS = 20.0
+TIME_CONSTANTS = 20
+FEWEST = 8  # if the branch ends sooner: they leave 3e-4 of the error
+SHORTEST = 2.0**-5  # step [time constants]
+AT_REST = 1e-6  # speed gained by a step, of all that was gained
+ROUNDING = 1e-12  # of a speed
 
 
 class Basin(NamedTuple):
@@ -90,7 +95,6 @@ def basin(
                 float(drive_torque),
                 float(speed),
                 float(states.creepage[j]),
-                float(states.pole[j]),
                 inputs,
             )
     return Basin(float(states.creepage[i]), borders[0], borders[1])
@@ -140,59 +144,84 @@ def _border(
     torque: float,
     speed: float,
     creepage: float,
-    pole: float,
     inputs: dict[str, Any],
 ) -> float:
     """Creepage at `speed` on the separatrix that belongs to an unstable steady state."""
     if wheelset.mass is None:
         return creepage
-    load = inputs["normal_load"]
-    load = wheelset.element.contact.normal_load if load is None else load
-    given = {**inputs, "normal_load": load}
-
-    def acceleration(zeta: float, v: float) -> float:
-        omega = (1.0 + zeta) * v / wheelset.radius
-        motion, _ = wheelset.rates(
-            omega, v, torque, load, given["friction_scale"], given["resistance_force"]
-        )
-        return float(motion.speed_rate)
-
-    if pole + acceleration(creepage, speed) / speed <= 0.0:
-        return math.copysign(math.inf, creepage)  # it grows only as the speed falls: no border
-
-    def on_branch(v: float) -> float:
-        def excess(zeta: float) -> float:
-            return float(quasi_steady_torque(wheelset, zeta, speed=v, **given)) - torque
-
-        def slope(zeta: float) -> float:
-            return float(quasi_steady_slope(wheelset, zeta, speed=v, **given))
-
-        # Where the branch has met that of grip, the iteration fails or finds one that is stable.
-        found, how = newton(
-            excess, creepage, slope, rtol=1e-12, tol=1e-14, full_output=True, disp=False
-        )
-        if not how.converged or slope(found) >= 0.0:
-            raise ValueError(
-                f"drive_torque = {torque!r}: the unstable branch that begins at speed = {speed!r} "
-                f"is lost before {v:.6g} m/s, so there is no border to follow"
-            )
-        return float(found)
-
-    def drift(_: float, state: FloatArray) -> list[float]:
-        v = float(state[0])
-        return [acceleration(on_branch(v), v)]
-
-    ahead = TIME_CONSTANTS / pole
-    slow = solve_ivp(drift, (0.0, ahead), [speed], rtol=1e-4, atol=1e-9 * speed)
-    later = float(slow.y[0, -1])
-    if abs(later - speed) < 1e-12 * speed:  # a saddle
+    side = math.copysign(1.0, creepage)
+    contact = {name: inputs[name] for name in ("normal_load", "friction_scale")}
+    grid = creepage_grid(wheelset, speed=speed, **contact)
+    beyond = side * np.append(abs(creepage), grid[grid > abs(creepage)])
+    away = side * slip_acceleration(wheelset, beyond, drive_torque=torque, speed=speed, **inputs)
+    if (away <= 0.0).all():
+        return side * math.inf  # from there the creepage grows only as the vehicle stops
+    later, branch, time = _ahead(wheelset, torque, speed, creepage, inputs)
+    if abs(later - speed) <= ROUNDING * speed:  # a saddle
         return creepage
+    load = inputs["normal_load"]
     return move_until(
         wheelset,
         lambda _, v: v - speed,
-        creepage=on_branch(later),
+        creepage=branch,
         speed=later,
         drive_torque=torque,
-        horizon=-10.0 * ahead,
-        **given,
+        horizon=-10.0 * time,
+        **{**inputs, "normal_load": wheelset.element.contact.normal_load if load is None else load},
     ).creepage
+
+
+def _ahead(
+    wheelset: Wheelset, torque: float, speed: float, creepage: float, inputs: dict[str, Any]
+) -> tuple[float, float, float]:
+    """Speed [m/s], creepage [1] and time [s] at the end of the way along the unstable branch.
+
+    By steps of a time constant or less: followed back from there, what is near the branch will do.
+    """
+
+    def gain(zeta: float, v: float) -> float:
+        return float(vehicle_acceleration(wheelset, zeta, **{**inputs, "speed": v}))
+
+    later, branch, time, passed, share = speed, creepage, 0.0, 0.0, 1.0
+    rate = gain(branch, later)
+    while passed < TIME_CONSTANTS:
+        step = share / float(creepage_pole(wheelset, branch, **{**inputs, "speed": later}))
+        if abs(rate * step) <= max(AT_REST * abs(later - speed), ROUNDING * speed):
+            break  # as good as at a saddle, where branch and border meet
+        ahead = later + rate * step
+        found = _on_branch(wheelset, torque, ahead, branch, inputs)
+        if found is not None and gain(found, ahead) * rate >= 0.0:
+            later, branch, rate = ahead, found, gain(found, ahead)
+            time, passed = time + step, passed + share
+        elif share > SHORTEST:
+            share *= 0.5  # to the end of the branch, or up to a saddle
+        elif passed < FEWEST:
+            raise ValueError(
+                f"speed = {speed!r}, drive_torque = {torque!r}: the unstable branch is lost "
+                f"before {ahead:.6g} m/s, {passed:.3g} of its time constants on; a border takes "
+                f">= {FEWEST}"
+            )
+        else:
+            break
+    return later, branch, time
+
+
+def _on_branch(
+    wheelset: Wheelset, torque: float, speed: float, near: float, inputs: dict[str, Any]
+) -> float | None:
+    """Unstable steady state near a creepage, or None: the vehicle stands, or all slip away."""
+    if speed < wheelset.element.minimum_speed:
+        return None
+
+    def excess(zeta: float) -> float:
+        return float(quasi_steady_torque(wheelset, zeta, speed=speed, **inputs)) - torque
+
+    def slope(zeta: float) -> float:
+        return float(quasi_steady_slope(wheelset, zeta, speed=speed, **inputs))
+
+    # Where the branch has met that of grip, the iteration fails or finds one that is stable.
+    try:
+        found = float(newton(excess, near, slope, rtol=1e-12, tol=1e-14))
+    except RuntimeError:
+        return None
+    return found if slope(found) < 0.0 else None

@@ -10,7 +10,7 @@ import math
 from typing import Any, NamedTuple
 
 from contactlib.parameters import POSITIVE, checked
-from contactlib.stability.basin import Basin, basin
+from contactlib.stability.basin import Basin, basin, separatrix
 from contactlib.stability.slip_away import slip_away_time
 from contactlib.stability.trajectory import move_until
 from contactlib.wheelset import Wheelset
@@ -88,8 +88,18 @@ def clearing(
     path: dict[str, Any] = {**common, "normal_load": load, "friction_scale": patch}
     start: dict[str, Any] = {"creepage": border.creepage, "speed": speed, "horizon": 100.0 * frozen}
     reached = move_until(wheelset, lambda zeta, _: zeta - end, **start, **path)
-    there = basin(wheelset, speed=reached.speed, **common)
-    moved = (there.highest if drive_torque >= 0.0 else there.lowest) - end
+    try:
+        later = float(separatrix(wheelset, speed=reached.speed, **common))
+    except ValueError as error:
+        later, why = math.inf, f": {error}"
+    else:
+        why = ""
+    if not math.isfinite(later):
+        raise ValueError(
+            f"speed = {speed!r}, friction_scale = {patch!r}: out of range, as a border is needed "
+            f"at {reached.speed:.6g} m/s too, where the patch may end{why}"
+        )
+    moved = later - end
     steepness = moved / (reached.speed - speed) if reached.speed != speed else 0.0
     arrival = move_until(
         wheelset, lambda zeta, v: zeta - end - steepness * (v - speed), **start, **path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ class Fold(NamedTuple):
     ----------
     creepage, drive_torque : float
         The fold [1, N.m]: no operating point stands above this torque but far out in the tail.
+        On a plateau its beginning.
     return_creepage, return_torque : float
         The end of the run-away branch on the way down [1, N.m]; the creepage is infinite where
         the torque falls to its limit without a minimum.
@@ -79,7 +81,9 @@ def find_fold(
     def root(i: int) -> float:
         return float(turning_points(slope, grid[i : i + 2])[0])
 
-    fold = root(int(falling[0]))
+    i = int(falling[0])
+    plateau = slopes[i + 1] == 0.0  # the force is held at static friction
+    fold = _end_of_rise(slope, float(grid[i]), float(grid[i + 1])) if plateau else root(i)
     highest = torque(fold)
     # The run-away ends where the torque is as high again; on the way down it stays on that branch.
     torques = quasi_steady_torque(wheelset, grid, **inputs)
@@ -88,3 +92,10 @@ def find_fold(
     rising = np.flatnonzero((slopes[:landing] < 0.0) & (slopes[1 : landing + 1] > 0.0))
     back = root(int(rising[-1])) if rising.size and slopes[landing] > 0.0 else math.inf
     return Fold(fold, highest, back, torque(back if math.isfinite(back) else grid[-1]))
+
+
+def _end_of_rise(slope: Callable[[float], float], rising: float, level: float) -> float:
+    """Where a slope above zero ends at once, as at a plateau's beginning [1]."""
+    while rising < (middle := 0.5 * (rising + level)) < level:
+        rising, level = (middle, level) if slope(middle) > 0.0 else (rising, middle)
+    return level

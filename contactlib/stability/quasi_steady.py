@@ -68,6 +68,48 @@ def quasi_steady_slope(
     return np.asarray(slope)
 
 
+def slip_acceleration(
+    wheelset: Wheelset,
+    creepage: ArrayLike,
+    *,
+    drive_torque: float,
+    speed: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+    resistance_force: float = 0.0,
+) -> FloatArray:
+    """Rate of the slip velocity r omega - V under a drive torque [m/s2].
+
+    V dzeta/dt + zeta dV/dt: in a vehicle that brakes hard it may fall while the creepage grows.
+    """
+    inputs: dict[str, Any] = {
+        "speed": speed,
+        "normal_load": normal_load,
+        "friction_scale": friction_scale,
+        "resistance_force": resistance_force,
+    }
+    zeta = np.asarray(creepage, dtype=np.float64)
+    surplus = drive_torque - quasi_steady_torque(wheelset, zeta, **inputs)
+    stretching = zeta * vehicle_acceleration(wheelset, zeta, **inputs)
+    return np.asarray(wheelset.radius / wheelset.inertia * surplus + stretching)
+
+
+def vehicle_acceleration(
+    wheelset: Wheelset,
+    creepage: ArrayLike,
+    *,
+    speed: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+    resistance_force: float = 0.0,
+) -> FloatArray:
+    """dV/dt at a creepage [m/s2]: zero if the speed is held."""
+    record = wheelset.element.at_creepage(
+        creepage, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+    )
+    return _acceleration(wheelset, record["creep_force"], speed, resistance_force)
+
+
 def creepage_pole(
     wheelset: Wheelset,
     creepage: ArrayLike,
