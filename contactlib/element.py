@@ -151,6 +151,12 @@ def _plain(*values: object) -> tuple[float, ...] | None:
     return tuple(plain)
 
 
+def creepage_limits(element: ForceElement, speed: float) -> Limits:
+    """Creepages at a speed [m/s] that the kernel takes the angular velocity of."""
+    most = kernel.force_input_limits()["omega"].at_most * element.radius / speed
+    return Limits(at_least=-1.0 - most, at_most=most - 1.0)
+
+
 @dataclass(frozen=True, eq=False)
 class ForceElement(Parameters):
     """Creep force of a wheel.
@@ -344,12 +350,11 @@ class ForceElement(Parameters):
         friction_scale: float = 1.0,
     ) -> NDArray[np.void]:
         """All outputs at creepages [1] and one forward speed [m/s], at least `minimum_speed`."""
-        limits = kernel.force_input_limits()
-        speeds = Limits(at_least=self.minimum_speed, at_most=limits["speed"].at_most)
+        fastest = kernel.force_input_limits()["speed"].at_most
+        speeds = Limits(at_least=self.minimum_speed, at_most=fastest)
         speed = checked_number("speed", speed, speeds)
-        most = limits["omega"].at_most * self.radius / speed  # 1 + creepage at the largest omega
-        creepages = Limits(at_least=-1.0 - most, at_most=most - 1.0)
-        omega = (1.0 + checked("creepage", creepage, creepages)) * speed / self.radius
+        creepages = checked("creepage", creepage, creepage_limits(self, speed))
+        omega = (1.0 + creepages) * speed / self.radius
         return self.evaluate(
             omega=omega, speed=speed, normal_load=normal_load, friction_scale=friction_scale
         )

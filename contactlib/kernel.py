@@ -179,6 +179,12 @@ def force_input_limits() -> Mapping[str, Limits]:
     return {v.name: v.limits for v in model_variables("force_element") if v.role == "input"}
 
 
+@cache
+def wheelset_limits() -> Mapping[str, Limits]:
+    """Limits of the wheelset's inputs and states, by name."""
+    return {v.name: v.limits for v in model_variables("wheelset") if v.role in ("input", "state")}
+
+
 def _struct_dtype(name: str) -> np.dtype[np.void]:
     library()
     fields = ffi.typeof(name).fields

@@ -10,22 +10,24 @@ on as a `control.StateSpace`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass
-from functools import cached_property
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from contactlib import kernel
 from contactlib.element import ForceElement
 from contactlib.parameters import (
     FINITE,
-    POSITIVE,
     FloatArray,
+    Limits,
     Parameters,
     Quantity,
     checked,
+    checked_number,
 )
 
 if TYPE_CHECKING:
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 GRAVITY = 9.80665  # standard gravity [m/s2]
 FASTEST = 1e3  # equilibria are looked for up to this speed [m/s]
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
+CONTACT = ("speed", "normal_load", "friction_scale")  # what the creep force depends on
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
 
 
@@ -190,7 +193,11 @@ class Wheelset(Parameters):
         ValueError
             If a value is out of range; the speed must be at least the element's minimum speed.
         """
-        load = self._load(normal_load)
+        given = checked_conditions(
+            self, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+        )
+        speed, load, friction_scale, _ = given.values()
+        creepage = checked_number("creepage", creepage, FINITE)
         record = self.element.at_creepage(
             creepage, speed=speed, normal_load=load, friction_scale=friction_scale
         )
@@ -241,12 +248,20 @@ class Wheelset(Parameters):
         ValueError
             If a value is out of range or `speed` is missing or not wanted.
         """
-        checked("drive_torque", drive_torque, FINITE)
+        drive_torque = checked_torque(drive_torque)
         if (speed is None) == self.speed_held:
             wanted = "is needed: the speed is held" if speed is None else "is found, not given"
             raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
 
-        load = self._load(normal_load)
+        given = checked_conditions(
+            self,
+            speed=self.element.minimum_speed if speed is None else speed,
+            normal_load=normal_load,
+            friction_scale=friction_scale,
+            resistance_force=resistance_force,
+        )
+        at_speed, load, friction_scale, resistance_force = given.values()
+        speed = None if speed is None else at_speed
         scale = self.element.saturation_creepage_at(normal_load=load, friction_scale=friction_scale)
 
         def point(x: float) -> OperatingPoint | None:
@@ -371,13 +386,48 @@ class Wheelset(Parameters):
             states=["omega"] if self.speed_held else ["omega", "speed"],
             inputs=list(SIGNALS_IN),
             outputs=list(SIGNALS_OUT),
-            params={"speed": float(checked("speed", speed, FINITE))} if speed is not None else {},
+            params={"speed": checked_number("speed", speed, FINITE)} if speed is not None else {},
         )
 
-    def _load(self, normal_load: float | None) -> float:
-        load = self.element.contact.normal_load if normal_load is None else normal_load
-        checked("normal_load", load, POSITIVE)
-        return float(load)
+
+def checked_torque(value: ArrayLike) -> float:
+    """A drive torque [N.m], or a ValueError that names it."""
+    return checked_number("drive_torque", value, kernel.wheelset_limits()["drive_torque"])
+
+
+def checked_conditions(
+    wheelset: Wheelset,
+    *,
+    speed: float,
+    normal_load: float | None = None,
+    friction_scale: float = 1.0,
+    resistance_force: float = 0.0,
+) -> dict[str, Any]:
+    """What a wheelset stands under, each one number within its limits, by name.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range; the speed must be at least the element's minimum speed.
+    """
+    limits = _condition_limits(wheelset.element.minimum_speed)
+    given = {
+        "speed": speed,
+        "normal_load": wheelset.element.contact.normal_load if normal_load is None else normal_load,
+        "friction_scale": friction_scale,
+        "resistance_force": resistance_force,
+    }
+    return {name: checked_number(name, value, limits[name]) for name, value in given.items()}
+
+
+@cache
+def _condition_limits(minimum_speed: float) -> dict[str, Limits]:
+    limits = kernel.wheelset_limits()
+    return {
+        **limits,
+        "speed": replace(limits["speed"], at_least=minimum_speed),
+        "normal_load": replace(limits["normal_load"], above=0.0),
+    }
 
 
 def _turning_points(

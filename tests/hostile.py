@@ -211,7 +211,10 @@ def leaves(answer: object, path: str = "answer") -> Iterator[tuple[str, NDArray[
             yield from leaves(answer[name], f"{path}[{name!r}]")
     elif isinstance(answer, bool | int | float | complex | np.ndarray | np.generic):
         array = np.asarray(answer)
-        if array.dtype.kind in "biufc":
+        if array.dtype.kind == "c":
+            yield f"{path}.real", array.real
+            yield f"{path}.imag", array.imag
+        elif array.dtype.kind in "biuf":
             yield path, array
     elif hasattr(answer, "data_vars") or hasattr(answer, "dims"):  # of xarray
         variables = getattr(answer, "data_vars", {"values": answer})

@@ -30,7 +30,7 @@ from contactlib.stability.quasi_steady import (
 )
 from contactlib.stability.s_curve import steady_states
 from contactlib.stability.trajectory import move_until
-from contactlib.wheelset import Wheelset
+from contactlib.wheelset import Wheelset, checked_conditions, checked_torque
 
 TIME_CONSTANTS = 20
 FEWEST = 8  # if the branch ends sooner: they leave 3e-4 of the error
@@ -75,25 +75,30 @@ def basin(
         If a value is out of range, no gripping state has this torque at this speed, or the
         unstable branch is lost while the speed changes within its own time constants.
     """
-    inputs: dict[str, Any] = {
-        "normal_load": normal_load,
-        "friction_scale": friction_scale,
-        "resistance_force": resistance_force,
-    }
-    states = steady_states(wheelset, drive_torque=drive_torque, speed=speed, **inputs)
+    torque = checked_torque(drive_torque)
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
+    speed = inputs.pop("speed")
+    states = steady_states(wheelset, drive_torque=torque, speed=speed, **inputs)
     i = int(np.abs(states.creepage).argmin()) if states.creepage.size else 0
     if not (states.creepage.size and _rises_to(wheelset, states.creepage[i], speed, inputs)):
         raise ValueError(
             f"drive_torque = {drive_torque!r} is out of range: no creepage holds it by grip at "
-            f"speed = {speed!r}"
+            f"speed = {speed!r}, normal_load = {inputs['normal_load']!r}, friction_scale = "
+            f"{inputs['friction_scale']!r}, resistance_force = {inputs['resistance_force']!r}"
         )
     borders = [-math.inf, math.inf]
     for side, j in ((0, i - 1), (1, i + 1)):
         if 0 <= j < states.creepage.size:
             borders[side] = _border(
                 wheelset,
-                float(drive_torque),
-                float(speed),
+                torque,
+                speed,
                 float(states.creepage[j]),
                 inputs,
             )
@@ -114,11 +119,11 @@ def separatrix(
     Parameters and errors as `basin`, but that `speed` [m/s] has any shape; infinite where there
     is no border.
     """
-    speeds = checked("speed", speed, POSITIVE)
+    torque, speeds = checked_torque(drive_torque), checked("speed", speed, POSITIVE)
     found = [
         basin(
             wheelset,
-            drive_torque=drive_torque,
+            drive_torque=torque,
             speed=float(v),
             normal_load=normal_load,
             friction_scale=friction_scale,
@@ -126,7 +131,7 @@ def separatrix(
         )
         for v in speeds.flat
     ]
-    borders = [at.highest if drive_torque >= 0.0 else at.lowest for at in found]
+    borders = [at.highest if torque >= 0.0 else at.lowest for at in found]
     return np.array(borders, dtype=np.float64).reshape(speeds.shape)
 
 
@@ -159,7 +164,6 @@ def _border(
     later, branch, time = _ahead(wheelset, torque, speed, creepage, inputs)
     if abs(later - speed) <= ROUNDING * speed:  # a saddle
         return creepage
-    load = inputs["normal_load"]
     return move_until(
         wheelset,
         lambda _, v: v - speed,
@@ -167,7 +171,7 @@ def _border(
         speed=later,
         drive_torque=torque,
         horizon=-10.0 * time,
-        **{**inputs, "normal_load": wheelset.element.contact.normal_load if load is None else load},
+        **inputs,
     ).creepage
 
 

@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from contactlib.parameters import POSITIVE, checked
 from contactlib.stability.basin import Basin, basin, separatrix
 from contactlib.stability.slip_away import slip_away_time
 from contactlib.stability.trajectory import move_until
-from contactlib.wheelset import Wheelset
+from contactlib.wheelset import Wheelset, checked_conditions, checked_torque
 
 
 class Clearing(NamedTuple):
@@ -69,11 +68,19 @@ def clearing(
     ValueError
         If a value is out of range, or good friction does not hold the torque.
     """
-    patch = float(checked("friction_scale", friction_scale, POSITIVE))
-    rest: dict[str, Any] = {"normal_load": normal_load, "resistance_force": resistance_force}
-    common: dict[str, Any] = {"drive_torque": drive_torque, **rest}
+    torque = checked_torque(drive_torque)
+    path = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
+    path["drive_torque"] = torque
+    speed, patch = path.pop("speed"), path["friction_scale"]
+    common = {name: value for name, value in path.items() if name != "friction_scale"}
     border = basin(wheelset, speed=speed, **common)
-    end = border.highest if drive_torque >= 0.0 else border.lowest
+    end = border.highest if torque >= 0.0 else border.lowest
     if not math.isfinite(end):
         return Clearing(math.inf, math.inf, border)
     frozen = slip_away_time(
@@ -84,8 +91,6 @@ def clearing(
 
     # The border moves with the speed, which changes little meanwhile: a straight line from here
     # to the speed that the frozen time leads to, or beyond.
-    load = wheelset.element.contact.normal_load if normal_load is None else normal_load
-    path: dict[str, Any] = {**common, "normal_load": load, "friction_scale": patch}
     start: dict[str, Any] = {"creepage": border.creepage, "speed": speed, "horizon": 100.0 * frozen}
     reached = move_until(wheelset, lambda zeta, _: zeta - end, **start, **path)
     try:

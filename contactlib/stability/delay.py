@@ -15,9 +15,12 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from contactlib.parameters import FINITE, FloatArray, Limits, checked
+from contactlib.parameters import FloatArray, Limits, checked_number
+from contactlib.stability import ranges
 
-NOT_NEGATIVE = Limits(at_least=0.0)
+RATES = Limits(at_least=-1e6, at_most=1e6)  # [1/s]
+TIMES = Limits(at_least=0.0, at_most=1e6)  # [s]
+MOST_SAMPLES = 1000  # of delay: as many coefficients are worked with
 
 
 class Window(NamedTuple):
@@ -73,14 +76,24 @@ def proportional_window(
     ValueError
         If a value is out of range.
     """
-    p, g = float(checked("pole", pole, FINITE)), float(checked("gain", gain, Limits(above=0.0)))
-    tau = float(checked("delay", delay, NOT_NEGATIVE))
-    slow = float(checked("lag", lag, NOT_NEGATIVE))
-    soft = float(checked("relaxation", relaxation, NOT_NEGATIVE))
-    step = float(checked("sample_time", sample_time, NOT_NEGATIVE))
+    p = checked_number("pole", pole, RATES)
+    g = checked_number("gain", gain, ranges.POSITIVE)
+    tau, slow = _time("delay", delay), _time("lag", lag)
+    soft, step = _time("relaxation", relaxation), _time("sample_time", sample_time)
+    if tau > MOST_SAMPLES * step > 0.0:
+        raise ValueError(
+            f"delay = {delay!r} is out of range: must be <= {MOST_SAMPLES} times "
+            f"sample_time = {sample_time!r}"
+        )
     loop = (p, tau, slow, soft)
     highest = _sampled(*loop, step) if step > 0.0 else _continuous(*loop)
     return Window(p / g, max(p, highest) / g)
+
+
+def _time(name: str, value: float) -> float:
+    """A time of the loop [s]; one that no pole within `RATES` feels is none."""
+    time = checked_number(name, value, TIMES)
+    return time if time > 1e-15 / RATES.at_most else 0.0
 
 
 def _continuous(pole: float, delay: float, lag: float, relaxation: float) -> float:
@@ -204,7 +217,7 @@ def delay_limit(pole: float, *, robust: bool = False) -> float:
     Beyond 1/p there is no gain at all. Up to 0.3/p there is one whose largest sensitivity is
     about 2, and that may be wrong by a factor of two. Infinite for a pole that is not unstable.
     """
-    p = float(checked("pole", pole, FINITE))
+    p = checked_number("pole", pole, ranges.REAL)
     return math.inf if p <= 0.0 else (0.3 if robust else 1.0) / p
 
 
@@ -214,5 +227,5 @@ def sampled_delay(*, delay: float = 0.0, lag: float = 0.0, sample_time: float = 
     An estimate, to be held against `delay_limit`; `proportional_window` is exact.
     """
     parts = {"delay": delay, "lag": lag, "sample_time": sample_time}
-    total = [float(checked(name, value, NOT_NEGATIVE)) for name, value in parts.items()]
+    total = [checked_number(name, value, ranges.NOT_NEGATIVE) for name, value in parts.items()]
     return total[0] + total[1] + 0.5 * total[2]

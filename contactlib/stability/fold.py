@@ -14,7 +14,7 @@ from contactlib.stability.quasi_steady import (
     quasi_steady_torque,
     turning_points,
 )
-from contactlib.wheelset import Wheelset
+from contactlib.wheelset import CONTACT, Wheelset, checked_conditions
 
 
 class Fold(NamedTuple):
@@ -56,12 +56,14 @@ def find_fold(
     ValueError
         If the torque has no maximum: the law does not fall, or damping outweighs its fall.
     """
-    contact: dict[str, Any] = {
-        "speed": speed,
-        "normal_load": normal_load,
-        "friction_scale": friction_scale,
-    }
-    inputs = {**contact, "resistance_force": resistance_force}
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
+    contact = {name: inputs[name] for name in CONTACT}
 
     def torque(zeta: float) -> float:
         return float(quasi_steady_torque(wheelset, zeta, **inputs))
@@ -74,7 +76,8 @@ def find_fold(
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
     if falling.size == 0:
         raise ValueError(
-            f"speed = {speed!r}, damping = {wheelset.damping!r}: the torque has no maximum over "
+            f"speed = {speed!r}, normal_load = {normal_load!r}, friction_scale = "
+            f"{friction_scale!r}, damping = {wheelset.damping!r}: the torque has no maximum over "
             "creepage, so there is no fold"
         )
 

@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contactlib.parameters import FINITE, Limits, checked
+from contactlib.parameters import FINITE, checked, checked_number, common_shape
+from contactlib.stability import ranges
 from contactlib.stability.threshold import fast_pole
-from contactlib.wheelset import Wheelset
+from contactlib.wheelset import CONTACT, Wheelset, checked_conditions
 
 
 class ReducedPlant(NamedTuple):
@@ -38,10 +39,12 @@ def reduced_plant(
     friction_scale: float = 1.0,
 ) -> ReducedPlant:
     """Fast pole at an operating point, and g = r/(J V). Exact for a held speed."""
-    pole = fast_pole(
-        wheelset, creepage, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+    inputs = checked_conditions(
+        wheelset, speed=speed, normal_load=normal_load, friction_scale=friction_scale
     )
-    return ReducedPlant(float(pole), wheelset.radius / (wheelset.inertia * speed))
+    zeta = checked_number("creepage", creepage, FINITE)
+    pole = fast_pole(wheelset, zeta, **{name: inputs[name] for name in CONTACT})
+    return ReducedPlant(float(pole), wheelset.radius / (wheelset.inertia * inputs["speed"]))
 
 
 def pi_stable(
@@ -71,8 +74,12 @@ def pi_stable(
     ValueError
         If a value is out of range.
     """
-    p, kp = checked("pole", pole, FINITE), checked("proportional", proportional, FINITE)
-    g, ki = checked("gain", gain, Limits(above=0.0)), checked("integral", integral, FINITE)
-    tau = checked("lag", lag, Limits(at_least=0.0))
+    p, kp = (
+        checked(name, value, ranges.REAL)
+        for name, value in (("pole", pole), ("proportional", proportional))
+    )
+    g, ki = checked("gain", gain, ranges.POSITIVE), checked("integral", integral, ranges.REAL)
+    tau = checked("lag", lag, ranges.NOT_NEGATIVE)
+    common_shape({"pole": p, "gain": g, "proportional": kp, "integral": ki, "lag": tau})
     room = (1.0 - p * tau) * (g * kp - p) > tau * g * ki
     return np.asarray((p * tau < 1.0) & (g * kp > p) & (ki >= 0.0) & room)

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from contactlib.parameters import FloatArray
-from contactlib.wheelset import Wheelset
+from contactlib.parameters import FINITE, FloatArray, checked
+from contactlib.wheelset import CONTACT, Wheelset, checked_conditions
 
 
 def quasi_steady_torque(
@@ -36,12 +36,18 @@ def quasi_steady_torque(
     T = r Q + b omega + (J/r)(1 + zeta) dV/dt. The last term turns the wheelset along with the
     vehicle; it vanishes if the speed is held.
     """
-    zeta = np.asarray(creepage, dtype=np.float64)
-    record = wheelset.element.at_creepage(
-        zeta, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+    zeta = checked("creepage", creepage, FINITE)
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
     )
+    speed = inputs["speed"]
+    record = wheelset.element.at_creepage(zeta, **{name: inputs[name] for name in CONTACT})
     r, force = wheelset.radius, record["creep_force"]
-    acceleration = _acceleration(wheelset, force, speed, resistance_force)
+    acceleration = _acceleration(wheelset, force, speed, inputs["resistance_force"])
     turning = wheelset.inertia / r * (1.0 + zeta) * acceleration
     return np.asarray(r * force + wheelset.damping * (1.0 + zeta) * speed / r + turning)
 
@@ -56,14 +62,22 @@ def quasi_steady_slope(
     resistance_force: float = 0.0,
 ) -> FloatArray:
     """Derivative of `quasi_steady_torque` to the creepage, at fixed speed [N.m]."""
-    zeta = np.asarray(creepage, dtype=np.float64)
-    record = wheelset.element.at_creepage(
-        zeta, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+    zeta = checked("creepage", creepage, FINITE)
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
     )
+    speed = inputs["speed"]
+    record = wheelset.element.at_creepage(zeta, **{name: inputs[name] for name in CONTACT})
     r, rise = wheelset.radius, record["force_gradient"] * speed  # dQ/dzeta
     slope = r * rise + wheelset.damping * speed / r
     if wheelset.mass is not None:
-        acceleration = _acceleration(wheelset, record["creep_force"], speed, resistance_force)
+        acceleration = _acceleration(
+            wheelset, record["creep_force"], speed, inputs["resistance_force"]
+        )
         slope = slope + wheelset.inertia / r * (acceleration + (1.0 + zeta) * rise / wheelset.mass)
     return np.asarray(slope)
 
@@ -132,7 +146,7 @@ def creepage_pole(
         friction_scale=friction_scale,
         resistance_force=resistance_force,
     )
-    return np.asarray(-wheelset.radius * slope / (wheelset.inertia * speed))
+    return np.asarray(-wheelset.radius * slope / (wheelset.inertia * float(speed)))
 
 
 def creepage_grid(

@@ -19,7 +19,7 @@ from contactlib.stability.quasi_steady import (
     quasi_steady_torque,
     turning_points,
 )
-from contactlib.wheelset import Wheelset
+from contactlib.wheelset import CONTACT, Wheelset, checked_conditions, checked_torque
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,17 +95,18 @@ def s_curve(
     ValueError
         If a value is out of range.
     """
-    contact: dict[str, Any] = {
-        "speed": speed,
-        "normal_load": normal_load,
-        "friction_scale": friction_scale,
-    }
-    inputs = {**contact, "resistance_force": resistance_force}
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
+    contact = {name: inputs[name] for name in CONTACT}
     try:
         fold = find_fold(wheelset, **inputs)
     except ValueError:
         fold = None
-        quasi_steady_torque(wheelset, 0.0, **inputs)  # raises again if an input is to blame
     if creepage is None:
         zeta = _whole_branch(wheelset, fold, contact, inputs)
         if braking:
@@ -155,13 +156,15 @@ def steady_states(
     ValueError
         If a value is out of range.
     """
-    wanted = float(checked("drive_torque", drive_torque, FINITE))
-    contact: dict[str, Any] = {
-        "speed": speed,
-        "normal_load": normal_load,
-        "friction_scale": friction_scale,
-    }
-    inputs = {**contact, "resistance_force": resistance_force}
+    wanted = checked_torque(drive_torque)
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
+    contact = {name: inputs[name] for name in CONTACT}
 
     def excess(zeta: ArrayLike) -> FloatArray:
         return quasi_steady_torque(wheelset, zeta, **inputs) - wanted

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad
 
-from contactlib.parameters import FINITE, FloatArray, checked
+from contactlib.element import creepage_limits
+from contactlib.parameters import FINITE, POSITIVE, FloatArray, checked_number, derived
 from contactlib.stability.fold import find_fold
 from contactlib.stability.quasi_steady import (
     creepage_grid,
@@ -21,7 +22,7 @@ from contactlib.stability.quasi_steady import (
     quasi_steady_torque,
     turning_points,
 )
-from contactlib.wheelset import Wheelset
+from contactlib.wheelset import CONTACT, Wheelset, checked_conditions, checked_torque
 
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of the torque; so close it is the fold's own
 
@@ -63,14 +64,19 @@ def slip_away_time(
     ValueError
         If a value is out of range.
     """
-    torque = float(checked("drive_torque", drive_torque, FINITE))
-    first, last = float(checked("start", start, FINITE)), float(checked("end", end, FINITE))
-    contact: dict[str, Any] = {
-        "speed": speed,
-        "normal_load": normal_load,
-        "friction_scale": friction_scale,
-    }
-    inputs = {**contact, "resistance_force": resistance_force}
+    torque = checked_torque(drive_torque)
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
+    contact = {name: inputs[name] for name in CONTACT}
+    first, last = (
+        checked_number(name, value, creepage_limits(wheelset.element, inputs["speed"]))
+        for name, value in (("start", start), ("end", end))
+    )
     if first == last:
         return 0.0
     way = math.copysign(1.0, last - first)
@@ -108,7 +114,7 @@ def slip_away_time(
     total = sum(
         quad(integrand, a, b, epsabs=0.0, epsrel=error, limit=400)[0] for a, b in pairwise(parts)
     )
-    return float(wheelset.inertia * speed / wheelset.radius * width * total)
+    return float(wheelset.inertia * inputs["speed"] / wheelset.radius * width * total)
 
 
 def _width(grid: FloatArray, slopes: FloatArray, i: int, least: float) -> float:
@@ -153,12 +159,34 @@ def slip_away_formula(
         zeta_end [1].
     sliding_force : float
         f_d P [N].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or the sliding wheel holds the torque.
     """
-    torque = (1.0 + overload) * radius * peak_force
-    squeeze = math.sqrt(0.5 * overload * peak_force * peak_curvature)
-    passing = math.pi * inertia * speed / (radius**2 * squeeze)
-    running = inertia * speed * (end_creepage - peak_creepage)
-    return passing + running / (radius * (torque - radius * sliding_force))
+    given = {
+        "radius": checked_number("radius", radius, POSITIVE),
+        "inertia": checked_number("inertia", inertia, POSITIVE),
+        "speed": checked_number("speed", speed, POSITIVE),
+        "overload": checked_number("overload", overload, POSITIVE),
+        "peak_force": checked_number("peak_force", peak_force, POSITIVE),
+        "peak_curvature": checked_number("peak_curvature", peak_curvature, POSITIVE),
+        "peak_creepage": checked_number("peak_creepage", peak_creepage, FINITE),
+        "end_creepage": checked_number("end_creepage", end_creepage, FINITE),
+        "sliding_force": checked_number("sliding_force", sliding_force, FINITE),
+    }
+    r, j, v, eps, force, curvature, start, end, sliding = given.values()
+
+    def left_over() -> float:
+        return r * ((1.0 + eps) * force - sliding)
+
+    def time() -> float:
+        passing = math.pi * j * v / (r**2 * math.sqrt(0.5 * eps * force * curvature))
+        return passing + j * v * (end - start) / left_over()
+
+    derived("torque over sliding_force", left_over, given)
+    return derived("slip-away time", time, given)
 
 
 def slip_away_estimate(
@@ -181,14 +209,16 @@ def slip_away_estimate(
     ValueError
         If a value is out of range, or there is no fold.
     """
-    inputs: dict[str, Any] = {
-        "speed": speed,
-        "normal_load": normal_load,
-        "friction_scale": friction_scale,
-        "resistance_force": resistance_force,
-    }
+    inputs = checked_conditions(
+        wheelset,
+        speed=speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
+    torque, far = checked_torque(drive_torque), checked_number("end", end, FINITE)
     fold = find_fold(wheelset, **inputs)
-    overload = float(checked("drive_torque", drive_torque, FINITE)) / fold.drive_torque - 1.0
+    overload = torque / fold.drive_torque - 1.0
     if overload <= 0.0:
         return math.inf
     step = 1e-4 * fold.creepage
@@ -196,11 +226,11 @@ def slip_away_estimate(
     return slip_away_formula(
         radius=wheelset.radius,
         inertia=wheelset.inertia,
-        speed=speed,
+        speed=inputs["speed"],
         overload=overload,
         peak_force=fold.drive_torque / wheelset.radius,
         peak_curvature=float(slopes[0] - slopes[1]) / (2.0 * step * wheelset.radius),
         peak_creepage=fold.creepage,
-        end_creepage=float(checked("end", end, FINITE)),
+        end_creepage=far,
         sliding_force=fold.return_torque / wheelset.radius,
     )

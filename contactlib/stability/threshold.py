@@ -17,9 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
-from contactlib.parameters import FINITE, FloatArray, Limits, checked
+from contactlib import kernel
+from contactlib.element import creepage_limits
+from contactlib.parameters import FloatArray, Limits, checked, checked_number, common_shape
+from contactlib.stability import ranges
 from contactlib.stability.quasi_steady import creepage_grid
-from contactlib.wheelset import OperatingPoint, Wheelset
+from contactlib.wheelset import CONTACT, OperatingPoint, Wheelset, checked_conditions
 
 
 def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
@@ -50,8 +53,18 @@ def approximate_pole(
         r [m], J [kg.m2].
     creep_force_slope, speed : array_like
         Q' = dQ/dzeta [N] and V [m/s]; they broadcast.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
     """
-    return np.asarray(-(radius**2) * np.asarray(creep_force_slope) / (inertia * np.asarray(speed)))
+    r = checked_number("radius", radius, ranges.POSITIVE)
+    j = checked_number("inertia", inertia, ranges.POSITIVE)
+    slope = checked("creep_force_slope", creep_force_slope, ranges.REAL)
+    v = checked("speed", speed, ranges.POSITIVE)
+    common_shape({"creep_force_slope": slope, "speed": v})
+    return np.asarray(-(r**2) * slope / (j * v))
 
 
 def poles(
@@ -82,8 +95,12 @@ def poles(
     ValueError
         If a value is out of range; the speed must be at least the element's minimum speed.
     """
-    v = checked("speed", speed, Limits(at_least=wheelset.element.minimum_speed))
-    zeta = checked("creepage", creepage, FINITE)
+    slowest = wheelset.element.minimum_speed
+    fastest = kernel.wheelset_limits()["speed"].at_most
+    v = checked("speed", speed, Limits(at_least=slowest, at_most=fastest))
+    limits = creepage_limits(wheelset.element, float(v.max(initial=slowest)))
+    zeta = checked("creepage", creepage, limits)
+    common_shape({"creepage": zeta, "speed": v})
     r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
     contact = wheelset.element.evaluate(
         omega=(1.0 + zeta) * v / r,
@@ -155,18 +172,14 @@ def worst_pole(
     ValueError
         If a value is out of range.
     """
-    grid = creepage_grid(
+    inputs = checked_conditions(
         wheelset, speed=speed, normal_load=normal_load, friction_scale=friction_scale
     )
+    given = {name: inputs[name] for name in CONTACT}
+    grid = creepage_grid(wheelset, **given)
 
     def stability(log_creepage: ArrayLike) -> FloatArray:
-        return -fast_pole(
-            wheelset,
-            np.exp(log_creepage),
-            speed=speed,
-            normal_load=normal_load,
-            friction_scale=friction_scale,
-        )
+        return -fast_pole(wheelset, np.exp(log_creepage), **given)
 
     logs = np.log(grid)
     i = int(np.clip(np.argmin(stability(logs)), 1, grid.size - 2))

@@ -15,6 +15,7 @@ from contactlib.traction.design import least_slip, peak_creepage, slip_gains, to
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.limiter import LimiterMemory, SlipLimiter
 from contactlib.traction.sensors import Sensors
+from contactlib.wheelset import checked_conditions
 
 BELOW_PEAK = 0.8  # of the nominal peak's creepage: on the side that needs no holding
 SHARES = (0.2, 2.0)  # the reference stays within these shares of the given one
@@ -61,6 +62,7 @@ class CreepPI(SlipLimiter):
             If the delay is too long for any gain to hold the reference on nominal friction.
         """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
+        speed = checked_conditions(wheelset, speed=speed)["speed"]
         if "reference" not in given:
             reference = BELOW_PEAK * peak_creepage(wheelset, speed)
             force = wheelset.balanced(creepage=reference, speed=speed).creep_force

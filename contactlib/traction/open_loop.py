@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import FloatArray, Parameters, Quantity
+from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked_number
 from contactlib.traction.interface import Measurement
 from contactlib.traction.sensors import Sensors
 
@@ -35,6 +35,7 @@ class OpenLoop(Parameters):
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
         """As given: there is nothing to work out."""
+        checked_number("speed", speed, POSITIVE)
         return cls(**given)
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> NoMemory:

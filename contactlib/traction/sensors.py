@@ -9,9 +9,10 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked
+from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked_number
 
 AHEAD = 256  # samples of noise that are drawn at once
+LONGEST_DELAY = 10_000  # samples, all of which are kept
 TOGETHER = 64  # wheelsets whose noise is written at once
 
 
@@ -50,16 +51,22 @@ class Sensors(Parameters):
         Raises
         ------
         ValueError
-            If it is not a whole number of them.
+            If it is not a whole number of them, or of too many.
         """
-        checked("sample_time", sample_time, POSITIVE)
-        samples = round(self.delay / sample_time)
-        if abs(samples * sample_time - self.delay) > 1e-6 * sample_time:
+        step = checked_number("sample_time", sample_time, POSITIVE)
+        samples = self.delay / step
+        if samples > LONGEST_DELAY:
+            raise ValueError(
+                f"Sensors.delay = {self.delay!r} is out of range: must be <= {LONGEST_DELAY} "
+                f"samples of sample_time = {step!r}"
+            )
+        nearest = round(samples) * step
+        if abs(nearest - self.delay) > 1e-6 * step:
             raise ValueError(
                 f"Sensors.delay = {self.delay!r} is not a whole number of samples of "
-                f"{sample_time!r} s: take {samples * sample_time:.6g} s"
+                f"sample_time = {step!r} s: take {nearest:.6g} s"
             )
-        return samples
+        return round(samples)
 
     def reader(self, count: int, sample_time: float, *, first: int = 0) -> SensorReader:
         """Reader of `count` wheelsets; `first` is the index of the first among all of them."""

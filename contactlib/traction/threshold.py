@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import FloatArray, Parameters, Quantity
+from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked_number
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.sensors import Sensors
 from contactlib.traction.speed_tracker import Tracked, track, tracked_variance, tracker_gains
@@ -126,6 +126,7 @@ class ThresholdControl(Parameters):
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
         """Thresholds clear of the sensors' noise; the wheelset has no part in them."""
+        checked_number("speed", speed, POSITIVE)
         designed = cls(**given)
         slip, acceleration = designed.noise(sensors)
         known = {
