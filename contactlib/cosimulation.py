@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, Protocol, Self
@@ -18,11 +19,13 @@ import numpy as np
 
 from contactlib import kernel
 from contactlib.controllers import Controller
-from contactlib.element import ForceElement
-from contactlib.parameters import POSITIVE, checked
+from contactlib.element import ForceElement, creepage_limits
+from contactlib.parameters import POSITIVE, checked_number
 from contactlib.simulation import Result, make_result
 from contactlib.stability import quasi_steady_torque
 from contactlib.wheelset import Wheelset
+
+MOST_STEPS = 10_000_000
 
 
 class Contact(NamedTuple):
@@ -163,18 +166,30 @@ def cosimulate(
     Raises
     ------
     ValueError
-        If `duration` or `step` is not above zero.
+        If a value is out of range, the steps are too many, or so long that the numbers overflow.
     RuntimeError
         If the source reports an error.
     """
-    checked("duration", duration, POSITIVE)
-    checked("step", step, POSITIVE)
+    duration = checked_number("duration", duration, POSITIVE)
+    step = checked_number("step", step, POSITIVE)
+    if duration / step > MOST_STEPS:
+        raise ValueError(
+            f"duration = {duration!r} is out of range: must be <= {MOST_STEPS} times "
+            f"step = {step!r}"
+        )
+    limits = kernel.wheelset_limits()
+    slowest = wheelset.element.minimum_speed
+    speed = checked_number(
+        "initial_speed", initial_speed, replace(limits["speed"], at_least=slowest)
+    )
+    reachable = creepage_limits(wheelset.element, speed)
+    creepage = checked_number("initial_creepage", initial_creepage, reachable)
     n = max(1, round(duration / step))
     time = step * np.arange(n + 1, dtype=np.float64)
     reference = controller.reference(time)
     load = wheelset.element.contact.normal_load
-    start = float(quasi_steady_torque(wheelset, initial_creepage, speed=initial_speed))
-    omega, speed = (1.0 + initial_creepage) * initial_speed / wheelset.radius, initial_speed
+    start = float(quasi_steady_torque(wheelset, creepage, speed=speed))
+    omega = (1.0 + creepage) * speed / wheelset.radius
     memory = controller.start(start)
     omegas, speeds, torques = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
     for i, (t, asked) in enumerate(zip(time.tolist(), reference.tolist(), strict=True)):
@@ -189,6 +204,11 @@ def cosimulate(
         memory += step * command.memory_rate
         if i % 1000 == 0:
             progress(i / n)
+    if not (limits["omega"].allow_all(omegas) and limits["speed"].allow_all(speeds)):
+        raise ValueError(
+            f"step = {step!r}, initial_speed = {initial_speed!r}, initial_creepage = "
+            f"{initial_creepage!r}: the coupling does not converge, so the step must be shorter"
+        )
     columns = {
         "time": time,
         "omega": omegas,

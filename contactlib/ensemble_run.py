@@ -8,10 +8,10 @@ import numpy as np
 
 from contactlib.fleet import Runs, Timing, timing
 from contactlib.outcomes import Seen, Vehicles, observers
-from contactlib.parameters import FloatArray, checked
+from contactlib.parameters import FloatArray, checked_number
 from contactlib.scenario import Scenario
 from contactlib.traction import TractionController, stacked, structure
-from contactlib.traction_run import INDEX, TOLERANCE
+from contactlib.traction_run import TOLERANCE, checked_indices
 
 FLEET = 2048  # runs at once: their states and memories stay in a core's own cache
 FAILED = "failed"
@@ -76,12 +76,12 @@ def run_many(
     >>> found["adhesion_utilisation"].round(2), found["failed"]
     (array([0.98, 1.  ]), array([0., 0.]))
     """
-    checked("tolerance", tolerance, TOLERANCE)
+    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     observers(outcomes, Vehicles.of([]))
     index = range(len(scenarios)) if index is None else index
     if len(index) != len(scenarios):
         raise ValueError(f"index has {len(index)} entries for {len(scenarios)} scenarios")
-    checked("index", index, INDEX)
+    checked_indices(index)
     found = {name: np.full(len(scenarios), np.nan) for name in outcomes}
     found[FAILED] = np.zeros(len(scenarios))
     controls = [one.controller(controller) for one in scenarios]

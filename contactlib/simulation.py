@@ -15,9 +15,11 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from contactlib import kernel
 from contactlib.controllers import Command, Controller
+from contactlib.element import creepage_limits
 from contactlib.files import write_whole
-from contactlib.parameters import FINITE, POSITIVE, FloatArray, Limits, checked
+from contactlib.parameters import POSITIVE, FloatArray, Limits, checked, checked_number
 from contactlib.profile import Profile
 from contactlib.stability import quasi_steady_slope, quasi_steady_torque
 from contactlib.stability.quasi_steady import creepage_grid, turning_points
@@ -42,6 +44,8 @@ UNITS = {
 }
 WORKS = ("drive_work", "creep_work", "resistance_work", "loss_work")
 WORK_UNITS = {"distance": "m", **dict.fromkeys((*WORKS, "stored_energy", "energy_defect"), "J")}
+
+MOST_ROWS = 10_000_000
 
 PEAK_PASSED, SLIP_AWAY, STANDSTILL = "peak_passed", "slip_away", "standstill"
 
@@ -346,32 +350,45 @@ def simulate(
         If the solver cannot meet the tolerance.
     """
     end = controller.reference.at[-1] if duration is None else duration
-    interval = end / 1000.0 if output_interval is None else output_interval
     away = slip_away_creepage
     if away is None:
         away = 10.0 * wheelset.element.saturation_creepage
-    checked("duration", end, POSITIVE)
-    checked("initial_speed", initial_speed, FINITE)
-    checked("tolerance", tolerance, Limits(at_least=1e-13, at_most=1e-2))
-    checked("output_interval", interval, POSITIVE)
-    checked("slip_away_creepage", away, POSITIVE)
+    end = checked_number("duration", end, POSITIVE)
+    interval = end / 1000.0 if output_interval is None else output_interval
+    interval = checked_number("output_interval", interval, POSITIVE)
+    if end / interval > MOST_ROWS:
+        raise ValueError(
+            f"output_interval = {interval!r} is out of range: must be >= duration = {end!r} over "
+            f"{MOST_ROWS}"
+        )
+    limits = kernel.wheelset_limits()
+    initial_speed = checked_number("initial_speed", initial_speed, limits["speed"])
+    tolerance = checked_number("tolerance", tolerance, Limits(at_least=1e-13, at_most=1e-2))
+    away = checked_number("slip_away_creepage", away, POSITIVE)
     unknown = set(stop_at) - {PEAK_PASSED, SLIP_AWAY, STANDSTILL}
     if unknown:
         raise ValueError(f"stop_at = {sorted(unknown)!r} holds no name of an event")
     nominal_load = wheelset.element.contact.normal_load
-    profiles = {
-        "reference": controller.reference,
-        "normal_load": Profile.of(nominal_load if normal_load is None else normal_load),
-        "friction_scale": Profile.of(friction_scale),
-        "resistance_force": Profile.of(resistance_force),
+    given_inputs = {
+        "normal_load": nominal_load if normal_load is None else normal_load,
+        "friction_scale": friction_scale,
+        "resistance_force": resistance_force,
     }
-    checked("normal_load", profiles["normal_load"].value, Limits(at_least=0.0))
-    checked("friction_scale", profiles["friction_scale"].value, POSITIVE)
+    profiles = {"reference": controller.reference}
+    for name, value in given_inputs.items():
+        if isinstance(value, Profile):
+            checked(name, value.value, limits[name])
+            profiles[name] = value
+        else:
+            profiles[name] = Profile.of(checked_number(name, value, limits[name]))
     segments = _segments(profiles, end)
     given = segments[0].at(0.0)
     reference = given.pop("reference")
     slowest = wheelset.element.minimum_speed
     creepage, torque = initial_creepage, 0.0
+    if creepage is not None:
+        reachable = creepage_limits(wheelset.element, max(abs(initial_speed), slowest))
+        creepage = checked_number("initial_creepage", creepage, reachable)
     if initial_speed < slowest:
         creepage = 0.0 if creepage is None else creepage
     else:

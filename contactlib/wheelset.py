@@ -426,7 +426,6 @@ def _condition_limits(minimum_speed: float) -> dict[str, Limits]:
     return {
         **limits,
         "speed": replace(limits["speed"], at_least=minimum_speed),
-        "normal_load": replace(limits["normal_load"], above=0.0),
     }
 
 

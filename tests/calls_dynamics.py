@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -225,6 +227,48 @@ def on_axle(function: Callable[..., Any], **given: Any) -> Callable[[], tuple[An
 def at_point(function: Callable[..., Any], **given: Any) -> Callable[[], tuple[Any, Any]]:
     return lambda: (function, {"wheelset": rig(), "point": point(), **given})
 
+
+def exported(function: Callable[..., Any]) -> Callable[[], tuple[Any, dict[str, Any]]]:
+    """Export to a folder that goes away."""
+
+    def to_folder(**given: Any) -> None:
+        with TemporaryDirectory() as folder:
+            model = cl.load_model("models/roller_rig.toml", table=table())
+            suffix = "fmu" if function is cl.export_fmu else "ssp"
+            function(model, Path(folder) / f"rig.{suffix}", **given)
+
+    return lambda: (to_folder, {"fmi_version": 2, "relaxation_length": 0.1})
+
+
+SEEKING = {
+    "radius": 0.5,
+    "inertia": 250.0,
+    "delay": 0.01,
+    "motor_lag": 0.01,
+    "first_compliance": 1e-6,
+    "least_reference": 2e-3,
+    "largest_reference": 0.05,
+    "seeking_rate": 0.35,
+    "target_elasticity": 0.2,
+    "dither": 0.1,
+    "dither_period": 0.6,
+    "memory_time": 0.6,
+    "observer_time": 0.04,
+    "slip_noise": 0.0,
+}
+THRESHOLDS = {
+    "slip_threshold": 0.05,
+    "slip_release": 0.035,
+    "acceleration_threshold": 2.0,
+    "cut_fraction": 0.15,
+    "cut_time": 0.02,
+    "reapply_fraction": 0.85,
+    "reapply_time": 0.02,
+    "ramp_time": 2.0,
+    "slip_filter_time": 0.02,
+    "acceleration_filter_time": 0.01,
+}
+RULES = ("sample", "start")
 
 CALLS: list[Call] = [
     # ---- stability
@@ -501,7 +545,6 @@ CALLS: list[Call] = [
     Call(
         name="control_systems.response",
         make=answered,
-        rows=("initial_state",),
         numbers=("duration", "output_interval", "tolerance"),
         optional=("output_interval",),
         long=True,
@@ -524,6 +567,43 @@ CALLS: list[Call] = [
     fields_of("OpenLoop", sample_time=0.01),
     fields_of("CreepPI", **LIMITER, reference=0.02, reference_torque=1e4),
     fields_of("Sensors", wheel_speed_noise=0.1, vehicle_speed_noise=0.1, delay=0.01, seed=3.0),
+    fields_of("SlopeSeeking", **LIMITER, **SEEKING),
+    fields_of("ThresholdControl", sample_time=0.01, **THRESHOLDS),
+    Call(
+        name="Sensors.reader",
+        make=lambda: (
+            cl.Sensors(wheel_speed_noise=0.1).reader,
+            {"count": 4, "sample_time": 0.01, "first": 2},
+        ),
+        numbers=("count", "sample_time", "first"),
+    ),
+    Call(
+        name="traction.SensorReader",
+        make=lambda: (
+            traction.SensorReader,
+            {"sensors": [cl.Sensors()] * 4, "sample_time": 0.01, "index": [0, 1, 2, 3]},
+        ),
+        rows=("index",),
+        numbers=("sample_time",),
+    ),
+    Call(
+        name="Scenario",
+        make=lambda: (
+            partial(dataclasses.replace, scenario()),
+            {"initial_speed": 10.0, "design_speed": 10.0, "duration": 1.0},
+        ),
+        numbers=("initial_speed", "design_speed", "duration"),
+    ),
+    *(
+        Call(
+            name=f"stability.{kind.__name__}.at",
+            make=lambda kind=kind: (kind.at, {"wheelset": rig(), "creepage": CREEPAGES, **INPUTS}),
+            arrays=("creepage",),
+            numbers=tuple(INPUTS),
+            optional=("normal_load",),
+        )
+        for kind in (stability.SteadyStates, stability.SCurve)
+    ),
     Call(
         name="Sensors.samples_of_delay",
         make=lambda: (cl.Sensors(delay=0.02).samples_of_delay, {"sample_time": 0.01}),
@@ -562,6 +642,7 @@ CALLS: list[Call] = [
     Call(
         name="cosimulate",
         make=cosimulation,
+        slow=True,
         numbers=("duration", "step", "initial_speed", "initial_creepage"),
     ),
     Call(
@@ -583,7 +664,83 @@ CALLS: list[Call] = [
         nan=True,
         infinite=True,
     ),
+    # ---- files
+    Call(
+        name="export_fmu",
+        make=exported(cl.export_fmu),
+        numbers=("fmi_version", "relaxation_length"),
+        optional=("relaxation_length",),
+        long=True,
+    ),
+    Call(
+        name="export_ssp",
+        make=exported(cl.export_ssp),
+        numbers=("fmi_version", "relaxation_length"),
+        optional=("relaxation_length",),
+        long=True,
+    ),
 ]
 
+ANSWER = "what an analysis answers"
+EVERY_SAMPLE = "asked at every sample, of any numbers: test_dynamics_properties.py"
+EVERY_STEP = "asked at every step of an integrator: checks nothing"
+FILES = "has a file alone: "
+LIMITER_RULES = ("limit", "sample", "slip", "start", "start_limiter")
+
 # Public names without a call, and why.
-EXEMPT: dict[str, str] = {}
+EXEMPT: dict[str, str] = {
+    **dict.fromkeys(
+        (
+            *("Event", "Fold", "Metrics", "OperatingPoint", "Result", "Result.first"),
+            *("Result.to_xarray", "control_systems.Margins", "control_systems.Nyquist"),
+            *("control_systems.RootLocus", "stability.Basin", "stability.Clearing"),
+            *("stability.Controllability", "stability.ReducedPlant", "stability.SCurve"),
+            *("stability.SteadyStates", "stability.Window", "stability.WorstPole"),
+            *("torsion.LimitCycle", "torsion.TorsionalState", "Measurement", "Sweep"),
+        ),
+        ANSWER,
+    ),
+    **dict.fromkeys(
+        (
+            *(f"{kind}.{rule}" for kind in ("CreepPI", "SlopeSeeking") for rule in LIMITER_RULES),
+            *(f"{kind}.{rule}" for kind in ("OpenLoop", "ThresholdControl") for rule in RULES),
+        ),
+        EVERY_SAMPLE,
+    ),
+    **dict.fromkeys(
+        (
+            *("CreepControl.command", "CreepControl.start", "TorqueControl.command"),
+            *("TorqueControl.start", "Wheelset.rates", "KernelSource.exchange"),
+            "FmuSource.exchange",
+        ),
+        EVERY_STEP,
+    ),
+    **dict.fromkeys(
+        (
+            *("TractionController", "TractionController.for_drivetrain"),
+            *("TractionController.sample", "TractionController.start"),
+        ),
+        "a protocol",
+    ),
+    **dict.fromkeys(("load_model", "model_path"), f"{FILES}test_models.py"),
+    "load_scenario": f"{FILES}test_load_scenario.py",
+    "load_sweep": f"{FILES}test_sweep.py",
+    "ensemble": "of a sweep's file: test_sweep_execution.py",
+    "Sweep.describe": "of a sweep's file: test_sweep.py",
+    "Sweep.scenario_of": "of a sweep's file: test_sweep.py",
+    "Result.to_csv": f"{FILES}test_simulation.py",
+    "write_comparison": f"{FILES}test_metrics.py",
+    "write_explorer": f"{FILES}test_explorer_files.py",
+    "FmuSource": f"{FILES}test_interop.py",
+    "ModelError": "an exception",
+    "Model": "takes objects that are checked: made by load_model",
+    "TorqueControl": "takes a Profile alone",
+    "KernelSource": "takes an element alone",
+    "comparison_table": "takes metrics alone",
+    "Drivetrain.member": "takes a track alone",
+    "Scenario.controller": "takes a name alone: test_load_scenario.py",
+    "ThresholdControl.noise": "takes sensors alone",
+    "control_systems.open_loop": "takes systems of python-control alone",
+    "traction.stacked": "takes controllers alone",
+    "traction.structure": "takes any value",
+}

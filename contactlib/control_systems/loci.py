@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from contactlib.parameters import POSITIVE, FloatArray, checked
+from contactlib.parameters import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    Limits,
+    checked,
+    checked_number,
+    derived,
+    shown,
+)
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -42,9 +51,13 @@ class RootLocus(NamedTuple):
 def growth_rate(poles: ArrayLike, sample_time: float = 0.0) -> float:
     """Largest growth rate of any pole [1/s]: Re s, or log|z|/h of a sampled loop."""
     roots = np.asarray(poles, dtype=np.complex128)
+    sample_time = checked_number("sample_time", sample_time, Limits(at_least=0.0))
     if sample_time == 0.0:
         return float(roots.real.max())
-    return float(np.log(np.abs(roots).max()) / sample_time)
+    largest = float(np.log(np.abs(roots).max()))
+    return derived(
+        "growth rate", lambda: largest / sample_time, {"sample_time": sample_time}, FINITE
+    )
 
 
 def root_locus(loop: StateSpace, gains: ArrayLike) -> RootLocus:
@@ -65,8 +78,8 @@ def root_locus(loop: StateSpace, gains: ArrayLike) -> RootLocus:
     import control
 
     factors = np.atleast_1d(checked("gains", gains, POSITIVE))
-    if factors.ndim != 1 or (np.diff(factors) <= 0.0).any():
-        raise ValueError(f"gains = {factors!r} must be one row that rises")
+    if factors.ndim != 1 or factors.size == 0 or (np.diff(factors) <= 0.0).any():
+        raise ValueError(f"gains = {shown(factors)} must be one row that rises")
 
     def growth(gain: float) -> float:
         """By eigenvalues: the roots of a polynomial blur where several poles are near z = 1."""

@@ -12,13 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlib.parameters import POSITIVE, Limits, checked
+from contactlib.parameters import Limits, checked_number
 from contactlib.wheelset import OperatingPoint, Wheelset
 
 if TYPE_CHECKING:
     from control import StateSpace
 
-NOT_NEGATIVE = Limits(at_least=0.0)
+GAINS = Limits(at_least=1e-12, at_most=1e15)  # [N.m]
+INTEGRAL_GAINS = Limits(at_least=0.0, at_most=1e15)  # [N.m/s]
+TIMES = Limits(at_least=0.0, at_most=1e6)  # of the loop [s]
+SAMPLE_TIMES = Limits(at_least=1e-9, at_most=1e6)  # [s]
+MOST_SAMPLES = 1000  # of delay: as many states
 PADE_ORDERS = Limits(at_least=1.0, at_most=12.0)  # beyond, its coefficients overflow the poles
 
 
@@ -54,17 +58,19 @@ def creep_loop(
     """
     import control
 
-    for name, value in (("integral_gain", integral_gain), ("delay", delay)):
-        checked(name, value, NOT_NEGATIVE)
-    checked("proportional_gain", proportional_gain, POSITIVE)
-    checked("pade_order", pade_order, PADE_ORDERS)
+    proportional_gain = checked_number("proportional_gain", proportional_gain, GAINS)
+    integral_gain = checked_number("integral_gain", integral_gain, INTEGRAL_GAINS)
+    delay = checked_number("delay", delay, TIMES)
+    order = checked_number("pade_order", pade_order, PADE_ORDERS)
+    if order != int(order):
+        raise ValueError(f"pade_order = {pade_order!r} must be a whole number")
     controller = _proportional(proportional_gain)
     if integral_gain > 0.0:
         integral = control.tf([proportional_gain, integral_gain], [1.0, 0.0])
         controller = control.ss(integral, inputs="creepage_error", outputs="command")
     wait = _unit("command", "delayed")
     if delay > 0.0:
-        approximant = control.tf(*control.pade(delay, pade_order))
+        approximant = control.tf(*control.pade(delay, int(order)))
         wait = control.ss(approximant, inputs="command", outputs="delayed")
     return open_loop(_driven(wheelset, point, lag), _chain([controller, wait], "delayed"))
 
@@ -102,11 +108,16 @@ def sampled_loop(
     """
     import control
 
-    checked("sample_time", sample_time, POSITIVE)
-    checked("proportional_gain", proportional_gain, POSITIVE)
-    checked("integral_gain", integral_gain, NOT_NEGATIVE)
-    checked("delay", delay, NOT_NEGATIVE)
+    sample_time = checked_number("sample_time", sample_time, SAMPLE_TIMES)
+    proportional_gain = checked_number("proportional_gain", proportional_gain, GAINS)
+    integral_gain = checked_number("integral_gain", integral_gain, INTEGRAL_GAINS)
+    delay = checked_number("delay", delay, TIMES)
     samples = round(delay / sample_time)
+    if samples > MOST_SAMPLES:
+        raise ValueError(
+            f"delay = {delay!r} is out of range: must be <= {MOST_SAMPLES} times "
+            f"sample_time = {sample_time!r}"
+        )
     if not math.isclose(samples * sample_time, delay, rel_tol=1e-9, abs_tol=1e-12):
         raise ValueError(
             f"delay = {delay!r} must be a whole number of samples of sample_time = {sample_time!r}"
@@ -173,7 +184,7 @@ def _driven(wheelset: Wheelset, point: OperatingPoint, lag: float) -> StateSpace
     """Linear wheelset behind its motor, from ``drive_torque`` (as asked for) to ``creepage``."""
     import control
 
-    checked("lag", lag, NOT_NEGATIVE)
+    lag = checked_number("lag", lag, TIMES)
     plant = wheelset.linearize(point)[["creepage"], ["drive_torque"]]
     if lag == 0.0:
         return plant

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contactlib.controllers import CreepControl
-from contactlib.parameters import FINITE, FloatArray, checked
+from contactlib.parameters import FloatArray
 from contactlib.stability import find_fold
-from contactlib.wheelset import OperatingPoint, Wheelset
+from contactlib.wheelset import OperatingPoint, Wheelset, checked_conditions, checked_torque
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
@@ -82,11 +82,15 @@ def phase_plane_system(
 
     if wheelset.speed_held:
         raise ValueError("the speed of this wheelset is held: it has one state, and no phase plane")
-    checked("drive_torque", drive_torque, FINITE)
-    checked("resistance_force", resistance_force, FINITE)
-    load = wheelset.element.contact.normal_load if normal_load is None else normal_load
+    given = checked_conditions(
+        wheelset,
+        speed=wheelset.element.minimum_speed,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+        resistance_force=resistance_force,
+    )
     system, radius = wheelset.to_nlsys(), wheelset.radius
-    inputs = np.array([drive_torque, load, friction_scale, resistance_force])
+    inputs = np.array([checked_torque(drive_torque), *list(given.values())[1:]])
 
     def update(t: float, x: FloatArray, _: Any, __: Mapping[str, Any]) -> FloatArray:
         creepage, speed = x
@@ -136,17 +140,21 @@ def operating_point(
     guess = wheelset.balanced(
         creepage=creepage, speed=speed, normal_load=normal_load, friction_scale=friction_scale
     )
-    given = [float(checked("drive_torque", drive_torque, FINITE)), guess.normal_load]
+    given = [checked_torque(drive_torque), guess.normal_load]
     found = control.find_operating_point(
-        held.to_nlsys(speed=speed),
+        held.to_nlsys(speed=guess.speed),
         [guess.omega],
-        [*given, friction_scale, 0.0],
+        [*given, guess.friction_scale, 0.0],
         return_result=True,
         root_kwargs={"tol": 1e-12},
     )
-    load = wheelset.element.contact.normal_load if normal_load is None else normal_load
     left = wheelset.inertia * float(np.max(np.abs(found.result.fun)))  # [N.m]
-    largest = wheelset.radius * wheelset.element.friction.static * load * friction_scale
+    largest = (
+        wheelset.radius
+        * wheelset.element.friction.static
+        * guess.normal_load
+        * guess.friction_scale
+    )
     if not found.result.success or left > BALANCED * largest:
         raise ValueError(
             f"drive_torque = {drive_torque!r}: no operating point near creepage = {creepage!r} "
@@ -154,9 +162,9 @@ def operating_point(
         )
     return wheelset.balanced(
         creepage=float(found.outputs[2]),
-        speed=speed,
-        normal_load=normal_load,
-        friction_scale=friction_scale,
+        speed=guess.speed,
+        normal_load=guess.normal_load,
+        friction_scale=guess.friction_scale,
     )
 
 

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.parameters import FINITE, POSITIVE, Limits, checked
+from contactlib.parameters import FINITE, POSITIVE, Limits, checked, checked_number
 from contactlib.profile import Profile
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem, TimeResponseData
 
+MOST_ROWS = 10_000_000
 ROWS = 1001  # of a response, if no interval is asked for
 
 
@@ -67,14 +68,24 @@ def response(
     if set(inputs) != set(system.input_labels):
         wanted = ", ".join(system.input_labels)
         raise ValueError(f"inputs = {sorted(inputs)!r} must be those of the system: {wanted}")
-    checked("duration", duration, POSITIVE)
-    checked("tolerance", tolerance, Limits(at_least=1e-12, at_most=1e-2))
+    duration = checked_number("duration", duration, POSITIVE)
+    tolerance = checked_number("tolerance", tolerance, Limits(at_least=1e-12, at_most=1e-2))
     interval = duration / (ROWS - 1) if output_interval is None else output_interval
-    checked("output_interval", interval, POSITIVE)
+    interval = checked_number("output_interval", interval, POSITIVE)
+    if duration / interval > MOST_ROWS:
+        raise ValueError(
+            f"output_interval = {interval!r} is out of range: must be >= duration = {duration!r} "
+            f"over {MOST_ROWS}"
+        )
     profiles = [Profile.of(inputs[name]) for name in system.input_labels]
     corners = {0.0, float(duration)}
     corners.update(t for profile in profiles for t in profile.at if 0.0 < t < duration)
     state = checked("initial_state", initial_state, FINITE)
+    if state.shape != (system.nstates,):
+        raise ValueError(
+            f"initial_state has the shape {state.shape}: it must have one number for each of "
+            f"{system.nstates} states"
+        )
     scale = np.maximum(np.abs(state), 1e-3)
     grid = interval * np.arange(1, int(np.ceil(duration / interval)))
 

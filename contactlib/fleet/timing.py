@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contactlib.parameters import POSITIVE, FloatArray, checked
+from contactlib.parameters import POSITIVE, FloatArray, checked_number
 from contactlib.scenario import Scenario
 from contactlib.traction import TractionController
 
@@ -66,13 +66,18 @@ def timing(
     longest = min(control.sample_time, longest) if step is None else step
     if step is None and scenario.drivetrain.axle is not None:
         longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
-    checked("step", longest, POSITIVE)
+    longest = checked_number("step", longest, POSITIVE)
+    if control.sample_time / longest > MOST_ROWS:
+        raise ValueError(
+            f"step = {longest!r} is out of range: must be >= {control.sample_time / MOST_ROWS:.6g},"
+            f" as the sample time is {control.sample_time!r}"
+        )
     per_sample = max(1, math.ceil(control.sample_time / longest * (1.0 - 1e-9)))
     length = control.sample_time / per_sample
     rows = max(2, math.floor(scenario.duration / length * (1.0 + 1e-9)) + 1)
     if rows > MOST_ROWS:
         raise ValueError(
-            f"duration = {scenario.duration!r} has {rows} steps of {length:.6g} s: "
-            f"at most {MOST_ROWS}"
+            f"duration = {scenario.duration!r} has {rows} rows a step = {length:.6g} s apart: "
+            f"at most {MOST_ROWS} are allowed, so the step must be longer"
         )
     return Timing(length, per_sample, rows)

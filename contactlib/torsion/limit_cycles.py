@@ -35,11 +35,13 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import FloatArray, Limits, checked
+from contactlib.element import creepage_limits
+from contactlib.parameters import FloatArray, Limits, checked, checked_number
 from contactlib.torsion.linear import checked_axle, torsional_threshold
 from contactlib.wheelset import OperatingPoint, Wheelset
 
 PHASES = 256  # over a quarter of a cycle
+SMALLEST = 1e-6  # amplitude, over zeta0, of which rounding leaves a slope
 AMPLITUDES = 241  # among which maxima and minima of the rate are bracketed
 
 
@@ -56,10 +58,15 @@ class AntiphaseForce:
 
     def __init__(self, wheelset: Wheelset, point: OperatingPoint) -> None:
         self._wheelset, self._point = wheelset, point
+        limits = creepage_limits(wheelset.element, point.speed)
+        self._largest = min(limits.at_most - point.creepage, point.creepage - limits.at_least)
+        self._scale = wheelset.element.saturation_creepage_at(
+            normal_load=point.normal_load, friction_scale=point.friction_scale
+        )
 
     def __call__(self, deviation: ArrayLike) -> Any:
         """Value at any deviations z of the creepage [1]."""
-        z = np.asarray(deviation, dtype=np.float64)
+        z = checked("deviation", deviation, Limits(at_least=-self._largest, at_most=self._largest))
         ahead, behind = self._force(self._point.creepage + np.stack([z, -z]))
         return 0.25 * (ahead - behind)  # half a difference of halves
 
@@ -79,8 +86,9 @@ class AntiphaseForce:
 
     def describing_function(self, amplitude: ArrayLike) -> FloatArray:
         """N(a) = (1/(pi a)) int f(a sin phi) sin phi dphi over a cycle [N]; N(0) = Q1'."""
-        size, sines = np.asarray(amplitude, dtype=np.float64), self._cycle
-        still = size == 0.0
+        limits = Limits(at_least=0.0, at_most=self._largest)
+        size, sines = checked("amplitude", amplitude, limits), self._cycle
+        still = size <= SMALLEST * self._scale
         first = 2.0 * np.mean(self(size[..., np.newaxis] * sines) * sines, axis=-1)
         small = 0.5 * self._point.creep_force_slope
         return np.where(still, small, first / np.where(still, 1.0, size))

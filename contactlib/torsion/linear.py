@@ -16,8 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from contactlib import kernel
 from contactlib.drivetrain import Axle, Drivetrain
-from contactlib.parameters import POSITIVE, FloatArray, checked
+from contactlib.parameters import FloatArray, Limits, checked_number
 from contactlib.wheelset import OperatingPoint
 
 
@@ -65,8 +66,9 @@ def torsional_threshold(drivetrain: Drivetrain, *, speed: float) -> float:
     -2 D omega_t J_w V/r^2 = -(2 d + b/2) V/r^2; the stiffness does not matter.
     """
     axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
-    checked("speed", speed, POSITIVE)
-    return -(2.0 * axle.damping + 0.5 * wheelset.damping) * speed / wheelset.radius**2
+    fastest = kernel.wheelset_limits()["speed"].at_most
+    v = checked_number("speed", speed, Limits(above=0.0, at_most=fastest))
+    return -(2.0 * axle.damping + 0.5 * wheelset.damping) * v / wheelset.radius**2
 
 
 def checked_axle(drivetrain: Drivetrain) -> Axle:
