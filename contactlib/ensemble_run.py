@@ -11,7 +11,8 @@ from contactlib.outcomes import Seen, Vehicles, observers
 from contactlib.parameters import FloatArray, checked_number
 from contactlib.scenario import Scenario
 from contactlib.traction import TractionController, stacked, structure
-from contactlib.traction_run import TOLERANCE, checked_indices
+from contactlib.traction.sensors import checked_indices
+from contactlib.traction_run import TOLERANCE
 
 FLEET = 2048  # runs at once: their states and memories stay in a core's own cache
 FAILED = "failed"
@@ -78,10 +79,9 @@ def run_many(
     """
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     observers(outcomes, Vehicles.of([]))
-    index = range(len(scenarios)) if index is None else index
+    index = range(len(scenarios)) if index is None else checked_indices(index)
     if len(index) != len(scenarios):
         raise ValueError(f"index has {len(index)} entries for {len(scenarios)} scenarios")
-    checked_indices(index)
     found = {name: np.full(len(scenarios), np.nan) for name in outcomes}
     found[FAILED] = np.zeros(len(scenarios))
     controls = [one.controller(controller) for one in scenarios]

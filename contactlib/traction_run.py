@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import MappingProxyType
 
 import numpy as np
 
 from contactlib.element import creepage_limits
 from contactlib.fleet import UNITS, Runs, timing
-from contactlib.parameters import FINITE, FloatArray, Limits, checked, checked_number, shown
+from contactlib.parameters import FINITE, FloatArray, Limits, checked, checked_number
 from contactlib.scenario import Scenario
 from contactlib.simulation import Result
 from contactlib.traction import TractionController
+from contactlib.traction.sensors import INDEX, checked_whole
 
 TOLERANCE = Limits(at_least=1e-12, at_most=1e-2)
-INDEX = Limits(at_least=0.0, below=2.0**63)  # of a run, for its noise
-
-
-def checked_indices(index: Sequence[int]) -> None:
-    """Refuse what is no place of a run."""
-    places = checked("index", index, INDEX)
-    if places.ndim != 1 or (places != np.floor(places)).any():
-        raise ValueError(f"index = {shown(index)} must be whole numbers, one for each run")
 
 
 def run_scenario(
@@ -74,7 +67,7 @@ def run_scenario(
     """
     control = scenario.controller(controller) if isinstance(controller, str) else controller
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
-    checked_indices([index])
+    index = checked_whole("index", index, INDEX)
     element, speed = scenario.drivetrain.wheelset.element, abs(scenario.initial_speed)
     if initial_creepage is not None:
         reachable = creepage_limits(element, max(speed, element.minimum_speed))

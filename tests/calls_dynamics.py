@@ -67,7 +67,10 @@ TORQUE = 19e3  # of a point on the rising branch
 
 def made(function: Callable[..., Any], **given: Any) -> Callable[[], tuple[Any, dict[str, Any]]]:
     """What a `Call` makes of numbers alone, with nothing to build."""
-    return lambda: (function, {k: v.copy() if hasattr(v, "copy") else v for k, v in given.items()})
+    return lambda: (
+        function,
+        {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in given.items()},
+    )
 
 
 def of_curve(
@@ -113,7 +116,6 @@ def fields_of(name: str, **given: float) -> Call:
         make=lambda: (kind, dict(given)),
         numbers=tuple(given),
         optional=tuple(k for k in given if k == "reference_torque"),
-        says={key: rf"{name}\.{key}" for key in ()},
     )
 
 
@@ -222,6 +224,10 @@ def read_speeds() -> tuple[Any, dict[str, Any]]:
 
 def on_axle(function: Callable[..., Any], **given: Any) -> Callable[[], tuple[Any, Any]]:
     return lambda: (function, {"drivetrain": drivetrain(), **given})
+
+
+def on_rig(function: Callable[..., Any]) -> Callable[[], tuple[Any, Any]]:
+    return lambda: (function, {"wheelset": rig(), "creepage": CREEPAGES.copy(), **INPUTS})
 
 
 def at_point(function: Callable[..., Any], **given: Any) -> Callable[[], tuple[Any, Any]]:
@@ -581,7 +587,7 @@ CALLS: list[Call] = [
         name="traction.SensorReader",
         make=lambda: (
             traction.SensorReader,
-            {"sensors": [cl.Sensors()] * 4, "sample_time": 0.01, "index": [0, 1, 2, 3]},
+            {"sensors": [cl.Sensors()] * 4, "sample_time": 0.01, "index": np.arange(4)},
         ),
         rows=("index",),
         numbers=("sample_time",),
@@ -593,11 +599,12 @@ CALLS: list[Call] = [
             {"initial_speed": 10.0, "design_speed": 10.0, "duration": 1.0},
         ),
         numbers=("initial_speed", "design_speed", "duration"),
+        says={"design_speed": "speed"},
     ),
     *(
         Call(
             name=f"stability.{kind.__name__}.at",
-            make=lambda kind=kind: (kind.at, {"wheelset": rig(), "creepage": CREEPAGES, **INPUTS}),
+            make=on_rig(kind.at),
             arrays=("creepage",),
             numbers=tuple(INPUTS),
             optional=("normal_load",),

@@ -197,7 +197,7 @@ def test_a_first_torque_out_of_reach_is_refused(rig: cl.Model) -> None:
         ({"duration": -1.0}, "duration = -1.0"),
         ({"initial_speed": np.nan}, "initial_speed = nan"),
         ({"normal_load": -5.0}, "normal_load = -5.0"),
-        ({"friction_scale": np.nan}, "value = nan"),
+        ({"friction_scale": np.nan}, "friction_scale = nan"),
         ({"tolerance": 1.0}, "tolerance = 1.0"),
         ({"stop_at": ["crash"]}, "crash"),
     ],

@@ -19,7 +19,7 @@ from contactlib.export.description import Description
 from contactlib.export.platforms import binaries
 from contactlib.export.reference_run import EXPERIMENTS, reference_run
 from contactlib.files import package_folder
-from contactlib.parameters import checked
+from contactlib.parameters import checked, shown
 
 if TYPE_CHECKING:
     from contactlib.scenario import Model
@@ -58,8 +58,8 @@ def describe(
 
 def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | None) -> bytes:
     """The FMU's bytes."""
-    if fmi_version not in (2, 3):
-        raise ValueError(f"fmi_version = {fmi_version!r} must be 2 or 3")
+    if not (isinstance(fmi_version, int) and fmi_version in (2, 3)):
+        raise ValueError(f"fmi_version = {shown(fmi_version)} must be 2 or 3")
     stop, step = EXPERIMENTS[description.kind]
     sources = _sources(fmi_version)
     compiled = [name for name in sources if name.endswith(".c")]

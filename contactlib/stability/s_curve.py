@@ -41,11 +41,12 @@ class SteadyStates:
     stable: NDArray[np.bool_]
 
     @classmethod
-    def at(cls, wheelset: Wheelset, creepage: FloatArray, **inputs: Any) -> Self:
+    def at(cls, wheelset: Wheelset, creepage: ArrayLike, **inputs: Any) -> Self:
         """States at rising creepages, with the inputs of `quasi_steady_torque`."""
-        pole = creepage_pole(wheelset, creepage, **inputs)
-        torque = quasi_steady_torque(wheelset, creepage, **inputs)
-        return cls(creepage=creepage, drive_torque=torque, pole=pole, stable=pole < 0.0)
+        zeta = checked("creepage", creepage, FINITE)
+        pole = creepage_pole(wheelset, zeta, **inputs)
+        torque = quasi_steady_torque(wheelset, zeta, **inputs)
+        return cls(creepage=zeta, drive_torque=torque, pole=pole, stable=pole < 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,11 +9,38 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked_number
+from contactlib.parameters import (
+    POSITIVE,
+    FloatArray,
+    Limits,
+    Parameters,
+    Quantity,
+    checked,
+    checked_number,
+    shown,
+)
 
 AHEAD = 256  # samples of noise that are drawn at once
+COUNTS = Limits(at_least=1.0, at_most=1e6)
+INDEX = Limits(at_least=0.0, below=2.0**63)  # of a run, for its noise
 LONGEST_DELAY = 10_000  # samples, all of which are kept
 TOGETHER = 64  # wheelsets whose noise is written at once
+
+
+def checked_whole(name: str, value: float, limits: Limits) -> int:
+    """A whole number within limits, or a ValueError that names it."""
+    number = checked_number(name, value, limits)
+    if number != int(number):
+        raise ValueError(f"{name} = {value!r} must be a whole number")
+    return value if isinstance(value, int) else int(number)
+
+
+def checked_indices(index: Sequence[int]) -> list[int]:
+    """Whole numbers that are places of runs, or a ValueError that names what is none."""
+    places = checked("index", index, INDEX)
+    if places.ndim != 1 or (places != np.floor(places)).any():
+        raise ValueError(f"index = {shown(index)} must be one row of whole numbers")
+    return [int(one) for one in index]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +97,8 @@ class Sensors(Parameters):
 
     def reader(self, count: int, sample_time: float, *, first: int = 0) -> SensorReader:
         """Reader of `count` wheelsets; `first` is the index of the first among all of them."""
-        return SensorReader([self] * count, sample_time, range(first, first + count))
+        n, start = checked_whole("count", count, COUNTS), checked_whole("first", first, INDEX)
+        return SensorReader([self] * n, sample_time, range(start, start + n))
 
 
 class SensorReader:
@@ -91,12 +119,18 @@ class SensorReader:
     Raises
     ------
     ValueError
-        If the delays are not one and the same number of samples.
+        If the delays are not one and the same number of samples, or an index is none.
     """
 
     def __init__(
         self, sensors: Sequence[Sensors], sample_time: float, index: Sequence[int]
     ) -> None:
+        places = checked_indices(index)
+        if not len(sensors) == len(places) > 0:
+            raise ValueError(
+                f"index has {len(places)} entries for {len(sensors)} sensors: there must be as "
+                "many, and one at least"
+            )
         delays = {one.samples_of_delay(sample_time) for one in set(sensors)}
         if len(delays) > 1:
             raise ValueError(f"sensors have delays of {sorted(delays)} samples: they must be equal")
@@ -107,7 +141,7 @@ class SensorReader:
         noisy = np.flatnonzero(self._scale.any(axis=0)).tolist()
         # Philox makes independent streams of any keys.
         self._streams = {
-            i: np.random.Generator(np.random.Philox(key=[int(sensors[i].seed), index[i]]))
+            i: np.random.Generator(np.random.Philox(key=[int(sensors[i].seed), places[i]]))
             for i in noisy
         }
         self._noise = np.zeros((AHEAD, 2, self._count)) if noisy else np.zeros((0, 2, 0))
