@@ -58,7 +58,7 @@ static void second_derivatives(const creep_table *table, double x, double k_hat,
                                double dlog_k, double *dslope, double *dlog_k_derivative) {
     double pace = fabs(dx) / (fabs(x) + 1e-2) + fabs(dlog_k);
     *dslope = *dlog_k_derivative = 0.0;
-    if (!(pace > 0.0)) return;
+    if (!(pace > 1e-300)) return; /* nothing that shows, and e would overflow */
     double e = 1e-6 / pace, most = table->one_axis ? INFINITY : table->k_max;
     creep_value ahead, behind;
     creep_table_evaluate(table, x + e * dx, fmin(k_hat * exponential(e * dlog_k), most), &ahead);

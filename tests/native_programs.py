@@ -24,6 +24,8 @@ SANITIZED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 THREADED = ("-O1", "-fsanitize=thread")
 PLAIN = ("-O1",)
 COUNTED = ("-O0", "--coverage", "-fPIC")
+# What the linker needs for test_allocation.c.
+WRAPPED = tuple(f"-Wl,--wrap={name}" for name in ("malloc", "calloc", "realloc", "free"))
 
 
 def gcc() -> str:
@@ -57,10 +59,19 @@ class Build:
     def program(self, name: str, *flags: str) -> Path:
         """A program of tests/native with all of the sources; `flags` are of the linker."""
         made = self.folder / name
+        if made.exists():
+            return made
         run(
             *(gcc(), *self.flags, *self.way, "-pthread", NATIVE / f"{name}.c", *self.objects),
             *(*flags, "-lm", "-o", made),
         )
+        return made
+
+    def alone(self, name: str) -> Path:
+        """A program of tests/native without the sources."""
+        made = self.folder / name
+        libraries = ("-pthread", "-ldl", "-lm")
+        run(gcc(), *self.flags, *self.way, NATIVE / f"{name}.c", *libraries, "-o", made)
         return made
 
     def library(self) -> Path:

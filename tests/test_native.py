@@ -1,68 +1,41 @@
-"""The C sources, compiled strictly and run under sanitizers by the system's compiler."""
+"""The C sources, compiled strictly by the system's compiler and watched by sanitizers."""
 
 from __future__ import annotations
 
 import shutil
-import subprocess
 from pathlib import Path
 
-import fmpy
 import pytest
 from fmu_instance import EXPORTS
+from native_programs import PLAIN, SANITIZED, THREADED, WRAPPED, Build, Fmu, clean
+from outside_tools import missing
 
 import contactlib as cl
-from contactlib import kernel
-from contactlib.files import package_folder
-
-FLAGS = [
-    "-std=c99",
-    "-O1",
-    "-g",
-    "-Wall",
-    "-Wextra",
-    "-Wpedantic",
-    "-Werror",
-    "-ffp-contract=off",
-    "-fsanitize=address,undefined",
-    "-fno-sanitize-recover=all",
-]
 
 
 @pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The tests in C with all sources, compiled once."""
-    if shutil.which("gcc") is None:
-        pytest.skip("needs gcc")
-    made = tmp_path_factory.mktemp("native") / "test_native"
-    command = [
-        "gcc",
-        *FLAGS,
-        f'-DCONTACTLIB_TOKEN="{kernel.token()}"',
-        f"-isystem{Path(fmpy.__file__).parent / 'c-code'}",
-        f"-I{package_folder('fmu')}",
-        *map(str, sorted(package_folder("fmu").glob("*.c"))),
-        str(Path(__file__).parent / "native" / "test_native.c"),
-        "-lm",
-        "-o",
-        str(made),
-    ]
-    subprocess.run(command, check=True)
-    return made
+def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """Address, leaks, undefined behaviour."""
+    return Build(tmp_path_factory.mktemp("sanitized"), SANITIZED)
 
 
-def run(program: Path, resources: Path, *arguments: str) -> None:
-    done = subprocess.run(
-        [str(program), resources.as_uri(), *arguments], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr
-    assert done.stdout.strip() == "0 failures"
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    return Build(tmp_path_factory.mktemp("plain"), PLAIN)
+
+
+@pytest.fixture(scope="module")
+def valgrind() -> list[str]:
+    if shutil.which("valgrind") is None:
+        missing("needs valgrind")
+    return ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full"]
 
 
 def test_kernel_and_shells_are_clean_under_sanitizers(
-    program: Path, rig: cl.Model, cohesive_table: cl.CreepForceTable, tmp_path: Path
+    sanitized: Build, rig: cl.Model, cohesive_table: cl.CreepForceTable, tmp_path: Path
 ) -> None:
-    fmu = cl.export_fmu(rig, tmp_path / "x.fmu")
-    resources = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "a b"))) / "resources"
+    fmu = Fmu(rig, tmp_path / "a b")
+    program = sanitized.program("test_native")
     polach = cl.Polach.dry(kalker_coefficient=3.7, poisson_ratio=0.28)
     tables = [
         rig.wheelset.element.table,
@@ -71,15 +44,59 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
         cl.CreepForceTable.from_law(polach),
     ]
     for table in tables:
-        table.save(resources / "creep_table.bin")
-        run(program, resources, f"{kernel.token()}-force_element-any")
+        table.save(fmu.resources / "creep_table.bin")
+        clean([program, "10000", fmu.location, fmu.token])
 
 
+@pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("name", EXPORTS)
-def test_any_calls_in_any_order_do_no_harm(
-    program: Path, locomotive: cl.Model, tmp_path: Path, name: str
+def test_calls_in_order_and_in_any_order_do_no_harm(
+    sanitized: Build, locomotive: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:
-    fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", fmi_version=3, **EXPORTS[name])
-    folder = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "x")))
-    token = fmpy.read_model_description(str(folder)).guid
-    run(program, folder / "resources", token, EXPORTS[name]["kind"])
+    fmu = Fmu(locomotive, tmp_path / "x", fmi_version=version, **EXPORTS[name])
+    kind = EXPORTS[name]["kind"]
+    location = fmu.resources.as_uri()
+    clean([sanitized.program("test_calls"), location, fmu.token, kind, fmu.resources.parent])
+    clean([sanitized.program("test_native"), "0", location, fmu.token, kind])
+
+
+def test_memory_that_is_refused_is_an_error_and_no_leak(
+    sanitized: Build, rig: cl.Model, cohesive_table: cl.CreepForceTable, tmp_path: Path
+) -> None:
+    fmu = Fmu(rig, tmp_path / "x")
+    cohesive_table.save(fmu.resources / "creep_table.bin")  # which is read in many pieces
+    clean([sanitized.program("test_allocation", *WRAPPED), fmu.location, fmu.token])
+
+
+def test_memory_is_initialized_and_freed(
+    plain: Build, valgrind: list[str], locomotive: cl.Model, tmp_path: Path
+) -> None:
+    fmu = Fmu(locomotive, tmp_path / "x")
+    clean([*valgrind, plain.program("test_native"), "200", fmu.location, fmu.token])
+    calls = [plain.program("test_calls"), fmu.location, fmu.token, "force_element"]
+    clean([*valgrind, *calls, fmu.resources.parent])
+
+
+def test_threads_with_instances_of_their_own_do_not_meet(
+    locomotive: cl.Model, tmp_path: Path
+) -> None:
+    build = Build(tmp_path, THREADED)
+    fmu = Fmu(locomotive, tmp_path / "x", kind="wheelset")
+    clean([build.program("test_threads"), "4", "5", fmu.location, fmu.token])
+    with pytest.raises(AssertionError, match="data race"):
+        clean([build.alone("planted"), "race"])
+
+
+def test_a_planted_leak_is_found(sanitized: Build) -> None:
+    program = sanitized.alone("planted")
+    clean([program])
+    with pytest.raises(AssertionError, match="LeakSanitizer: detected memory leaks"):
+        clean([program, "leak"])
+
+
+@pytest.mark.parametrize("fault", ["leak", "uninitialized"])
+def test_valgrind_finds_a_planted_fault(plain: Build, valgrind: list[str], fault: str) -> None:
+    program = plain.alone("planted")
+    clean([*valgrind, program])
+    with pytest.raises(AssertionError, match="definitely lost|uninitialised"):
+        clean([*valgrind, program, fault])

@@ -70,7 +70,7 @@ def compiled(folder: Path) -> Path:
 
 def run(model: cl.Model, folder: Path, trips: int, points: str = "added") -> Day:
     """So many trips; communication points are ``added`` up or ``counted``."""
-    fmu = Fmu(model, folder / "day", kind="wheelset")
+    fmu = Fmu(model, folder / "locomotive", kind="wheelset")
     torque = 0.97 * cl.find_fold(model.wheelset, speed=10.0).drive_torque
     references = ",".join(str(fmu.references[name]) for name in REFERENCES)
     command = [compiled(folder), fmu.library, fmu.location, fmu.token, points]

@@ -1,16 +1,19 @@
 /* Every function of both versions of FMI, called as it may be and as it may not: what it says, and
  * what every refusal leaves behind. And the kernel's functions that no FMU calls.
  *
- *     test_calls RESOURCES TOKEN KIND
+ *     test_calls RESOURCES TOKEN KIND FOLDER
  *
- * RESOURCES is a URI. */
+ * RESOURCES is a URI, and FOLDER the path of the folder that it is in. */
+#include <stdlib.h>
 #include <string.h>
 
+#include "checked_file.h"
 #include "checks.h"
 #include "component.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 #include "inline.h"
+#include "resource.h"
 #include "token.h"
 
 static int said; /* messages */
@@ -509,8 +512,119 @@ static void test_roots(void) {
     CHECK(cube_root(INFINITY) == INFINITY && isnan(cube_root(NAN)));
 }
 
+/* Headers of tables with a right checksum, and one thing wrong. */
+static void test_table_headers(void) {
+    enum { HEADER = 192 };
+    static const struct {
+        size_t at, size;
+        double value;
+        const char *says;
+    } wrong[] = {
+        {72, 4, 2.0, "shape"},         {76, 4, 17.0, "shape"},    {80, 4, 17.0, "shape"},
+        {84, 4, 2.0, "shape"},         {24, 4, 4097.0, "cells"},  {28, 4, 4097.0, "cells"},
+        {24, 4, 0.0, "cells"},         {80, 4, 3.0, "corner"},    {64, 8, -1.0, "static_to"},
+        {64, 8, NAN, "static_to"},     {32, 8, 0.0, "k_max"},     {32, 8, INFINITY, "k_max"},
+        {HEADER, 8, NAN, "not finite"}, {HEADER, 8, 1.0, NULL},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        double words[HEADER / 8 + 4] = {0.0}; /* one axis, one cell, four coefficients */
+        char *bytes = (char *)words;
+        uint32_t one = 1, whole = (uint32_t)wrong[i].value;
+        creep_table table;
+        memcpy(bytes + 24, &one, 4);
+        memcpy(bytes + 28, &one, 4);
+        words[4] = 2.0;
+        memcpy(bytes + 72, &one, 4);
+        if (wrong[i].size == 4) memcpy(bytes + wrong[i].at, &whole, 4);
+        else memcpy(bytes + wrong[i].at, &wrong[i].value, 8);
+        checked_file_frame(bytes, sizeof words, "CREEPTAB", 2);
+        const char *error = creep_table_open(&table, bytes, sizeof words);
+        CHECK((error == NULL) == (wrong[i].says == NULL));
+        CHECK(error == NULL || strstr(error, wrong[i].says) != NULL);
+        checked_file_frame(bytes, sizeof words - 8, "CREEPTAB", 2); /* a coefficient is missing */
+        CHECK(creep_table_open(&table, bytes, sizeof words - 8) != NULL);
+        checked_file_frame(bytes, HEADER - 8, "CREEPTAB", 2);
+        CHECK(creep_table_open(&table, bytes, HEADER - 8) != NULL);
+    }
+}
+
+/* A location as a tool may write it, and a file that opens but cannot be read: a folder. */
+static void test_resources(const char *folder) {
+    char place[4096], message[4096];
+    void *bytes;
+    size_t size;
+    snprintf(place, sizeof place, "file://localhost%s/%%72esources/", folder);
+    CHECK(resource_read(place, "start_values.bin", &bytes, &size, message, sizeof message) == NULL);
+    free(bytes);
+    const char *error = resource_read(folder, "resources", &bytes, &size, message, sizeof message);
+    CHECK(error != NULL && strstr(error, "cannot read") != NULL && bytes == NULL);
+    error = resource_read(folder, "nothing", &bytes, &size, message, sizeof message);
+    CHECK(error != NULL && strstr(error, "cannot open") != NULL && bytes == NULL);
+}
+
+/* The implicit element with a force that acts a step later: the force at rest of slip is the same. */
+static void test_parallel_exchange(void) {
+    if (!has("parallel_exchange")) return;
+    unsigned set[2] = {reference_of("implicit"), reference_of("parallel_exchange")};
+    unsigned omega = reference_of("omega"), force = reference_of("creep_force");
+    for (fmi2Boolean parallel = 0; parallel < 2; parallel++) {
+        fmi2Component c = instance2(fmi2CoSimulation);
+        fmi2Boolean truths[2] = {1, parallel};
+        double turning = 20.05, first = 0.0, last = 0.0;
+        FINE(fmi2SetBoolean(c, set, 2, truths));
+        FINE(fmi2SetReal(c, &omega, 1, &turning));
+        FINE(fmi2EnterInitializationMode(c));
+        FINE(fmi2ExitInitializationMode(c));
+        FINE(fmi2DoStep(c, 0.0, 1e-3, 1));
+        FINE(fmi2GetReal(c, &force, 1, &first));
+        for (int i = 1; i < 20; i++) FINE(fmi2DoStep(c, 1e-3 * i, 1e-3, 1));
+        FINE(fmi2GetReal(c, &force, 1, &last));
+        CHECK(first > 0.0 && isfinite(last));
+        int follows = ((component *)c)->states > 0; /* with relaxation it is still to build up */
+        CHECK(follows || fabs(last / first - 1.0) < 1e-2);
+        fmi2FreeInstance(c);
+    }
+}
+
+/* A force that is held at static friction changes with static friction alone. */
+static void test_held_force(void) {
+    creep_table table = {.k_max = 10.0};
+    force_element_parameters p = {0.5,   0.45, 0.21, 1.3e-3, 1.0, 5e-3, 5.77e8, 1.154e11,
+                                  2.2e5, 0.5,  0.1,  1.0,    0.0, 0.0};
+    force_element_parameters dp = {.static_friction = 1.0};
+    force_element_input no_change = {0.0, 0.0, 0.0, 0.0, 0.0};
+    int held = 0;
+    for (int i = 0; i < 40; i++) {
+        force_element_input in = {20.0 + 0.02 * i, 10.0, p.nominal_load, 1.0, 0.0};
+        force_element_output out, change;
+        force_element_evaluate(&table, &p, &in, &out);
+        force_element_tangent(&table, &p, &in, &out, &dp, &no_change, &change);
+        if (out.force_limited == 0.0) continue;
+        held++;
+        CHECK(fabs(out.traction_coefficient / p.static_friction - 1.0) < 1e-12);
+        CHECK(fabs(change.traction_coefficient - 1.0) < 1e-12 && out.force_gradient == 0.0);
+    }
+    CHECK(held > 0);
+}
+
+/* Next to no slip at all: derivatives of what is below the smallest normal number are numbers. */
+static void test_smallest_slip(void) {
+    creep_table table = {.k_max = 2.0};
+    force_element_parameters p = {0.5,   0.45, 0.21, 1.3e-3, 0.14, 5e-3, 5.77e8, 1.154e11,
+                                  2.2e5, 0.5,  0.1,  1.0,    0.0,  0.0};
+    force_element_parameters dp = {0};
+    force_element_input in = {7.5e-319, 7.5e-319, p.nominal_load, 1.2e-4, 0.0};
+    force_element_input din = {.normal_load = -1e-5};
+    force_element_output out, change;
+    force_element_evaluate(&table, &p, &in, &out);
+    CHECK(out.k_hat_limited > 0.0 && out.creepage != 0.0);
+    force_element_tangent(&table, &p, &in, &out, &dp, &din, &change);
+    const double *numbers = (const double *)&change;
+    for (size_t i = 0; i < sizeof change / sizeof *numbers; i++) CHECK(isfinite(numbers[i]));
+}
+
 int main(int count, char **arguments) {
-    if (count != 4) return 2;
+    if (count != 5) return 2;
     resources = arguments[1];
     token = arguments[2];
     kind = model_of(arguments[3]);
@@ -532,5 +646,10 @@ int main(int count, char **arguments) {
     test_model_by_pointer();
     test_nodes();
     test_roots();
+    test_table_headers();
+    test_resources(arguments[4]);
+    test_parallel_exchange();
+    test_held_force();
+    test_smallest_slip();
     return verdict();
 }
