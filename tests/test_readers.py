@@ -8,6 +8,7 @@ import struct
 import tomllib
 import tracemalloc
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -162,10 +163,9 @@ def test_large_and_odd_contents(name: str, tmp_path: Path) -> None:
     text, said = MANY[name]
     path = tmp_path / "made.toml"
     path.write_text(text, encoding="utf-8")
-    for kind in ("model", "scenario", "sweep"):
-        found = refusal(kind, path)
-        assert found is not None
-    assert said in found
+    for kind in ("model", "scenario"):
+        assert refusal(kind, path) is not None
+    assert said in str(refusal("sweep", path))
 
 
 def test_long_profile_is_read(tmp_path: Path) -> None:
@@ -310,7 +310,7 @@ def elf_of(*sections: tuple[int, bytes], overlap: int = 1) -> bytes:
     return start + body + table
 
 
-HUGE = {
+HUGE: dict[str, tuple[Callable[[], bytes], str]] = {
     "sections over each other": (
         lambda: elf_of((3, b"x" * 100_000), overlap=60_000),
         "sections are longer than the file",

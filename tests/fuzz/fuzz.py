@@ -137,7 +137,7 @@ def run(
 ) -> Found:
     """Run a target; what crashes it lands in the working folder."""
     done = subprocess.run(
-        [str(program), "-print_final_stats=1", "-timeout=20", *arguments],
+        [str(program), "-print_final_stats=1", "-timeout=120", *arguments],
         capture_output=True,
         text=True,
         errors="replace",
@@ -229,7 +229,7 @@ def fuzz(target: str, seconds: int, corpus: Path, scratch: Path, resources: Path
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("targets", nargs="*", choices=[*TARGETS, []], default=TARGETS)
     parser.add_argument("--seconds", type=int, default=60, help="of each target")
     parser.add_argument("--corpus", type=Path, default=Path("fuzz_corpus"), help="what is found")
