@@ -306,13 +306,10 @@ def outcome(folder: Path, tests: str) -> tuple[int, str]:
 
 
 def replay(guard: Guard, folder: Path) -> tuple[bool, str]:
-    """Whether the tests pass with the guard and fail without it, and what they say then."""
+    """Whether the tests fail without the guard, and what they say then."""
     path = folder / guard.file
     known = path.read_text()
     libraries = {p: p.read_bytes() for p in (folder / "contactlib" / "_native").rglob("*.so")}
-    status, said = outcome(folder, guard.tests)
-    if status != 0:
-        return False, f"fails with the guard too: {said}"
     try:
         path.write_text(known.replace(guard.text, guard.without))
         if guard.file.startswith("fmu/"):
@@ -333,9 +330,14 @@ def main(names: list[str]) -> int:
     chosen = [guard for guard in GUARDS if not names or guard.name in names]
     failed = 0
     with tempfile.TemporaryDirectory() as scratch:
-        copied(Path(scratch))
+        folder = Path(scratch)
+        copied(folder)
+        with_guards = {tests: outcome(folder, tests) for tests in {g.tests for g in chosen}}
         for guard in chosen:
-            missed, said = replay(guard, Path(scratch))
+            status, said = with_guards[guard.tests]
+            missed, said = (
+                replay(guard, folder) if status == 0 else (False, f"fails anyway: {said}")
+            )
             failed += not missed
             mark = "" if missed else "NOT MISSED "
             print(f"{mark}{guard.name} | {guard.file} | {guard.tests} | {said}", flush=True)
