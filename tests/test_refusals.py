@@ -8,6 +8,7 @@ import pickle
 import time
 import warnings
 import zipfile
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -216,18 +217,18 @@ def test_an_installed_package_brings_its_licence(
             return b"MIT"
 
     monkeypatch.setattr(documentation, "PACKAGE", tmp_path / "contactlib")
-    monkeypatch.setattr(documentation.metadata, "files", lambda name: [File()])
+    monkeypatch.setattr(metadata, "files", lambda name: [File()])
     assert documentation.licence_text() == b"MIT"
-    monkeypatch.setattr(documentation.metadata, "files", lambda name: None)
+    monkeypatch.setattr(metadata, "files", lambda name: None)
     with pytest.raises(FileNotFoundError, match="installed without its LICENSE"):
         documentation.licence_text()
 
 
 def test_a_checkout_is_unreleased(monkeypatch: pytest.MonkeyPatch) -> None:
     def unknown(name: str) -> str:
-        raise documentation.metadata.PackageNotFoundError(name)
+        raise metadata.PackageNotFoundError(name)
 
-    monkeypatch.setattr(documentation.metadata, "version", unknown)
+    monkeypatch.setattr(metadata, "version", unknown)
     assert documentation.version() == "unreleased"
 
 

@@ -310,6 +310,7 @@ def slips_away(body: cl.Wheelset, torque: float, creepage: float, speed: float =
     return away
 
 
+PATCHES = [0.3, 0.6, 0.85]  # their friction over that before them
 MASSES = [None, 142.5e3, 22.5e3, 8e3]  # held, with a train, alone, a light one
 
 
@@ -571,8 +572,14 @@ def survives(body: cl.Wheelset, torque: float, scale: float, creepage: float, ti
     return run.first("slip_away") is None
 
 
-@pytest.mark.parametrize("mass", MASSES)
-@pytest.mark.parametrize("scale", [0.3, 0.6, 0.85])
+@pytest.mark.parametrize(
+    ("mass", "scale"),
+    [
+        pytest.param(mass, scale, marks=() if i % len(PATCHES) == j else pytest.mark.slow)
+        for i, mass in enumerate(MASSES)
+        for j, scale in enumerate(PATCHES)
+    ],
+)
 def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -> None:
     body = of_mass(locomotive, mass)
     torque = 0.95 * cl.find_fold(body, speed=V).drive_torque

@@ -418,6 +418,10 @@ def test_cluster_has_its_own_workers(path: Path) -> None:
 
 # ---- a cluster ------------------------------------------------------------------------------
 
+needs_distributed = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None, reason="needs distributed"
+)
+
 CLUSTER = """
 import os, signal, sys
 from distributed import Client, LocalCluster
@@ -446,7 +450,30 @@ with LocalCluster(**options) as cluster, Client(cluster) as client:
 """
 
 
-@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
+IN_ONE_PROCESS = """
+import sys
+from distributed import LocalCluster
+from contactlib.cli import main
+
+path, folder = sys.argv[1:]
+options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+with LocalCluster(processes=False, **options) as cluster:
+    where = ["--cluster", cluster.scheduler_address, "-o", folder]
+    main(["sweep", path, *where, "--no-maps"], standalone_mode=False)
+"""
+
+
+@needs_distributed
+def test_a_cluster_gives_the_same_bits(path: Path, known: bytes, tmp_path: Path) -> None:
+    run = python(IN_ONE_PROCESS, path, tmp_path)
+    out, err = run.communicate(timeout=120)
+    assert run.returncode == 0, err
+    assert "; 2 workers" in out
+    assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
+
+
+@pytest.mark.slow
+@needs_distributed
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_a_cluster_that_loses_a_worker_gives_the_same_bits(
     path: Path, known: bytes, tmp_path: Path

@@ -11,7 +11,6 @@ from itertools import islice, product
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.stats import qmc
 
 from contactlib.parameters import FloatArray
 from contactlib.sweep.axis import Axis
@@ -59,6 +58,8 @@ def draw(kind: str, axes: Sequence[Axis], runs: int, seed: int) -> FloatArray:
         return np.stack(grid, axis=-1).reshape(runs, len(axes))
     generator = np.random.default_rng(seed)
     if kind == "latin_hypercube":
+        from scipy.stats import qmc  # late: a third of what a worker process starts with
+
         parts = qmc.LatinHypercube(len(axes), seed=generator).random(runs)
     else:
         parts = generator.random((runs, len(axes)))
