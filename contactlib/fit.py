@@ -23,16 +23,18 @@ from scipy.optimize import brentq, least_squares
 from scipy.special import fdtri, stdtrit
 
 from contactlib.data import TractionData
-from contactlib.parameters import FloatArray, Limits, Quantity, checked
+from contactlib.parameters import FloatArray, Limits, Quantity, checked_number, derived
 
 SCALES = {
-    "kinetic": Quantity("1", above=0.0),
-    "saturation_creepage": Quantity("1", above=0.0),
+    "kinetic": Quantity("1", above=0.0, at_most=1e12),
+    "saturation_creepage": Quantity("1", above=0.0, at_most=1e12),
 }
 SLIP_RATE = {
     "slip_rate_residual": Quantity("1", above=0.0, at_most=1.0),
     "slip_rate_decay": Quantity("s/m", at_least=0.0),
 }
+WIDEST = 1e30  # ratio of the ends of a range that is searched by its logarithm
+LARGEST = 1e300  # normalized creepage
 SCREENED, REFINED = 96, 6  # starting points that are tried, and searches from the best of them
 K_NODES = 8  # laws that stand for the continuum of k_hat/sqrt(g)
 PROFILE_POINTS = 6  # on each side of an estimate
@@ -268,7 +270,7 @@ def fit(
     >>> e.identifiable, e.interval[0] < 0.3 < e.interval[1]
     (True, True)
     """
-    checked("level", level, Limits(above=0.0, below=1.0))
+    level = checked_number("level", level, Limits(above=0.0, below=1.0))
     if slip_rate and data.speed is None:
         raise ValueError("slip_rate needs data with a speed")
     if not data.creepage.any():
@@ -281,7 +283,7 @@ def fit(
     quantities = {**SCALES, **of_law, **(SLIP_RATE if slip_rate else {})}
     options = {name: fixed.pop(name) for name in set(fixed) - set(quantities)}
     for name, value in fixed.items():
-        checked(name, value, quantities[name])
+        fixed[name] = checked_number(name, value, quantities[name])
     free = [name for name in quantities if name not in fixed]
     ranges = ranges or {}
     if unknown := sorted(set(ranges) - set(free)):
@@ -367,16 +369,18 @@ def _axis(
         high = 100.0 / float(np.abs(data.creepage * data.speed).max())
         start = (1e-3, 0.05)
     if wanted is not None:
-        for end in wanted:
-            checked(f"ranges[{name!r}]", end, limits)
-        (low, high), start = wanted, (0.05, 0.95)
+        low, high = (checked_number(f"ranges[{name!r}]", end, limits) for end in wanted)
+        start = (0.05, 0.95)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(f"{name} has no range to search: give its value, or ranges[{name!r}]")
+    if name in SCALES:
+        ends = {"low": low, "high": high}
+        derived(f"high/low of ranges[{name!r}]", lambda: high / low, ends, Limits(at_most=WIDEST))
     return _Axis(float(low), float(high), start, name in SCALES)
 
 
 def _traction_coefficient(law: Law, values: Mapping[str, float], data: TractionData) -> FloatArray:
-    x = data.creepage / values["saturation_creepage"]
+    x = _finite_ratio(data.creepage, values["saturation_creepage"])
     if "slip_rate_residual" not in values:
         return np.asarray(values["kinetic"] * law.traction_ratio(x))
     residual, decay = values["slip_rate_residual"], values["slip_rate_decay"]
@@ -384,10 +388,16 @@ def _traction_coefficient(law: Law, values: Mapping[str, float], data: TractionD
         raise ValueError("friction falls with slip speed, so a speed is needed")
     g = (1.0 - residual) * np.exp(-decay * np.abs(data.creepage) * data.speed) + residual
     if values.get("k_hat"):
-        ratio = _ratio_at_k_hats(law, x / g, values["k_hat"] / np.sqrt(g))
+        ratio = _ratio_at_k_hats(law, _finite_ratio(x, g), values["k_hat"] / np.sqrt(g))
     else:
-        ratio = law.traction_ratio(x / g)
+        ratio = law.traction_ratio(_finite_ratio(x, g))
     return np.asarray(values["kinetic"] * g * ratio)
+
+
+def _finite_ratio(a: FloatArray, b: FloatArray | float) -> FloatArray:
+    """Creepage a/b, held where floats end: laws are at their last value there."""
+    with np.errstate(over="ignore"):
+        return np.asarray(np.clip(a / b, -LARGEST, LARGEST))
 
 
 def _ratio_at_k_hats(law: Any, x: FloatArray, k_hat: FloatArray) -> FloatArray:

@@ -14,7 +14,10 @@ from typing import Annotated
 from scipy.optimize import brentq
 from scipy.special import elliprd
 
-from contactlib.parameters import POSITIVE, Parameters, Quantity, checked_number, derived
+from contactlib.parameters import POSITIVE, Limits, Parameters, Quantity, checked_number, derived
+
+AXES = Limits(at_least=1e-30, at_most=1e30)  # of the ratio of an ellipse's axes
+RADII = Limits(at_least=1e-60, at_most=1e60)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,6 +176,8 @@ class EllipticContact(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        radii = {"radius_x": self.radius_x, "radius_y": self.radius_y}
+        derived("radius_y/radius_x", lambda: self.radius_y / self.radius_x, radii, RADII)
         self._check_derived("semi_axis_x", "semi_axis_y", "peak_pressure")
 
     @classmethod
@@ -196,6 +201,7 @@ class EllipticContact(Parameters):
             "contact_modulus": contact_modulus,
         }
         a, b, load, modulus = (checked_number(*item, POSITIVE) for item in given.items())
+        derived("semi_axis_y/semi_axis_x", lambda: b / a, given, AXES)
 
         def radius(along: float, across: float) -> float:
             stiffness = math.pi * modulus / load

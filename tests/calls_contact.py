@@ -227,6 +227,13 @@ CALLS: list[Call] = [
         long=True,
     ),
     of_class("Polach", cl.Polach, POLACH, "peak", infinite=True),
+    of_class(
+        "Polach rising",
+        cl.Polach,
+        POLACH | {"adhesion_reduction": 0.2, "slip_reduction": 0.9},
+        "peak",
+        infinite=True,
+    ),
     of_class("Polach.dry", cl.Polach.dry, DRY, "peak", infinite=True),
     of_class("Polach.wet", cl.Polach.wet, DRY, "peak", infinite=True),
     *of_law("Polach", lambda: cl.Polach(**POLACH)),
