@@ -18,21 +18,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
-LONGEST_LINE = 1000
-
-
-def one_line(message: str) -> str:
-    """`message` as one line that can be printed, cut where nobody reads on.
-
-    Names and values out of a file may hold anything, and as much of it as they like.
-
-    Examples
-    --------
-    >>> one_line("a\\nb = 5 is not known")
-    'a\\\\nb = 5 is not known'
-    """
-    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message[: LONGEST_LINE + 1])
-    return text if len(text) <= LONGEST_LINE else f"{text[:LONGEST_LINE]} ..."
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -111,6 +111,18 @@ static const model_variable *misplaced(const model *m, const model_values *start
     return NULL;
 }
 
+static int states_in_range(const component *self) {
+    const model *m = self->model;
+    size_t left = self->states;
+    for (size_t i = 0; left > 0; i++) {
+        const model_variable *v = &m->variables[i];
+        if (v->role != STATE || !model_has(v, &self->start)) continue;
+        if (!is_in_range(v, model_get(v, &self->now.values))) return 0;
+        left--;
+    }
+    return 1;
+}
+
 /* Parameters, inputs and states, in the order of the list of variables. */
 static const char *read_start_values(const model *m, model_values *values, const void *bytes,
                                      size_t size) {
@@ -332,7 +344,7 @@ result component_step(component *self, double point, double step) {
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     const model_values before = *values;
     const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
-    if (error == NULL && self->states > 0 && misplaced(self->model, &self->start, values) != NULL) {
+    if (error == NULL && !states_in_range(self)) {
         *values = before;
         error = "a state leaves its range";
     }

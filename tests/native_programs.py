@@ -1,4 +1,4 @@
-"""The C sources compiled by gcc in several ways, and the programs of tests/native linked to them."""
+"""The C sources compiled by gcc in several ways, and the programs of tests/native with them."""
 
 from __future__ import annotations
 

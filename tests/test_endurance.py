@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cycles
+import day
 import pytest
-from endurance import cycles, day
 from native_programs import gcc
 
 import contactlib as cl

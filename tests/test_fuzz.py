@@ -6,15 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import fuzz
 import pytest
+import seeds
 from outside_tools import missing
 
 from contactlib.files import package_folder
-
-sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
-
-import fuzz
-import seeds
 
 HERE = Path(__file__).parent / "fuzz"
 RUNS = {"table": 20_000, "start_values": 1_000, "fmi2": 1_000, "fmi3": 1_000}

@@ -98,5 +98,5 @@ def test_a_planted_leak_is_found(sanitized: Build) -> None:
 def test_valgrind_finds_a_planted_fault(plain: Build, valgrind: list[str], fault: str) -> None:
     program = plain.alone("planted")
     clean([*valgrind, program])
-    with pytest.raises(AssertionError, match="definitely lost|uninitialised"):
+    with pytest.raises(AssertionError, match=r"definitely lost|uninitialised"):
         clean([*valgrind, program, fault])

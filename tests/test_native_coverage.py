@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from native import line_coverage
+import line_coverage
 
 import contactlib as cl
 
 
 def test_every_line_is_run_or_has_a_reason(locomotive: cl.Model, tmp_path: Path) -> None:
     found = line_coverage.measured(locomotive, tmp_path)
-    assert not [str(line) for line in line_coverage.not_run(found) if line_coverage.reason(line) is None]
+    assert not [
+        str(line) for line in line_coverage.not_run(found) if line_coverage.reason(line) is None
+    ]
     compiled = {path.name for path in line_coverage.sources("*.c")}
     assert compiled - set(found) <= {"wide_avx2.c", "wide_avx512.c", "wide_portable.c"}
 

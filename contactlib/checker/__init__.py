@@ -21,7 +21,7 @@ from contactlib.checker.loading import loadable, loading_problems
 from contactlib.checker.structure import structure_problems
 from contactlib.checker.variables import variable_problems
 from contactlib.checker.xml import parse, violations
-from contactlib.parameters import one_line
+from contactlib.terminal import harmless_line
 
 SCHEMAS = {2: "fmi2/fmi2ModelDescription.xsd", 3: "fmi3/fmi3ModelDescription.xsd"}
 
@@ -62,11 +62,13 @@ def check_fmu(path: str | os.PathLike[str], *, load: bool = False) -> list[str]:
 
 def examine_fmu(path: str | os.PathLike[str], *, load: bool) -> Examination:
     """Problems as of `check_fmu`, and one line on what was checked."""
-    found = _examined(path)
-    return Examination([one_line(problem) for problem in found.problems], one_line(found.checked))
+    found = _examined(path, load)
+    return Examination(
+        [harmless_line(problem) for problem in found.problems], harmless_line(found.checked)
+    )
 
 
-def _examined(path: str | os.PathLike[str]) -> Examination:
+def _examined(path: str | os.PathLike[str], load: bool) -> Examination:
     files, problems = read_archive(path)
     whole = not problems  # what is not must not be unpacked
     try:

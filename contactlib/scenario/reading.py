@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from contactlib.files import package_folder
-from contactlib.parameters import Parameters, Quantity, one_line
+from contactlib.parameters import Parameters, Quantity
 from contactlib.profile import Profile
+from contactlib.terminal import harmless_line
 
 # How many SI units one of each unit is, by the SI unit of the quantity.
 UNITS = {
@@ -62,7 +63,7 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        raise ModelError(one_line(f"{os.fspath(path)}: {error}")) from None
+        raise ModelError(harmless_line(f"{os.fspath(path)}: {error}")) from None
     except ArithmeticError:  # each number is within its limits, but not all together
         raise ModelError(f"{os.fspath(path)}: its numbers are too far apart") from None
 

@@ -36,7 +36,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from contactlib.drivetrain import Drivetrain
 from contactlib.element import creepage_limits
-from contactlib.parameters import FloatArray, Limits, checked, checked_number
+from contactlib.parameters import FloatArray, Limits, checked
 from contactlib.torsion.linear import checked_axle, torsional_threshold
 from contactlib.wheelset import OperatingPoint, Wheelset
 

@@ -63,7 +63,7 @@ def tables() -> dict[str, bytes]:
         "no_decay": table_file(1, 2, twice_decay=0),
         "cut": cell[:-8],
         "header_only": line[:24],
-        "old_version": cell[:8] + struct.pack("<I", VERSION - 1) + cell[12:],
+        "old_version": cell[:8] + struct.pack("<I", kernel.TABLE_VERSION - 1) + cell[12:],
         "not_finite": cell[:-8] + struct.pack("<d", np.nan),
         "too_many_cells": cell[:24] + struct.pack("<I", 2**32 - 3) + cell[28:],
         "negative_k_max": cell[:32] + struct.pack("<d", -1.0) + cell[40:],

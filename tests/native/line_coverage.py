@@ -24,7 +24,7 @@ from contactlib.files import package_folder
 sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
 
 from fmu_instance import EXPORTS
-from native_programs import COUNTED, NATIVE, WRAPPED, Build, Fmu, clean, run
+from native_programs import COUNTED, WRAPPED, Build, Fmu, clean, run
 
 # Text of lines that no program on this machine runs, by file, and why.
 NOT_RUN: dict[str, dict[str, str]] = {
