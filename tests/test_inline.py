@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 from outside_tools import missing
-from test_native import FLAGS
+from native_programs import SANITIZED, WARNINGS
 
 from contactlib import kernel
 from contactlib.files import package_folder
@@ -39,7 +39,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = Path(__file__).parent / "native" / "inline_functions.c"
     try:
         subprocess.run(
-            ["gcc", *FLAGS, f"-I{package_folder('fmu')}", str(source), "-lm", "-o", str(made)],
+            ["gcc", *WARNINGS, *SANITIZED, f"-I{package_folder('fmu')}", str(source), "-lm", "-o", str(made)],
             check=True,
         )
     except FileNotFoundError:

@@ -45,7 +45,7 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
     ]
     for table in tables:
         table.save(fmu.resources / "creep_table.bin")
-        clean([program, "10000", fmu.location, fmu.token])
+        clean([program, "100000", fmu.location, fmu.token])
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -72,7 +72,7 @@ def test_memory_is_initialized_and_freed(
     plain: Build, valgrind: list[str], locomotive: cl.Model, tmp_path: Path
 ) -> None:
     fmu = Fmu(locomotive, tmp_path / "x")
-    clean([*valgrind, plain.program("test_native"), "200", fmu.location, fmu.token])
+    clean([*valgrind, plain.program("test_native"), "100", fmu.location, fmu.token])
     calls = [plain.program("test_calls"), fmu.location, fmu.token, "force_element"]
     clean([*valgrind, *calls, fmu.resources.parent])
 

@@ -2,9 +2,9 @@
  *
  *     cycles 2|3 LIBRARY RESOURCES TOKEN CYCLES
  *
- * A cycle is an instance that is initialized, stepped, saved, restored and freed, and two that fail:
- * of another token and of another folder. Prints bytes allocated, pages in memory and files open,
- * after the first cycles and at the end. */
+ * A cycle is an instance that is initialized, stepped, saved, restored and freed, and two that
+ * fail: of another token and of another folder. Prints bytes allocated, pages in memory and files
+ * open, after the first cycles and at the end. */
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <dlfcn.h>
@@ -33,12 +33,12 @@ static void find(const char *name, void *function, size_t size) {
     memcpy(function, &found, size);
 }
 
-#define FUNCTION(name)         \
-    static name##TYPE *name;   \
+#define FUNCTION(name)       \
+    static name##TYPE *name; \
     if (name == NULL) find(#name, (void *)&name, sizeof name)
 
-#define CHECK(condition)                   \
-    do {                                   \
+#define CHECK(condition)                    \
+    do {                                    \
         if (!(condition)) fail(#condition); \
     } while (0)
 

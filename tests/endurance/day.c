@@ -78,7 +78,8 @@ static double torque_at(double time, double speed, double most) {
 
 /* W. J. Davis's resistance, whose constant part fades out at the lowest speeds. */
 static double resistance(const body *b, double v) {
-    double z = v / b->minimum_speed, slow = b->minimum_speed * (3.0 + 6.0 * z * z - pow(z, 4)) / 8.0;
+    double z = v / b->minimum_speed,
+           slow = b->minimum_speed * (3.0 + 6.0 * z * z - pow(z, 4)) / 8.0;
     double reference = fabs(z) < 1.0 ? slow : fabs(v);
     return b->constant * v / reference + b->linear * v + b->quadratic * v * fabs(v);
 }

@@ -93,8 +93,7 @@ static void life2(void) {
 
 static void life3(void) {
     fmi3FMUState saved = NULL;
-    fmi3Instance c =
-        fmi3InstantiateModelExchange("x", token, resources, 0, 1, NULL, log3_message);
+    fmi3Instance c = fmi3InstantiateModelExchange("x", token, resources, 0, 1, NULL, log3_message);
     CHECK((c == NULL) == refused);
     if (c == NULL) return;
     CHECK(fmi3GetFMUState(c, &saved) == (refused ? fmi3Error : fmi3OK));

@@ -70,10 +70,9 @@ static fmi2Component instance2(fmi2Type type) {
 
 static fmi3Instance instance3(int exchange) {
     fmi3Instance c =
-        exchange
-            ? fmi3InstantiateModelExchange("x", token, resources, 0, 1, NULL, log3_message)
-            : fmi3InstantiateCoSimulation("x", token, resources, 0, 1, 0, 0, NULL, 0, NULL,
-                                          log3_message, NULL);
+        exchange ? fmi3InstantiateModelExchange("x", token, resources, 0, 1, NULL, log3_message)
+                 : fmi3InstantiateCoSimulation("x", token, resources, 0, 1, 0, 0, NULL, 0, NULL,
+                                               log3_message, NULL);
     CHECK(c != NULL);
     return c;
 }
@@ -121,9 +120,13 @@ static void test_logging(void) {
 
 static void test_tokens(void) {
     char longest[TOKEN_SIZE + 64];
-    const char *ends[] = {"", "-", "-wheelset", "-none-x",
-                          "-a_kind_whose_name_is_longer_than_any_other-x",
-                          "-wheelset-digest_that_is_longer_than_the_room_that_a_state_keeps_for_it"};
+    const char *ends[] = {
+        "",
+        "-",
+        "-wheelset",
+        "-none-x",
+        "-a_kind_whose_name_is_longer_than_any_other-x",
+        "-wheelset-digest_that_is_longer_than_the_room_that_a_state_keeps_for_it"};
     for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
         int before = said;
         strcpy(longest, contactlib_token());
@@ -334,7 +337,8 @@ static void test_model_exchange3(void) {
 static void test_derivatives(void) {
     fmi2Component c = instance2(fmi2ModelExchange);
     unsigned many[MOST_VARIABLES + 1];
-    unsigned unknown = reference_of(has("creep_force") && kind->has_contact ? "creep_force" : "speed");
+    unsigned unknown =
+        reference_of(has("creep_force") && kind->has_contact ? "creep_force" : "speed");
     unsigned known = reference_of("radius");
     double seed = 1.0, values[MOST_VARIABLES + 1];
     FINE(fmi2EnterInitializationMode(c));
@@ -342,8 +346,7 @@ static void test_derivatives(void) {
     CHECK(isfinite(values[0]));
     REFUSED(fmi2GetDirectionalDerivative(c, &known, 1, &known, 1, &seed, values));
     for (size_t i = 0; i <= MOST_VARIABLES; i++) many[i] = unknown;
-    REFUSED(
-        fmi2GetDirectionalDerivative(c, many, MOST_VARIABLES + 1, &known, 1, &seed, values));
+    REFUSED(fmi2GetDirectionalDerivative(c, many, MOST_VARIABLES + 1, &known, 1, &seed, values));
     known = (unsigned)kind->count;
     REFUSED(fmi2GetDirectionalDerivative(c, &unknown, 1, &known, 1, &seed, values));
     fmi2FreeInstance(c);
@@ -390,10 +393,10 @@ static void test_absent2(void) {
     fmi2Real real = 0.0;
     fmi2Status status;
     fmi2Boolean truth = 1;
-#define ABSENT2(name, ...)                    \
-    do {                                      \
-        FINE(name(c, NULL, 0, __VA_ARGS__));  \
-        REFUSED(name(c, &r, 1, __VA_ARGS__)); \
+#define ABSENT2(name, ...)                                    \
+    do {                                                      \
+        FINE(name(c, NULL, 0, __VA_ARGS__));                  \
+        REFUSED(name(c, &r, 1, __VA_ARGS__));                 \
         CHECK(name(NULL, NULL, 0, __VA_ARGS__) == fmi2Error); \
     } while (0)
     ABSENT2(fmi2GetInteger, &integer);
@@ -424,10 +427,10 @@ static void test_absent3(void) {
     fmi3Binary binary = NULL;
     size_t size = 0;
     fmi3DependencyKind dependency;
-#define ABSENT3(name, ...)                    \
-    do {                                      \
-        FINE(name(c, NULL, 0, __VA_ARGS__));  \
-        REFUSED(name(c, &r, 1, __VA_ARGS__)); \
+#define ABSENT3(name, ...)                                    \
+    do {                                                      \
+        FINE(name(c, NULL, 0, __VA_ARGS__));                  \
+        REFUSED(name(c, &r, 1, __VA_ARGS__));                 \
         CHECK(name(NULL, NULL, 0, __VA_ARGS__) == fmi3Error); \
     } while (0)
 #define ABSENT_TYPE(type)                  \
@@ -520,10 +523,10 @@ static void test_table_headers(void) {
         double value;
         const char *says;
     } wrong[] = {
-        {72, 4, 2.0, "shape"},         {76, 4, 17.0, "shape"},    {80, 4, 17.0, "shape"},
-        {84, 4, 2.0, "shape"},         {24, 4, 4097.0, "cells"},  {28, 4, 4097.0, "cells"},
-        {24, 4, 0.0, "cells"},         {80, 4, 3.0, "corner"},    {64, 8, -1.0, "static_to"},
-        {64, 8, NAN, "static_to"},     {32, 8, 0.0, "k_max"},     {32, 8, INFINITY, "k_max"},
+        {72, 4, 2.0, "shape"},          {76, 4, 17.0, "shape"},   {80, 4, 17.0, "shape"},
+        {84, 4, 2.0, "shape"},          {24, 4, 4097.0, "cells"}, {28, 4, 4097.0, "cells"},
+        {24, 4, 0.0, "cells"},          {80, 4, 3.0, "corner"},   {64, 8, -1.0, "static_to"},
+        {64, 8, NAN, "static_to"},      {32, 8, 0.0, "k_max"},    {32, 8, INFINITY, "k_max"},
         {HEADER, 8, NAN, "not finite"}, {HEADER, 8, 1.0, NULL},
     };
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
@@ -562,7 +565,8 @@ static void test_resources(const char *folder) {
     CHECK(error != NULL && strstr(error, "cannot open") != NULL && bytes == NULL);
 }
 
-/* The implicit element with a force that acts a step later: the force at rest of slip is the same. */
+/* The implicit element with a force that acts a step later: the force at rest of slip is the same.
+ */
 static void test_parallel_exchange(void) {
     if (!has("parallel_exchange")) return;
     unsigned set[2] = {reference_of("implicit"), reference_of("parallel_exchange")};
@@ -589,8 +593,8 @@ static void test_parallel_exchange(void) {
 /* A force that is held at static friction changes with static friction alone. */
 static void test_held_force(void) {
     creep_table table = {.k_max = 10.0};
-    force_element_parameters p = {0.5,   0.45, 0.21, 1.3e-3, 1.0, 5e-3, 5.77e8, 1.154e11,
-                                  2.2e5, 0.5,  0.1,  1.0,    0.0, 0.0};
+    force_element_parameters p = {0.5,      0.45,  0.21, 1.3e-3, 1.0, 5e-3, 5.77e8,
+                                  1.154e11, 2.2e5, 0.5,  0.1,    1.0, 0.0,  0.0};
     force_element_parameters dp = {.static_friction = 1.0};
     force_element_input no_change = {0.0, 0.0, 0.0, 0.0, 0.0};
     int held = 0;
@@ -610,8 +614,8 @@ static void test_held_force(void) {
 /* Next to no slip at all: derivatives of what is below the smallest normal number are numbers. */
 static void test_smallest_slip(void) {
     creep_table table = {.k_max = 2.0};
-    force_element_parameters p = {0.5,   0.45, 0.21, 1.3e-3, 0.14, 5e-3, 5.77e8, 1.154e11,
-                                  2.2e5, 0.5,  0.1,  1.0,    0.0,  0.0};
+    force_element_parameters p = {0.5,      0.45,  0.21, 1.3e-3, 0.14, 5e-3, 5.77e8,
+                                  1.154e11, 2.2e5, 0.5,  0.1,    1.0,  0.0,  0.0};
     force_element_parameters dp = {0};
     force_element_input in = {7.5e-319, 7.5e-319, p.nominal_load, 1.2e-4, 0.0};
     force_element_input din = {.normal_load = -1e-5};

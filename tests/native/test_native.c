@@ -3,8 +3,8 @@
  *
  *     test_native POINTS RESOURCES TOKEN [KIND]
  *
- * POINTS says at how many each law is asked; RESOURCES is a URI. With the kind of the FMU, which may
- * be any, there are only disorderly lives. */
+ * POINTS says at how many each law is asked; RESOURCES is a URI. With the kind of the FMU, which
+ * may be any, there are only disorderly lives. */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -130,13 +130,13 @@ static drivetrain_member member_of(const creep_table *table, const some_drivetra
 }
 
 static void test_drivetrains(const creep_table *table, const force_element_parameters *parameters) {
-    for (int i = 0; i < 60 && i < points / 10; i++) {
+    for (int i = 0; i < 24 && i < points / 10; i++) {
         some_drivetrain d = random_drivetrain(i, parameters), before = d;
         drivetrain_member member = member_of(table, &d, NULL);
         drivetrain_output out;
         double substep = 0.0;
         unsigned char failed = 0;
-        drivetrain_advance_many(&member, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -1.0), 1e-3,
+        drivetrain_advance_many(&member, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -2.0), 1e-3,
                                 &substep, &failed);
         const double *numbers = (const double *)&d.state;
         for (size_t k = 0; k < sizeof d.state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
@@ -159,8 +159,8 @@ typedef struct {
                    const force_element_input *, force_element_output *);
 } many_functions;
 
-#define MANY_FUNCTIONS(suffix)                                            \
-    {drivetrain_advance_many##suffix, drivetrain_evaluate_many##suffix,   \
+#define MANY_FUNCTIONS(suffix)                                          \
+    {drivetrain_advance_many##suffix, drivetrain_evaluate_many##suffix, \
      creep_table_evaluate_many##suffix, force_element_evaluate_many##suffix}
 
 /* Those that this processor has; the first are those that it chooses for itself. */
@@ -188,7 +188,7 @@ static void test_trains_of_width(const many_functions *with, const drivetrain_me
         in[i] = given[i].in;
         state[i] = given[i].state;
     }
-    with->advance(members, MANY, in, state, 0.0, 0.01, 1e-3, tried, failed);
+    with->advance(members, MANY, in, state, 0.0, 5e-4, 1e-2, tried, failed);
     for (int i = 0; i < MANY; i++) CHECK(failed[i] == (i == NOT_A_NUMBER));
     with->evaluate(members, MANY, 1, in, state, out);
 }
@@ -244,10 +244,10 @@ static void test_widths(const creep_table *table, const force_element_parameters
         /* The next one is not a number. */
         CHECK(memcmp(out[0], out[1], NOT_A_NUMBER * sizeof out[0][0]) == 0);
     }
-    for (int i = 0; i < MANY; i += 5) {
+    for (int i = 0; i < MANY; i += 10) {
         double substep = 0.0;
         unsigned char fails = 0;
-        drivetrain_advance_many(&members[i], 1, &d[i].in, &d[i].state, 0.0, 0.01, 1e-3, &substep,
+        drivetrain_advance_many(&members[i], 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2, &substep,
                                 &fails);
         CHECK(memcmp(&d[i].state, &state[0][i], sizeof d[i].state) == 0);
         CHECK(substep == tried[0][i] && fails == failed[0][i]);
@@ -545,7 +545,6 @@ int main(int count, char **arguments) {
     test_table(&table);
     test_force(&table, &parameters);
     test_steps(&table, &parameters);
-    test_drivetrains(&table, &parameters);
     parameters.slip_rate_residual = 0.4;
     parameters.slip_rate_decay = 0.6;
     test_force(&table, &parameters);
@@ -555,8 +554,8 @@ int main(int count, char **arguments) {
     test_drivetrains(&table, &parameters);
     test_widths(&table, &parameters);
     test_lives(location, token);
-    test_lives3(location, token, !table.one_axis); /* Polach's law does not fall */
-    if (size < 10000) test_broken_tables(bytes, size);        /* each try sums all of the bytes */
+    test_lives3(location, token, !table.one_axis);     /* Polach's law does not fall */
+    if (size < 10000) test_broken_tables(bytes, size); /* each try sums all of the bytes */
     free(bytes);
     return verdict();
 }

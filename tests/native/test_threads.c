@@ -1,6 +1,6 @@
 /* Run under the thread sanitizer: instances of both versions of FMI made, run and freed, and many
- * drivetrains stepped under one table, by several threads at once. What each gets is what one thread
- * alone gets, to the last bit.
+ * drivetrains stepped under one table, by several threads at once. What each gets is what one
+ * thread alone gets, to the last bit.
  *
  *     test_threads THREADS REPETITIONS RESOURCES TOKEN
  *
@@ -46,7 +46,8 @@ static double torque_at(int step) { return 2.4e4 + 1e3 * (step % 7); }
 
 static void run2(findings *found) {
     fmi2CallbackFunctions callbacks = {log2_message, NULL, NULL, NULL, &found->said};
-    found->faults += fmi2Instantiate("x", fmi2CoSimulation, "?", resources, &callbacks, 0, 1) != NULL;
+    found->faults +=
+        fmi2Instantiate("x", fmi2CoSimulation, "?", resources, &callbacks, 0, 1) != NULL;
     fmi2Component c = fmi2Instantiate("x", fmi2CoSimulation, token, resources, &callbacks, 0, 1);
     if (c == NULL) {
         found->faults++;
@@ -80,7 +81,8 @@ static void run3(findings *found) {
         double value = torque_at(i);
         fmi3FMUState saved = NULL;
         found->faults += fmi3SetFloat64(c, &torque, 1, &value, 1) != fmi3OK;
-        found->faults += fmi3DoStep(c, 1e-2 * i, 1e-2, 1, &event, &terminate, &early, &last) != fmi3OK;
+        found->faults +=
+            fmi3DoStep(c, 1e-2 * i, 1e-2, 1, &event, &terminate, &early, &last) != fmi3OK;
         found->faults += fmi3GetFloat64(c, &speed, 1, &found->speed3[i], 1) != fmi3OK;
         found->faults += fmi3GetFMUState(c, &saved) != fmi3OK;
         found->faults += fmi3FreeFMUState(c, &saved) != fmi3OK;
@@ -103,7 +105,8 @@ static void run_many(findings *found) {
         members[i] = (drivetrain_member){&table, &contact, &train, NULL, {0.0, 0.0, 0.0}};
         force_element_scales(&contact, contact.nominal_load, 1.0, &members[i].scales);
         in[i] = (drivetrain_input){2e4 + 500.0 * i, 0.0, 0.0, 1.1e5, 1e5, 1.0, 0.9};
-        found->trains[i] = (drivetrain_state){.speed = 10.0, .omega_left = 20.0, .omega_right = 20.0};
+        found->trains[i] =
+            (drivetrain_state){.speed = 10.0, .omega_left = 20.0, .omega_right = 20.0};
         x[i] = 0.1 * i;
         k[i] = 0.3;
     }
@@ -139,8 +142,8 @@ int main(int count, char **arguments) {
     }
     if (n < 1 || n > MOST_THREADS) return 2;
     table = (creep_table){.k_max = 2.0}; /* that of the line contact */
-    contact = (force_element_parameters){0.5,   0.45, 0.21, 1.3e-6, 1.0, 5e-3, 5.77e8, 1.154e11,
-                                         2.2e5, 0.5,  0.1,  1.0,    0.0, 0.0};
+    contact = (force_element_parameters){0.5,      0.45,  0.21, 1.3e-6, 1.0, 5e-3, 5.77e8,
+                                         1.154e11, 2.2e5, 0.5,  0.1,    1.0, 0.0,  0.0};
     /* The threads first: nothing may be made ready for them by the one that runs alone. */
     for (int i = 0; i < n; i++) CHECK(pthread_create(&threads[i], NULL, run_all, &found[i]) == 0);
     for (int i = 0; i < n; i++) CHECK(pthread_join(threads[i], NULL) == 0);
