@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import contactlib as cl
-from contactlib.checker import examine_fmu
+from contactlib.checker import check_fmu
 from contactlib.checker.libraries import read_libraries
 from contactlib.checker.library import LONGEST_NAME
 from contactlib.element import ProcessZoneWarning
 from contactlib.files import package_folder
-from contactlib.parameters import LONGEST_LINE
+from contactlib.terminal import LONGEST_LINE
 
 LONGEST = LONGEST_LINE + 200  # with a path before it
 MODELS = package_folder("models")
@@ -26,7 +26,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "sweep": cl.load_sweep,
     "csv": cl.TractionData.from_csv,
     "table": cl.CreepForceTable.load,
-    "fmu": examine_fmu,
+    "fmu": check_fmu,
 }
 
 

@@ -89,13 +89,13 @@ def driver(folder: Path, source: Path) -> Path:
     return made
 
 
-def run(*command: str | Path) -> None:
+def run(*command: object) -> None:
     """Run a command that must not fail, and show what it says if it does."""
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
     assert done.returncode == 0, f"{command[0]}: {done.stdout}{done.stderr}"
 
 
-def clean(command: Iterable[str | Path], **environment: str) -> None:
+def clean(command: Iterable[object], **environment: str) -> None:
     """Run a program of tests/native, which says how many of its checks failed."""
     words = [str(word) for word in command]
     done = subprocess.run(words, capture_output=True, text=True, env=os.environ | environment)

@@ -10,8 +10,8 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from outside_tools import missing
 from native_programs import SANITIZED, WARNINGS
+from outside_tools import missing
 
 from contactlib import kernel
 from contactlib.files import package_folder
@@ -39,7 +39,16 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = Path(__file__).parent / "native" / "inline_functions.c"
     try:
         subprocess.run(
-            ["gcc", *WARNINGS, *SANITIZED, f"-I{package_folder('fmu')}", str(source), "-lm", "-o", str(made)],
+            [
+                "gcc",
+                *WARNINGS,
+                *SANITIZED,
+                f"-I{package_folder('fmu')}",
+                str(source),
+                "-lm",
+                "-o",
+                str(made),
+            ],
             check=True,
         )
     except FileNotFoundError:

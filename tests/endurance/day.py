@@ -73,7 +73,7 @@ def run(model: cl.Model, folder: Path, trips: int, points: str = "added") -> Day
     fmu = Fmu(model, folder / "locomotive", kind="wheelset")
     torque = 0.97 * cl.find_fold(model.wheelset, speed=10.0).drive_torque
     references = ",".join(str(fmu.references[name]) for name in REFERENCES)
-    command = [compiled(folder), fmu.library, fmu.location, fmu.token, points]
+    command = map(str, [compiled(folder), fmu.library, fmu.location, fmu.token, points])
     done = subprocess.run(
         [*command, str(trips), repr(torque), references],
         check=True,
@@ -83,8 +83,15 @@ def run(model: cl.Model, folder: Path, trips: int, points: str = "added") -> Day
     *lines, times = (line.split() for line in done.stdout.splitlines())
     return Day(
         [
-            Trip(word, float.fromhex(omega), float.fromhex(speed), *map(float, rest), int(pages))
-            for word, omega, speed, *rest, pages in lines
+            Trip._make(
+                [
+                    words[0],
+                    *map(float.fromhex, words[1:3]),
+                    *map(float, words[3:-1]),
+                    int(words[-1]),
+                ]
+            )
+            for words in lines
         ],
         *map(float.fromhex, times),
     )
