@@ -445,6 +445,7 @@ with LocalCluster(**options) as cluster, Client(cluster) as client:
         )
     after = set(client.run(os.getpid).values())
     print(len(set(victims) & after), flush=True)
+    client.wait_for_workers(3)  # the one that was killed starts anew
     where = ["--cluster", cluster.scheduler_address, "-o", folder + "/command"]
     main(["sweep", path, *where, "--no-maps"], standalone_mode=False)
 """
@@ -458,6 +459,7 @@ from contactlib.cli import main
 path, folder = sys.argv[1:]
 options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
 with LocalCluster(processes=False, **options) as cluster:
+    client.wait_for_workers(3)  # the one that was killed starts anew
     where = ["--cluster", cluster.scheduler_address, "-o", folder]
     main(["sweep", path, *where, "--no-maps"], standalone_mode=False)
 """
