@@ -190,6 +190,7 @@ def test_friction_made_for_a_k_hat_has_it() -> None:
         (lambda: cl.Friction(static=0.3, kinetic="a", weakening_length=0.0), "not a number"),  # type: ignore[arg-type]
         (lambda: cl.Material(youngs_modulus=1e9, poisson_ratio=0.6), "<= 0.5"),
         (lambda: contact(0.0), r"normal_load_per_length = 0.0 .* > 0"),
+        (lambda: ellipse(3.039706942284076e221, 0.3), "radius_y/radius_x = .* given radius_x = 3"),
         (lambda: ellipse(0.5, -1.0), r"EllipticContact.radius_y = -1.0 .* > 0"),
         (
             lambda: cl.EllipticContact.from_semi_axes(
