@@ -217,6 +217,10 @@ def answered() -> tuple[Any, dict[str, Any]]:
     }
 
 
+def read_by(**given: Any) -> Any:
+    return traction.SensorReader(**given).read(SPEEDS, SPEEDS)
+
+
 def read_speeds() -> tuple[Any, dict[str, Any]]:
     reader = cl.Sensors(wheel_speed_noise=0.1).reader(4, 0.01)
     return reader.read, {"wheel_speed": SPEEDS.copy(), "vehicle_speed": SPEEDS.copy()}
@@ -586,8 +590,12 @@ CALLS: list[Call] = [
     Call(
         name="traction.SensorReader",
         make=lambda: (
-            traction.SensorReader,
-            {"sensors": [cl.Sensors()] * 4, "sample_time": 0.01, "index": np.arange(4)},
+            read_by,
+            {
+                "sensors": [cl.Sensors(wheel_speed_noise=0.1)] * 4,
+                "sample_time": 0.01,
+                "index": np.arange(4),
+            },
         ),
         rows=("index",),
         numbers=("sample_time",),

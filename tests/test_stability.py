@@ -423,8 +423,8 @@ def test_a_branch_that_is_lost_too_soon_has_no_border(locomotive: cl.Model) -> N
             duration=0.1,
         )
         assert (run["creepage"][-1] < 0.01) == comes_back
-    with pytest.raises(ValueError, match=r"speed = 30.0, .* is lost before .* takes >= 8"):
-        cl.basin(light, drive_torque=torque, speed=30.0)
+    with pytest.raises(ValueError, match=r"speed = 40.0, .* is lost before .* takes >= 8"):
+        cl.basin(light, drive_torque=torque, speed=40.0)
 
 
 # ---- slip-away ------------------------------------------------------------------------------

@@ -18,8 +18,10 @@ from scipy.optimize import brentq
 from contactlib.parameters import FloatArray, Limits, checked_number
 from contactlib.stability import ranges
 
-RATES = Limits(at_least=-1e6, at_most=1e6)  # [1/s]
+RATES = Limits(at_least=-1e9, at_most=1e9)  # [1/s]
 TIMES = Limits(at_least=0.0, at_most=1e6)  # [s]
+NO_TIME = 1e-12  # [s]; what is shorter is taken for none
+SLOW = 1e9  # samples: beyond, rounding leaves nothing of what one sample does
 MOST_SAMPLES = 1000  # of delay: as many coefficients are worked with
 
 
@@ -80,20 +82,21 @@ def proportional_window(
     g = checked_number("gain", gain, ranges.POSITIVE)
     tau, slow = _time("delay", delay), _time("lag", lag)
     soft, step = _time("relaxation", relaxation), _time("sample_time", sample_time)
-    if tau > MOST_SAMPLES * step > 0.0:
-        raise ValueError(
-            f"delay = {delay!r} is out of range: must be <= {MOST_SAMPLES} times "
-            f"sample_time = {sample_time!r}"
-        )
+    slowest = {"delay": (tau, MOST_SAMPLES), "lag": (slow, SLOW), "relaxation": (soft, SLOW)}
+    for name, (time, most) in slowest.items():
+        if time > most * step > 0.0:
+            raise ValueError(
+                f"{name} = {time!r} is out of range: must be <= {most:g} times sample_time = {step!r}"
+            )
     loop = (p, tau, slow, soft)
     highest = _sampled(*loop, step) if step > 0.0 else _continuous(*loop)
     return Window(p / g, max(p, highest) / g)
 
 
 def _time(name: str, value: float) -> float:
-    """A time of the loop [s]; one that no pole within `RATES` feels is none."""
+    """A time of the loop [s]."""
     time = checked_number(name, value, TIMES)
-    return time if time > 1e-15 / RATES.at_most else 0.0
+    return time if time > NO_TIME else 0.0
 
 
 def _continuous(pole: float, delay: float, lag: float, relaxation: float) -> float:

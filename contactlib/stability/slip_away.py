@@ -183,7 +183,7 @@ def slip_away_formula(
 
     def time() -> float:
         passing = math.pi * j * v / (r**2 * math.sqrt(0.5 * eps * force * curvature))
-        return passing + j * v * (end - start) / left_over()
+        return passing + j * v * (end - start) / (r * left_over())
 
     derived("torque over sliding_force", left_over, given)
     return derived("slip-away time", time, given)
