@@ -322,12 +322,12 @@ def mach_o_of(trie: bytes, tables: int = 1) -> bytes:
 
 def chain(nodes: int) -> bytes:
     """Table of exports in which each node leads to the next."""
-    found = b""
+    found = []
     for number in range(nodes):
         at = 7 * (number + 1)
         steps = bytes([at & 0x7F | 0x80, at >> 7 & 0x7F | 0x80, at >> 14 & 0x7F | 0x80, at >> 21])
-        found += b"\0\1\0" + steps
-    return found + b"\1\0\0"
+        found.append(b"\0\1\0" + steps)
+    return b"".join([*found, b"\1\0\0"])
 
 
 HUGE: dict[str, tuple[Callable[[], bytes], str]] = {
