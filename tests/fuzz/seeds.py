@@ -78,12 +78,16 @@ def operations() -> dict[str, int]:
     return {name: i for i, name in enumerate(re.findall(r"\w+", found[1]))}
 
 
+def up() -> list[object]:
+    """Calls that lead to the initialization."""
+    return ["SET_UP", 0, [0], 0, "ENTER_INITIALIZATION", 0, [0], 0]
+
+
 def programs() -> dict[str, list[object]]:
     """Programs of calls, by what the tool does, after the bytes that make the instance."""
-    zero, one = [0], [2]
-    up = ["SET_UP", 0, zero, 0, "ENTER_INITIALIZATION", 0, zero, 0]
+    one = [2]
     set_some = ["SET_REAL", 2, 15, 17, 90, 11, 30, 90, 12, 90]
-    start = [*up, set_some, "EXIT_INITIALIZATION"]
+    start = [up(), set_some, "EXIT_INITIALIZATION"]
     step = ["STEP", 1, 1, 24]
     get = ["GET_REAL", 4, 18, 19, 20, 21]
     flags = ["GET_BOOLEAN", 1, 27, 0]
@@ -100,8 +104,23 @@ def programs() -> dict[str, list[object]]:
         "states": [start, "SAVE", 0, step, "SERIALIZE", 0, 0, restore],
         "damaged_state": [start, step, "SAVE", 0, "SERIALIZE", 0, 0, damaged],
         "exchange": [start, integrate, leave],
-        "too_early": [step, states, derivative, get, up, "RESET", start, step],
-        "odd_values": [up, "SET_REAL", 3, 1, 14, 15, [4], [5], [10], "SET_BOOLEAN", 1, 15, 1, get],
+        "too_early": [step, states, derivative, get, up(), "RESET", start, step],
+        "odd_values": [
+            up(),
+            "SET_REAL",
+            3,
+            1,
+            14,
+            15,
+            [4],
+            [5],
+            [10],
+            "SET_BOOLEAN",
+            1,
+            15,
+            1,
+            get,
+        ],
         "others": [["OTHER", number, number % 3] for number in range(43)],
         "logging": ["SET_LOGGING", 3, 1, 0, "SET_LOGGING", 4, 0, 3, 97, 98, 99, step],
     }
@@ -139,6 +158,12 @@ def seeds() -> dict[str, dict[str, bytes]]:
             data = bytes([number, flags]) + as_bytes(program, numbers)
             for target in ("fmi2", "fmi3"):
                 found[target][f"{name}_{number}"] = data
+    # Much torque on little inertia, so that the speed leaves its range; theirs are these references.
+    for number, inertia, torque in ((3, 15, 22), (5, 3, 10)):
+        program = [up(), "SET_REAL", 2, inertia, torque, 14, 13, "EXIT_INITIALIZATION"]
+        data = bytes([number, 6]) + as_bytes([*program, "STEP", 1, 1, 0], numbers)
+        for target in ("fmi2", "fmi3"):
+            found[target][f"runaway_{number}"] = data
     for target in ("fmi2", "fmi3"):
         found[target]["wrong_token"] = bytes([0, 0xFE, 3]) + b"abc" + bytes(9)
         found[target]["wrong_place"] = bytes([0, 0xF6, 3]) + b"%zz" + bytes(9)
