@@ -86,21 +86,22 @@ def up() -> list[object]:
 def programs() -> dict[str, list[object]]:
     """Programs of calls, by what the tool does, after the bytes that make the instance."""
     one = [2]
-    set_some = ["SET_REAL", 2, 15, 17, 90, 11, 30, 90, 12, 90]
+    set_some = ["SET_REAL", 2, 18, 19, 90, 11, 30, 90, 11, 0]  # omega and speed
     start = [up(), set_some, "EXIT_INITIALIZATION"]
     step = ["STEP", 1, 1, 24]
-    get = ["GET_REAL", 4, 18, 19, 20, 21]
-    flags = ["GET_BOOLEAN", 1, 27, 0]
-    derivative = ["SENSITIVITY", 2, 1, 0, 19, 20, 17, one]
-    adjoint = ["SENSITIVITY", 2, 1, 1, 19, 20, 17, one, one]
+    get = ["GET_REAL", 4, 22, 23, 24, 25]  # outputs
+    flags = ["GET_BOOLEAN", 1, 31, 0]
+    derivative = ["SENSITIVITY", 2, 1, 0, 22, 27, 18, one]
+    adjoint = ["SENSITIVITY", 2, 1, 1, 22, 27, 18, one, one]
     states = ["GET_STATES", 5, "GET_DERIVATIVES", 5, "GET_INDICATORS", 5, "GET_NOMINALS", 5]
+    too_much = ["SENSITIVITY", 1, 1, 0, 22, 18, [7], "SENSITIVITY", 1, 1, 1, 22, 18, [7]]
     restore = ["DESERIALIZE", 1, 0, 1, "RESTORE", 1, step, get, "FORGET", 0, "RESTORE", 0]
     damaged = ["DESERIALIZE", 1, 2, 1, [4], 9, [7], 1, "RESTORE", 1, get, step]
     set_states = ["SET_STATES", 5, 200, 11, 60, 200, 10, 60]
     integrate = ["UPDATE", "ENTER_CONTINUOUS", "SET_TIME", one, states, set_states]
     leave = ["COMPLETED_STEP", "ENTER_EVENTS", derivative, adjoint, flags]
     return {
-        "steps": [start, step, get, step, get, flags, derivative, "TERMINATE", "RESET"],
+        "steps": [start, step, get, step, get, flags, derivative, too_much, "RESET"],
         "states": [start, "SAVE", 0, step, "SERIALIZE", 0, 0, restore],
         "damaged_state": [start, step, "SAVE", 0, "SERIALIZE", 0, 0, damaged],
         "exchange": [start, integrate, leave],
@@ -158,7 +159,7 @@ def seeds() -> dict[str, dict[str, bytes]]:
             data = bytes([number, flags]) + as_bytes(program, numbers)
             for target in ("fmi2", "fmi3"):
                 found[target][f"{name}_{number}"] = data
-    # Much torque on little inertia, so that the speed leaves its range; theirs are these references.
+    # Much torque on little inertia, so that the speed leaves its range.
     for number, inertia, torque in ((3, 15, 22), (5, 3, 10)):
         program = [up(), "SET_REAL", 2, inertia, torque, 14, 13, "EXIT_INITIALIZATION"]
         data = bytes([number, 6]) + as_bytes([*program, "STEP", 1, 1, 0], numbers)
