@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import contactlib as cl
-from contactlib import stability
+from contactlib import stability, torsion
 
 
 def examples(count: int) -> settings:
@@ -422,3 +422,28 @@ def test_torque_is_between_zero_and_the_demand_whatever_is_measured(
         assert np.isfinite(torque).all()
         assert (np.abs(torque) <= np.abs(demand)).all()
         assert ((torque == 0.0) | (np.sign(torque) == np.sign(demand))).all()
+
+
+# ---- torsion --------------------------------------------------------------------------------
+
+
+@examples(8)
+@given(x=number(0.3, 4.0), small=magnitude(1e-300, 1e-4), speed=magnitude(1.0, 40.0))
+def test_what_a_small_amplitude_feels_is_the_slope(x: float, small: float, speed: float) -> None:
+    # Of two forces a tiny amplitude apart rounding leaves no difference.
+    scale = train().element.saturation_creepage
+    point = train().balanced(creepage=x * scale, speed=speed)
+    felt = torsion.AntiphaseForce(train(), point).describing_function(small * scale)
+    initial = train().element.at_creepage(0.0, speed=speed)["force_gradient"] * speed
+    assert felt == pytest.approx(0.5 * point.creep_force_slope, abs=1e-5 * float(initial))
+
+
+# ---- refusals -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("index", [0.5, -1, 2**63, [0, 1]])
+def test_a_place_of_a_run_is_a_whole_number(index: Any) -> None:
+    with pytest.raises(ValueError, match="index = "):
+        cl.run_scenario(scenario(), "open_loop", index=index)
+    with pytest.raises(ValueError, match="index = "):
+        cl.run_many([scenario()], "open_loop", OUTCOMES, index=[index])

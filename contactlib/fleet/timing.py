@@ -77,7 +77,7 @@ def timing(
     rows = max(2, math.floor(scenario.duration / length * (1.0 + 1e-9)) + 1)
     if rows > MOST_ROWS:
         raise ValueError(
-            f"duration = {scenario.duration!r} has {rows} rows a step = {length:.6g} s apart: "
-            f"at most {MOST_ROWS} are allowed, so the step must be longer"
+            f"duration = {scenario.duration!r} has {rows} steps of {length:.6g} s: "
+            f"at most {MOST_ROWS}, so the step must be longer"
         )
     return Timing(length, per_sample, rows)

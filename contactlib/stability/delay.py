@@ -86,7 +86,8 @@ def proportional_window(
     for name, (time, most) in slowest.items():
         if time > most * step > 0.0:
             raise ValueError(
-                f"{name} = {time!r} is out of range: must be <= {most:g} times sample_time = {step!r}"
+                f"{name} = {time!r} is out of range: must be <= {most:g} times "
+                f"sample_time = {step!r}"
             )
     loop = (p, tau, slow, soft)
     highest = _sampled(*loop, step) if step > 0.0 else _continuous(*loop)
