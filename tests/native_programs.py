@@ -61,10 +61,8 @@ class Build:
         made = self.folder / name
         if made.exists():
             return made
-        run(
-            *(gcc(), *self.flags, *self.way, "-pthread", NATIVE / f"{name}.c", *self.objects),
-            *(*flags, "-lm", "-o", made),
-        )
+        source = (NATIVE / f"{name}.c", *self.objects)
+        run(gcc(), *self.flags, *self.way, "-pthread", *source, *flags, "-lm", "-o", made)
         return made
 
     def alone(self, name: str) -> Path:

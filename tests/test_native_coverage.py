@@ -9,8 +9,10 @@ import line_coverage
 import contactlib as cl
 
 
-def test_every_line_is_run_or_has_a_reason(locomotive: cl.Model, tmp_path: Path) -> None:
-    found = line_coverage.measured(locomotive, tmp_path)
+def test_every_line_is_run_or_has_a_reason(
+    locomotive: cl.Model, cohesive_table: cl.CreepForceTable, tmp_path: Path
+) -> None:
+    found = line_coverage.measured(locomotive, line_coverage.shapes(cohesive_table), tmp_path)
     assert not [
         str(line) for line in line_coverage.not_run(found) if line_coverage.reason(line) is None
     ]

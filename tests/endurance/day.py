@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import contactlib as cl
 
@@ -45,7 +45,7 @@ class Trip(NamedTuple):
     damping: float
     throughput: float
     stored: float
-    pages: int
+    pages: float
 
 
 class Day(NamedTuple):
@@ -73,28 +73,23 @@ def run(model: cl.Model, folder: Path, trips: int, points: str = "added") -> Day
     fmu = Fmu(model, folder / "locomotive", kind="wheelset")
     torque = 0.97 * cl.find_fold(model.wheelset, speed=10.0).drive_torque
     references = ",".join(str(fmu.references[name]) for name in REFERENCES)
-    command = map(str, [compiled(folder), fmu.library, fmu.location, fmu.token, points])
+    where = (compiled(folder), fmu.library, fmu.location, fmu.token)
     done = subprocess.run(
-        [*command, str(trips), repr(torque), references],
+        [*map(str, where), points, str(trips), repr(torque), references],
         check=True,
         stdout=subprocess.PIPE,
         text=True,
     )
     *lines, times = (line.split() for line in done.stdout.splitlines())
-    return Day(
-        [
-            Trip._make(
-                [
-                    words[0],
-                    *map(float.fromhex, words[1:3]),
-                    *map(float, words[3:-1]),
-                    int(words[-1]),
-                ]
-            )
-            for words in lines
-        ],
-        *map(float.fromhex, times),
-    )
+    tool_time, fmu_time = map(float.fromhex, times)
+    return Day([trip_of(line) for line in lines], tool_time, fmu_time)
+
+
+def trip_of(line: list[str]) -> Trip:
+    """From the words of a line."""
+    digest, omega, speed, *rest = line
+    numbers: Any = map(float, rest)
+    return Trip(digest, float.fromhex(omega), float.fromhex(speed), *numbers)
 
 
 def main() -> None:
