@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import pytest
+from outside_tools import missing
 
 import contactlib as cl
 from contactlib import kernel
@@ -29,10 +29,10 @@ WRAPPED = tuple(f"-Wl,--wrap={name}" for name in ("malloc", "calloc", "realloc",
 
 
 def gcc() -> str:
-    """The compiler; the test is skipped without it."""
+    """The compiler; without it the test is skipped, but not in CI."""
     found = shutil.which("gcc")
     if found is None:
-        pytest.skip("needs gcc")
+        missing("there is no gcc")
     return found
 
 

@@ -11,7 +11,7 @@ from native_programs import gcc
 
 import contactlib as cl
 
-pytestmark = pytest.mark.usefixtures("compiler")
+pytestmark = [pytest.mark.compiler, pytest.mark.usefixtures("compiler")]
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from outside_tools import missing
 from contactlib.files import package_folder
 
 HERE = Path(__file__).parent / "fuzz"
+pytestmark = pytest.mark.compiler
 RUNS = {"table": 20_000, "start_values": 1_000, "fmi2": 1_000, "fmi3": 1_000}
 
 

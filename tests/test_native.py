@@ -13,6 +13,8 @@ from outside_tools import missing
 
 import contactlib as cl
 
+pytestmark = pytest.mark.compiler
+
 
 @pytest.fixture(scope="module")
 def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Build:

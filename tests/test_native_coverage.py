@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import line_coverage
+import pytest
 
 import contactlib as cl
+
+pytestmark = pytest.mark.compiler
 
 
 def test_every_line_is_run_or_has_a_reason(

@@ -19,6 +19,7 @@ from typing import Any
 import fmpy
 import pytest
 from fmu_instance import Instance
+from outside_tools import missing
 from sweep_files import write_sweep
 
 import contactlib as cl
@@ -112,14 +113,14 @@ def comma(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Environment of a locale whose decimal separator is a comma."""
     localedef = shutil.which("localedef")
     if localedef is None or sys.platform != "linux":
-        pytest.skip("needs localedef of Linux")
+        missing("needs localedef of Linux")
     folder = tmp_path_factory.mktemp("locale")
     subprocess.run(
         [localedef, "-i", "de_DE", "-f", "UTF-8", folder / "de_DE.UTF-8"],
         check=False, capture_output=True,
     )  # fmt: skip
     if not (folder / "de_DE.UTF-8" / "LC_NUMERIC").exists():
-        pytest.skip("localedef has no de_DE")
+        missing("localedef has no de_DE")
     return {**os.environ, "LOCPATH": str(folder), "LC_ALL": "de_DE.UTF-8"}
 
 
