@@ -257,7 +257,7 @@ def test_names_that_are_no_files(name: str, tmp_path: Path) -> None:
         struct.pack_into("<HH", data, 26, 0, 1)
         struct.pack_into("<HH", data, data.index(b"PK\x01\x02") + 28, 0, 1)
         path.write_bytes(data)
-    assert "the path must be relative" in check_fmu(path)[0]
+    assert "the path must be " in check_fmu(path)[0]
     assert check_fmu(path)[0].isprintable()
 
 
