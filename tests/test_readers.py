@@ -261,6 +261,15 @@ def test_names_that_are_no_files(name: str, tmp_path: Path) -> None:
     assert check_fmu(path)[0].isprintable()
 
 
+def test_a_name_of_many_folders_takes_little_memory(tmp_path: Path) -> None:
+    path = zipped(tmp_path / "x.fmu", f"{'a/' * 32_000}b", b"")
+    tracemalloc.start()
+    read_archive(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 5_000_000
+
+
 LAUGHS = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10 if i else "ha"}">' for i in range(12))
 
 

@@ -8,9 +8,9 @@ import stat
 import struct
 import zipfile
 import zlib
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from pathlib import PurePosixPath
 from typing import NamedTuple
 
 FMI_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -87,7 +87,7 @@ def _is_link(entry: zipfile.ZipInfo) -> bool:
 
 def _bad_names(names: list[str]) -> Iterator[str]:
     seen: dict[str, str] = {}
-    folders = {str(folder) for name in names for folder in PurePosixPath(name).parents}
+    ordered = sorted(names)
     for name, times in Counter(names).items():
         # Unpacking must stay in its folder, on every system.
         parts = name.removesuffix("/").split("/")
@@ -97,7 +97,9 @@ def _bad_names(names: list[str]) -> Iterator[str]:
             yield f"{name!r}: the path must be without control characters"
         if {"", "."} & set(parts):
             yield f"{name!r}: the path must be without empty parts and '.'"
-        if name in folders:
+        # A set of all folders could be long: one name can have 30 000 of them.
+        next_one = bisect_left(ordered, f"{name}/")
+        if next_one < len(ordered) and ordered[next_one].startswith(f"{name}/"):
             yield f"{name}: is a file and a folder"
         if times > 1:
             yield f"{name}: is in the zip {times} times"
