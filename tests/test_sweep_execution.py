@@ -459,7 +459,6 @@ from contactlib.cli import main
 path, folder = sys.argv[1:]
 options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
 with LocalCluster(processes=False, **options) as cluster:
-    client.wait_for_workers(3)  # the one that was killed starts anew
     where = ["--cluster", cluster.scheduler_address, "-o", folder]
     main(["sweep", path, *where, "--no-maps"], standalone_mode=False)
 """
