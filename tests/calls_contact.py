@@ -237,6 +237,7 @@ CALLS: list[Call] = [
     of_class("Polach.dry", cl.Polach.dry, DRY, "peak", infinite=True),
     of_class("Polach.wet", cl.Polach.wet, DRY, "peak", infinite=True),
     *of_law("Polach", lambda: cl.Polach(**POLACH)),
+    *of_law("Polach soft", lambda: cl.Polach(**POLACH | {"kalker_coefficient": 5e-324})),
     *of_law("Polach stiff", lambda: cl.Polach(**POLACH | {"kalker_coefficient": 1e300})),
     Call(
         name="MeasuredCurve",

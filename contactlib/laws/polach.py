@@ -142,4 +142,6 @@ class Polach(Parameters):
 
 def _bend(stiffness: float, x: FloatArray) -> FloatArray:
     """Derivative of arctan(stiffness x), also where its square is beyond what floats hold."""
+    if stiffness == 0.0:  # as a product of small numbers may be
+        return np.zeros_like(x)
     return np.asarray(1.0 / (1.0 / stiffness + stiffness * x * x))
