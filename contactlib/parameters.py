@@ -103,8 +103,9 @@ def checked(name: str, value: ArrayLike, limits: Limits, *, copy: bool = True) -
 
 def checked_number(name: str, value: ArrayLike, limits: Limits) -> float:
     """As `checked`, of one number."""
-    if isinstance(value, float) and limits.allow(value):  # as most are: the quick way
-        return float(value)
+    given: object = value
+    if isinstance(given, float) and limits.allow(given):  # as most are: the quick way
+        return float(given)
     number = checked(name, value, limits)
     if number.ndim:
         raise ValueError(f"{name} = {shown(value)} is not one number; it must be {limits}")
