@@ -77,7 +77,13 @@ def response(
             f"output_interval = {interval!r} is out of range: must be >= duration = {duration!r} "
             f"over {MOST_ROWS}"
         )
-    profiles = [Profile.of(inputs[name]) for name in system.input_labels]
+    given = {name: inputs[name] for name in system.input_labels}
+    profiles = [
+        value
+        if isinstance(value, Profile)
+        else Profile.of(checked_number(f"inputs[{name!r}]", value, FINITE))
+        for name, value in given.items()
+    ]
     corners = {0.0, float(duration)}
     corners.update(t for profile in profiles for t in profile.at if 0.0 < t < duration)
     state = checked("initial_state", initial_state, FINITE)
