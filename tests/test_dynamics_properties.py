@@ -198,7 +198,7 @@ def reaches_grip(
 
 @examples(14)
 @given(
-    body=wheelsets(held=False),
+    body=wheelsets(held=False, lightest=3e3),  # lighter ones hardly ever have a border
     speed=magnitude(0.15, 8.0),
     part=number(0.8, 0.99),
     braking=st.booleans(),
@@ -222,10 +222,10 @@ def test_the_border_of_light_and_slow_vehicles_is_that_of_runs(
 
 @examples(25)
 @given(
-    body=wheelsets(held=False),
+    body=wheelsets(held=False, lightest=3e3),  # lighter ones hardly ever have a border
     speed=magnitude(0.15, 8.0),
-    part=st.one_of(st.just(0.0), number(-0.98, 0.999)),
-    outer=number(-2e4, 4e4),
+    part=st.one_of(number(0.5, 0.999), number(-0.98, -0.5), st.just(0.0)),
+    outer=st.integers(-4, 8).map(lambda i: 5e3 * i),
     patch=number(0.1, 0.9),
 )
 def test_clearing_answers_or_says_of_its_own_arguments_why_not(
