@@ -7,11 +7,14 @@ import io
 import struct
 import tomllib
 import tracemalloc
+import warnings
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+import xarray
 from broken_files import (
     MODELS,
     READERS,
@@ -31,6 +34,7 @@ from contactlib.checker import check_fmu
 from contactlib.checker.archive import MOST_UNPACKED, read_archive
 from contactlib.checker.libraries import read_libraries
 from contactlib.checker.xml import parse
+from contactlib.sweep.dataset import read_dataset, write_dataset
 
 FILES = sorted((*MODELS.glob("*.toml"), *MODELS.glob("*.csv")))
 IDS = [path.name for path in FILES]
@@ -286,6 +290,17 @@ def test_external_entities_are_refused(tmp_path: Path) -> None:
     place = (tmp_path / "secret").as_uri()
     with pytest.raises(ValueError, match="document type"):
         parse(f'<!DOCTYPE x [<!ENTITY e SYSTEM "{place}">]><x>&e;</x>'.encode())
+
+
+def test_broken_datasets(tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    write_dataset(xarray.Dataset({"slip_work": ("run", [0.0, 1.0], {"units": "J"})}), path)
+    data = path.read_bytes()
+    for place in range(len(data)):
+        path.write_bytes(data[:place] + b"\xff" + data[place + 1 :])
+        with suppress(ValueError), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of xarray, about odd attributes
+            read_dataset(path)
 
 
 # ---- shared libraries ----------------------------------------------------------------------

@@ -171,7 +171,7 @@ def read_dataset(path: Path) -> Dataset:
     try:
         with xarray.open_dataset(path, engine="scipy") as dataset:
             return dataset.load()
-    except (TypeError, ValueError, EOFError, IndexError):  # what scipy raises
+    except (TypeError, ValueError, EOFError, LookupError, MemoryError):  # what scipy raises
         raise ValueError(
             f"{path} is not a whole NetCDF file: start anew with --restart (restart=True), or "
             "choose another output folder"
