@@ -444,7 +444,7 @@ def check(path: Path, load: bool) -> None:
 
     problems, checked = examine_fmu(path, load=load)
     for problem in problems:
-        _say(harmless_line(problem))
+        _say(problem)
     if problems:
         click.get_current_context().exit(1)
     _say(f"{path}: no problem found ({checked})")

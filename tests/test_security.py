@@ -456,7 +456,7 @@ def test_a_zip_that_lies_about_a_size_unpacks_no_more(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", [ESCAPE, "\x9b2J", "\x08\x08", "\r", "\u202egnp", "\udcff", "\u2028"]
+    "text", [ESCAPE, "\x9b2J", "\x08\x08", "\r", "\u202egnp", "\udcff", "\u2028", "\u200b", "\t"]
 )
 def test_what_a_terminal_acts_on_is_written_out(text: str) -> None:
     shown = harmless_line(f"a{text}b")
