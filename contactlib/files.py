@@ -49,11 +49,11 @@ def _replace(path: Path, data: bytes) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     try:
         with open(beside, "xb") as file:
+            if known:
+                shutil.copymode(path, beside)  # first: what is private stays so meanwhile
             file.write(data)
             file.flush()
             os.fsync(file.fileno())  # else a power cut after the rename can leave an empty file
-        if known:
-            shutil.copymode(path, beside)
         os.replace(beside, path)
     except BaseException:
         beside.unlink(missing_ok=True)
