@@ -69,10 +69,13 @@ class _Group(click.Group):
 @contextmanager
 def _ended_as_by_ctrl_c() -> Iterator[None]:
     """Let what is asked to end (SIGTERM, as by a batch system) clean up and say what is kept."""
-    if threading.current_thread() is not threading.main_thread():  # which alone hears signals
+    before = signal.getsignal(signal.SIGTERM)
+    # Only the main thread hears signals; who set another way to end, or none, keeps it.
+    main_thread = threading.current_thread() is threading.main_thread()
+    if not main_thread or before is not signal.SIG_DFL:
         yield
         return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:

@@ -25,7 +25,7 @@ from contactlib.simulation import Result, make_result
 from contactlib.stability import quasi_steady_torque
 from contactlib.wheelset import Wheelset
 
-MOST_STEPS = 10_000_000
+MOST_STEPS = 100_000_000  # a day at 1 ms, and some
 
 
 class Contact(NamedTuple):

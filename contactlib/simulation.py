@@ -353,7 +353,7 @@ def simulate(
     away = slip_away_creepage
     if away is None:
         away = 10.0 * wheelset.element.saturation_creepage
-    end = checked_number("duration", end, POSITIVE)
+    end = checked_number("duration", end, Limits(at_least=1e-9))
     interval = end / 1000.0 if output_interval is None else output_interval
     interval = checked_number("output_interval", interval, POSITIVE)
     if end / interval > MOST_ROWS:

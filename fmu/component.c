@@ -25,7 +25,7 @@ static const char *with_dot(char *text, int digits, double value) {
     snprintf(text, NUMBER_SIZE, "%.*g", digits, value);
     char *separator = text + strspn(text, "+-0123456789einfa");
     size_t length = strcspn(separator, "0123456789");
-    if (length == 0) return text;
+    if (length == 0 || !isfinite(value)) return text;
     memmove(separator + 1, separator + length, strlen(separator + length) + 1);
     *separator = '.';
     return text;
@@ -114,7 +114,7 @@ static const model_variable *misplaced(const model *m, const model_values *start
 static int states_in_range(const component *self) {
     const model *m = self->model;
     size_t left = self->states;
-    for (size_t i = 0; left > 0; i++) {
+    for (size_t i = 0; left > 0 && i < m->count; i++) {
         const model_variable *v = &m->variables[i];
         if (v->role != STATE || !model_has(v, &self->start)) continue;
         if (!is_in_range(v, model_get(v, &self->now.values))) return 0;

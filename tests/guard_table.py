@@ -86,8 +86,8 @@ GUARDS = [
         "test_faults.py",
         (
             "a lock that names nobody",
-            "                path.unlink()\n                raise",
-            "                raise",
+            "                path.unlink(missing_ok=True)\n                if",
+            "                if",
             "lock",
         ),
     ),
@@ -192,7 +192,7 @@ GUARDS = [
         "test_surroundings.py",
         (
             "dot in messages of the FMU",
-            "    if (length == 0) return text;",
+            "    if (length == 0 || !isfinite(value)) return text;",
             "    if (length < 99) return text;",
             "decimal_comma",
         ),
@@ -202,8 +202,8 @@ GUARDS = [
         "test_surroundings.py",
         (
             "one line",
-            'harmless(text[: LONGEST_LINE + 1]).replace("\\n", r"\\n")',
-            "harmless(text[: LONGEST_LINE + 1])",
+            '.replace("\\n", r"\\n")',
+            "",
             "one_line",
         ),
     ),
@@ -400,8 +400,8 @@ GUARDS = [
         ),
         (
             "a file that is a folder too",
-            "if name in folders:",
-            "if name is folders:",
+            'ordered[next_one].startswith(f"{name}/")',
+            "name is ordered",
             "written_elsewhere and folder",
         ),
         (
@@ -495,12 +495,6 @@ GUARDS = [
             "bar.add_task(harmless(title), total=None)",
             "bar.add_task(title, total=None)",
             "the_reporter_shows_names_as_they_are",
-        ),
-        (
-            "problems are harmless lines",
-            "_say(harmless_line(problem))",
-            "click.echo(problem)",
-            "a_problem_of_an_fmu_is_one_line_without_orders",
         ),
     ),
     *guards_of(

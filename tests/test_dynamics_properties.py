@@ -447,3 +447,35 @@ def test_a_place_of_a_run_is_a_whole_number(index: Any) -> None:
         cl.run_scenario(scenario(), "open_loop", index=index)
     with pytest.raises(ValueError, match="index = "):
         cl.run_many([scenario()], "open_loop", OUTCOMES, index=[index])
+
+
+def test_a_torque_that_the_sliding_wheel_holds_has_no_time_to_slip_away() -> None:
+    wheel = {"radius": 0.5, "inertia": 250.0, "speed": 10.0, "overload": 0.1, "peak_force": 5e4}
+    curve = {"peak_curvature": 1e8, "peak_creepage": 0.02, "end_creepage": 0.021}
+    assert stability.slip_away_formula(**wheel, **curve, sliding_force=5.4e4) > 0.0
+    with pytest.raises(ValueError, match=r"must be finite and > 0; given .*sliding_force = 56000"):
+        stability.slip_away_formula(**wheel, **curve, sliding_force=5.6e4)
+
+
+@pytest.mark.parametrize(
+    ("name", "time", "sample_time"),
+    [("delay", 1.001, 1e-3), ("lag", 1e3, 1e-7), ("relaxation", 1e3, 1e-7)],
+)
+def test_a_loop_much_slower_than_its_samples_is_refused(
+    name: str, time: float, sample_time: float
+) -> None:
+    with pytest.raises(ValueError, match=rf"{name} = .* must be <= \S+ times sample_time"):
+        stability.proportional_window(70.0, **{name: time}, sample_time=sample_time)
+
+
+def test_a_patch_on_which_a_vehicle_stops_is_refused() -> None:
+    friction = dataclasses.replace(
+        train().element.friction, slip_rate_residual=0.8243, slip_rate_decay=0.7136
+    )
+    element = dataclasses.replace(train().element, friction=friction)
+    body = dataclasses.replace(
+        train(), element=element, mass=22.88e3, damping=0.0, resistance=cl.Resistance()
+    )
+    torque = -0.98386 * cl.find_fold(body, speed=0.75).drive_torque
+    with pytest.raises(ValueError, match=r"speed = 0.75, friction_scale = 0.98.* may end: speed"):
+        cl.clearing(body, drive_torque=torque, speed=0.75, friction_scale=0.98377)

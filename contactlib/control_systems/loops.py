@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 GAINS = Limits(at_least=1e-12, at_most=1e15)  # [N.m]
 INTEGRAL_GAINS = Limits(at_least=0.0, at_most=1e15)  # [N.m/s]
 TIMES = Limits(at_least=0.0, at_most=1e6)  # of the loop [s]
+NO_TIME = 1e-12  # [s]; what is shorter is taken for none
 SAMPLE_TIMES = Limits(at_least=1e-9, at_most=1e6)  # [s]
 MOST_SAMPLES = 1000  # of delay: as many states
 PADE_ORDERS = Limits(at_least=1.0, at_most=12.0)  # beyond, its coefficients overflow the poles
@@ -69,7 +70,7 @@ def creep_loop(
         integral = control.tf([proportional_gain, integral_gain], [1.0, 0.0])
         controller = control.ss(integral, inputs="creepage_error", outputs="command")
     wait = _unit("command", "delayed")
-    if delay > 0.0:
+    if delay > NO_TIME:
         approximant = control.tf(*control.pade(delay, int(order)))
         wait = control.ss(approximant, inputs="command", outputs="delayed")
     return open_loop(_driven(wheelset, point, lag), _chain([controller, wait], "delayed"))
@@ -186,7 +187,7 @@ def _driven(wheelset: Wheelset, point: OperatingPoint, lag: float) -> StateSpace
 
     lag = checked_number("lag", lag, TIMES)
     plant = wheelset.linearize(point)[["creepage"], ["drive_torque"]]
-    if lag == 0.0:
+    if lag <= NO_TIME:
         return plant
     motor = control.ss([[-1.0 / lag]], [[1.0 / lag]], [[1.0]], [[0.0]])
     axle = control.ss(plant, inputs="axle_torque", outputs="creepage")

@@ -68,7 +68,7 @@ def response(
     if set(inputs) != set(system.input_labels):
         wanted = ", ".join(system.input_labels)
         raise ValueError(f"inputs = {sorted(inputs)!r} must be those of the system: {wanted}")
-    duration = checked_number("duration", duration, POSITIVE)
+    duration = checked_number("duration", duration, Limits(at_least=1e-9))
     tolerance = checked_number("tolerance", tolerance, Limits(at_least=1e-12, at_most=1e-2))
     interval = duration / (ROWS - 1) if output_interval is None else output_interval
     interval = checked_number("output_interval", interval, POSITIVE)

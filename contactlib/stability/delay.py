@@ -22,7 +22,8 @@ RATES = Limits(at_least=-1e9, at_most=1e9)  # [1/s]
 TIMES = Limits(at_least=0.0, at_most=1e6)  # [s]
 NO_TIME = 1e-12  # [s]; what is shorter is taken for none
 SLOW = 1e9  # samples: beyond, rounding leaves nothing of what one sample does
-MOST_SAMPLES = 1000  # of delay: as many coefficients are worked with
+MOST_SAMPLES = 10_000  # of delay: as many coefficients are worked with
+MOST_ROOTS = 1000  # the same where all roots are found
 
 
 class Window(NamedTuple):
@@ -82,7 +83,8 @@ def proportional_window(
     g = checked_number("gain", gain, ranges.POSITIVE)
     tau, slow = _time("delay", delay), _time("lag", lag)
     soft, step = _time("relaxation", relaxation), _time("sample_time", sample_time)
-    slowest = {"delay": (tau, MOST_SAMPLES), "lag": (slow, SLOW), "relaxation": (soft, SLOW)}
+    longest = MOST_SAMPLES if soft == 0.0 else MOST_ROOTS
+    slowest = {"delay": (tau, longest), "lag": (slow, SLOW), "relaxation": (soft, SLOW)}
     for name, (time, most) in slowest.items():
         if time > most * step > 0.0:
             raise ValueError(

@@ -76,9 +76,9 @@ def find_fold(
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
     if falling.size == 0:
         raise ValueError(
-            f"speed = {speed!r}, normal_load = {normal_load!r}, friction_scale = "
-            f"{friction_scale!r}, damping = {wheelset.damping!r}: the torque has no maximum over "
-            "creepage, so there is no fold"
+            f"speed = {inputs['speed']!r}, normal_load = {inputs['normal_load']!r}, "
+            f"friction_scale = {inputs['friction_scale']!r}, damping = {wheelset.damping!r}: the "
+            "torque has no maximum over creepage, so there is no fold"
         )
 
     def root(i: int) -> float:

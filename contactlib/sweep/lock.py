@@ -52,9 +52,11 @@ def _take(path: Path) -> None:
             try:
                 with os.fdopen(descriptor, "wb") as file:
                     file.write(mine)
-            except OSError as error:  # a lock that names nobody would have to be removed by hand
-                path.unlink()
-                raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+            except BaseException as error:  # or a lock that names nobody would stay for ever
+                path.unlink(missing_ok=True)
+                if isinstance(error, OSError):
+                    raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+                raise
             return
 
 

@@ -44,12 +44,19 @@ def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
     -------
     list of Path
         The files written.
+
+    Raises
+    ------
+    ValueError
+        If an outcome's name is not one.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for outcome, values in dataset.data_vars.items():
         if outcome != FAILED and values.dims:
+            if not str(outcome).isidentifier():  # it names files, and may come from anywhere
+                raise ValueError(f"outcome {outcome!r} is no name of an outcome")
             figure = map_figure(dataset, str(outcome))
             written += save_pictures(figure, folder, str(outcome))
     return written
