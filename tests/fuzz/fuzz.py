@@ -230,10 +230,13 @@ def fuzz(target: str, seconds: int, corpus: Path, scratch: Path, resources: Path
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("targets", nargs="*", choices=[*TARGETS, []], default=TARGETS)
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(TARGETS))
     parser.add_argument("--seconds", type=int, default=60, help="of each target")
     parser.add_argument("--corpus", type=Path, default=Path("fuzz_corpus"), help="what is found")
     given = parser.parse_args()
+    targets = given.targets or TARGETS
+    if unknown := set(targets) - set(TARGETS):
+        parser.error(f"{', '.join(sorted(unknown))}: known targets are {', '.join(TARGETS)}")
     with tempfile.TemporaryDirectory() as name:
         scratch = Path(name)
         if not can_fuzz(scratch):
@@ -242,7 +245,7 @@ def main() -> int:
         resources = export_resources(scratch / "resources")
         fine = [
             fuzz(target, given.seconds, (given.corpus / target).resolve(), scratch, resources)
-            for target in given.targets
+            for target in targets
         ]
     return 0 if all(fine) else 1
 
