@@ -97,6 +97,8 @@ class OperatingPoint:
     def eigenvalues(self) -> FloatArray:
         """Of the Jacobian, by falling real part [1/s]."""
         values = np.linalg.eigvals(self.jacobian)
+        if not values.imag.any():  # as of NumPy 2.5 they are complex numbers even then
+            values = values.real
         return np.asarray(values[np.argsort(-values.real)])
 
     @property

@@ -18,7 +18,7 @@ import pytest
 from sweep_files import write_sweep
 
 import contactlib as cl
-from contactlib import figures
+from contactlib.figures import style
 from contactlib.files import write_whole
 from contactlib.report import write_report
 from contactlib.study import open_study
@@ -135,7 +135,7 @@ def test_an_old_comparison_stays_until_the_new_one_is_written(
     def full(figure: object, path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    monkeypatch.setattr(figures, "save", full)
+    monkeypatch.setattr(style, "save", full)
     runs = {name: lambda progress: run for name in ("open_loop", "creep_pi")}
     with pytest.raises(OSError, match="No space"):
         write_report(study, runs, tmp_path, Silent())

@@ -144,6 +144,7 @@ def nyquist(loop: StateSpace) -> Nyquist:
 
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
+        warnings.simplefilter("ignore", DeprecationWarning)  # which says nothing of the curve
         (curve,) = control.nyquist_response([loop])
     if doubts:
         raise ValueError(f"the encirclements of -1 cannot be counted: {doubts[0].message}")
