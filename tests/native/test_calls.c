@@ -261,6 +261,7 @@ static void test_failing_step(void) {
     FINE(fmi2EnterInitializationMode(c));
     FINE(fmi2ExitInitializationMode(c));
     DISCARDED(fmi2DoStep(c, 0.0, 1e300, 1));
+    DISCARDED(fmi2DoStep(c, 0.0, 1e-6, 1)); /* to a speed out of range */
     FINE(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &least));
     CHECK(least == 0.0);
     fmi2FreeInstance(c);
@@ -344,6 +345,10 @@ static void test_derivatives(void) {
     FINE(fmi2EnterInitializationMode(c));
     FINE(fmi2GetDirectionalDerivative(c, &unknown, 1, &known, 1, &seed, values));
     CHECK(isfinite(values[0]));
+    unsigned omega = reference_of("omega");
+    double largest = 1e308; /* times the slope of the force: not finite */
+    CHECK(fmi2GetDirectionalDerivative(c, &unknown, 1, &omega, 1, &largest, values) != fmi2OK ||
+          isfinite(values[0]));
     REFUSED(fmi2GetDirectionalDerivative(c, &known, 1, &known, 1, &seed, values));
     for (size_t i = 0; i <= MOST_VARIABLES; i++) many[i] = unknown;
     REFUSED(fmi2GetDirectionalDerivative(c, many, MOST_VARIABLES + 1, &known, 1, &seed, values));
