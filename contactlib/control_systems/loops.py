@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contactlib.parameters import Limits, checked_number
+from contactlib.stability.delay import NO_TIME, TIMES
 from contactlib.wheelset import OperatingPoint, Wheelset
 
 if TYPE_CHECKING:
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 
 GAINS = Limits(at_least=1e-12, at_most=1e15)  # [N.m]
 INTEGRAL_GAINS = Limits(at_least=0.0, at_most=1e15)  # [N.m/s]
-TIMES = Limits(at_least=0.0, at_most=1e6)  # of the loop [s]
-NO_TIME = 1e-12  # [s]; what is shorter is taken for none
 SAMPLE_TIMES = Limits(at_least=1e-9, at_most=1e6)  # [s]
 MOST_SAMPLES = 1000  # of delay: as many states
 PADE_ORDERS = Limits(at_least=1.0, at_most=12.0)  # beyond, its coefficients overflow the poles
