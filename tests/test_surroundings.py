@@ -28,7 +28,8 @@ from contactlib.figures.style import new_figure
 
 HERE = Path(__file__).parent
 posix = pytest.mark.skipif(os.name != "posix", reason="shells and signals of POSIX")
-MAIN = [sys.executable, "-c", "from contactlib.cli import main; main(prog_name='contactlib')"]
+# '-P', since an installed command has no folder of work on its path either.
+MAIN = [sys.executable, "-P", "-c", "from contactlib.cli import main; main(prog_name='contactlib')"]
 
 
 @pytest.fixture(scope="module")
