@@ -121,6 +121,8 @@ def signalled(number: signal.Signals) -> Callable[[], None]:
     """The signal comes when the data are written, and not yet renamed."""
 
     def arm() -> None:
+        if number == signal.SIGINT:  # which a shell's job in the background ignores
+            signal.signal(number, signal.default_int_handler)
         setattr(os, "fsync", lambda descriptor: os.kill(os.getpid(), number))  # noqa: B010
 
     return arm

@@ -199,13 +199,14 @@ def test_initial_slope_and_oddness(ellipse: CohesiveZone) -> None:
     assert ellipse.slope(0.0) == pytest.approx(0.75 * np.pi, rel=1e-15)
     assert ellipse.traction_ratio(1e-10) / 1e-10 == pytest.approx(0.75 * np.pi, rel=1e-7)
     for law in (CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO), ellipse):
-        x = np.linspace(0.0, 5.0, 24).reshape(2, 3, 4)
-        np.testing.assert_array_equal(law.traction_ratio(-x), -law.traction_ratio(x))
+        x = np.linspace(0.0, 5.0, 6).reshape(2, 1, 3)
+        q = law.traction_ratio(x)
+        np.testing.assert_array_equal(law.traction_ratio(-x), -q)
         np.testing.assert_array_equal(law.slope(-x), law.slope(x))
-        assert law.traction_ratio(x).shape == x.shape
+        assert q.shape == x.shape
         assert law.traction_ratio([]).shape == (0,)
         assert law.traction_ratio(1).shape == ()
-        assert (law.traction_ratio(x) <= RATIO).all()
+        assert (q <= RATIO).all()
 
 
 # --- states ----------------------------------------------------------------------------------
