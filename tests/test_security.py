@@ -463,6 +463,14 @@ def test_a_message_is_one_line_without_orders(tmp_path: Path) -> None:
     assert "\x1b" not in result.output
     assert r"\x1b[2J\ncontactlib: all is well [red] is not a known key" in result.stderr
     assert result.stderr.count("\n") == 1
+    # Of text in a file its reader takes care, of what else is in an error the command.
+    path = tmp_path / f"{ESCAPE}\nwell.fmu"
+    path.write_bytes(b"no zip")
+    result = CliRunner().invoke(main, ["check", str(path)], color=True)
+    assert result.exit_code == 2
+    assert "\x1b" not in result.output
+    assert r"\x1b[2J\nwell.fmu is not a zip file" in result.stderr
+    assert result.stderr.count("\n") == 1
 
 
 def test_a_problem_of_an_fmu_is_one_line_without_orders(tmp_path: Path) -> None:

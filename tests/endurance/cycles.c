@@ -7,7 +7,6 @@
  * open, after the first cycles and at the end. */
 #define _GNU_SOURCE
 #include <dirent.h>
-#include <dlfcn.h>
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,32 +14,11 @@
 
 #include "fmi2FunctionTypes.h"
 #include "fmi3FunctionTypes.h"
+#include "library.h"
 
 enum { WARM_UP = 100 };
 
-static void *library;
 static long said;
-
-static void fail(const char *what) {
-    fprintf(stderr, "%s failed\n", what);
-    exit(1);
-}
-
-/* C has no cast between the pointer that is found and one to a function, hence the copy. */
-static void find(const char *name, void *function, size_t size) {
-    void *found = dlsym(library, name);
-    if (found == NULL) fail(name);
-    memcpy(function, &found, size);
-}
-
-#define FUNCTION(name)       \
-    static name##TYPE *name; \
-    if (name == NULL) find(#name, (void *)&name, sizeof name)
-
-#define CHECK(condition)                    \
-    do {                                    \
-        if (!(condition)) fail(#condition); \
-    } while (0)
 
 static void log2_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                          fmi2String category, fmi2String message, ...) {
@@ -139,8 +117,7 @@ static void report(void) { printf("%zu %ld %d\n", allocated(), pages(), open_fil
 int main(int argc, char **argv) {
     if (argc != 6) fail("reading the arguments");
     long cycles = strtol(argv[5], NULL, 10);
-    library = dlopen(argv[2], RTLD_NOW | RTLD_LOCAL);
-    if (library == NULL) fail("loading the library");
+    load(argv[2]);
     void (*cycle)(const char *, const char *) = strcmp(argv[1], "3") == 0 ? cycle3 : cycle2;
     /* What reports need stays allocated too. */
     static char buffer[4096];

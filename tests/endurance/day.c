@@ -9,7 +9,6 @@
  * velocity and speed at its end, largest speeds forward and backward, works of drive, creep,
  * resistance and damping, drive work both ways together, energy stored, pages in memory; and then
  * the tool's time and the FMU's. */
-#include <dlfcn.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -17,12 +16,12 @@
 #include <string.h>
 
 #include "fmi2FunctionTypes.h"
+#include "library.h"
 
 enum { STEPS_PER_TRIP = 600000 };
 enum { TORQUE, OMEGA, SPEED, FORCE, FIRST_PARAMETER, REFERENCES = 12 };
 
 static const double STEP = 1e-3;
-static void *library;
 
 typedef struct {
     double radius, minimum_speed, inertia, inverse_mass, damping, constant, linear, quadratic;
@@ -35,27 +34,6 @@ typedef struct {
 typedef struct {
     double drive, creep, resistance, damping, throughput;
 } works;
-
-static void fail(const char *what) {
-    fprintf(stderr, "%s failed\n", what);
-    exit(1);
-}
-
-#define CHECK(condition)                    \
-    do {                                    \
-        if (!(condition)) fail(#condition); \
-    } while (0)
-
-/* C has no cast between the pointer that is found and one to a function, hence the copy. */
-static void find(const char *name, void *function, size_t size) {
-    void *found = dlsym(library, name);
-    if (found == NULL) fail(name);
-    memcpy(function, &found, size);
-}
-
-#define FUNCTION(name) \
-    name##TYPE *name;  \
-    find(#name, (void *)&name, sizeof name)
 
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                         fmi2String category, fmi2String message, ...) {
@@ -129,8 +107,7 @@ int main(int argc, char **argv) {
     unsigned references[REFERENCES];
     char *at = argv[7];
     for (int i = 0; i < REFERENCES; i++, at++) references[i] = (unsigned)strtoul(at, &at, 10);
-    library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
-    if (library == NULL) fail("loading the library");
+    load(argv[1]);
     FUNCTION(fmi2Instantiate);
     FUNCTION(fmi2SetupExperiment);
     FUNCTION(fmi2EnterInitializationMode);
