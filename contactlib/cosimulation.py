@@ -182,7 +182,7 @@ def cosimulate(
     speed = checked_number(
         "initial_speed", initial_speed, replace(limits["speed"], at_least=slowest)
     )
-    reachable = creepage_limits(wheelset.element, speed)
+    reachable = creepage_limits(wheelset.element, speed, "initial_speed")
     creepage = checked_number("initial_creepage", initial_creepage, reachable)
     n = max(1, round(duration / step))
     time = step * np.arange(n + 1, dtype=np.float64)

@@ -22,12 +22,16 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """Open or closed bounds of a number; a bound left out is infinite."""
+    """Open or closed bounds of a number; a bound left out is infinite.
+
+    ``given`` tells what bounds follow from that do not always hold, as in "speed = 3.0".
+    """
 
     above: float = -math.inf
     at_least: float = -math.inf
     below: float = math.inf
     at_most: float = math.inf
+    given: str = ""
 
     def allows(self, value: ArrayLike) -> NDArray[np.bool_]:
         """Elementwise: finite and within the bounds."""
@@ -51,7 +55,14 @@ class Limits:
 
     def __str__(self) -> str:
         signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
-        return " and ".join(["finite"] + [f"{s} {b:g}" for s, b in signs if math.isfinite(b)])
+        bounds = [f"{s} {_digits(b)}" for s, b in signs if math.isfinite(b)]
+        return " and ".join(["finite", *bounds]) + (f" at {self.given}" if self.given else "")
+
+
+def _digits(bound: float) -> str:
+    """Few if they are all: a value next to the bound must not look as if it were allowed."""
+    short = f"{bound:g}"
+    return short if float(short) == bound else repr(bound)
 
 
 @dataclass(frozen=True)

@@ -387,7 +387,8 @@ def simulate(
     slowest = wheelset.element.minimum_speed
     creepage, torque = initial_creepage, 0.0
     if creepage is not None:
-        reachable = creepage_limits(wheelset.element, max(abs(initial_speed), slowest))
+        reference_speed = max(abs(initial_speed), slowest)
+        reachable = creepage_limits(wheelset.element, reference_speed, "initial_speed")
         creepage = checked_number("initial_creepage", creepage, reachable)
     if initial_speed < slowest:
         creepage = 0.0 if creepage is None else creepage

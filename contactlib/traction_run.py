@@ -70,7 +70,7 @@ def run_scenario(
     index = checked_whole("index", index, INDEX)
     element, speed = scenario.drivetrain.wheelset.element, abs(scenario.initial_speed)
     if initial_creepage is not None:
-        reachable = creepage_limits(element, max(speed, element.minimum_speed))
+        reachable = creepage_limits(element, max(speed, element.minimum_speed), "initial_speed")
         initial_creepage = checked_number("initial_creepage", initial_creepage, reachable)
     when = timing(scenario, control, step)
     runs = Runs(

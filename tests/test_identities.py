@@ -187,14 +187,14 @@ def test_force_has_no_step_at_rest_at_the_minimum_speed_or_anywhere(
     element = wheel.element()
     omega = omega_at(element, x, speed)
     assume(abs(omega) < 1e8)
-    gap = near * max(abs(speed), element.minimum_speed)
+    zeta0 = element.saturation_creepage * element.friction.slip_rate_residual
+    gap = min(near, 0.1 * zeta0) * max(abs(speed), element.minimum_speed)
     ends = element.evaluate(omega=omega, speed=[speed - gap, speed, speed + gap])
     steepest = np.abs(ends["force_gradient"]).max() / element.radius  # of the force by slip
     whole = element.friction.static * wheel.contact.normal_load
     by_speed = steepest * (1.0 + abs(ends["creepage"][1])) + whole * (
         element.friction.slip_rate_decay + 1.0 / element.minimum_speed
     )
-    zeta0 = element.saturation_creepage * element.friction.slip_rate_residual
     by_speed += 3.0 * whole / (zeta0 * element.minimum_speed) * (gap / element.minimum_speed)
     steps = np.abs(np.diff(ends["creep_force"]))
     assert steps.max() <= 4.0 * by_speed * gap + 1e-11 * whole
