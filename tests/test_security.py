@@ -455,22 +455,23 @@ def test_what_a_terminal_acts_on_is_written_out(text: str) -> None:
     assert harmless("1 \u00b5m\n\t[red]") == "1 \u00b5m\n\t[red]"
 
 
+def check_complaint(command: str, path: Path, said: str) -> None:
+    """Hold that a command fails with one line on stderr that gives a terminal no orders."""
+    result = CliRunner().invoke(main, [command, str(path)], color=True)
+    assert result.exit_code == 2
+    assert "\x1b" not in result.output
+    assert said in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
 def test_a_message_is_one_line_without_orders(tmp_path: Path) -> None:
     path = tmp_path / "sent.toml"
     path.write_text(f"{toml_text(ESCAPE + chr(10) + 'contactlib: all is well [red]')} = 1\n{RIG}")
-    result = CliRunner().invoke(main, ["table", str(path)], color=True)
-    assert result.exit_code == 2
-    assert "\x1b" not in result.output
-    assert r"\x1b[2J\ncontactlib: all is well [red] is not a known key" in result.stderr
-    assert result.stderr.count("\n") == 1
+    check_complaint("table", path, r"\x1b[2J\ncontactlib: all is well [red] is not a known key")
     # Of text in a file its reader takes care, of what else is in an error the command.
     path = tmp_path / f"{ESCAPE}\nwell.fmu"
     path.write_bytes(b"no zip")
-    result = CliRunner().invoke(main, ["check", str(path)], color=True)
-    assert result.exit_code == 2
-    assert "\x1b" not in result.output
-    assert r"\x1b[2J\nwell.fmu is not a zip file" in result.stderr
-    assert result.stderr.count("\n") == 1
+    check_complaint("check", path, r"\x1b[2J\nwell.fmu is not a zip file")
 
 
 def test_a_problem_of_an_fmu_is_one_line_without_orders(tmp_path: Path) -> None:
