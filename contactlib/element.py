@@ -151,10 +151,13 @@ def _plain(*values: object) -> tuple[float, ...] | None:
     return tuple(plain)
 
 
+REFERENCE_SPEED = "max(|initial_speed|, minimum_speed)"  # of a creepage that a run starts with
+
+
 def creepage_limits(element: ForceElement, speed: float, name: str = "speed") -> Limits:
     """Creepages at a speed [m/s] of some name that the kernel takes the angular velocity of."""
     most = kernel.force_input_limits()["omega"].at_most * element.radius / speed
-    return Limits(at_least=-1.0 - most, at_most=most - 1.0, given=f"{name} = {speed!r}")
+    return Limits(at_least=-1.0 - most, at_most=most - 1.0, given=(name, speed))
 
 
 @dataclass(frozen=True, eq=False)

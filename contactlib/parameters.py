@@ -24,14 +24,14 @@ FloatArray = NDArray[np.float64]
 class Limits:
     """Open or closed bounds of a number; a bound left out is infinite.
 
-    ``given`` tells what bounds follow from that do not always hold, as in "speed = 3.0".
+    ``given`` is what bounds that do not always hold follow from: its name and value.
     """
 
     above: float = -math.inf
     at_least: float = -math.inf
     below: float = math.inf
     at_most: float = math.inf
-    given: str = ""
+    given: tuple[str, float] | None = None
 
     def allows(self, value: ArrayLike) -> NDArray[np.bool_]:
         """Elementwise: finite and within the bounds."""
@@ -56,7 +56,8 @@ class Limits:
     def __str__(self) -> str:
         signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         bounds = [f"{s} {_digits(b)}" for s, b in signs if math.isfinite(b)]
-        return " and ".join(["finite", *bounds]) + (f" at {self.given}" if self.given else "")
+        at = "" if self.given is None else " at {} = {!r}".format(*self.given)
+        return " and ".join(["finite", *bounds]) + at
 
 
 def _digits(bound: float) -> str:

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from contactlib import kernel
 from contactlib.controllers import Command, Controller
-from contactlib.element import creepage_limits
+from contactlib.element import REFERENCE_SPEED, creepage_limits
 from contactlib.files import write_whole
 from contactlib.parameters import POSITIVE, FloatArray, Limits, checked, checked_number
 from contactlib.profile import Profile
@@ -388,7 +388,7 @@ def simulate(
     creepage, torque = initial_creepage, 0.0
     if creepage is not None:
         reference_speed = max(abs(initial_speed), slowest)
-        reachable = creepage_limits(wheelset.element, reference_speed, "initial_speed")
+        reachable = creepage_limits(wheelset.element, reference_speed, REFERENCE_SPEED)
         creepage = checked_number("initial_creepage", creepage, reachable)
     if initial_speed < slowest:
         creepage = 0.0 if creepage is None else creepage

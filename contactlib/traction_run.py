@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from contactlib.element import creepage_limits
+from contactlib.element import REFERENCE_SPEED, creepage_limits
 from contactlib.fleet import UNITS, Runs, timing
 from contactlib.parameters import FINITE, FloatArray, Limits, checked, checked_number
 from contactlib.scenario import Scenario
@@ -70,7 +70,7 @@ def run_scenario(
     index = checked_whole("index", index, INDEX)
     element, speed = scenario.drivetrain.wheelset.element, abs(scenario.initial_speed)
     if initial_creepage is not None:
-        reachable = creepage_limits(element, max(speed, element.minimum_speed), "initial_speed")
+        reachable = creepage_limits(element, max(speed, element.minimum_speed), REFERENCE_SPEED)
         initial_creepage = checked_number("initial_creepage", initial_creepage, reachable)
     when = timing(scenario, control, step)
     runs = Runs(
