@@ -1,14 +1,14 @@
 """Compile the kernel and the FMI shell into one shared library when the package is built.
 
-The compiler is Zig's C compiler from the `ziglang` package, so no machine needs one of its own,
-and every platform's library can be built on any other:
+The compiler is Zig's C compiler from the `ziglang` package, so no compiler has to be installed, and
+each platform's library can be built on any other:
 
     python fmu/build_hook.py                      # this machine's library
-    python fmu/build_hook.py x86_64-windows ...   # others; 'all' stands for all of them
-    python fmu/build_hook.py --check              # only compile, and take warnings for errors
+    python fmu/build_hook.py x86_64-windows ...   # others; 'all' means all of them
+    python fmu/build_hook.py --check              # only compile, with warnings as errors
 
-Two environment variables make a wheel into a release: CONTACTLIB_PLATFORMS names platforms whose
-libraries it carries beside its own, and CONTACTLIB_HOST the one that it is for.
+For release wheels, CONTACTLIB_HOST names the wheel's platform, and CONTACTLIB_PLATFORMS names
+further platforms whose libraries the wheel contains.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ NATIVE = SOURCES.parent / "contactlib" / "_native"
 
 
 class Target(NamedTuple):
-    """What a platform calls itself: for the compiler, its libraries, its wheels."""
+    """A platform's name for the compiler, suffix of its libraries, and tag of its wheels."""
 
     zig: str
     suffix: str
     wheel_tag: str
 
 
-# Keys are FMI 3 platform tuples. The versions are the oldest systems that are served.
+# Keys are FMI 3 platform tuples. The versions are those of the oldest supported systems.
 TARGETS = {
     "x86_64-linux": Target("x86_64-linux-gnu.2.17", ".so", "manylinux_2_17_x86_64"),
     "aarch64-linux": Target("aarch64-linux-gnu.2.17", ".so", "manylinux_2_17_aarch64"),
@@ -53,14 +53,14 @@ TARGETS = {
 
 
 def known(name: str) -> str:
-    """`name`, if it is a platform tuple that a library can be built for."""
+    """Return `name`, or exit if it is not a known platform tuple."""
     if name not in TARGETS:
         raise SystemExit(f"no library can be built for {name!r}; known: {', '.join(TARGETS)}, all")
     return name
 
 
 def named(names: Iterable[str]) -> list[str]:
-    """Each of these platform tuples once, where ``all`` stands for all of them."""
+    """Return the named platform tuples without duplicates; ``all`` means all of them."""
     each = (TARGETS if name == "all" else [known(name)] for name in names)
     return list(dict.fromkeys(chain.from_iterable(each)))
 
@@ -81,7 +81,7 @@ def fmi_headers() -> Path:
 
 
 def source_token() -> str:
-    """Digest of the C sources: what ties an FMU's description to its binary."""
+    """Digest of the C sources, which ties an FMU's description to its binary."""
     digest = hashlib.sha256()
     for path in sorted(SOURCES.glob("*.[ch]")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
@@ -89,7 +89,7 @@ def source_token() -> str:
 
 
 def compiler_flags() -> list[str]:
-    """Flags that any C99 compiler takes; strict IEEE arithmetic, so all platforms agree."""
+    """Flags for any C99 compiler; strict IEEE arithmetic makes all platforms agree."""
     return [
         "-std=c99",
         "-O2",
@@ -104,10 +104,10 @@ def compiler_flags() -> list[str]:
 
 
 def library_flags() -> list[str]:
-    """Flags of what only the shared library holds: the FMI shell and the sources' digest."""
+    """Further flags for the shared library: the FMI shell and the sources' digest."""
     return [
         f'-DCONTACTLIB_TOKEN="{source_token()}"',
-        f"-isystem{fmi_headers()}",  # their warnings are not ours
+        f"-isystem{fmi_headers()}",  # suppresses warnings about these headers
     ]
 
 
@@ -118,17 +118,17 @@ def zig_cc(name: str, *arguments: str) -> None:
 
 @cache
 def private_cache() -> str:
-    """A folder for as long as this process, in which nobody else can put anything."""
+    """Create a folder that only this user can write to and that is deleted at exit."""
     folder = tempfile.mkdtemp(prefix="zig-cache-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
 
 
 def zig_cc_target(target: str, *arguments: str) -> None:
-    """Run the compiler for one of its own targets."""
+    """Run the compiler for a target in Zig's notation."""
     environment = dict(os.environ)
     if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
-        # Without a home folder Zig has no place for its cache.
+        # Zig keeps its cache in the home folder, which is missing here.
         environment.setdefault("ZIG_GLOBAL_CACHE_DIR", private_cache())
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *arguments]
     subprocess.run(command, check=True, env=environment)
@@ -139,11 +139,11 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
     sources = [str(path) for path in sorted(SOURCES.glob("*.c"))]
     kind = ["-shared", "-s"]
     if TARGETS[name].suffix == ".so":
-        # Linked in time it is a fifth faster, and Zig can do so on these systems only.
-        # It keeps to its own functions whatever else a tool has loaded.
+        # Link-time optimisation makes it a fifth faster; Zig supports it only for these systems.
+        # -Bsymbolic: the library uses its own functions whatever else a tool has loaded.
         kind += ["-fPIC", "-lm", "-flto", "-Wl,-Bsymbolic"]
     if TARGETS[name].suffix == ".dylib":
-        # Else the library's name is the path it was built at.
+        # The default name is the path where the library was built.
         kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]
     flags = [*kind, *compiler_flags(), *library_flags(), *extra_flags]
     zig_cc(name, *flags, *sources, "-o", str(library))
@@ -153,12 +153,12 @@ def build_library(name: str) -> Path:
     """Compile for platform tuple `name` into the package; return the library's path."""
     library = NATIVE / name / f"contactlib{TARGETS[name].suffix}"
     library.parent.mkdir(parents=True, exist_ok=True)
-    # On the same disk, as a rename must be; two builds at once have a folder each.
+    # On the same disk, as replace() needs; a folder of its own, as two builds may run at once.
     with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
         built = Path(scratch) / library.name
         compile_library(name, built)
         built.chmod(0o644)
-        built.replace(library)  # one in use keeps its file; the new one takes the name
+        built.replace(library)  # programs that use the old library keep their file
     return library
 
 
@@ -169,10 +169,10 @@ def check_sources() -> None:
 
 
 class NativeLibraryHook(BuildHookInterface[Any]):
-    """Hatchling's hook: a wheel is for one platform and carries at least that one's library."""
+    """Hatchling's hook: a wheel is for one platform and contains at least its library."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile before the wheel (or the editable install) is put together."""
+        """Compile before the wheel (or the editable install) is assembled."""
         beside = os.environ.get("CONTACTLIB_PLATFORMS", "").replace(",", " ").split()
         for name in named([host(), *beside]):
             library = build_library(name)

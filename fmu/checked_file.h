@@ -1,4 +1,4 @@
-/* The frame that all of contactlib's binary files share: magic, version, size, checksum.
+/* The frame of all contactlib's binary files: magic, version, size, checksum.
  *
  *     offset 0   8 bytes   magic
  *            8   uint32    format version
@@ -14,10 +14,10 @@
 
 enum { CHECKED_FILE_FRAME = 24 };
 
-/* Put the frame around contents that already stand behind it in bytes. */
+/* Write the frame in front of contents that already stand in bytes from CHECKED_FILE_FRAME on. */
 void checked_file_frame(void *bytes, size_t size, const char magic[8], uint32_t version);
 
-/* NULL, or a message that says why these bytes are not such a file. */
+/* Returns NULL, or a message that says why these bytes are not such a file. */
 const char *checked_file_error(const void *bytes, size_t size, const char magic[8],
                                uint32_t version);
 

@@ -15,12 +15,13 @@ enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 2, STATE_VE
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};
 
-/* Of the integrator; the limits are what it can keep to. */
+/* Tolerance of the integrator, and the limits that it can keep to. */
 static const double DEFAULT_TOLERANCE = 1e-6, LEAST_TOLERANCE = 1e-10, MOST_TOLERANCE = 1e-2;
 
 /* ---- log ----------------------------------------------------------------------------------- */
 
-/* A number with a dot: a tool may have set a locale with another separator, of some bytes. */
+/* Print a number with a decimal point. A tool may have set a locale whose decimal separator is
+ * another one, of one or several bytes. */
 static const char *with_dot(char *text, int digits, double value) {
     snprintf(text, NUMBER_SIZE, "%.*g", digits, value);
     char *separator = text + strspn(text, "+-0123456789einfa");
@@ -55,7 +56,7 @@ result component_set_logging(component *self, int on, size_t count, const char *
             known = 1;
         }
         if (!known) {
-            component_log(self, RESULT_ERROR, "%s is no category of this FMU's log",
+            component_log(self, RESULT_ERROR, "%s is not a log category of this FMU",
                           names[i] != NULL ? names[i] : "(null)");
             return RESULT_ERROR;
         }
@@ -73,8 +74,8 @@ result component_called(component *self, const char *function, unsigned allowed)
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
-/* The token of an FMU is that of the library, its kind of model and a digest of its contents, with
- * dashes between: tools take FMUs of the same token for the same. */
+/* An FMU's token is the library's token, the kind of model and a digest of the FMU's contents,
+ * joined by dashes: tools regard FMUs with the same token as the same FMU. */
 static const model *model_of_token(const char *token) {
     size_t length = strlen(CONTACTLIB_TOKEN);
     if (token == NULL || strncmp(token, CONTACTLIB_TOKEN "-", length + 1) != 0) return NULL;
@@ -95,11 +96,11 @@ static int is_given(const model_variable *v) {
 static int is_boolean(const model_variable *v) { return v->unit == TRUTH; }
 
 static int is_in_range(const model_variable *v, double value) {
-    return value >= v->minimum && value <= v->maximum; /* what is not a number is not */
+    return value >= v->minimum && value <= v->maximum; /* false for NaN */
 }
 
-/* The first parameter, input or state that a tool could not have set, in an instance that starts
- * with these values; NULL if there is none. */
+/* The first parameter, input or state whose value a tool could not have set, in an instance with
+ * these start values; NULL if there is none. */
 static const model_variable *misplaced(const model *m, const model_values *start,
                                        const model_values *values) {
     for (size_t i = 0; i < m->count; i++) {
@@ -123,14 +124,14 @@ static int states_in_range(const component *self) {
     return 1;
 }
 
-/* Parameters, inputs and states, in the order of the list of variables. */
+/* The file holds parameters, inputs and states in the order of the list of variables. */
 static const char *read_start_values(const model *m, model_values *values, const void *bytes,
                                      size_t size) {
     size_t wanted = 0, at = CHECKED_FILE_FRAME;
     const char *error = checked_file_error(bytes, size, "CREEPVAL", START_VALUES_VERSION);
     if (error != NULL) return error;
     for (size_t i = 0; i < m->count; i++) wanted += (size_t)is_given(&m->variables[i]);
-    if (size != at + wanted * sizeof(double)) return "the file holds another number of values";
+    if (size != at + wanted * sizeof(double)) return "the number of values is not the model's";
     for (size_t i = 0; i < m->count; i++) {
         if (!is_given(&m->variables[i])) continue;
         double value;
@@ -175,7 +176,7 @@ result component_open(component *self, int model_exchange, const char *token,
     self->model_exchange = model_exchange;
     self->model = model_of_token(token);
     if (self->model == NULL) {
-        component_log(self, RESULT_ERROR, "token %s is not this library's %s and a model",
+        component_log(self, RESULT_ERROR, "token %s must be this library's %s and a kind of model",
                       token != NULL ? token : "(null)", CONTACTLIB_TOKEN);
         return RESULT_ERROR;
     }
@@ -213,19 +214,19 @@ result component_set_up(component *self, double start, int has_stop, double stop
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-/* The variable of a value reference, if it is part of the model and of the wanted type. */
+/* The variable of a value reference, if it is part of the model and has the wanted type. */
 static const model_variable *find(component *self, unsigned reference, int boolean) {
     const model *m = self->model;
     if (reference < m->count) {
         const model_variable *v = &m->variables[reference];
         if (is_boolean(v) == boolean && model_has(v, &self->start)) return v;
     }
-    component_log(self, RESULT_ERROR, "value reference %u is no %s variable", reference,
+    component_log(self, RESULT_ERROR, "value reference %u is not a %s variable", reference,
                   boolean ? "Boolean" : "real");
     return NULL;
 }
 
-/* What no single variable's limits can say. */
+/* Limits that involve two variables. */
 static result check_friction(component *self) {
     const force_element_parameters *p = &self->now.values.contact;
     if (!(p->static_friction >= p->kinetic_friction)) {
@@ -238,8 +239,8 @@ static result check_friction(component *self) {
     double held = self->table.static_to_kinetic, least = held * p->kinetic_friction;
     if (held > 0.0 && !(fabs(p->static_friction - least) <= 1e-9 * least)) {
         component_log(self, RESULT_DISCARD,
-                      "static_friction / kinetic_friction = %s must be %s, the one ratio "
-                      "that the table's law holds for",
+                      "static_friction / kinetic_friction = %s must be %s, the only ratio for "
+                      "which the table's law holds",
                       SHOWN_TO(10, p->static_friction / p->kinetic_friction), SHOWN_TO(10, held));
         return RESULT_DISCARD;
     }
@@ -254,6 +255,17 @@ static result evaluate(component *self) {
     return RESULT_OK;
 }
 
+/* Truth values and their margins are stored next to each other, in the same order. */
+#define DOUBLES_TO(last, first)                                                       \
+    ((offsetof(force_element_output, last) - offsetof(force_element_output, first)) / \
+     sizeof(double))
+ASSERT_LAYOUT(all_flags, DOUBLES_TO(force_limited, falling_branch) + 1 == FLAG_COUNT);
+ASSERT_LAYOUT(all_margins, DOUBLES_TO(force_margin, falling_margin) + 1 == FLAG_COUNT);
+ASSERT_LAYOUT(second_margin, DOUBLES_TO(speed_regularized, falling_branch) ==
+                                 DOUBLES_TO(speed_margin, falling_margin));
+ASSERT_LAYOUT(third_margin, DOUBLES_TO(k_hat_limited, falling_branch) ==
+                                DOUBLES_TO(k_hat_margin, falling_margin));
+
 static double *flags_of(model_values *values) { return &values->output.falling_branch; }
 
 result component_update_flags(component *self) {
@@ -266,13 +278,14 @@ result component_start(component *self) {
     if (component_update_flags(self) != RESULT_OK) return RESULT_DISCARD;
     double zone = self->now.values.output.process_zone_ratio;
     self->now.stage = self->model_exchange ? EVENTS : STEPPING;
-    /* A cohesive law, which is tied to its friction ratio, has no such limit. */
-    if (!(zone > 0.5) || self->table.static_to_kinetic > 0.0 || self->table.one_axis)
+    /* The limit does not apply to a cohesive law, which holds for one friction ratio. */
+    if (!(zone > process_zone_limit()) || self->table.static_to_kinetic > 0.0 ||
+        self->table.one_axis)
         return RESULT_OK;
     component_log(self, RESULT_WARNING,
-                  "process_zone_ratio = %s is above 0.5: the law's limit of a small weakening zone "
-                  "is left",
-                  SHOWN(zone));
+                  "process_zone_ratio = %s is above %s: the weakening zone is too long for this "
+                  "law, which assumes a short one",
+                  SHOWN(zone), SHOWN(process_zone_limit()));
     return RESULT_OK;
 }
 
@@ -328,14 +341,14 @@ result component_step(component *self, double point, double step) {
                       SHOWN(step));
         return RESULT_ERROR;
     }
-    /* Tools add up step sizes: the last bits of the time may differ from ours. */
+    /* Tools add up step sizes, so the last bits of the time may differ from ours. */
     double slack = 1e-6 * step + 1e-12 * fabs(point);
     if (!(fabs(point - values->time) <= slack)) {
         component_log(self, RESULT_ERROR, "communication point = %s must be the FMU's time %s",
                       SHOWN_TO(17, point), SHOWN_TO(17, values->time));
         return RESULT_ERROR;
     }
-    /* And sums of very many steps by much more than the last bits. */
+    /* After very many steps the sum may be off by much more than the last bits. */
     if (!(end <= self->now.stop_time + 1e-3 * step + 1e-9 * fabs(end))) {
         component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
                       SHOWN_TO(17, end), SHOWN_TO(17, self->now.stop_time));
@@ -354,7 +367,7 @@ result component_step(component *self, double point, double step) {
         return RESULT_DISCARD;
     }
     values->time = end;
-    if (self->states > 0) self->now.stale = 1; /* else the outputs are still those of the inputs */
+    if (self->states > 0) self->now.stale = 1; /* without states the outputs still hold */
     return RESULT_OK;
 }
 
@@ -445,21 +458,21 @@ static int is_unknown(const model_variable *v) {
     return v->role == OUTPUT || v->role == DERIVATIVE || v->role == STATE || v->role == INDICATOR;
 }
 
-/* Unknowns and knowns must be real variables that can be such. */
+/* Check that these variables can be unknowns or knowns of a derivative. */
 static result check_references(component *self, const unsigned *references, size_t count,
                                int unknown) {
     for (size_t i = 0; i < count; i++) {
         const model_variable *v = find(self, references[i], 0);
         if (v == NULL) return RESULT_ERROR;
         if (unknown ? is_unknown(v) : is_given(v) || v->role == INDEPENDENT) continue;
-        component_log(self, RESULT_ERROR, "%s is no %s of a derivative", v->name,
+        component_log(self, RESULT_ERROR, "%s cannot be the %s of a derivative", v->name,
                       unknown ? "unknown" : "known");
         return RESULT_ERROR;
     }
     return RESULT_OK;
 }
 
-/* Change of the unknowns when the known variables change along a direction. */
+/* Changes of the unknowns when the known variables change along a direction. */
 static void follow(component *self, const model_values *direction, const unsigned *unknowns,
                    size_t count, double *changes) {
     const model *m = self->model;
@@ -471,7 +484,7 @@ static void follow(component *self, const model_values *direction, const unsigne
     }
 }
 
-/* A seed may be any number: what it is multiplied by may be too much. */
+/* A tool may give any seed, so the product may overflow. */
 static result check_finite(component *self, size_t count, const double *values) {
     for (size_t i = 0; i < count; i++) {
         if (isfinite(values[i])) continue;
@@ -518,7 +531,7 @@ static result state_error(component *self, const char *why) {
 }
 
 static result keep(component *self, const component_state *state, void **saved) {
-    if (saved == NULL) return state_error(self, "there is no place to put it");
+    if (saved == NULL) return state_error(self, "the pointer to it is null");
     if (*saved == NULL) *saved = malloc(sizeof *state);
     if (*saved == NULL) return state_error(self, "out of memory");
     memcpy(*saved, state, sizeof *state);
@@ -533,7 +546,7 @@ result component_restore(component *self, const void *saved) {
     if (saved == NULL) return state_error(self, "it is null");
     memcpy(&state, saved, sizeof state);
     if (foreign >> state.stage & 1u)
-        return state_error(self, "it is of an instance with the other interface");
+        return state_error(self, "it belongs to an instance with the other interface");
     self->now = state;
     return RESULT_OK;
 }
@@ -546,7 +559,7 @@ result component_forget(component *self, void **saved) {
     return RESULT_OK;
 }
 
-/* Frame, token, state. */
+/* A serialized state: frame, token, state. */
 enum { STATE_AT = CHECKED_FILE_FRAME + TOKEN_SIZE };
 
 size_t component_serialized_size(void) { return STATE_AT + sizeof(component_state); }
@@ -554,15 +567,14 @@ size_t component_serialized_size(void) { return STATE_AT + sizeof(component_stat
 result component_serialize(component *self, const void *saved, void *bytes, size_t size) {
     char *start = bytes;
     if (saved == NULL || size < component_serialized_size())
-        return state_error(self, "it is null, or there is too little room for it");
+        return state_error(self, "it is null, or the buffer is too small");
     memcpy(start + CHECKED_FILE_FRAME, self->token, TOKEN_SIZE);
     memcpy(start + STATE_AT, saved, sizeof(component_state));
     checked_file_frame(bytes, component_serialized_size(), "CREEPSTA", STATE_VERSION);
     return RESULT_OK;
 }
 
-/* Whether a state is one that an instance of this FMU can be in: whoever knows how to make a
- * checksum may have written it. */
+/* Whether an instance of this FMU can be in this state: a valid checksum does not prove it. */
 static int is_possible(const component *self, const component_state *state) {
     const model_values *values = &state->values;
     const double *memory = (const double *)&values->memory;
@@ -584,8 +596,8 @@ result component_deserialize(component *self, const void *bytes, size_t size, vo
     if (error != NULL) return state_error(self, error);
     if (size != component_serialized_size() ||
         memcmp(self->token, start + CHECKED_FILE_FRAME, TOKEN_SIZE) != 0)
-        return state_error(self, "it is of another FMU");
+        return state_error(self, "it belongs to another FMU");
     memcpy(&state, start + STATE_AT, sizeof state);
-    if (!is_possible(self, &state)) return state_error(self, "it holds what no state of it can");
+    if (!is_possible(self, &state)) return state_error(self, "a value in it is not possible");
     return keep(self, &state, saved);
 }

@@ -1,6 +1,6 @@
-/* An instance of a model as a tool sees it, whatever the version of the standard: its life, its
- * variables by reference, steps, derivatives, saved states, and what it says of errors. The shells
- * fmi2.c and fmi3.c translate calls and nothing else. */
+/* One instance of a model, for any version of FMI: its life cycle, variables by value reference,
+ * steps, derivatives, saved states and error messages. fmi2.c and fmi3.c only translate calls to
+ * these functions. */
 #ifndef COMPONENT_H
 #define COMPONENT_H
 
@@ -26,62 +26,62 @@ typedef enum {
 
 enum { CATEGORY_COUNT = 3, FLAG_COUNT = 4, MOST_VARIABLES = 64, TOKEN_SIZE = 80 };
 
-/* Names of the log's categories, of falling severity. */
+/* Names of the log's categories, by rising severity. */
 extern const char *const CATEGORIES[CATEGORY_COUNT];
 
 typedef void component_logger(void *shell, result status, const char *category, const char *text);
 
-/* All that a saved state keeps: no pointer. */
+/* Everything that a saved state keeps; it holds no pointer. */
 typedef struct {
     model_values values;
     double held_flags[FLAG_COUNT]; /* truth values between two events of model exchange */
     double stop_time;              /* infinite if the tool named none */
     double tolerance;              /* of the integrator */
     int32_t stage;
-    int32_t stale; /* outputs do not belong to the inputs yet */
+    int32_t stale; /* 1 until the outputs are evaluated for the present inputs */
 } component_state;
 
 typedef struct {
     component_state now;
     model_values start;
     const model *model;
-    char token[TOKEN_SIZE]; /* of the FMU; zero behind its end */
+    char token[TOKEN_SIZE]; /* of the FMU, padded with zeros */
     creep_table table;
     void *table_bytes;
-    size_t states; /* continuous ones */
+    size_t states; /* number of continuous states */
     int model_exchange;
-    unsigned logged; /* bit for each category */
+    unsigned logged; /* one bit for each category */
     component_logger *logger;
     void *shell;
 } component;
 
-/* Make an instance of the model that the token names. resources is a URI or a path. On failure
- * what went wrong has been logged, and component_close must still be called. */
+/* Make an instance of the model that the token names. resources is a URI or a path. A failure is
+ * logged, and component_close must still be called. */
 result component_open(component *self, int model_exchange, const char *token,
                       const char *resources);
 void component_close(component *self);
 
-/* Whether the call is allowed now; if not, logs it by the function's name. */
+/* Check that the call is allowed now; if not, log an error that names the function. */
 result component_called(component *self, const char *function, unsigned allowed_stages);
 void component_log(component *self, result status, const char *format, ...);
-/* Log these categories only; all if there are none named. */
+/* Log only these categories; all of them if no name is given. */
 result component_set_logging(component *self, int on, size_t count, const char *const names[]);
 
 result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,
                         double tolerance);
-result component_start(component *self); /* ends the initialization */
+result component_start(component *self); /* end the initialization */
 void component_reset(component *self);
 result component_update_flags(component *self); /* at an event */
 
 /* Variables by reference; truth values are 0 or 1. */
 result component_get(component *self, unsigned reference, int boolean, double *value);
-/* First check all values of a call, then put them: it sets all of them or none. */
+/* Check all values of a call first, then put them, so that the call sets all of them or none. */
 result component_check(component *self, unsigned reference, int boolean, double value);
 void component_put(component *self, unsigned reference, double value);
 
 result component_step(component *self, double point, double step);
 
-/* Model exchange. Every pointer is to as many doubles as there are states or flags. */
+/* Model exchange. Each array holds one double per state or per flag. */
 size_t component_indicators(const component *self);
 result component_set_time(component *self, double time);
 result component_get_states(component *self, size_t count, double *values);
@@ -90,17 +90,17 @@ result component_get_derivatives(component *self, size_t count, double *values);
 result component_get_indicators(component *self, size_t count, double *values);
 result component_get_nominals(component *self, size_t count, double *values);
 
-/* sensitivity = (d unknowns / d knowns) seed, or seed times it if adjoint. */
+/* sensitivity = (d unknowns / d knowns) seed; if adjoint, its transpose times seed. */
 result component_derivative(component *self, int adjoint, const unsigned *unknowns,
                             size_t unknown_count, const unsigned *knowns, size_t known_count,
                             const double *seed, double *sensitivity);
 
-/* Saved states, to which a tool keeps a pointer; null is one not yet made. */
+/* Saved states. A tool keeps the pointer; NULL is a state not saved yet. */
 result component_save(component *self, void **saved);
 result component_restore(component *self, const void *saved);
 result component_forget(component *self, void **saved);
 
-/* Saved states as bytes, good for any instance of the same FMU in any process. */
+/* Saved states as bytes, which any instance of the same FMU in any process can read. */
 size_t component_serialized_size(void);
 result component_serialize(component *self, const void *saved, void *bytes, size_t size);
 result component_deserialize(component *self, const void *bytes, size_t size, void **saved);

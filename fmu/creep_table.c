@@ -6,12 +6,12 @@
 #include "checked_file.h"
 #include "table_points.h"
 
-/* After the frame: cells_u, cells_k, k_max, max_error, max_slope_error, certificate_points,
- * static_to_kinetic, one_axis, twice_decay, twice_corner, root_k, then 104 characters that name the
- * law, then the coefficients. */
+/* The frame is followed by cells_u, cells_k, k_max, max_error, max_slope_error,
+ * certificate_points, static_to_kinetic, one_axis, twice_decay, twice_corner, root_k, 104
+ * characters that name the law, and the coefficients. */
 enum { TABLE_VERSION = 2, TABLE_HEADER = 192 };
 
-/* Of any law's table; sums of it and forces by it stay finite. */
+/* Limit of a coefficient, so that sums and forces stay finite. */
 static const double LARGEST_NUMBER = 1e9;
 
 void creep_table_evaluate(const creep_table *table, double normalized_creepage, double k_hat,

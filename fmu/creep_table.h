@@ -7,8 +7,8 @@
  *     q(x, k_hat) = q_line(x, k_hat) + x (1 - u)^d (H(u, sqrt(k_hat)) + C)
  *
  * In these coordinates both boundary layers of the law (small x, and x near 1 at small k_hat) are
- * smooth; d is the power at which the tail falls, and H of the line contact is zero. C is there for
- * a law whose second derivative is not continuous at a creepage t = T(k_hat), its corner: with
+ * smooth. The tail falls like the power d, and H of the line contact is zero. C describes the
+ * corner of a law, a creepage t = T(k_hat) where its second derivative is not continuous: with
  * y = t/T and z = 1 - y > 0,
  *
  *     C = y^4 z^p (c0 + c2 z + c4 z^2 + (c1 + c3 z + c5 z^2) ln z)
@@ -29,14 +29,14 @@ typedef struct {
     double k_max;               /* largest k_hat */
     double max_error;           /* certificate: largest error of q found */
     double max_slope_error;     /* certificate: largest error of dq/dx found */
-    double certificate_points;  /* number of points behind the certificate */
-    double static_to_kinetic;   /* f_s/f_d that the law holds for, 0 if for any */
+    double certificate_points;  /* number of points that the certificate compares */
+    double static_to_kinetic;   /* f_s/f_d that the law holds for; 0: any */
     uint32_t one_axis;          /* 1 if the law does not depend on k_hat */
     uint32_t twice_decay;       /* 2 d */
     uint32_t twice_corner;      /* 2 p, 0 if there is no corner */
     uint32_t root_k;            /* 1 if H + C has the factor sqrt(k_hat) */
-    const double *coefficients; /* rows along sqrt(k_hat), each 1/T and c0 to c5 if there is a
-                                   corner, then cells_u + 3; in the caller's bytes */
+    const double *coefficients; /* rows along sqrt(k_hat), in the caller's bytes: each has 1/T and
+                                   c0 to c5 if there is a corner, then cells_u + 3 numbers */
 } creep_table;
 
 typedef struct {
@@ -45,27 +45,27 @@ typedef struct {
     double log_k_derivative; /* k_hat dq/dk_hat */
 } creep_value;
 
-/* What a law must be sampled at to make the table's spline. */
+/* Where a law is sampled to make the table's spline. */
 typedef struct {
     double normalized_creepage; /* x */
     double line;                /* q_line */
-    double weight;              /* x (1 - u)^d; u if of one axis */
+    double weight;              /* x (1 - u)^d; u in a table of one axis */
 } creep_node;
 
-/* Read a table file that lies in memory, aligned to 8 bytes. The bytes must outlive the table.
- * Returns NULL, or a message that says what is wrong with the bytes. */
+/* Open a table file in memory that is aligned to 8 bytes and must outlive the table. Returns NULL,
+ * or a message that says what is wrong with the bytes. */
 CONTACTLIB_API const char *creep_table_open(creep_table *table, const void *bytes, size_t size);
 
 /* q and its derivatives at any finite x and at 0 <= k_hat <= k_max. */
 CONTACTLIB_API void creep_table_evaluate(const creep_table *table, double normalized_creepage,
                                          double k_hat, creep_value *value);
 
-/* The same for n points; k_hat steps by k_stride (0 or 1). */
+/* q and dq/dx at n points; k_stride is 1 if each has its own k_hat, 0 if all share one. */
 CONTACTLIB_API void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
                                               const double *k_hat, size_t k_stride, double *ratio,
                                               double *slope);
 
-/* The law's argument at the spline coordinates 0 <= u < 1 and k_hat of a table of this shape. */
+/* The node at the spline coordinates 0 <= u < 1 and k_hat of a table of this shape. */
 CONTACTLIB_API void creep_table_node(const creep_table *shape, double u, double k_hat,
                                      creep_node *node);
 

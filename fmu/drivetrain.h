@@ -1,8 +1,8 @@
-/* A wheelset with motor, axle and two wheels that may differ, and the works done along the way.
+/* A wheelset with motor, axle and two wheels that may differ, and the work done by each part.
  *
- * The wheelset's contact and body are those of both wheels together: each wheel has half of the
- * inertia and of the drive's damping, and half of the force that the contact would give under twice
- * the wheel's own load. */
+ * Contact and body are those of both wheels together: each wheel has half of the inertia and of the
+ * drive's damping, and half of the force that the contact would give under twice the wheel's own
+ * load. */
 #ifndef DRIVETRAIN_H
 #define DRIVETRAIN_H
 
@@ -20,7 +20,7 @@ typedef struct {
 typedef struct {
     double speed;           /* [m/s] */
     double omega_left;      /* [rad/s] */
-    double omega_right;     /* that of the left wheel if the axle is rigid [rad/s] */
+    double omega_right;     /* equals omega_left if the axle is rigid [rad/s] */
     double twist;           /* angle of the left wheel ahead of the right one [rad] */
     double relaxed_left;    /* relaxed creepages, if the contact has a relaxation length [1] */
     double relaxed_right;   /* [1] */
@@ -28,7 +28,7 @@ typedef struct {
     double distance;        /* [m] */
     double drive_work;      /* of the drive torque [J] */
     double creep_work;      /* of the creep forces on the slip velocities [J] */
-    double resistance_work; /* of the resistances; at held speed, what the rig takes [J] */
+    double resistance_work; /* of the resistances; of the rig if the speed is held [J] */
     double loss_work;       /* of the drive's and the axle's damping [J] */
 } drivetrain_state;
 
@@ -36,7 +36,7 @@ typedef struct {
 typedef struct {
     double commanded_torque; /* [N.m] */
     double resistance_force; /* [N] */
-    double acceleration;     /* of a speed that is held: inverse_mass is zero [m/s2] */
+    double acceleration;     /* prescribed, if the speed is held (inverse_mass is 0) [m/s2] */
     double load_left;        /* of the wheel [N] */
     double load_right;       /* [N] */
     double friction_left;    /* multiplies f_s and f_d [1] */
@@ -51,12 +51,12 @@ typedef struct {
     double falling_left;      /* 1 if the force falls with creepage at fixed speed */
     double falling_right;     /* [1] */
     double drive_torque;      /* [N.m] */
-    double axle_torque;       /* what the axle carries from left to right, with its damping [N.m] */
+    double axle_torque;       /* from left to right, damping included [N.m] */
     double speed_rate;        /* [m/s2] */
-    double stored_energy;     /* kinetic, and of the axle's twist [J] */
+    double stored_energy;     /* kinetic energy and that of the axle's twist [J] */
 } drivetrain_output;
 
-/* One of many. Without a track friction is as the input says. */
+/* One drivetrain of many. If rails is NULL, the input gives the friction. */
 typedef struct {
     const creep_table *table;
     const force_element_parameters *contact;
@@ -65,16 +65,17 @@ typedef struct {
     contact_scales scales; /* of the contact at its nominal load */
 } drivetrain_member;
 
-/* Step n drivetrains on from a time. The input's friction is set to the track's at the start; from
- * there on it is the track's in the middle of each stretch between two corners of it. The tolerance
- * is relative, as in wheelset_advance; substep holds the length of each that is to be tried first
- * (0: none known). What fails is as it was, failed is set, and it is not stepped any more. */
+/* Advance n drivetrains by one step. The input's friction is set to the track's at the start; each
+ * stretch between two corners of the track's profiles is integrated under the friction in its
+ * middle. The tolerance is relative, as in wheelset_advance; substep holds the length to try first
+ * for each drivetrain (0: not known). A drivetrain that fails keeps its state, its failed flag is
+ * set, and it is not stepped any more. */
 CONTACTLIB_API void drivetrain_advance_many(const drivetrain_member *members, size_t n,
                                             drivetrain_input *input, drivetrain_state *state,
                                             double time, double step, double tolerance,
                                             double *substep, unsigned char *failed);
 
-/* Outputs of rows of n drivetrains. */
+/* Outputs of n drivetrains, for several rows of inputs and states. */
 CONTACTLIB_API void drivetrain_evaluate_many(const drivetrain_member *members, size_t n,
                                              size_t rows, const drivetrain_input *input,
                                              const drivetrain_state *state,

@@ -1,6 +1,7 @@
-/* The drivetrain's equations for LANES wheelsets at once, whose numbers stand side by side: a field
- * of a struct of doubles is a row of lanes. Part of wide_functions.h. */
+/* The drivetrain's equations for LANES drivetrains at once. A struct of doubles becomes one row of
+ * LANES numbers for each field. Part of wide_functions.h. */
 #include <math.h>
+#include <stddef.h>
 
 #include "drivetrain.h"
 #include "force_law.h"
@@ -11,27 +12,49 @@
 
 #define FIELDS(type) (sizeof(type) / sizeof(double))
 
-/* Where a field of the state stands in the equations: its place in the struct. */
-enum { SPEED, LEFT, RIGHT, TWIST, RELAXED_LEFT, RELAXED_RIGHT, TORQUE };
-enum { DISTANCE = MOST_STATES, DRIVE, CREEP, RESISTANCE, LOSS };
+/* A field's place in its struct is its place in the equations. */
+#define PLACE(type, field) (offsetof(type, field) / sizeof(double))
+enum {
+    SPEED = PLACE(drivetrain_state, speed),
+    LEFT = PLACE(drivetrain_state, omega_left),
+    RIGHT = PLACE(drivetrain_state, omega_right),
+    TWIST = PLACE(drivetrain_state, twist),
+    RELAXED_LEFT = PLACE(drivetrain_state, relaxed_left),
+    RELAXED_RIGHT = PLACE(drivetrain_state, relaxed_right),
+    TORQUE = PLACE(drivetrain_state, drive_torque),
+    DISTANCE = PLACE(drivetrain_state, distance),
+    DRIVE = PLACE(drivetrain_state, drive_work),
+    CREEP = PLACE(drivetrain_state, creep_work),
+    RESISTANCE = PLACE(drivetrain_state, resistance_work),
+    LOSS = PLACE(drivetrain_state, loss_work)
+};
+/* The states come first, then the integrals; a right wheel follows its left one. */
+ASSERT_LAYOUT(integrals_follow_states, (int)DISTANCE == (int)MOST_STATES && LOSS + 1 == MOST_ROWS);
+ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && RELAXED_RIGHT == RELAXED_LEFT + 1);
 
-/* And of the input. */
-enum { COMMANDED, OUTER_RESISTANCE, ACCELERATION };
-enum { LOAD_LEFT = ACCELERATION + 1, LOAD_RIGHT, FRICTION_LEFT, FRICTION_RIGHT };
+enum {
+    COMMANDED = PLACE(drivetrain_input, commanded_torque),
+    OUTER_RESISTANCE = PLACE(drivetrain_input, resistance_force),
+    ACCELERATION = PLACE(drivetrain_input, acceleration),
+    LOAD_LEFT = PLACE(drivetrain_input, load_left),
+    LOAD_RIGHT = PLACE(drivetrain_input, load_right),
+    FRICTION_LEFT = PLACE(drivetrain_input, friction_left),
+    FRICTION_RIGHT = PLACE(drivetrain_input, friction_right)
+};
 
-/* What acts on one of the wheels. */
+/* Contact force and relaxation of one wheel. */
 typedef struct {
-    double force, by_omega, by_speed, by_relaxed; /* half of the contact's */
+    double force, by_omega, by_speed, by_relaxed; /* half of those of the wheelset's contact */
     double rate, rate_by_omega, rate_by_speed, rate_by_relaxed;
     double saturation, creepage, falling;
 } wheel_action;
 
-/* Wheelsets under one table, of one set of states. */
+/* Drivetrains with the same table and the same states. */
 typedef struct {
     const creep_table *table;
     int elastic, relaxed, lagging;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
-    lanes scales[2][FIELDS(contact_scales)];            /* of those contacts */
+    lanes scales[2][FIELDS(contact_scales)];            /* likewise */
     lanes loaded[2];                                    /* 1 or 0 */
     lanes train[FIELDS(drivetrain_parameters)];
     lanes input[FIELDS(drivetrain_input)];
@@ -40,7 +63,7 @@ typedef struct {
     lanes nominal_load;
 } group;
 
-/* A struct of doubles from its rows, and back. */
+/* Copy one lane's fields into a struct of doubles, and back. */
 ALWAYS_INLINE void take(lanes *field, int l, size_t count, double *into) {
     for (size_t i = 0; i < count; i++) into[i] = field[i][l];
 }
@@ -57,11 +80,14 @@ ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
                                               const force_element_parameters *p, int l) {
     TAKE(drivetrain_input, in, g->input);
     double friction = side == 0 ? in.friction_left : in.friction_right;
-    return (force_element_input){y[LEFT + side][l], y[SPEED][l], p->nominal_load, friction,
-                                 y[RELAXED_LEFT + side][l]};
+    return (force_element_input){.omega = y[LEFT + side][l],
+                                 .speed = y[SPEED][l],
+                                 .normal_load = p->nominal_load,
+                                 .friction_scale = friction,
+                                 .relaxed_creepage = y[RELAXED_LEFT + side][l]};
 }
 
-/* One wheel: half of what the wheelset's contact gives under twice the wheel's load. */
+/* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
 static void wheel(group *g, int side, rows y) {
     lanes x, k_hat, ratio, slope, log_k, state[FIELDS(force_state)];
     EACH_LANE (l) {
@@ -79,7 +105,8 @@ static void wheel(group *g, int side, rows y) {
         TAKE(force_state, at, state);
         force_element_input in = wheel_input(g, side, y, &p, l);
         force_element_output out;
-        creep_value q = {ratio[l], slope[l], log_k[l]};
+        creep_value q = {
+            .traction_ratio = ratio[l], .slope = slope[l], .log_k_derivative = log_k[l]};
         double half = 0.5 * g->loaded[side][l];
         finish_force(g->table, &p, &in, &at, q, &out);
         int loaded = g->loaded[side][l] > 0.0;
@@ -103,10 +130,10 @@ static void wheel(group *g, int side, rows y) {
     }
 }
 
-/* In any bit, as of zeros of different sign. */
+/* Whether two numbers differ in any bit; zeros of different sign do. */
 static int differs(double a, double b) { return bits_of(a) != bits_of(b); }
 
-/* Both wheels; the second only if it differs in a lane. */
+/* Evaluate both wheels; copy the first to the second if they are equal in every lane. */
 static void wheels(group *g, rows y) {
     lanes *in = g->input;
     int differ = 0;
@@ -120,7 +147,7 @@ static void wheels(group *g, rows y) {
     else memcpy(g->wheel[1], g->wheel[0], sizeof g->wheel[0]);
 }
 
-/* Fields of the state that are no states of this drivetrain. */
+/* Set the fields of the state that are not states of this kind of drivetrain. */
 static void fill(group *g, rows y) {
     EACH_LANE (l) {
         if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
@@ -130,17 +157,18 @@ static void fill(group *g, rows y) {
     }
 }
 
-/* Of a rigid wheelset, what both wheels together do; the speed's rate holds for any. */
+/* Rates of a wheelset with a rigid axle; that of the speed holds for an elastic axle too. */
 ALWAYS_INLINE wheelset_rates rates_together(const drivetrain_parameters *p,
                                             const drivetrain_input *in, rows y,
                                             const wheel_action a[2], int l) {
-    contact_action both = {a[0].force + a[1].force, a[0].by_omega + a[1].by_omega,
-                           a[0].by_speed + a[1].by_speed};
+    contact_action both = {.force = a[0].force + a[1].force,
+                           .by_omega = a[0].by_omega + a[1].by_omega,
+                           .by_speed = a[0].by_speed + a[1].by_speed};
     return motion_rates(&p->body, y[LEFT][l], y[SPEED][l], y[TORQUE][l], in->resistance_force,
                         both);
 }
 
-/* Rates of the states. With f and j as rows of lanes, j is filled where it is not zero. */
+/* Set the rates of all rows, and the elements of the Jacobian that can differ from zero. */
 ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
     EACH_LANE (l) {
         TAKE(drivetrain_parameters, p, g->train);
@@ -187,7 +215,7 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
         g->saturation[0][l] = a[0].saturation;
         g->saturation[1][l] = a[1].saturation;
         lanes(*j)[MOST_STATES] = *jacobian;
-        /* Of a rigid axle one omega stands for both. */
+        /* With a rigid axle the left omega stands for both wheels. */
         double one = g->elastic ? 0.0 : 1.0, inverse_mass = p.body.inverse_mass;
         double by_omega[2] = {a[0].by_omega + one * a[1].by_omega, a[1].by_omega};
         j[SPEED][SPEED][l] = rates.jacobian[1][1];
@@ -237,9 +265,9 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     else set_rates(g, y, f, NULL);
 }
 
-/* Slips relative to themselves plus that of saturation, speed to itself plus the minimum speed,
- * torques to themselves plus that of kinetic friction. */
-static void error_size(void *model, rows y, rows error, lanes size) {
+/* Errors of slips are relative to slip plus saturation slip, of the speed to speed plus minimum
+ * speed, of torques to torque plus that of kinetic friction. */
+static void drivetrain_error(void *model, rows y, rows error, lanes size) {
     group *g = model;
     EACH_LANE (l) {
         TAKE(drivetrain_parameters, p, g->train);
@@ -272,7 +300,7 @@ static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *
            is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b);
 }
 
-/* How many of the next n members are of one kind. */
+/* How many of the next n members are of the first one's kind. */
 static size_t count_of_one_kind(const drivetrain_member *members, size_t n) {
     size_t count = 1;
     while (count < n && are_of_one_kind(members, &members[count])) count++;
@@ -286,7 +314,7 @@ static void set_kind(group *g, const drivetrain_member *member) {
     g->lagging = is_lagging(member);
 }
 
-/* Put one into a lane. */
+/* Load a drivetrain into a lane. */
 static void load(group *g, int l, const drivetrain_member *member, const drivetrain_input *input,
                  const drivetrain_state *state, rows y) {
     const force_element_parameters *contact = member->contact;
@@ -311,7 +339,7 @@ static void load(group *g, int l, const drivetrain_member *member, const drivetr
 }
 
 static equations equations_of(group *g) {
-    equations problem = {.model = g, .rates = evaluate, .error_size = error_size};
+    equations problem = {.model = g, .rates = evaluate, .error_size = drivetrain_error};
     int *place = problem.place, n = 0;
     place[n++] = SPEED;
     place[n++] = LEFT;

@@ -1,20 +1,22 @@
 /* Stepping and evaluating many drivetrains, LANES at a time. Part of wide_functions.h. */
 #include "drivetrain_lanes.h"
 
-/* Many of one kind, stepped from a time: a lane takes the next one as soon as it has arrived. */
+/* A step of many drivetrains of one kind: a lane that has finished one takes the next. */
 typedef struct {
     const drivetrain_member *members;
     const drivetrain_input *input;
     drivetrain_state *state;
     double *tried;
     unsigned char *failed;
-    size_t n, next; /* number, and the first that no lane has taken yet */
+    size_t n, next; /* number of drivetrains, and the first that no lane has taken yet */
     double start, step, tolerance;
-    size_t at[LANES]; /* who is in a lane */
-    lanes time, rest; /* at the stretch's end; left of the step after it, below zero if idle */
+    size_t at[LANES]; /* drivetrain in each lane */
+    lanes time;       /* end of the present stretch */
+    lanes rest;       /* part of the step after that stretch; below zero if the lane is idle */
 } journey;
 
-/* Begin the stretch up to the next corner of friction, under that of its middle. */
+/* Begin the stretch up to the next corner of a friction profile, with the friction in its middle.
+ */
 static void begin_stretch(journey *j, group *g, integration *run, int l) {
     const track *rails = j->members[j->at[l]].rails;
     double left = j->rest[l], part = left;
@@ -31,7 +33,7 @@ static void begin_stretch(journey *j, group *g, integration *run, int l) {
     j->rest[l] = part < left ? left - part : 0.0;
 }
 
-/* Let a lane take the next one that has not failed; it idles if there is none. */
+/* Let a lane take the next drivetrain that has not failed; without one it stays idle. */
 static void take_next(journey *j, group *g, integration *run, int l) {
     while (j->next < j->n && j->failed[j->next]) j->next++;
     if (j->next == j->n) return;
@@ -44,7 +46,7 @@ static void take_next(journey *j, group *g, integration *run, int l) {
     begin_stretch(j, g, run, l);
 }
 
-/* Put a lane's state back; it is complete but for what is no state of this drivetrain. */
+/* Store a lane's state, with the fields that are not states of this kind of drivetrain. */
 static void arrive(journey *j, group *g, integration *run, int l) {
     size_t i = j->at[l];
     drivetrain_state *state = &j->state[i];
@@ -61,7 +63,7 @@ static void advance(journey *j) {
     set_kind(&g, j->members);
     equations problem = equations_of(&g);
     int busy = 0;
-    for (int l = 0; l < LANES; l++) { /* lanes that find no work stand by with the first one */
+    for (int l = 0; l < LANES; l++) { /* idle lanes hold the numbers of the first drivetrain */
         load(&g, l, j->members, j->input, j->state, run.y);
         run.left[l] = run.count[l] = 0.0;
         run.h[l] = 1.0;
@@ -75,7 +77,7 @@ static void advance(journey *j) {
         for (int l = 0; l < LANES; l++) {
             int there = run.left[l] == 0.0, waiting = there && j->rest[l] < 0.0;
             if (!there && is_hopeless(&run, l, j->step)) {
-                j->failed[j->at[l]] = 1; /* it stays as it was */
+                j->failed[j->at[l]] = 1; /* its state stays as it was */
                 run.left[l] = 0.0;
                 j->rest[l] = -1.0;
                 take_next(j, &g, &run, l);

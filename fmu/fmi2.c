@@ -12,8 +12,8 @@ typedef struct {
     char name[];
 } instance;
 
-/* The logger takes a printf format, but not every tool formats it: the text is whole, with percent
- * signs doubled for those that do. */
+/* The logger takes a printf format. The text is complete, as not every tool formats it, and percent
+ * signs are doubled for the tools that do. */
 static void log_message(void *shell, result status, const char *category, const char *text) {
     const instance *self = shell;
     char escaped[2 * 8192];
@@ -26,20 +26,21 @@ static void log_message(void *shell, result status, const char *category, const 
     self->logger(self->environment, self->name, (fmi2Status)status, category, escaped);
 }
 
-/* What modelDescription.xml says the FMU cannot do, or a variable of a type that it has not. */
+/* Called for capabilities that modelDescription.xml denies and for types that no variable has. */
 static fmi2Status not_offered(void *pointer, const char *function) {
     instance *self = pointer;
     if (self != NULL)
-        component_log(&self->core, RESULT_ERROR, "%s is not offered for what was asked", function);
+        component_log(&self->core, RESULT_ERROR, "%s: this FMU does not offer it", function);
     return fmi2Error;
 }
 
-/* Every function but the first starts with this: who calls, and whether it may now. */
+/* Every function of an instance starts with this: it finds the instance and checks that the call is
+ * allowed now. */
 #define CORE(c, allowed)                                             \
     component *core = (c) != NULL ? &((instance *)(c))->core : NULL; \
     if (core == NULL || component_called(core, __func__, (allowed)) != RESULT_OK) return fmi2Error
 
-/* FMI 2 allows fmi2Discard in few functions; elsewhere what it stands for is an error. */
+/* FMI 2 allows fmi2Discard in few functions; elsewhere the same failure is an error. */
 static fmi2Status undiscarded(result status) {
     return status == RESULT_DISCARD ? fmi2Error : (fmi2Status)status;
 }
@@ -167,7 +168,7 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[]
     return (fmi2Status)status;
 }
 
-/* No model has variables of these types: no value is fine, any other is an error of the tool. */
+/* No model has variables of these types: only a call without values is allowed. */
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[], size_t n,
                           fmi2Integer values[]) {
     (void)references, (void)values;
@@ -247,7 +248,7 @@ fmi2Status fmi2EnterEventMode(fmi2Component c) {
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     CORE(c, IN(EVENTS));
-    memset(info, 0, sizeof *info); /* nothing needs more iterations, terminates or has changed */
+    memset(info, 0, sizeof *info); /* no further iteration, no termination, no change */
     return undiscarded(component_update_flags(core));
 }
 
@@ -319,7 +320,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
 }
 
-/* A step ends before fmi2DoStep returns, so only the time of the last one is ever asked for. */
+/* A step ends before fmi2DoStep returns, so only the time of the last one can be asked for. */
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
     CORE(c, ANY_STAGE);
     if (kind != fmi2LastSuccessfulTime) return not_offered(c, __func__);
@@ -340,7 +341,7 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
     CORE(c, ANY_STAGE);
     if (kind != fmi2Terminated) return not_offered(c, __func__);
-    *value = fmi2False; /* this FMU never asks for an end */
+    *value = fmi2False; /* this FMU never terminates a simulation */
     return fmi2OK;
 }
 

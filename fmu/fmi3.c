@@ -16,20 +16,21 @@ static void log_message(void *shell, result status, const char *category, const 
     self->logger(self->environment, (fmi3Status)status, category, text);
 }
 
-/* What modelDescription.xml says the FMU cannot do, or a variable of a type that it has not. */
+/* Called for capabilities that modelDescription.xml denies and for types that no variable has. */
 static fmi3Status not_offered(void *pointer, const char *function) {
     instance *self = pointer;
     if (self != NULL)
-        component_log(&self->core, RESULT_ERROR, "%s is not offered for what was asked", function);
+        component_log(&self->core, RESULT_ERROR, "%s: this FMU does not offer it", function);
     return fmi3Error;
 }
 
-/* No variable is fine, any other is an error of the tool. */
+/* A call without values is allowed, any other is an error of the tool. */
 static fmi3Status none(void *pointer, size_t n, const char *function) {
     return n == 0 && pointer != NULL ? fmi3OK : not_offered(pointer, function);
 }
 
-/* Every function but the first starts with this: who calls, and whether it may now. */
+/* Every function of an instance starts with this: it finds the instance and checks that the call is
+ * allowed now. */
 #define CORE(c, allowed)                                             \
     component *core = (c) != NULL ? &((instance *)(c))->core : NULL; \
     if (core == NULL || component_called(core, __func__, (allowed)) != RESULT_OK) return fmi3Error
@@ -311,7 +312,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
     return (fmi3Status)component_deserialize(core, bytes, size, saved);
 }
 
-/* ---- modes and clocks that no model here has ----------------------------------------------- */
+/* ---- modes and clocks that no model has ---------------------------------------------------- */
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return not_offered(c, __func__); }
 

@@ -1,4 +1,4 @@
-/* Creep force of a wheel: angular and forward velocity and load in, force out. */
+/* Creep force of a wheel as a function of angular velocity, forward velocity and load. */
 #ifndef FORCE_ELEMENT_H
 #define FORCE_ELEMENT_H
 
@@ -6,17 +6,17 @@
 #include "export.h"
 
 typedef struct {
-    double radius;           /* rolling radius [m] */
-    double static_friction;  /* f_s [1] */
-    double kinetic_friction; /* f_d [1] */
-    double weakening_length; /* Delta [m] */
-    double slope_reduction;  /* third-body layer: initial slope is this times the elastic one [1] */
-    double semi_width;       /* a at nominal load [m] */
-    double peak_pressure;    /* p0 at nominal load [Pa] */
-    double contact_modulus;  /* E* [Pa] */
-    double nominal_load;     /* P [N] */
-    double load_exponent;    /* a and p0 grow like load to this power [1] */
-    double minimum_speed;    /* below it the creepage's reference speed is regularised [m/s] */
+    double radius;             /* rolling radius [m] */
+    double static_friction;    /* f_s [1] */
+    double kinetic_friction;   /* f_d [1] */
+    double weakening_length;   /* Delta [m] */
+    double slope_reduction;    /* third-body layer: initial slope over the elastic one [1] */
+    double semi_width;         /* a at nominal load [m] */
+    double peak_pressure;      /* p0 at nominal load [Pa] */
+    double contact_modulus;    /* E* [Pa] */
+    double nominal_load;       /* P [N] */
+    double load_exponent;      /* a and p0 grow like the load to this power [1] */
+    double minimum_speed;      /* below it the creepage's reference speed is regularised [m/s] */
     double slip_rate_residual; /* A of the factor (1 - A) exp(-B w) + A on friction [1] */
     double slip_rate_decay;    /* B, w being the slip speed [s/m] */
     double relaxation_length;  /* sigma [m]; 0 if the force follows the creepage at once */
@@ -27,28 +27,28 @@ typedef struct {
     double speed;            /* forward velocity [m/s] */
     double normal_load;      /* [N] */
     double friction_scale;   /* multiplies f_s and f_d [1] */
-    double relaxed_creepage; /* state of the relaxation, if there is one [1] */
+    double relaxed_creepage; /* state, if there is a relaxation length [1] */
 } force_element_input;
 
 typedef struct {
     double creep_force;          /* on the wheel, forward [N] */
     double wheel_torque;         /* of the creep force on the wheel [N.m] */
     double creepage;             /* zeta [1] */
-    double normalized_creepage;  /* x = zeta/zeta0, of the relaxed creepage if relaxed [1] */
+    double normalized_creepage;  /* x = zeta/zeta0; zeta is the relaxed creepage if relaxed [1] */
     double traction_coefficient; /* creep force over normal load [1] */
     double force_gradient;       /* d(creep force)/d(slip velocity) at fixed speed [N.s/m] */
     double k_hat;                /* at this load, friction and slip speed [1] */
     double saturation_creepage;  /* zeta0 at this load, friction and slip speed [1] */
-    double process_zone_ratio;   /* weakening zone over contact semi-width, likewise [1] */
+    double process_zone_ratio;   /* weakening zone over contact semi-width, as above [1] */
     double relaxation_rate;      /* d(relaxed creepage)/dt [1/s] */
     double falling_branch;       /* 1 if the force falls with creepage at fixed speed */
-    double speed_regularized;    /* 1 if |speed| < minimum_speed and that matters */
+    double speed_regularized;    /* 1 if |speed| < minimum_speed, without relaxation */
     double k_hat_limited;        /* 1 if k_hat is held at the table's largest value */
     double force_limited;        /* 1 if the force is held at f_s times the load */
-    double falling_margin;       /* each truth value above is 1 where its margin is > 0 [1] */
+    double falling_margin;       /* each of these flags is 1 where its margin is > 0 [1] */
     double speed_margin;         /* [m/s] */
     double k_hat_margin;         /* [1] */
-    double force_margin;         /* in friction coefficients [1] */
+    double force_margin;         /* of the friction coefficient [1] */
     double force_by_omega;       /* partial derivatives of the creep force [N.s] */
     double force_by_speed;       /* [N.s/m] */
     double force_by_load;        /* [1] */
@@ -60,14 +60,18 @@ typedef struct {
     double rate_by_relaxed;      /* [1/s] */
 } force_element_output;
 
-/* What load, friction and materials amount to in the law's own measures. */
+/* Largest process zone ratio for which the law's limit of a vanishing weakening zone is good. */
+#define PROCESS_ZONE_LIMIT 0.5
+CONTACTLIB_API double process_zone_limit(void); /* the same, for other languages */
+
+/* Dimensionless numbers by which load, friction and materials enter the law. */
 typedef struct {
     double saturation_creepage; /* zeta0 [1] */
     double k_hat;               /* [1] */
     double process_zone_ratio;  /* [1] */
 } contact_scales;
 
-/* Scales at a load above zero; friction_scale is to hold the factor of the slip speed too. */
+/* Scales at a load above zero; friction_scale includes the factor of the slip speed. */
 CONTACTLIB_API void force_element_scales(const force_element_parameters *parameters,
                                          double normal_load, double friction_scale,
                                          contact_scales *scales);
@@ -83,8 +87,9 @@ CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 size_t n, const force_element_input *input,
                                                 force_element_output *output);
 
-/* Directional derivative of the output, from the creep force to the relaxation rate, when
- * parameters and input change along a direction; output is that of the input. */
+/* Directional derivative of the output's members from the creep force to the relaxation rate, and
+ * of the margins, when parameters and input change along a direction; output must belong to them.
+ */
 CONTACTLIB_API void force_element_tangent(const creep_table *table,
                                           const force_element_parameters *parameters,
                                           const force_element_input *input,
@@ -93,7 +98,7 @@ CONTACTLIB_API void force_element_tangent(const creep_table *table,
                                           const force_element_input *input_direction,
                                           force_element_output *change);
 
-/* The relaxed creepage after a step with everything else constant: exact. */
+/* Exact relaxed creepage after a step during which everything else is constant. */
 CONTACTLIB_API double force_element_relax(const force_element_parameters *parameters,
                                           const force_element_input *input,
                                           double saturation_creepage, double step);

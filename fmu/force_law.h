@@ -1,27 +1,29 @@
-/* The force element's formulas before and after those of the table, without branches. */
+/* The force element's formulas around the evaluation of the table, without branches, and their
+ * differentials. */
 #ifndef FORCE_LAW_H
 #define FORCE_LAW_H
 
 #include <math.h>
 
+#include "branch_free.h"
 #include "force_element.h"
-#include "inline.h"
 #include "regularized_speed.h"
+#include "relaxation.h"
 
-/* What is next to no load is none: the scales of its contact would leave the range of numbers. */
+/* A tiny load counts as none: the scales of its contact would overflow. */
 ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
-    return !(load <= 1e-100 * p->nominal_load); /* what is not a number shows */
+    return !(load <= 1e-100 * p->nominal_load); /* true for NaN, so that it shows in the output */
 }
 
-/* Of semi-width and peak pressure, by a ratio of loads: Hertz's powers of a line contact and of an
- * ellipse need no logarithm. */
+/* Growth of semi-width and peak pressure with a ratio of loads; Hertz's powers for a line contact
+ * and an ellipse need no logarithm. */
 static inline double growth_with_load(double ratio, double exponent) {
     if (exponent == 0.5) return sqrt(ratio);
     if (exponent == 1.0 / 3.0) return cube_root(ratio);
     return power_of(ratio, exponent);
 }
 
-/* The same bodies under a load above zero: the contact of which it is the nominal load. */
+/* Parameters of the same bodies with a load above zero as the nominal load. */
 ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element_parameters *p,
                                                              double load) {
     force_element_parameters there = *p;
@@ -33,7 +35,7 @@ ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element
     return there;
 }
 
-/* Scales at the nominal load, of the friction as given. */
+/* Scales at the nominal load, with the friction coefficients as given. */
 ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p) {
     const double inverse_pi = 0.31830988618379067;
     double drop = p->static_friction - p->kinetic_friction, kinetic = p->kinetic_friction;
@@ -48,7 +50,7 @@ ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p
     };
 }
 
-/* The same with both coefficients times a factor. */
+/* Scales with both friction coefficients multiplied by a factor. */
 ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction) {
     double inverse = 1.0 / friction;
     return (contact_scales){s.saturation_creepage * friction, s.k_hat * sqrt(inverse),
@@ -59,35 +61,35 @@ ALWAYS_INLINE double slip_of(const force_element_parameters *p, const force_elem
     return p->radius * in->omega - in->speed;
 }
 
-/* exp(-B w) of friction that falls with slip speed w. */
+/* exp(-B w) at the slip speed w. */
 ALWAYS_INLINE double slip_decay(const force_element_parameters *p, double slip) {
     return decaying_exponential(p->slip_rate_decay * fabs(slip));
 }
 
-/* Factor on friction, and its part that passes. */
+/* Factor g on friction; passing is its part that vanishes at high slip speed. */
 ALWAYS_INLINE double slip_rate_factor(const force_element_parameters *p, double decay,
                                       double *passing) {
     *passing = (1.0 - p->slip_rate_residual) * decay;
     return *passing + p->slip_rate_residual;
 }
 
-/* Everything that is known before the table is read. */
+/* Results of the formulas before the table is evaluated. */
 typedef struct {
     double slip;               /* slip velocity [m/s] */
     double creepage;           /* [1] */
-    double speed_slope;        /* of the creepage's reference speed by the speed [1] */
-    double inverse_speed;      /* one over that reference speed [s/m] */
-    double reference;          /* that speed [m/s] */
+    double speed_slope;        /* d(reference)/d(speed) [1] */
+    double inverse_speed;      /* 1/reference [s/m] */
+    double reference;          /* reference speed of the creepage [m/s] */
     double acting;             /* creepage that the force follows [1] */
-    double kinetic;            /* f_d here [1] */
-    double log_g_by_slip;      /* of the factor g on friction [s/m] */
+    double kinetic;            /* f_d at this friction scale and slip speed [1] */
+    double log_g_by_slip;      /* d(ln g)/d(slip), g being the factor on friction [s/m] */
     double inverse_saturation; /* one over zeta0 [1] */
     contact_scales scales;
-    double x, k_hat; /* where the table is read */
+    double x, k_hat; /* arguments of the table */
 } force_state;
 
-/* The parameters' nominal load is to be the input's, the scales are those of the parameters, and
- * decay is that of the slip. */
+/* The nominal load of the parameters must be the input's load, scales must belong to the
+ * parameters, and decay is exp(-B w). */
 ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_element_parameters *p,
                                       contact_scales scales, const force_element_input *in,
                                       double decay) {
@@ -98,9 +100,9 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     at.inverse_speed = 1.0 / at.reference;
     at.creepage = at.slip * at.inverse_speed;
     at.acting = p->relaxation_length > 0.0 ? in->relaxed_creepage : at.creepage;
-    /* Friction falls with slip speed by the factor g; the force has no kink where g has, at 0. */
+    /* g has a kink at zero slip; the force has none, as it is zero there. */
     double g = slip_rate_factor(p, decay, &passing), friction_scale = g * in->friction_scale;
-    double log_g = p->slip_rate_decay * passing / g; /* g has a kink where nothing slips */
+    double log_g = p->slip_rate_decay * passing / g;
     at.log_g_by_slip = at.slip == 0.0 ? 0.0 : -copysign(log_g, at.slip);
     at.kinetic = friction_scale * p->kinetic_friction;
     at.scales = scaled(scales, friction_scale);
@@ -110,19 +112,19 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     return at;
 }
 
-/* What depends on the velocities alone. */
+/* Outputs that depend on the velocities alone. */
 ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force_element_input *in,
                                   const force_state *at, force_element_output *out) {
     double below = p->minimum_speed - fabs(in->speed);
     out->creepage = at->creepage;
     out->creepage_by_omega = p->radius * at->inverse_speed;
     out->creepage_by_speed = -(1.0 + at->creepage * at->speed_slope) * at->inverse_speed;
-    /* With relaxation nothing is regularised. */
+    /* The relaxation needs no regularised speed. */
     out->speed_margin = p->relaxation_length > 0.0 ? -1.0 : below;
     out->speed_regularized = out->speed_margin > 0.0 ? 1.0 : 0.0;
 }
 
-/* Outputs but for those of the relaxation, from the table's value. */
+/* All outputs except those of the relaxation, from the table's value. */
 ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_parameters *p,
                                 const force_element_input *in, const force_state *at, creep_value q,
                                 force_element_output *out) {
@@ -133,7 +135,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     int k_limited = out->k_hat_margin > 0.0;
     out->k_hat_limited = k_limited ? 1.0 : 0.0;
 
-    /* The law does not know f_s; friction does. */
+    /* The Carter-Griffith law does not know f_s: the force is held at f_s P. */
     out->force_margin = p->kinetic_friction * fabs(q.traction_ratio) - p->static_friction;
     int force_limited = out->force_margin > 0.0;
     double most = copysign(p->static_friction / p->kinetic_friction, q.traction_ratio);
@@ -145,7 +147,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     double sliding = at->kinetic * in->normal_load, per_creepage = sliding * at->inverse_saturation;
     double log_k_by_log_load = k_limited ? 0.0 : -p->load_exponent;
     double log_k_by_log_g = k_limited ? 0.0 : -0.5;
-    /* dq/dw by way of the slip speed w alone */
+    /* The part of dq/dw that comes from friction falling with the slip speed w. */
     double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
     double through_g = by_log_g * at->log_g_by_slip;
     double slope = q.slope + through_g * zeta0 * at->reference; /* at this speed */
@@ -159,7 +161,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->k_hat = at->k_hat;
     out->saturation_creepage = zeta0;
     out->process_zone_ratio = at->scales.process_zone_ratio;
-    /* An indicator must not stay at zero, as the slope does where the force is held. */
+    /* An event indicator must not stay at zero; the slope does where the force is held. */
     out->falling_margin = slope == 0.0 ? -1.0 : -slope;
     out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
     out->force_by_load = at->kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
@@ -169,6 +171,159 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->force_by_omega = relaxed ? sliding * through_g * p->radius : straight;
     out->force_by_speed = relaxed ? -sliding * through_g : by_speed;
     out->force_by_relaxed = relaxed ? per_creepage * q.slope : 0.0;
+}
+
+/* The branch pays here: an exponential costs as much as the law. */
+static inline double decay_at(const force_element_parameters *p, double slip) {
+    return p->slip_rate_decay == 0.0 ? 1.0 : slip_decay(p, slip);
+}
+
+/* ---- directional derivative ---------------------------------------------------------------- */
+
+/* Change of slope and of k dq/dk along (dx, dlog_k), by central differences of the table's first
+ * derivatives. */
+static inline void second_derivatives(const creep_table *table, double x, double k_hat, double dx,
+                                      double dlog_k, double *dslope, double *dlog_k_derivative) {
+    double pace = fabs(dx) / (fabs(x) + 1e-2) + fabs(dlog_k);
+    *dslope = *dlog_k_derivative = 0.0;
+    if (!(pace > 1e-300)) return; /* e would overflow */
+    double e = 1e-6 / pace, most = table->one_axis ? INFINITY : table->k_max;
+    creep_value ahead, behind;
+    creep_table_evaluate(table, x + e * dx, fmin(k_hat * exponential(e * dlog_k), most), &ahead);
+    creep_table_evaluate(table, x - e * dx, fmin(k_hat * exponential(-e * dlog_k), most), &behind);
+    *dslope = (ahead.slope - behind.slope) / (2.0 * e);
+    *dlog_k_derivative = (ahead.log_k_derivative - behind.log_k_derivative) / (2.0 * e);
+}
+
+/* See force_element_tangent. Each formula above needs its differential here. */
+static inline void force_tangent(const creep_table *table, const force_element_parameters *p,
+                                 const force_element_input *in, const force_element_output *out,
+                                 const force_element_parameters *dp, const force_element_input *din,
+                                 force_element_output *dout) {
+    double reference, reference_slope;
+    regularized_speed(in->speed, p->minimum_speed, &reference, &reference_slope);
+    /* The regularised speed is homogeneous of degree one in speed and minimum speed. */
+    double dreference = reference_slope * din->speed + (reference - reference_slope * in->speed) *
+                                                           dp->minimum_speed / p->minimum_speed;
+    double slip = p->radius * in->omega - in->speed;
+    double dslip = p->radius * din->omega + in->omega * dp->radius - din->speed;
+    int relaxed = p->relaxation_length > 0.0;
+
+    *dout = (force_element_output){0};
+    double dmagnitude = in->speed == 0.0 ? 0.0 : copysign(1.0, in->speed) * din->speed;
+    if (!relaxed) dout->speed_margin = dp->minimum_speed - dmagnitude;
+    dout->creepage = (dslip - out->creepage * dreference) / reference;
+    double acting = relaxed ? in->relaxed_creepage : out->creepage;
+    double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
+
+    double passing, g = slip_rate_factor(p, decay_at(p, slip), &passing), w = fabs(slip);
+    double dw = slip == 0.0 ? 0.0 : copysign(dslip, slip * dslip);
+    double part = p->slip_rate_residual < 1.0 ? passing / (1.0 - p->slip_rate_residual)
+                                              : decaying_exponential(p->slip_rate_decay * w);
+    double dlog_g = (dp->slip_rate_residual * (1.0 - part) -
+                     passing * (w * dp->slip_rate_decay + p->slip_rate_decay * dw)) /
+                    g;
+    double scale = g * in->friction_scale, kinetic = scale * p->kinetic_friction;
+    double dlog_scale = dlog_g + din->friction_scale / in->friction_scale;
+    double dlog_kinetic = dlog_scale + dp->kinetic_friction / p->kinetic_friction;
+
+    double zeta0 = out->saturation_creepage, dlog_zeta0 = 0.0;
+    if (is_loaded(p, in->normal_load)) {
+        double drop = p->static_friction - p->kinetic_friction;
+        double ddrop = dp->static_friction - dp->kinetic_friction;
+        double dlog_drop = dlog_scale + (drop > 0.0 ? ddrop / drop : 0.0);
+        double dlog_growth = p->load_exponent * (din->normal_load / in->normal_load -
+                                                 dp->nominal_load / p->nominal_load) +
+                             logarithm(in->normal_load / p->nominal_load) * dp->load_exponent;
+        double dlog_width = dlog_growth + dp->semi_width / p->semi_width;
+        double dlog_pressure = dlog_growth + dp->peak_pressure / p->peak_pressure;
+        double dlog_modulus = dp->contact_modulus / p->contact_modulus;
+        double dlog_length =
+            p->weakening_length > 0.0 ? dp->weakening_length / p->weakening_length : 0.0;
+        /* Eqs. (15) and (17) are products of powers. */
+        dlog_zeta0 =
+            dlog_kinetic + dlog_pressure - dlog_modulus - dp->slope_reduction / p->slope_reduction;
+        double dlog_k_free = 0.0;
+        if (out->k_hat > 0.0)
+            dlog_k_free =
+                0.5 * (dlog_modulus + dlog_drop + dlog_length - dlog_width - dlog_pressure) -
+                dlog_kinetic;
+        double dlog_k = out->k_hat_limited > 0.0 ? 0.0 : dlog_k_free;
+        if (!table->one_axis) dout->k_hat_margin = (table->k_max + out->k_hat_margin) * dlog_k_free;
+        contact_scales longer = {0};
+        if (p->weakening_length == 0.0 && drop > 0.0) { /* the zone's length grows from nothing */
+            force_element_parameters unit = *p;
+            unit.weakening_length = 1.0;
+            unit = force_element_at_load(&unit, in->normal_load);
+            longer = scaled(contact_scales_of(&unit), scale);
+        }
+        dout->saturation_creepage = zeta0 * dlog_zeta0;
+        dout->k_hat = out->k_hat * dlog_k;
+        dout->process_zone_ratio =
+            out->process_zone_ratio *
+                (dlog_modulus + dlog_length - dlog_drop - dlog_width - dlog_pressure) +
+            longer.process_zone_ratio * dp->weakening_length;
+
+        double x = out->normalized_creepage, dx = dacting / zeta0 - x * dlog_zeta0;
+        dout->normalized_creepage = dx;
+        creep_value q;
+        double dslope = 0.0, dlog_k_derivative = 0.0;
+        creep_table_evaluate(table, x, out->k_hat, &q);
+        double dratio = q.slope * dx + q.log_k_derivative * dlog_k, side = copysign(1.0, x);
+        double most = p->static_friction / p->kinetic_friction;
+        double dmost = (dp->static_friction - most * dp->kinetic_friction) / p->kinetic_friction;
+        dout->force_margin = p->kinetic_friction * side * dratio +
+                             fabs(q.traction_ratio) * dp->kinetic_friction - dp->static_friction;
+        if (out->force_limited > 0.0) {
+            q = (creep_value){.traction_ratio = side * most};
+            dratio = side * dmost;
+        } else {
+            second_derivatives(table, x, out->k_hat, dx, dlog_k, &dslope, &dlog_k_derivative);
+        }
+        dout->traction_coefficient = kinetic * (q.traction_ratio * dlog_kinetic + dratio);
+        dout->creep_force = in->normal_load * dout->traction_coefficient +
+                            kinetic * q.traction_ratio * din->normal_load;
+
+        /* force_gradient = kinetic P (slope / (zeta0 reference) + through_g) */
+        double b = p->slip_rate_decay, share = passing / g;
+        double log_k_by_log_g = out->k_hat_limited > 0.0 ? 0.0 : -0.5;
+        double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
+        double dby_log_g = dratio - dx * q.slope - x * dslope + log_k_by_log_g * dlog_k_derivative;
+        /* d(passing)/passing - d(g)/g, with passing = (1 - A) exp(-B w) */
+        double dpassing =
+            -dp->slip_rate_residual * part - passing * (w * dp->slip_rate_decay + b * dw);
+        double dshare = dpassing / g - share * dlog_g;
+        double sign = copysign(1.0, slip);
+        double elastic = q.slope / (zeta0 * reference);
+        double delastic =
+            dslope / (zeta0 * reference) - elastic * (dlog_zeta0 + dreference / reference);
+        double through_g = -sign * b * share * by_log_g;
+        double dthrough_g = -sign * (dp->slip_rate_decay * share * by_log_g +
+                                     b * dshare * by_log_g + b * share * dby_log_g);
+        double stretch = zeta0 * reference;
+        dout->falling_margin = -dslope - dthrough_g * stretch -
+                               through_g * stretch * (dlog_zeta0 + dreference / reference);
+        double dsliding = kinetic * (in->normal_load * dlog_kinetic + din->normal_load);
+        dout->force_gradient =
+            dsliding * (elastic + through_g) + kinetic * in->normal_load * (delastic + dthrough_g);
+    } else {
+        dout->creep_force = out->force_by_load * din->normal_load;
+    }
+    dout->wheel_torque = -p->radius * dout->creep_force - out->creep_force * dp->radius;
+    if (relaxed) {
+        double length = p->relaxation_length, dlog_length = dp->relaxation_length / length;
+        double decay = fabs(in->speed), ddecay = dmagnitude;
+        double limit = sliding_limit(zeta0);
+        if (fabs(acting) > limit) {
+            double dlog_limit = limit == zeta0 ? dlog_zeta0 : 0.0;
+            decay = sliding_decay(slip, in->speed, limit);
+            if (decay > fabs(in->speed)) ddecay = decay * (dslip / slip - dlog_limit);
+            length *= limit / fabs(acting);
+            dlog_length += dlog_limit - dacting / acting;
+        }
+        dout->relaxation_rate = (dslip - ddecay * acting - decay * dacting) / length -
+                                out->relaxation_rate * dlog_length;
+    }
 }
 
 #endif

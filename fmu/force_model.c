@@ -1,16 +1,17 @@
-/* The force element as a tool steps it: held, relaxed or implicit. */
+/* The model "force_element": held, relaxed or implicit. */
 #include <math.h>
 
-#include "models.h"
+#include "model_functions.h"
 #include "regularized_speed.h"
 #include "wheelset_step.h"
 
-/* Where the coupling limits no step, the hint is this many seconds. */
+/* The hint where the coupling does not limit the step [s]. */
 static const double LONG_STEP = 1000.0;
 
-/* Half of the largest step over which the force may be held: h lambda < 2, with lambda the slip
- * pole; 1 if both sides step at once. With relaxation it is h lambda tanh(|v| h / (2 sigma)) < 2,
- * and as tanh z <= min(1, z), h^2 lambda |v| < 4 sigma is enough too. */
+/* Half of the largest step over which the force may be held. Stability needs h lambda < 2 with the
+ * slip pole lambda, or h lambda < 1 if both sides step at once. With relaxation it needs
+ * h lambda tanh(|v| h / (2 sigma)) < 2; as tanh z <= min(1, z), h^2 lambda |v| < 4 sigma is enough
+ * too. */
 static double stable_step(const model_values *v, double *by_gradient) {
     double gradient = fabs(v->output.force_gradient), pole = gradient * v->effective_inverse_mass;
     double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole, power = -1.0;
@@ -20,14 +21,14 @@ static double stable_step(const model_values *v, double *by_gradient) {
         double relaxed = sqrt(v->contact.relaxation_length / (pole * reference));
         if (relaxed > hint) hint = relaxed, power = -0.5;
     }
-    int limits = v->implicit == 0.0 && hint < LONG_STEP; /* and hint is a number */
+    int limits = v->implicit == 0.0 && hint < LONG_STEP; /* false for NaN */
     *by_gradient = limits ? power : 0.0;
     return limits ? hint : LONG_STEP;
 }
 
 void evaluate_force(const creep_table *table, model_values *v) {
     double unused;
-    if (v->implicit != 0.0 && v->memory.known != 0.0) return; /* outputs are those of the step */
+    if (v->implicit != 0.0 && v->memory.known != 0.0) return; /* the last step set the outputs */
     force_element_evaluate(table, &v->contact, &v->input, &v->output);
     v->step_size_hint = stable_step(v, &unused);
 }
@@ -54,39 +55,42 @@ void tangent_force(const creep_table *table, const model_values *v, const model_
 }
 
 /* The implicit mode. During a step the slip velocity w obeys dw/dt = a - m Q(w), where m is the
- * effective inverse mass and a what everything but the creep force does to the slip. What a was in
- * the step before follows from the slip at its ends and the force that acted; it is taken to go on.
- * The element solves this and gives the mean force, so what the tool's body does with it is what a
- * solution of the coupled equations would do. A wheel of inertia r^2 / m at held speed, driven by
- * a r / m, has the same equation of slip. */
+ * effective inverse mass and a the slip acceleration by everything except the creep force. The
+ * value of a in the step before follows from the slip at its ends and the force that acted; it is
+ * assumed to continue. The element solves the equation and gives the mean force, so the tool's body
+ * moves as in a solution of the coupled equations. A wheel of inertia r^2 / m at held speed, driven
+ * by a torque a r / m, has the same equation of slip. */
 static const char *step_slip(const creep_table *table, model_values *v, double step,
                              double tolerance) {
     const force_element_parameters *contact = &v->contact;
     double m = v->effective_inverse_mass, radius = contact->radius;
     double slip = radius * v->input.omega - v->input.speed, a;
     slip_memory memory = v->memory;
-    if (memory.known == 0.0) { /* as if the slip were steady */
+    if (memory.known == 0.0) { /* assume a steady slip */
         memory.force = v->output.creep_force;
         a = m * memory.force;
     } else {
         a = (slip - memory.slip) / memory.step + m * memory.applied;
     }
     double start = slip;
-    if (v->parallel_exchange != 0.0) { /* the last force acts now, the new one from `start` on */
+    if (v->parallel_exchange != 0.0) { /* the last force acts in this step, the new one after it */
         start += step * (a - m * memory.force);
         memory.applied = memory.force;
     }
     wheelset_parameters body = {
         .radius = radius, .inertia = radius * radius / m, .minimum_speed = contact->minimum_speed};
-    wheelset_input given = {a * radius / m, 0.0, v->input.normal_load, v->input.friction_scale};
-    wheelset_state state = {(start + v->input.speed) / radius, v->input.speed,
-                            v->input.relaxed_creepage};
+    wheelset_input given = {.drive_torque = a * radius / m,
+                            .normal_load = v->input.normal_load,
+                            .friction_scale = v->input.friction_scale};
+    wheelset_state state = {.omega = (start + v->input.speed) / radius,
+                            .speed = v->input.speed,
+                            .relaxed_creepage = v->input.relaxed_creepage};
     double begin = radius * state.omega - state.speed;
     const char *error =
         wheelset_advance(table, contact, &body, &given, &state, step, tolerance, &v->substep);
     if (error != NULL) return error;
     double end = radius * state.omega - state.speed;
-    /* A small load's force is less than the rounding of this difference may be. */
+    /* Under a small load the rounding of this difference may exceed the force. */
     double most = contact->static_friction * v->input.friction_scale * v->input.normal_load;
     memory.force = fmin(most, fmax(-most, (a - (end - begin) / step) / m));
     memory.known = 1.0;

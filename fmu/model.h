@@ -1,6 +1,5 @@
 /* The seam between physics and FMI: three models that a tool can step, each with one list of
- * variables. The shells above know nothing of contact mechanics, the kernel below nothing of FMI.
- */
+ * variables. The sources above know no contact mechanics, the kernel below knows no FMI. */
 #ifndef MODEL_H
 #define MODEL_H
 
@@ -9,16 +8,16 @@
 #include "variable.h"
 #include "wheelset.h"
 
-/* What the implicit force element remembers of its last step. */
+/* The last step of the implicit force element. */
 typedef struct {
-    double known;   /* 1 once there was a step */
+    double known;   /* 1 after the first step */
     double slip;    /* slip velocity at its start, as the tool gave it [m/s] */
     double step;    /* its length [s] */
-    double applied; /* creep force that acted on the tool's body during it [N] */
-    double force;   /* mean creep force that it ended with [N] */
+    double applied; /* creep force on the tool's body during the step [N] */
+    double force;   /* mean creep force that the step resulted in [N] */
 } slip_memory;
 
-/* Every number of any of the models. The states of the wheelset are the contact's input. */
+/* All numbers of all models. The states of the wheelset are the contact's input. */
 typedef struct {
     double time;
     force_element_parameters contact;
@@ -33,21 +32,21 @@ typedef struct {
     double step_size_hint;
     wheelset_rates rates;
     slip_memory memory;
-    double substep; /* for the integrator to go on with */
+    double substep; /* length that the integrator tries next */
 } model_values;
 
 typedef struct {
     const char *kind;
-    int has_contact; /* and hence a table, and flags that a margin tells */
+    int has_contact; /* 1 if there are a table, truth values and their margins */
     const model_variable *variables;
     size_t count;
-    /* Make the outputs and derivatives from all else. */
+    /* Calculate outputs and derivatives from everything else. */
     void (*evaluate)(const creep_table *table, model_values *values);
-    /* Change of outputs and derivatives when all else changes along a direction. */
+    /* Change of outputs and derivatives when everything else changes along a direction. */
     void (*tangent)(const creep_table *table, const model_values *values,
                     const model_values *direction, model_values *change);
-    /* Step the states from one communication point to the next with the inputs held, and the
-     * outputs where they belong to a step. NULL, or why it failed; values are then not changed. */
+    /* Step the states, and outputs that belong to a step, to the next communication point with the
+     * inputs held. Returns NULL, or why the step failed; values are then unchanged. */
     const char *(*advance)(const creep_table *table, model_values *values, double step,
                            double tolerance);
 } model;
@@ -61,7 +60,7 @@ CONTACTLIB_API int model_has(const model_variable *variable, const model_values 
 CONTACTLIB_API double model_get(const model_variable *variable, const model_values *values);
 CONTACTLIB_API void model_set(const model_variable *variable, model_values *values, double value);
 
-/* For a call from Python, which cannot call through the struct's members. */
+/* The model's functions for Python, which cannot call the struct's members. */
 CONTACTLIB_API void model_evaluate(const model *m, const creep_table *table, model_values *values);
 CONTACTLIB_API void model_tangent(const model *m, const creep_table *table,
                                   const model_values *values, const model_values *direction,

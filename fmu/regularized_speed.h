@@ -1,11 +1,11 @@
-/* Speed in a denominator: |v| down to a minimum speed, below it an even C2 polynomial that ends
- * at 3/8 of that minimum. */
+/* Speed in a denominator: |v| above a minimum speed, below it an even polynomial (C2 overall) with
+ * the value 3/8 minimum at v = 0. */
 #ifndef REGULARIZED_SPEED_H
 #define REGULARIZED_SPEED_H
 
 #include <math.h>
 
-#include "inline.h"
+#include "branch_free.h"
 
 ALWAYS_INLINE void regularized_speed(double v, double minimum, double *value, double *slope) {
     double z = v / minimum, z2 = z * z;

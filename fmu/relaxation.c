@@ -6,10 +6,10 @@ static double mean_decay(double z) {
     return fabs(z) < 0.34 ? -exponential_less_one(-z) / z : (1.0 - exponential(-z)) / z;
 }
 
-/* Time in which y' = a - b y goes a distance, at whose end the rate is rate_at_end. */
+/* Time in which y' = a - b y covers a distance at whose end the rate is rate_at_end. */
 static double time_to_go(double distance, double rate_at_end, double b) {
     double growth = b * distance / rate_at_end;
-    /* ln(v) / (v - 1) at the rounded v = 1 + growth is next to that at 1 + growth itself. */
+    /* ln(v) / (v - 1) hardly changes when v = 1 + growth is rounded. */
     double v = 1.0 + growth, mean = v == 1.0 ? 1.0 : logarithm(v) / (v - 1.0);
     return distance / rate_at_end * mean;
 }
@@ -19,7 +19,7 @@ double force_element_relax(const force_element_parameters *p, const force_elemen
     double limit = sliding_limit(saturation_creepage);
     double slip = p->radius * in->omega - in->speed, v = fabs(in->speed);
     double zeta = in->relaxed_creepage, sigma = p->relaxation_length, left = step;
-    /* At most from sliding through sticking to sliding again: three passes. */
+    /* At most three passes: sliding, sticking, sliding the other way. */
     for (int i = 0; i < 4 && left > 0.0; i++) {
         double rate = slip - v * zeta, went = left;
         int sliding = fabs(zeta) > limit ||

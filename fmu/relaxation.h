@@ -1,19 +1,19 @@
 /* A contact whose force follows the creepage over a distance rolled.
  *
  * sigma_e dzeta'/dt = w - |v| zeta', with w the slip velocity. The length sigma_e is sigma while
- * |zeta'| stays below the saturation creepage, and shrinks like 1/|zeta'| beyond: what slides
- * stores no more deflection, so a wheel that spins at standstill winds up no spring without end.
- */
+ * |zeta'| stays below the saturation creepage, and shrinks like 1/|zeta'| beyond: a sliding patch
+ * stores no more deflection, so a wheel that spins at standstill does not wind up a spring of
+ * metres. */
 #ifndef RELAXATION_H
 #define RELAXATION_H
 
 #include <math.h>
 
+#include "branch_free.h"
 #include "force_element.h"
-#include "inline.h"
 
-/* Beyond saturation the decay is by |v|, but at least by this part of |w|/zeta0: it ends the growth
- * at a million times zeta0, where every law has long come to its tail. */
+/* Beyond saturation the rate of decay is |v|, but at least this fraction of |w|/zeta0: it ends the
+ * growth at a million times zeta0, far in the tail of every law. */
 static const double LEAST_DECAY = 1e-6;
 
 ALWAYS_INLINE double sliding_decay(double slip, double speed, double limit) {
@@ -21,13 +21,13 @@ ALWAYS_INLINE double sliding_decay(double slip, double speed, double limit) {
 }
 
 /* The relaxed creepage beyond which the patch slides. The saturation creepage vanishes with the
- * load, and the length would with it; it stops where nothing is transmitted any more. */
+ * load; the lower limit keeps sigma_e from vanishing too. */
 ALWAYS_INLINE double sliding_limit(double saturation_creepage) {
     return larger(saturation_creepage, 1e-5);
 }
 
-/* Set the relaxation rate and its partial derivatives, all zero without a relaxation length;
- * log_by_slip is that of the saturation creepage to the slip velocity. */
+/* Set the relaxation rate and its partial derivatives; all are zero without a relaxation length.
+ * log_by_slip is d(ln saturation_creepage)/d(slip). */
 ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const force_element_input *in,
                                    double slip, double saturation_creepage, double log_by_slip,
                                    force_element_output *out) {
@@ -35,13 +35,13 @@ ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const forc
     double zeta = in->relaxed_creepage, limit = sliding_limit(saturation_creepage);
     double pace = fabs(in->speed), direction = copysign(in->speed == 0.0 ? 0.0 : 1.0, in->speed);
     int sliding = fabs(zeta) > limit;
-    double size = sliding ? fabs(zeta) : limit; /* not zero: it divides */
-    double inverse = size / ((relaxed ? p->relaxation_length : 1.0) * limit); /* of the length */
+    double size = sliding ? fabs(zeta) : limit;
+    double inverse = size / ((relaxed ? p->relaxation_length : 1.0) * limit); /* 1/sigma_e */
     double decay = sliding ? sliding_decay(slip, in->speed, limit) : pace;
     double rate = (slip - decay * zeta) * inverse;
     int moves = sliding & (limit == saturation_creepage);
     double log_limit_by_slip = moves ? log_by_slip : 0.0;
-    int least = decay > pace; /* the least decay, by the slip, which then is not zero */
+    int least = decay > pace; /* LEAST_DECAY applies; the slip is not zero then */
     double decay_by_slip = least ? decay / slip - decay * log_limit_by_slip : 0.0;
     direction = least ? 0.0 : direction;
     double by_slip = (1.0 - decay_by_slip * zeta) * inverse - rate * log_limit_by_slip;

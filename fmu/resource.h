@@ -1,11 +1,11 @@
-/* Files of the FMU's resources folder, addressed by the URI that the tool hands over. */
+/* Files in the FMU's resources folder, whose URI the tool gives. */
 #ifndef RESOURCE_H
 #define RESOURCE_H
 
 #include <stddef.h>
 
-/* Read resources/<name> whole into malloc'ed memory. Returns NULL and sets *bytes and *size, or
- * returns what went wrong, possibly written to message. */
+/* Read the whole file resources/<name> into malloc'ed memory. Returns NULL and sets *bytes and
+ * *size, or returns an error message, possibly written to message. */
 const char *resource_read(const char *resource_uri, const char *name, void **bytes, size_t *size,
                           char *message, size_t message_size);
 

@@ -1,10 +1,9 @@
 /* Time integration of a few stiff differential equations, stable at any step, for LANES systems at
- * once: include it with LANES defined.
+ * once. Define LANES before including this file.
  *
  * Rodas3: a linearly implicit Rosenbrock method of four stages and third order, L-stable and
  * stiffly accurate, with an embedded second-order solution that controls the substeps. It needs
- * the exact Jacobian and no iteration. Each lane has substeps of its own and computes what it
- * would compute alone.
+ * the exact Jacobian and no iteration. Each lane has its own substeps and the same bits as alone.
  *
  * A. Sandu, J. G. Verwer, J. G. Blom, E. J. Spee, G. R. Carmichael & F. A. Potra, "Benchmarking
  * stiff ODE solvers for atmospheric chemistry problems II: Rosenbrock solvers", Atmospheric
@@ -15,7 +14,7 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "inline.h"
+#include "branch_free.h"
 
 enum { MOST_STATES = 7, MOST_ROWS = 12, MOST_SUBSTEPS = 100000 };
 
@@ -23,7 +22,7 @@ typedef double lanes[LANES];
 typedef lanes rows[MOST_ROWS];
 typedef lanes matrix[MOST_ROWS][MOST_STATES];
 
-/* A loop over the lanes, of which none depends on another: the compiler need not prove it. */
+/* A loop over the lanes; it tells the compiler that the lanes are independent. */
 #if LANES == 1
 #define EACH_LANE(l) for (int l = 0; l < LANES; l++)
 #elif defined(__clang__)
@@ -38,20 +37,20 @@ typedef lanes matrix[MOST_ROWS][MOST_STATES];
 #define EACH_LANE(l) for (int l = 0; l < LANES; l++)
 #endif
 
-/* Equations y' = f(y). Of their rows the first are states; the others are integrals along the way,
- * such as works, on which nothing depends. */
+/* Equations y' = f(y). The first rows are states; the others are integrals such as works, on which
+ * no rate depends. */
 typedef struct {
     int states, rows;
-    int place[MOST_ROWS]; /* of each row in y, f and the Jacobian; that of a state is below 7 */
+    int place[MOST_ROWS]; /* of each row in y, f and the Jacobian; below MOST_STATES for a state */
     void *model;
-    /* Rates of all rows, and unless it is null their derivatives by the states. */
+    /* Rates of all rows and, unless jacobian is NULL, their derivatives by the states. */
     void (*rates)(void *model, rows y, rows f, matrix *jacobian);
-    /* Size of an error of y, as a part of what is called one hundred per cent. */
+    /* Relative size of an error of y, to be compared with the tolerance. */
     void (*error_size)(void *model, rows y, rows error, lanes size);
 } equations;
 
-/* a = l u in place. Rows are not exchanged: 2/h of each state stands in the diagonal, and where a
- * growing mode meets it the error control takes a shorter substep. The diagonal is inverted. */
+/* Factorize a = l u in place, with an inverted diagonal. Rows are not exchanged: the diagonal holds
+ * 2/h, and if a growing mode cancels it, the error control takes a shorter substep. */
 static inline void factorize(int n, lanes a[MOST_STATES][MOST_STATES]) {
     for (int k = 0; k < n; k++) {
         EACH_LANE (l) a[k][k][l] = 1.0 / a[k][k][l];
@@ -77,7 +76,7 @@ static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST
     }
 }
 
-/* Of a substep: Jacobian, factors of 2/h - J, and h. */
+/* Jacobian, factors of 2/h - J and length of one substep. */
 typedef struct {
     const equations *problem;
     matrix *j;
@@ -85,7 +84,8 @@ typedef struct {
     lanes h, inverse; /* [s, 1/s] */
 } factors;
 
-/* (2/h - J) k = b. The integrals' own part of J is zero, so the states' part of k gives theirs. */
+/* Solve (2/h - J) k = b. J has no columns for the integrals, so their k follows from the states'.
+ */
 static inline void stage(factors *s, rows b, rows k) {
     const equations *p = s->problem;
     solve(p->states, s->lu, b, k);
@@ -97,7 +97,7 @@ static inline void stage(factors *s, rows b, rows k) {
     }
 }
 
-/* One substep from y, where rates and Jacobian are known; the estimated error beside. */
+/* One substep from y, with known rates f and Jacobian; sets the next y and its estimated error. */
 static inline void rodas3(factors *s, rows y, rows f, rows next, rows error) {
     const equations *p = s->problem;
     int n = p->states;
@@ -137,29 +137,29 @@ static inline void rodas3(factors *s, rows y, rows f, rows next, rows error) {
         }
 }
 
-/* How much longer a substep may be whose error is this part of the tolerance. */
+/* Factor on the length of the next substep, from the last one's error over the tolerance. */
 ALWAYS_INLINE double stretch_of_step(double ratio) {
     double held = smaller(larger(ratio, 1e-6), 1e6), root = rough_inverse_third_root(held);
     root = root * (4.0 - held * root * root * root) * (1.0 / 3.0); /* Newton: to 0.3 % */
     double factor = smaller(5.0, larger(0.1, 0.8 * root));
-    return ratio <= 1e300 ? factor : 0.1; /* also if it is not a number */
+    return ratio <= 1e300 ? factor : 0.1; /* 0.1 for NaN too */
 }
 
-/* Lanes under way. */
+/* An integration under way. */
 typedef struct {
     rows y;
-    lanes left;  /* of the step [s]; a lane that has none left stays where it is */
+    lanes left;  /* rest of the step [s]; a lane with no rest keeps its y */
     lanes h;     /* length to try next [s], above zero */
-    lanes count; /* of substeps */
-    matrix j;    /* zero at first, as is what no rate depends on */
+    lanes count; /* number of substeps */
+    matrix j;    /* must start as zero: the rates set only elements that can differ from zero */
 } integration;
 
-/* Whether a lane will not arrive: its rates are no numbers, or its tolerance is not to be met. */
+/* Whether a lane will not finish: its rates are NaN, or it cannot meet the tolerance. */
 static inline int is_hopeless(const integration *s, int l, double step) {
     return s->count[l] >= MOST_SUBSTEPS || !(s->h[l] > 1e-15 * step);
 }
 
-/* One substep of each lane, taken if its error is up to the tolerance. */
+/* Try one substep in each lane and accept it if its error is within the tolerance. */
 static inline void rosenbrock_substep(const equations *p, integration *s, double tolerance) {
     rows f, next, error;
     lanes pieces, ratio, taken;

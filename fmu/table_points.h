@@ -1,7 +1,7 @@
-/* The spline of a creep table, and its law at many points.
+/* Evaluation of a creep table at up to MOST_POINTS points.
  *
- * Loops over points are free of branches, so that a compiler turns them into vector instructions,
- * and short enough that what goes from one to the next stays in the cache. */
+ * The loops over points have no branches, so that the compiler turns them into vector instructions,
+ * and are short enough for intermediate results to stay in the cache. */
 #ifndef TABLE_POINTS_H
 #define TABLE_POINTS_H
 
@@ -27,14 +27,14 @@ ALWAYS_INLINE void basis(double f, double weight[4], double derivative[4]) {
     derivative[3] = 0.5 * f * f;
 }
 
-/* Cell of a coordinate in [0, cells], and the place inside it. */
+/* Cell of a coordinate in [0, cells], and the fraction of the cell up to it. */
 ALWAYS_INLINE uint32_t locate(double position, uint32_t cells, double *fraction) {
     uint32_t cell = position < (double)cells ? (uint32_t)position : cells - 1u;
     *fraction = position - (double)cell;
     return cell;
 }
 
-/* v to the power twice/2. */
+/* v to the power twice / 2. */
 ALWAYS_INLINE double half_power(double v, uint32_t twice) {
     double power = twice % 2u != 0 ? sqrt(v) : 1.0;
     for (uint32_t i = 0; i < twice / 2u; i++) power *= v;
@@ -60,11 +60,11 @@ ALWAYS_INLINE void evaluate_one_axis(const creep_table *table, double x, double 
     *slope = (h + u * scale * along) * rest * rest;
 }
 
-/* Where points are among the spline's cells, and what weighs the rows along sqrt(k_hat). */
+/* Cells of the points, and the spline's weights along sqrt(k_hat). */
 typedef struct {
     double root_k[MOST_POINTS], rest[MOST_POINTS], fraction_u[MOST_POINTS];
     double along_k[MOST_POINTS][8]; /* weights of 4 rows, and of their derivative */
-    uint32_t first[MOST_POINTS];    /* coefficient */
+    uint32_t first[MOST_POINTS];    /* index of the first coefficient */
 } spline_place;
 
 ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double *k_hat,
@@ -88,8 +88,8 @@ ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double 
     }
 }
 
-/* Sums over 4 rows, for each of 4 neighbours along u: of values and of derivatives to sqrt(k_hat).
- */
+/* Weighted sums over 4 rows, for each of 4 neighbours along u: values, then derivatives by
+ * sqrt(k_hat). */
 ALWAYS_INLINE void add_rows(const double *row, uint32_t row_length, const double along_k[8],
                             double sum[8]) {
     for (int c = 0; c < 8; c++) sum[c] = 0.0;
@@ -100,7 +100,7 @@ ALWAYS_INLINE void add_rows(const double *row, uint32_t row_length, const double
         }
 }
 
-/* 1/T and c0 to c5 of every point, and their derivatives to sqrt(k_hat). */
+/* 1/T and c0 to c5 of every point, and their derivatives by sqrt(k_hat). */
 typedef struct {
     double c[CORNER][MOST_POINTS], by_root_k[CORNER][MOST_POINTS];
 } corner_numbers;
@@ -123,14 +123,14 @@ ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline
     }
 }
 
-/* C of every point, added to h: H and its derivatives to ln t and to sqrt(k_hat). */
+/* Add C of every point to h, which holds H and its derivatives by ln t and by sqrt(k_hat). */
 ALWAYS_INLINE void add_corners(const creep_table *table, size_t n, const double *t,
                                const corner_numbers *at, double h[][3]) {
     double y[MOST_POINTS], z[MOST_POINTS], power[MOST_POINTS];
     int any = 0;
     for (size_t i = 0; i < n; i++) {
         double given = t[i] * at->c[0][i];
-        int inside = (given < 1.0) & (given > 1e-60); /* the fourth power of less is nothing */
+        int inside = (given < 1.0) & (given > 1e-60); /* below, y^4 is negligible */
         y[i] = inside ? given : 0.0;
         z[i] = 1.0 - y[i];
         any |= inside;

@@ -1,11 +1,11 @@
-/* What ties a modelDescription.xml to this library: a digest of the sources, set by the build. */
+/* The token that ties a modelDescription.xml to this library: a digest of the sources. */
 #ifndef TOKEN_H
 #define TOKEN_H
 
 #include "export.h"
 
 #ifndef CONTACTLIB_TOKEN
-#include "token_value.h" /* beside the sources inside an FMU; build_hook.py sets it by a flag */
+#include "token_value.h" /* only inside an FMU; build_hook.py defines CONTACTLIB_TOKEN by a flag */
 #endif
 
 CONTACTLIB_API const char *contactlib_token(void);

@@ -2,9 +2,9 @@
 
 #include <math.h>
 
-static const double NEAR = 1e-9; /* closer than that one is there [m, s] */
+static const double NEAR = 1e-9; /* a place closer than that counts as reached [m, s] */
 
-/* Number of places at or before one. */
+/* Number of the profile's places that are not beyond a place. */
 static size_t passed(const profile *p, double place) {
     size_t low = 0, high = p->count;
     while (low < high) {
@@ -36,7 +36,7 @@ static double distance_ahead(const profile *p, double distance) {
 
 static double distance_behind(const profile *p, double distance) {
     size_t next = passed(p, distance - NEAR);
-    if (next > 0 && p->at[next - 1] == distance - NEAR) next--; /* that is here */
+    if (next > 0 && p->at[next - 1] == distance - NEAR) next--; /* this one is reached */
     return next > 0 ? distance - p->at[next - 1] : INFINITY;
 }
 

@@ -1,8 +1,8 @@
 /* Friction along a track: factors on both coefficients by distance, under either wheel, and by
  * time.
  *
- * A profile is piecewise linear and constant beyond its ends; a place given twice is a jump, where
- * the value is the one from it on. */
+ * A profile is piecewise linear and constant beyond its ends. A place given twice is a jump; its
+ * second value holds there. */
 #ifndef TRACK_H
 #define TRACK_H
 
@@ -10,7 +10,7 @@
 
 typedef struct {
     size_t count;
-    const double *at, *value; /* count of each, the places rising */
+    const double *at, *value; /* count elements each; at rises */
 } profile;
 
 typedef struct {
@@ -21,8 +21,8 @@ typedef struct {
 /* Factors under the left and the right wheel. */
 void track_friction(const track *rails, double distance, double time, double friction[2]);
 
-/* Time until a profile has a corner or a jump, at a constant speed; may be infinite. Who starts
- * from rest meets a corner where its step ends. */
+/* Time at a constant speed until a profile has a corner or a jump; may be infinite. For a vehicle
+ * at rest only the profile over time counts. */
 double track_until_change(const track *rails, double distance, double speed, double time);
 
 #endif

@@ -1,5 +1,5 @@
-/* One list of variables per model serves the FMU's value references, its modelDescription.xml,
- * the range checks and the error messages. */
+/* An entry of a model's list of variables, which gives value references, modelDescription.xml,
+ * range checks and error messages. */
 #ifndef VARIABLE_H
 #define VARIABLE_H
 
@@ -11,9 +11,9 @@ typedef enum {
     TUNABLE_PARAMETER,
     INPUT,
     OUTPUT,
-    STATE,      /* continuous, and an output */
+    STATE,      /* continuous; also an output */
     DERIVATIVE, /* of the states, in their order */
-    INDICATOR   /* of an event: where it changes sign, a truth value does */
+    INDICATOR   /* of an event: a truth value changes where the indicator changes sign */
 } variable_role;
 
 typedef enum { ALWAYS, IF_RELAXED } variable_part;
@@ -25,10 +25,15 @@ typedef struct {
     const char *name;
     const char *unit;
     const char *description;
-    double minimum, maximum; /* limits, both allowed; infinite values never are */
+    double minimum, maximum; /* limits, both allowed; infinite values are not */
     size_t offset;           /* of the double in model_values */
     variable_role role;
-    variable_part part; /* of the model that the variable belongs to */
+    variable_part part; /* when the variable is part of the model */
+    /* Names of the variables that an output, derivative or indicator depends on, separated by
+     * spaces; NULL for parameters and inputs. "a/b" means b if the contact has a relaxation length,
+     * else a; either may be empty. "*a" counts only if the law's table has a k_hat axis. "a:kind"
+     * states FMI's kind of the dependency, such as fixed. */
+    const char *depends;
 } model_variable;
 
 #endif

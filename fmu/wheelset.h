@@ -20,7 +20,7 @@ typedef struct {
 typedef struct {
     double omega_rate;       /* d(omega)/dt [rad/s2] */
     double speed_rate;       /* d(speed)/dt [m/s2] */
-    double resistance;       /* F(V) with the grade, without the input's force [N] */
+    double resistance;       /* F(V): running resistance and grade, without the input's force [N] */
     double resistance_slope; /* dF/dV [N.s/m] */
     double jacobian[2][2];   /* rates by (omega, speed) */
 } wheelset_rates;
@@ -30,8 +30,8 @@ CONTACTLIB_API void wheelset_motion(const wheelset_parameters *parameters, doubl
                                     double speed, double drive_torque, double resistance_force,
                                     const force_element_output *contact, wheelset_rates *rates);
 
-/* Change of the rates of omega and speed when everything they depend on changes along a
- * direction; of the contacts only the creep force counts. */
+/* Change of the rates of omega and speed when everything they depend on changes along a direction;
+ * of the contact only the creep force is used. */
 CONTACTLIB_API void wheelset_tangent(const wheelset_parameters *parameters, double omega,
                                      double speed, double resistance_force,
                                      const force_element_output *contact,

@@ -5,7 +5,7 @@
 #include "regularized_speed.h"
 #include "wheelset.h"
 
-/* What one does to the other. */
+/* Creep force on the body and its derivatives by the body's states. */
 typedef struct {
     double force, by_omega, by_speed; /* creep force [N, N.s, N.s/m] */
 } contact_action;
@@ -17,14 +17,14 @@ ALWAYS_INLINE wheelset_rates motion_rates(const wheelset_parameters *p, double o
     double reference, reference_slope;
     regularized_speed(speed, p->minimum_speed, &reference, &reference_slope);
     double inverse_reference = 1.0 / reference, inverse_inertia = 1.0 / p->inertia;
-    double direction = speed * inverse_reference; /* -1 or 1 but for the lowest speeds */
+    double direction = speed * inverse_reference; /* -1 or 1 above the minimum speed */
     double direction_slope = (1.0 - direction * reference_slope) * inverse_reference;
 
     double davis = p->constant_resistance * direction + p->linear_resistance * speed +
                    p->quadratic_resistance * speed * fabs(speed);
     double davis_slope = p->constant_resistance * direction_slope + p->linear_resistance +
                          2.0 * p->quadratic_resistance * fabs(speed);
-    double moved = p->inverse_mass > 0.0 ? 1.0 : 0.0; /* a held speed feels no grade either */
+    double moved = p->inverse_mass > 0.0 ? 1.0 : 0.0; /* a held speed has no grade either */
     double grade = moved * p->grade_acceleration;
 
     /* J domega/dt = T - r Q - b omega,  M dV/dt = Q - F(V) */

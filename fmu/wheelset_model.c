@@ -1,5 +1,5 @@
-/* The wheelset as a tool steps it, with its creep force and without. */
-#include "models.h"
+/* The models "wheelset" and "wheelset_body", which has no contact of its own. */
+#include "model_functions.h"
 #include "wheelset_step.h"
 
 static wheelset_parameters body_of(const model_values *v) {
@@ -21,7 +21,7 @@ void evaluate_wheelset(const creep_table *table, model_values *v) {
     evaluate_body(table, v);
 }
 
-/* Change of the accelerations; that of the creep force is known. */
+/* Change of the accelerations, from that of the creep force. */
 static void follow_motion(const model_values *v, const model_values *direction,
                           model_values *change) {
     wheelset_parameters body = body_of(v), dbody = body_of(direction);
@@ -48,9 +48,13 @@ void tangent_body(const creep_table *table, const model_values *v, const model_v
 const char *advance_wheelset(const creep_table *table, model_values *v, double step,
                              double tolerance) {
     wheelset_parameters body = body_of(v);
-    wheelset_input given = {v->drive_torque, v->resistance_force, v->input.normal_load,
-                            v->input.friction_scale};
-    wheelset_state state = {v->input.omega, v->input.speed, v->input.relaxed_creepage};
+    wheelset_input given = {.drive_torque = v->drive_torque,
+                            .resistance_force = v->resistance_force,
+                            .normal_load = v->input.normal_load,
+                            .friction_scale = v->input.friction_scale};
+    wheelset_state state = {.omega = v->input.omega,
+                            .speed = v->input.speed,
+                            .relaxed_creepage = v->input.relaxed_creepage};
     const char *error =
         wheelset_advance(table, &v->contact, &body, &given, &state, step, tolerance, &v->substep);
     if (error != NULL) return error;
@@ -60,8 +64,8 @@ const char *advance_wheelset(const creep_table *table, model_values *v, double s
     return NULL;
 }
 
-/* The body alone: the same equations with a contact that carries no load, and the held force as
- * part of torque and resistance. */
+/* Step the same equations with an unloaded contact; torque and resistance contain the held creep
+ * force. */
 const char *advance_body(const creep_table *table, model_values *v, double step, double tolerance) {
     (void)table;
     static const creep_table none = {.k_max = 1.0};
@@ -72,9 +76,10 @@ const char *advance_body(const creep_table *table, model_values *v, double step,
                                         .slip_rate_residual = 1.0,
                                         .minimum_speed = body.minimum_speed};
     double force = v->output.creep_force;
-    wheelset_input given = {v->drive_torque - body.radius * force, v->resistance_force - force, 0.0,
-                            1.0};
-    wheelset_state state = {v->input.omega, v->input.speed, 0.0};
+    wheelset_input given = {.drive_torque = v->drive_torque - body.radius * force,
+                            .resistance_force = v->resistance_force - force,
+                            .friction_scale = 1.0};
+    wheelset_state state = {.omega = v->input.omega, .speed = v->input.speed};
     const char *error =
         wheelset_advance(&none, &contact, &body, &given, &state, step, tolerance, &v->substep);
     if (error != NULL) return error;

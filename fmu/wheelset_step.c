@@ -5,7 +5,7 @@
 #define LANES 1
 #include "rosenbrock.h"
 
-/* The equations of motion with everything that is held over a step. */
+/* The equations of motion and everything that is held over a step. */
 typedef struct {
     const creep_table *table;
     const force_element_parameters *contact;
@@ -18,8 +18,11 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     motion *m = model;
     const wheelset_input *held = m->input;
     int relaxed = m->contact->relaxation_length > 0.0;
-    force_element_input in = {y[0][0], y[1][0], held->normal_load, held->friction_scale,
-                              relaxed ? y[2][0] : 0.0};
+    force_element_input in = {.omega = y[0][0],
+                              .speed = y[1][0],
+                              .normal_load = held->normal_load,
+                              .friction_scale = held->friction_scale,
+                              .relaxed_creepage = relaxed ? y[2][0] : 0.0};
     force_element_output out;
     wheelset_rates rates;
     force_element_evaluate(m->table, m->contact, &in, &out);
@@ -29,7 +32,7 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     f[1][0] = rates.speed_rate;
     f[2][0] = out.relaxation_rate;
     if (!jacobian) return;
-    /* Without contact nothing is stiff, and a slip of any size is as good as another. */
+    /* Without contact the equations are not stiff, and the slip's accuracy does not matter. */
     m->saturation_creepage = out.saturation_creepage > 0.0 ? out.saturation_creepage : 1.0;
     lanes(*j)[MOST_STATES] = *jacobian;
     for (int i = 0; i < 2; i++)
@@ -55,9 +58,18 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
                              const wheelset_parameters *body, const wheelset_input *input,
                              wheelset_state *state, double step, double tolerance,
                              double *substep) {
-    motion m = {table, contact, body, input, 1.0};
+    motion m = {.table = table,
+                .contact = contact,
+                .body = body,
+                .input = input,
+                .saturation_creepage = 1.0};
     int states = contact->relaxation_length > 0.0 ? 3 : 2;
-    equations problem = {states, states, {0, 1, 2}, &m, evaluate, error_size};
+    equations problem = {.states = states,
+                         .rows = states,
+                         .place = {0, 1, 2},
+                         .model = &m,
+                         .rates = evaluate,
+                         .error_size = error_size};
     integration run = {.y = {{state->omega}, {state->speed}, {state->relaxed_creepage}},
                        .left = {step},
                        .h = {*substep > 0.0 ? *substep : step}};
@@ -66,6 +78,7 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
         rosenbrock_substep(&problem, &run, tolerance);
     }
     *substep = run.h[0];
-    *state = (wheelset_state){run.y[0][0], run.y[1][0], run.y[2][0]};
+    *state = (wheelset_state){
+        .omega = run.y[0][0], .speed = run.y[1][0], .relaxed_creepage = run.y[2][0]};
     return NULL;
 }

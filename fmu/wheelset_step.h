@@ -7,7 +7,7 @@
 typedef struct {
     double omega;            /* [rad/s] */
     double speed;            /* [m/s] */
-    double relaxed_creepage; /* only moves if the contact has a relaxation length [1] */
+    double relaxed_creepage; /* constant if the contact has no relaxation length [1] */
 } wheelset_state;
 
 /* Held over the step. */
@@ -18,10 +18,10 @@ typedef struct {
     double friction_scale;   /* [1] */
 } wheelset_input;
 
-/* Step the state on. The tolerance is relative: to the slip velocity plus that of saturation, to
- * the speed plus the minimum speed, to the relaxed creepage plus the saturation creepage. substep
- * is the length to try first, 0 if none is known, and then the one to go on with. Returns NULL, or
- * why the step failed; the state is then as it was. */
+/* Advance the state by one step. The tolerance is relative: to the slip velocity plus that of
+ * saturation, to the speed plus the minimum speed, to the relaxed creepage plus the saturation
+ * creepage. substep is the length to try first (0: not known) and returns the one to try next.
+ * Returns NULL, or why the step failed; the state is then unchanged. */
 CONTACTLIB_API const char *wheelset_advance(const creep_table *table,
                                             const force_element_parameters *contact,
                                             const wheelset_parameters *body,

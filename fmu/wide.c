@@ -3,7 +3,7 @@
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <cpuid.h>
 
-/* State that the operating system keeps: bits 1 and 2 of vectors, 5 to 7 of the widest. */
+/* Registers that the operating system saves: bits 1 and 2 for AVX, 5 to 7 for AVX-512. */
 static unsigned kept_state(void) {
     unsigned low, high;
     __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
@@ -21,8 +21,8 @@ static int widest(void) {
     return (b & (1u << 5)) != 0;
 }
 
-/* Asked once: the instruction is slow, above all in a virtual machine. All threads find the same,
- * so it does not matter who writes. */
+/* The processor is asked once: the instruction is slow, above all in a virtual machine. All threads
+ * find the same, so it does not matter which of them writes. */
 static int width(void) {
     static int known = -1;
     int found = __atomic_load_n(&known, __ATOMIC_RELAXED);

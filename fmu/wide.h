@@ -1,7 +1,7 @@
-/* What is done to many at once, compiled for several widths of vectors.
+/* Functions of many points or drivetrains, compiled for several vector widths.
  *
- * The same source makes each version (wide_functions.h), without contraction, so all give the same
- * bits; the widest that the processor has is taken. */
+ * All versions come from one source (wide_functions.h) without contraction, so they give the same
+ * bits. wide.c calls the widest version that the processor has. */
 #ifndef WIDE_H
 #define WIDE_H
 

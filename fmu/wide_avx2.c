@@ -1,4 +1,4 @@
-/* For x86-64 with AVX2. */
+/* Version for x86-64 with AVX2. */
 #if defined(__x86_64__) && defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
 #elif defined(__x86_64__) && defined(__GNUC__)

@@ -1,4 +1,4 @@
-/* For x86-64 with AVX-512. */
+/* Version for x86-64 with AVX-512. */
 #if defined(__x86_64__) && defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), \
                              apply_to = function)

@@ -1,4 +1,4 @@
-/* The functions of wide.h, for the vectors that the file which includes this has chosen. */
+/* The functions of wide.h for one vector width, which the including file has chosen. */
 #include "force_law.h"
 #include "relaxation.h"
 #include "table_points.h"
@@ -44,7 +44,8 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
         evaluate_points(table, count, x, k_hat, ratio, slope, log_k);
         for (size_t i = 0; i < count; i++) {
             force_element_output *out = &output[first + i];
-            creep_value q = {ratio[i], slope[i], log_k[i]};
+            creep_value q = {
+                .traction_ratio = ratio[i], .slope = slope[i], .log_k_derivative = log_k[i]};
             if (!is_loaded(parameters, in[i].normal_load)) {
                 force_element_evaluate(table, parameters, &in[i], out);
                 continue;
@@ -56,7 +57,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     }
 }
 
-#ifndef LANES /* who steps one alone has defined it */
+#ifndef LANES /* the explorer page steps one drivetrain and defines it as 1 */
 #define LANES 16
 #endif
 #include "drivetrain_many.h"

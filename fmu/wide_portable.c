@@ -1,3 +1,3 @@
-/* For any processor of the platform. */
+/* Version for any processor of the platform. */
 #define WIDE_SUFFIX portable
 #include "wide_functions.h"

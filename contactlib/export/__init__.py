@@ -1,4 +1,4 @@
-"""Export a model for other tools: as an FMU, or as a system of FMUs that runs as it is."""
+"""Export a model for other tools, as an FMU or as an SSP package of coupled FMUs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from contactlib.base.writing import write_whole
 from contactlib.export.description import MODEL_NAMES
 from contactlib.export.package import describe, fmu
 from contactlib.export.ssp import SYSTEM_NAME, export_ssp
-from contactlib.files import write_whole
 
 if TYPE_CHECKING:
-    from contactlib.scenario import Model
+    from contactlib.files.model import Model
 
 __all__ = ["MODEL_NAMES", "SYSTEM_NAME", "export_fmu", "export_ssp"]
 
@@ -36,31 +36,31 @@ def export_fmu(
     model : Model
         Gives parameters, table and start values.
     path : path
-        The file to write.
+        File to write.
     fmi_version : {2, 3}, optional
-        Version of the standard.
+        Version of the FMI standard. Default: 2.
     kind : {"force_element", "wheelset", "wheelset_body"}, optional
-        What to export: the creep force for given velocities; the wheelset with its creep force,
-        for a given drive torque; or the wheelset for a given creep force.
+        Creep force for given velocities (default); wheelset with its creep force, for a given
+        drive torque; or wheelset for a given creep force.
     platforms : sequence of str, optional
-        FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``; this machine's if left
-        out.
+        FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``. Default: this machine's.
     relaxation_length : float, optional
-        Distance rolled in which the force follows the creepage [m]; it adds a state. Left out, the
-        force follows at once.
+        Rolling distance over which the force follows the creepage [m]; it adds a state. Default:
+        the force follows at once.
     implicit, parallel_exchange : bool, optional
-        Start values of the force element's parameters of these names: whether it solves its own
-        slip over a step, and whether both sides of the coupling step at once.
+        Start values of the force element's parameters of these names: whether the element solves
+        its own slip over a step, and whether both sides of the coupling step in parallel. Default:
+        False.
 
     Returns
     -------
     Path
-        The file written.
+        The written file.
 
     Raises
     ------
     ValueError
-        If an argument is unknown or does not go with the kind, or a platform's library is not
+        If an argument is invalid or does not apply to the kind, or a platform's library is not
         built; the message names the command that builds it.
     """
     description = describe(model, kind, relaxation_length, implicit, parallel_exchange)

@@ -1,7 +1,7 @@
 """The creep curve of a force element as a small inline SVG picture.
 
-The page in an FMU must show its curve without matplotlib, without scripts and in the reader's own
-colours; the style sheet of the page gives the classes used here their look.
+The page in an FMU shows its curve without matplotlib or scripts, and in the reader's colour scheme;
+the page's style sheet defines the classes used here.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contactlib.element import ForceElement
-from contactlib.parameters import FloatArray
+from contactlib.base.quantities import FloatArray
+from contactlib.contact.element import ForceElement
 
-WIDTH, HEIGHT = 640, 360  # of the picture, in its own units
+WIDTH, HEIGHT = 640, 360  # in the picture's units
 LEFT, RIGHT, TOP, BOTTOM = 64, 20, 18, 52  # margins around the axes
-FAR = 5.0  # the picture ends at so many creepages of the peak
+FAR = 5.0  # least creepage at the end of the picture / creepage of the peak
 
 
 class CreepCurve(NamedTuple):
@@ -31,7 +31,7 @@ class CreepCurve(NamedTuple):
 def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
     """Points of an element's curve at nominal load and a speed [m/s], computed by the kernel.
 
-    They reach past the peak, which is one of them, or past saturation if the curve has no peak.
+    The points include the peak and extend past it, or past saturation if there is no peak.
     """
 
     def traction(creepage: FloatArray) -> FloatArray:
@@ -57,7 +57,7 @@ def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
 
 
 def curve_svg(curve: CreepCurve, *, kinetic_friction: float) -> str:
-    """Picture of a curve: axes with ticks, the peak marked, the falling branch dashed."""
+    """Draw a curve with ticks, its peak marked and its falling branch dashed."""
     percent = 100.0 * curve.creepage
     x_ticks = _ticks(float(percent[-1]))
     y_ticks = _ticks(1.12 * float(curve.traction_coefficient.max()))
@@ -84,11 +84,11 @@ def curve_svg(curve: CreepCurve, *, kinetic_friction: float) -> str:
         yield f'<path class="axis" d="M{LEFT} {TOP}V{bottom}H{right}"/>'
         yield (
             f'<text class="label" x="{(LEFT + right) / 2}" y="{HEIGHT - 10}">'
-            "creepage &#950; in per cent</text>"
+            "creepage &#950; [%]</text>"
         )
         yield (
             f'<text class="label" transform="translate(16 {(TOP + bottom) / 2}) rotate(-90)">'
-            "traction coefficient Q/P</text>"
+            "traction coefficient Q/P [1]</text>"
         )
         level = up(kinetic_friction)
         yield f'<path class="level" d="M{LEFT} {level:.3f}H{right}"/>'

@@ -1,7 +1,7 @@
-"""What an FMU is to a tool, before it is put into the words of FMI 2 or FMI 3.
+"""Description of an FMU's variables and dependencies, independent of the version of FMI.
 
-The kernel's list of variables gives names, units, limits and value references; the model gives
-start values; here are roles, dependencies and nominal values.
+The kernel's list of variables gives names, units, limits and value references, and the model gives
+start values. This module adds causalities, dependencies and nominal values.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from contactlib import kernel
+from contactlib.contact import kernel
 from contactlib.export.units import Type, type_of
-from contactlib.scenario import Model
+from contactlib.files.model import Model
 
 MODEL_NAMES = {
     "force_element": "CreepForceElement",
     "wheelset": "Wheelset",
     "wheelset_body": "WheelsetBody",
 }
-UNLIMITED = 1e300  # the kernel's way to say that a number has no limit
+UNLIMITED = 1e300  # the kernel's limit for numbers without one
 
-# Causality and variability by the kernel's role.
+# Causality and variability for each role in the kernel's list.
 ROLES = {
     "independent": ("independent", "continuous"),
     "fixed_parameter": ("parameter", "fixed"),
@@ -37,7 +37,7 @@ ROLES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Variable:
-    """A variable as a tool sees it.
+    """A variable as a simulation tool sees it.
 
     Attributes
     ----------
@@ -46,17 +46,17 @@ class Variable:
     reference : int
         Value reference.
     causality, variability : str
-        In the words of FMI.
+        As named by FMI.
     boolean : bool
-        Whether it is a truth value.
+        Whether the variable is Boolean.
     type : Type or None
-        Physical type; None for truth values.
+        Physical type; None for a Boolean.
     minimum, maximum : float or None
-        Limits, None if there is none.
+        Limits; None if there is none.
     start : float, bool or None
-        None if it is calculated.
+        Start value; None if it is calculated.
     nominal : float or None
-        Typical size, if one can be told.
+        Typical size, if known.
     """
 
     name: str
@@ -74,12 +74,12 @@ class Variable:
 
     @property
     def unit(self) -> str:
-        """SI unit; "Boolean" for a truth value."""
+        """SI unit; "Boolean" for a Boolean."""
         return "Boolean" if self.type is None else self.type.unit
 
     @property
     def initial(self) -> str | None:
-        """How its value at the start comes about, in the words of FMI."""
+        """FMI's attribute ``initial``: how the start value is determined."""
         if self.causality in ("input", "independent"):
             return None
         return "calculated" if self.start is None else "exact"
@@ -87,7 +87,7 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class Unknown:
-    """An output, derivative or indicator, and what it depends on, by variable and kind."""
+    """An output, derivative or indicator, with the kind of each of its dependencies."""
 
     variable: Variable
     dependencies: dict[str, str]
@@ -102,9 +102,9 @@ class Description:
     model : Model
         Gives table and start values.
     kind : str
-        One of `contactlib.kernel.MODEL_KINDS`.
+        One of `contactlib.contact.kernel.MODEL_KINDS`.
     relaxation_length : float, optional
-        Of the contact [m]; 0 if its force follows the creepage at once.
+        Relaxation length of the contact [m]; 0 if the force follows the creepage at once.
     implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of the same names.
     starts : mapping of str to float, optional
@@ -125,10 +125,10 @@ class Description:
 
     @cached_property
     def token(self) -> str:
-        """What ties the description to the binary, its kind of model and its resources.
+        """Token that ties the description to the binary, the kind of model and its resources.
 
-        Tools take FMUs of the same token for the same, so it differs with everything that a model
-        can change.
+        Tools treat FMUs with equal tokens as equal, so the token depends on everything that a
+        model can change.
         """
         digest = hashlib.sha256()
         if self.has_contact:
@@ -138,7 +138,7 @@ class Description:
 
     @property
     def has_contact(self) -> bool:
-        """Whether there is a table in it."""
+        """Whether the FMU contains a contact with its table."""
         return self.kind != "wheelset_body"
 
     @property
@@ -148,12 +148,12 @@ class Description:
 
     @property
     def text(self) -> str:
-        """One line that says what it is."""
+        """The FMU's contents in one line."""
         table = self.model.wheelset.element.table
         what = {
             "force_element": f"Creep force of a wheel ({table.law})",
             "wheelset": f"Wheelset with creep force ({table.law})",
-            "wheelset_body": "Wheelset without its creep force, which comes from outside",
+            "wheelset_body": "Wheelset without its creep force, which is an input",
         }
         return f"{what[self.kind]}: {self.model.name}"
 
@@ -218,7 +218,7 @@ class Description:
         speed = max(self.model.initial_speed, 1.0)
         omega = max(self.model.initial_speed / element.radius, 1.0)
         return {
-            "omega": omega,  # as fmu/component.c gives them for the states
+            "omega": omega,  # the states' as in fmu/component.c
             "speed": speed,
             "relaxed_creepage": 1e-2,
             "normal_load": load,
@@ -231,7 +231,7 @@ class Description:
         }
 
     def of_role(self, *roles: str) -> list[Variable]:
-        """Variables of some roles."""
+        """Variables with one of these roles."""
         return [v for v in self.variables if v.role in roles]
 
     @cached_property
@@ -242,86 +242,30 @@ class Description:
     # ---- dependencies ----------------------------------------------------------------------
 
     def unknown(self, name: str, *, initial: bool = False) -> Unknown:
-        """An unknown with all it depends on; parameters count if `initial`."""
+        """An unknown with its dependencies, including parameters if `initial`."""
         present = self.by_name
-        names = [n for n in self._dependencies(name) if n in present]
-        if not initial:
+        kinds = self._dependencies(name)
+        names = [v.name for v in self.variables if v.name in kinds]
+        if initial:  # parameters can still change, so no factor is fixed
+            kinds = {n: k if k == "constant" else "dependent" for n, k in kinds.items()}
+        else:
             names = [n for n in names if present[n].causality != "parameter"]
-        kinds = dict(self._kinds.get(name, {}))
-        if initial:  # when parameters are still set, nothing that they scale is fixed
-            kinds = {n: kind for n, kind in kinds.items() if kind == "constant"}
-        return Unknown(
-            variable=present[name], dependencies={n: kinds.get(n, "dependent") for n in names}
-        )
+        return Unknown(variable=present[name], dependencies={n: kinds[n] for n in names})
 
-    @cached_property
-    def _kinds(self) -> dict[str, dict[str, str]]:
-        """Kinds of dependency other than "dependent"."""
-        states = [v.name for v in self.of_role("state")]
-        return {
-            **{name: {name: "constant"} for name in states},
-            # Over the inertia or the mass, which are fixed; less the damping, which is not.
-            "der(omega)": {"drive_torque": "fixed", "creep_force": "fixed", "omega": "tunable"}
-            if self.kind == "wheelset_body"
-            else {"drive_torque": "fixed"},
-            "der(speed)": {"resistance_force": "fixed", "creep_force": "fixed"},
-        }
-
-    def _dependencies(self, name: str) -> list[str]:
-        """What a variable depends on, in the order of the list of variables."""
-        found = self._depends[name]
-        return [v.name for v in self.variables if v.name in found]
-
-    @cached_property
-    def _depends(self) -> dict[str, set[str]]:
-        one_axis = self.has_contact and self.model.wheelset.element.table.one_axis
-        velocity = {"omega", "speed", "radius"}
-        reference = {"speed", "minimum_speed"}
-        # Friction falls with the slip velocity, and with it all that scales with friction.
-        factor = {*velocity, "slip_rate_residual", "slip_rate_decay", "friction_scale"}
-        load = {"normal_load", "nominal_load", "load_exponent"}
-        kinetic = {*factor, "kinetic_friction"}
-        zeta0 = {*kinetic, *load, "peak_pressure", "contact_modulus", "slope_reduction"}
-        drop = {*kinetic, "static_friction", "weakening_length"}
-        k_hat = {*drop, *load, "semi_width", "peak_pressure", "contact_modulus"}
-        acting = {"relaxed_creepage"} if self.relaxed else {*velocity, *reference}
-        x = {*acting, *zeta0}
-        free_ratio = x if one_axis else {*x, *k_hat}
-        ratio = {*free_ratio, "static_friction"}  # which the force never exceeds
-        force = {*ratio, *kinetic, "normal_load"}
-        gradient = {*force, *reference}
-        indicators = {
-            "falling": {*ratio, *reference},
-            "speed": set() if self.relaxed else reference,
-            "k_hat": set() if one_axis else k_hat,
-            "force": ratio,
-        }
-        flags = ("falling_branch", "speed_regularized", "k_hat_limited", "force_limited")
-        rates: dict[str, set[str]] = {"relaxed_creepage": {*velocity, *zeta0, *acting}}
-        rates["relaxed_creepage"] |= {"relaxation_length"}
-        pull = force if self.has_contact else {"creep_force"}
-        body = {*pull, "radius", "inertia", "damping", "omega", "drive_torque"}
-        moved = {*pull, *reference, "inverse_mass", "resistance_force", "grade_acceleration"}
-        moved |= {f"{part}_resistance" for part in ("constant", "linear", "quadratic")}
-        rates |= {"omega": body, "speed": moved}
-        hint = {*gradient, "effective_inverse_mass", "implicit", "parallel_exchange"}
-        return {
-            **{state: {state} for state in rates},
-            **{f"der({state})": depends for state, depends in rates.items()},
-            **{f"{name}_indicator": depends for name, depends in indicators.items()},
-            **dict(zip(flags, indicators.values(), strict=True)),
-            "creep_force": force,
-            "wheel_torque": {*force, "radius"},
-            "creepage": {*velocity, *reference},
-            "normalized_creepage": x,
-            "traction_coefficient": {*ratio, *kinetic},
-            "force_gradient": gradient,
-            "k_hat": k_hat,
-            "saturation_creepage": zeta0,
-            "process_zone_ratio": k_hat,
-            "step_size_hint": {*hint, "relaxation_length"},
-        }
+    def _dependencies(self, name: str) -> dict[str, str]:
+        """Kind of each dependency declared in the kernel's list; see fmu/variable.h."""
+        knows_k_hat = self.has_contact and not self.model.wheelset.element.table.one_axis
+        entry = next(v for v in kernel.model_variables(self.kind) if v.name == name)
+        kinds: dict[str, str] = {}
+        for declared in entry.depends.split():
+            if declared.startswith("*") and not knows_k_hat:
+                continue
+            held, _, relaxed = declared.lstrip("*").partition("/")
+            chosen = relaxed if "/" in declared and self.relaxed else held
+            depends, _, kind = chosen.partition(":")
+            kinds[depends] = kind or kinds.get(depends, "dependent")
+        return kinds
 
     def unknowns(self, variables: Iterable[Variable], *, initial: bool = False) -> list[Unknown]:
-        """Unknowns of some variables."""
+        """Unknowns for these variables."""
         return [self.unknown(v.name, initial=initial) for v in variables]

@@ -29,7 +29,7 @@ CAPABILITIES = {
 def model_description(
     description: Description, sources: Sequence[str], stop: float, step: float
 ) -> bytes:
-    """The file; `sources` are the names of the C files, `stop` and `step` the experiment's [s]."""
+    """modelDescription.xml; `sources` are C files, `stop` and `step` the experiment's [s]."""
     indicators = description.of_role("indicator")
     root = Element(
         "fmiModelDescription",
@@ -67,7 +67,7 @@ def model_description(
 
 
 def _indices(description: Description) -> dict[str, int]:
-    """Place of each variable in the list, which counts from one."""
+    """Index of each variable in the list, counted from one."""
     return {v.name: i for i, v in enumerate(description.variables, start=1)}
 
 

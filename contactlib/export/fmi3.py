@@ -25,8 +25,8 @@ CAPABILITIES = {
     "providesAdjointDerivatives": "true",
 }
 
-# Members of the flanges: variable, what it is to the connection. Velocities are the same on both
-# sides; what the contact does to the wheel flows out of the force element and into the body.
+# Members of the flanges: variable and kind. Both sides of a connection share the velocities; the
+# force of the contact on the wheel flows out of the force element and into the body.
 Flange = dict[str, tuple[str, str]]
 TERMINALS: dict[str, dict[str, Flange]] = {
     "force_element": {
@@ -63,7 +63,7 @@ TERMINALS: dict[str, dict[str, Flange]] = {
 
 
 def model_description(description: Description, stop: float, step: float) -> bytes:
-    """The file; `stop` and `step` are the experiment's [s]."""
+    """modelDescription.xml; `stop` and `step` are those of the experiment [s]."""
     root = Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -125,7 +125,7 @@ def _add_structure(root: Element, description: Description) -> None:
 def build_description(description: Description, sources: Sequence[str]) -> bytes:
     """sources/buildDescription.xml; `sources` are the names of the C files."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    # One for any platform, and one for those where C's mathematics is a library of its own.
+    # One for any platform, and one each where C's mathematics is a separate library.
     for platform in (None, "x86_64-linux", "aarch64-linux"):
         build = SubElement(root, "BuildConfiguration", modelIdentifier=description.model_name)
         files = SubElement(build, "SourceFileSet", language="C99")
@@ -138,7 +138,7 @@ def build_description(description: Description, sources: Sequence[str]) -> bytes
 
 
 def terminals_and_icons(description: Description) -> bytes:
-    """terminalsAndIcons/terminalsAndIcons.xml: the flanges, and where the icon is."""
+    """terminalsAndIcons/terminalsAndIcons.xml: the flanges, and the place of the icon."""
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     view = SubElement(root, "GraphicalRepresentation")
     box = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}

@@ -1,4 +1,4 @@
-"""What the descriptions of both versions of the standard have in common."""
+"""XML that the descriptions of FMI 2.0 and FMI 3.0 have in common."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from contactlib.export.description import Description, Unknown, Variable
 from contactlib.export.units import UNITS, Type
 
 CATEGORIES = {
-    "logStatusWarning": "a limit of the law is left",
-    "logStatusDiscard": "a value or a step was refused, and nothing was changed",
-    "logStatusError": "a call was wrong",
+    "logStatusWarning": "a limit of the law is exceeded",
+    "logStatusDiscard": "a value or a step was refused, and nothing changed",
+    "logStatusError": "a call was not allowed",
 }
-TOLERANCE = 1e-6  # of the integrator, as in fmu/component.c
+TOLERANCE = 1e-6  # the integrator's, as in fmu/component.c
 
 
 def number(value: float | bool) -> str:
-    """A number or truth value as XML writes it."""
+    """A number or Boolean in the notation of XML."""
     return str(value).lower() if isinstance(value, bool) else repr(float(value))
 
 
 def document(root: Element) -> bytes:
-    """The whole file."""
+    """The file's bytes."""
     ElementTree.indent(root)
     return bytes(ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True))
 
 
 def types_of(description: Description) -> list[Type]:
-    """Types that occur, by name."""
+    """Types in use, sorted by name."""
     return sorted({v.type for v in description.variables if v.type is not None})
 
 
 def add_units(root: Element, description: Description) -> None:
-    """Units with exponents of the base units, and units to show."""
+    """Units with their exponents of the base units, and display units."""
     parent = SubElement(root, "UnitDefinitions")
     for name in sorted({kind.unit for kind in types_of(description)}):
         unit = SubElement(parent, "Unit", name=name)
@@ -51,7 +51,7 @@ def type_attributes(kind: Type) -> dict[str, str]:
 
 
 def add_log_categories(root: Element) -> None:
-    """Categories that fmu/component.c logs under."""
+    """The log categories of fmu/component.c."""
     parent = SubElement(root, "LogCategories")
     for name, meaning in CATEGORIES.items():
         SubElement(parent, "Category", name=name, description=meaning)
@@ -70,7 +70,7 @@ def add_default_experiment(root: Element, stop: float, step: float) -> None:
 
 
 def variable_attributes(variable: Variable) -> dict[str, str]:
-    """What a variable is called and how a tool may treat it."""
+    """Name and role of a variable."""
     initial = {} if variable.initial is None else {"initial": variable.initial}
     return {
         "name": variable.name,
@@ -96,7 +96,7 @@ def value_attributes(variable: Variable) -> dict[str, str]:
 
 
 def dependency_attributes(unknown: Unknown, indices: dict[str, int]) -> dict[str, str]:
-    """Dependencies by the number that each known has in the description."""
+    """Dependencies of an unknown, by the index of each known in the description."""
     return {
         "dependencies": " ".join(str(indices[name]) for name in unknown.dependencies),
         "dependenciesKind": " ".join(unknown.dependencies.values()),

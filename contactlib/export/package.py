@@ -1,8 +1,7 @@
-"""What an FMU consists of, put together: libraries, table, description and what a person reads.
+"""The contents of an FMU: libraries, sources, table, descriptions, page and a reference run.
 
-No compiler is needed. The kernel's own list of variables gives names, units, limits and value
-references; the start values stand beside the table in ``resources/``, where the library reads
-them, and in modelDescription.xml, where the tool does.
+No compiler is needed. The start values are in ``resources/``, where the library reads them, and in
+modelDescription.xml, where the tool does. The kernel itself computes the reference run.
 """
 
 from __future__ import annotations
@@ -11,20 +10,85 @@ import io
 import struct
 import zipfile
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from contactlib import kernel
-from contactlib.export import documentation, fmi2, fmi3
+import numpy as np
+
+from contactlib.base.quantities import FloatArray, checked, shown
+from contactlib.base.writing import package_folder
+from contactlib.contact import kernel
+from contactlib.export import fmi2, fmi3, page
 from contactlib.export.description import Description
 from contactlib.export.platforms import binaries
-from contactlib.export.reference_run import EXPERIMENTS, reference_run
-from contactlib.files import package_folder
-from contactlib.parameters import checked, shown
 
 if TYPE_CHECKING:
-    from contactlib.scenario import Model
+    from contactlib.files.model import Model
+
 
 START_VALUES_VERSION = 2
+
+
+class Experiment(NamedTuple):
+    """Duration and communication step of the reference run [s]."""
+
+    stop: float
+    step: float
+
+
+EXPERIMENTS = {
+    "force_element": Experiment(2.0, 5e-3),
+    "wheelset": Experiment(4.0, 1e-2),
+    "wheelset_body": Experiment(4.0, 1e-2),
+}
+
+
+def reference_inputs(description: Description) -> dict[str, FloatArray]:
+    """Inputs by name at the communication points, with ``time`` [s] first.
+
+    The inputs reach both branches: the creepage of the force element oscillates from traction to
+    braking far past the peak; the drive torque of the wheelset exceeds what the contact can carry
+    and returns.
+    """
+    stop, step = EXPERIMENTS[description.kind]
+    time = step * np.arange(round(stop / step) + 1, dtype=np.float64)
+    element = description.model.wheelset.element
+    start, swing = description.start_values, np.sin(2.0 * np.pi * time / stop)
+    sliding = element.friction.kinetic * element.contact.normal_load
+    pulse = np.sin(np.pi * time / stop) ** 2
+    columns = {
+        "omega": start["omega"] * (1.0 + 6.0 * element.saturation_creepage * swing**3),
+        "speed": start["speed"] * (1.0 - 0.2 * time / stop),
+        "normal_load": element.contact.normal_load * (1.0 + 0.1 * np.sin(15.0 * time)),
+        "friction_scale": 1.0 - 0.3 * pulse**4,
+        "drive_torque": element.radius * sliding * (0.9 + 0.4 * pulse),
+        "resistance_force": 0.1 * sliding * pulse,
+        "creep_force": sliding * (0.9 + 0.2 * pulse),
+    }
+    if description.kind == "force_element":
+        columns["omega"] *= columns["speed"] / start["speed"]
+    names = [v.name for v in description.of_role("input")]
+    return {"time": time, **{name: columns[name] for name in names}}
+
+
+def reference_run(description: Description) -> bytes:
+    """documentation/reference_run.csv: inputs and outputs at the communication points.
+
+    The outputs of a row belong to its inputs; each step uses the inputs of the previous row.
+    """
+    inputs = reference_inputs(description)
+    time = inputs.pop("time")
+    element = description.model.wheelset.element
+    native = kernel.NativeModel(description.kind, element.table.native, description.start_values)
+    outputs = [v.name for v in description.variables if v.causality == "output"]
+    lines = [",".join(["time", *inputs, *outputs])]
+    for i, t in enumerate(time.tolist()):
+        if i > 0:
+            native.advance(t - float(time[i - 1]))
+        row = {name: float(column[i]) for name, column in inputs.items()}
+        native.set(**row)
+        native.evaluate()
+        lines.append(",".join(map(repr, [t, *row.values(), *native.get(*outputs)])))
+    return ("\n".join(lines) + "\n").encode()
 
 
 def describe(
@@ -34,7 +98,7 @@ def describe(
     implicit: bool,
     parallel_exchange: bool,
 ) -> Description:
-    """A checked description; the parameters are those of `contactlib.export_fmu`."""
+    """Check the parameters of `contactlib.export_fmu` and return a description."""
     if kind not in kernel.MODEL_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of: {', '.join(kernel.MODEL_KINDS)}")
     if relaxation_length is not None:
@@ -42,11 +106,11 @@ def describe(
         checked("relaxation_length", relaxation_length, limits["relaxation_length"])
         if kind == "wheelset_body":
             raise ValueError(
-                f"relaxation_length = {relaxation_length!r} goes with a contact, not with {kind!r}"
+                f"relaxation_length = {relaxation_length!r} needs a contact, which {kind!r} lacks"
             )
     if (implicit or parallel_exchange) and kind != "force_element":
         name = "implicit" if implicit else "parallel_exchange"
-        raise ValueError(f"{name} = True goes with kind = 'force_element', not with {kind!r}")
+        raise ValueError(f"{name} = True needs kind = 'force_element', not {kind!r}")
     return Description(
         model,
         kind,
@@ -63,7 +127,7 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     stop, step = EXPERIMENTS[description.kind]
     sources = _sources(fmi_version)
     compiled = [name for name in sources if name.endswith(".c")]
-    icon = documentation.icon()
+    icon = page.icon()
     files: dict[str, bytes] = {}
     if fmi_version == 2:
         files["modelDescription.xml"] = fmi2.model_description(description, compiled, stop, step)
@@ -79,9 +143,9 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     if description.has_contact:
         table = description.model.wheelset.element.table
         files["resources/creep_table.bin"] = table.data
-        files["resources/creep_table.csv"] = documentation.readable_table(table)
-    files["documentation/index.html"] = documentation.index_page(description)
-    files["documentation/licenses/license.txt"] = documentation.licence_text()
+        files["resources/creep_table.csv"] = page.readable_table(table)
+    files["documentation/index.html"] = page.index_page(description)
+    files["documentation/licenses/license.txt"] = page.licence_text()
     files["documentation/reference_run.csv"] = reference_run(description)
     return zipped(files)
 
@@ -89,25 +153,25 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
 def _sources(fmi_version: int) -> dict[str, bytes]:
     """The C sources that this version of the standard needs, by name.
 
-    The headers of the standard are the importer's.
+    The importer supplies the standard's headers.
     """
     other = f"fmi{5 - fmi_version}.c"
     paths = sorted(package_folder("fmu").glob("*.[ch]"))
     found = {path.name: path.read_bytes() for path in paths if path.name != other}
-    # What the build sets by a flag; see fmu/token.h.
+    # The build sets this by a flag; see fmu/token.h.
     found["token_value.h"] = f'#define CONTACTLIB_TOKEN "{kernel.token()}"\n'.encode()
     return found
 
 
 def _start_values_file(description: Description) -> bytes:
-    """Values in the order of the list of variables; read by fmu/component.c."""
+    """Start values in the order of the list of variables; fmu/component.c reads them."""
     ordered = list(description.start_values.values())
     body = struct.pack(f"<{len(ordered)}d", *ordered)
     return kernel.framed(b"CREEPVAL", START_VALUES_VERSION, body)
 
 
 def zipped(files: dict[str, bytes]) -> bytes:
-    """Zip whose bytes depend on its contents alone."""
+    """Zip file whose bytes depend only on its contents."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in files.items():

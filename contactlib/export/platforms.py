@@ -1,9 +1,9 @@
-"""The native libraries that an FMU carries, and where importers look for them.
+"""The native libraries of an FMU, and the folders in which importers look for them.
 
 FMI 3 has one folder for each platform, named by the platform's tuple. FMI 2 (from 2.0.4 on) uses
-these tuples too, except for the folders it has always had: there ``linux64``, ``win64`` and
-``darwin64`` mean x86_64. Most importers never learned of the tuples and look into these folders
-on an Arm processor as well, so an Arm library stands in both places where that is possible.
+these tuples too, besides its older folders ``linux64``, ``win64`` and ``darwin64``, which mean
+x86_64. Most importers do not know the tuples and use the older folders on an Arm processor as well,
+so an Arm library is put into both folders where that is possible.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from contactlib import kernel
+from contactlib.contact import kernel
 
 PLATFORMS = ("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
 FMI3_FOLDERS = {name: (name,) for name in PLATFORMS}
 
-# A macOS folder holds one file for all its platforms, any other the first one that is asked for.
+# darwin64 holds one file for all its platforms; any other folder holds the first one requested.
 FMI2_FOLDERS = {
     "linux64": ("x86_64-linux", "aarch64-linux"),
     "aarch64-linux": ("aarch64-linux",),
@@ -26,7 +26,7 @@ FMI2_FOLDERS = {
 }
 
 UNIVERSAL_MAGIC = 0xCAFEBABE
-SLICE_ALIGNMENT = 14  # power of two: a page of macOS on Arm
+SLICE_ALIGNMENT = 14  # exponent of two: the page size of macOS on Arm
 
 
 def binaries(
@@ -37,22 +37,22 @@ def binaries(
     Parameters
     ----------
     platforms : sequence of str, optional
-        FMI 3 platform tuples, such as ``"x86_64-linux"``; ``"all"`` stands for all of them. This
-        machine's if left out.
+        FMI 3 platform tuples, such as ``"x86_64-linux"``; ``"all"`` means all of them. Default:
+        this machine's.
     fmi_version : {2, 3}
-        Version of the standard, which names the folders.
+        Version of the standard, which determines the folders.
     model_identifier : str
         Name of the files.
 
     Returns
     -------
     dict of str to bytes
-        The members; their order does not depend on that of `platforms`.
+        The members, in an order that does not depend on that of `platforms`.
 
     Raises
     ------
     ValueError
-        If a platform is unknown, or its library is not built or was built from other sources; the
+        If a platform is unknown, or its library is missing or was built from other sources; the
         message names the command that builds it.
     """
     libraries = _libraries(_wanted(platforms))
@@ -71,7 +71,7 @@ def _wanted(platforms: Sequence[str] | None) -> list[str]:
     if platforms is None:
         platforms = [kernel.platform_name()]
     names = [platforms] if isinstance(platforms, str) else list(platforms)
-    known = f"must be of {', '.join(PLATFORMS)}, or all"
+    known = f"must be one of {', '.join(PLATFORMS)}, or all"
     if not names:
         raise ValueError(f"platforms is empty, {known}")
     for name in names:
@@ -81,16 +81,16 @@ def _wanted(platforms: Sequence[str] | None) -> list[str]:
 
 
 def _libraries(names: list[str]) -> dict[str, bytes]:
-    """Library of each platform, every one built from the sources of the one that runs here."""
+    """Library of each platform, all built from the same sources as this machine's."""
     paths = {name: kernel.library_path(name) for name in names}
     missing = [name for name, path in paths.items() if not path.is_file()]
     if missing:
         raise ValueError(_refusal(missing, "not built", missing))
     found = {name: path.read_bytes() for name, path in paths.items()}
-    # The token is a string inside each library, which is never run here.
+    # A library of another platform cannot run here, but contains the token as a string.
     stale = [name for name, data in found.items() if kernel.token().encode() not in data]
     if stale:
-        # Which of the two is old cannot be seen, so both are built.
+        # Either of the two may be the old one, so both are built.
         both = list(dict.fromkeys([kernel.platform_name(), *stale]))
         raise ValueError(_refusal(stale, "built from other C sources than this machine's", both))
     return found
@@ -105,9 +105,9 @@ def _refusal(names: list[str], fault: str, to_build: list[str]) -> str:
 
 
 def universal(slices: Sequence[bytes]) -> bytes:
-    """One macOS library of several processors', or the only one as it is.
+    """Join macOS libraries for several processors into one; return a single one unchanged.
 
-    Each Mach-O file says itself which processor it is for: after its magic number.
+    Each Mach-O file names its processor after its magic number.
     """
     if len(slices) == 1:
         return slices[0]
@@ -117,7 +117,7 @@ def universal(slices: Sequence[bytes]) -> bytes:
     for data in slices:
         processor, variant = struct.unpack_from("<II", data, 4)
         body += bytes(-len(body) % page)
-        # The header takes the first page.
+        # The header occupies the first page.
         header += struct.pack(
             ">IIIII", processor, variant, page + len(body), len(data), SLICE_ALIGNMENT
         )

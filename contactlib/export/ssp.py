@@ -1,13 +1,13 @@
-"""The force element coupled with the body of a wheelset, in a package that runs as it is (SSP 1.0).
+"""SSP 1.0 package of the force element coupled with the body of a wheelset, ready to run.
 
-Tools read different parts of the standard, and what is here is what they have in common:
+Tools support different parts of the standard; the package uses what they have in common:
 
-- libcosim and ecos look for the prefixes of the schemas, whatever they stand for, and refuse a
-  connection to the system itself; FMPy sets what is connected to nothing to zero. So the default
-  structure has no connectors of its own, and a variant has them, for tools that can make it a part
-  of a larger system.
-- libcosim and ecos know parameters of a component only, by its own names; FMPy applies none. So
-  there is one file for each component, and the FMUs start from the same values without it.
+- libcosim and ecos look for fixed schema prefixes, and refuse a connection to the system itself;
+  FMPy sets unconnected inputs to zero. So the default structure has no connectors of its own. A
+  variant has them, for tools that can make it a part of a larger system.
+- libcosim and ecos support only parameters of a component, under the component's own names; FMPy
+  applies none. So each component has a parameter file, and the FMUs start from the same values
+  without it.
 """
 
 from __future__ import annotations
@@ -20,25 +20,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
+from contactlib.base.writing import write_whole
 from contactlib.export.description import Description, Variable
-from contactlib.export.documentation import version
 from contactlib.export.markup import document, number
 from contactlib.export.package import describe, fmu, zipped
-from contactlib.export.page_sections import asset, fragment
+from contactlib.export.page import asset, fragment, version
 from contactlib.export.units import UNITS
-from contactlib.files import write_whole
 from contactlib.stability import quasi_steady_torque
 
 if TYPE_CHECKING:
-    from contactlib.scenario import Model
+    from contactlib.files.model import Model
 
-Names = dict[str, tuple[str, ...]]  # of variables, by component
+Names = dict[str, tuple[str, ...]]  # names of variables by component
 
 SYSTEM_NAME, SUBSYSTEM_NAME = "CreepForceSystem", "CreepForceSubsystem"
 CONTACT, BODY = "contact", "body"
-# What each hands over to the other, from and to variables of the same name.
+# Connections between the components: from, variable, to.
 EXCHANGE = ((BODY, "omega", CONTACT), (BODY, "speed", CONTACT), (CONTACT, "creep_force", BODY))
-# What comes from outside and goes there, in the variant.
+# Connectors of the variant to a larger system.
 INPUTS: Names = {
     BODY: ("drive_torque", "resistance_force"),
     CONTACT: ("normal_load", "friction_scale"),
@@ -49,10 +48,10 @@ PARAMETERS: Names = {
     CONTACT: (*INPUTS[CONTACT], "implicit", "parallel_exchange", "effective_inverse_mass"),
 }
 
-START_CREEPAGE = 0.5  # of the saturation creepage
-STOP, STEP = 10.0, 5e-3  # of the default experiment [s]
+START_CREEPAGE = 0.5  # initial creepage / saturation creepage
+STOP, STEP = 10.0, 5e-3  # end and step of the default experiment [s]
 
-# All at the root: libcosim takes an attribute of osp:Algorithm for an algorithm.
+# All are declared at the root: libcosim mistakes an attribute of osp:Algorithm for an algorithm.
 SCHEMAS = {
     "xmlns:ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "xmlns:ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
@@ -70,35 +69,37 @@ def export_ssp(
     platforms: Sequence[str] | None = None,
     relaxation_length: float | None = None,
 ) -> Path:
-    """Write `model` as a system of two FMUs that runs as it is (SSP 1.0).
+    """Write `model` as an SSP 1.0 package of two coupled FMUs that is ready to run.
 
     The force element `contact` solves its own slip over each step, so that its coupling with the
-    wheelset `body` is stable at any step and any speed. Both start where a constant drive torque
-    holds half the saturation creepage, or less of it if the force falls there already.
+    wheelset `body` is stable at any step and any speed. Both start at the steady state of a
+    constant drive torque with half the saturation creepage, or less if the force already falls
+    there.
 
     Parameters
     ----------
     model : Model
         Gives both FMUs and the parameters of the system.
     path : path
-        The file to write.
+        File to write.
     fmi_version : {2, 3}, optional
-        Version of the FMUs' standard.
+        Version of the FMI standard. Default: 2.
     platforms : sequence of str, optional
         As for `export_fmu`.
     relaxation_length : float, optional
-        Distance rolled in which the force follows the creepage [m]; it adds a state to `contact`.
+        Rolling distance over which the force follows the creepage [m]; it adds a state to
+        `contact`. Default: the force follows at once.
 
     Returns
     -------
     Path
-        The file written.
+        The written file.
 
     Raises
     ------
     ValueError
-        If an argument is unknown or out of range, or a platform's library is not built; the
-        message names the command that builds it.
+        If an argument is invalid, or a platform's library is not built; the message names the
+        command that builds it.
     """
     starts = operating_point(model)
     contact = describe(model, "force_element", relaxation_length, True, True)
@@ -116,11 +117,11 @@ def export_ssp(
 
 
 def operating_point(model: Model) -> dict[str, float]:
-    """Start values at which the creepage stays as it is, on the rising branch."""
+    """Start values of a steady state on the rising branch."""
     wheelset, speed = model.wheelset, model.initial_speed
     element = wheelset.element
     creepage = START_CREEPAGE * element.saturation_creepage
-    # Where friction falls with slip speed, the peak is at less the faster the wheel rolls.
+    # If friction falls with slip speed, the creepage of the peak decreases with speed.
     while element.at_creepage(creepage, speed=speed)["force_gradient"] <= 0.0:
         creepage *= 0.5
     return {
@@ -140,7 +141,7 @@ def _values_path(name: str) -> str:
 
 
 def _structure(name: str, model: Model, parts: dict[str, Description], *, closed: bool) -> bytes:
-    """The structure, either closed or with connectors for what comes from outside."""
+    """The system structure, either closed or with connectors to a larger system."""
     outside, visible = ({}, {}) if closed else (INPUTS, OUTPUTS)
     root = Element("ssd:SystemStructureDescription", {**SCHEMAS, **METADATA, "name": name})
     root.set("description", f"{model.name}: wheel on rail")
@@ -206,7 +207,7 @@ def _add_units(parent: Element, variables: Iterable[Variable]) -> None:
 
 
 def _add_algorithm(experiment: Element) -> None:
-    """What libcosim needs when it is not told a step: else it ends, and the program with it."""
+    """Add the step that libcosim uses by default; without it libcosim ends the program."""
     annotations = SubElement(experiment, "ssd:Annotations")
     annotation = SubElement(annotations, "ssc:Annotation", type="com.opensimulationplatform")
     algorithm = SubElement(annotation, "osp:Algorithm")
@@ -214,10 +215,10 @@ def _add_algorithm(experiment: Element) -> None:
 
 
 def _values(name: str, part: Description) -> bytes:
-    """The file of a component's parameters, and of its inputs from outside."""
+    """The parameter file of a component, with its external inputs."""
     variables = [part.by_name[v] for v in PARAMETERS[name]]
     spaces = {key: SCHEMAS[key] for key in ("xmlns:ssv", "xmlns:ssc")}
-    # One name for the sets of both: ecos asks which to apply.
+    # Both components' sets have the same name, by which ecos applies them.
     root = Element("ssv:ParameterSet", {**spaces, **METADATA, "name": "parameters"})
     parameters = SubElement(root, "ssv:Parameters")
     for v in variables:

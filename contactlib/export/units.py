@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 
 class Display(NamedTuple):
-    """A unit to show: value shown = factor * value in the SI unit."""
+    """Display unit: displayed value = factor * value in the SI unit."""
 
     name: str
     factor: float
 
 
 class Unit(NamedTuple):
-    """Exponents of the SI base units, and the unit that people like to see."""
+    """Exponents of the SI base units, and the customary display unit."""
 
     base: dict[str, int]
     display: Display | None = None
@@ -42,14 +42,14 @@ UNITS: dict[str, Unit] = {
 
 
 class Type(NamedTuple):
-    """A physical type: one unit, and whether it is shown in that unit's display unit."""
+    """A physical type: its unit, and whether tools show it in the display unit."""
 
     name: str
     unit: str
     displayed: bool = True
 
 
-# Types by unit; those of unit 1 are told by the variable's name.
+# Types by unit; for unit 1 the variable's name decides.
 TYPES = {
     kind.unit: kind
     for kind in (

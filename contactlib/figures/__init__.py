@@ -15,9 +15,8 @@ from contactlib.figures.paper import (
 from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import comparison, run_name, scenario_run
-from contactlib.figures.setting import drivetrain_setting
 from contactlib.figures.stability import STABILITY_FIGURES
-from contactlib.figures.style import save, save_pictures
+from contactlib.figures.style import drivetrain_setting, save, save_pictures
 
 __all__ = [
     "CONTACT_PATCH",

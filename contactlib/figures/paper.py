@@ -17,7 +17,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.optimize import brentq
 
-from contactlib.data import TractionData
+from contactlib.base.quantities import FloatArray
+from contactlib.base.writing import package_folder
+from contactlib.contact.fit import fit
+from contactlib.contact.laws.carter_griffith import CarterGriffith
+from contactlib.contact.laws.cohesive import CohesiveZone
+from contactlib.contact.laws.polach import Polach
+from contactlib.contact.traction_data import TractionData
 from contactlib.figures import patch
 from contactlib.figures.style import (
     BLUE,
@@ -32,45 +38,39 @@ from contactlib.figures.style import (
     new_figure,
     percent_axis,
 )
-from contactlib.files import package_folder
-from contactlib.fit import fit
-from contactlib.laws import CarterGriffith, CohesiveZone, Polach
-from contactlib.parameters import FloatArray
 
-# The paper's parameters, and a static friction, which it does not give.
+# The paper's parameters; it does not give static friction, which is chosen.
 K_HAT, KINETIC, SATURATION = 0.3, 0.21, 0.015
 STATIC = 0.45
 CARTER, GRIFFITH, COHESIVE = "Carter", "Carter-Griffith", "cohesive zone"
 
 CAPTIONS = {
-    1: "Shear traction over the contact, stick boundary at c/a = -0.5. Friction that drops where "
-    "slip begins lets the traction grow without bound in the limit of a vanishing weakening "
-    f"length (k_hat {K_HAT}); over a finite one (same k_hat, f_s/f_d = {STATIC}/{KINETIC}) static "
-    "friction bounds it. The first term of the paper's Eq. (11) lacks a minus sign: drawn is "
-    "Eq. (16), which has it.",
-    2: "Creep force over the stick boundary. Above kinetic friction each force belongs to two "
-    "states, and the one with less stick is unstable at constant load. Eq. (18), drawn here, does "
-    "not know static friction, which no force exceeds: where f_s/f_d is below 1.135, it cuts the "
-    "peak off.",
+    1: "Shear traction over the contact, with the stick boundary at c/a = -0.5. If friction "
+    f"weakens over a vanishing length (k_hat {K_HAT}), the traction is unbounded there; if it "
+    f"weakens over a finite length (same k_hat, f_s/f_d = {STATIC}/{KINETIC}), static friction "
+    "bounds it. The figure shows the paper's Eq. (16); the first term of its Eq. (11) lacks a "
+    "minus sign.",
+    2: "Creep force over the stick boundary. Each force above kinetic friction belongs to two "
+    "states; the one with less stick is unstable at constant load. Eq. (18), drawn here, ignores "
+    "static friction, which no force exceeds; where f_s/f_d is below 1.135, it cuts the peak off.",
     3: "Creepage over the stick boundary. By Eq. (19), Carter's stick zone vanishes at zeta0; with "
-    "falling friction some of it is left at any creepage. The dot is the peak of the creep force.",
-    4: "Creep force over creepage. Beyond the peak a contact at constant load "
-    "runs away; a prescribed creepage holds it. Sec. 5 of the paper says that the curve "
-    "starts more steeply than Carter's: by Eqs. (18) and (19) both start with slope 2, and only "
-    "the secant is larger.",
-    5: "Creep force over creepage of a line contact and, by strip theory, of an ellipse. Sec. 4 of "
-    "the paper says that the ellipse's maximum is clearly the lower one: by its Eqs. (23) and (24) "
-    "it is slightly higher, and at a smaller creepage.",
-    6: "Traction coefficient over creepage: the laws with the paper's parameters beside points of "
-    "a locomotive, the Eurosprinter. The paper compares with other measurements, and its "
-    f"parameters (k_hat {K_HAT}, f_d {KINETIC}, zeta0 {SATURATION}) belong to those; the cohesive "
-    f"zone has f_s {STATIC}. Only Polach's law is fitted to these points, with friction that falls "
-    "with slip speed.",
+    "falling friction a stick zone remains at any creepage. The dot marks the peak creep force.",
+    4: "Creep force over creepage. Beyond the peak a contact runs away at constant load; a "
+    "prescribed creepage holds it. Sec. 5 of the paper says that the curve starts more steeply "
+    "than Carter's. By Eqs. (18) and (19) both start with slope 2, and only the secant is larger.",
+    5: "Creep force over creepage for a line contact and, by strip theory, for an ellipse. Sec. 4 "
+    "of the paper says that the maximum of the ellipse is clearly lower. By Eqs. (23) and (24) it "
+    "is slightly higher, and occurs at a smaller creepage.",
+    6: "Traction coefficient over creepage: the laws with the paper's parameters beside "
+    "measurements on the Eurosprinter locomotive. The paper compares with other measurements, to "
+    f"which its parameters (k_hat {K_HAT}, f_d {KINETIC}, zeta0 {SATURATION}) belong; the cohesive "
+    f"zone has f_s {STATIC}. Only Polach's law, with friction that falls with slip speed, is "
+    "fitted to these points.",
 }
 
 
 class LineStates(NamedTuple):
-    """Steady states of a line contact: stick boundary c/a, creepage x and traction ratio q."""
+    """Steady states of a line contact: stick boundary c/a, creepage x, traction ratio q."""
 
     stick_boundary: FloatArray
     creepage: FloatArray
@@ -78,9 +78,9 @@ class LineStates(NamedTuple):
 
 
 def line_states(law: CarterGriffith) -> LineStates:
-    """States of a line contact that sticks somewhere, from no creepage on, with the force's peak.
+    """States of a line contact that partly sticks, from zero creepage on, including the peak.
 
-    They are spaced evenly in t/(1 + t), t = ((1 + c/a)/(1 - c/a))**(1/4), in which all is smooth.
+    They are spaced evenly in t/(1 + t), t = ((1 + c/a)/(1 - c/a))**(1/4), where all is smooth.
     """
     u = np.linspace(0.0, 0.99, 1000)
     t = u / (1.0 - u)
@@ -151,7 +151,7 @@ def figure_2() -> Figure:
         axes.axhline(1.0, color=GREY, lw=0.8, ls=DOTTED)
         axes.set_xlim(-1.0, 1.05)
         axes.set_ylim(0.0, 1.25)
-        axes.set_xlabel("stick boundary $c/a$  [1]: all sticks at -1, nothing at 1")
+        axes.set_xlabel("stick boundary $c/a$  [1]: full stick at -1, full slip at 1")
         axes.set_ylabel(r"traction ratio $Q/(f_d P)$  [1]")
         axes.legend(loc="lower right")
         add_caption(figure, CAPTIONS[2])
@@ -176,7 +176,7 @@ def figure_3() -> Figure:
         mark(axes, float(law.stick_boundary(peak)), peak, "peak force", (-9, 4), ha="right")
         axes.set_xlim(-1.0, 1.05)
         axes.set_ylim(0.0, 2.5)
-        axes.set_xlabel("stick boundary $c/a$  [1]: all sticks at -1, nothing at 1")
+        axes.set_xlabel("stick boundary $c/a$  [1]: full stick at -1, full slip at 1")
         axes.set_ylabel(r"creepage $\zeta/\zeta_0$  [1]")
         axes.legend(loc="upper left")
         add_caption(figure, CAPTIONS[3])
@@ -204,7 +204,7 @@ def figure_4() -> Figure:
 
 
 def figure_5() -> Figure:
-    """Creep force over creepage, ellipse beside line."""
+    """Creep force over creepage for an ellipse and a line contact."""
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(7.2, 4.8)
         for k_hat, name, color in ((0.0, CARTER, "black"), (K_HAT, GRIFFITH, BLUE)):
@@ -230,14 +230,14 @@ def figure_5() -> Figure:
 
 
 def figure_6() -> Figure:
-    """Traction coefficient over creepage, beside measured points."""
+    """Traction coefficient over creepage, with measured points."""
     path = package_folder("models") / "eurosprinter_engel1998.csv"
     data = TractionData.from_csv(path, speed=10.0)
     polach = fit(
         Polach,
         data,
         slip_rate=True,
-        kalker_coefficient=3.7,  # of the measured ellipse
+        kalker_coefficient=3.7,  # for the measured ellipse
         poisson_ratio=0.28,
         saturation_creepage=0.00397,  # 2 mu0 p0/E* at the fitted mu0
     )
@@ -295,7 +295,7 @@ def _named(name: str, law: CarterGriffith | CohesiveZone) -> str:
 
 
 def _branches(axes: Axes, x: FloatArray, states: LineStates, law: CarterGriffith) -> None:
-    """The force of a law, solid up to the peak and dashed where a constant load runs away."""
+    """Force of a law, solid up to the peak and dashed where a constant load runs away."""
     peak = law.peak.normalized_creepage
     parts = (
         (states.creepage <= peak, BLUE, "-", _named(GRIFFITH, law)),
@@ -306,7 +306,7 @@ def _branches(axes: Axes, x: FloatArray, states: LineStates, law: CarterGriffith
 
 
 class PaperFigure(NamedTuple):
-    """What draws a figure, and what is written under it."""
+    """A function that draws a figure, and the caption under it."""
 
     draw: Callable[[], Figure]
     caption: str

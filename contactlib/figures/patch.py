@@ -12,9 +12,10 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from contactlib.base.quantities import POSITIVE, FloatArray, checked
+from contactlib.contact.laws.carter_griffith import CarterGriffith
+from contactlib.contact.laws.cohesive import CohesiveZone
 from contactlib.figures.style import GREY, STYLE, add_caption, new_figure
-from contactlib.laws import CarterGriffith, CohesiveZone
-from contactlib.parameters import POSITIVE, FloatArray, checked
 
 Law = CarterGriffith | CohesiveZone
 
@@ -22,13 +23,13 @@ STRIPS = 61
 COLOURS = "viridis"
 CAPTION = (
     "Shear traction on a contact ellipse, seen from above, before, at and past the peak of the "
-    "creep force. The surface sticks in the hatched zone at the leading edge and slips behind it; "
-    "past the peak little or nothing of it is left, and the traction approaches sliding friction."
+    "creep force. The surface sticks in the hatched zone at the leading edge and slips behind it. "
+    "Past the peak little or no stick zone is left, and the traction approaches sliding friction."
 )
 
 
 class Patch(NamedTuple):
-    """Shear traction over f_d p0 at points of an ellipse; each row is a strip."""
+    """Shear traction / (f_d p0) at points of an ellipse; each row is a strip."""
 
     position: FloatArray
     lateral_position: FloatArray
@@ -37,7 +38,7 @@ class Patch(NamedTuple):
 
 
 def patch_traction(law: Law, normalized_creepage: float) -> Patch:
-    """Traction on strips that meet edges and stick boundary, and reach to both ends of the ellipse.
+    """Traction on strips from edge to edge, with points on both sides of the stick boundary.
 
     Raises
     ------
@@ -76,11 +77,11 @@ def contact_patch(
     normalized_creepage : float
         x [1], above zero.
     axes_ratio : float, optional
-        b/a, width across the rolling direction over length along it [1]; strip theory means it to
-        be large.
+        b/a, width across the rolling direction / length along it [1]; strip theory assumes that it
+        is large.
     clip : float, optional
-        Largest traction over f_d p0 that has a colour of its own [1]: the limit law's is infinite
-        at the stick boundary.
+        Traction / (f_d p0) at the end of the colour scale [1]; the traction of the limit law is
+        infinite at the stick boundary.
 
     Raises
     ------
@@ -97,8 +98,8 @@ def contact_patch(
 def contact_patches(law: Law, *, axes_ratio: float = 2.0, clip: float = 2.2) -> Figure:
     """Shear traction on the contact ellipse before, at and past the peak of the creep force.
 
-    Parameters and errors are those of `contact_patch`; the creepages are 0.6, 1 and 1.6 times the
-    one at the law's peak.
+    The creepages are 0.6, 1 and 1.6 times that of the law's peak. Parameters and errors are those
+    of `contact_patch`.
     """
     headings = {0.6: "Before the peak", 1.0: "At the peak", 1.6: "Past the peak"}
     creepages = [share * law.peak.normalized_creepage for share in headings]
@@ -134,7 +135,7 @@ def _draw(
     label = r"shear traction $q(\xi, \eta)/(f_d\,p_0)$  [1]"
     clipped = largest > clip
     if clipped:
-        label += f"\nclipped at {clip:g}, larger beside the stick boundary"
+        label += f"\nclipped at {clip:g}; larger beside the stick boundary"
     figure.colorbar(
         colours, ax=list(grid), label=label, shrink=0.8, extend="max" if clipped else "neither"
     )
@@ -153,7 +154,7 @@ def _draw_patch(axes: Axes, patch: Patch, axes_ratio: float, largest: float) -> 
     )
     trail, lead, across = patch.position[:, 0], patch.position[:, -1], y[:, 0]
     sticks = patch.stick_boundary < lead - 1e-3
-    shown = np.convolve(sticks, np.ones(3), "same") > 0.0  # the strips beside them as well
+    shown = np.convolve(sticks, np.ones(3), "same") > 0.0  # and the neighbouring strips
     edge = np.where(shown, patch.stick_boundary, np.nan)
     with mpl.rc_context({"hatch.linewidth": 0.5}):
         axes.fill_betweenx(

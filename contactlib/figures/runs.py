@@ -1,6 +1,6 @@
-"""Figures of a wheelset and its runs.
+"""A wheelset under torque control and under creep control: creep curve, time histories, fold.
 
-Stable branches are solid, unstable ones dashed, so a figure reads in grey as well.
+Stable branches are solid and unstable ones dashed, so that a figure can be read in grey as well.
 """
 
 from __future__ import annotations
@@ -10,26 +10,30 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
 
+from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
+    AT_CONSTANT_TORQUE,
     BLUE,
     DASHED,
     GREY,
     ORANGE,
     STYLE,
+    by_stability,
     mark,
     new_figure,
     percent_axis,
+    plain_log,
 )
-from contactlib.parameters import FloatArray
-from contactlib.simulation import Result
+from contactlib.runs.result import Result
 from contactlib.stability import Fold, find_fold, quasi_steady_torque
-from contactlib.wheelset import Wheelset
+from contactlib.vehicle.wheelset import Wheelset
 
 
 def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
-    """Traction coefficient over creepage, with what a constant torque can hold."""
+    """Traction coefficient over creepage; dashed where a constant torque cannot hold it."""
     element = wheelset.element
     fold = find_fold(wheelset, speed=speed)
     far = 5.0 * element.saturation_creepage
@@ -41,7 +45,7 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(7.2, 4.4)
         axes.plot(zeta, kinetic * carter, color=GREY, lw=1.2, label="Carter (Coulomb friction)")
-        _branches(axes, zeta, mu, zeta, fold)
+        by_stability(axes, zeta, mu, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
         for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
             if creepage <= far:
                 height = float(np.interp(creepage, zeta, mu))
@@ -76,17 +80,16 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         ("creepage", 100.0, "creepage  [%]"),
         ("creep_force", 1e-3, "creep force  [kN]"),
     )
-    columns = (("Torque control: runs away", torque_run), ("Creep control: stays", creep_run))
+    columns = (
+        ("Torque control: the wheelset runs away", torque_run),
+        ("Creep control: the wheelset holds", creep_run),
+    )
     with mpl.rc_context(STYLE):
         figure, grid = new_figure(9.6, 6.8, nrows=3, ncols=2, sharex="col")
         for column, (heading, run) in enumerate(columns):
-            falls = run["falling_branch"] > 0.0
-            # A row beside a change of branch belongs to both lines, so that they meet.
-            meets = falls | np.append(falls[1:], False) | np.append(False, falls[:-1])
             for row, (name, scale, label) in enumerate(rows):
-                axes, values = grid[row, column], scale * run[name]
-                axes.plot(run.time, np.where(falls, np.nan, values), color=BLUE, lw=1.6)
-                axes.plot(run.time, np.where(meets, values, np.nan), color=ORANGE, ls=DASHED)
+                axes, rises = grid[row, column], run["falling_branch"] == 0.0
+                by_stability(axes, run.time, scale * run[name], rises, lw=1.6)
                 axes.set_ylabel(label)
                 event = run.first("peak_passed")
                 if event is not None:
@@ -103,8 +106,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
             grid[2, column].set_xlabel("time  [s]")
             grid[2, column].set_xlim(run.time[0], run.time[-1])
         grid[1, 0].set_yscale("log")
-        grid[1, 0].yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-        grid[1, 0].yaxis.set_minor_formatter(NullFormatter())
+        plain_log(grid[1, 0].yaxis, 1.0)
         grid[1, 1].plot(
             creep_run.time, 100.0 * creep_run["reference"], color="black", lw=0.9, label="reference"
         )
@@ -128,18 +130,17 @@ def fold_diagram(
     torque = quasi_steady_torque(wheelset, zeta, speed=speed) / 1e3
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(7.6, 5.2)
-        _branches(axes, torque, zeta, zeta, fold)
-        run = torque_run
-        shown = run["creepage"] > bottom
+        by_stability(axes, torque, zeta, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
+        shown = torque_run["creepage"] > bottom
         axes.plot(
-            np.where(shown, run["drive_torque"], np.nan) / 1e3,
-            run["creepage"],
+            np.where(shown, torque_run["drive_torque"], np.nan) / 1e3,
+            torque_run["creepage"],
             color=GREY,
             lw=1.3,
             label="torque ramped up and down",
         )
         for part in (0.3, 0.75):
-            _arrow(axes, run, part)
+            _arrow(axes, torque_run, part)
         mark(
             axes,
             float(creep_run["drive_torque"][-1]) / 1e3,
@@ -157,8 +158,8 @@ def fold_diagram(
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
         axes.yaxis.set_minor_formatter(NullFormatter())
         percent_axis(axes.yaxis)
-        low = min(fold.return_torque, float(run["drive_torque"].min())) / 1e3
-        high = max(fold.drive_torque, float(run["drive_torque"].max())) / 1e3
+        low = min(fold.return_torque, float(torque_run["drive_torque"].min())) / 1e3
+        high = max(fold.drive_torque, float(torque_run["drive_torque"].max())) / 1e3
         margin = 0.06 * (high - low)
         axes.set_xlim(low - margin, high + margin)
         axes.set_xlabel("drive torque  [kN m]")
@@ -169,32 +170,21 @@ def fold_diagram(
 
 
 def _with_fold(zeta: FloatArray, fold: Fold) -> FloatArray:
-    """Creepages that also hold the ends of the branches, so that the lines meet there."""
+    """Creepages with the ends of the branches added, so that the lines meet there."""
     ends = [z for z in (fold.creepage, fold.return_creepage) if z <= zeta[-1]]
     return np.union1d(zeta, ends)
 
 
-def _branches(axes: Axes, x: FloatArray, y: FloatArray, zeta: FloatArray, fold: Fold) -> None:
-    """A curve over creepage, by what a constant torque can hold.
+def _stable(zeta: FloatArray, fold: Fold) -> NDArray[np.bool_]:
+    """Whether a constant torque can hold a creepage: up to the fold, and again from the return on.
 
-    Beyond the return it can again: only damping makes it so, as its torque rises with the speed.
+    Only damping stabilises the creepages above the return, as its torque rises with the speed.
     """
-    parts = (
-        (zeta <= fold.creepage, BLUE, "-", "stable at constant torque"),
-        (
-            (zeta >= fold.creepage) & (zeta <= fold.return_creepage),
-            ORANGE,
-            DASHED,
-            "unstable at constant torque",
-        ),
-        (zeta >= fold.return_creepage, BLUE, "-", None),
-    )
-    for part, color, style, label in parts:
-        axes.plot(x[part], y[part], color=color, ls=style, label=label)
+    return (zeta <= fold.creepage) | (zeta >= fold.return_creepage)
 
 
 def _arrow(axes: Axes, run: Result, part: float) -> None:
-    """Direction of a run at a part of its time."""
+    """Mark the direction of a run after a fraction of its time."""
     i = int(np.searchsorted(run.time, part * run.time[-1]))
     j = min(i + 20, run.time.size - 1)
     axes.annotate(

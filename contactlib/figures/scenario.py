@@ -1,8 +1,8 @@
 """Figures of a scenario: one run, or the controllers side by side.
 
-Solid where the creep force rises with creepage, and a constant torque would hold the wheelset;
-dashed on the falling branch, where it would not. What vibrates too fast to be seen as a line is
-drawn as the band that it fills.
+Lines are solid where the creep force rises with creepage, and dashed on the falling branch, where
+a constant torque would not hold the wheelset. A signal that vibrates too fast to be seen as a line
+is drawn as the band that it fills.
 """
 
 from __future__ import annotations
@@ -17,17 +17,31 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
-from contactlib.figures.branches import by_branch
-from contactlib.figures.style import BLUE, DASHED, DOTTED, ORANGE, STYLE, new_figure, typeset
-from contactlib.metrics import Metrics
-from contactlib.simulation import Result
+from contactlib.base.quantities import FloatArray
+from contactlib.figures.style import (
+    BLUE,
+    DASHED,
+    DOTTED,
+    ORANGE,
+    SHADE,
+    STYLE,
+    by_stability,
+    new_figure,
+    plain_log,
+    typeset,
+)
+from contactlib.runs.outcomes import Metrics
+from contactlib.runs.result import Result
 
-LOW_FRICTION = "#EDEDED"
+BAND_COLOR = "#CFCFCF"
+BINS = 200  # time intervals in which a band is drawn
+SWINGS, MANY = 3.0, 0.2  # a band needs so many crossings per bin, in this fraction of the bins
 LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
-MOST_CREEPAGE = 1.0  # beyond it one run does not stretch the axis of the others [1]
-FASTEST_RIM = 2.5  # top of the axis of speed, over the vehicle's highest
+MOST_CREEPAGE = 1.0  # end of the common creepage axis if only some runs go beyond it [1]
+FASTEST_RIM = 2.5  # top of the speed axis / highest speed of the vehicle
 
 NAMES = {
     "open_loop": "open loop",
@@ -40,7 +54,7 @@ NAMES = {
 
 
 def run_name(key: str) -> str:
-    """What a run is called in a title."""
+    """Name of a run in a title."""
     return NAMES.get(key, key.replace("_", " "))
 
 
@@ -60,7 +74,7 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
             grid[4].set_ylabel("axle torque  [kN m]")
         for axes in grid:
             _shade_low_friction(axes, result)
-        _ylabels(grid)
+        figure.align_ylabels(grid)
         grid[-1].set_xlabel("time  [s]")
         grid[-1].set_xlim(time[0], time[-1])
         grid[0].set_title(_summary(metrics), loc="left", fontsize=9)
@@ -72,7 +86,7 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
 def comparison(
     results: Mapping[str, Result], metrics: Mapping[str, Metrics], *, title: str, caption: str
 ) -> Figure:
-    """Force, creepage and torque over time: a column for each controller, on common axes."""
+    """Force, creepage and torque over time, with one column per controller and common axes."""
     count = len(results)
     with mpl.rc_context(STYLE):
         common: dict[str, Any] = {"sharex": True, "sharey": "row", "squeeze": False}
@@ -88,8 +102,9 @@ def comparison(
             )
             grid[2, column].set_xlabel("time  [s]")
             grid[2, column].set_xlim(0.0, max(run.time[-1] for run in results.values()))
+            grid[2, column].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
         _trim_creepage(list(grid[1]), list(results.values()))
-        _ylabels(grid[:, 0])
+        figure.align_ylabels(grid[:, 0])
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
         _legend(figure, next(iter(results.values())), caption)
@@ -99,13 +114,37 @@ def comparison(
 
 def _summary(metrics: Metrics) -> str:
     used, work = metrics.adhesion_utilisation, metrics.slip_work
-    share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of the force used\n"
+    share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of available force used\n"
     return f"{share}slip work {_energy(work)}"
 
 
 def _energy(work: float) -> str:
     size, unit = next((p for p in ((1e9, "GJ"), (1e6, "MJ")) if abs(work) >= p[0]), (1e3, "kJ"))
     return f"{work / size:.3g} {unit}"
+
+
+def by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
+    """Draw a signal of a run, as lines or as a band."""
+    rises = result["falling_branch"] == 0.0
+    starts = np.linspace(0, values.size, BINS, endpoint=False).astype(int)
+    if values.size <= 4 * BINS or not _vibrates(values, starts):
+        by_stability(axes, result.time, values, rises, lw=1.3)
+        return
+    low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+    at, all_rise = result.time[starts], np.minimum.reduceat(rises, starts)
+    at[-1] = result.time[-1]
+    axes.fill_between(at, low, high, color=BAND_COLOR, lw=0.0)
+    for edge in (low, high):
+        by_stability(axes, at, edge, all_rise, lw=1.3)
+
+
+def _vibrates(values: FloatArray, starts: NDArray[np.int_]) -> bool:
+    """Whether a signal oscillates within many bins, with an amplitude above that of noise."""
+    widths = np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts)
+    ways = np.add.reduceat(np.abs(np.diff(values, append=values[-1])), starts)
+    usual = float(np.ptp(np.quantile(values, [0.01, 0.99])))  # without single peaks
+    swings = np.divide(ways, widths, out=np.zeros_like(ways), where=widths > 0.0)
+    return float(np.mean((swings > SWINGS) & (widths > 0.15 * usual))) > MANY
 
 
 def _force(axes: Axes, result: Result) -> None:
@@ -122,9 +161,7 @@ def _creepage(axes: Axes, result: Result) -> None:
     axes.set_yscale("log")
     low, high = axes.get_ylim()
     steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0) if high > 5.0 * low else range(1, 10)
-    axes.yaxis.set_major_locator(LogLocator(subs=list(steps)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    plain_log(axes.yaxis, *steps)
     axes.set_ylabel("|creepage|  [%]")
 
 
@@ -137,7 +174,7 @@ def _torque(axes: Axes, result: Result) -> None:
 
 def _speed(axes: Axes, result: Result) -> None:
     rim, speed = result["speed"] + result["slip_velocity"], result["speed"]
-    axes.plot(result.time, rim, color=ORANGE, lw=0.9, label="rim of the wheel")
+    axes.plot(result.time, rim, color=ORANGE, lw=0.9, label="wheel rim")
     axes.plot(result.time, speed, color="black", lw=1.3, label="vehicle")
     top = FASTEST_RIM * float(speed.max())
     if rim.max() > top > 0.0:
@@ -148,7 +185,7 @@ def _speed(axes: Axes, result: Result) -> None:
 
 
 def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
-    """Keep a run that goes away from stretching the common axis of creepage."""
+    """Keep a run that runs away from stretching the common creepage axis."""
     largest = [float(np.abs(result["creepage"]).max()) for result in results]
     if not min(largest) < MOST_CREEPAGE < max(largest):
         return
@@ -160,7 +197,7 @@ def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
 
 
 def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
-    """Say how far a line goes beyond the top of its axes, where it is beyond."""
+    """Write how far a line goes beyond the top of its axes, at the time when it leaves them."""
     time = result.time
     early = time[beyond.argmax()] < 0.5 * (time[0] + time[-1])
     axes.annotate(
@@ -176,7 +213,7 @@ def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
 
 
 def _from_zero(axes: Axes) -> None:
-    """Let an axis of a quantity that keeps its sign begin at zero."""
+    """Start the axis of a quantity that keeps its sign at zero."""
     low, high = axes.get_ylim()
     if low > 0.0:
         axes.set_ylim(bottom=0.0)
@@ -184,39 +221,40 @@ def _from_zero(axes: Axes) -> None:
         axes.set_ylim(top=0.0)
 
 
-def _shade_low_friction(axes: Axes, result: Result) -> None:
-    """Mark the times at which a wheel has less friction than at its best."""
+def _low_friction(result: Result) -> NDArray[np.bool_]:
+    """Whether a wheel has less friction than its highest in the run."""
     friction = np.minimum(result["friction_scale_left"], result["friction_scale_right"])
-    low = friction < 0.99 * friction.max()
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], low, [False]]).astype(int)))
+    return np.asarray(friction < 0.99 * friction.max())
+
+
+def _shade_low_friction(axes: Axes, result: Result) -> None:
+    low = np.concatenate([[False], _low_friction(result), [False]])
+    edges = np.flatnonzero(np.diff(low.astype(int)))
     for start, end in edges.reshape(-1, 2):
         axes.axvspan(
             result.time[start],
             result.time[min(end, result.time.size - 1)],
-            color=LOW_FRICTION,
+            color=SHADE,
             zorder=0,
             lw=0,
         )
 
 
-def _ylabels(column: Any) -> None:
-    column[0].figure.align_ylabels(column)
-
-
 def _legend(figure: Figure, result: Result, caption: str) -> None:
-    """What the lines are, under the caption."""
-    friction = np.minimum(result["friction_scale_left"], result["friction_scale_right"])
+    """Caption under the figure, and a key to the lines below it."""
     handles: list[Any] = [
         Line2D([], [], color=BLUE, label="rising branch"),
         Line2D([], [], color=ORANGE, ls=DASHED, label="falling branch"),
-        Line2D([], [], color="black", ls=DOTTED, lw=1.2, label="available, demanded"),
+        Line2D(
+            [], [], color="black", ls=DOTTED, lw=1.2, label="available (force), demanded (torque)"
+        ),
     ]
-    if friction.min() < 0.99 * friction.max():
-        handles.append(Patch(color=LOW_FRICTION, label="low friction"))
+    if _low_friction(result).any():
+        handles.append(Patch(color=SHADE, label="low friction"))
     figure.legend(
         handles=handles,
         loc="outside lower left",
-        ncols=len(handles),
+        ncols=len(handles) if figure.get_figwidth() > 7.0 else 2,
         title=typeset(figure, caption),
         title_fontsize=9,
         alignment="left",

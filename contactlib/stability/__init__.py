@@ -1,25 +1,17 @@
-"""Why a wheelset runs away under torque control, and what it takes to hold it."""
+"""Stability of a wheelset: run-away under torque control, and the control that prevents it."""
 
 from contactlib.stability.basin import Basin, basin, separatrix
 from contactlib.stability.clearing import Clearing, clearing
-from contactlib.stability.controllability import Controllability, controllability
-from contactlib.stability.delay import (
-    Window,
-    delay_limit,
-    proportional_window,
-    sampled_delay,
+from contactlib.stability.delay import Window, delay_limit, proportional_window, sampled_delay
+from contactlib.stability.gains import (
+    Controllability,
+    ReducedPlant,
+    controllability,
+    creep_control_gain,
+    pi_stable,
+    reduced_plant,
 )
-from contactlib.stability.fold import Fold, find_fold
-from contactlib.stability.gains import creep_control_gain
-from contactlib.stability.pi import ReducedPlant, pi_stable, reduced_plant
-from contactlib.stability.quasi_steady import (
-    creepage_pole,
-    quasi_steady_slope,
-    quasi_steady_torque,
-)
-from contactlib.stability.s_curve import SCurve, SteadyStates, s_curve, steady_states
-from contactlib.stability.slip_away import slip_away_estimate, slip_away_formula, slip_away_time
-from contactlib.stability.threshold import (
+from contactlib.stability.poles import (
     WorstPole,
     approximate_pole,
     fast_pole,
@@ -27,6 +19,16 @@ from contactlib.stability.threshold import (
     slope_threshold,
     worst_pole,
 )
+from contactlib.stability.quasi_steady import creepage_pole, quasi_steady_slope, quasi_steady_torque
+from contactlib.stability.s_curve import (
+    Fold,
+    SCurve,
+    SteadyStates,
+    find_fold,
+    s_curve,
+    steady_states,
+)
+from contactlib.stability.slip_away import slip_away_estimate, slip_away_formula, slip_away_time
 
 __all__ = [
     "Basin",

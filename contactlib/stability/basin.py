@@ -1,25 +1,28 @@
-"""From which creepages a constant torque brings a wheelset back, and where that ends.
+"""Basin of attraction: the creepages from which a constant torque returns to grip.
 
-With the speed held the border is the unstable steady state. A free wheelset moves in the plane of
-creepage and speed, and the border is a curve, the separatrix. In an accelerating train there need
-be no saddle whose stable manifold that curve could be; but there is the unstable quasi-steady
-branch, along which the vehicle's speed changes slowly. A state that is only just undecided stays
-near that branch for long. So, followed back in time, every motion that starts near the branch at
-a later moment is drawn to the separatrix, at the rate of the unstable pole: twenty time constants
-leave 2e-9 of an error that is small to begin with. Where there is a saddle the same trace ends on
+With the speed held, the border is the unstable steady state. A free wheelset moves in the plane of
+creepage and speed, and the border is a curve, the separatrix. An accelerating train may have no
+saddle of which this curve is the stable manifold, but it has the unstable quasi-steady branch,
+along which the vehicle's speed changes slowly; a state close to the separatrix stays near this
+branch for long. Backward in time, every motion that starts near the branch at a later moment
+therefore approaches the separatrix at the rate of the unstable pole: twenty time constants reduce
+the initial error, which is small, to 2e-9 of its size. Where there is a saddle, the trace ends on
 its stable manifold.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
 from scipy.optimize import newton
 
-from contactlib.parameters import POSITIVE, FloatArray, checked
+from contactlib.base.quantities import POSITIVE, FloatArray, checked
 from contactlib.stability.quasi_steady import (
     creepage_grid,
     creepage_pole,
@@ -29,14 +32,98 @@ from contactlib.stability.quasi_steady import (
     vehicle_acceleration,
 )
 from contactlib.stability.s_curve import steady_states
-from contactlib.stability.trajectory import move_until
-from contactlib.wheelset import Wheelset, checked_conditions, checked_torque
+from contactlib.vehicle.conditions import Conditions, GivenConditions, GivenInputs
+from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
 TIME_CONSTANTS = 20
-FEWEST = 8  # if the branch ends sooner: they leave 3e-4 of the error
+FEWEST = 8  # time constants if the branch ends sooner: they leave 3e-4 of the error
 SHORTEST = 2.0**-5  # step [time constants]
-AT_REST = 1e-6  # speed gained by a step, of all that was gained
+AT_REST = 1e-6  # smallest gain of speed in a step / gain so far
 ROUNDING = 1e-12  # of a speed
+
+
+class Arrival(NamedTuple):
+    """State in which a motion met its condition.
+
+    Attributes
+    ----------
+    time, creepage, speed, distance : float
+        Time since the start, negative backward [s]; state [1, m/s]; distance travelled [m].
+    """
+
+    time: float
+    creepage: float
+    speed: float
+    distance: float
+
+
+def move_until(
+    wheelset: Wheelset,
+    condition: Callable[[float, float], float],
+    *,
+    creepage: float,
+    at: Conditions,
+    drive_torque: float,
+    horizon: float,
+) -> Arrival:
+    """Integrate the equations of motion until `condition` of (creepage, speed) changes sign.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        The wheelset.
+    condition : callable
+        Function of creepage and speed.
+    creepage : float
+        Creepage at the start [1].
+    at : Conditions
+        Speed at the start, and the other conditions, which stay constant.
+    drive_torque : float
+        Constant drive torque [N.m].
+    horizon : float
+        Longest time, negative for backward [s].
+
+    Raises
+    ------
+    RuntimeError
+        If the condition is not met within the horizon.
+    """
+    r = wheelset.radius
+
+    def creepage_of(state: FloatArray) -> float:
+        return float(r * state[0] / state[1] - 1.0)
+
+    def rates(state: FloatArray) -> Any:
+        given = drive_torque, at.normal_load, at.friction_scale, at.resistance_force
+        return wheelset.rates(float(state[0]), float(state[1]), *given)[0]
+
+    def right_hand_side(_: float, state: FloatArray) -> list[float]:
+        found = rates(state)
+        return [found.omega_rate, found.speed_rate, state[1]]
+
+    def jacobian(_: float, state: FloatArray) -> list[list[float]]:
+        (a, b), (c, d) = rates(state).jacobian
+        return [[a, b, 0.0], [c, d, 0.0], [0.0, 1.0, 0.0]]
+
+    def met(_: float, state: FloatArray) -> float:
+        return condition(creepage_of(state), float(state[1]))
+
+    met.terminal = True  # type: ignore[attr-defined]
+    omega = (1.0 + creepage) * at.speed / r
+    solution: Any = solve_ivp(
+        right_hand_side,
+        (0.0, horizon),
+        [omega, at.speed, 0.0],
+        method="Radau",
+        jac=jacobian,
+        events=met,
+        rtol=1e-9,
+        atol=1e-9 * np.array([abs(omega), at.speed, at.speed * abs(horizon)]),
+    )
+    if solution.status != 1:
+        raise RuntimeError(f"not there after {solution.t[-1]:.6g} s: {solution.message}")
+    end = solution.y_events[0][0]
+    return Arrival(float(solution.t_events[0][0]), creepage_of(end), float(end[1]), float(end[2]))
 
 
 class Basin(NamedTuple):
@@ -45,9 +132,9 @@ class Basin(NamedTuple):
     Attributes
     ----------
     creepage : float
-        The gripping state itself, on the branch that rises through zero [1].
+        Creepage of the gripping state, on the branch that rises through zero [1].
     lowest, highest : float
-        The range around it, infinite where no border is met [1].
+        Range around it, infinite where there is no border [1].
     """
 
     creepage: float
@@ -57,143 +144,113 @@ class Basin(NamedTuple):
 
 def basin(
     wheelset: Wheelset,
+    at: Conditions | None = None,
     *,
     drive_torque: float,
-    speed: float,
-    normal_load: float | None = None,
-    friction_scale: float = 1.0,
-    resistance_force: float = 0.0,
+    **given: Unpack[GivenConditions],
 ) -> Basin:
-    """Range of creepages at `speed` from which a constant torque returns to grip.
+    """Range of creepages at a speed from which a constant torque returns to grip.
 
-    Exact for a held speed. For a free wheelset exact up to the error of the trace, as long as the
-    speed does not change so much meanwhile that the gripping branch itself is lost.
+    The range is exact for a held speed. For a free wheelset it is exact up to the error of the
+    trace, unless the speed changes so much during the return that the gripping branch is lost.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        The wheelset.
+    at, **given
+        Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
+        nominal.
+    drive_torque : float
+        Constant torque [N.m].
 
     Raises
     ------
     ValueError
-        If a value is out of range, no gripping state has this torque at this speed, or the
-        unstable branch is lost while the speed changes within its own time constants.
+        If a value is out of range, no gripping state holds this torque at this speed, or the
+        unstable branch ends, as the speed changes, within too few of its time constants.
     """
     torque = checked_torque(drive_torque)
-    inputs = checked_conditions(
-        wheelset,
-        speed=speed,
-        normal_load=normal_load,
-        friction_scale=friction_scale,
-        resistance_force=resistance_force,
-    )
-    speed = inputs.pop("speed")
-    states = steady_states(wheelset, drive_torque=torque, speed=speed, **inputs)
+    at = wheelset.conditions(at, **given)
+    states = steady_states(wheelset, at, drive_torque=torque)
     i = int(np.abs(states.creepage).argmin()) if states.creepage.size else 0
-    if not (states.creepage.size and _rises_to(wheelset, states.creepage[i], speed, inputs)):
+    if not (states.creepage.size and _rises_to(wheelset, states.creepage[i], at)):
         raise ValueError(
             f"drive_torque = {drive_torque!r} is out of range: no creepage holds it by grip at "
-            f"speed = {speed!r}, normal_load = {inputs['normal_load']!r}, friction_scale = "
-            f"{inputs['friction_scale']!r}, resistance_force = {inputs['resistance_force']!r}"
+            f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, friction_scale = "
+            f"{at.friction_scale!r}, resistance_force = {at.resistance_force!r}"
         )
     borders = [-math.inf, math.inf]
     for side, j in ((0, i - 1), (1, i + 1)):
         if 0 <= j < states.creepage.size:
-            borders[side] = _border(
-                wheelset,
-                torque,
-                speed,
-                float(states.creepage[j]),
-                inputs,
-            )
+            borders[side] = _border(wheelset, torque, float(states.creepage[j]), at)
     return Basin(float(states.creepage[i]), borders[0], borders[1])
 
 
 def separatrix(
-    wheelset: Wheelset,
-    *,
-    drive_torque: float,
-    speed: ArrayLike,
-    normal_load: float | None = None,
-    friction_scale: float = 1.0,
-    resistance_force: float = 0.0,
+    wheelset: Wheelset, *, drive_torque: float, speed: ArrayLike, **given: Unpack[GivenInputs]
 ) -> FloatArray:
     """Border between return and slip-away over speed, on the side of the torque's sign [1].
 
-    Parameters and errors as `basin`, but that `speed` [m/s] has any shape; infinite where there
-    is no border.
+    Parameters and errors as for `basin`, but `speed` [m/s] may have any shape; infinite where
+    there is no border.
     """
     torque, speeds = checked_torque(drive_torque), checked("speed", speed, POSITIVE)
-    found = [
-        basin(
-            wheelset,
-            drive_torque=torque,
-            speed=float(v),
-            normal_load=normal_load,
-            friction_scale=friction_scale,
-            resistance_force=resistance_force,
-        )
-        for v in speeds.flat
-    ]
+    found = [basin(wheelset, drive_torque=torque, speed=float(v), **given) for v in speeds.flat]
     borders = [at.highest if torque >= 0.0 else at.lowest for at in found]
     return np.array(borders, dtype=np.float64).reshape(speeds.shape)
 
 
-def _rises_to(wheelset: Wheelset, creepage: float, speed: float, inputs: dict[str, Any]) -> bool:
-    """Whether no peak lies between zero and a steady state: it is one of grip."""
-    contact = {name: inputs[name] for name in ("normal_load", "friction_scale")}
-    grid = creepage_grid(wheelset, speed=speed, **contact)
+def _rises_to(wheelset: Wheelset, creepage: float, at: Conditions) -> bool:
+    """Whether no peak lies between zero and a steady state, so that it is one of grip."""
+    grid = creepage_grid(wheelset, at)
     between = np.append(grid[grid < abs(creepage)], abs(creepage))
     path = math.copysign(1.0, creepage) * between
-    return bool((creepage_pole(wheelset, path, speed=speed, **inputs) < 0.0).all())
+    return bool((creepage_pole(wheelset, path, at) < 0.0).all())
 
 
-def _border(
-    wheelset: Wheelset,
-    torque: float,
-    speed: float,
-    creepage: float,
-    inputs: dict[str, Any],
-) -> float:
-    """Creepage at `speed` on the separatrix that belongs to an unstable steady state."""
+def _border(wheelset: Wheelset, torque: float, creepage: float, at: Conditions) -> float:
+    """Creepage at the speed of `at` on the separatrix that belongs to an unstable steady state."""
     if wheelset.mass is None:
         return creepage
     side = math.copysign(1.0, creepage)
-    contact = {name: inputs[name] for name in ("normal_load", "friction_scale")}
-    grid = creepage_grid(wheelset, speed=speed, **contact)
+    grid = creepage_grid(wheelset, at)
     beyond = side * np.append(abs(creepage), grid[grid > abs(creepage)])
-    away = side * slip_acceleration(wheelset, beyond, drive_torque=torque, speed=speed, **inputs)
+    away = side * slip_acceleration(wheelset, beyond, at, drive_torque=torque)
     if (away <= 0.0).all():
-        return side * math.inf  # from there the creepage grows only as the vehicle stops
-    later, branch, time = _ahead(wheelset, torque, speed, creepage, inputs)
-    if abs(later - speed) <= ROUNDING * speed:  # a saddle
+        return side * math.inf  # beyond, the creepage grows only because the vehicle stops
+    later, branch, time = _ahead(wheelset, torque, creepage, at)
+    if abs(later.speed - at.speed) <= ROUNDING * at.speed:  # a saddle
         return creepage
     return move_until(
         wheelset,
-        lambda _, v: v - speed,
+        lambda _, v: v - at.speed,
         creepage=branch,
-        speed=later,
+        at=later,
         drive_torque=torque,
         horizon=-10.0 * time,
-        **inputs,
     ).creepage
 
 
 def _ahead(
-    wheelset: Wheelset, torque: float, speed: float, creepage: float, inputs: dict[str, Any]
-) -> tuple[float, float, float]:
-    """Speed [m/s], creepage [1] and time [s] at the end of the way along the unstable branch.
+    wheelset: Wheelset, torque: float, creepage: float, at: Conditions
+) -> tuple[Conditions, float, float]:
+    """Follow the unstable branch; return conditions, creepage [1] and time [s] at the end.
 
-    By steps of a time constant or less: followed back from there, what is near the branch will do.
+    Steps are a time constant or less, as the end need only be near the branch.
     """
 
-    def gain(zeta: float, v: float) -> float:
-        return float(vehicle_acceleration(wheelset, zeta, **{**inputs, "speed": v}))
+    def gain(zeta: float, there: Conditions) -> float:
+        return float(vehicle_acceleration(wheelset, zeta, there))
 
-    later, branch, time, passed, share = speed, creepage, 0.0, 0.0, 1.0
+    later, branch, time, passed, share = at, creepage, 0.0, 0.0, 1.0
     rate = gain(branch, later)
     while passed < TIME_CONSTANTS:
-        step = share / float(creepage_pole(wheelset, branch, **{**inputs, "speed": later}))
-        if abs(rate * step) <= max(AT_REST * abs(later - speed), ROUNDING * speed):
-            break  # as good as at a saddle, where branch and border meet
-        ahead = later + rate * step
-        found = _on_branch(wheelset, torque, ahead, branch, inputs)
+        step = share / float(creepage_pole(wheelset, branch, later))
+        if abs(rate * step) <= max(AT_REST * abs(later.speed - at.speed), ROUNDING * at.speed):
+            break  # practically at a saddle, where branch and border meet
+        ahead = replace(later, speed=later.speed + rate * step)
+        found = _on_branch(wheelset, torque, branch, ahead)
         if found is not None and gain(found, ahead) * rate >= 0.0:
             later, branch, rate = ahead, found, gain(found, ahead)
             time, passed = time + step, passed + share
@@ -201,29 +258,27 @@ def _ahead(
             share *= 0.5  # to the end of the branch, or up to a saddle
         elif passed < FEWEST:
             raise ValueError(
-                f"speed = {speed!r}, drive_torque = {torque!r}: the unstable branch is lost "
-                f"before {ahead:.6g} m/s, {passed:.3g} of its time constants on; a border takes "
-                f">= {FEWEST}"
+                f"speed = {at.speed!r}, drive_torque = {torque!r}: the unstable branch is lost "
+                f"before {ahead.speed:.6g} m/s, {passed:.3g} of its time constants on; a border "
+                f"takes >= {FEWEST}"
             )
         else:
             break
     return later, branch, time
 
 
-def _on_branch(
-    wheelset: Wheelset, torque: float, speed: float, near: float, inputs: dict[str, Any]
-) -> float | None:
-    """Unstable steady state near a creepage, or None: the vehicle stands, or all slip away."""
-    if speed < wheelset.element.minimum_speed:
+def _on_branch(wheelset: Wheelset, torque: float, near: float, at: Conditions) -> float | None:
+    """Unstable steady state near a creepage; None if the vehicle stands or all states slip away."""
+    if at.speed < wheelset.element.minimum_speed:
         return None
 
     def excess(zeta: float) -> float:
-        return float(quasi_steady_torque(wheelset, zeta, speed=speed, **inputs)) - torque
+        return float(quasi_steady_torque(wheelset, zeta, at)) - torque
 
     def slope(zeta: float) -> float:
-        return float(quasi_steady_slope(wheelset, zeta, speed=speed, **inputs))
+        return float(quasi_steady_slope(wheelset, zeta, at))
 
-    # Where the branch has met that of grip, the iteration fails or finds one that is stable.
+    # Past the merger with the gripping branch the iteration fails or finds a stable state.
     try:
         found = float(newton(excess, near, slope, rtol=1e-12, tol=1e-14))
     except RuntimeError:

@@ -1,23 +1,41 @@
-"""What creep control needs to hold a point that a constant torque cannot.
+"""Gains of creep control that hold an operating point on the falling branch.
 
-Closed forms of the linearisation in `contactlib.wheelset`.
+They follow from the linearisation in `contactlib.vehicle.wheelset`. From drive torque to creepage a
+wheelset is the reduced plant g/(s - p), up to the slow change of the vehicle's speed, with
+g = r/(J V) and p the fast pole.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Literal, NamedTuple, Unpack
 
-from contactlib.wheelset import OperatingPoint, Wheelset
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlib.base.quantities import (
+    FINITE,
+    MODERATE,
+    MODERATE_NOT_NEGATIVE,
+    MODERATE_POSITIVE,
+    checked,
+    checked_number,
+    common_shape,
+)
+from contactlib.stability.delay import Window, proportional_window, sampled_delay
+from contactlib.stability.poles import fast_pole
+from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
+from contactlib.vehicle.wheelset import Wheelset
 
 
 def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     """Smallest gain Kp of T = T0 + Kp (zeta_ref - zeta) that holds `point` [N.m].
 
     The larger of two bounds, from the determinant and the trace of the closed loop; zero or less
-    where a constant torque does it too. Infinite where no gain does: with damping, and a
-    resistance that does not grow with speed, a faster vehicle is left less and less torque by the
-    drive, asks for less creepage, and on the falling branch gains the force to go faster still.
-    Without damping such a vehicle is merely free to roll at any speed, and the trace decides.
+    where a constant torque holds the point. Infinite where no gain does: with damping, and a
+    resistance that does not grow with speed, a faster vehicle gets less torque from the drive, has
+    less creepage, and on the falling branch thereby more force, which accelerates it further.
+    Without damping such a vehicle is indifferent to its speed, and the trace decides.
     """
     r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
     fall, speed, stretch = -point.creep_force_slope, point.speed, 1.0 + point.creepage
@@ -28,5 +46,168 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     trace = r * fall * (1.0 + j * stretch / (m * r**2)) - speed / r * (b + j * growth / m)
     loss = r * fall * (slope + b * stretch / r**2) - b * speed / r * growth
     if growth > 0.0:
-        return max(loss / growth, trace)  # det is growth Kp - loss, but for a factor
+        return max(loss / growth, trace)  # the determinant is growth Kp - loss, up to a factor
     return trace if growth * trace >= loss else math.inf
+
+
+class ReducedPlant(NamedTuple):
+    """Transfer function g/(s - p) from drive torque to creepage about an operating point.
+
+    Attributes
+    ----------
+    pole, gain : float
+        p [1/s] and g [1/(N.m.s)].
+    """
+
+    pole: float
+    gain: float
+
+
+def reduced_plant(
+    wheelset: Wheelset,
+    creepage: float,
+    at: Conditions | None = None,
+    **given: Unpack[GivenConditions],
+) -> ReducedPlant:
+    """Fast pole at an operating point, and g = r/(J V); exact for a held speed.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        The wheelset.
+    creepage : float
+        Creepage of the operating point [1].
+    at, **given
+        Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
+        nominal.
+    """
+    at = wheelset.conditions(at, **given)
+    zeta = checked_number("creepage", creepage, FINITE)
+    pole = fast_pole(wheelset, zeta, **at.contact)
+    return ReducedPlant(float(pole), wheelset.radius / (wheelset.inertia * at.speed))
+
+
+def pi_stable(
+    pole: ArrayLike,
+    gain: ArrayLike,
+    proportional: ArrayLike,
+    integral: ArrayLike = 0.0,
+    lag: ArrayLike = 0.0,
+) -> NDArray[np.bool_]:
+    """Whether Kp + Ki/s with a first-order lag tau stabilises the plant g/(s - p).
+
+    The characteristic polynomial is tau s**3 + (1 - p tau) s**2 + (g Kp - p) s + g Ki, so Routh's
+    criterion requires p tau < 1, g Kp > p and 0 < g Ki < (1 - p tau)(g Kp - p)/tau. Without
+    integral action there is no last condition. All arguments broadcast.
+
+    Parameters
+    ----------
+    pole, gain : array_like
+        p [1/s], g > 0 [1/(N.m.s)].
+    proportional, integral : array_like
+        Kp [N.m], Ki [N.m/s]; positive gains drive the creepage to its reference.
+    lag : array_like
+        Time constant tau of the actuator [s].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+    p, kp = (
+        checked(name, value, MODERATE)
+        for name, value in (("pole", pole), ("proportional", proportional))
+    )
+    g, ki = checked("gain", gain, MODERATE_POSITIVE), checked("integral", integral, MODERATE)
+    tau = checked("lag", lag, MODERATE_NOT_NEGATIVE)
+    common_shape({"pole": p, "gain": g, "proportional": kp, "integral": ki, "lag": tau})
+    room = (1.0 - p * tau) * (g * kp - p) > tau * g * ki
+    return np.asarray((p * tau < 1.0) & (g * kp > p) & (ki >= 0.0) & room)
+
+
+# Smallest ratio of the window's ends that counts as robust. With a pure delay it is reached at
+# p tau = 0.306, where the best gain's largest sensitivity is 2, and the middle of the window may be
+# wrong by a factor of two either way.
+ROBUST_RATIO = 4.5
+
+
+class Controllability(NamedTuple):
+    """Whether a loop can stabilise an unstable pole.
+
+    Attributes
+    ----------
+    p_tau : float
+        Pole times the effective delay of the loop, `sampled_delay` [1]: an estimate.
+    verdict : str
+        ``holds``; ``not robust`` if the ends of the exact window are within a factor of 4.5, about
+        p_tau > 0.3, so that every gain is about a factor of two from instability; ``impossible``
+        if there is no gain.
+    window : Window
+        Gains Kp that stabilise [N.m].
+    text : str
+        Verdict and numbers in one line.
+    """
+
+    p_tau: float
+    verdict: Literal["holds", "not robust", "impossible"]
+    window: Window
+    text: str
+
+
+def controllability(
+    pole: float,
+    *,
+    gain: float = 1.0,
+    delay: float = 0.0,
+    lag: float = 0.0,
+    relaxation: float = 0.0,
+    sample_time: float = 0.0,
+) -> Controllability:
+    """Whether, and with which margin, proportional creep control stabilises g/(s - p).
+
+    The plant is the wheelset at held speed. A free wheelset needs slightly more than the smallest
+    of these gains: `creep_control_gain`.
+
+    Parameters
+    ----------
+    pole : float
+        p, such as that of `worst_pole` [1/s].
+    gain : float, optional
+        g = r/(J V) [1/(N.m.s)]. Default: 1, so that the window is that of g Kp [1/s].
+    delay, lag, relaxation, sample_time : float, optional
+        Times of the loop, as in `proportional_window` [s].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> print(controllability(70.0, delay=9e-3).text)
+    not robust: pole 70 1/s, delay 9 ms, p tau 0.63; g Kp must lie between 70 and 132.8 1/s
+    """
+    window = proportional_window(
+        pole, gain, delay=delay, lag=lag, relaxation=relaxation, sample_time=sample_time
+    )
+    p_tau = pole * sampled_delay(delay=delay, lag=lag, sample_time=sample_time)
+    low, high = window.lowest * gain, window.highest * gain  # g Kp
+    verdict: Literal["holds", "not robust", "impossible"] = "holds"
+    if window.empty:
+        verdict, gains = "impossible", "no gain holds"
+    else:
+        if high < ROBUST_RATIO * low:
+            verdict = "not robust"
+        gains = f"g Kp must lie between {max(low, 0.0):.4g} and {high:.4g} 1/s"
+    loop = ", ".join(
+        f"{name} {1e3 * time:.4g} ms"
+        for name, time in (
+            ("delay", delay),
+            ("lag", lag),
+            ("relaxation", relaxation),
+            ("sampling", sample_time),
+        )
+        if time > 0.0
+    )
+    text = f"{verdict}: pole {pole:.4g} 1/s, {loop or 'no delay'}, p tau {p_tau:.2f}; {gains}"
+    return Controllability(p_tau, verdict, window, text)

@@ -1,63 +1,64 @@
-"""How long a creepage takes from one value to another under a constant torque.
+"""Time in which a constant torque changes the creepage from one value to another.
 
-The speed is frozen meanwhile: dt = (J V/r) dzeta/(T - T_s(zeta)), see
-`contactlib.stability.quasi_steady`.
+The speed is frozen: dt = (J V/r) dzeta/(T - T_s(zeta)), see `contactlib.stability.quasi_steady`.
 """
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from scipy.integrate import quad
 
-from contactlib.element import creepage_limits
-from contactlib.parameters import FINITE, POSITIVE, FloatArray, checked_number, derived
-from contactlib.stability.fold import find_fold
+from contactlib.base.quantities import FINITE, POSITIVE, FloatArray, checked_number, derived
+from contactlib.contact.element import creepage_limits
 from contactlib.stability.quasi_steady import (
     creepage_grid,
     quasi_steady_slope,
     quasi_steady_torque,
     turning_points,
 )
-from contactlib.wheelset import CONTACT, Wheelset, checked_conditions, checked_torque
+from contactlib.stability.s_curve import find_fold
+from contactlib.vehicle.conditions import Conditions, GivenConditions
+from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
-ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of the torque; so close it is the fold's own
+ROUNDING = 4.0 * float(
+    np.finfo(np.float64).eps
+)  # relative distance below which a torque equals the fold's
 
 
 def slip_away_time(
     wheelset: Wheelset,
+    at: Conditions | None = None,
     *,
     drive_torque: float,
-    speed: float,
     start: float,
     end: float,
-    normal_load: float | None = None,
-    friction_scale: float = 1.0,
-    resistance_force: float = 0.0,
+    **given: Unpack[GivenConditions],
 ) -> float:
     """Time in which a constant torque takes the creepage from `start` to `end` [s].
 
-    Exact for a held speed. A free wheelset's speed is frozen, the acceleration of the vehicle
-    with the creep force is not. If `end` is below `start` it is the time to recover.
+    The result is exact for a held speed. For a free wheelset the speed is frozen, but the vehicle's
+    acceleration follows the creep force. If `end` is below `start`, it is the time to recover.
 
     Parameters
     ----------
     wheelset : Wheelset
-        What moves.
-    drive_torque, speed : float
-        [N.m, m/s].
+        The wheelset.
+    at, **given
+        Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
+        nominal.
+    drive_torque : float
+        Constant torque [N.m].
     start, end : float
-        Creepages [1].
-    normal_load, friction_scale, resistance_force : float, optional
-        Further inputs [N, 1, N].
+        First and last creepage [1].
 
     Returns
     -------
     float
-        Infinite if the creepage never gets there: it moves the other way, or comes to rest.
+        Infinite if the creepage never reaches `end`: it moves the other way, or comes to rest.
 
     Raises
     ------
@@ -65,16 +66,9 @@ def slip_away_time(
         If a value is out of range.
     """
     torque = checked_torque(drive_torque)
-    inputs = checked_conditions(
-        wheelset,
-        speed=speed,
-        normal_load=normal_load,
-        friction_scale=friction_scale,
-        resistance_force=resistance_force,
-    )
-    contact = {name: inputs[name] for name in CONTACT}
+    at = wheelset.conditions(at, **given)
     first, last = (
-        checked_number(name, value, creepage_limits(wheelset.element, inputs["speed"]))
+        checked_number(name, value, creepage_limits(wheelset.element, at.speed))
         for name, value in (("start", start), ("end", end))
     )
     if first == last:
@@ -82,16 +76,16 @@ def slip_away_time(
     way = math.copysign(1.0, last - first)
 
     def surplus(creepage: Any) -> Any:
-        """Torque that is left to move the creepage along its way."""
-        return way * (torque - quasi_steady_torque(wheelset, creepage, **inputs))
+        """Excess torque in the direction of the change."""
+        return way * (torque - quasi_steady_torque(wheelset, creepage, at))
 
     def slope(creepage: Any) -> Any:
-        return -way * quasi_steady_slope(wheelset, creepage, **inputs)
+        return -way * quasi_steady_slope(wheelset, creepage, at)
 
     low, high = min(first, last), max(first, last)
-    positive = creepage_grid(wheelset, **contact)
+    positive = creepage_grid(wheelset, at)
     grid = np.concatenate([-positive[::-1], [0.0], positive])
-    grid = np.union1d(grid, turning_points(slope, grid))  # or a fold would hide between nodes
+    grid = np.union1d(grid, turning_points(slope, grid))  # else a fold may hide between nodes
     grid = np.concatenate([[low], grid[(low < grid) & (grid < high)], [high]])
     values = surplus(grid)
     least = float(values.min())
@@ -99,8 +93,8 @@ def slip_away_time(
     if least <= rounding:
         return math.inf
 
-    # The time is spent around the least surplus D, where 1/(D + C z**2/2) is a narrow peak. With
-    # z = width sinh(u) it becomes 1/cosh(u), and a long way off stays short.
+    # Most of the time passes near the smallest surplus D, where 1/(D + C z**2/2) is a narrow peak.
+    # z = width sinh(u) turns it into 1/cosh(u), and shortens the long tails.
     i = int(values.argmin())
     centre = float(grid[i])
     width = _width(grid, slope(grid), i, least)
@@ -114,11 +108,11 @@ def slip_away_time(
     total = sum(
         quad(integrand, a, b, epsabs=0.0, epsrel=error, limit=400)[0] for a, b in pairwise(parts)
     )
-    return float(wheelset.inertia * inputs["speed"] / wheelset.radius * width * total)
+    return float(wheelset.inertia * at.speed / wheelset.radius * width * total)
 
 
 def _width(grid: FloatArray, slopes: FloatArray, i: int, least: float) -> float:
-    """Distance from the least value, at node i, over which a parabola from it doubles [1]."""
+    """Distance from the minimum at node i over which its parabola doubles [1]."""
     a, c = max(i - 1, 0), min(i + 1, grid.size - 1)
     span = float(grid[-1] - grid[0])
     curvature = float(slopes[c] - slopes[a]) / float(grid[c] - grid[a])
@@ -137,22 +131,22 @@ def slip_away_formula(
     end_creepage: float,
     sliding_force: float,
 ) -> float:
-    """Closed form of the time in which an overload takes the creepage from rest to far out [s].
+    """Closed form of the time in which an overload moves the creepage from zero to far out [s].
 
     pi (J V/r**2)/sqrt(eps Q_pk |Q''|/2) + J V (zeta_end - zeta_pk)/(r (T - r f_d P)), with
-    T = (1 + eps) r Q_pk: the time to squeeze past the peak, taken as a parabola of endless arms,
-    and then the time under the torque that kinetic friction leaves over. Without damping, and
-    with the speed held. The far arm of the parabola is counted on top of the second time, so the
-    sum is too long: the less so the smaller the overload and the farther the end. For the wheel of
-    Fig. 6 (k_hat 0.3) it is within 15 % up to an overload of 10 % if the end is ten times the
-    saturation creepage, and within 4 % up to 50 % if it is sixty-six times that.
+    T = (1 + eps) r Q_pk: the time to pass the peak, taken as an infinite parabola, plus the time
+    under the torque in excess of kinetic friction, without damping and with the speed held. The
+    far arm of the parabola is counted in addition, so the sum is too long, and the less so the
+    smaller the overload and the farther the end. For the wheel of Fig. 6 (k_hat 0.3) it is within
+    15 % up to an overload of 10 % if the end is ten times the saturation creepage, and within 4 %
+    up to 50 % if it is sixty-six times that.
 
     Parameters
     ----------
     radius, inertia, speed : float
         r [m], J [kg.m2], V [m/s].
     overload : float
-        eps, torque above that of the peak, over it [1].
+        eps, torque / torque of the peak - 1 [1].
     peak_force, peak_curvature, peak_creepage : float
         Q_pk [N], |Q''| there [N], zeta_pk [1].
     end_creepage : float
@@ -191,42 +185,44 @@ def slip_away_formula(
 
 def slip_away_estimate(
     wheelset: Wheelset,
+    at: Conditions | None = None,
     *,
     drive_torque: float,
-    speed: float,
     end: float,
-    normal_load: float | None = None,
-    friction_scale: float = 1.0,
-    resistance_force: float = 0.0,
+    **given: Unpack[GivenConditions],
 ) -> float:
-    """`slip_away_formula` for a wheelset with damping and a free speed, from its fold [s].
+    """Apply `slip_away_formula` to the fold of a wheelset with damping and free speed [s].
 
-    The quasi-steady torque takes the place of r Q, its return torque that of r f_d P.
-    Infinite if the torque is not above the fold.
+    The quasi-steady torque replaces r Q, and its return torque r f_d P. The time is infinite if
+    the torque is not above the fold.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        The wheelset.
+    at, **given
+        Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
+        nominal.
+    drive_torque, end : float
+        Constant torque [N.m], and last creepage [1].
 
     Raises
     ------
     ValueError
         If a value is out of range, or there is no fold.
     """
-    inputs = checked_conditions(
-        wheelset,
-        speed=speed,
-        normal_load=normal_load,
-        friction_scale=friction_scale,
-        resistance_force=resistance_force,
-    )
+    at = wheelset.conditions(at, **given)
     torque, far = checked_torque(drive_torque), checked_number("end", end, FINITE)
-    fold = find_fold(wheelset, **inputs)
+    fold = find_fold(wheelset, at)
     overload = torque / fold.drive_torque - 1.0
     if overload <= 0.0:
         return math.inf
     step = 1e-4 * fold.creepage
-    slopes = quasi_steady_slope(wheelset, [fold.creepage - step, fold.creepage + step], **inputs)
+    slopes = quasi_steady_slope(wheelset, [fold.creepage - step, fold.creepage + step], at)
     return slip_away_formula(
         radius=wheelset.radius,
         inertia=wheelset.inertia,
-        speed=inputs["speed"],
+        speed=at.speed,
         overload=overload,
         peak_force=fold.drive_torque / wheelset.radius,
         peak_curvature=float(slopes[0] - slopes[1]) / (2.0 * step * wheelset.radius),

@@ -1,8 +1,9 @@
-"""What a vehicle's computer does: speed sensors and sampled traction controllers.
+"""Speed sensors and sampled traction controllers, as in a vehicle's computer.
 
-The controllers see a driver's demand, a measured wheel speed and a measured vehicle speed, and
-never the friction, the load or the true creepage. They are pure functions of arrays: many
-wheelsets run side by side.
+Traction controllers run in scenarios (`run_scenario`, `run_many`). They see a driver's demand, a
+measured wheel speed and a measured vehicle speed, and never the friction, the load or the true
+creepage. They are pure functions of arrays, so that many wheelsets run side by side. The continuous
+controllers for `simulate`, which see the true creepage, are in `vehicle.continuous_control`.
 """
 
 from collections.abc import Mapping
@@ -10,11 +11,15 @@ from types import MappingProxyType
 
 from contactlib.traction.creep_pi import CreepPI
 from contactlib.traction.design import total_delay
-from contactlib.traction.interface import Measurement, TractionController
-from contactlib.traction.open_loop import OpenLoop
+from contactlib.traction.interface import (
+    Measurement,
+    OpenLoop,
+    TractionController,
+    stacked,
+    structure,
+)
 from contactlib.traction.sensors import SensorReader, Sensors
 from contactlib.traction.slope_seeking import SlopeSeeking
-from contactlib.traction.stacking import stacked, structure
 from contactlib.traction.threshold import ThresholdControl
 
 CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(

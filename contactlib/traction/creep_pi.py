@@ -1,57 +1,206 @@
-"""Creep control: the demand is limited by a PI controller of the creepage."""
+"""Sampled creep control: a PI controller of the slip speed limits the demand.
+
+`SlipLimiter` is the part that `CreepPI` shares with `SlopeSeeking`.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from functools import cached_property
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import FloatArray, Quantity
+from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.stability import fast_pole, worst_pole
 from contactlib.traction.design import least_slip, peak_creepage, slip_gains, total_delay
 from contactlib.traction.interface import Measurement, plausible
-from contactlib.traction.limiter import LimiterMemory, SlipLimiter
+from contactlib.traction.observers import Tracked, track, tracker_gains
 from contactlib.traction.sensors import Sensors
-from contactlib.wheelset import checked_conditions
+from contactlib.vehicle.drivetrain import Drivetrain
 
-BELOW_PEAK = 0.8  # of the nominal peak's creepage: on the side that needs no holding
-SHARES = (0.2, 2.0)  # the reference stays within these shares of the given one
+BAND = 0.15  # lack of creepage / reference beyond which the creepage is far below the reference
+CUT = 0.5  # rate at which a spinning wheel's torque is reduced / rate at which it is restored
+BELOW_PEAK = 0.8  # reference / creepage of the nominal peak: on the stable side
+SHARES = (0.2, 2.0)  # limits of the scheduled reference / given reference
+
+
+class LimiterMemory(NamedTuple):
+    """Memory of the limiter.
+
+    Attributes
+    ----------
+    vehicle : Tracked
+        Filtered vehicle speed.
+    integral : ndarray
+        I, torque in the demand's direction [N.m].
+    limiting : ndarray of bool
+        Whether the last torque was below the demand.
+    braking : ndarray of bool
+        Whether the last demand was negative.
+    """
+
+    vehicle: Tracked
+    integral: FloatArray
+    limiting: NDArray[np.bool_]
+    braking: NDArray[np.bool_]
+
+
+class Slip(NamedTuple):
+    """Slip of the wheel in the demand's direction.
+
+    Attributes
+    ----------
+    braking : ndarray of bool
+        Whether the demand is negative.
+    sign : ndarray
+        -1 in braking, else 1.
+    demand : ndarray
+        Size of the demand [N.m].
+    speed : ndarray
+        Slip speed [m/s].
+    scale : ndarray
+        Reference speed of the creepage: the vehicle's, at least `low_speed` [m/s].
+    """
+
+    braking: NDArray[np.bool_]
+    sign: FloatArray
+    demand: FloatArray
+    speed: FloatArray
+    scale: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlipLimiter(Parameters):
+    """Passes the demand until the creepage reaches a reference, then holds the creepage there.
+
+    In the demand's direction, with the measured slip speed w = r omega - V and the filtered
+    vehicle speed V,
+
+        e = max(zeta_ref max(|V|, low_speed), least_slip) - w
+        u = Kp e + I,    T = u limited to [0, demand]
+
+    While u exceeds the demand, I is the demand, so that T follows it without delay and any slip
+    beyond the reference reduces the torque at once; otherwise dI/dt = Ki e, limited to [0, demand],
+    and faster where the creepage is far below the reference or beyond four times the reference.
+
+    Parameters
+    ----------
+    sample_time : float, optional
+        Sample time [s].
+    proportional_gain, integral_gain : float
+        Kp, Ki on slip speed [N.s, N]: on creepage the gain is Kp V, scheduled with speed inversely
+        to the plant's gain r/(J V).
+    low_speed : float, optional
+        Vehicle speed below which the reference is a slip speed [m/s].
+    least_slip : float, optional
+        Smallest reference slip speed, above the noise [m/s].
+    speed_filter_time : float, optional
+        Time constant of the filter on the vehicle speed [s].
+    recovery_time : float, optional
+        Time in which the whole demand would be restored at zero creepage; at five times the
+        reference it would be removed in twice this time [s].
+    """
+
+    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
+    proportional_gain: Annotated[float, Quantity("N.s", above=0.0)]
+    integral_gain: Annotated[float, Quantity("N", at_least=0.0)]
+    low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
+    least_slip: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
+    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
+    recovery_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
+
+    @cached_property
+    def _tracker_gains(self) -> tuple[float, float]:
+        return tracker_gains(self.sample_time, self.speed_filter_time)
+
+    def start_limiter(self, measurement: Measurement, torque: ArrayLike) -> LimiterMemory:
+        """Memory of a drive at `torque` [N.m]."""
+        vehicle = np.array(measurement.vehicle_speed, dtype=np.float64)
+        size = np.abs(torque) + np.zeros_like(vehicle)
+        return LimiterMemory(
+            Tracked(vehicle, np.zeros_like(vehicle)),
+            np.asarray(size),
+            np.asarray(size < np.abs(measurement.demand)),
+            np.asarray(np.asarray(measurement.demand) < 0.0),
+        )
+
+    def slip(self, measurement: Measurement, vehicle: Tracked) -> tuple[Slip, Tracked]:
+        """Measured slip, and the filtered vehicle speed to which it refers."""
+        vehicle = track(vehicle, measurement.vehicle_speed, self._tracker_gains)
+        braking = measurement.demand < 0.0
+        sign = np.where(braking, -1.0, 1.0)
+        return (
+            Slip(
+                braking,
+                sign,
+                sign * measurement.demand,
+                sign * (measurement.wheel_speed - vehicle.speed),
+                np.maximum(np.abs(vehicle.speed), self.low_speed),
+            ),
+            vehicle,
+        )
+
+    def limit(
+        self, slip: Slip, vehicle: Tracked, reference: FloatArray, memory: LimiterMemory
+    ) -> tuple[FloatArray, LimiterMemory]:
+        """Torque [N.m] that holds a reference creepage [1], and the new memory."""
+        demand = slip.demand
+        limiting = memory.limiting & (slip.braking == memory.braking)
+        integral = np.where(limiting, np.minimum(memory.integral, demand), demand)
+        target = np.maximum(reference * slip.scale, self.least_slip)
+        error = target - slip.speed
+        wanted = self.proportional_gain * error + integral
+        size = np.minimum(np.maximum(wanted, 0.0), demand)
+        # The rising branch is stiff: torque changes the creepage little there, and Ki alone would
+        # take seconds to restore the torque. Beyond four times the reference the wheel spins; to
+        # cut earlier, while it passes the peak and returns, would make it hunt.
+        share = error / target
+        ease = np.maximum(np.minimum(share, 1.0), BAND) - BAND
+        ease = ease - CUT * np.maximum(np.minimum(-share, 4.0) - 3.0, 0.0)
+        step = self.sample_time
+        integral = integral + (
+            (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
+        )
+        return slip.sign * size, LimiterMemory(
+            vehicle,
+            np.minimum(np.maximum(integral, 0.0), demand),
+            wanted < demand,
+            slip.braking,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class CreepPI(SlipLimiter):
-    """Limits the demand so that the creepage does not exceed a reference.
+    """Sampled controller that limits the demand so that the creepage stays below a reference.
 
-    Its designer has to know the nominal friction: reference and gains come from its creep force
-    curve. Only the torque that the reference follows tells it of another.
+    The design needs the nominal friction, from whose creep force curve reference and gains follow.
+    With `reference_torque` the reference adapts to other friction.
 
     Parameters
     ----------
     reference : float
         Creepage to hold [1].
     reference_torque : float, optional
-        Torque that this creepage belongs to [N.m]. If it is given, the reference is in proportion
-        to the holding torque, the integral part: on a rail of half the friction half of the torque
-        is left, and the peak is at half the creepage, as the initial slope of the creep force does
-        not depend on friction. If it is not, the reference is constant, and right for one friction
-        only.
+        Torque at this creepage [N.m]. If given, the reference is proportional to the holding
+        torque, the integral part: on a rail with half the friction, half of the torque is left and
+        the peak is at half the creepage, as the initial slope of the creep force does not depend on
+        friction. Default: the reference is constant, and right for one friction only.
     proportional_gain, integral_gain : float
         Kp, Ki on slip speed [N.s, N].
     sample_time, low_speed, least_slip, speed_filter_time, recovery_time : float, optional
-        As of `SlipLimiter`.
+        As for `SlipLimiter`.
     """
 
-    reference: Annotated[float, Quantity("1", above=0.0)]
+    reference: Annotated[float, Quantity("1", above=0.0, percent=True)]
     reference_torque: Annotated[float | None, Quantity("N.m", above=0.0)] = None
 
     @classmethod
     def for_drivetrain(
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
-        """Gains by `slip_gains` for the steepest fall or the reference, whichever is worse.
+        """Design gains by `slip_gains` for the larger of the poles at steepest fall and reference.
 
         The reference is just below the nominal peak, with the torque there; a reference that is
         given without a torque is constant.
@@ -62,7 +211,7 @@ class CreepPI(SlipLimiter):
             If the delay is too long for any gain to hold the reference on nominal friction.
         """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
-        speed = checked_conditions(wheelset, speed=speed)["speed"]
+        speed = wheelset.conditions(speed=speed).speed
         if "reference" not in given:
             reference = BELOW_PEAK * peak_creepage(wheelset, speed)
             force = wheelset.balanced(creepage=reference, speed=speed).creep_force
@@ -91,7 +240,7 @@ class CreepPI(SlipLimiter):
         return cls(**{**known, **given})
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> LimiterMemory:
-        """Memory that goes on from `torque` [N.m]."""
+        """Memory of a drive at `torque` [N.m]."""
         return self.start_limiter(plausible(measurement), torque)
 
     def sample(

@@ -1,31 +1,39 @@
-"""What a vehicle's computer measures, and what every sampled controller answers."""
+"""Interface of sampled traction controllers, the open loop, and stacking for many wheelsets.
+
+A stacked controller has arrays in place of fields that differ, one element for each wheelset. As
+controllers are elementwise, its torques equal those of the single ones to the last bit. Derived
+values are stacked too instead of being computed again.
+"""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol, Self
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache, cached_property
+from typing import Annotated, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import FloatArray
+from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
 from contactlib.traction.sensors import Sensors
+from contactlib.vehicle.drivetrain import Drivetrain
 
-FASTEST = 300.0  # a measured speed beyond it is taken for this much [m/s]
-STRONGEST = 1e7  # likewise a demand [N.m]
+FASTEST = 300.0  # limit of measured speeds [m/s]
+STRONGEST = 1e7  # limit of the demand [N.m]
 
 
 class Measurement(NamedTuple):
-    """What is known at a sample; arrays of one shape.
+    """Inputs of a controller at a sample; arrays of one shape.
 
     Attributes
     ----------
     demand : ndarray
-        Torque at the axle that the driver asks for [N.m]; negative in braking.
+        The driver's demand of axle torque [N.m]; negative in braking.
     wheel_speed : ndarray
-        Radius times angular velocity, mean of the wheels, as measured [m/s].
+        Measured radius times angular velocity, mean of the wheels [m/s].
     vehicle_speed : ndarray
-        As measured [m/s].
+        Measured vehicle speed [m/s].
     """
 
     demand: FloatArray
@@ -34,45 +42,141 @@ class Measurement(NamedTuple):
 
 
 class TractionController(Protocol):
-    """A rule from measurement and memory to the torque of the next sample time.
+    """Interface of a sampled controller: measurement and memory give the torque of the next sample.
 
-    It is pure: all that changes is in the memory. Arrays have the shape (n,) of many wheelsets
-    throughout, or (), and no element of them depends on another.
+    A controller is pure: its state is in the memory. All arrays have the shape (n,) of many
+    wheelsets, or (), and their elements are independent of each other.
     """
 
     @property
     def sample_time(self) -> float:
-        """[s]."""
+        """Sample time [s]."""
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> Any:
-        """Memory of a drive that has been giving `torque` [N.m]."""
+        """Memory of a drive at a steady `torque` [N.m]."""
 
     def sample(self, measurement: Measurement, memory: Any) -> tuple[FloatArray, Any]:
-        """Torque to give [N.m], of the demand's sign and no more than it, and the new memory."""
+        """Torque [N.m], of the demand's sign and at most of its size, and the new memory."""
 
     @classmethod
     def for_drivetrain(
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
-        """The controller as its designer would set it for a vehicle.
+        """Design the controller for a vehicle.
 
         Parameters
         ----------
         drivetrain : Drivetrain
-            What is driven; its constants and its linearisation are used, if at all.
+            The drivetrain, of which at most constants and linearisation are used.
         speed : float
-            Speed that the gains are designed at [m/s].
+            Speed for which the gains are designed [m/s].
         sensors : Sensors
-            What the controller will see through.
+            Sensors of the controller.
         **given
-            Fields of the controller that are not to be worked out.
+            Fields of the controller that are not designed.
         """
 
 
 def plausible(measurement: Measurement) -> Measurement:
-    """The measurement, held within what a vehicle can do: arithmetic with it cannot overflow."""
+    """Limit a measurement to what is possible for a vehicle, so that arithmetic cannot overflow."""
     return Measurement(
         np.minimum(np.maximum(measurement.demand, -STRONGEST), STRONGEST),
         np.minimum(np.maximum(measurement.wheel_speed, -FASTEST), FASTEST),
         np.minimum(np.maximum(measurement.vehicle_speed, -FASTEST), FASTEST),
     )
+
+
+class NoMemory(NamedTuple):
+    """Empty memory."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenLoop(Parameters):
+    """Sampled controller without control: the torque is the demand.
+
+    Parameters
+    ----------
+    sample_time : float, optional
+        Sample time [s].
+    """
+
+    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
+
+    @classmethod
+    def for_drivetrain(
+        cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
+    ) -> Self:
+        """Return the controller as given; there is nothing to design."""
+        checked_number("speed", speed, POSITIVE)
+        return cls(**given)
+
+    def start(self, measurement: Measurement, torque: ArrayLike) -> NoMemory:
+        """Empty memory."""
+        return NoMemory()
+
+    def sample(self, measurement: Measurement, memory: NoMemory) -> tuple[FloatArray, NoMemory]:
+        """The demand, and the empty memory."""
+        return np.array(measurement.demand, dtype=np.float64), memory
+
+
+def structure(value: Any) -> Hashable:
+    """Key that is equal for values that can be stacked: everything but their numbers."""
+    kind: Any = type(value)
+    if kind is float or value is None:
+        return (kind,)
+    if isinstance(value, tuple):
+        return kind, *map(structure, value)
+    if is_dataclass(value):
+        return kind, *map(structure, _parts(value).values())
+    return value if isinstance(value, Hashable) else id(value)
+
+
+def stacked(controllers: Sequence[TractionController]) -> TractionController:
+    """Stack the controllers of many wheelsets into one.
+
+    Parameters
+    ----------
+    controllers : sequence of TractionController
+        Checked controllers of one `structure` and one sample time.
+    """
+    first = controllers[0]
+    whole: TractionController = _stacked(controllers)
+    if whole is not first:
+        object.__setattr__(whole, "sample_time", first.sample_time)
+    return whole
+
+
+def _stacked(values: Sequence[Any]) -> Any:
+    first = values[0]
+    if all(value is first for value in values):
+        return first
+    if isinstance(first, float):
+        same = all(value == first for value in values)
+        return first if same else np.array(values, dtype=np.float64)
+    if isinstance(first, tuple):
+        return tuple(_stacked(parts) for parts in zip(*values, strict=True))
+    if is_dataclass(first):
+        whole: Any = object.__new__(type(first))
+        parts = [_parts(value) for value in values]
+        for name in parts[0]:
+            # Bypass the checks, which refuse arrays: each element has been checked.
+            whole.__dict__[name] = _stacked([part[name] for part in parts])
+        return whole
+    return first
+
+
+def _parts(value: Any) -> dict[str, Any]:
+    """Fields and derived values of a dataclass, by name."""
+    kind: Any = type(value)
+    return {name: getattr(value, name) for name in _names(kind)}
+
+
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
+    derived = {
+        name
+        for base in kind.__mro__
+        for name, member in vars(base).items()
+        if isinstance(member, cached_property)
+    }
+    return *(field.name for field in fields(kind)), *sorted(derived)

@@ -1,4 +1,4 @@
-"""What stands between the truth and the vehicle's computer: noise and delay."""
+"""Speed sensors with noise and delay, and counts and indices as whole numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.parameters import (
+from contactlib.base.quantities import (
     POSITIVE,
     FloatArray,
     Limits,
@@ -20,15 +20,15 @@ from contactlib.parameters import (
     shown,
 )
 
-AHEAD = 256  # samples of noise that are drawn at once
+AHEAD = 256  # samples of noise drawn at once
 COUNTS = Limits(at_least=1.0, at_most=1e6)
 INDEX = Limits(at_least=0.0, below=2.0**63)  # of a run, for its noise
-LONGEST_DELAY = 10_000  # samples, all of which are kept
+LONGEST_DELAY = 10_000  # samples, all of which are stored
 TOGETHER = 64  # wheelsets whose noise is written at once
 
 
 def checked_whole(name: str, value: float, limits: Limits) -> int:
-    """A whole number within limits, or a ValueError that names it."""
+    """Return a whole number within limits, or raise a ValueError that names it."""
     number = checked_number(name, value, limits)
     if number != int(number):
         raise ValueError(f"{name} = {value!r} must be a whole number")
@@ -36,7 +36,7 @@ def checked_whole(name: str, value: float, limits: Limits) -> int:
 
 
 def checked_indices(index: Sequence[int]) -> list[int]:
-    """Whole numbers that are places of runs, or a ValueError that names what is none."""
+    """Return indices of runs as integers, or raise a ValueError."""
     places = checked("index", index, INDEX)
     if places.ndim != 1 or (places != np.floor(places)).any():
         raise ValueError(f"index = {shown(index)} must be one row of whole numbers")
@@ -52,9 +52,9 @@ class Sensors(Parameters):
     wheel_speed_noise, vehicle_speed_noise : float, optional
         Standard deviations [m/s].
     delay : float, optional
-        From the measurement until the controller has it [s]: a whole number of samples.
+        Time from the measurement to the controller [s], a whole number of samples.
     seed : float, optional
-        Whole number that the noise is drawn from.
+        Seed of the noise, a whole number.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class Sensors(Parameters):
         Raises
         ------
         ValueError
-            If it is not a whole number of them, or of too many.
+            If it is not a whole number of samples, or too long.
         """
         step = checked_number("sample_time", sample_time, POSITIVE)
         samples = self.delay / step
@@ -96,7 +96,7 @@ class Sensors(Parameters):
         return round(samples)
 
     def reader(self, count: int, sample_time: float, *, first: int = 0) -> SensorReader:
-        """Reader of `count` wheelsets; `first` is the index of the first among all of them."""
+        """Reader for `count` wheelsets; `first` is the index of the first one."""
         n, start = checked_whole("count", count, COUNTS), checked_whole("first", first, INDEX)
         return SensorReader([self] * n, sample_time, range(start, start + n))
 
@@ -104,22 +104,22 @@ class Sensors(Parameters):
 class SensorReader:
     """Reads the sensors of many wheelsets, sample by sample.
 
-    The noise of a wheelset is drawn from (seed, index) alone, so it is the same whichever others
-    run beside it. Before the first delayed sample arrives the first one is held.
+    The noise of a wheelset is drawn from (seed, index) alone, so it does not depend on the others.
+    Until the first delayed sample arrives, the reader returns the first sample.
 
     Parameters
     ----------
     sensors : sequence of Sensors
-        Of each wheelset.
+        Sensors of each wheelset.
     sample_time : float
-        [s].
+        Sample time [s].
     index : sequence of int
-        Of each wheelset among all that there are.
+        Index of each wheelset among all runs.
 
     Raises
     ------
     ValueError
-        If the delays are not one and the same number of samples, or an index is none.
+        If the delays are not equal numbers of samples, or an index is out of range.
     """
 
     def __init__(
@@ -139,32 +139,32 @@ class SensorReader:
             [[one.wheel_speed_noise, one.vehicle_speed_noise] for one in sensors]
         ).T
         noisy = np.flatnonzero(self._scale.any(axis=0)).tolist()
-        # Philox makes independent streams of any keys.
+        # Philox gives independent streams for any keys.
         self._streams = {
             i: np.random.Generator(np.random.Philox(key=[int(sensors[i].seed), places[i]]))
             for i in noisy
         }
         self._noise = np.zeros((AHEAD, 2, self._count)) if noisy else np.zeros((0, 2, 0))
         self._drawn = AHEAD
-        self._kept: list[FloatArray] = []
+        self._history: list[FloatArray] = []
         self._reads = 0
 
     def read(
         self, wheel_speed: ArrayLike, vehicle_speed: ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
-        """Measured wheel and vehicle speed of the true ones, all [m/s] and of shape (n,)."""
+        """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,)."""
         now = np.empty((2, self._count))
         now[0], now[1] = wheel_speed, vehicle_speed
         if self._streams:
             now += self._next_noise()
         if self._delay == 0:
             return now[0], now[1]
-        if not self._kept:
-            self._kept = [now] * (self._delay + 1)
+        if not self._history:
+            self._history = [now] * (self._delay + 1)
         slot = self._reads % (self._delay + 1)
-        self._kept[slot] = now
+        self._history[slot] = now
         self._reads += 1
-        late = self._kept[(slot + 1) % (self._delay + 1)]
+        late = self._history[(slot + 1) % (self._delay + 1)]
         return late[0], late[1]
 
     def _next_noise(self) -> FloatArray:
@@ -175,7 +175,7 @@ class SensorReader:
         return np.asarray(self._noise[self._drawn - 1])
 
     def _draw(self) -> None:
-        """Draw ahead, some wheelsets at a time: to write each by itself would miss the cache."""
+        """Draw ahead for several wheelsets at a time, as single ones would miss the cache."""
         noisy, together = list(self._streams), np.empty((TOGETHER, AHEAD, 2))
         for start in range(0, len(noisy), TOGETHER):
             some = noisy[start : start + TOGETHER]

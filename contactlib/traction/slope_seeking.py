@@ -1,13 +1,13 @@
-"""Creep control that finds the peak of the creep force by itself, whatever the friction.
+"""Sampled creep control that finds the peak of the creep force for any friction.
 
-The slope of the creep force at no creepage is a matter of stiffness and not of friction, as both
-zeta0 and f_d P are proportional to f_d. So where friction changes, the peak moves along a ray of
-constant creepage per creep force, and the reference creepage, a compliance times the load torque
-of an observer (`contactlib.traction.load_observer`), follows a wet patch at once. The compliance
-of the peak depends on law and layer. It is found by going up the slope of the creep force, as in
-A. Kawamura, M. Cao et al., "Measurement of tractive force in the creep region and maximum adhesion
-control of high speed railway systems"; a small movement of the reference tells the slope
-(`contactlib.traction.elasticity`).
+The slope of the creep force at zero creepage depends on stiffness and not on friction, as both
+zeta0 and f_d P are proportional to f_d. Where friction changes, the peak therefore moves along a
+ray of constant creepage / creep force, and the reference creepage, a compliance times the observed
+load torque, follows a wet patch at once. The compliance of the peak depends on law and third-body
+layer. It is found by climbing the slope of the creep force, as in A. Kawamura, M. Cao et al.,
+"Measurement of tractive force in the creep region and maximum adhesion control of high speed
+railway systems"; a small dither of the reference reveals the slope. Load torque and slope are
+observed by `contactlib.traction.observers`.
 """
 
 from __future__ import annotations
@@ -20,34 +20,40 @@ from typing import Annotated, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import FloatArray, Quantity
+from contactlib.base.quantities import FloatArray, Quantity
+from contactlib.traction.creep_pi import LimiterMemory, SlipLimiter
 from contactlib.traction.design import least_slip, slip_gains, stick_compliance
-from contactlib.traction.elasticity import Moments, add_sample, elasticity, slip_noise
 from contactlib.traction.interface import Measurement, plausible
-from contactlib.traction.limiter import LimiterMemory, SlipLimiter
-from contactlib.traction.load_observer import LoadObserver, Observed
+from contactlib.traction.observers import (
+    LoadObserver,
+    Moments,
+    Observed,
+    add_sample,
+    elasticity,
+    slip_noise,
+)
 from contactlib.traction.sensors import Sensors
+from contactlib.vehicle.drivetrain import Drivetrain
 
-HELD = 0.3  # of the reference: further from it the slope is not that of the reference
-RANGE = (0.7, 10.0)  # shares of the first compliance that it stays within; see `for_drivetrain`
+HELD = 0.3  # largest deviation of the creepage / reference at which the slope is used
+RANGE = (0.7, 10.0)  # limits of the compliance / first compliance; see `for_drivetrain`
 
 
 class SeekingMemory(NamedTuple):
-    """What the controller keeps.
+    """Memory of the controller.
 
     Attributes
     ----------
     limiter : LimiterMemory
-        Of the inner loop.
+        Memory of the inner loop.
     observed : Observed
-        Of the load observer.
+        State of the load observer.
     moments : Moments
-        Of load and creepage.
+        Moments of load and creepage.
     compliance : ndarray
-        Creepage per load torque that is held, but for the dither [1/(N.m)].
+        Reference creepage / load torque, without the dither [1/(N.m)].
     phase : ndarray
-        Of the dither, 0 to 1.
+        Phase of the dither, 0 to 1.
     """
 
     limiter: LimiterMemory
@@ -59,16 +65,16 @@ class SeekingMemory(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SlopeSeeking(SlipLimiter):
-    """Limits the demand so that the creepage stays at the peak of the creep force.
+    """Sampled controller that limits the demand to hold the peak of the creep force.
 
     Parameters
     ----------
     radius, inertia : float
-        Of the wheelset with its drive [m, kg.m2].
+        Parameters of the wheelset with its drive [m, kg.m2].
     delay, motor_lag : float, optional
-        Of the sensors, in whole samples, and of the motor [s].
+        Delay of the sensors, a whole number of samples, and lag of the motor [s].
     first_compliance : float
-        Creepage per load torque to begin with [1/(N.m)].
+        Initial creepage / load torque [1/(N.m)].
     proportional_gain, integral_gain : float
         Kp, Ki of the inner loop on slip speed [N.s, N].
     least_reference, largest_reference : float, optional
@@ -76,18 +82,19 @@ class SlopeSeeking(SlipLimiter):
     seeking_rate : float, optional
         Relative rate of the compliance for an elasticity of one [1/s].
     target_elasticity : float, optional
-        Elasticity to settle at [1]: zero is the peak. At 0.2 the last per cent of creepage, and so
-        of slip work, still brings 0.2 per cent of force; a broad peak is not climbed to the top.
+        Elasticity at which the search settles [1]; the peak has zero. At 0.2 the last per cent of
+        creepage, and so of slip work, still gives 0.2 per cent of force, and a broad peak is not
+        climbed to the top.
     dither, dither_period : float, optional
-        Share of the reference that it is moved by, up and down, and how long that takes [1, s].
+        Amplitude / reference, and period of the dither [1, s].
     memory_time : float, optional
-        Over which the slope is estimated [s].
+        Time over which the slope is estimated [s].
     observer_time : float, optional
         Time constant of the load observer [s].
     slip_noise : float, optional
-        Standard deviation of the slip that comes out of it [m/s].
+        Standard deviation of the slip from the load observer [m/s].
     sample_time, low_speed, least_slip, speed_filter_time, recovery_time : float, optional
-        As of `SlipLimiter`.
+        As for `SlipLimiter`.
     """
 
     radius: Annotated[float, Quantity("m", above=0.0)]
@@ -95,8 +102,8 @@ class SlopeSeeking(SlipLimiter):
     delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
     motor_lag: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
-    least_reference: Annotated[float, Quantity("1", at_least=1e-4)] = 0.002
-    largest_reference: Annotated[float, Quantity("1", at_least=1e-4)] = 0.05
+    least_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.002
+    largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.05
     seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.35
     target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.2
     dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.1
@@ -116,7 +123,7 @@ class SlopeSeeking(SlipLimiter):
 
     @cached_property
     def observer(self) -> LoadObserver:
-        """Of the load torque."""
+        """Observer of the load torque."""
         return LoadObserver(
             sample_time=self.sample_time,
             radius=self.radius,
@@ -128,7 +135,7 @@ class SlopeSeeking(SlipLimiter):
 
     @cached_property
     def _gains(self) -> tuple[float, float]:
-        """Of the slow means and of the moments, per sample."""
+        """Gains of the slow means and of the moments per sample."""
         step = self.sample_time
         return (
             -math.expm1(-step / (0.5 * self.dither_period)),
@@ -139,12 +146,12 @@ class SlopeSeeking(SlipLimiter):
     def for_drivetrain(
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
-        """Constants of the drive, of the sensors and of the contact's stiffness; no friction.
+        """Design from constants of drive, sensors and contact stiffness, without friction.
 
-        The gains are those that `slip_gains` has for any pole: the steepest that it is robust for.
-        The first compliance is 1.8 times that of the stiff contact, where Carter's law gives 99 %
-        of its largest force; it has its peak at twice. Other laws have it at 0.77 (line contact,
-        k_hat = 2) of that or more; on flat curves at several times as much.
+        The gains are those of `slip_gains` for the largest pole for which it is robust. The first
+        compliance is 1.8 times that of the sticking contact: there Carter's law, whose peak is at
+        2.0, gives 99 % of its largest force. Other laws have the peak at 0.77 (line contact,
+        k_hat = 2) of this or more, flat curves at several times as much.
         """
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
         filter_time = given.get("speed_filter_time", cls.speed_filter_time)
@@ -168,7 +175,7 @@ class SlopeSeeking(SlipLimiter):
         return cls(**{**known, **given, "slip_noise": noise})
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> SeekingMemory:
-        """Memory that goes on from `torque` [N.m]."""
+        """Memory of a drive at `torque` [N.m]."""
         known = plausible(measurement)
         limiter = self.start_limiter(known, torque)
         slip, _ = self.slip(known, limiter.vehicle)

@@ -1,12 +1,12 @@
 """Slip protection by thresholds: cut the torque when the wheel slips, and apply it again.
 
-The classical scheme of locomotives, and the baseline here (P. Pichlik, J. Zdenek, "Overview of slip
-control methods used in locomotives", Transactions on Electrical Engineering 3 (2014), set it
-against others): it detects by slip speed and by wheel acceleration, takes torque away fast, holds
-until the wheel has come back, gives a part of the torque at the cut back fast, and goes on from
-there by a ramp. It hunts about the peak. Its defaults are, rounded, those that transmit the largest
-force over the scenario dry_wet_dry.toml, out of fifteen hundred drawn at random and the best of
-these refined by differential evolution. Others have 4 % less slip work for 0.5 % of the force.
+The classical scheme of locomotives, and the baseline here; P. Pichlik, J. Zdenek, "Overview of slip
+control methods used in locomotives", Transactions on Electrical Engineering 3 (2014), compare it
+with others. It detects slip by slip speed and wheel acceleration, cuts the torque fast, waits until
+the wheel has recovered, restores a part of the torque fast, and continues with a ramp. It hunts
+about the peak. The defaults, rounded, transmit the largest force in the scenario dry_wet_dry.toml
+among fifteen hundred random sets, the best of which were refined by differential evolution. Other
+sets have 4 % less slip work for 0.5 % of the force.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from typing import Annotated, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contactlib.drivetrain import Drivetrain
-from contactlib.parameters import POSITIVE, FloatArray, Parameters, Quantity, checked_number
+from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
 from contactlib.traction.interface import Measurement, plausible
+from contactlib.traction.observers import Tracked, track, tracked_variance, tracker_gains
 from contactlib.traction.sensors import Sensors
-from contactlib.traction.speed_tracker import Tracked, track, tracked_variance, tracker_gains
+from contactlib.vehicle.drivetrain import Drivetrain
 
-CLEAR = 5.0  # standard deviations: one false cut in hours
+CLEAR = 5.0  # standard deviations below the thresholds: one false cut in hours
 
 
 class ThresholdMemory(NamedTuple):
-    """What the scheme keeps.
+    """Memory of the scheme.
 
     Attributes
     ----------
@@ -38,9 +38,9 @@ class ThresholdMemory(NamedTuple):
     slip, wheel_speed : ndarray
         Filtered slip speed in the demand's direction, filtered wheel speed [m/s].
     torque, cut_torque : ndarray
-        Limit in the demand's direction, and what it was at the last cut [N.m].
+        Limit in the demand's direction, and its value at the last cut [N.m].
     cutting, limiting, braking : ndarray of bool
-        Whether torque is being cut; was below the demand; was asked for by a negative demand.
+        Whether the torque is being cut; was below the demand; and whether the demand was negative.
     """
 
     vehicle: Tracked
@@ -55,32 +55,32 @@ class ThresholdMemory(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ThresholdControl(Parameters):
-    """Cut and re-apply.
+    """Sampled controller that cuts and restores the torque at thresholds of the slip.
 
     Parameters
     ----------
     sample_time : float, optional
-        [s].
+        Sample time [s].
     slip_threshold, slip_release : float, optional
         Creepage that starts a cut, and below which it ends [1].
     acceleration_threshold : float, optional
         Wheel acceleration in the demand's direction that starts a cut [m/s2].
     cut_fraction : float, optional
-        What the cut leaves of the torque [1]. Should the wheel not come back, the rest follows
-        within `ramp_time`.
+        Torque after / before the cut [1]. If the wheel does not recover, the rest is cut within
+        `ramp_time`.
     cut_time : float, optional
-        Time in which the demand would be cut to nothing [s].
+        Time in which the whole demand would be cut [s].
     reapply_fraction : float, optional
-        What is given back at once, of the torque at the cut [1].
+        Torque restored fast / torque at the cut [1].
     reapply_time : float, optional
-        Time in which the demand would be given back from zero [s].
+        Time in which the whole demand would be restored fast [s].
     ramp_time : float, optional
-        The same by the slow ramp that follows [s]. Rates are those of the demand, as the torque at
-        a cut may be any, and at none there would be no way back.
+        Time in which the following slow ramp would restore the whole demand [s]. Rates refer to
+        the demand, as the torque at a cut may be zero, from which a rate would never recover.
     low_speed : float, optional
-        Below it the thresholds are slip speeds [m/s].
+        Vehicle speed below which the thresholds are slip speeds [m/s].
     least_slip : float, optional
-        A cut never starts at a smaller slip speed: what is within the noise is not slip [m/s].
+        Smallest slip speed that starts a cut, above the noise [m/s].
     speed_filter_time, slip_filter_time, acceleration_filter_time : float, optional
         Time constants of the filters on vehicle speed, slip and acceleration [s].
     """
@@ -114,7 +114,7 @@ class ThresholdControl(Parameters):
 
     @cached_property
     def _filter_gains(self) -> tuple[float, float]:
-        """Of the filters on slip and wheel speed, per sample."""
+        """Gains of the filters on slip and wheel speed per sample."""
         slip = self.slip_filter_time
         return (
             -math.expm1(-self.sample_time / slip) if slip > 0.0 else 1.0,
@@ -125,7 +125,7 @@ class ThresholdControl(Parameters):
     def for_drivetrain(
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
     ) -> Self:
-        """Thresholds clear of the sensors' noise; the wheelset has no part in them."""
+        """Set thresholds clear of the sensors' noise; the wheelset does not matter."""
         checked_number("speed", speed, POSITIVE)
         designed = cls(**given)
         slip, acceleration = designed.noise(sensors)
@@ -136,10 +136,10 @@ class ThresholdControl(Parameters):
         return cls(**{**known, **given})
 
     def noise(self, sensors: Sensors) -> tuple[float, float]:
-        """Standard deviations of the filtered slip [m/s] and acceleration [m/s2] by the sensors.
+        """Standard deviations of the filtered slip [m/s] and acceleration [m/s2] by sensor noise.
 
-        A first-order filter of gain g leaves g/(2 - g) of white variance, and gives its own change
-        per sample 2 g**2/(2 - g) of it.
+        A first-order filter of gain g reduces white variance to g/(2 - g); its change per sample
+        has 2 g**2/(2 - g) of it.
         """
         slip, speed = self._filter_gains
         wheel = sensors.wheel_speed_noise
@@ -150,7 +150,7 @@ class ThresholdControl(Parameters):
         )
 
     def start(self, measurement: Measurement, torque: ArrayLike) -> ThresholdMemory:
-        """Memory that goes on from `torque` [N.m]."""
+        """Memory of a drive at `torque` [N.m]."""
         known = plausible(measurement)
         vehicle, wheel = np.array(known.vehicle_speed), np.array(known.wheel_speed)
         size = np.abs(torque) + np.zeros_like(vehicle)
@@ -180,7 +180,7 @@ class ThresholdControl(Parameters):
         acceleration = np.where(braking, -change, change) / self.sample_time
         scale = np.maximum(np.abs(vehicle.speed), self.low_speed)
 
-        # Without a limit so far, the limit is the demand.
+        # Unless limiting, the limit is the demand.
         limiting = memory.limiting & (braking == memory.braking)
         torque = np.where(limiting, np.minimum(memory.torque, demand), demand)
         most = np.maximum(self.slip_threshold * scale, self.least_slip)

@@ -1,7 +1,7 @@
-"""Figures of a sweep: one for each outcome, of the kind that its axes ask for.
+"""Figures of a sweep: one for each outcome, of a kind that suits its axes.
 
-Over one parameter an outcome is a line, over two a map, over three a row of maps; of random samples
-it is a distribution, with what it depends on.
+An outcome over one parameter is drawn as lines, over two as a map, over three as a row of maps;
+random samples are drawn as a distribution, with the parameters that matter most.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 
 from contactlib.figures.maps.curves import curve_figure
 from contactlib.figures.maps.layout import FAILED, RUN, layout
+from contactlib.figures.maps.meaning import words
 from contactlib.figures.maps.planes import plane_figure
 from contactlib.figures.maps.samples import sample_figure
-from contactlib.figures.maps.words import words
 from contactlib.figures.style import save_pictures
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["draw_maps", "map_figure"]
 
 MARKED = (
-    "Marked and named: the median, and what 5 % and 95 % of the runs do not exceed. "
+    "Marks and key: the median (5th to 95th percentile). "
     "A rank correlation shows rising or falling dependence only, not a rise and fall."
 )
 
@@ -36,9 +36,9 @@ def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
     Parameters
     ----------
     dataset : xarray.Dataset
-        As of `map_figure`.
+        As for `map_figure`.
     folder : path
-        Where the files go; it is made if it is missing. They are called like the outcomes.
+        Folder for the files, created if missing. A file has the name of its outcome.
 
     Returns
     -------
@@ -48,15 +48,15 @@ def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
     Raises
     ------
     ValueError
-        If an outcome's name is not one.
+        If an outcome's name is not an identifier.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for outcome, values in dataset.data_vars.items():
         if outcome != FAILED and values.dims:
-            if not str(outcome).isidentifier():  # it names files, and may come from anywhere
-                raise ValueError(f"outcome {outcome!r} is no name of an outcome")
+            if not str(outcome).isidentifier():  # it may come from any file
+                raise ValueError(f"outcome {outcome!r} must be an identifier: it names a file")
             figure = map_figure(dataset, str(outcome))
             written += save_pictures(figure, folder, str(outcome))
     return written
@@ -68,22 +68,22 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     Parameters
     ----------
     dataset : xarray.Dataset
-        Outcomes over the axes of a grid, or over ``run`` with the drawn parameters as coordinates;
-        over ``controller`` too where a run was needed. Outcomes and coordinates have ``units`` and
-        ``long_name``. A variable ``failed`` is not zero where a run failed. The attributes
-        ``title`` and ``source`` go into title and caption.
+        Outcomes over the axes of a grid, or over ``run`` with the sampled parameters as
+        coordinates; outcomes of runs also have the dimension ``controller``. Outcomes and
+        coordinates have ``units`` and ``long_name``. A variable ``failed`` is not zero where a run
+        failed. The attributes ``title`` and ``source`` go into title and caption.
     outcome : str
-        Name of a variable of it.
+        Name of a variable of the dataset.
 
     Returns
     -------
     Figure
-        Where an outcome is infinite, has no value, or its run failed, is marked as that.
+        Infinite outcomes, outcomes without a value and failed runs have marks of their own.
 
     Raises
     ------
     ValueError
-        If there is no such outcome, or it is one number.
+        If there is no such outcome, or it is a single number.
     """
     if outcome not in dataset.data_vars or not dataset[outcome].dims:
         known = [str(name) for name, values in dataset.data_vars.items() if values.dims]
@@ -101,10 +101,10 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
 
 
 def _plain(text: object) -> str:
-    """A text from a file, in which a dollar is a dollar."""
+    """Text from a file, with dollar signs kept from starting a formula."""
     return str(text).replace("$", r"\$")
 
 
 def _sentences(*texts: str) -> str:
-    """A caption of those texts that are not empty."""
+    """Join the texts that are not empty into a caption."""
     return " ".join(f"{text[:1].upper()}{text[1:]}".rstrip(".") + "." for text in texts if text)

@@ -1,4 +1,4 @@
-"""Lines: an outcome over one parameter, of each controller or each value of a second parameter."""
+"""Lines of an outcome over one parameter, one per controller or value of a second parameter."""
 
 from __future__ import annotations
 
@@ -10,14 +10,30 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from contactlib.figures.maps.layout import Layout, controllers, title_of
-from contactlib.figures.maps.meaning import BORDER, YES_OR_NO, meaning
-from contactlib.figures.maps.panels import along, frame, in_rows, label_outside, panels
-from contactlib.figures.maps.words import finite, wide, words
+from contactlib.base.quantities import FloatArray
+from contactlib.figures.maps.layout import (
+    Layout,
+    along,
+    controllers,
+    frame,
+    in_rows,
+    label_outside,
+    panels,
+    title_of,
+)
+from contactlib.figures.maps.meaning import finite, meaning, wide, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.stability.common import plain_log
-from contactlib.figures.style import BLUE, DASHED, DOTTED, GREEN, GREY, ORANGE, STYLE
-from contactlib.parameters import FloatArray
+from contactlib.figures.style import (
+    BLUE,
+    DASHED,
+    DOTTED,
+    GREEN,
+    GREY,
+    ORANGE,
+    STYLE,
+    plain_log,
+)
+from contactlib.runs.analysis import MARGIN
 
 # Lines that differ in dashes and marks as well as in colour.
 LOOKS: tuple[dict[str, Any], ...] = (
@@ -29,7 +45,7 @@ LOOKS: tuple[dict[str, Any], ...] = (
 
 
 def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
-    """An outcome over one parameter; with a second one, a panel for each controller."""
+    """An outcome over one parameter; if there is a second, each controller has a panel."""
     shown, (x,) = words(chosen.outcome), chosen.axes
     names, means = controllers(chosen.outcome), meaning(chosen.outcome.name)
     apart = bool(names) and chosen.further is not None
@@ -52,7 +68,7 @@ def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
             handles |= _beyond(axes, at[case.failed], "failed", look, 0.0)
             if apart:
                 axes.set_title(run_name(names[panel]), loc="left", fontsize=10)
-        _height(drawn, shown.factor * finite(chosen.outcome.values), str(chosen.outcome.name))
+        _height(drawn, shown.factor * finite(chosen.outcome.values), means.yes_or_no)
         label_outside(drawn, columns, words(x).label, shown.lines(30))
         if chosen.further is None:
             handles |= _border(drawn, words(x).factor * x.values, chosen.cases[0].margin)
@@ -63,7 +79,7 @@ def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
 def _beyond(
     axes: Axes, at: FloatArray, name: str, look: dict[str, Any], height: float
 ) -> dict[str, Any]:
-    """Mark at the edge of the axes where a line has no number."""
+    """Mark points without a finite value at the edge of the axes."""
     if not at.size:
         return {}
     mark: dict[str, Any] = {"ls": "none", "marker": 6 if height else "x", "ms": 7}
@@ -74,7 +90,7 @@ def _beyond(
 
 
 def _border(drawn: list[Axes], at: FloatArray, margin: FloatArray | None) -> dict[str, Any]:
-    """Where the demand is the critical torque."""
+    """Mark where the demand equals the critical torque."""
     if margin is None or not np.isfinite(margin).all():
         return {}
     changes = np.flatnonzero(margin[1:] * margin[:-1] < 0.0)
@@ -85,13 +101,14 @@ def _border(drawn: list[Axes], at: FloatArray, margin: FloatArray | None) -> dic
         part = margin[i] / (margin[i] - margin[i + 1])
         for axes in drawn:
             axes.axvline(at[i] + part * (at[i + 1] - at[i]), **look)
-    return {BORDER: Line2D([], [], label=BORDER, **look)}
+    border = meaning(MARGIN).border
+    return {border: Line2D([], [], label=border, **look)}
 
 
-def _height(drawn: list[Axes], values: FloatArray, outcome: str) -> None:
-    """Scale of the outcome, common to all panels."""
-    if outcome in YES_OR_NO:
-        drawn[0].set_yticks([1.0, 0.0], YES_OR_NO[outcome])
+def _height(drawn: list[Axes], values: FloatArray, yes_or_no: tuple[str, str] | None) -> None:
+    """Set the scale of the outcome, common to all panels."""
+    if yes_or_no:
+        drawn[0].set_yticks([1.0, 0.0], yes_or_no)
         for line in drawn[0].lines:
             line.set_drawstyle("steps-mid")
     elif wide(values):

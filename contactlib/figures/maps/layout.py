@@ -1,41 +1,50 @@
-"""Which axis of a grid goes where on paper, and at what value the others are held."""
+"""Layout of a sweep's figures: the axis that each parameter takes, panels, labels and legend."""
 
 from __future__ import annotations
 
+import math
+import textwrap
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from contactlib.figures.maps.meaning import MARGIN
-from contactlib.figures.maps.words import words
+from contactlib.base.quantities import FloatArray
+from contactlib.figures.maps.meaning import geometric, words
 from contactlib.figures.scenario import run_name
-from contactlib.parameters import FloatArray
+from contactlib.figures.style import new_figure, plain_log, typeset
+from contactlib.runs.analysis import MARGIN
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
 
 CONTROLLER, RUN, FAILED = "controller", "run", "failed"
-FEW = 4  # an axis of fewer values is drawn as lines or panels, not as an axis of a map
-PANELS = 9  # most panels
+FEW = 4  # a parameter with fewer values becomes lines or panels, not an axis of a map
+PANELS, WIDEST = 9, 3  # largest number of panels, and of panels side by side
+FEW_TICKS = 6  # number of values up to which an axis labels each
+ROUND = (1, 2, 5, 10)  # steps between tick labels
+CHARACTERS = 12.5  # characters of a title or legend in an inch
 
 
 class Case(NamedTuple):
-    """What one controller gave at one value of a further axis: a line, or a map.
+    """Outcome of one controller at one value of the further axis: a line, or a map.
 
     Attributes
     ----------
     controller : str or None
-        None for an outcome that needs none.
+        None for an outcome that needs no controller.
     further : str
-        The value of the further axis, in words; empty if there is none.
+        Name and value of the further axis; empty if there is none.
     values : array
-        Over the axes of the layout, the last of them first, in SI units.
+        Values over the axes of the layout in reverse order, in SI units.
     failed : array of bool
         Where the run failed.
     margin : array or None
-        What is left of the critical torque, if the sweep has it [1].
+        Torque margin, if the sweep has it [1].
     """
 
     controller: str | None
@@ -51,15 +60,15 @@ class Layout(NamedTuple):
     Attributes
     ----------
     outcome : DataArray
-        What is drawn of it, sorted along its axes.
+        The part that is drawn, sorted along its axes.
     axes : tuple of DataArray
         One axis for lines, two (across, up) for a map.
     further : DataArray or None
-        The axis of which each value is a line or a map of its own.
+        The axis each of whose values has a line or a map of its own.
     note : str
-        What else varies in the sweep, and at what value it is shown; empty if nothing.
+        The other parameters of the sweep, with the values shown; empty if there are none.
     cases : tuple of Case
-        The controllers of one value of the further axis stand together.
+        Lines or maps; the controllers of one value of the further axis are adjacent.
     """
 
     outcome: DataArray
@@ -72,7 +81,7 @@ class Layout(NamedTuple):
 def layout(dataset: Dataset, outcome: str) -> Layout:
     """Choose axes and panels for an outcome on a grid: long axes first, in the file's order.
 
-    An axis that does not matter is left out.
+    An axis on which the outcome does not depend is omitted.
     """
     wanted = set(dataset[outcome].dims)
     there = [name for name in (FAILED, MARGIN) if name in dataset and name != outcome]
@@ -104,13 +113,13 @@ def layout(dataset: Dataset, outcome: str) -> Layout:
 
 
 def _matters(data: Dataset, name: str) -> bool:
-    """Whether anything differs along an axis."""
+    """Whether anything varies along an axis."""
     first = data.isel({name: 0}, drop=True)
     return any(not first.equals(data.isel({name: i}, drop=True)) for i in range(data.sizes[name]))
 
 
 def controllers(outcome: DataArray) -> list[str]:
-    """Names of the controllers; none for an outcome that needs none."""
+    """Names of the controllers; empty for an outcome that needs no controller."""
     return [str(name) for name in outcome[CONTROLLER].values] if CONTROLLER in outcome.dims else []
 
 
@@ -131,16 +140,75 @@ def _cases(
 
 
 def title_of(case: Case) -> str:
-    """Of a panel."""
+    """Title of a panel."""
     return ", ".join(filter(None, (case.controller and run_name(case.controller), case.further)))
 
 
 def _at(coordinate: DataArray) -> str:
-    """The one value of a coordinate, in words."""
+    """Name and value of a coordinate that has a single value."""
     of_axis = words(coordinate)
     return f"{of_axis.name} {of_axis.number(float(coordinate))}"
 
 
 def _spread(count: int, most: int) -> list[int]:
-    """At most so many indices, from the first to the last, evenly."""
+    """At most `most` evenly spaced indices, from the first to the last."""
     return sorted({round(i) for i in np.linspace(0, count - 1, min(count, most)).tolist()})
+
+
+def panels(count: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    """A figure of `count` panels in rows of `columns`; width and height in inches per panel."""
+    rows = math.ceil(count / columns)
+    common: dict[str, Any] = {"squeeze": False, "sharex": True, "sharey": True}
+    size = max(6.4, width * columns + 1.2), height * rows + 1.5
+    figure, grid = new_figure(*size, nrows=rows, ncols=columns, **common)
+    for axes in grid.flat[count:]:
+        axes.remove()
+    return figure, list(grid.flat[:count])
+
+
+def in_rows(count: int) -> int:
+    """Number of columns for `count` panels."""
+    return count if count <= WIDEST else WIDEST if count > 4 else 2
+
+
+def label_outside(drawn: list[Axes], columns: int, x: str, y: str) -> None:
+    """Label the left axes, and the lowest panel of each column."""
+    for index, axes in enumerate(drawn):
+        if index + columns >= len(drawn):
+            axes.set_xlabel(x)
+            axes.tick_params(labelbottom=True)
+        if index % columns == 0:
+            axes.set_ylabel(y)
+
+
+def along(axes: Axes, which: Literal["x", "y"], coordinate: DataArray) -> None:
+    """Set the ticks of a parameter's axis, logarithmic if its values are geometric."""
+    values = coordinate.values * words(coordinate).factor
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    if geometric(values):
+        axes.set(**{f"{which}scale": "log"})
+    if values.size <= FEW_TICKS:
+        axis.set_ticks(values, [f"{value:.4g}" for value in values])
+        axis.set_ticks([], minor=True)
+    elif geometric(values):
+        plain_log(axis, *((1.0, 2.0, 5.0) if values[-1] < 100.0 * values[0] else (1.0,)))
+    else:
+        axis.set_major_locator(MaxNLocator(6, steps=ROUND))
+
+
+def frame(figure: Figure, title: str, handles: dict[str, Any], caption: str) -> None:
+    """Set the title above, and below it the caption and a legend in as many columns as fit."""
+    lines = textwrap.fill(title, int(CHARACTERS * figure.get_figwidth()))
+    figure.suptitle(lines, x=0.01, ha="left", fontsize=12)
+    longest = max((len(text) for text in handles), default=0)
+    columns = int(CHARACTERS * figure.get_figwidth() / (longest + 5))
+    figure.legend(
+        handles=list(handles.values()),
+        loc="outside lower left",
+        ncols=min(max(1, columns), max(1, len(handles))),
+        title=typeset(figure, caption),
+        title_fontsize=9,
+        alignment="left",
+        handlelength=1.6,
+        columnspacing=1.4,
+    )

@@ -1,57 +1,89 @@
-"""What the outcomes of a sweep mean, where a number alone does not say it."""
+"""Names, units and scales with which the quantities of a sweep appear on axes."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import re
+import textwrap
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.base.quantities import FloatArray
+from contactlib.runs.analysis import SWEEP_OUTCOMES
+from contactlib.runs.outcomes import Outcome
+
+if TYPE_CHECKING:
+    from xarray import DataArray
+
+# Units that take a prefix, largest first.
+FORCES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))
+SHORT = ((1.0, ""), (1e-3, "m"))
+PREFIXES = {"N": FORCES, "N.m": FORCES, "J": FORCES, "W": FORCES, "s": SHORT, "m": SHORT}
+GEOMETRIC = 3.0  # largest / smallest value above which an axis may be logarithmic
+WIDE = 30.0  # largest / smallest value above which a scale is logarithmic
 
 
-class Meaning(NamedTuple):
-    """Of one outcome.
+class Words(NamedTuple):
+    """Name and unit of a quantity, and the factor from SI to that unit."""
 
-    Attributes
-    ----------
-    wanted : int
-        1 if much of it is good, -1 if little is; 0 if neither can be said, as of the distance
-        travelled, of which one wants much in traction and little in braking.
-    infinite, missing : str
-        What it means that it is infinite, or has no value.
-    zero : str
-        What it means that it is zero, where zero is of another kind than small; else empty.
-    """
+    name: str
+    unit: str
+    factor: float
 
-    wanted: int = 0
-    infinite: str = "infinite"
-    missing: str = "no value"
-    zero: str = ""
+    @property
+    def label(self) -> str:
+        """Label of an axis."""
+        return f"{self.name}  [{self.unit}]"
 
+    def lines(self, width: int) -> str:
+        """Label of a short axis, wrapped to a width in characters."""
+        return f"{textwrap.fill(self.name, width)}  [{self.unit}]"
 
-CLEARING = Meaning(infinite="survives any length", zero="not held even before the patch")
-FOLD = Meaning(missing="no maximum, or braking")
-MEANINGS = {
-    "adhesion_utilisation": Meaning(1),
-    "slip_work": Meaning(-1),
-    "slip_share": Meaning(-1),
-    "largest_creepage": Meaning(-1),
-    "largest_slip_speed": Meaning(-1),
-    "recovery_time": Meaning(-1, "does not recover", "nothing to recover from"),
-    "jerk": Meaning(-1),
-    "torsional_peak": Meaning(-1, missing="rigid axle"),
-    "clearing_time": CLEARING,
-    "clearing_distance": CLEARING,
-    "critical_torque": FOLD,
-    "patch_critical_torque": FOLD,
-    "critical_creepage": FOLD,
-    "hysteresis": FOLD,
-    "torque_margin": Meaning(infinite="no demand", missing=FOLD.missing),
-    "delay_limit": Meaning(infinite="any delay"),
-    "required_gain": Meaning(zero="needs none"),
-}
-YES_OR_NO = {"stable": ("held", "not held")}  # outcomes that are 1 or 0, and what these mean
-# Zero where the largest demand is the critical torque: a border on the maps of all outcomes.
-MARGIN, BORDER = "torque_margin", "demand = critical torque"
-ZEROS = {"worst_pole": "zero: below it nothing runs away", MARGIN: BORDER}
+    def number(self, value: float) -> str:
+        """A value in SI units, written with the displayed unit."""
+        unit = "" if self.unit == "1" else f"\u00a0{self.unit}"
+        return f"{value * self.factor:.4g}{unit}"
 
 
-def meaning(outcome: object) -> Meaning:
-    """Of an outcome by name."""
-    return MEANINGS.get(str(outcome), Meaning())
+def words(array: DataArray) -> Words:
+    """Name of an outcome or an axis, and the unit in which its numbers are short."""
+    given = array.attrs.get("long_name") if array.name in array.coords else None
+    name = str(given or str(array.name).replace("_", " "))
+    unit = str(array.attrs.get("units", "1"))
+    name = name.replace("$", r"\$")
+    if unit == "1":
+        in_percent = array.attrs.get("display_units") == "%"
+        return Words(name, "%", 100.0) if in_percent else Words(name, "1", 1.0)
+    values = np.abs(finite(array.values))
+    typical = np.exp(np.log(values).mean()) if wide(values) else values.max(initial=0.0)
+    if unit == "kg" and typical >= 1e3:
+        return Words(name, "t", 1e-3)
+    fitting = [pair for pair in PREFIXES.get(unit, ()) if pair[0] <= typical]
+    size, prefix = fitting[0] if fitting else (1.0, "")
+    text = re.sub(r"([a-z])(\d)", r"\1$^\2$", unit.replace(".", " "))
+    return Words(name, prefix + text, 1.0 / size)
+
+
+def finite(values: ArrayLike) -> FloatArray:
+    """The finite values, as a flat array."""
+    v = np.asarray(values, dtype=np.float64).ravel()
+    return v[np.isfinite(v)]
+
+
+def geometric(values: FloatArray) -> bool:
+    """Whether sorted values of an axis are spaced by a common ratio rather than a difference."""
+    if values.size < 3 or values[0] <= 0.0 or values[-1] < GEOMETRIC * values[0]:
+        return False
+    ratios, steps = np.diff(np.log(values)), np.diff(values)
+    return bool(np.ptp(ratios) / ratios.mean() < np.ptp(steps) / steps.mean())
+
+
+def wide(values: FloatArray) -> bool:
+    """Whether finite values are positive and differ by more than a factor of `WIDE`."""
+    return bool(values.size and values.min() > 0.0 and values.max() > WIDE * values.min())
+
+
+def meaning(outcome: object) -> Outcome:
+    """Registry entry of an outcome; a neutral one for an unknown name."""
+    return SWEEP_OUTCOMES.get(str(outcome), Outcome("1", ""))

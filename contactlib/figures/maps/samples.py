@@ -1,4 +1,4 @@
-"""Random samples: how an outcome is distributed, and which parameters it depends on."""
+"""Random samples: the distribution of an outcome, and the parameters on which it depends."""
 
 from __future__ import annotations
 
@@ -14,37 +14,35 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.stats import norm, spearmanr
 
+from contactlib.base.quantities import FloatArray
 from contactlib.figures.maps.curves import LOOKS
-from contactlib.figures.maps.layout import CONTROLLER, FAILED, RUN, controllers
-from contactlib.figures.maps.meaning import Meaning, meaning
-from contactlib.figures.maps.panels import frame
-from contactlib.figures.maps.words import Words, finite, wide, words
+from contactlib.figures.maps.layout import CONTROLLER, FAILED, RUN, controllers, frame
+from contactlib.figures.maps.meaning import Words, finite, meaning, wide, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.stability.common import SHADE, plain_log
-from contactlib.figures.style import GREY, STYLE, new_figure
-from contactlib.parameters import FloatArray
+from contactlib.figures.style import GREY, SHADE, STYLE, new_figure, plain_log
+from contactlib.runs.outcomes import Outcome
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
 
 QUANTILES = (0.05, 0.5, 0.95)
-CHANCE = 0.99  # part of the rank correlations of what does not depend that are inside the band
-STEPS, POINTS, BARS = 400, 1000, 8  # most that are drawn
-MANY = 300  # points, from which an SVG holds them as a picture
+CHANCE = 0.99  # probability that the rank correlation of an independent parameter is in the band
+STEPS, POINTS, BARS = 400, 1000, 8  # largest numbers that are drawn
+MANY = 300  # number of points above which an SVG holds them as a picture
 HATCHES = ("", "///", "...", "xxx")
 
 
 class Group(NamedTuple):
-    """What one controller gave in all runs.
+    """Outcome of one controller in all runs.
 
     Attributes
     ----------
     name : str
-        In words; empty for an outcome that needs no controller.
+        Name of the controller; empty for an outcome that needs no controller.
     values : array, shape (n,)
-        In the unit of the axis; nan where there is none.
+        Values in the unit of the axis; nan where there is none.
     failed : int
-        How many runs failed.
+        Number of failed runs.
     """
 
     name: str
@@ -72,7 +70,7 @@ def sample_figure(dataset: Dataset, outcome: str, *, title: str, caption: str) -
 
 
 def rank_correlation(parameter: FloatArray, values: FloatArray) -> float:
-    """Spearman's, of the runs that have a value; nan if all of them have the same."""
+    """Spearman's rank correlation of the runs that have a value; nan if all values are equal."""
     known = ~np.isnan(values)
     if np.unique(values[known]).size < 2 or np.unique(parameter[known]).size < 2:
         return math.nan
@@ -94,12 +92,12 @@ def _groups(dataset: Dataset, outcome: str, shown: Words) -> list[Group]:
 
 def _drawn(dataset: Dataset) -> list[DataArray]:
     """Parameters that differ from run to run."""
-    of_runs = [c for name, c in dataset.coords.items() if c.dims == (RUN,) and name != RUN]
-    return [c for c in of_runs if np.issubdtype(c.dtype, np.number) and np.unique(c).size > 1]
+    sampled = [c for name, c in dataset.coords.items() if c.dims == (RUN,) and name != RUN]
+    return [c for c in sampled if np.issubdtype(c.dtype, np.number) and np.unique(c).size > 1]
 
 
-def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Meaning) -> dict[str, Any]:
-    """Share of runs up to each value. Beyond all values is what has no limit."""
+def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Outcome) -> dict[str, Any]:
+    """Share of runs up to each value; infinite outcomes stay below 100 %."""
     handles: dict[str, Any] = {}
     for index, group in enumerate(groups):
         known = group.values[~np.isnan(group.values)]
@@ -123,7 +121,7 @@ def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Meaning)
         handles[text] = Line2D([], [], **{**look, "marker": marker["marker"]}, label=text)
     axes.set_title(f"Distribution over {groups[0].values.size} runs", loc="left")
     axes.set_xlabel(shown.label)
-    axes.set_ylabel("runs up to there  [%]")
+    axes.set_ylabel("runs up to this value  [%]")
     axes.set_ylim(0.0, 100.0)
     _log(axes, "x", np.concatenate([g.values for g in groups]))
     return handles
@@ -132,9 +130,9 @@ def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Meaning)
 def _influence(
     axes: Axes, drawn: list[DataArray], strength: dict[str, list[float]], groups: list[Group]
 ) -> dict[str, Any]:
-    """Rank correlations as bars, the strongest on top, and what chance alone would give."""
+    """Rank correlations as bars, the strongest on top, and the band that chance would give."""
     count = min(int(np.count_nonzero(~np.isnan(group.values))) for group in groups)
-    # Under independence the variance is 1/(n - 1).
+    # For independent quantities the variance is 1/(n - 1).
     chance = min(1.0, float(norm.ppf(0.5 + 0.5 * CHANCE)) / math.sqrt(max(1, count - 1)))
     axes.axvspan(-chance, chance, color=SHADE, lw=0.0, zorder=0)
     height = 0.8 / len(groups)
@@ -152,9 +150,9 @@ def _influence(
     axes.axvline(0.0, color=GREY, lw=1.0)
     axes.set_xlim(-1.0, 1.0)
     axes.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0])
-    axes.set_xlabel("rising or falling dependence only  [1]")
-    axes.set_title("What it depends on: rank correlation", loc="left")
-    text = f"chance alone, in {100.0 * CHANCE:.0f} % of cases"
+    axes.set_xlabel("rank correlation  [1]")
+    axes.set_title("Which parameters matter most", loc="left")
+    text = f"{100.0 * CHANCE:.0f} % band of chance alone"
     return {text: Patch(color=SHADE, label=text)}
 
 

@@ -1,6 +1,7 @@
 """Figures of the stability of one wheelset: why it runs away, and what it takes to hold it.
 
-Stable is solid and unstable dashed; a stable state is a filled dot, an unstable one a hollow dot.
+Stable branches are solid and unstable ones dashed; a stable state is a filled dot, an unstable one
+a hollow dot.
 """
 
 from __future__ import annotations
@@ -10,21 +11,18 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from contactlib.figures.stability.clearing import clearing_figure
-from contactlib.figures.stability.gains import gains_figure
-from contactlib.figures.stability.loops import loop_figure
+from contactlib.figures.stability.loops import gains_figure, loop_figure
 from contactlib.figures.stability.phase import phase_figure
-from contactlib.figures.stability.poles import poles_figure
-from contactlib.figures.stability.s_curve import s_curve_figure
-from contactlib.figures.stability.slip_away import slip_away_figure
+from contactlib.figures.stability.s_curve import poles_figure, s_curve_figure
+from contactlib.figures.stability.slip_away import clearing_figure, slip_away_figure
 from contactlib.figures.stability.torsion import torsion_figure
-from contactlib.wheelset import Wheelset
+from contactlib.vehicle.wheelset import Wheelset
 
 __all__ = ["STABILITY_FIGURES", "StabilityFigure"]
 
 
 class StabilityFigure(NamedTuple):
-    """What draws a figure of a wheelset at a speed [m/s], and what it shows."""
+    """A function that draws a wheelset at a speed [m/s], and the title of its figure."""
 
     draw: Callable[[Wheelset, float], Figure]
     title: str
@@ -32,8 +30,10 @@ class StabilityFigure(NamedTuple):
 
 STABILITY_FIGURES = {
     "s_curve": StabilityFigure(s_curve_figure, "Steady creepages over drive torque"),
-    "poles": StabilityFigure(poles_figure, "Fast pole, and the delays that leave a gain"),
-    "phase": StabilityFigure(phase_figure, "Basin of grip, and runs either side of its border"),
+    "poles": StabilityFigure(
+        poles_figure, "Fast pole, and the delays at which a gain can still hold it"
+    ),
+    "phase": StabilityFigure(phase_figure, "Basin of grip, and runs on either side of its border"),
     "slip_away": StabilityFigure(slip_away_figure, "Time in which an overload runs away"),
     "clearing": StabilityFigure(clearing_figure, "How long a patch of low friction may be"),
     "gains": StabilityFigure(gains_figure, "Gains of creep control that hold the falling branch"),

@@ -1,4 +1,4 @@
-"""From which creepages a constant torque comes back: phase portraits, and runs either side."""
+"""The creepages from which a constant torque returns to grip: phase portraits and runs."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from contactlib.controllers import TorqueControl
-from contactlib.figures.setting import setting
-from contactlib.figures.stability.common import SHADE, by_stability, dot, percent
+from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
     BLUE,
     DASHED,
+    HATCHED,
     ORANGE,
-    STYLE,
+    SHADE,
     add_caption,
+    by_stability,
+    dot,
     new_figure,
+    percent,
     percent_axis,
+    setting,
 )
-from contactlib.parameters import FloatArray
-from contactlib.profile import Profile
-from contactlib.simulation import Result, simulate
+from contactlib.runs.result import Result
+from contactlib.runs.simulation import simulate
 from contactlib.stability import (
     Basin,
     basin,
@@ -33,18 +35,20 @@ from contactlib.stability import (
     separatrix,
     steady_states,
 )
-from contactlib.wheelset import Wheelset
+from contactlib.vehicle.continuous_control import TorqueControl
+from contactlib.vehicle.track import Profile
+from contactlib.vehicle.wheelset import Wheelset
 
-LOAD = 0.97  # of the fold's torque
-STARTS = (0.1, 0.5, 0.8, 0.95, 1.05, 1.2, 1.6)  # creepages, over that of the border
-FAR = 3.0  # the axis of creepage, over the border
+LOAD = 0.97  # torque / fold torque
+STARTS = (0.1, 0.5, 0.8, 0.95, 1.05, 1.2, 1.6)  # initial creepages / creepage of the border
+FAR = 3.0  # end of the creepage axis / creepage of the border
 
 
 def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
-    """What a constant torque does from each creepage, and from each creepage and speed."""
+    """Where a constant torque leads from each creepage (and speed), and simulated runs."""
     torque = LOAD * find_fold(wheelset, speed=speed).drive_torque
     border = basin(wheelset, drive_torque=torque, speed=speed)
-    with mpl.rc_context({**STYLE, "hatch.linewidth": 0.6, "hatch.color": "#BDBDBD"}):
+    with mpl.rc_context(HATCHED):
         figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
         if wheelset.speed_held:
             _rate(left, wheelset, torque, speed, border)
@@ -54,14 +58,15 @@ def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
         add_caption(
             figure,
             f"Drive torque {1e-3 * torque:.4g} kN m, {100.0 * LOAD:g} % of the fold's. From the "
-            "hatched creepages it returns to grip; beyond the border, the unstable state or its "
-            f"separatrix, it runs away. Thin lines are simulated. {setting(wheelset, speed)}",
+            "hatched creepages the wheelset returns to grip; beyond the border (the unstable state "
+            "or its separatrix) it runs away. Thin lines are simulated. "
+            f"{setting(wheelset, speed)}",
         )
     return figure
 
 
 def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
-    """Rate of the creepage over creepage, for a held speed."""
+    """Rate of change of the creepage over creepage, for a held speed."""
     far = FAR * border.highest
     zeta = np.unique(np.append(np.linspace(0.0, far, 1501), [border.creepage, border.highest]))
     lever = wheelset.radius / (wheelset.inertia * speed)
@@ -96,7 +101,7 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     axes.set_ylim(-0.75 * around, around)
     percent_axis(axes.xaxis)
     axes.set_xlabel(r"creepage $\zeta$  [%]")
-    axes.set_ylabel(r"rate of the creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]")
+    axes.set_ylabel(r"rate of change of creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]")
     axes.set_title("Where the creepage goes", loc="left")
     axes.legend(loc="upper right")
 
@@ -134,7 +139,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
 
 
 def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
-    """Creepage over time, from either side of the border."""
+    """Creepage over time, from both sides of the border."""
     far = FAR * border.highest
     pole = float(creepage_pole(wheelset, border.highest, speed=speed))
     end = 10.0 / pole
@@ -159,7 +164,7 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     percent_axis(axes.yaxis)
     axes.set_xlabel("time  [ms]")
     axes.set_ylabel(r"creepage $\zeta$  [%]")
-    axes.set_title(f"Runs from either side, at {speed:.3g} m/s", loc="left")
+    axes.set_title(f"Runs from both sides of the border, at {speed:.3g} m/s", loc="left")
     axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.55))
 
 
@@ -180,7 +185,7 @@ def _run(
 
 
 def _arrow(axes: Axes, x: FloatArray, y: FloatArray, color: str, far: float) -> None:
-    """Direction of a run, in the middle of what it runs through on the axis of creepage."""
+    """Mark the direction of a run, in the middle of its visible part."""
     middle = 0.5 * (x[0] + min(float(x[-1]), far))
     i = min(int(np.abs(x - middle).argmin()), x.size - 2)
     arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.1}

@@ -1,4 +1,4 @@
-"""Creepage over drive torque: the S-curve, its fold, and the states of one torque."""
+"""Steady creepage over drive torque (the S-curve), and how fast a wheelset runs away."""
 
 from __future__ import annotations
 
@@ -9,27 +9,47 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
+from scipy.optimize import brentq
 
-from contactlib.figures.setting import setting
-from contactlib.figures.stability.common import (
-    STABLE,
+from contactlib.figures.style import (
+    AT_CONSTANT_TORQUE,
+    BLUE,
+    DASHED,
+    GREY,
+    SHADE,
+    STYLE,
     THREE,
-    UNSTABLE,
+    add_caption,
     by_stability,
     dot,
+    new_figure,
     percent,
+    percent_axis,
+    plain_log,
+    setting,
 )
-from contactlib.figures.style import GREY, STYLE, add_caption, new_figure, percent_axis
-from contactlib.stability import Fold, SCurve, find_fold, s_curve, steady_states
-from contactlib.wheelset import Wheelset
+from contactlib.stability import (
+    Fold,
+    SCurve,
+    delay_limit,
+    fast_pole,
+    find_fold,
+    s_curve,
+    steady_states,
+    worst_pole,
+)
+from contactlib.vehicle.wheelset import Wheelset
 
-BETWEEN = 0.6  # the torque whose states are shown, on the way from return to fold
-LOWEST = 0.3  # creepage on the axis, over that of the stable state at the return torque
+BETWEEN = 0.6  # torque whose states are shown: fraction of the way from return to fold
+LOWEST = 0.3  # lowest creepage on the axis / stable creepage at the return torque
 FRICTIONS = (1.0, 0.75, 0.5)
+FAR = 5.0  # end of the creepage axis, in saturation creepages
+RANGE = (0.1, 6.0)  # speeds of the axis / the model's
+DELAYS = (1e-3, 3e-3, 10e-3, 30e-3, 0.1, 0.3)  # candidates, two of which are marked [s]
 
 
 def s_curve_figure(wheelset: Wheelset, speed: float) -> Figure:
-    """Steady creepages of a torque, at one speed; then at three speeds and on three frictions."""
+    """Steady creepages over torque, at one speed; then at three speeds and three frictions."""
     fold = find_fold(wheelset, speed=speed)
     curve = s_curve(wheelset, speed=speed)
     with mpl.rc_context(STYLE):
@@ -44,21 +64,22 @@ def s_curve_figure(wheelset: Wheelset, speed: float) -> Figure:
         of_friction = {
             f"{m:g}": s_curve(wheelset, speed=speed, friction_scale=m) for m in FRICTIONS
         }
-        _family(grid[1, 1], of_friction, "Factor on friction")
+        _family(grid[1, 1], of_friction, "Friction factor")
         add_caption(
             figure,
             "A slow torque ramp follows the lower branch to the fold, jumps up, and comes back "
-            "only below the return. Between the two a torque has three states, and the middle one "
-            f"is the border of the basin. {setting(wheelset, speed)}",
+            "only below the return. Between the two torques there are three steady states, and the "
+            f"middle one is the border of the basin of grip. {setting(wheelset, speed)}",
         )
     return figure
 
 
 def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold: Fold) -> None:
     torque, zeta = 1e-3 * curve.drive_torque, curve.creepage
-    by_stability(axes, torque, zeta, curve.stable, labels=(STABLE, UNSTABLE))
     highest, back = 1e-3 * fold.drive_torque, 1e-3 * fold.return_torque
     rising = zeta <= fold.creepage
+    # The fold itself is unstable, and the end of the stable branch.
+    by_stability(axes, torque, zeta, curve.stable | rising, labels=AT_CONSTANT_TORQUE)
     low = LOWEST * float(np.interp(back, torque[rising], zeta[rising]))
     top = 1.5 * float(zeta[-1])
     width = highest - back
@@ -102,7 +123,9 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
     axes.set_yscale("log")
     axes.set_ylim(low, top)
     _creepage_axis(axes)
-    axes.set_title(f"At {speed:.3g} m/s, with the states of {1e-3 * chosen:.4g} kN m", loc="left")
+    axes.set_title(
+        f"At {speed:.3g} m/s; dots: the steady states at {1e-3 * chosen:.4g} kN m", loc="left"
+    )
     axes.legend(loc="upper left")
 
 
@@ -139,3 +162,86 @@ def _creepage_axis(axes: Axes) -> None:
     percent_axis(axes.yaxis)
     axes.set_xlabel("drive torque  [kN m]")
     axes.set_ylabel(r"creepage $\zeta$  [%]")
+
+
+def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
+    """Fast pole over creepage, and the longest delay of a loop over speed."""
+    with mpl.rc_context(STYLE):
+        figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
+        _over_creepage(left, wheelset, [factor * speed for factor in (0.3, 1.0, 3.0)])
+        _over_speed(right, wheelset, RANGE[0] * speed, RANGE[1] * speed)
+        add_caption(
+            figure,
+            "A control loop whose delay and lag, $\\tau$ together, exceed $1/p$ cannot hold the "
+            "steepest point of the falling branch with any gain; a peak sensitivity of about 2 "
+            f"needs $\\tau$ below $0.3/p$. {setting(wheelset)}",
+        )
+    return figure
+
+
+def _over_creepage(axes: Axes, wheelset: Wheelset, speeds: list[float]) -> None:
+    zeta = wheelset.element.saturation_creepage * np.linspace(0.0, FAR, 1501)
+    highest = max(worst_pole(wheelset, speed=v).pole for v in speeds)
+    for v, (color, width) in zip(speeds, THREE, strict=True):
+        pole = fast_pole(wheelset, zeta, speed=v)
+        labels = (f"{v:.3g} m/s", None)
+        by_stability(axes, zeta, pole, pole < 0.0, color=color, labels=labels, lw=width)
+    top = 1.25 * highest
+    axes.axhspan(0.0, top, color=SHADE, lw=0.0, zorder=0)
+    axes.axhline(0.0, color="black", lw=0.9)
+    axes.text(
+        0.98, 0.97, "runs away at constant torque", transform=axes.transAxes, ha="right", va="top"
+    )
+    axes.set_xlim(0.0, float(zeta[-1]))
+    axes.set_ylim(-top, top)
+    percent_axis(axes.xaxis)
+    axes.set_xlabel(r"creepage $\zeta$  [%]")
+    axes.set_ylabel(r"fast pole $p$  [1/s]")
+    axes.set_title("Growth rate of a small change in creepage", loc="left")
+    axes.legend(loc="lower right")
+
+
+def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) -> None:
+    speeds = np.geomspace(max(slowest, wheelset.element.minimum_speed), fastest, 40)
+
+    def limit(v: float, robust: bool = False) -> float:
+        return delay_limit(worst_pole(wheelset, speed=v).pole, robust=robust)
+
+    found = np.array([limit(float(v)) for v in speeds])
+    sound = np.array([limit(float(v), robust=True) for v in speeds])
+    held = ~np.isfinite(found)  # where a constant torque holds every creepage
+    found[held], sound[held] = np.nan, np.nan
+    low, high = 0.5e3 * float(np.nanmin(sound)), 2.5e3 * float(np.nanmax(found))
+    axes.fill_between(speeds, 1e3 * found, high, color=SHADE, lw=0.0, zorder=0)
+    axes.plot(speeds, 1e3 * found, color="black", label=r"$1/p$: no gain holds above")
+    axes.plot(speeds, 1e3 * sound, color=BLUE, ls=DASHED, label=r"$0.3/p$: robust below")
+    first, last = float(speeds[len(speeds) * 2 // 5]), float(speeds[-1])  # leaves room for the text
+    for delay in [d for d in DELAYS if limit(first) < d < limit(last)][:2]:
+        v = brentq(lambda v, d=delay: limit(v) - d, first, last)
+        axes.axhline(1e3 * delay, color=GREY, lw=0.9, ls=":")
+        axes.plot([v], [1e3 * delay], "o", color="black", ms=6, zorder=5)
+        axes.annotate(
+            f"{1e3 * delay:g} ms: no gain below {v:.2g} m/s",
+            (v, 1e3 * delay),
+            xytext=(-9, 4),
+            textcoords="offset points",
+            ha="right",
+            fontsize=9,
+        )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(float(speeds[0]), float(speeds[-1]))
+    axes.set_ylim(low, high)
+    poles = axes.secondary_yaxis("right", functions=(_inverse, _inverse))
+    for axis in (axes.xaxis, axes.yaxis, poles.yaxis):
+        plain_log(axis, 1.0, 3.0)
+    poles.set_ylabel(r"worst pole $p$, at $1/p$  [1/s]")
+    axes.set_xlabel(r"speed $V$  [m/s]")
+    axes.set_ylabel(r"delay of the loop $\tau$  [ms]")
+    axes.set_title("Delays at which a gain can hold it", loc="left")
+    axes.legend(loc="upper left")
+
+
+def _inverse(milliseconds: object) -> np.ndarray:
+    with np.errstate(divide="ignore"):
+        return np.asarray(1e3 / np.asarray(milliseconds, dtype=np.float64))

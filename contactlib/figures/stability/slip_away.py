@@ -1,4 +1,7 @@
-"""How long it takes to run away above the fold: simulated, integrated, and in closed form."""
+"""How long a wheelset takes to run away above the fold, and how long a slippery patch may be.
+
+Each time is computed by the analysis and found by simulation.
+"""
 
 from __future__ import annotations
 
@@ -9,28 +12,41 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.optimize import brentq
 
-from contactlib.controllers import TorqueControl
-from contactlib.figures.setting import setting
-from contactlib.figures.stability.common import THREE, percent, plain_log
+from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
     BLUE,
     DASHED,
     GREY,
     STYLE,
+    THREE,
     add_caption,
+    by_stability,
     new_figure,
+    percent,
     percent_axis,
+    plain_log,
+    setting,
 )
-from contactlib.profile import Profile
-from contactlib.simulation import Result, simulate
-from contactlib.stability import find_fold, slip_away_estimate, slip_away_time
-from contactlib.wheelset import Wheelset
+from contactlib.runs.result import Result
+from contactlib.runs.simulation import simulate
+from contactlib.stability import clearing, find_fold, slip_away_estimate, slip_away_time
+from contactlib.vehicle.continuous_control import TorqueControl
+from contactlib.vehicle.track import Profile
+from contactlib.vehicle.wheelset import Wheelset
 
-FAR = 10.0  # the end of a run, in saturation creepages
-OVERLOADS = np.geomspace(3e-3, 0.5, 31)  # torque above the fold's, over it
+FAR = 10.0  # creepage at the end of a run, in saturation creepages
+OVERLOADS = np.geomspace(3e-3, 0.5, 31)  # torque / fold torque - 1
 SIMULATED = (0.005, 0.01, 0.03, 0.1, 0.3)
 SHOWN = (0.01, 0.03, 0.1)
+
+LOADS = (0.25, 0.5, 0.75)  # torques, as fractions of the way from return to fold
+WORST = 0.1  # lowest friction of the patch
+CLEARED = (2, 8, 14)  # points of the middle torque's line that are simulated
+PATCH = 0.5  # friction of the patch whose length is drawn
+SPEEDS = np.geomspace(0.2, 4.0, 12)  # speeds / the model's
+CLOSE = 1.02  # ratio of the two simulated times that enclose the critical one
 
 
 def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
@@ -43,8 +59,8 @@ def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
         add_caption(
             figure,
             f"From rolling without creepage to {percent(end)} ({FAR:g} zeta0) at a constant torque "
-            "above that of the fold. The creepage waits beside the peak, the longer the smaller "
-            f"the overload. {setting(wheelset, speed)}",
+            "above that of the fold. The smaller the overload, the longer the creepage lingers "
+            f"near the peak. {setting(wheelset, speed)}",
         )
     return figure
 
@@ -53,11 +69,9 @@ def _histories(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None
     fold = find_fold(wheelset, speed=speed)
     for overload, (color, width) in zip(SHOWN, THREE, strict=True):
         run = _run(wheelset, speed, overload, end)
-        falls = run["creepage"] > fold.creepage
-        name = f"{100.0 * overload:g} % overload"
-        before, after = (np.where(part, run["creepage"], np.nan) for part in (~falls, falls))
-        axes.plot(1e3 * run.time, before, color=color, lw=width, label=name)
-        axes.plot(1e3 * run.time, after, color=color, lw=width, ls=DASHED)
+        zeta, labels = run["creepage"], (f"{100.0 * overload:g} % overload", None)
+        grips = zeta <= fold.creepage
+        by_stability(axes, 1e3 * run.time, zeta, grips, color=color, labels=labels, lw=width)
     axes.axhline(fold.creepage, color="black", lw=0.9, ls=":")
     axes.annotate(
         f"fold {percent(fold.creepage)}",
@@ -97,14 +111,14 @@ def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
         plain_log(axis, 1.0, 2.0, 5.0)
-    axes.set_xlabel("overload: torque above the fold's  [%]")
+    axes.set_xlabel("overload: torque above that of the fold  [%]")
     axes.set_ylabel("slip-away time  [ms]")
     axes.set_title("Time to run away", loc="left")
     axes.legend(loc="upper right")
 
 
 def _run(wheelset: Wheelset, speed: float, overload: float, end: float) -> Result:
-    """Run from zero creepage that stops at `end`."""
+    """Simulate from zero creepage to `end`."""
     torque = (1.0 + overload) * find_fold(wheelset, speed=speed).drive_torque
     longest = 3.0 * slip_away_estimate(wheelset, drive_torque=torque, speed=speed, end=end)
     run = simulate(
@@ -120,3 +134,121 @@ def _run(wheelset: Wheelset, speed: float, overload: float, end: float) -> Resul
     if not math.isclose(run["creepage"][-1], end, rel_tol=1e-6):
         raise RuntimeError(f"the run at an overload of {overload:g} did not reach {end:g}")
     return run
+
+
+def clearing_figure(wheelset: Wheelset, speed: float) -> Figure:
+    """Critical duration over the friction of the patch, critical length over speed."""
+    with mpl.rc_context(STYLE):
+        figure, (left, right) = new_figure(11.0, 4.8, ncols=2)
+        _durations(left, wheelset, speed)
+        _lengths(right, wheelset, speed)
+        add_caption(
+            figure,
+            "Below each line the wheelset leaves a patch of low friction in time to regain grip at "
+            "constant torque; above the line it runs away. The torques lie between those of "
+            f"return and fold on good friction. {setting(wheelset, speed)}",
+        )
+    return figure
+
+
+def torque_between(wheelset: Wheelset, speed: float, part: float) -> float:
+    """Torque at a fraction of the way from return to fold [N.m]."""
+    fold = find_fold(wheelset, speed=speed)
+    return fold.return_torque + part * (fold.drive_torque - fold.return_torque)
+
+
+def simulated_clearing(wheelset: Wheelset, speed: float, torque: float, friction: float) -> float:
+    """Critical duration of a patch, by bisection of simulated runs [s]."""
+    found = clearing(wheelset, drive_torque=torque, speed=speed, friction_scale=friction)
+    away = 2.0 * found.border.highest
+
+    def comes_back(time: float) -> bool:
+        run = simulate(
+            wheelset,
+            TorqueControl(Profile.of(torque)),
+            initial_speed=speed,
+            initial_creepage=found.border.creepage,
+            friction_scale=Profile((0.0, time, time), (friction, friction, 1.0)),
+            duration=time + 2.0,
+            output_interval=1.0,
+            slip_away_creepage=away,
+            stop_at=["slip_away"],
+            tolerance=1e-8,
+        )
+        return run.first("slip_away") is None
+
+    low, high = 0.5 * found.time, 2.0 * found.time
+    if comes_back(high) or not comes_back(low):
+        raise RuntimeError(f"simulation and analysis differ by a factor at friction {friction:g}")
+    while high > CLOSE * low:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if comes_back(middle) else (low, middle)
+    return math.sqrt(low * high)
+
+
+def _frictions(wheelset: Wheelset, speed: float, torque: float) -> FloatArray:
+    """Frictions of a patch, closely spaced near the one that holds the torque for good."""
+
+    def short(friction: float) -> float:
+        return find_fold(wheelset, speed=speed, friction_scale=friction).drive_torque - torque
+
+    holds = brentq(short, WORST, 1.0)
+    close = np.geomspace(0.2, 2e-3, 14)
+    return np.asarray(holds - (holds - WORST) * np.append(np.linspace(1.0, 0.25, 12), close))
+
+
+def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
+    for part, (color, width) in zip(LOADS, THREE, strict=True):
+        torque = torque_between(wheelset, speed, part)
+        frictions = _frictions(wheelset, speed, torque)
+        times = np.array(
+            [
+                clearing(wheelset, drive_torque=torque, speed=speed, friction_scale=float(m)).time
+                for m in frictions
+            ]
+        )
+        name = f"{1e-3 * torque:.4g} kN m"
+        axes.plot(frictions, 1e3 * times, color=color, lw=width, label=name)
+    torque = torque_between(wheelset, speed, LOADS[1])
+    chosen = _frictions(wheelset, speed, torque)[list(CLEARED)]
+    points = [simulated_clearing(wheelset, speed, torque, float(m)) for m in chosen]
+    line: dict[str, Any] = {
+        "color": "black",
+        "mfc": "white",
+        "ls": "none",
+        "marker": "o",
+        "zorder": 4,
+    }
+    name = f"simulated, {1e-3 * torque:.4g} kN m"
+    axes.plot(chosen, 1e3 * np.array(points), label=name, **line)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_yscale("log")
+    plain_log(axes.yaxis, 1.0, 3.0)
+    axes.set_xlabel("friction of the patch / good friction  [1]")
+    axes.set_ylabel("critical duration  [ms]")
+    axes.set_title(f"Longest duration, at {speed:.3g} m/s", loc="left")
+    axes.legend(loc="upper left")
+
+
+def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
+    speeds = speed * SPEEDS
+    for part, (color, width) in zip(LOADS, THREE, strict=True):
+        lengths = [
+            clearing(
+                wheelset,
+                drive_torque=torque_between(wheelset, float(v), part),
+                speed=float(v),
+                friction_scale=PATCH,
+            ).distance
+            for v in speeds
+        ]
+        name = f"{100.0 * part:g} % of the way from return to fold"
+        axes.plot(speeds, lengths, color=color, lw=width, label=name)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        plain_log(axis, 1.0, 3.0)
+    axes.set_xlabel(r"speed $V$  [m/s]")
+    axes.set_ylabel("critical length  [m]")
+    axes.set_title(f"Longest patch with {PATCH:g} of the good friction", loc="left")
+    axes.legend(loc="upper left")

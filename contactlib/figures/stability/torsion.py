@@ -1,4 +1,4 @@
-"""Wheels that swing against each other on an elastic axle: which amplitudes last."""
+"""Wheels that vibrate against each other on an elastic axle: which amplitudes persist."""
 
 from __future__ import annotations
 
@@ -11,41 +11,45 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from contactlib import kernel
-from contactlib.drivetrain import Axle, Drivetrain
-from contactlib.figures.setting import setting
-from contactlib.figures.stability.common import SHADE, THREE, dot
+from contactlib.base.quantities import FloatArray
+from contactlib.contact import kernel
 from contactlib.figures.style import (
     BLUE,
     DASHED,
+    HATCHED,
     ORANGE,
-    STYLE,
+    SHADE,
+    THREE,
     add_caption,
+    dot,
     new_figure,
     percent_axis,
+    setting,
 )
-from contactlib.parameters import FloatArray
 from contactlib.stability import worst_pole
-from contactlib.torsion import (
+from contactlib.stability.torsion import (
     bistable_range,
     effective_slope,
     torsional_state,
     torsional_threshold,
 )
-from contactlib.wheelset import OperatingPoint, Wheelset
+from contactlib.vehicle.conditions import OperatingPoint
+from contactlib.vehicle.drivetrain import Axle, Drivetrain
+from contactlib.vehicle.wheelset import Wheelset
 
-FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle that is drawn: chosen [Hz, 1]
+FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # chosen for the axle that is drawn [Hz, 1]
 MEANS = 37  # mean creepages of the bifurcation diagram
-SIMULATED = (0.7, 1.0, 1.4, 1.75, 2.1, 2.6)  # mean creepages, over that of the steepest fall ...
-KICKS = (0.05, 1.5)  # ... and the amplitudes that the runs start with, over the mean creepage
-STEP, CYCLES, LAST = 2.5e-4, 150, 10  # of a run; cycles from which its amplitude is read [s, 1, 1]
-TIGHT = 0.3  # gain of the mean creepage's control, over that of a reply within one step
+SIMULATED = (0.7, 1.0, 1.4, 1.75, 2.1, 2.6)  # mean creepages / creepage of the steepest fall
+KICKS = (0.05, 1.5)  # initial amplitudes of the runs / mean creepage
+STEP, CYCLES = 2.5e-4, 150  # step and length of a run [s, 1]
+LAST = 10  # cycles at the end of a run from which its amplitude is read
+TIGHT = 0.3  # gain of the mean creepage's control / gain that corrects an error within one step
 
 
 def torsion_figure(wheelset: Wheelset, speed: float) -> Figure:
-    """Effective slope over the amplitude, and amplitudes that last over the mean creepage."""
+    """Effective slope over the amplitude; persistent amplitudes over the mean creepage."""
     drivetrain = Drivetrain(wheelset, axle=drawn_axle(wheelset))
-    with mpl.rc_context({**STYLE, "hatch.linewidth": 0.6, "hatch.color": "#BDBDBD"}):
+    with mpl.rc_context(HATCHED):
         figure, (left, right) = new_figure(11.0, 5.2, ncols=2)
         both = bistable_range(drivetrain, speed=speed)
         _slopes(left, drivetrain, speed, both)
@@ -53,15 +57,16 @@ def torsion_figure(wheelset: Wheelset, speed: float) -> Figure:
         add_caption(
             figure,
             f"Axle of {FREQUENCY:g} Hz and {100.0 * drivetrain.torsional_damping_ratio:.3g} % of "
-            "critical damping (chosen); the mean creepage is held. Where the effective slope falls "
-            "more steeply than $2 D \\omega_t$ allows, the amplitude grows. "
+            "critical damping (chosen); the mean creepage is held. The amplitude grows where the "
+            "effective slope of the force falls more steeply than the damping $2 D \\omega_t$ "
+            "allows. "
             f"{setting(wheelset, speed)}",
         )
     return figure
 
 
 def drawn_axle(wheelset: Wheelset) -> Axle:
-    """An axle on which the wheels swing at 50 Hz, with 1 % of critical damping."""
+    """An axle on which the wheels vibrate at 50 Hz, with 1 % of critical damping."""
     omega = 2.0 * np.pi * FREQUENCY
     damping = 0.25 * (2.0 * DAMPING_RATIO * omega * wheelset.inertia - wheelset.damping)
     return Axle(stiffness=0.25 * omega**2 * wheelset.inertia, damping=max(0.0, damping))
@@ -70,9 +75,9 @@ def drawn_axle(wheelset: Wheelset) -> Axle:
 def simulated_amplitudes(
     drivetrain: Drivetrain, points: list[OperatingPoint], kicks: FloatArray
 ) -> FloatArray:
-    """Largest |zeta_left - zeta_right|/2 at the end of runs, from twists that make it `kicks`.
+    """Largest |zeta_left - zeta_right|/2 at the end of runs that start with amplitudes `kicks`.
 
-    The kernel steps them all at once; a tight sampled controller holds their mean creepages.
+    The kernel steps all runs at once; a tight sampled controller holds their mean creepages.
     """
     wheelset = drivetrain.wheelset
     fleet = kernel.NativeFleet([drivetrain.member()] * len(points))
@@ -125,7 +130,7 @@ def _slopes(
                 dot(axes, cycle.amplitude, limit, stable=cycle.stable)
     axes.axhline(limit, color="black", lw=1.2, ls=DASHED)
     axes.annotate(
-        r"$2 D \omega_t$: above it an amplitude grows",
+        r"$2 D \omega_t$: the amplitude grows above",
         (1.0, limit),
         xycoords=("axes fraction", "data"),
         xytext=(-2, 5),
@@ -190,7 +195,7 @@ def _amplitudes(
         percent_axis(axis)
     axes.set_xlabel("mean creepage  [%]")
     axes.set_ylabel("amplitude of a wheel's creepage  [%]")
-    axes.set_title("Amplitudes that last", loc="left")
+    axes.set_title("Amplitudes that persist", loc="left")
     axes.legend(loc="upper left", frameon=True, edgecolor="none", framealpha=1.0)
 
 
@@ -201,7 +206,7 @@ def _means(
     far: float,
     both: tuple[float, float] | None,
 ) -> FloatArray:
-    """Mean creepages, close where amplitudes begin and end."""
+    """Mean creepages, closely spaced where amplitudes begin and end."""
     wheelset = drivetrain.wheelset
     limit = torsional_threshold(drivetrain, speed=speed)
 
@@ -220,5 +225,5 @@ def _means(
 
 
 def _size(cycles: Any, stable: bool) -> float:
-    """Amplitude of the largest limit cycle that is stable, or that is not; nan if there is none."""
+    """Amplitude of the largest stable or unstable limit cycle; nan if there is none."""
     return max((c.amplitude for c in cycles if c.stable == stable), default=float("nan"))

@@ -1,0 +1,1 @@
+"""Foundations for all packages: declared quantities, terminal text, atomic file writing."""

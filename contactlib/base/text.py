@@ -1,0 +1,57 @@
+"""Text for messages and terminals, also where parts of it come from untrusted files."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Sequence
+
+LONGEST_LINE = 1000  # characters
+
+
+def harmless(text: str) -> str:
+    r"""Spell out control and invisible characters: an escape character becomes ``\x1b``.
+
+    Examples
+    --------
+    >>> print(harmless("\x1b[31mred"))
+    \x1b[31mred
+    """
+    return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in text)
+
+
+def harmless_line(text: str) -> str:
+    r"""Return `harmless` text as one line: line breaks are spelled out, long text is cut.
+
+    Examples
+    --------
+    >>> print(harmless_line("a\nb"))
+    a\nb
+    """
+    line = harmless(text[: LONGEST_LINE + 1]).replace("\n", r"\n").replace("\t", r"\t")
+    return line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]} ..."
+
+
+def known_names(word: str, known: Collection[str]) -> str:
+    """End of a message on an unknown name: the closest known one, if any, and all of them.
+
+    Examples
+    --------
+    >>> print(known_names("torqe", ["torque", "creep"]))
+    did you mean 'torque'? known: torque, creep
+    """
+    close = difflib.get_close_matches(word, known, 1)
+    meant = f"did you mean {close[0]!r}? " if close else ""
+    return f"{meant}known: {', '.join(known)}"
+
+
+def fixed_width(rows: Sequence[Sequence[str]]) -> str:
+    """Align cells in columns: the first two, name and unit, to the left, numbers to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.ljust(width) if i < 2 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)

@@ -1,0 +1,72 @@
+"""Location of the package's data files, and atomic file writing."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import shutil
+from contextlib import suppress
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def package_folder(name: str) -> Path:
+    """Path of ``fmu`` or ``models``: inside an installed package, beside it in a checkout."""
+    inside = PACKAGE / name
+    return inside if inside.is_dir() else PACKAGE.parent / name
+
+
+def write_whole(path: str | os.PathLike[str], data: bytes) -> Path:
+    """Write a file atomically: `path` holds either the complete old or the complete new bytes.
+
+    The data go to a temporary file in the same folder, which is then renamed. A symbolic link is
+    kept and its target replaced; a pipe or a device is written directly. A killed process may
+    leave a hidden temporary file (a dot and the start of the name), which can be deleted.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written; the message names `path`, and an existing file is unchanged.
+    """
+    path = Path(path)
+    try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)  # a folder refuses
+        else:
+            _replace(Path(os.path.realpath(path)) if path.is_symlink() else path, data)
+    except OSError as error:  # may name the temporary file, or no file
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+    return path
+
+
+def _replace(path: Path, data: bytes) -> None:
+    # File names are limited to 255 bytes, and a character takes up to 4.
+    beside = path.with_name(f".{path.name[:40]}.{secrets.token_hex(8)}")
+    known = path.exists()
+    if known and not os.access(path, os.W_OK):  # a rename does not check this
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    try:
+        with open(beside, "xb") as file:
+            if known:
+                shutil.copymode(path, beside)  # before writing: private data stay private
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # else a power cut after the rename can leave an empty file
+        os.replace(beside, path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
+    _sync_folder(path.parent)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make the rename survive a power cut where the system can; the file is complete anyway."""
+    if os.name == "posix":
+        with suppress(OSError):
+            descriptor = os.open(folder, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)

@@ -1,0 +1,329 @@
+"""The command ``contactlib`` and its subcommands."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from contactlib.cli.console import ConsoleReporter, Group, Pace, complain, say, with_progress
+
+if TYPE_CHECKING:
+    from contactlib.files.model import Model
+
+EXAMPLE = "roller_rig.toml"
+
+
+def _load(name: str) -> Model:
+    from contactlib.files.model import load_model
+
+    return with_progress(lambda progress: load_model(name, progress=progress))
+
+
+def _output_option(default: str, text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    return click.option(
+        "-o",
+        "--output",
+        type=click.Path(path_type=Path),
+        default=default,
+        show_default=True,
+        help=text,
+    )
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="contactlib", prog_name="contactlib")
+def main() -> None:
+    """Creep force element for vehicle dynamics: from the creep law to a running FMU.
+
+    MODEL is a TOML file or the name of a shipped one: a model, or for `simulate` also a scenario.
+    SWEEP is the TOML file of a sweep or the name of a shipped one.
+    """
+
+
+@main.command()
+@_output_option("contactlib-demo", "Folder for figures, FMU, CSV files, page and summary.json.")
+def demo(output: Path) -> None:
+    """Show table, run-away, creep control, FMU and explorer."""
+    from contactlib.cli.demo import run_demo
+
+    summary = run_demo(output, ConsoleReporter())
+    pictures = ", ".join(sorted(p.name for p in output.glob("*.png")))
+    say(f"\nThe pictures are in {output}: {pictures}")
+    say(f"All numbers above are in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
+    say(f"To try it live, open {output / 'explorer.html'} in a browser")
+    say("Next: contactlib simulate dry_wet_dry.toml --compare; contactlib figures --stability")
+
+
+@main.command()
+@click.argument("model")
+@click.option("--control", help="Name of a controller in the file. Default: the first.")
+@click.option("--compare", is_flag=True, help="Run all controllers and compare them.")
+@click.option(
+    "--seed", type=click.IntRange(0), help="Seed of the sensor noise. Default: the file's."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for metrics, time series and figures. Default: contactlib-NAME, for NAME.toml.",
+)
+def simulate(
+    model: str, control: str | None, compare: bool, seed: int | None, output: Path | None
+) -> None:
+    """Run MODEL, a scenario or a model, and write a report.
+
+    The controllers of a model are its two runs, torque and creep.
+    """
+    from contactlib.cli.report import write_report
+    from contactlib.runs.study import open_study
+
+    if compare and control is not None:
+        raise ValueError(f"--control {control} cannot be combined with --compare, which runs all")
+    study = with_progress(lambda progress: open_study(model, seed=seed, progress=progress))
+    runs = study.chosen(control, every=compare)
+    folder = output or Path(f"contactlib-{Path(model).stem}")
+    write_report(study, runs, folder, ConsoleReporter())
+    say(f"Metrics, time series and figures are in {folder}")
+
+
+@main.command()
+@click.argument("model")
+@_output_option("creep_table.bin", "Table file.")
+@click.option("--rebuild", is_flag=True, help="Solve the law instead of reading its shipped table.")
+def table(model: str, output: Path, rebuild: bool) -> None:
+    """Write the table of the law that MODEL uses."""
+    made = _load(model).wheelset.element.table
+    if rebuild and made.law.startswith("CarterGriffith"):
+        from contactlib.contact.law_tables import build_carter_griffith_table
+
+        with ConsoleReporter().step("Building the table of the law") as progress:
+            made = build_carter_griffith_table(made.options["contact"], progress)
+    say(
+        f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} in the "
+        f"traction ratio and {made.max_slope_error:.2g} in its slope, at "
+        f"{made.certificate_points} points"
+    )
+
+
+@main.command()
+@click.argument("model")
+@click.option(
+    "--kind",
+    type=click.Choice(["force_element", "wheelset", "wheelset_body"]),
+    help="Creep force for given velocities (default), wheelset with its creep force, or wheelset "
+    "without it.",
+)
+@click.option(
+    "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version."
+)
+@click.option(
+    "--platforms",
+    help="Comma-separated, such as x86_64-linux,x86_64-windows, or all. Default: this machine's.",
+)
+@click.option(
+    "--relaxation-length", type=float, help="Let the force lag the creepage by this distance [m]."
+)
+@click.option("--implicit", is_flag=True, help="Let the element solve its slip over each step.")
+@click.option(
+    "--parallel-exchange", is_flag=True, help="Both sides of the coupling step in parallel."
+)
+@click.option(
+    "--ssp",
+    is_flag=True,
+    help="Export an SSP package instead: force element and wheelset, coupled, with parameters.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="File. Default: CreepForceElement.fmu, Wheelset.fmu, WheelsetBody.fmu or "
+    "CreepForceSystem.ssp.",
+)
+def fmu(
+    model: str,
+    kind: str | None,
+    fmi: str,
+    platforms: str | None,
+    relaxation_length: float | None,
+    implicit: bool,
+    parallel_exchange: bool,
+    ssp: bool,
+    output: Path | None,
+) -> None:
+    """Export MODEL as an FMU, or as an SSP package.
+
+    The FMU supports model exchange and co-simulation.
+    """
+    from contactlib.export import MODEL_NAMES, SYSTEM_NAME, export_fmu, export_ssp
+
+    common: dict[str, Any] = {
+        "fmi_version": int(fmi),
+        "platforms": None if platforms is None else [p.strip() for p in platforms.split(",")],
+        "relaxation_length": relaxation_length,
+    }
+    if ssp:
+        chosen = {"kind": kind, "implicit": implicit, "parallel-exchange": parallel_exchange}
+        given = [f"--{name}" for name, value in chosen.items() if value]
+        if given:
+            raise ValueError(f"--ssp cannot be combined with {', '.join(given)}")
+        written = export_ssp(_load(model), output or f"{SYSTEM_NAME}.ssp", **common)
+    else:
+        kind = kind or "force_element"
+        written = export_fmu(
+            _load(model),
+            output or f"{MODEL_NAMES[kind]}.fmu",
+            kind=kind,
+            implicit=implicit,
+            parallel_exchange=parallel_exchange,
+            **common,
+        )
+    say(str(written))
+
+
+@main.command()
+@click.argument("sweep")
+@click.option(
+    "--workers",
+    type=click.IntRange(1),
+    help="Number of threads or processes. Default: one per processor.",
+)
+@click.option(
+    "--processes",
+    is_flag=True,
+    help="Use processes instead of threads; faster for the analysis, which is in Python.",
+)
+@click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, such as tcp://10.0.0.1:8786.")
+@click.option(
+    "--chunk", type=click.IntRange(1), help="Runs per chunk, the most that a kill can lose."
+)
+@click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT and start again.")
+@click.option("--no-maps", is_flag=True, help="Do not draw maps.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for the NetCDF file and the maps. Default: contactlib-NAME, for NAME.toml.",
+)
+def sweep(
+    sweep: str,
+    workers: int | None,
+    processes: bool,
+    cluster: str | None,
+    chunk: int | None,
+    restart: bool,
+    no_maps: bool,
+    output: Path | None,
+) -> None:
+    """Run SWEEP, a scenario over many values of its parameters.
+
+    If it is stopped or killed at any time, the same command continues from there. SWEEP is a TOML
+    file or the name of a shipped one, which contactlib --help lists.
+    """
+    from contactlib.runs import sweep as sweeps
+
+    if cluster is not None and (processes or workers is not None):
+        raise ValueError("--cluster cannot be combined with --processes or --workers")
+    loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
+    folder = output or Path(f"contactlib-{loaded.stem}")
+    count = workers or sweeps.default_workers()
+    if cluster is not None:
+        opened = sweeps.cluster_workers(cluster)
+    else:
+        opened = (sweeps.process_workers if processes else sweeps.thread_workers)(count)
+    reporter, pace = ConsoleReporter(), Pace()
+    with opened as pool:
+        reporter.line(f"{loaded.name}: {loaded.summary}; {pool.count} workers")
+        try:
+            with reporter.countdown("Running", pace) as progress:
+                found = sweeps.ensemble(
+                    loaded,
+                    executor=pool,
+                    output=folder,
+                    chunk=chunk,
+                    restart=restart,
+                    progress=progress,
+                )
+        except KeyboardInterrupt:
+            reporter.line(
+                f"Stopped. Finished chunks are kept in {folder}; the same command continues"
+            )
+            raise
+        if pace.part > 0.0 and loaded.simulated_time > 0.0:
+            rate = pace.part * loaded.simulated_time / pace.elapsed
+            reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
+    for line in sweeps.report(loaded, found):
+        reporter.line(line)
+    all_failed = bool((found["failed"] == 1).all())
+    if not (no_maps or all_failed):
+        from contactlib.figures import draw_maps
+
+        with reporter.step("Drawing the maps"):
+            draw_maps(found, folder)
+    beside = "" if no_maps or all_failed else ", and maps beside it"
+    reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}{beside}")
+    if all_failed:
+        complain("contactlib: all runs failed")
+        click.get_current_context().exit(1)
+
+
+@main.command()
+@click.option(
+    "--paper", is_flag=True, help="Draw figures 1 to 6 of the paper, and the contact patch."
+)
+@click.option(
+    "--stability",
+    "model",
+    metavar="[MODEL]",
+    is_flag=False,
+    flag_value=EXAMPLE,
+    help=f"Stability figures of the wheelset of MODEL. Default: {EXAMPLE}.",
+)
+@_output_option("contactlib-figures", "Folder for the figures.")
+def figures(paper: bool, model: str | None, output: Path) -> None:
+    """Draw the laws or a wheelset's stability, as PNG and SVG."""
+    from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save_pictures
+
+    if not paper and model is None:
+        raise ValueError("figures: pass --paper or --stability, or both")
+    wanted: dict[str, tuple[Callable[[], Any], str]] = {}
+    if paper:
+        named = {f"paper_figure_{number}": figure for number, figure in PAPER_FIGURES.items()}
+        for name, figure in {**named, "contact_patch": CONTACT_PATCH}.items():
+            wanted[name] = figure.draw, figure.title
+    if model is not None:
+        loaded = _load(model)
+        given = loaded.wheelset, loaded.initial_speed
+        for name, figure_of in STABILITY_FIGURES.items():
+            wanted[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
+    output.mkdir(parents=True, exist_ok=True)
+    for name, (draw, title) in wanted.items():
+        drawn = draw()
+        paths = save_pictures(drawn, output, name)
+        say(f"{paths[0]}, {paths[1].name}: {title}")
+
+
+@main.command()
+@click.argument("model", required=False)
+@click.option("--open/--no-open", "shown", default=True, help="Open the page in the browser.")
+@_output_option("contactlib-explorer.html", "HTML file.")
+def explore(model: str | None, shown: bool, output: Path) -> None:
+    """Write a page that runs the kernel live, and open it.
+
+    The page is one file that works offline in any browser. It starts with MODEL, whose law must
+    be Carter-Griffith's. Default: the roller rig.
+    """
+    from contactlib.export.explorer import open_in_browser, write_explorer
+
+    written = write_explorer(output, model)
+    if shown and not open_in_browser(written):
+        say("No browser could be opened here; open the file in any browser.")
+    say(f"The page is {written}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

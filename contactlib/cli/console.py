@@ -1,0 +1,183 @@
+"""What the commands show on a terminal: lines, progress bars, and errors in one line."""
+
+from __future__ import annotations
+
+import io
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any, TypeVar
+
+import click
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from contactlib.base.text import harmless, harmless_line
+
+Loaded = TypeVar("Loaded")
+
+
+def say(text: str) -> None:
+    """Print a text on stdout."""
+    click.echo(harmless(text))
+
+
+def complain(text: str) -> None:
+    """Print one line on stderr."""
+    click.echo(harmless_line(text), err=True)
+
+
+class Group(click.Group):
+    """Commands whose users' errors become one line on stderr and exit status 2."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the shipped files below the commands; only this help text has to read them."""
+        from contactlib.files.reading import shipped_files
+
+        with formatter.section("Shipped files"):
+            formatter.write_dl(
+                [(kind, ", ".join(names)) for kind, names in shipped_files().items()]
+            )
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command."""
+
+        def show(message: Warning | str, *_: object, **__: object) -> None:
+            complain(f"warning: {message}")
+
+        for stream in (sys.stdout, sys.stderr):
+            # A terminal that lacks a character of a name shows its code.
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")
+        try:
+            with warnings.catch_warnings(), _terminated_like_ctrl_c():
+                warnings.showwarning = show
+                return super().invoke(ctx)
+        except (click.exceptions.Exit, click.exceptions.Abort):  # click's own RuntimeErrors
+            raise
+        except (ValueError, OSError, RuntimeError) as error:
+            if isinstance(error, BrokenPipeError) and error.filename is None:
+                raise  # the reader has gone, as behind "| head": click ends quietly
+            complain(f"contactlib: {error}")
+            ctx.exit(2)
+
+
+@contextmanager
+def _terminated_like_ctrl_c() -> Iterator[None]:
+    """Let SIGTERM, as sent by a batch system, interrupt like Ctrl-C, so that runs clean up."""
+    before = signal.getsignal(signal.SIGTERM)
+    # Only the main thread receives signals; a handler set by the caller stays.
+    main_thread = threading.current_thread() is threading.main_thread()
+    if not main_thread or before is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+class Pace:
+    """Speed of a long step, measured from its first report of progress."""
+
+    def __init__(self) -> None:
+        self._start, self._before, self._shown = time.monotonic(), -1.0, -1
+        self.part = 0.0  # fraction done since the first report
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the first report [s]."""
+        return time.monotonic() - self._start
+
+    def line(self, part: float) -> str | None:
+        """Text to show for a report, at the first one and at each tenth; else None."""
+        if self._before < 0.0:
+            self._start, self._before = time.monotonic(), part
+            return f"{part:.0%} was done before" if part > 0.0 else None
+        self.part = part - self._before
+        tenth = int(10.0 * part)
+        if tenth == self._shown or self.part <= 0.0:
+            return None
+        self._shown = tenth
+        left = self.elapsed * (1.0 - part) / self.part
+        return f"{part:.0%} done, about {left:.0f} s left" if part < 1.0 else "done"
+
+
+class ConsoleReporter:
+    """Progress bars on a terminal, plain lines elsewhere."""
+
+    def __init__(self) -> None:
+        self._console = Console(highlight=False, emoji=False, soft_wrap=True)
+
+    @contextmanager
+    def step(self, title: str) -> Iterator[Callable[[float], object]]:
+        """A step that takes time; yields a function to call with the fraction done."""
+        if not self._console.is_terminal:
+            self.line(f"... {title}")
+            yield lambda part: None
+            return
+        with self._bar(TimeElapsedColumn()) as bar:
+            task = bar.add_task(harmless(title), total=None)
+            yield lambda part: bar.update(task, total=1.0, completed=part)
+
+    @contextmanager
+    def countdown(self, title: str, pace: Pace) -> Iterator[Callable[[float], object]]:
+        """A long step, with the time left in its bar, or a line at each tenth."""
+        if not self._console.is_terminal:
+
+            def show(part: float) -> None:
+                line = pace.line(part)
+                if line is not None:
+                    self.line(f"... {title}: {line}")
+
+            yield show
+            return
+        times = (TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn())
+        with self._bar(*times) as bar:
+            task = bar.add_task(harmless(title), total=1.0)
+
+            def move(part: float) -> None:
+                pace.line(part)
+                bar.update(task, completed=part)
+
+            yield move
+
+    def heading(self, text: str) -> None:
+        """Begin a part of a report."""
+        self._console.print(f"\n{harmless(text)}", style="bold", markup=False)
+
+    def line(self, text: str) -> None:
+        """Show a line."""
+        self._console.print(harmless(text), markup=False)
+
+    def _bar(self, *times: ProgressColumn) -> Progress:
+        title = TextColumn("{task.description}", markup=False)
+        columns = (title, BarColumn(), TaskProgressColumn(), *times)
+        return Progress(*columns, console=self._console, transient=True)
+
+
+def with_progress(load: Callable[[Callable[[float], object]], Loaded]) -> Loaded:
+    """Read a file, and show progress if the table of its law has to be built."""
+    with ExitStack() as stack:
+        bar: list[Callable[[float], object]] = []
+
+        def progress(part: float) -> None:
+            if not bar:
+                step = ConsoleReporter().step("Building the table of the law")
+                bar.append(stack.enter_context(step))
+            bar[0](part)
+
+        return load(progress)

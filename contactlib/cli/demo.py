@@ -1,0 +1,260 @@
+"""The demonstration: from the law to a running FMU, with the shipped models."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contactlib import figures
+from contactlib.base.writing import write_whole
+from contactlib.cli.console import ConsoleReporter
+from contactlib.contact.element import process_zone_ratio
+from contactlib.contact.laws.carter_griffith import CarterGriffith
+from contactlib.contact.table import CreepForceTable
+from contactlib.export import export_fmu
+from contactlib.export.explorer import write_explorer
+from contactlib.files.model import Model, load_model
+from contactlib.runs.cosimulation import FmuSource, KernelSource, cosimulate
+from contactlib.runs.result import Result
+from contactlib.runs.simulation import simulate
+from contactlib.stability import creep_control_gain, find_fold
+from contactlib.vehicle.continuous_control import ContinuousController
+
+MODELS = ("roller_rig", "locomotive")
+STEP = 1e-3  # communication step of the co-simulation [s]
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of the report, with its key in summary.json and its label."""
+
+    key: str
+    label: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.label:<60} {self.value:.6g} {self.unit if self.unit != '1' else ''}".rstrip()
+
+
+def run_demo(output: str | os.PathLike[str], reporter: ConsoleReporter) -> Path:
+    """Run everything and write it to the folder `output`; return the path of summary.json.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be created or written.
+    """
+    folder = Path(output)
+    folder.mkdir(parents=True, exist_ok=True)
+    summary: dict[str, Any] = {}
+
+    def report(section: str, heading: str, numbers: Iterable[Number]) -> None:
+        reporter.heading(heading)
+        summary[section] = {"title": heading, "numbers": {}}
+        for number in numbers:
+            reporter.line(f"  {number}")
+            entry = {"label": number.label, "value": number.value, "unit": number.unit}
+            summary[section]["numbers"][number.key] = entry
+
+    with reporter.step("Tabulating the Carter-Griffith law") as progress:
+        table = CreepForceTable.from_law(CarterGriffith, contact="line", progress=progress)
+        table.save(folder / "creep_table.bin")
+    report("table", "Table of the Carter-Griffith law", _table_numbers(table))
+
+    models = {name: load_model(f"models/{name}.toml", table=table) for name in MODELS}
+    held: dict[str, Result] = {}
+    for name, model in models.items():
+        with reporter.step(f"{model.name}: ramping the torque") as progress:
+            away = _run(
+                folder / f"{name}_torque_control.csv", model, model.torque_control, progress
+            )
+        with reporter.step(f"{model.name}: controlling the creepage") as progress:
+            held[name] = _run(
+                folder / f"{name}_creep_control.csv", model, model.creep_control, progress
+            )
+        report(name, model.name, _run_numbers(model, away, held[name]))
+        with reporter.step(f"{model.name}: drawing"):
+            _draw(folder, name, model, away, held[name])
+
+    rig = MODELS[0]
+    fmu = export_fmu(models[rig], folder / "CreepForceElement.fmu")
+    with reporter.step(f"{models[rig].name}: the force from {fmu.name}, run by FMPy") as progress:
+        numbers = list(_fmu_numbers(folder, fmu, models[rig], held[rig], progress))
+    report("fmu", "The FMU as the force of the wheelset on the roller rig", numbers)
+
+    page = write_explorer(folder / "explorer.html")
+    size = Number("size", "size", 1e-3 * page.stat().st_size, "kB")
+    report("explorer", f"The explorer, a page that runs the kernel live: {page.name}", [size])
+
+    return write_whole(folder / "summary.json", json.dumps(summary, indent=2).encode() + b"\n")
+
+
+def _run(
+    csv: Path, model: Model, control: ContinuousController, progress: Callable[[float], object]
+) -> Result:
+    result = simulate(
+        model.wheelset,
+        control,
+        initial_speed=model.initial_speed,
+        progress=progress,
+    )
+    result.to_csv(csv)
+    return result
+
+
+def _table_numbers(table: CreepForceTable) -> Iterator[Number]:
+    law = CarterGriffith(k_hat=0.3)
+    yield Number(
+        "points",
+        "points at which the table was compared with the law",
+        table.certificate_points,
+        "1",
+    )
+    yield Number("max_error", "certified error of the traction ratio", table.max_error, "1")
+    yield Number("max_slope_error", "certified error of the slope", table.max_slope_error, "1")
+    yield Number(
+        "peak_creepage", "peak at k_hat 0.3: creepage/zeta0", law.peak.normalized_creepage, "1"
+    )
+    yield Number("peak_ratio", "peak at k_hat 0.3: Q/(f_d P)", law.peak.traction_ratio, "1")
+
+
+def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterator[Number]:
+    wheelset = model.wheelset
+    element = wheelset.element
+    passed = torque_run.first("peak_passed")
+    away = torque_run.first("slip_away")
+    if passed is None or away is None:
+        raise RuntimeError(f"{model.name}: the torque ramp did not pass the fold")
+    fold = find_fold(wheelset, speed=passed.speed)
+    at_peak = wheelset.balanced(creepage=passed.creepage, speed=passed.speed)
+    held = wheelset.radius * at_peak.creep_force + wheelset.damping * at_peak.omega
+    yield Number("peak_force", "peak creep force", at_peak.creep_force, "N")
+    yield Number("peak_creepage", "creepage at the peak", passed.creepage, "1")
+    yield Number(
+        "steady_torque", "torque of peak force and damping, r Q_peak + b omega", held, "N.m"
+    )
+    if wheelset.mass is not None:
+        yield Number(
+            "turning_torque",
+            "torque that accelerates the wheelset with the train",
+            fold.drive_torque - held,
+            "N.m",
+        )
+    yield Number(
+        "critical_torque_predicted", "critical torque, predicted (fold)", fold.drive_torque, "N.m"
+    )
+    yield Number(
+        "critical_torque_simulated",
+        "critical torque, simulated (slow ramp)",
+        passed.drive_torque,
+        "N.m",
+    )
+    yield Number(
+        "critical_torque_difference",
+        "relative difference of the two",
+        passed.drive_torque / fold.drive_torque - 1.0,
+        "1",
+    )
+    yield Number(
+        "slip_away_time",
+        "time from the peak to a creepage of 10 zeta0",
+        away.time - passed.time,
+        "s",
+    )
+    yield Number(
+        "largest_creepage",
+        "largest creepage after running away",
+        float(torque_run["creepage"].max()),
+        "1",
+    )
+    yield Number(
+        "hysteresis", "relative torque drop needed to return, predicted", fold.hysteresis, "1"
+    )
+
+    target = float(creep_run["reference"][-1])
+    tail = creep_run.time > 0.75 * creep_run.time[-1]
+    point = wheelset.balanced(creepage=target, speed=float(creep_run["speed"][-1]))
+    yield Number(
+        "held_creepage",
+        "creepage held on the falling branch by creep control",
+        float(creep_run["creepage"][-1]),
+        "1",
+    )
+    yield Number(
+        "held_deviation",
+        "largest deviation in the last quarter of the run",
+        float(np.abs(creep_run["creepage"] - target)[tail].max()),
+        "1",
+    )
+    yield Number(
+        "open_loop_pole",
+        "pole at this creepage under constant torque",
+        float(point.eigenvalues[0].real),
+        "1/s",
+    )
+    yield Number(
+        "smallest_gain", "smallest gain that holds it", creep_control_gain(wheelset, point), "N.m"
+    )
+    yield Number("gain", "gain used", model.creep_control.proportional_gain, "N.m")
+    yield Number(
+        "process_zone_ratio",
+        "process zone ratio (the law needs less than 0.5)",
+        process_zone_ratio(element.contact, element.friction),
+        "1",
+    )
+
+
+def _fmu_numbers(
+    folder: Path, fmu: Path, model: Model, stiff: Result, progress: Callable[[float], object]
+) -> Iterator[Number]:
+    settings: dict[str, Any] = {
+        "duration": float(stiff.time[-1]),
+        "step": STEP,
+        "initial_speed": model.initial_speed,
+        "initial_creepage": float(stiff["creepage"][0]),
+    }
+    body, control = model.wheelset, model.creep_control
+    with FmuSource(fmu) as source:
+        with_fmu = cosimulate(body, source, control, **settings, progress=progress)
+    kernel = cosimulate(body, KernelSource(body.element), control, **settings)
+    with_fmu.to_csv(folder / "roller_rig_creep_control_fmu.csv")
+
+    def apart(name: str, time: Any, values: Any) -> float:
+        other = np.interp(time, with_fmu.time, with_fmu[name])
+        return float(np.max(np.abs(other - values)) / np.max(np.abs(values)))
+
+    names = ("omega", "creep_force", "drive_torque")
+    yield Number("step", "communication step", STEP, "s")
+    yield Number(
+        "against_kernel",
+        "relative difference, FMU and kernel in Python, same steps",
+        max(apart(n, kernel.time, kernel[n]) for n in names),
+        "1",
+    )
+    yield Number(
+        "against_solver",
+        "relative difference, FMU and stiff solver (from the steps)",
+        max(apart(n, stiff.time, stiff[n]) for n in names),
+        "1",
+    )
+
+
+def _draw(folder: Path, name: str, model: Model, torque_run: Result, creep_run: Result) -> None:
+    passed = torque_run.first("peak_passed")
+    speed = model.initial_speed if passed is None else passed.speed
+    drawn = {
+        "creep_curve": figures.creep_curve(model.wheelset, speed=speed),
+        "time_histories": figures.time_histories(torque_run, creep_run, title=model.name),
+        "fold_diagram": figures.fold_diagram(
+            model.wheelset, torque_run, creep_run, speed=speed, title=model.name
+        ),
+    }
+    for kind, figure in drawn.items():
+        figures.save_pictures(figure, folder, f"{name}_{kind}")

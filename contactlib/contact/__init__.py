@@ -1,0 +1,1 @@
+"""The creep force of one contact: Hertz, friction, laws, table, kernel, force element."""

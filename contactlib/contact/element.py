@@ -1,0 +1,365 @@
+"""The force element: creep force of a wheel from its velocities and load, by the kernel.
+
+Sign: rolling is along +x with omega > 0; creepage and creep force are positive when the wheel
+drives the vehicle forward.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cache, cached_property
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlib.base.quantities import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    FloatArray,
+    Limits,
+    Parameters,
+    Quantity,
+    checked,
+    checked_number,
+    common_shape,
+    derived,
+)
+from contactlib.contact import kernel
+from contactlib.contact.friction import Friction
+from contactlib.contact.hertz import Contact, EllipticContact
+from contactlib.contact.table import CreepForceTable
+
+
+class ProcessZoneWarning(UserWarning):
+    """The weakening zone is too long for the law's limit of a vanishing one."""
+
+
+def _contact_parameters(
+    contact: Contact, friction: Friction, slope_reduction: float
+) -> dict[str, float]:
+    return {
+        "static_friction": friction.static,
+        "kinetic_friction": friction.kinetic,
+        "weakening_length": friction.weakening_length,
+        "slip_rate_residual": friction.slip_rate_residual,
+        "slip_rate_decay": friction.slip_rate_decay,
+        "slope_reduction": slope_reduction,
+        "semi_width": contact.semi_width,
+        "peak_pressure": contact.peak_pressure,
+        "contact_modulus": contact.contact_modulus,
+        "nominal_load": contact.normal_load,
+        "load_exponent": contact.load_exponent,
+    }
+
+
+def _scale(name: str, contact: Contact, friction: Friction, slope_reduction: float) -> float:
+    parameters = _contact_parameters(contact, friction, slope_reduction)
+    scales = kernel.contact_scales(parameters, contact.normal_load)
+    limits = POSITIVE if name == "saturation_creepage" else NOT_NEGATIVE
+    return derived(name, lambda: getattr(scales, name), parameters, limits)
+
+
+def saturation_creepage(
+    contact: Contact, friction: Friction, *, slope_reduction: float = 1.0
+) -> float:
+    """zeta0 = 2 f_d p0/E* at the nominal load, over the slope reduction [1], Eq. (15).
+
+    For a line contact this is f_d a/R. All scales in this module are at zero slip speed; friction
+    that has fallen to the fraction g multiplies zeta0 by g.
+    """
+    reduction = checked_number(
+        "slope_reduction", slope_reduction, ForceElement.quantities()["slope_reduction"]
+    )
+    return _scale("saturation_creepage", contact, friction, reduction)
+
+
+def k_hat(contact: Contact, friction: Friction) -> float:
+    """Largest normalized stress-intensity factor at the nominal load [1], Eq. (17).
+
+    Examples
+    --------
+    >>> from contactlib.contact.hertz import LineContact
+    >>> contact = LineContact.from_semi_width(
+    ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3)
+    >>> round(k_hat(contact, Friction(static=0.45, kinetic=0.21, weakening_length=1.3e-6)), 3)
+    0.3
+    """
+    return _scale("k_hat", contact, friction, 1.0)
+
+
+def process_zone_ratio(contact: Contact, friction: Friction) -> float:
+    """Length of the weakening zone over the contact semi-width, at the nominal load [1].
+
+    It is 2 pi k_hat**2 (f_d/(f_s - f_d))**2. The Carter-Griffith law is the limit of zero and
+    becomes inaccurate above 0.5.
+    """
+    return _scale("process_zone_ratio", contact, friction, 1.0)
+
+
+def friction_with_k_hat(
+    contact: Contact, *, k_hat: float, static: float, kinetic: float, **others: Any
+) -> Friction:
+    """Friction whose weakening length gives `k_hat` in `contact` at its nominal load.
+
+    Parameters
+    ----------
+    contact : LineContact or EllipticContact
+        Contact at its nominal load.
+    k_hat, static, kinetic : float
+        Largest normalized stress-intensity factor and friction coefficients [1].
+    **others
+        Other fields of `Friction`.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or `k_hat` is above zero and `static` equals `kinetic`.
+    """
+    k_hat = checked_number("k_hat", k_hat, NOT_NEGATIVE)
+    of_one_metre = Friction(static=static, kinetic=kinetic, weakening_length=1.0, **others)
+    if k_hat > 0.0 and static == kinetic:
+        raise ValueError(f"k_hat = {k_hat!r} needs static > kinetic = {kinetic!r}")
+    reference = _scale("k_hat", contact, of_one_metre, 1.0)
+    if k_hat == 0.0:
+        return replace(of_one_metre, weakening_length=0.0)
+    length = derived(  # k_hat grows like the square root of the length
+        "weakening_length",
+        lambda: (k_hat / reference) ** 2,
+        {"k_hat": k_hat, "static": static, "kinetic": kinetic},
+    )
+    return replace(of_one_metre, weakening_length=length)
+
+
+@cache
+def _input_ranges() -> tuple[tuple[float, float], ...]:
+    """Smallest and largest value of each of the kernel's inputs."""
+    return tuple((v.at_least, v.at_most) for v in kernel.force_input_limits().values())
+
+
+def _plain(*values: object) -> tuple[float, ...] | None:
+    """The kernel's inputs if all are floats within their limits, so that no array is needed."""
+    plain = []
+    for value, (least, most) in zip(values, _input_ranges(), strict=True):
+        if not (isinstance(value, float) and least <= value <= most):
+            return None
+        plain.append(value)
+    return tuple(plain)
+
+
+REFERENCE_SPEED = "max(|initial_speed|, minimum_speed)"  # for the initial creepage of a run
+
+
+def creepage_limits(element: ForceElement, speed: float, name: str = "speed") -> Limits:
+    """Limits of the creepage at a speed [m/s], from the kernel's limit of the angular velocity."""
+    most = kernel.force_input_limits()["omega"].at_most * element.radius / speed
+    return Limits(at_least=-1.0 - most, at_most=most - 1.0, given=(name, speed))
+
+
+@dataclass(frozen=True, eq=False)
+class ForceElement(Parameters):
+    """Creep force of a wheel.
+
+    Parameters
+    ----------
+    contact : LineContact or EllipticContact
+        Geometry, modulus and nominal load.
+    friction : Friction
+        Static and kinetic coefficient, weakening length, fall with slip speed. The table contains
+        the shape of the weakening.
+    table : CreepForceTable
+        The law.
+    radius : float
+        Rolling radius of the wheel [m].
+    slope_reduction : float, optional
+        Third-body layer: the initial slope over that of clean surfaces; zeta0 is divided by it [1].
+        Default: 1.
+    minimum_speed : float, optional
+        Speed below which the reference speed of the creepage is regularised and the output
+        ``speed_regularized`` is 1 [m/s]. Default: 0.1.
+
+    Warns
+    -----
+    ProcessZoneWarning
+        If the process zone ratio at nominal load is above 0.5 and the law is the limit of a short
+        weakening zone.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or the table's law is for another shape of contact, friction
+        ratio or shape of weakening.
+
+    Notes
+    -----
+    The force never exceeds static friction times load. The Carter-Griffith law does not know f_s,
+    so its force is held there and the output ``force_limited`` is 1. The cohesive-zone law stays
+    below.
+    """
+
+    contact: Contact
+    friction: Friction
+    _: KW_ONLY
+    table: CreepForceTable
+    radius: Annotated[float, Quantity("m", above=0.0)]
+    slope_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
+    minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_table()
+        zone = process_zone_ratio(self.contact, self.friction)
+        limit = kernel.process_zone_limit()
+        if self.table.is_limit and zone > limit:
+            warnings.warn(
+                f"process zone ratio {zone:.2f} is above {limit}: the law is the limit of a short "
+                "weakening zone and is inaccurate in this contact's tail; the cohesive-zone law is "
+                "not",
+                ProcessZoneWarning,
+                stacklevel=3,
+            )
+
+    def _check_table(self) -> None:
+        """Refuse a table whose law is not for this contact and friction."""
+        table, ratio = self.table, self.friction.ratio
+        if not table.one_axis and self.k_hat > table.k_max:
+            raise ValueError(
+                f"k_hat = {self.k_hat!r} of this contact and friction is out of range: "
+                f"must be <= {table.k_max!r} for this table"
+            )
+        shape = "elliptic" if isinstance(self.contact, EllipticContact) else "line"
+        if table.options.get("contact", shape) != shape:
+            raise ValueError(
+                f"ForceElement.table is for {table.law!r}, but ForceElement.contact is {shape}"
+            )
+        if table.static_to_kinetic and not math.isclose(table.static_to_kinetic, ratio):
+            raise ValueError(
+                f"ForceElement.friction.ratio = {ratio!r} does not fit the table's law: "
+                f"must be {table.static_to_kinetic!r}"
+            )
+        weakening = table.options.get("weakening", "exponential")
+        if table.static_to_kinetic and weakening != self.friction.weakening.name:
+            raise ValueError(
+                f"ForceElement.friction.weakening is {self.friction.weakening.name!r}, "
+                f"but the table's law is for {weakening!r}"
+            )
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the kernel's force element, by name, in SI units."""
+        return {
+            "radius": self.radius,
+            "minimum_speed": self.minimum_speed,
+            **_contact_parameters(self.contact, self.friction, self.slope_reduction),
+        }
+
+    @cached_property
+    def native(self) -> kernel.NativeForceElement:
+        """The kernel's force element, which does not check its input."""
+        return kernel.NativeForceElement(self.table.native, self.parameters)
+
+    @property
+    def k_hat(self) -> float:
+        """k_hat at the nominal load and zero slip speed [1]."""
+        return k_hat(self.contact, self.friction)
+
+    @cached_property
+    def saturation_creepage(self) -> float:
+        """zeta0 at the nominal load and zero slip speed [1]."""
+        return saturation_creepage(
+            self.contact, self.friction, slope_reduction=self.slope_reduction
+        )
+
+    def saturation_creepage_at(
+        self, *, normal_load: float | None = None, friction_scale: float = 1.0
+    ) -> float:
+        """zeta0 at a load above zero [N], a friction scale [1] and zero slip speed."""
+        load = self.contact.normal_load if normal_load is None else normal_load
+        load = checked_number("normal_load", load, POSITIVE)
+        scale = checked_number("friction_scale", friction_scale, POSITIVE)
+        scales = kernel.contact_scales(self.parameters, load, scale)
+        given = {**self.parameters, "normal_load": load, "friction_scale": scale}
+        return derived("saturation_creepage", lambda: scales.saturation_creepage, given)
+
+    def evaluate(
+        self,
+        *,
+        omega: ArrayLike,
+        speed: ArrayLike,
+        normal_load: ArrayLike | None = None,
+        friction_scale: ArrayLike = 1.0,
+    ) -> NDArray[np.void]:
+        """All outputs of the element; arguments broadcast.
+
+        Parameters
+        ----------
+        omega : array_like
+            Angular velocity [rad/s].
+        speed : array_like
+            Forward velocity [m/s].
+        normal_load : array_like, optional
+            Load of the contact [N]. Default: its nominal load.
+        friction_scale : array_like, optional
+            Factor on both friction coefficients [1]. Default: 1.
+
+        Returns
+        -------
+        ndarray
+            Structured array with fields ``creep_force``, ``creepage``, ``force_gradient``, ...;
+            fmu/force_element.h describes them.
+
+        Raises
+        ------
+        ValueError
+            If a value is not finite or out of range, such as a negative load.
+        """
+        given = {
+            "omega": omega,
+            "speed": speed,
+            "normal_load": self.contact.normal_load if normal_load is None else normal_load,
+            "friction_scale": friction_scale,
+        }
+        limits = kernel.force_input_limits()
+        arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
+        inputs = np.zeros(common_shape(arrays), dtype=kernel.force_input_dtype())
+        for name, array in arrays.items():
+            inputs[name] = array
+        return self.native.evaluate(inputs)
+
+    def force(
+        self,
+        *,
+        omega: ArrayLike,
+        speed: ArrayLike,
+        normal_load: ArrayLike | None = None,
+        friction_scale: ArrayLike = 1.0,
+    ) -> FloatArray:
+        """Creep force [N], positive when it drives the vehicle forward; see `evaluate`."""
+        load = self.contact.normal_load if normal_load is None else normal_load
+        plain = _plain(omega, speed, load, friction_scale)
+        if plain is not None:
+            return np.array(self.native.evaluate_one(*plain).creep_force)
+        record = self.evaluate(
+            omega=omega, speed=speed, normal_load=load, friction_scale=friction_scale
+        )
+        return np.asarray(record["creep_force"])
+
+    def at_creepage(
+        self,
+        creepage: ArrayLike,
+        *,
+        speed: float,
+        normal_load: float | None = None,
+        friction_scale: float = 1.0,
+    ) -> NDArray[np.void]:
+        """All outputs at creepages [1] and one forward speed [m/s], at least `minimum_speed`."""
+        fastest = kernel.force_input_limits()["speed"].at_most
+        speeds = Limits(at_least=self.minimum_speed, at_most=fastest)
+        speed = checked_number("speed", speed, speeds)
+        creepages = checked("creepage", creepage, creepage_limits(self, speed))
+        omega = (1.0 + creepages) * speed / self.radius
+        return self.evaluate(
+            omega=omega, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+        )

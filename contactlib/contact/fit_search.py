@@ -1,0 +1,150 @@
+"""Bounded least squares in coordinates from 0 to 1: search, covariance, profile intervals.
+
+Least squares has several minima here, so the search starts at many places, which are the same on
+every run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, least_squares
+
+from contactlib.base.quantities import FloatArray
+
+SCREENED, REFINED = 96, 6  # starting points tried, and searches from the best of them
+PROFILE_POINTS = 6  # on each side of an estimate
+STEP = 1e-6  # of the range: for derivatives; an estimate closer to an end counts as at that end
+SINGULAR = 1e-6  # ratio of singular values below which the data do not determine a direction
+
+
+class Axis(NamedTuple):
+    """A free parameter's range, mapped to 0..1, and the part where searches start."""
+
+    low: float
+    high: float
+    start: tuple[float, float]
+    logarithmic: bool
+
+    def value(self, theta: float) -> float:
+        """Value at a coordinate; exact at the ends, as rounding must not leave the range."""
+        if theta in (0.0, 1.0):
+            return self.high if theta else self.low
+        if self.logarithmic:
+            return float(self.low * (self.high / self.low) ** theta)
+        return self.low + theta * (self.high - self.low)
+
+    def derivative(self, theta: float) -> float:
+        """Derivative of the value by the coordinate."""
+        if self.logarithmic:
+            return self.value(theta) * math.log(self.high / self.low)
+        return self.high - self.low
+
+
+class Problem:
+    """Residuals as a function of `size` coordinates from 0 to 1."""
+
+    def __init__(self, residuals: Callable[[FloatArray], FloatArray], size: int) -> None:
+        self.residuals, self.size = residuals, size
+
+    def cost(self, theta: FloatArray) -> float:
+        """Sum of squares."""
+        return float(np.sum(self.residuals(theta) ** 2))
+
+    def refine(
+        self, theta: FloatArray, held: tuple[int, ...] = (), tolerance: float = 1e-11
+    ) -> FloatArray:
+        """The minimum near `theta` with the coordinates `held` fixed."""
+        whole = theta.copy()
+        moving = np.setdiff1d(np.arange(self.size), held)
+        if not moving.size:
+            return whole
+
+        def part(moved: FloatArray) -> FloatArray:
+            whole[moving] = moved
+            return self.residuals(whole)
+
+        solution = least_squares(
+            part, theta[moving], bounds=(0.0, 1.0), ftol=tolerance, xtol=1e-10, gtol=1e-12
+        )
+        whole[moving] = solution.x
+        return whole
+
+    def search(self, axes: list[Axis]) -> FloatArray:
+        """The best minimum found from evenly scattered starts, the same on every run."""
+        low, high = np.array([axis.start for axis in axes]).T
+        # Additive recurrence with the powers of the root of phi**(size + 1) = phi + 1.
+        phi = float(brentq(lambda p: p ** (self.size + 1) - p - 1.0, 1.0, 2.0))
+        steps = phi ** -np.arange(1.0, self.size + 1.0)
+        scatter = (0.5 + np.outer(np.arange(SCREENED), steps)) % 1.0
+        starts = sorted(low + (high - low) * scatter, key=self.cost)[:REFINED]
+        return min((self.refine(start) for start in starts), key=self.cost)
+
+    def settled(self, theta: FloatArray) -> FloatArray:
+        """`theta`, with each coordinate near an end of its range moved there if it fits as well."""
+        held: tuple[int, ...] = ()
+        for j in range(self.size):
+            end = round(float(theta[j]))
+            if abs(theta[j] - end) < 0.01:
+                at_end = theta.copy()
+                at_end[j] = end
+                at_end = self.refine(at_end, held=(*held, j))
+                if self.cost(at_end) <= self.cost(theta) * (1.0 + 1e-9):
+                    theta, held = at_end, (*held, j)
+        return theta
+
+    def covariance(self, theta: FloatArray, degrees: int) -> FloatArray:
+        """Covariance of the coordinates; nan where the data do not define it."""
+        covariance = np.full((self.size, self.size), np.nan)
+        inside = np.flatnonzero((theta > STEP) & (theta < 1.0 - STEP))
+        if not inside.size:
+            return covariance
+        steps = STEP * np.eye(self.size)[inside]
+        rises = [self.residuals(theta + step) - self.residuals(theta - step) for step in steps]
+        jacobian = np.array(rises).T / (2.0 * STEP)
+        norms = np.linalg.norm(jacobian, axis=0)
+        norms[norms == 0.0] = 1.0
+        _, sizes, directions = np.linalg.svd(jacobian / norms, full_matrices=False)
+        seen = sizes > SINGULAR * sizes[0]
+        blurred = (np.abs(directions[~seen]) > 1e-3).any(axis=0)
+        scaled = directions[seen].T / sizes[seen]
+        part = scaled @ scaled.T / np.outer(norms, norms) * self.cost(theta) / degrees
+        part[blurred], part[:, blurred] = np.nan, np.nan
+        covariance[np.ix_(inside, inside)] = part
+        return covariance
+
+    def profile_interval(self, theta: FloatArray, j: int, limit: float) -> tuple[float, float]:
+        """Range of coordinate j where the profiled sum of squares is within `limit`."""
+        allowed = limit * self.cost(theta)
+
+        def excess(coordinate: float, near: FloatArray) -> tuple[float, FloatArray]:
+            start = near.copy()
+            start[j] = coordinate
+            best = self.refine(start, held=(j,), tolerance=1e-6)
+            return self.cost(best) - allowed, best
+
+        def end(bound: float) -> float:
+            """The outermost crossing on a grid that is denser near the estimate."""
+            inside, outside, anchor, near = float(theta[j]), None, theta, theta
+            for part in np.linspace(0.0, 1.0, PROFILE_POINTS + 1)[1:] ** 3:
+                coordinate = bound if part == 1.0 else float(theta[j] + part * (bound - theta[j]))
+                over, near = excess(coordinate, near)
+                if over <= 0.0:
+                    inside, outside, anchor = coordinate, None, near
+                elif outside is None:
+                    outside = coordinate
+            if outside is None:
+                return bound
+            return float(
+                brentq(
+                    lambda c: excess(c, anchor)[0],
+                    inside,
+                    outside,
+                    xtol=1e-3 * abs(outside - inside),
+                )
+            )
+
+        return end(0.0), end(1.0)

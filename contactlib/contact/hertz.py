@@ -1,0 +1,261 @@
+"""The normal contact problem: Hertzian contact of a wheel on a rail or roller.
+
+Equation numbers are those of Ciavarella, Romano & Barber, "Rolling of a cylinder with
+slip-dependent friction: the Carter solution revisited".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+from scipy.optimize import brentq
+from scipy.special import elliprd
+
+from contactlib.base.quantities import (
+    POSITIVE,
+    Limits,
+    Parameters,
+    Quantity,
+    checked_number,
+    derived,
+)
+
+AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
+RADII = Limits(at_least=1e-60, at_most=1e60)  # ratio of the principal radii
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material(Parameters):
+    """Isotropic elastic material.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        E [Pa].
+    poisson_ratio : float
+        nu [1], from 0 to 0.5.
+
+    Examples
+    --------
+    >>> steel = Material(youngs_modulus=210e9, poisson_ratio=0.3)
+    >>> round(steel.contact_modulus_with(steel) / 1e9, 3)
+    115.385
+    """
+
+    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+
+    def contact_modulus_with(self, other: Material) -> float:
+        """Composite contact modulus E* of two bodies [Pa], Eq. (4)."""
+        bodies = (self, other)
+        given = {
+            f"{name} of body {i}": getattr(body, name)
+            for i, body in enumerate(bodies, start=1)
+            for name in ("youngs_modulus", "poisson_ratio")
+        }
+
+        def modulus() -> float:  # Eq. (4)
+            return 1.0 / sum((1.0 - b.poisson_ratio**2) / b.youngs_modulus for b in bodies)
+
+        return derived("contact modulus", modulus, given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineContact(Parameters):
+    """Cylinder of finite length on a half-space, with the same conditions along its length.
+
+    Parameters
+    ----------
+    normal_load_per_length : float
+        P at the nominal state [N/m].
+    radius : float
+        R, relative radius of the two surfaces [m].
+    contact_modulus : float
+        E*, Eq. (4) [Pa].
+    length : float, optional
+        Length of the contact across the rolling direction [m]. Default: 1, which makes force and
+        force per length the same number.
+
+    Notes
+    -----
+    Away from the nominal load, semi-width and peak pressure grow like the load to the power
+    `load_exponent`.
+    """
+
+    normal_load_per_length: Annotated[float, Quantity("N/m", above=0.0)]
+    radius: Annotated[float, Quantity("m", above=0.0)]
+    contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    length: Annotated[float, Quantity("m", above=0.0)] = 1.0
+
+    load_exponent = 0.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_derived("normal_load", "semi_width", "peak_pressure")
+
+    @classmethod
+    def from_semi_width(
+        cls, *, semi_width: float, radius: float, contact_modulus: float, normal_load: float
+    ) -> LineContact:
+        """Make the contact with the semi-width a [m] under a normal load [N].
+
+        Examples
+        --------
+        >>> contact = LineContact.from_semi_width(
+        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3)
+        >>> round(contact.semi_width, 12), round(contact.normal_load, 6)
+        (0.005, 220000.0)
+        """
+        given = {
+            "semi_width": semi_width,
+            "radius": radius,
+            "contact_modulus": contact_modulus,
+            "normal_load": normal_load,
+        }
+        a, r, modulus, load = (checked_number(*item, POSITIVE) for item in given.items())
+        per_length = derived(  # Eq. (5) for P
+            "normal_load_per_length", lambda: math.pi * modulus * a**2 / (4.0 * r), given
+        )
+        return cls(
+            normal_load_per_length=per_length,
+            radius=r,
+            contact_modulus=modulus,
+            length=derived("length", lambda: load / per_length, given),
+        )
+
+    @property
+    def normal_load(self) -> float:
+        """Total nominal load [N]."""
+        return self.normal_load_per_length * self.length
+
+    @property
+    def semi_width(self) -> float:
+        """Half the contact width at the nominal load, a [m]."""
+        load_radius = self.normal_load_per_length * self.radius
+        return 2.0 * math.sqrt(load_radius / (math.pi * self.contact_modulus))  # Eq. (5)
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure at the nominal load, p0 [Pa]."""
+        return 2.0 * self.normal_load_per_length / (math.pi * self.semi_width)  # Eq. (5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EllipticContact(Parameters):
+    """Two curved surfaces that touch in an ellipse, with its axes along and across rolling.
+
+    Parameters
+    ----------
+    normal_load : float
+        P at the nominal state [N].
+    radius_x, radius_y : float
+        Relative principal radii of the two surfaces in the rolling direction x and across it [m].
+    contact_modulus : float
+        E*, Eq. (4) [Pa].
+
+    Notes
+    -----
+    The pressure p0 sqrt(1 - (x/a)**2 - (y/b)**2) must flatten both curvatures:
+
+        1/R_x = P R_D(0, b**2, a**2)/(pi E*),    1/R_y = P R_D(0, a**2, b**2)/(pi E*)
+
+    with Carlson's complete elliptic integral R_D, which is accurate for any ellipse and needs no
+    distinction of the longer axis. Away from the nominal load, semi-axes and peak pressure grow
+    like the load to the power `load_exponent`.
+
+    Examples
+    --------
+    >>> ball = EllipticContact(
+    ...     normal_load=100e3, radius_x=0.5, radius_y=0.5, contact_modulus=115.4e9)
+    >>> round(1e3 * ball.semi_axis_x, 3), round(1e3 * ball.semi_axis_y, 3)
+    (6.875, 6.875)
+    """
+
+    normal_load: Annotated[float, Quantity("N", above=0.0)]
+    radius_x: Annotated[float, Quantity("m", above=0.0)]
+    radius_y: Annotated[float, Quantity("m", above=0.0)]
+    contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+
+    load_exponent = 1.0 / 3.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        radii = {"radius_x": self.radius_x, "radius_y": self.radius_y}
+        derived("radius_y/radius_x", lambda: self.radius_y / self.radius_x, radii, RADII)
+        self._check_derived("semi_axis_x", "semi_axis_y", "peak_pressure")
+
+    @classmethod
+    def from_semi_axes(
+        cls, *, semi_axis_x: float, semi_axis_y: float, normal_load: float, contact_modulus: float
+    ) -> EllipticContact:
+        """Make the contact with the semi-axes a along and b across rolling [m] under a load [N].
+
+        Examples
+        --------
+        >>> contact = EllipticContact.from_semi_axes(
+        ...     semi_axis_x=6.304e-3, semi_axis_y=12.61e-3, normal_load=106.7e3,
+        ...     contact_modulus=113.9e9)
+        >>> round(contact.semi_axis_y, 12), round(contact.peak_pressure / 1e6, 1)
+        (0.01261, 640.9)
+        """
+        given = {
+            "semi_axis_x": semi_axis_x,
+            "semi_axis_y": semi_axis_y,
+            "normal_load": normal_load,
+            "contact_modulus": contact_modulus,
+        }
+        a, b, load, modulus = (checked_number(*item, POSITIVE) for item in given.items())
+        derived("semi_axis_y/semi_axis_x", lambda: b / a, given, AXES)
+
+        def radius(along: float, across: float) -> float:
+            stiffness = math.pi * modulus / load
+            return stiffness / float(elliprd(0.0, across**2, along**2))
+
+        return cls(
+            normal_load=load,
+            radius_x=derived("radius_x", lambda: radius(a, b), given),
+            radius_y=derived("radius_y", lambda: radius(b, a), given),
+            contact_modulus=modulus,
+        )
+
+    @cached_property
+    def _semi_axes(self) -> tuple[float, float]:
+        """Semi-axes a and b at the nominal load [m]."""
+        log_radii = math.log(self.radius_y) - math.log(self.radius_x)
+
+        def excess(log_aspect: float) -> float:  # ln(R_y/R_x) at ln(b/a) less the given; it rises
+            g = math.exp(log_aspect)
+            return math.log(elliprd(0.0, g, 1.0 / g) / elliprd(0.0, 1.0 / g, g)) - log_radii
+
+        # b/a lies between the powers 1/2 and 2/3 of R_y/R_x, or of its inverse.
+        bound = 0.7 * abs(log_radii) + 1e-3
+        g = math.exp(brentq(excess, -bound, bound, xtol=1e-15, rtol=1e-15))
+        compliance = self.normal_load / (math.pi * self.contact_modulus)
+        mean = math.cbrt(compliance * self.radius_x * float(elliprd(0.0, g, 1.0 / g)))
+        return mean / math.sqrt(g), mean * math.sqrt(g)
+
+    @property
+    def semi_axis_x(self) -> float:
+        """Semi-axis in the rolling direction at the nominal load, a [m]."""
+        return self._semi_axes[0]
+
+    @property
+    def semi_axis_y(self) -> float:
+        """Semi-axis across the rolling direction at the nominal load, b [m]."""
+        return self._semi_axes[1]
+
+    @property
+    def semi_width(self) -> float:
+        """Half the contact width in the rolling direction, a [m]: `semi_axis_x`."""
+        return self.semi_axis_x
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure at the nominal load, p0 [Pa]."""
+        return 1.5 * self.normal_load / (math.pi * self.semi_axis_x * self.semi_axis_y)  # Eq. (20)
+
+
+Contact = LineContact | EllipticContact

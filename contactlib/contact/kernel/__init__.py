@@ -1,0 +1,35 @@
+"""The only package that touches the native library.
+
+It passes numpy arrays and C structs to the library and knows no contact mechanics. cffi reads the
+declarations from the C headers, so no declaration stands twice.
+"""
+
+from contactlib.contact.kernel.bodies import NativeForceElement as NativeForceElement
+from contactlib.contact.kernel.bodies import NativeWheelset as NativeWheelset
+from contactlib.contact.kernel.bodies import contact_scales as contact_scales
+from contactlib.contact.kernel.bodies import contact_with_force as contact_with_force
+from contactlib.contact.kernel.bodies import force_input_dtype as force_input_dtype
+from contactlib.contact.kernel.bodies import force_input_limits as force_input_limits
+from contactlib.contact.kernel.bodies import force_output_dtype as force_output_dtype
+from contactlib.contact.kernel.bodies import process_zone_limit as process_zone_limit
+from contactlib.contact.kernel.bodies import wheelset_limits as wheelset_limits
+from contactlib.contact.kernel.drivetrains import NativeFleet as NativeFleet
+from contactlib.contact.kernel.drivetrains import NativeMember as NativeMember
+from contactlib.contact.kernel.drivetrains import NativeTrack as NativeTrack
+from contactlib.contact.kernel.drivetrains import drivetrain_dtype as drivetrain_dtype
+from contactlib.contact.kernel.library import ffi as ffi
+from contactlib.contact.kernel.library import library as library
+from contactlib.contact.kernel.library import library_path as library_path
+from contactlib.contact.kernel.library import platform_name as platform_name
+from contactlib.contact.kernel.library import token as token
+from contactlib.contact.kernel.models import GIVEN as GIVEN
+from contactlib.contact.kernel.models import MODEL_KINDS as MODEL_KINDS
+from contactlib.contact.kernel.models import NativeModel as NativeModel
+from contactlib.contact.kernel.models import Variable as Variable
+from contactlib.contact.kernel.models import model_variables as model_variables
+from contactlib.contact.kernel.tables import TABLE_MAGIC as TABLE_MAGIC
+from contactlib.contact.kernel.tables import TABLE_VERSION as TABLE_VERSION
+from contactlib.contact.kernel.tables import NativeTable as NativeTable
+from contactlib.contact.kernel.tables import framed as framed
+from contactlib.contact.kernel.tables import table_nodes as table_nodes
+from contactlib.contact.kernel.tables import table_place as table_place

@@ -1,0 +1,107 @@
+"""One force element and one wheelset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlib.base.quantities import Limits
+from contactlib.contact.kernel.library import ffi, library, pointer, struct_dtype
+from contactlib.contact.kernel.models import model_variables
+from contactlib.contact.kernel.tables import NativeTable
+
+
+def process_zone_limit() -> float:
+    """Largest process zone ratio for which the limit of a vanishing weakening zone is good [1]."""
+    return float(library().process_zone_limit())
+
+
+@cache
+def force_input_limits() -> Mapping[str, Limits]:
+    """Limits of the force element's inputs, by name."""
+    return {v.name: v.limits for v in model_variables("force_element") if v.role == "input"}
+
+
+@cache
+def wheelset_limits() -> Mapping[str, Limits]:
+    """Limits of the wheelset's inputs and states, by name."""
+    return {v.name: v.limits for v in model_variables("wheelset") if v.role in ("input", "state")}
+
+
+@cache
+def force_input_dtype() -> np.dtype[np.void]:
+    """Structured dtype of the force element's input."""
+    return struct_dtype("force_element_input")
+
+
+@cache
+def force_output_dtype() -> np.dtype[np.void]:
+    """Structured dtype of the force element's output."""
+    return struct_dtype("force_element_output")
+
+
+def contact_scales(
+    parameters: Mapping[str, float], normal_load: float, friction_scale: float = 1.0
+) -> Any:
+    """Struct of the saturation creepage, k_hat and process zone ratio at a load above zero."""
+    lib, scales = library(), ffi.new("contact_scales *")
+    given = ffi.new("force_element_parameters *", dict(parameters))
+    lib.force_element_scales(given, normal_load, friction_scale, scales)
+    return scales
+
+
+class NativeForceElement:
+    """Parameters and table of a force element. Checks nothing."""
+
+    def __init__(self, table: NativeTable, parameters: Mapping[str, float]) -> None:
+        library()
+        self._table = table
+        self._parameters = ffi.new("force_element_parameters *", dict(parameters))
+
+    def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
+        """Output records for input records of any shape."""
+        inputs = np.asarray(inputs, dtype=force_input_dtype(), order="C")
+        outputs = np.empty(inputs.shape, dtype=force_output_dtype())
+        library().force_element_evaluate_many(
+            self._table.struct,
+            self._parameters,
+            inputs.size,
+            pointer(inputs, "force_element_input"),
+            pointer(outputs, "force_element_output"),
+        )
+        return outputs
+
+    def evaluate_one(self, omega: float, speed: float, load: float, friction_scale: float) -> Any:
+        """Output struct at one point: the fast way for an integrator."""
+        given = ffi.new("force_element_input *", (omega, speed, load, friction_scale))
+        result = ffi.new("force_element_output *")
+        library().force_element_evaluate(self._table.struct, self._parameters, given, result)
+        return result
+
+
+class NativeWheelset:
+    """Parameters of a wheelset's equations of motion. Checks nothing."""
+
+    def __init__(self, parameters: Mapping[str, float]) -> None:
+        library()
+        self._parameters = ffi.new("wheelset_parameters *", dict(parameters))
+
+    def motion(
+        self, omega: float, speed: float, torque: float, resistance: float, contact: Any
+    ) -> Any:
+        """Rates struct of one state; `contact` is an output struct of the force element."""
+        rates = ffi.new("wheelset_rates *")
+        library().wheelset_motion(
+            self._parameters, omega, speed, torque, resistance, contact, rates
+        )
+        return rates
+
+
+def contact_with_force(creep_force: float) -> Any:
+    """Output struct of a force element in which only the creep force is set."""
+    library()
+    return ffi.new("force_element_output *", {"creep_force": creep_force})

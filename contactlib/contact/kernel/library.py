@@ -1,0 +1,103 @@
+"""The loaded library, its structs as numpy dtypes, and arrays as C pointers."""
+
+from __future__ import annotations
+
+import platform
+import re
+from functools import cache
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from cffi import FFI
+from numpy.typing import NDArray
+
+from contactlib.base.writing import PACKAGE, package_folder
+
+HEADERS = (
+    "variable.h",
+    "creep_table.h",
+    "force_element.h",
+    "wheelset.h",
+    "wheelset_step.h",
+    "track.h",
+    "drivetrain.h",
+    "model.h",
+    "token.h",
+)
+SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
+
+ffi: Any = FFI()
+_LOADING = Lock()
+
+
+def platform_name() -> str:
+    """FMI 3 platform tuple of this machine, such as ``x86_64-linux``."""
+    machine = platform.machine().lower()
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    return f"{machine}-{platform.system().lower()}"
+
+
+def library_path(name: str) -> Path:
+    """File of the native library for the platform tuple `name`; it need not exist."""
+    suffix = SUFFIXES.get(name.partition("-")[2], ".so")
+    return PACKAGE / "_native" / name / f"contactlib{suffix}"
+
+
+def library() -> Any:
+    """The native library, which is loaded once for all threads.
+
+    Raises
+    ------
+    ImportError
+        If it was not built for this machine.
+    """
+    with _LOADING:
+        return _load()
+
+
+@cache
+def _load() -> Any:
+    for header in HEADERS:
+        text = (package_folder("fmu") / header).read_text(encoding="ascii")
+        text = re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
+        ffi.cdef(text.replace("CONTACTLIB_API ", ""), override=True)
+    path = library_path(platform_name())
+    if not path.is_file():
+        raise ImportError(
+            f"contactlib has no native library for {platform_name()} at {path}; "
+            "install the package again with 'pip install .' to build it"
+        )
+    return ffi.dlopen(str(path))
+
+
+def token() -> str:
+    """Digest of the C sources from which the library was built."""
+    return str(ffi.string(library().contactlib_token()).decode())
+
+
+def pointer(array: NDArray[Any], kind: str) -> Any:
+    """C array of type `kind` that shares a contiguous array's memory and keeps it alive."""
+    return ffi.from_buffer(f"{kind}[]", array)
+
+
+def struct_dtype(name: str) -> np.dtype[np.void]:
+    """Structured dtype of a C struct of doubles."""
+    library()
+    fields = ffi.typeof(name).fields
+    return checked_dtype([(field, np.float64) for field, _ in fields], name)
+
+
+def checked_dtype(fields: list[tuple[str, Any]], struct_name: str) -> np.dtype[np.void]:
+    """Structured dtype of these fields, which must have the size of the C struct.
+
+    Raises
+    ------
+    ImportError
+        If it has another size.
+    """
+    found = np.dtype(fields)
+    if found.itemsize != ffi.sizeof(struct_name):
+        raise ImportError(f"{struct_name} of the native library is not laid out as expected")
+    return found

@@ -1,0 +1,114 @@
+"""The models that an FMU can hold, and their lists of variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+from contactlib.base.quantities import Limits
+from contactlib.contact.kernel.library import ffi, library
+from contactlib.contact.kernel.tables import NativeTable
+
+MODEL_KINDS = ("force_element", "wheelset", "wheelset_body")
+GIVEN = ("fixed_parameter", "tunable_parameter", "input", "state")  # roles with a start value
+
+
+class Variable(NamedTuple):
+    """One entry of a model's list of variables."""
+
+    name: str
+    unit: str
+    description: str
+    role: str
+    limits: Limits
+    only_relaxed: bool
+    depends: str  # see fmu/variable.h
+
+    @property
+    def boolean(self) -> bool:
+        """Whether the variable is a truth value."""
+        return self.unit == "Boolean"
+
+
+@cache
+def model_variables(kind: str) -> tuple[Variable, ...]:
+    """List of variables of a kind of model; the index is the FMI value reference."""
+    model = _model(kind)
+    roles = ffi.typeof("variable_role").elements
+
+    def text(cdata: Any) -> str:
+        return str(ffi.string(cdata).decode())
+
+    return tuple(
+        Variable(
+            text(v.name),
+            text(v.unit),
+            text(v.description),
+            roles[v.role].lower(),
+            Limits(at_least=v.minimum, at_most=v.maximum),
+            v.part == library().IF_RELAXED,
+            text(v.depends) if v.depends else "",
+        )
+        for v in (model.variables[i] for i in range(model.count))
+    )
+
+
+def _model(kind: str) -> Any:
+    if kind not in MODEL_KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of: {', '.join(MODEL_KINDS)}")
+    return library().model_of(kind.encode())
+
+
+class NativeModel:
+    """The model in an FMU, without FMI: values by name, steps and directional derivatives.
+
+    It checks names but no values.
+    """
+
+    def __init__(self, kind: str, table: NativeTable, start: Mapping[str, float]) -> None:
+        self._model, self._table = _model(kind), table
+        self._entries = {v.name: i for i, v in enumerate(model_variables(kind))}
+        self._values = ffi.new("model_values *")
+        self.set(**start)
+        self.evaluate()
+
+    def set(self, **values: float) -> None:
+        """Set variables of any role; outputs do not change before `evaluate`."""
+        for name, value in values.items():
+            library().model_set(self._entry(name), self._values, float(value))
+
+    def get(self, *names: str) -> list[float]:
+        """Values of the named variables."""
+        return [library().model_get(self._entry(name), self._values) for name in names]
+
+    def evaluate(self) -> None:
+        """Calculate outputs and derivatives from everything else."""
+        library().model_evaluate(self._model, self._table.struct, self._values)
+
+    def advance(self, step: float, tolerance: float = 1e-6) -> None:
+        """Advance the states by one step with the inputs held.
+
+        Raises
+        ------
+        RuntimeError
+            If the integrator gives up.
+        """
+        error = library().model_advance(
+            self._model, self._table.struct, self._values, step, tolerance
+        )
+        if error != ffi.NULL:
+            raise RuntimeError(ffi.string(error).decode())
+        self.evaluate()
+
+    def tangent(self, unknowns: Sequence[str], direction: Mapping[str, float]) -> list[float]:
+        """Changes of the unknowns when the other variables change along a direction."""
+        lib = library()
+        moved, change = ffi.new("model_values *"), ffi.new("model_values *")
+        for name, value in direction.items():
+            lib.model_set(self._entry(name), moved, float(value))
+        lib.model_tangent(self._model, self._table.struct, self._values, moved, change)
+        return [lib.model_get(self._entry(name), change) for name in unknowns]
+
+    def _entry(self, name: str) -> Any:
+        return ffi.addressof(self._model.variables[self._entries[name]])

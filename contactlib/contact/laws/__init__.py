@@ -1,0 +1,1 @@
+"""Creep force laws, one module each: normalized creepage to traction ratio."""

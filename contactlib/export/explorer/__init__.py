@@ -1,0 +1,78 @@
+"""The explorer: one HTML page that shows a wheelset's stability live, in any browser, offline.
+
+The page runs the same kernel and tables as everything else, compiled to WebAssembly. It is built
+from the sources beside this file; the package only writes it, and opens it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import webbrowser
+from pathlib import Path
+
+from contactlib.base.writing import PACKAGE, write_whole
+from contactlib.files.model import load_model
+from contactlib.files.reading import in_file, model_path, parse
+
+PAGE = PACKAGE / "export" / "explorer" / "page.html"
+PLACE = '<script type="application/json" id="given-model">{}</script>'  # of a model's text
+
+
+def write_explorer(
+    path: str | os.PathLike[str], model: str | os.PathLike[str] | None = None
+) -> Path:
+    """Write the explorer page, which needs no other file and no network.
+
+    Parameters
+    ----------
+    path : path
+        The HTML file.
+    model : path, optional
+        Model file that the page starts with, or the name of a shipped one; the page has those of
+        the roller rig and the locomotive in any case.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ModelError
+        If `model` is no model file, or its law is not Carter and Griffith's.
+    OSError
+        If a file cannot be read or written; what stood at `path` is unchanged.
+    """
+    page = PAGE.read_bytes()
+    if model is not None:
+        text = json.dumps(_checked_text(model)).replace("<", r"\u003c")  # which ends no element
+        empty, filled = (PLACE.format(part).encode() for part in ("null", text))
+        if page.count(empty) != 1:
+            raise RuntimeError(f"{PAGE} has no one place for a model")
+        page = page.replace(empty, filled)
+    return write_whole(path, page)
+
+
+def _checked_text(model: str | os.PathLike[str]) -> str:
+    """Text of a model file that the page can show."""
+    file = model_path(model)
+    with in_file(model):
+        law = parse(file).get("law", {})
+        kind = law.get("kind", "carter_griffith") if isinstance(law, dict) else None
+        if isinstance(kind, str) and kind != "carter_griffith":
+            raise ValueError(f"law.kind = {kind!r}: the page shows 'carter_griffith' only")
+    load_model(model)
+    return file.read_text(encoding="utf-8-sig")
+
+
+def open_in_browser(path: str | os.PathLike[str]) -> bool:
+    """Show a file in the user's browser; False if there is none, or no screen to show it on."""
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    if sys.platform not in ("win32", "darwin") and not any(map(os.environ.get, screens)):
+        return False  # a browser of text would take over the terminal
+    try:
+        return webbrowser.open(Path(path).resolve().as_uri())
+    except webbrowser.Error:
+        return False

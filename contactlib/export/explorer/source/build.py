@@ -1,0 +1,130 @@
+"""Put the explorer page together: one file that needs nothing else.
+
+    python contactlib/export/explorer/source/build.py           # writes page.html beside source/
+    python contactlib/export/explorer/source/build.py --check   # only says whether it is up to date
+
+The page is the same to the last byte wherever it is built: the compilers' versions are those of
+the extra "explorer" and of package-lock.json.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from base64 import b64encode
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+
+from contactlib.base.writing import package_folder, write_whole
+from contactlib.contact.law_tables import shipped_path
+from contactlib.export.explorer.source.bundle import bundle, check_types, install, licences
+from contactlib.export.explorer.source.declarations import declarations
+from contactlib.export.explorer.source.structs import write_types
+from contactlib.export.explorer.source.wasm import FUNCTIONS, compile_kernel
+
+SOURCE = Path(__file__).resolve().parent
+ROOT = SOURCE.parents[3]
+PAGE = SOURCE.parent / "page.html"
+MODELS = ("roller_rig", "locomotive")
+
+
+def base64(data: bytes) -> str:
+    """The bytes as text."""
+    return b64encode(data).decode("ascii")
+
+
+def data_element(name: str, kind: str, text: str) -> str:
+    """An element that nothing runs, for what the script reads by its id."""
+    return f'<script type="{kind}" id="{name}">{text}</script>'
+
+
+def json_element(name: str, data: object) -> str:
+    """The same of JSON, in which nothing can end the element."""
+    return data_element(name, "application/json", json.dumps(data).replace("<", "\\u003c"))
+
+
+def policy(script: str, style: str) -> str:
+    """Content security policy: this script and this style, no connection to anywhere."""
+
+    def source(text: str) -> str:
+        return f"'sha256-{base64(sha256(text.encode()).digest())}'"
+
+    parts = [
+        "default-src 'none'",
+        f"script-src {source(script)} 'wasm-unsafe-eval'",
+        f"style-src {source(style)}",
+        "img-src data:",
+        "base-uri 'none'",
+        "form-action 'none'",
+    ]
+    return f'<meta http-equiv="Content-Security-Policy" content="{"; ".join(parts)}">'
+
+
+def model_texts() -> Mapping[str, str]:
+    """The shipped model files that the page begins with, by name."""
+    folder = package_folder("models")
+    return {name: (folder / f"{name}.toml").read_text(encoding="utf-8") for name in MODELS}
+
+
+def binary_element(name: str, data: bytes) -> str:
+    """The same of bytes, in base64."""
+    return data_element(name, "application/octet-stream", base64(data))
+
+
+def data_elements() -> str:
+    """All that the script reads by its id; the command puts a model file into the last one."""
+    elements = [
+        json_element("declarations", declarations()),
+        json_element("models", model_texts()),
+        json_element("licences", licences()),
+        binary_element("kernel", compile_kernel()),
+        binary_element("table-line", shipped_path("line").read_bytes()),
+        binary_element("table-elliptic", shipped_path("elliptic").read_bytes()),
+        json_element("given-model", None),
+    ]
+    return "\n".join(elements)
+
+
+def page() -> str:
+    """The whole page, if its modules have no mistake of type."""
+    write_types(FUNCTIONS)
+    check_types()
+    script, style = bundle()
+    text = (SOURCE / "index.html").read_text(encoding="utf-8")
+    parts = {
+        "policy": policy(script, style),
+        "style": f"<style>{style}</style>",
+        "data": data_elements(),
+        "script": f"<script>{script}</script>",
+    }
+    for name, part in parts.items():
+        before, mark, after = text.partition(f"<!-- {name} -->")
+        if not mark:
+            raise SystemExit(f"index.html has no place for the {name}: <!-- {name} -->")
+        text = before + part + after
+    return text
+
+
+def is_current(path: Path, data: bytes) -> bool:
+    """Whether a file is there and holds this, whatever ends its lines."""
+    return path.is_file() and path.read_bytes().replace(b"\r\n", b"\n") == data
+
+
+def main(arguments: list[str]) -> str | None:
+    """Write the page, or compare it; returns what is wrong."""
+    checking = arguments == ["--check"]
+    if arguments and not checking:
+        return __doc__
+    install()
+    data = page().encode()
+    if not checking:
+        print(write_whole(PAGE, data))
+    elif not is_current(PAGE, data):
+        command = f"python {Path(__file__).resolve().relative_to(ROOT).as_posix()}"
+        return f"{PAGE.name} is not what the sources give: '{command}' writes it again"
+    return None
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,69 @@
+// Limits and units of all numbers: those of a model file are Python's own declarations, which the
+// build puts into the page.
+
+import { embeddedData } from "../kernel/embedded";
+import { LONGEST_DELAY } from "../physics/control";
+import type { Limits } from "../physics/limits";
+
+/** Unit and limits of a number [in SI units]. */
+export interface Limit extends Limits {
+  unit: string;
+}
+
+/** A key of a model file; without a default it is needed. */
+export interface Key extends Limit {
+  list: boolean;
+  default?: number | null;
+}
+
+type ByName<Value> = Readonly<Record<string, Value>>;
+
+export const {
+  units: UNITS, sections: SECTIONS, process_zone_limit: PROCESS_ZONE_LIMIT,
+} = embeddedData("declarations") as {
+  /** Values of units in SI units, by the SI unit. */
+  units: ByName<ByName<number>>;
+  /** Keys of a model file by their section. */
+  sections: ByName<ByName<Key>>;
+  /** Largest weakening zone over the semi-width for which the limit law is good [1]. */
+  process_zone_limit: number;
+};
+
+/** Sections whose keys are fields of a vehicle. */
+export const OF_VEHICLE = ["friction", "wheelset", "resistance", "run"];
+
+/** Name of a key of those sections in a vehicle. */
+export function vehicleField(key: string): string {
+  return key === "static" || key === "kinetic" ? `${key}_friction` : key;
+}
+
+// Where a name occurs twice the last one is meant: a vehicle's radius is the wheelset's. Below it
+// stand numbers that no model file has, and those of which the page allows less.
+const SETTING_LIMITS: ByName<Limit> = {
+  ...Object.fromEntries(
+    ["contact", "creep_control", ...OF_VEHICLE].flatMap((section) =>
+      Object.entries(SECTIONS[section]!).map(([key, limit]) => [vehicleField(key), limit]),
+    ),
+  ),
+  peak_pressure: { unit: "Pa", above: 0 },
+  load: { unit: "N", above: 0, at_most: 1e8 },
+  speed: { unit: "m/s", above: 0, at_most: 1e3 },
+  drive_torque: { unit: "N.m", at_least: 0, at_most: 1e7 },
+  torque_rate: { unit: "N.m/s", at_least: 0, at_most: 1e8 },
+  creepage: { unit: "1", at_least: 0, at_most: 10 },
+  torque_max: { unit: "N.m", at_least: 0, at_most: 1e7 },
+  delay: { unit: "s", at_least: 0, at_most: LONGEST_DELAY },
+  kick: { unit: "1", at_least: -0.9, at_most: 10 },
+  friction_ratio: { unit: "1", at_least: 1, at_most: 100 },
+  patch_friction: { unit: "1", at_least: 1e-3, at_most: 2 },
+  patch_length: { unit: "m", at_least: 1e-6, at_most: 1e4 },
+  patch_time: { unit: "s" },
+  playback: { unit: "1", above: 0, at_most: 10 },
+};
+
+/** Limit of a number that a visitor can set, by its key in the address. */
+export function settingLimit(key: string): Limit {
+  const limit = Object.hasOwn(SETTING_LIMITS, key) ? SETTING_LIMITS[key] : undefined;
+  if (limit === undefined) throw new Error(`${key} has no limits in this page`);
+  return limit;
+}

@@ -1,0 +1,200 @@
+// Model files: the TOML that contactlib.load_model reads, in and out.
+
+import { stringify } from "smol-toml";
+
+import type { Control } from "../physics/control";
+import { allows, limitText } from "../physics/limits";
+import {
+  atLoad, contactModulus, lateralSemiAxis, saturationCreepage, type Vehicle, weakeningLength,
+} from "../physics/vehicle";
+import { OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
+import { semiAxes } from "./hertz";
+import {
+  checkKeys, ModelError, type Numbers, oneOf, parseToml, readProfile, readSection, shown,
+  type Table, tableOf, textOf,
+} from "./reading";
+
+/** A model file: the vehicle, and what the page takes from the file's two runs. */
+export interface Model {
+  vehicle: Vehicle;
+  /** The first torque and the last creepage of the runs, and the file's creep control. */
+  control: Pick<
+    Control, "drive_torque" | "creepage" | "proportional_gain" | "integral_gain" | "torque_max"
+  >;
+}
+
+const HOLD = 20; // length of the runs of a file that is written [s]
+const LAW = "carter_griffith"; // the law whose tables the page has
+const SHOWN = "this page shows models";
+const ALTERNATIVES = ["weakening_length", "saturation_creepage"]; // keys that a vehicle does not have
+const PAIRS = [
+  ["semi_width", "radius"],
+  ["radius_x", "radius_y"],
+  ["semi_axis_x", "semi_axis_y"],
+];
+
+/** Read a model file. Throws a ModelError of one line that names key, value and limit. */
+export function readModel(text: string): Model {
+  const data = parseToml(text);
+  refuseOthers(data);
+  const needed = ["name", "source", ...Object.keys(SECTIONS)];
+  checkKeys("", data, [...needed, "law"], needed);
+  checkLaw(data);
+  const sections = OF_VEHICLE.map((name) => readSection(name, data).numbers);
+  const [friction, wheelset] = sections as [Numbers, Numbers];
+  oneOf("friction", friction, "weakening_length", "k_hat");
+  if (wheelset["saturation_creepage"] !== null) {
+    oneOf("wheelset", wheelset, "saturation_creepage", "slope_reduction");
+  }
+  const keys = sections.flatMap(Object.entries).filter(([key]) => !ALTERNATIVES.includes(key));
+  const vehicle = {
+    name: textOf("name", data["name"]),
+    source: textOf("source", data["source"]),
+    ...contactOf(readSection("contact", data).numbers),
+    ...Object.fromEntries(keys.map(([key, value]) => [vehicleField(key), value])),
+    k_hat: 0,
+    slope_reduction: 1,
+  } as Vehicle;
+  vehicle.k_hat = kHatOf(vehicle, friction);
+  vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
+  return { vehicle, control: readRuns(data) };
+}
+
+function refuseOthers(data: Table): void {
+  if (Object.hasOwn(data, "axes")) {
+    throw new ModelError(
+      `this is a sweep, not a model: the command 'contactlib sweep' runs it; ${SHOWN}`,
+    );
+  }
+  if (Object.hasOwn(data, "vehicle")) {
+    throw new ModelError(
+      `this is a scenario of the vehicle ${shown(data["vehicle"])}, not a model: the command ` +
+        `'contactlib simulate' runs it; ${SHOWN}`,
+    );
+  }
+}
+
+function checkLaw(data: Table): void {
+  if (data["law"] === undefined) return;
+  const law = tableOf("law", data["law"]);
+  const kind = law["kind"] === undefined ? LAW : textOf("law.kind", law["kind"]);
+  if (kind !== LAW) throw new ModelError(`law.kind = ${shown(kind)}: this page shows "${LAW}" only`);
+  checkKeys("law.", law, ["kind"], []);
+}
+
+/** The contact of the one pair of keys that [contact] gives. */
+function contactOf(section: Numbers): Partial<Vehicle> {
+  const given = PAIRS.flat().filter((key) => section[key] !== null);
+  if (!PAIRS.some((pair) => pair.join() === given.join())) {
+    const pairs = PAIRS.map((pair) => pair.join(" and ")).join(", or ");
+    throw new ModelError(
+      `contact.${pairs}: give exactly one of these pairs, not ${given.join(" and ") || "nothing"}`,
+    );
+  }
+  const { normal_load, youngs_modulus, poisson_ratio } = section as Record<string, number>;
+  const elastic = { normal_load, youngs_modulus, poisson_ratio } as Vehicle;
+  const modulus = contactModulus(elastic);
+  const [first, second] = given.map((key) => section[key]) as [number, number];
+  const isLine = given[0] === "semi_width";
+  const [a, b] =
+    given[0] === "radius_x" ? semiAxes(first, second, elastic.normal_load, modulus) : [first, second];
+  const pressure = isLine
+    ? (a * modulus) / (2 * second) // Eq. (5)
+    : (1.5 * elastic.normal_load) / (Math.PI * a * b); // Eq. (20)
+  if (!(a > 0 && Number.isFinite(a) && pressure > 0 && Number.isFinite(pressure))) {
+    throw new ModelError(
+      `contact.${given.join(" and ")} = ${first} and ${second} give a semi-width of ${a} m and ` +
+        `a pressure of ${pressure} Pa: must be finite and > 0`,
+    );
+  }
+  const contact = isLine ? "line" : "elliptic";
+  return { ...elastic, contact, semi_width: a, peak_pressure: pressure };
+}
+
+/** k_hat as [friction] gives it, or from the weakening length, which grows with its square. */
+function kHatOf(vehicle: Vehicle, { k_hat: given, weakening_length: length }: Numbers): number {
+  const { static_friction, kinetic_friction } = vehicle;
+  if (static_friction < kinetic_friction) {
+    throw new ModelError(
+      `friction.static = ${static_friction} is out of range: must be >= friction.kinetic = ` +
+        `${kinetic_friction}`,
+    );
+  }
+  const falls = static_friction > kinetic_friction;
+  if (given != null) {
+    if (falls || given === 0) return given;
+    throw new ModelError(
+      `friction.k_hat = ${given} needs friction.static = ${static_friction} > friction.kinetic`,
+    );
+  }
+  if (!falls) return 0;
+  const kHat = Math.sqrt(length! / weakeningLength({ ...vehicle, k_hat: 1 }));
+  const limit = SECTIONS["friction"]!["k_hat"]!;
+  if (allows(limit, kHat)) return kHat;
+  throw new ModelError(
+    `friction.weakening_length = ${length} gives k_hat = ${kHat}, out of range: must be ` +
+      limitText(limit),
+  );
+}
+
+/** Slope reduction as [wheelset] gives it, or from the saturation creepage; 1 without either. */
+function slopeReductionOf(vehicle: Vehicle, section: Numbers): number {
+  const { saturation_creepage: wanted, slope_reduction: given } = section;
+  if (wanted == null) return given ?? 1;
+  const clean = saturationCreepage(vehicle);
+  if (wanted < clean * (1 - 1e-12)) {
+    throw new ModelError(
+      `wheelset.saturation_creepage = ${wanted} is out of range: must be >= ` +
+        `${clean.toPrecision(6)}, that of clean surfaces`,
+    );
+  }
+  return Math.min(1, clean / wanted);
+}
+
+function readRuns(data: Table): Model["control"] {
+  const torque = readProfile("torque_control", "torque", data);
+  const { value, numbers } = readProfile("creep_control", "creepage", data);
+  const { torque_min, torque_max, proportional_gain, integral_gain } =
+    numbers as Record<string, number> & Model["control"];
+  if (torque_min! >= torque_max) {
+    throw new ModelError(
+      `creep_control.torque_min = ${torque_min} is out of range: must be < torque_max = ${torque_max}`,
+    );
+  }
+  const [drive_torque, creepage] = [torque.value[0]!, value.at(-1)!];
+  return { drive_torque, creepage, proportional_gain, integral_gain, torque_max };
+}
+
+/**
+ * A file that contactlib.load_model reads to this vehicle, whose nominal load is `normalLoad` [N].
+ *
+ * Its runs hold the control's torque and creepage. Throws a ModelError where Python would refuse
+ * the file.
+ */
+export function writeModel(vehicle: Vehicle, normalLoad: number, control: Control): string {
+  const v = atLoad(vehicle, normalLoad), fields = new Map(Object.entries(v));
+  const { semi_width: a, peak_pressure: p0, normal_load, youngs_modulus, poisson_ratio } = v;
+  const { drive_torque, creepage, proportional_gain, integral_gain, torque_max } = control;
+  const shape = v.contact === "line"
+    ? { semi_width: a, radius: (a * contactModulus(v)) / (2 * p0) } // Eq. (5)
+    : { semi_axis_x: a, semi_axis_y: lateralSemiAxis(v) };
+  const section = (name: string): Table => {
+    const known = Object.keys(SECTIONS[name]!).map((key) => [key, fields.get(vehicleField(key))]);
+    return Object.fromEntries(known.filter(([, value]) => value != null));
+  };
+  const time = [0, HOLD];
+  const data = {
+    name: v.name,
+    source: v.source,
+    contact: { ...shape, normal_load, youngs_modulus, poisson_ratio },
+    ...Object.fromEntries(OF_VEHICLE.map((name) => [name, section(name)])),
+    torque_control: { time, torque: [drive_torque, drive_torque] },
+    creep_control: {
+      time, creepage: [creepage, creepage], proportional_gain, integral_gain, torque_min: 0,
+      torque_max,
+    },
+  };
+  const text = `# In SI units\n${stringify(data)}`;
+  readModel(text);
+  return text;
+}

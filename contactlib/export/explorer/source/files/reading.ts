@@ -1,0 +1,154 @@
+// TOML in, checked numbers out, by the rules of contactlib's Python.
+
+import { parse, TomlError } from "smol-toml";
+
+import { allows, limitText } from "../physics/limits";
+import { type Limit, SECTIONS, UNITS } from "./declared";
+
+/** A model file that cannot be used; one line says where and why. */
+export class ModelError extends Error {
+  override name = "ModelError";
+}
+
+/** Contents of a file or of a section of it. */
+export type Table = Readonly<Record<string, unknown>>;
+
+/** Numbers of a section by key; null where the file leaves out what it may. */
+export type Numbers = Record<string, number | null>;
+
+const LARGEST_FILE = 1_000_000; // characters
+const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+/** A number in decimal digits; NaN for any other text. */
+export function decimal(text: string): number {
+  return DECIMAL.test(text) ? Number(text) : NaN;
+}
+
+/** Contents of a TOML file. */
+export function parseToml(text: string): Table {
+  if (text.length > LARGEST_FILE) {
+    throw new ModelError(`the file has ${text.length} characters: must be <= ${LARGEST_FILE}`);
+  }
+  try {
+    return parse(text.replace(/^\ufeff/, ""), { integersAsBigInt: "asNeeded", maxDepth: 20 });
+  } catch (error) {
+    if (!(error instanceof Error)) throw error;
+    const place = error instanceof TomlError ? ` (line ${error.line}, column ${error.column})` : "";
+    throw new ModelError(oneLine(error.message.split("\n", 1)[0] ?? "") + place);
+  }
+}
+
+/** A value of a file for a message: in one line, and not too long. */
+export function shown(value: unknown): string {
+  const text = JSON.stringify(value, (_, v) => (typeof v === "bigint" ? String(v) : v));
+  return oneLine(text ?? String(value));
+}
+
+function oneLine(text: string): string {
+  const line = text.replace(/[\s\p{Cc}\p{Cf}\p{Zl}\p{Zp}]+/gu, " ");
+  return line.length > 120 ? `${line.slice(0, 117)}...` : line;
+}
+
+/** Refuse an unknown key, and the lack of one that is needed. */
+export function checkKeys(prefix: string, table: Table, known: string[], needed: string[]): void {
+  for (const key of Object.keys(table)) {
+    if (!known.includes(key)) {
+      const name = oneLine(prefix + key);
+      throw new ModelError(`${name} is not a known key; known: ${known.join(", ")}`);
+    }
+  }
+  for (const key of needed) {
+    if (!Object.hasOwn(table, key)) throw new ModelError(`${prefix}${key} is missing`);
+  }
+}
+
+/** A value that must be a string. */
+export function textOf(where: string, value: unknown): string {
+  if (typeof value === "string") return value;
+  throw new ModelError(`${where} = ${shown(value)} must be a string`);
+}
+
+/** A value that must be a section. */
+export function tableOf(name: string, value: unknown): Table {
+  const isObject = typeof value === "object" && value !== null;
+  if (isObject && !Array.isArray(value) && !(value instanceof Date)) return value as Table;
+  throw new ModelError(`${name} = ${shown(value)} must be a section: [${name}]`);
+}
+
+/** A value in SI units and within its limit. */
+function numberOf(where: string, value: unknown, limit: Limit): number {
+  let found: number;
+  if (typeof value === "string") {
+    const [digits = "", ...rest] = value.trim().split(" ");
+    const units: Record<string, number> = { [limit.unit]: 1, ...UNITS[limit.unit] };
+    const unit = rest.join(" ");
+    if (rest.length === 0 || !Object.hasOwn(units, unit)) {
+      throw new ModelError(
+        `${where} = ${shown(value)} must be a number in ${limit.unit}, or a number and one of: ` +
+          Object.keys(units).join(", "),
+      );
+    }
+    found = decimal(digits.replace(/(?<=\d)_(?=\d)/g, "")) * (units[unit] ?? NaN);
+    if (Number.isNaN(found)) {
+      throw new ModelError(`${where} = ${shown(value)} does not begin with a number`);
+    }
+  } else if (typeof value === "number" || typeof value === "bigint") {
+    found = Number(value);
+  } else {
+    throw new ModelError(`${where} = ${shown(value)} must be a number in ${limit.unit}`);
+  }
+  if (allows(limit, found)) return found;
+  const given = typeof value === "string" ? shown(value) : String(found);
+  throw new ModelError(`${where} = ${given} is out of range: must be ${limitText(limit)}`);
+}
+
+/** Numbers of a section, and its lists of numbers. */
+export function readSection(
+  name: string, data: Table,
+): { numbers: Numbers; lists: Record<string, number[]> } {
+  const declared = SECTIONS[name]!, table = tableOf(name, data[name]), known = Object.keys(declared);
+  checkKeys(`${name}.`, table, known, known.filter((key) => declared[key]!.default === undefined));
+  const numbers: Numbers = {}, lists: Record<string, number[]> = {};
+  for (const [key, limit] of Object.entries(declared)) {
+    const where = `${name}.${key}`, value = table[key];
+    if (value === undefined) {
+      numbers[key] = limit.default!;
+    } else if (!limit.list) {
+      numbers[key] = numberOf(where, value, limit);
+    } else if (Array.isArray(value) && value.length > 0) {
+      lists[key] = value.map((entry: unknown) => numberOf(where, entry, limit));
+    } else {
+      throw new ModelError(`${where} = ${shown(value)} must be a list of at least one number`);
+    }
+  }
+  return { numbers, lists };
+}
+
+/** Breakpoints of a control's demand over time [s], and the other numbers of its section. */
+export function readProfile(
+  section: string, values: string, data: Table,
+): { time: number[]; value: number[]; numbers: Numbers } {
+  const { numbers, lists } = readSection(section, data);
+  const time = lists["time"]!, value = lists[values]!;
+  if (time.length !== value.length) {
+    throw new ModelError(
+      `${section}.time has ${time.length} and ${values} ${value.length} entries: both must have ` +
+        "as many",
+    );
+  }
+  if (time.some((at, i) => at < (time[i - 1] ?? -Infinity) || at === time[i - 2])) {
+    throw new ModelError(
+      `${section}.time = ${shown(time)} must rise, and repeat a place at most once`,
+    );
+  }
+  return { time, value, numbers };
+}
+
+/** Refuse a section that gives none of the keys, or more than one. */
+export function oneOf(section: string, numbers: Numbers, ...keys: string[]): void {
+  const given = keys.filter((key) => numbers[key] !== null);
+  if (given.length === 1) return;
+  throw new ModelError(
+    `${section}.${keys.join(" and ")}: give exactly one of them, not ${given.length}`,
+  );
+}

@@ -1,0 +1,210 @@
+// What a visitor can set: how the page begins with it, and its place in the address, such as
+// "#vehicle=roller_rig&k_hat=0.5&mode=creep". The address holds what differs from the shipped model
+// that it names. It is read as text and numbers, nothing else.
+
+import { embeddedData } from "../kernel/embedded";
+import type { Control } from "../physics/control";
+import { allows, limitText } from "../physics/limits";
+import type { Vehicle } from "../physics/vehicle";
+import { settingLimit } from "./declared";
+import { type Model, readModel } from "./model_file";
+import { decimal, shown } from "./reading";
+
+/** All that a visitor can set [SI units]. */
+export interface Settings {
+  /** Name of the shipped model whose values an address leaves out. */
+  preset: string;
+  vehicle: Vehicle;
+  /** Acting load, which may differ from the nominal one [N]. */
+  normalLoad: number;
+  speed: number;
+  control: Control;
+  /** A wet patch: its friction over the dry rail's [1], and its length [m]. */
+  patch: { friction: number; length: number };
+  /** Simulated time per time [1]. */
+  playback: number;
+}
+
+// The gain holds the falling branch of both shipped models at 10 m/s, where poles reach 69 1/s and
+// g = 2e-4 1/(N.m.s): it takes 3.5e5 N.m anywhere, and at a creepage of 0.024 at most 1.4e6 N.m
+// behind a delay of 5 ms, but 4.9e5 N.m behind 12 ms.
+const GAINS = { proportional_gain: 6e5, integral_gain: 6e5 };
+
+// At the first torque in the rig's file the wheelset survives every wet patch, because no unstable
+// state has that torque. At this one a patch of half the friction may last 8 ms.
+const CHOSEN: Readonly<Record<string, Partial<Control>>> = {
+  roller_rig: { ...GAINS, drive_torque: 24.6e3 },
+  locomotive: GAINS,
+};
+
+/** Settings that a model begins with: those of its file, in traction, and what is `chosen`. */
+export function settingsOf(
+  { vehicle, control }: Model, preset: string, chosen: Partial<Control> = {},
+): Settings {
+  const { drive_torque, creepage, torque_max } = control;
+  return {
+    preset,
+    vehicle,
+    normalLoad: vehicle.normal_load,
+    speed: Math.max(vehicle.initial_speed, vehicle.minimum_speed),
+    control: {
+      mode: "torque",
+      drive_torque: Math.max(0, drive_torque),
+      torque_rate: 1e3,
+      creepage: Math.max(0, creepage),
+      proportional_gain: control.proportional_gain,
+      integral_gain: control.integral_gain,
+      torque_max: Math.max(0, torque_max),
+      delay: 0,
+      ...chosen,
+    },
+    patch: { friction: 0.5, length: 0.1 },
+    playback: 1,
+  };
+}
+
+/** Settings of the shipped models, by the names of their files. */
+export const PRESETS: Readonly<Record<string, Settings>> = Object.fromEntries(
+  Object.entries(embeddedData("models") as Record<string, string>).map(
+    ([name, text]) => [name, settingsOf(readModel(text), name, CHOSEN[name])],
+  ),
+);
+
+/** Text of the model file that the command wrote into the page; null without one. */
+export function givenModel(): string | null {
+  return embeddedData("given-model") as string | null;
+}
+
+const TEXTS = ["name", "source"]; // of a vehicle
+const CHOICES: Readonly<Record<string, string[]>> = {
+  contact: ["line", "elliptic"],
+  mode: ["torque", "creep"],
+};
+const LONGEST = 4000; // characters of an address
+
+/** Conditions on several numbers of the settings. */
+const TOGETHER: { keys: string[]; must: string; holds(v: Record<string, number>): boolean }[] = [
+  {
+    keys: ["static_friction", "kinetic_friction"],
+    must: "static_friction >= kinetic_friction",
+    holds: (v) => v["static_friction"]! >= v["kinetic_friction"]!,
+  },
+  {
+    keys: ["k_hat", "static_friction", "kinetic_friction"],
+    must: "static_friction > kinetic_friction, or k_hat = 0",
+    holds: (v) => v["k_hat"] === 0 || v["static_friction"]! > v["kinetic_friction"]!,
+  },
+  {
+    keys: ["speed", "minimum_speed"],
+    must: "speed >= minimum_speed",
+    holds: (v) => v["speed"]! >= v["minimum_speed"]!,
+  },
+];
+
+type Value = number | string | null;
+
+/** The settings by their keys in the address; none occurs twice. */
+function flat({ vehicle, normalLoad, speed, control, patch, playback }: Settings): Record<string, Value> {
+  return {
+    ...vehicle,
+    load: normalLoad,
+    speed,
+    ...control,
+    patch_friction: patch.friction,
+    patch_length: patch.length,
+    playback,
+  };
+}
+
+function unflat(values: Record<string, Value>, { preset, vehicle, control }: Settings): Settings {
+  const pick = <Part extends object>(part: Part): Part =>
+    Object.fromEntries(Object.keys(part).map((key) => [key, values[key]])) as Part;
+  const { load, speed, patch_friction, patch_length, playback } = values as Record<string, number>;
+  return {
+    preset,
+    vehicle: pick(vehicle),
+    normalLoad: load!,
+    speed: speed!,
+    control: pick(control),
+    patch: { friction: patch_friction!, length: patch_length! },
+    playback: playback!,
+  };
+}
+
+/** The part of the page's address that holds these settings, to the last bit. */
+export function toAddress(settings: Settings): string {
+  const before = flat(PRESETS[settings.preset]!);
+  const changed = Object.entries(flat(settings)).filter(([key, value]) => value !== before[key]);
+  const parts = changed.map(([key, value]) => `${key}=${encodeURIComponent(value ?? "none")}`);
+  return `#${[`vehicle=${settings.preset}`, ...parts].join("&")}`;
+}
+
+/**
+ * Settings of an address, and one line for each part of it that cannot be used: there they keep the
+ * preset's value. Without a vehicle in the address the preset is the first one.
+ */
+export function fromAddress(hash: string): { settings: Settings; problems: string[] } {
+  const problems: string[] = [];
+  const given = hash.length > LONGEST ? [] : pairs(hash, problems);
+  if (hash.length > LONGEST) {
+    problems.push(`the address has ${hash.length} characters: must be <= ${LONGEST}`);
+  }
+  const names = Object.keys(PRESETS);
+  const wanted = given.find(([key]) => key === "vehicle")?.[1] ?? names[0]!;
+  const known = names.includes(wanted);
+  if (!known) problems.push(`vehicle = ${shown(wanted)} must be one of: ${names.join(", ")}`);
+  const preset = PRESETS[known ? wanted : names[0]!]!;
+  const before = flat(preset), values = { ...before }, seen = new Set<string>();
+  for (const [key, text] of given) {
+    if (seen.has(key)) {
+      problems.push(`${shown(key)} is given twice: the first is taken`);
+      continue;
+    }
+    seen.add(key);
+    const problem = key === "vehicle" ? null : take(key, text, values);
+    if (problem !== null) problems.push(problem);
+  }
+  for (const { keys, must, holds } of TOGETHER) {
+    if (holds(values as Record<string, number>)) continue;
+    problems.push(`${keys.map((key) => `${key} = ${values[key]}`).join(", ")}: must be ${must}`);
+    for (const key of keys) values[key] = before[key]!;
+  }
+  return { settings: unflat(values, preset), problems };
+}
+
+/** Keys and texts of an address. */
+function pairs(hash: string, problems: string[]): [string, string][] {
+  const found: [string, string][] = [];
+  for (const part of hash.replace(/^#/, "").split("&").filter(Boolean)) {
+    const at = part.indexOf("=");
+    try {
+      if (at < 1) throw new URIError();
+      found.push([part.slice(0, at), decodeURIComponent(part.slice(at + 1))]);
+    } catch {
+      problems.push(`${shown(part)} must be a key, =, and a value`);
+    }
+  }
+  return found;
+}
+
+/** Put one value of an address among the others; returns the problem with it, if there is one. */
+function take(key: string, text: string, values: Record<string, Value>): string | null {
+  if (!Object.hasOwn(values, key)) return `${shown(key)} is not a known key`;
+  const choices = Object.hasOwn(CHOICES, key) ? CHOICES[key]! : null;
+  if (choices !== null && !choices.includes(text)) {
+    return `${key} = ${shown(text)} must be one of: ${choices.join(", ")}`;
+  }
+  if (choices !== null || TEXTS.includes(key)) {
+    values[key] = text;
+  } else if (key === "mass" && text === "none") {
+    values[key] = null;
+  } else {
+    const limit = settingLimit(key), number = decimal(text);
+    if (Number.isNaN(number)) return `${key} = ${shown(text)} is not a number in ${limit.unit}`;
+    if (!allows(limit, number)) {
+      return `${key} = ${number} is out of range: must be ${limitText(limit)}`;
+    }
+    values[key] = number;
+  }
+  return null;
+}

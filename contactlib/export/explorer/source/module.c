@@ -1,0 +1,42 @@
+/* What the page's WebAssembly module adds to the kernel: it fills the structs that hold pointers,
+ * and says where all others have their doubles.
+ *
+ * The page steps one drivetrain at a time, so there is one lane; a lane's numbers do not depend on
+ * how many there are. */
+#include <stddef.h>
+
+#define LANES 1
+#define WIDE_SUFFIX portable
+#include "wide_functions.h"
+
+static const double ALWAYS = 0.0, UNCHANGED = 1.0;
+
+static const struct {
+    const char *name; /* of a struct, or of a double in it: "wheelset_rates.jacobian[0][1]" */
+    size_t bytes;     /* the struct's size, or the double's offset */
+} MEMBERS[] = {
+#include "members.h" /* which the build lists from the headers */
+};
+
+/* NULL behind the last one. */
+const char *member_name(size_t i) {
+    return i < sizeof MEMBERS / sizeof *MEMBERS ? MEMBERS[i].name : NULL;
+}
+
+size_t member_bytes(size_t i) { return MEMBERS[i].bytes; }
+
+/* The same profile under both wheels. */
+void track_set(track *rails, size_t count, const double *at, const double *value) {
+    const profile both = {.count = count, .at = at, .value = value};
+    *rails = (track){.left = both,
+                     .right = both,
+                     .over_time = {.count = 1, .at = &ALWAYS, .value = &UNCHANGED}};
+}
+
+void drivetrain_member_set(drivetrain_member *member, const creep_table *table,
+                           const force_element_parameters *contact,
+                           const drivetrain_parameters *drivetrain, const track *rails) {
+    *member = (drivetrain_member){
+        .table = table, .contact = contact, .drivetrain = drivetrain, .rails = rails};
+    force_element_scales(contact, contact->nominal_load, 1.0, &member->scales);
+}

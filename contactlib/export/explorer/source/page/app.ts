@@ -1,0 +1,362 @@
+/* The wheelset that runs, its settings, the guided experiment, and what the charts show of it. */
+
+import type { Settings } from "../files/settings";
+import type { Kernel } from "../kernel/kernel";
+import { clearing } from "../physics/clearing";
+import { Plant } from "../physics/plant";
+import type { RunEvent } from "../physics/recorder";
+import { type Control, Run, SAMPLE } from "../physics/run";
+import { type SteadyState, steadyStates } from "../physics/stability";
+import type { View } from "./chart";
+import { write } from "./elements";
+import { digits, percent } from "./format";
+import { clearingText, Numbers, numbers, warnings } from "./numbers";
+import { type Moment, type Picture, picture } from "./picture";
+
+const LOOK_BACK = 8; // visitor's time that the charts show [s]
+const ROWS = 1500; // rows of the history in that time
+const LONGEST_FRAME = 0.05; // of the visitor's time: a page that was hidden does not catch up [s]
+const AHEAD = 0.3; // of the visitor's time, until the wheel meets a patch that is laid [s]
+const OFTEN = 100, SELDOM = 300; // between updates of numbers, and of texts [ms]
+const MOVED = 2e-3; // relative change of the speed after which the curves are drawn again [1]
+
+/** One step of a guided experiment. */
+export interface Step {
+  /** Told during the step. */
+  say(app: App): string;
+  begin?(app: App): void;
+  /** It ends after so many simulated seconds, at an event, or when this is true. */
+  until: number | RunEvent["name"] | ((app: App) => boolean);
+}
+
+/** A guided experiment. */
+export interface Story {
+  name: string;
+  /** Why it cannot be told of this wheel, in one line; null if it can. */
+  cannot(app: App): string | null;
+  steps: Step[];
+}
+
+/** Where the app writes, and what it asks of the page. */
+interface Stage {
+  views: View[];
+  numbers: HTMLElement;
+  warning: HTMLElement;
+  clearing: HTMLElement;
+  clock: HTMLElement;
+  say(text: string): void;
+  speak(text: string): void;
+  toast(text: string): void;
+  /** Controls may show other values than before. */
+  changed(): void;
+  /** The speed of a free wheelset has gone on. */
+  moved(): void;
+}
+
+export class App {
+  readonly run: Run;
+  shown: Picture;
+  playing = true;
+  /** What a kick adds to the creepage [1]. */
+  kickSize = 0.01;
+  /** Time that the last frames took the page [ms]. */
+  readonly frameCosts: number[] = [];
+
+  private readonly numbers: Numbers;
+  /** The experiment that is being told. */
+  story: Story | null = null;
+  private step = 0; // of the story
+  private since = 0; // simulated time at which the step began [s]
+  private before: Settings | null = null; // the visitor's, before the story
+  private rests: SteadyState[] = [];
+  private stale = true; // the charts are out of date
+  private unshown = true; // the charts do not have the curves yet
+  private last = 0; // time of the last frame [ms]
+  private redrawn = 0; // ... at which curves, ...
+  private looked = 0; // ... numbers ...
+  private lookedSeldom = 0; // ... and texts were last updated
+
+  constructor(readonly kernel: Kernel, public settings: Settings, private readonly stage: Stage) {
+    this.run = new Run(kernel);
+    this.numbers = new Numbers(stage.numbers);
+    this.shown = this.newPicture(settings.speed);
+    this.use(settings);
+  }
+
+  /** The control that runs; its fields may be written at any time. */
+  get control(): Control {
+    return this.run.control;
+  }
+
+  /** Take other settings and begin again. */
+  use(settings: Settings): void {
+    this.endStory();
+    this.settings = settings;
+    Object.assign(this.run.control, settings.control);
+    this.settings.control = this.run.control;
+    this.restart();
+  }
+
+  /** Begin again with the visitor's own settings, from before a story. */
+  reset(): void {
+    const { before } = this;
+    this.endStory();
+    if (before !== null) this.putBack(before);
+    this.restart();
+  }
+
+  private putBack({ control, patch, playback }: Settings): void {
+    Object.assign(this.control, control);
+    Object.assign(this.settings, { patch: { ...patch }, playback });
+  }
+
+  /** Begin again at rest, with the settings as they are. */
+  restart(): void {
+    const { vehicle, normalLoad, speed } = this.settings;
+    const next = this.newPicture(speed);
+    try {
+      this.run.start(vehicle, normalLoad, speed);
+    } catch (error) {
+      if (!(error instanceof RangeError)) throw error;
+      this.control.mode = "torque";
+      this.control.drive_torque = 0.9 * next.most.torque;
+      this.run.start(vehicle, normalLoad, speed);
+      this.stage.toast("No steady state at that torque: the run starts at nine tenths of the critical one.");
+    }
+    this.playing = true;
+    this.show(next);
+    this.stage.changed();
+  }
+
+  /** Take other curves, for the charts and for the events of the run. */
+  private show(next: Picture): void {
+    this.shown = next;
+    this.unshown = true;
+    this.run.watch(next.fold?.creepage ?? null);
+  }
+
+  /** Change the vehicle, its load or the patch; the run goes on with them. A change that cannot be
+   * is taken back, and the error thrown. */
+  change(change: () => void): void {
+    const { vehicle, normalLoad, patch } = this.settings;
+    Object.assign(this.settings, { vehicle: { ...vehicle }, patch: { ...patch } });
+    try {
+      change();
+      const next = this.newPicture(this.run.speed);
+      this.run.configure(this.settings.vehicle, this.settings.normalLoad);
+      this.show(next);
+    } catch (error) {
+      Object.assign(this.settings, { vehicle, normalLoad, patch });
+      throw error;
+    }
+    this.stage.changed();
+  }
+
+  setSpeed(speed: number): void {
+    const next = this.newPicture(speed);
+    this.run.setSpeed(speed);
+    this.settings.speed = speed;
+    this.show(next);
+    this.stage.changed();
+  }
+
+  /** Put the wet patch of the settings on the rail, a moment ahead. */
+  layPatch(): void {
+    if (this.run.stopped !== null) this.restart();
+    const { friction, length } = this.settings.patch, { speed } = this.run;
+    this.predict(); // of this patch, not of one before
+    this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
+    this.lookAgain();
+  }
+
+  kick(): void {
+    if (this.run.stopped !== null) this.restart();
+    this.run.kick(this.kickSize);
+    this.lookAgain();
+  }
+
+  tell(story: Story): void {
+    const before = this.before ?? structuredClone({ ...this.settings, control: { ...this.control } });
+    this.endStory();
+    this.putBack(before); // no story starts from another's settings
+    const why = story.cannot(this);
+    if (why === null) {
+      this.before = before;
+      this.story = story;
+      this.beginStep(0);
+    } else {
+      this.stage.toast(why);
+    }
+    this.stage.changed();
+  }
+
+  private beginStep(number: number): void {
+    const step = this.story!.steps[number];
+    if (step === undefined) return;
+    this.step = number;
+    step.begin?.(this);
+    this.since = this.run.time;
+    this.stage.say(step.say(this));
+    this.stage.changed();
+  }
+
+  /** Go on with the story if its step is over. */
+  private goOn({ steps }: Story, events: RunEvent[]): void {
+    const { until } = steps[this.step]!;
+    const over = typeof until === "number" ? this.run.time - this.since >= until
+      : typeof until === "function" ? until(this)
+      : events.some((event) => event.name === until);
+    if (over) this.beginStep(this.step + 1);
+  }
+
+  /** The visitor takes over, and keeps what the story has set. */
+  endStory(): void {
+    this.before = null;
+    if (this.story === null) return;
+    this.story = null;
+    this.stage.say("");
+    this.stage.changed();
+  }
+
+  /** The controls may show something else now. */
+  changed(): void {
+    this.stage.changed();
+  }
+
+  play(playing: boolean): void {
+    if (playing && this.run.stopped !== null) this.restart();
+    this.playing = playing;
+    this.lookAgain();
+    this.stage.changed();
+  }
+
+  /** Stop and say why: the run does not go on from a state that cannot be computed. */
+  fail(error: unknown): void {
+    this.playing = false;
+    this.stale = false;
+    this.stage.toast(error instanceof Error ? error.message : String(error));
+    this.stage.changed();
+    if (!(error instanceof RangeError)) throw error;
+  }
+
+  /** Let the next frame update numbers and texts too: while the run is paused it is the last. */
+  private lookAgain(): void {
+    this.stale = true;
+    this.looked = this.lookedSeldom = -Infinity;
+  }
+
+  /** Colours have changed. */
+  repaint(): void {
+    for (const view of this.stage.views) view.repaint();
+    this.redraw();
+  }
+
+  /** Let the next frame draw, also while the run is paused. */
+  redraw(): void {
+    this.stale = true;
+  }
+
+  /** Go on by a simulated time [s]: frames do it, and scripts and tests may. */
+  advance(duration: number): RunEvent[] {
+    this.run.recordInterval = Math.max(SAMPLE, (LOOK_BACK * this.settings.playback) / ROWS);
+    this.run.advance(duration);
+    const events = this.run.takeEvents();
+    if (this.story !== null) this.goOn(this.story, events);
+    for (const event of events) this.report(event);
+    if (this.run.stopped !== null && this.playing) {
+      this.playing = false;
+      this.endStory();
+      this.lookAgain();
+      this.stage.toast(this.run.stopped);
+      this.stage.changed();
+    }
+    this.stale = true;
+    return events;
+  }
+
+  /** A frame at a time of the browser's clock [ms]. */
+  frame(now: number): void {
+    const began = performance.now();
+    const passed = Math.min((now - this.last) / 1e3, LONGEST_FRAME);
+    this.last = now;
+    if (this.playing) this.advance(passed * this.settings.playback);
+    if (this.stale || this.unshown) this.draw(now);
+    if (!this.playing) return;
+    this.frameCosts.push(performance.now() - began);
+    if (this.frameCosts.length > 600) this.frameCosts.shift();
+  }
+
+  /** Friction of the patch that lies on the rail or, if there is none, of the next one. */
+  private get wetFriction(): number {
+    return this.run.patch?.friction ?? this.settings.patch.friction;
+  }
+
+  private newPicture(speed: number): Picture {
+    const { vehicle, normalLoad } = this.settings;
+    return picture(new Plant(this.kernel, vehicle, normalLoad), speed, this.wetFriction);
+  }
+
+  private draw(now: number): void {
+    const { run, stage } = this;
+    const moved = Math.abs(run.speed / this.shown.speed - 1) > MOVED;
+    const other = this.shown.wetFriction !== this.wetFriction;
+    const due = other || (moved && now - this.redrawn > OFTEN);
+    if (due) this.show(this.newPicture(run.speed));
+    else if (this.unshown) this.lookAgain();
+    if (this.unshown) {
+      for (const view of stage.views) view.show(this.shown);
+      this.unshown = false;
+      this.redrawn = now;
+    }
+    // Curves, numbers and texts cost time, so that each comes in a frame of its own.
+    const often = !due && now - this.looked > OFTEN;
+    const late = now - this.lookedSeldom > SELDOM, seldom = !due && !often && late;
+    if (often) {
+      this.looked = now;
+      this.rests = steadyStates(this.shown.plant, run.driveTorque, run.speed, run.friction);
+    }
+    const moment: Moment = {
+      run, control: this.control, shown: this.shown, rests: this.rests,
+      span: LOOK_BACK * this.settings.playback,
+    };
+    for (const view of stage.views) view.draw(moment);
+    if (often) {
+      if (this.settings.vehicle.mass !== null) stage.moved();
+      this.numbers.show(numbers(moment));
+      write(stage.warning, warnings(moment));
+      write(stage.clock, `t = ${digits(run.time, 4)} s`);
+    }
+    if (seldom) {
+      this.lookedSeldom = now;
+      for (const view of stage.views) view.place.setAttribute("aria-label", view.describe(moment));
+      this.predict();
+    }
+    this.stale = due || (often && late);
+  }
+
+  /** Show what a wet patch would do to the wheel now. */
+  private predict(): void {
+    const { run, settings, control } = this;
+    if (control.mode === "creep") {
+      write(this.stage.clearing, "Under creep control the torque follows the patch: try it.");
+      return;
+    }
+    if (run.patch !== null) return; // the prediction stands until the patch is past
+    const clears = clearing(this.shown.plant, run.driveTorque, run.speed, settings.patch.friction);
+    const away = clears !== null && run.creepage > clears.border;
+    write(this.stage.clearing, away ? "The wheel is already beyond the border of its grip."
+      : clearingText(clears, settings.patch.length));
+  }
+
+  private report({ name, drive_torque, creepage }: RunEvent): void {
+    const torque = `${digits(1e-3 * drive_torque, 4)} kN m`;
+    const said = {
+      peak_passed: `Past the fold at ${torque}`,
+      slip_away: `Run away: creepage ${percent(creepage)}`,
+      returned: `Grip again at ${torque}`,
+      patch_begins: "On the wet patch",
+      patch_ends: "Past the wet patch",
+    }[name];
+    this.stage.speak(said);
+  }
+}

@@ -1,0 +1,227 @@
+/* Puts the page together: charts, controls, files, address and keys. */
+
+import { fromAddress, toAddress } from "../files/settings";
+import type { Kernel } from "../kernel/kernel";
+import { App } from "./app";
+import type { View } from "./chart";
+import { choose, offer, open, save, showChoice, takeGiven } from "./choices";
+import { CreepCurve } from "./creep_curve";
+import { fillHelp, find, made, plot } from "./elements";
+import { TimeHistory } from "./history";
+import { PatchView } from "./patch_view";
+import { PhasePortrait } from "./phase";
+import { makeRows, modelNote, type Rows, spanRows } from "./rows";
+import { SteadyStates } from "./s_curve";
+import { STORIES } from "./stories";
+import { beginTheme } from "./theme";
+
+const PLAYBACK: [number, string][] = [
+  [0.01, "100 \u00d7 slower"], [0.02, "50 \u00d7 slower"],
+  [0.05, "20 \u00d7 slower"], [0.1, "10 \u00d7 slower"], [0.2, "5 \u00d7 slower"],
+  [0.5, "2 \u00d7 slower"], [1, "real time"], [2, "2 \u00d7 faster"], [5, "5 \u00d7 faster"],
+];
+const WELCOME = "Drag the torque up slowly, past the fold, or choose an experiment.";
+const TOAST = 6000; // for which a message stays [ms]
+const ADDRESS = 400; // from a change until it is in the address [ms]
+
+/** Start the app in the page. */
+export function begin(kernel: Kernel): App {
+  let rows: Rows | null = null, modeShown = "";
+  let toastTimer = 0, addressTimer = 0;
+  const say = (text: string): void => {
+    find("story").textContent = text || WELCOME;
+  };
+  const toast = (text: string): void => {
+    find("toast").textContent = text;
+    clearTimeout(toastTimer);
+    toastTimer = window.setTimeout(() => (find("toast").textContent = ""), TOAST);
+  };
+
+  const curve = new SteadyStates(plot("s-curve"), (driveTorque, creepage) => {
+    app.endStory();
+    if (app.control.mode === "torque") app.control.drive_torque = driveTorque;
+    else app.control.creepage = Math.min(creepage, app.shown.far);
+    changed();
+  });
+  const views: View[] = [
+    new CreepCurve(plot("creep-curve")), curve, new PhasePortrait(plot("phase")),
+    new TimeHistory(find("history")), new PatchView(plot("patch"), find<HTMLCanvasElement>("above")),
+  ];
+
+  /** Show the present settings everywhere, and keep them in the address. */
+  const changed = (): void => {
+    if (rows === null) return;
+    spanRows(rows, app);
+    for (const row of Object.values(rows).flat()) row.show();
+    const { mode } = app.control;
+    if (mode !== modeShown) { // otherwise a row would lose the focus
+      const drive = mode === "torque" ? rows.torque : rows.creep;
+      find("drive-rows").replaceChildren(...drive.map((row) => row.element));
+      find("s-curve").classList.toggle("creep", mode === "creep");
+      modeShown = mode;
+    }
+    check("mode", mode);
+    check("contact", app.settings.vehicle.contact);
+    find("play").textContent = app.playing ? "Pause" : "Play";
+    showPlayback(app.settings.playback);
+    showChoice();
+    find("model-note").textContent = modelNote(app);
+    for (const button of find("stories").children) {
+      button.setAttribute("aria-pressed", String(button.textContent === app.story?.name));
+    }
+    keepAddress();
+  };
+  const keepAddress = (): void => {
+    clearTimeout(addressTimer);
+    addressTimer = window.setTimeout(() => {
+      history.replaceState(null, "", toAddress(app.settings));
+    }, ADDRESS);
+  };
+
+  offer();
+  const given = takeGiven();
+  const { settings, problems } = fromAddress(location.hash);
+  const fresh = given !== null && location.hash === "";
+  if (!fresh) choose(settings.preset);
+  const app = new App(kernel, fresh ? given : settings, {
+    views, numbers: find("numbers"), warning: find("warning"), clearing: find("clearing"),
+    clock: find("clock"), say, toast, changed,
+    moved: () => rows?.following.forEach((row) => row.show()),
+    speak: (text) => (find("spoken").textContent = text),
+  });
+  for (const { place } of views) place.setAttribute("role", "img");
+  new ResizeObserver(() => app.redraw()).observe(find("charts"));
+  rows = makeRows(app);
+  find("kick-rows").prepend(...rows.kick.map((row) => row.element));
+  find("wet-rows").prepend(...rows.wet.map((row) => row.element));
+  find("wheel-rows").append(...rows.wheel.map((row) => row.element));
+  fillHelp(find("help-text"));
+  fillStories(app);
+  say("");
+  wire(app, toast, changed);
+  beginTheme(find("theme"), () => app.repaint());
+  if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);
+  changed();
+
+  const frame = (now: number): void => {
+    requestAnimationFrame(frame);
+    try {
+      app.frame(now);
+    } catch (error) {
+      app.fail(error);
+    }
+  };
+  requestAnimationFrame(frame);
+  return app;
+}
+
+function check(name: string, value: string): void {
+  const input = document.querySelector<HTMLInputElement>(`input[name="${name}"][value="${value}"]`);
+  if (input !== null) input.checked = true;
+}
+
+function showPlayback(playback: number): void {
+  const select = find<HTMLSelectElement>("playback"), value = String(playback);
+  if (![...select.options].some((option) => option.value === value)) { // an address may hold any
+    select.append(new Option(`${value} \u00d7 real time`, value));
+  }
+  select.value = value;
+}
+
+function fillStories(app: App): void {
+  const buttons = STORIES.map((story, i) => {
+    const button = made("button", { type: "button", title: `Key ${i + 1}` }, story.name);
+    button.addEventListener("click", () => app.tell(story));
+    return button;
+  });
+  find("stories").append(...buttons);
+  find("playback").append(...PLAYBACK.map(([value, text]) => new Option(text, String(value))));
+}
+
+/** Connect buttons, lists, files, the address and keys. */
+function wire(app: App, toast: (text: string) => void, changed: () => void): void {
+  const on = (id: string, act: () => void): void => find(id).addEventListener("click", act);
+  on("play", () => app.play(!app.playing));
+  on("reset", () => app.reset());
+  on("more", () => {
+    const more = find("drive").classList.toggle("more");
+    find("more").setAttribute("aria-expanded", String(more));
+    find("more").textContent = more ? "Less" : "More";
+  });
+  on("kick", () => {
+    app.endStory();
+    app.kick();
+  });
+  on("wet", () => {
+    app.endStory();
+    app.layPatch();
+  });
+  on("share", () => void share(app, toast));
+  on("open-model", () => find("model-file").click());
+  on("save-model", () => save(app, toast));
+  on("help-button", () => find<HTMLDialogElement>("help").showModal());
+  find("playback").addEventListener("change", () => {
+    app.settings.playback = Number(find<HTMLSelectElement>("playback").value);
+    changed();
+  });
+  find("preset").addEventListener("change", () => {
+    app.use(choose(find<HTMLSelectElement>("preset").value));
+  });
+  for (const input of document.querySelectorAll<HTMLInputElement>("input[type=radio]")) {
+    input.addEventListener("change", () => {
+      app.endStory();
+      if (input.name === "mode") {
+        if (input.value === "torque") app.control.drive_torque = app.run.driveTorque;
+        else app.control.creepage = app.run.creepage;
+        app.control.mode = input.value as "torque" | "creep";
+      } else {
+        app.change(() => (app.settings.vehicle.contact = input.value as "line" | "elliptic"));
+      }
+      changed();
+    });
+  }
+  const file = find<HTMLInputElement>("model-file");
+  const take = async (chosen: File | undefined): Promise<void> => {
+    if (chosen !== undefined) await open(app, chosen, toast);
+    file.value = "";
+  };
+  file.addEventListener("change", () => void take(file.files?.[0]));
+  document.addEventListener("dragover", (event) => event.preventDefault());
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    void take(event.dataTransfer?.files[0]);
+  });
+  addEventListener("hashchange", () => {
+    const { settings, problems } = fromAddress(location.hash);
+    choose(settings.preset);
+    app.use(settings);
+    if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);
+  });
+  document.addEventListener("keydown", (event) => key(app, event));
+}
+
+/** A key that has no other meaning where it was pressed. */
+function key(app: App, event: KeyboardEvent): void {
+  const target = event.target as HTMLElement;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+  if (target instanceof HTMLInputElement && target.type === "text") return;
+  if (target instanceof HTMLSelectElement) return; // in which letters choose
+  if (document.querySelector("dialog[open]") !== null) return;
+  const story = STORIES[Number(event.key) - 1];
+  const button: Record<string, string> = { k: "kick", w: "wet", r: "reset", "?": "help-button" };
+  if (story !== undefined) app.tell(story);
+  else if (event.key === " " && !/^(BUTTON|INPUT|SUMMARY)$/.test(target.tagName)) app.play(!app.playing);
+  else if (event.key.toLowerCase() in button) find(button[event.key.toLowerCase()] as string).click();
+  else return;
+  event.preventDefault();
+}
+
+async function share(app: App, toast: (text: string) => void): Promise<void> {
+  history.replaceState(null, "", toAddress(app.settings));
+  try {
+    await navigator.clipboard.writeText(location.href);
+    toast("The link is copied. It opens the page as it is now.");
+  } catch {
+    toast("The link is in the address bar: copy it from there.");
+  }
+}

@@ -1,0 +1,142 @@
+/* Rows of controls, one for each value: a slider, and a field for the exact number. */
+
+import type { Limit } from "../files/declared";
+import { decimal } from "../files/reading";
+import { allows, type Limits, limitText } from "../physics/limits";
+import { made } from "./elements";
+import { plain } from "./format";
+
+export interface RowSpec {
+  id: string;
+  label: string;
+  unit: string;
+  /** SI value of one unit shown. */
+  scale: number;
+  /** Ends of the slider, SI; the field takes all that `limit` allows. */
+  min: number;
+  max: number;
+  /** Whether the slider is logarithmic. */
+  log?: boolean;
+  limit: Limit;
+  help: string;
+  read(): number;
+  write(value: number): void;
+}
+
+const STEPS = 250; // of a slider
+
+export class Row {
+  private readonly slider: HTMLInputElement;
+  private readonly field: HTMLInputElement;
+  private readonly problem: HTMLElement;
+  readonly element: HTMLElement;
+
+  get id(): string {
+    return this.spec.id;
+  }
+
+  constructor(private spec: RowSpec) {
+    const { id, label, unit, help } = spec;
+    this.field = made("input", { type: "text", inputMode: "decimal", id: `${id}-field`,
+      autocomplete: "off" });
+    this.field.setAttribute("aria-label", unit === "" ? label : `${label}, ${unit}`);
+    this.field.setAttribute("aria-describedby", `${id}-help ${id}-problem`);
+    this.slider = made("input", { type: "range", min: "0", max: String(STEPS), step: "1",
+      id: `${id}-slider` });
+    this.slider.setAttribute("aria-describedby", `${id}-help`);
+    this.problem = made("span", { className: "problem", id: `${id}-problem` });
+    this.problem.setAttribute("role", "alert");
+    this.element = made("div", { className: "row", title: help },
+      made("label", { htmlFor: this.slider.id }, label), this.field,
+      made("span", { className: "unit" }, unit), this.slider, this.problem,
+      made("span", { id: `${id}-help`, hidden: true }, help)); // read as a description only
+    this.slider.addEventListener("input", () => {
+      this.take(this.at(Number(this.slider.value) / STEPS));
+      this.show();
+    });
+    this.field.addEventListener("change", () => this.typed());
+    this.field.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.restore();
+    });
+    this.field.addEventListener("blur", () => this.show(true)); // the problem stays
+    this.show();
+  }
+
+  /** Other ends of the slider. */
+  span(min: number, max: number): void {
+    Object.assign(this.spec, { min, max });
+    this.show();
+  }
+
+  /** Drop what is being typed. */
+  private restore(): void {
+    this.refuse("");
+    this.show(true);
+  }
+
+  /** Show the present value; `anyhow`: also in place of what is being typed. */
+  show(anyhow = false): void {
+    const { spec } = this, value = spec.read();
+    const shown = plain(value / spec.scale);
+    if (anyhow || document.activeElement !== this.field) this.field.value = shown;
+    const place = Math.min(Math.max(this.place(value), 0), 1);
+    this.slider.value = String(Math.round(STEPS * place));
+    this.slider.setAttribute("aria-valuetext", `${shown} ${spec.unit}`.trim());
+  }
+
+  private place(value: number): number {
+    const { min, max, log } = this.spec;
+    return log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
+  }
+
+  /** Value at a place of the slider, as round in its unit as the step allows. */
+  private at(place: number): number {
+    const { min, max, log, scale } = this.spec;
+    const value = log ? min * (max / min) ** place : min + (max - min) * place;
+    if (place === 0 || place === 1) return value;
+    const step = (log ? value * Math.log(max / min) : max - min) / STEPS / scale;
+    const round = 10 ** Math.floor(Math.log10(step));
+    return Math.round(value / scale / round) * round * scale;
+  }
+
+  private typed(): void {
+    const { label, unit, scale, limit } = this.spec, value = scale * number(this.field.value);
+    if (!allows(limit, value)) {
+      this.refuse(`${label} must be ${limitText(inUnits(limit, scale))} ${unit}`.trim());
+    } else if (this.take(value)) {
+      this.show(true);
+    }
+  }
+
+  /** Write a value, unless it is refused. */
+  private take(value: number): boolean {
+    try {
+      this.spec.write(value);
+    } catch (error) {
+      if (!(error instanceof RangeError)) throw error;
+      this.refuse(error.message);
+      return false;
+    }
+    this.refuse("");
+    return true;
+  }
+
+  private refuse(why: string): void {
+    this.field.setAttribute("aria-invalid", String(why !== ""));
+    this.problem.textContent = why;
+  }
+}
+
+/** The number that was typed, with a point or a comma; NaN if it is ambiguous. */
+function number(typed: string): number {
+  const text = typed.trim().replace("\u2212", "-");
+  return /^-?[1-9]\d{0,2}(,\d{3})+$/.test(text) ? NaN : decimal(text.replace(",", "."));
+}
+
+/** A limit in the units that are shown. */
+function inUnits(limit: Limit, scale: number): Limits {
+  const bounds = (["above", "at_least", "below", "at_most"] as const)
+    .filter((bound) => limit[bound] !== undefined)
+    .map((bound) => [bound, Number(plain((limit[bound] as number) / scale))]);
+  return Object.fromEntries(bounds);
+}

@@ -1,0 +1,178 @@
+/* The contact patch: shear traction along it, and its zones of stick and slip from above. */
+
+import { ellipsePatch, type LinePatch, linePatch } from "../physics/patch";
+import { atLoad, lateralSemiAxis } from "../physics/vehicle";
+import { View } from "./chart";
+import { digits } from "./format";
+import { emptied, FONT } from "./pen";
+import type { Moment, Picture } from "./picture";
+import { colour } from "./theme";
+
+const MOST = 2.4; // end of the scale of traction over f_d p0, which is infinite at the stick boundary [1]
+const POINTS = 81, STRIPS = 41;
+const COLUMNS = 240, ROWS = 96; // pixels of the patch, before they are stretched
+
+/* A colour scale that rises evenly in lightness, for readers of every colour vision: nine colours of
+ * the map "viridis" of S. van der Walt and N. Smith (its data are in the public domain, CC0), with
+ * straight lines between them. */
+const PLACES = [
+  [68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141],
+  [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37],
+] as const;
+
+const SHADES = 255;
+const COLOURS = Uint32Array.from({ length: SHADES + 1 }, (_, i) => {
+  const at = (i / SHADES) * (PLACES.length - 1);
+  const low = Math.min(Math.floor(at), PLACES.length - 2), part = at - low;
+  const mix = (channel: 0 | 1 | 2): number => {
+    const from = PLACES[low]?.[channel] ?? 0, to = PLACES[low + 1]?.[channel] ?? 0;
+    return Math.round(from + part * (to - from));
+  };
+  return ((255 << 24) | (mix(2) << 16) | (mix(1) << 8) | mix(0)) >>> 0;
+});
+
+/** Colour of a value from 0 to 1, as a pixel of a canvas: its bytes are red, green, blue, 255. */
+function viridis(value: number): number {
+  return COLOURS[Math.round(SHADES * Math.min(Math.max(value, 0), 1))] as number;
+}
+
+export class PatchView extends View {
+  private readonly picture = document.createElement("canvas");
+  private boundary = 1; // between slip and stick, over the semi-width
+
+  constructor(place: HTMLElement, private readonly above: HTMLCanvasElement) {
+    super(place, {
+      x: { label: "", hidden: true, size: 6 },
+      y: { label: "q / (f_d p\u2080)  [1]", size: 40 },
+      curves: [
+        { colour: "unstable", fill: "shade", width: 2.2 },
+        { colour: "stable", fill: "shade", width: 2.2 },
+      ],
+    });
+    Object.assign(this.picture, { width: COLUMNS, height: ROWS });
+  }
+
+  describe(_moment: Moment): string {
+    const part = 50 * (1 - this.boundary);
+    return part < 0.1 ? "The whole contact slips."
+      : `Shear traction along the contact: ${digits(part, 2)} % of its length stick, at the leading edge.`;
+  }
+
+  draw({ run, shown }: Moment): void {
+    const { plant } = shown, { kernel } = plant;
+    const contact = plant.force(run.creepage, run.speed, run.friction);
+    const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), k = contact.k_hat;
+    let strips: LinePatch[], eta: Float64Array;
+    if (plant.vehicle.contact === "line") {
+      strips = [linePatch(kernel, x, k, POINTS)];
+      eta = new Float64Array([0]);
+    } else {
+      ({ strips, eta } = ellipsePatch(kernel, x, k, STRIPS, POINTS));
+    }
+    const middle = strips[strips.length >> 1] as LinePatch;
+    this.boundary = middle.stick_boundary;
+    this.profile(middle);
+    this.fromAbove(strips, eta, shown);
+  }
+
+  private profile({ position, shear_traction, stick_boundary }: LinePatch): void {
+    const slip: (number | null)[] = [], stick: (number | null)[] = [];
+    for (let i = 0; i < position.length; i++) {
+      const q = shear_traction[i] as number, at = position[i] as number;
+      slip.push(at <= stick_boundary ? q : null);
+      stick.push(at >= stick_boundary && stick_boundary < 0.999 ? q : null);
+    }
+    this.chart.show([position, slip, stick], [-1.08, 1.08], [0, MOST]);
+    this.chart.draw((pen) => {
+      if (stick_boundary < 0.999) {
+        pen.rule("across", stick_boundary, "ink", 1.2, [3, 3]);
+        if (stick_boundary < 0.8) pen.words("sticks", Math.max(pen.across(stick_boundary) + 6,
+          pen.across(0.5 * (stick_boundary + 1)) - 16), 10, "stable", "left", true);
+        pen.words("slips", Math.min(pen.across(stick_boundary) - 6,
+          pen.across(0.5 * (stick_boundary - 1)) + 16), 10, "unstable", "right", true);
+      } else {
+        pen.words("slips everywhere", 0.5 * pen.width, 10, "unstable", "center", true);
+      }
+    });
+  }
+
+  private fromAbove(strips: LinePatch[], eta: Float64Array, { plant }: Picture): void {
+    const { clientWidth: width, clientHeight: height } = this.above;
+    const c = emptied(this.above, width, height);
+    // The axis is that of the chart above, so that places along the contact are below each other.
+    const box = this.chart.plot.over, left = box.offsetLeft;
+    const across = (xi: number): number => left + ((xi + 1.08) / 2.16) * box.clientWidth;
+    const room = height - 22, half = 0.5 * room, line = eta.length === 1;
+    c.save();
+    c.beginPath();
+    if (line) c.rect(across(-1), 0, across(1) - across(-1), room);
+    else c.ellipse(across(0), half, across(1) - across(0), half, 0, 0, 2 * Math.PI);
+    c.clip();
+    this.paint(strips);
+    // Rows of pixels follow the strips; columns are evenly spaced from edge to edge.
+    c.drawImage(this.picture, across(-1), 0, across(1) - across(-1), room);
+    c.restore();
+    this.drawBoundary(c, strips, eta, across, half);
+    const loaded = atLoad(plant.vehicle, plant.normalLoad), b = lateralSemiAxis(loaded);
+    const along = `2a = ${digits(2e3 * loaded.semi_width)} mm`;
+    const size = line ? `from above, ${along}` : `${along}, 2b = ${digits(2e3 * b)} mm, not to scale`;
+    c.font = FONT;
+    c.textBaseline = "bottom";
+    c.fillStyle = colour("soft");
+    c.textAlign = "left";
+    c.fillText(size, 4, height - 2);
+    c.textAlign = "right";
+    c.fillText("rolling \u2192", width - 4, height - 2);
+  }
+
+  /** Traction of all strips as pixels; beyond a strip its end value goes on, and is clipped. */
+  private paint(strips: LinePatch[]): void {
+    const c = this.picture.getContext("2d");
+    if (c === null) return;
+    const image = c.createImageData(COLUMNS, ROWS), pixels = new Uint32Array(image.data.buffer);
+    for (let row = 0; row < ROWS; row++) {
+      // Strips are denser towards the sides: eta = sin(theta), theta even.
+      const eta = 1 - (2 * (row + 0.5)) / ROWS, theta = Math.asin(eta) / Math.PI + 0.5;
+      const strip = strips[Math.round(theta * (strips.length - 1))] as LinePatch;
+      this.paintRow(pixels.subarray(row * COLUMNS, (row + 1) * COLUMNS), strip);
+    }
+    c.putImageData(image, 0, 0);
+  }
+
+  private paintRow(pixels: Uint32Array, { position, shear_traction: traction }: LinePatch): void {
+    const last = position.length - 1;
+    for (let column = 0, i = 0; column < COLUMNS; column++) {
+      const xi = -1 + (2 * (column + 0.5)) / COLUMNS;
+      while (i < last - 1 && (position[i + 1] as number) < xi) i++;
+      const from = position[i] as number, width = (position[i + 1] as number) - from;
+      const part = width > 0 ? Math.min(Math.max((xi - from) / width, 0), 1) : 0;
+      const q = (traction[i] as number) * (1 - part) + (traction[i + 1] as number) * part;
+      pixels[column] = viridis(q / MOST);
+    }
+  }
+
+  private drawBoundary(c: CanvasRenderingContext2D, strips: LinePatch[], eta: Float64Array,
+    across: (xi: number) => number, half: number): void {
+    c.strokeStyle = "#ffffff";
+    c.lineWidth = 2;
+    c.beginPath();
+    let begun = false;
+    for (let s = 0; s < strips.length; s++) {
+      const { stick_boundary: c0, position } = strips[s] as LinePatch;
+      if (c0 >= (position[position.length - 1] as number) - 1e-3) continue;
+      const tall = eta.length === 1 ? [-1, 1] : [eta[s] as number];
+      for (const y of tall) {
+        if (begun) c.lineTo(across(c0), half - half * y);
+        else c.moveTo(across(c0), half - half * y);
+        begun = true;
+      }
+    }
+    c.stroke();
+    if (this.boundary >= 0.9) return;
+    c.font = `600 ${FONT}`;
+    c.fillStyle = "#ffffff";
+    c.textAlign = "center";
+    c.textBaseline = "middle";
+    c.fillText("stick", across(0.5 * (this.boundary + 1)), half);
+  }
+}

@@ -1,0 +1,94 @@
+/* Phase portrait: the rate of the creepage over the creepage, at the present torque and speed. */
+
+import type { Curves } from "../physics/plant";
+import { View } from "./chart";
+import { digits, percent } from "./format";
+import { type Pen, trail } from "./pen";
+import type { Moment, Picture } from "./picture";
+
+const ARROWS = 13; // along the axis
+
+export class PhasePortrait extends View {
+  private wet = false; // whether the range is that of the wet curve
+
+  constructor(place: HTMLElement) {
+    super(place, {
+      x: { label: "creepage \u03b6  [%]" },
+      y: { label: "d\u03b6/dt  [%/s]", size: 48 },
+      curves: [],
+    });
+  }
+
+  override show({ plant, speed, most: { torque }, wet, far }: Picture): void {
+    const perTorque = 100 * plant.gain(speed), reach = perTorque * torque;
+    const left = torque - (wet?.drive_torque.at(-1) ?? torque); // more than the wet rail takes
+    const top = Math.max(0.17 * reach, this.wet ? 1.1 * perTorque * left : 0);
+    this.chart.show([[0, 1]], [0, 100 * far], [-0.11 * reach, top]);
+  }
+
+  describe({ run, rests }: Moment): string {
+    const states = rests.map(({ creepage, stable }) =>
+      `${percent(creepage)}, ${stable ? "stable" : "unstable"}`);
+    return `Rate of the creepage over the creepage. At this torque it rests at: ` +
+      `${states.join("; ") || "none"}. Now it changes by ${digits(100 * run.creepageRate)} % a second.`;
+  }
+
+  draw(moment: Moment): void {
+    const { run, shown, rests, span } = moment;
+    if (this.wet !== run.onPatch) {
+      this.wet = run.onPatch;
+      this.show(shown);
+    }
+    this.chart.draw((pen) => {
+      const curves = run.onPatch && shown.wet !== null ? shown.wet : shown.dry;
+      const border = rests.find((state) => !state.stable && state.creepage > 0);
+      if (border !== undefined && moment.control.mode === "torque") {
+        pen.band(0, 100 * border.creepage, "shade");
+      }
+      pen.rule("up", 0, "soft", 1.2);
+      this.flow(pen, moment, curves);
+      pen.line(trail(run.history, "creepage", "creepage_rate", run.time - 0.4 * span, 100, 100), "trail",
+        1.4);
+      const { mode, delay } = moment.control;
+      if (mode === "torque") this.rests(pen, moment);
+      else pen.words(delay > 0 ? "with the control, without its delay" : "with the control",
+        pen.width - 5, 10, "soft", "right");
+      pen.wheel(100 * run.creepage, 100 * run.creepageRate, "ink", percent(run.creepage));
+    });
+  }
+
+  /** The curve that the wheel follows, solid where small changes decay; arrows along the axis. */
+  private flow(pen: Pen, { run, shown }: Moment, curves: Curves): void {
+    const gain = shown.plant.gain(shown.speed);
+    const rate = curves.creepage.map((zeta, i) =>
+      100 * gain * (run.torqueAt(zeta) - (curves.drive_torque[i] as number)));
+    let from = 0;
+    for (let i = 1; i < rate.length; i++) {
+      const falls = (rate[i] as number) <= (rate[i - 1] as number);
+      const next = i + 1 < rate.length && (rate[i + 1] as number) <= (rate[i] as number);
+      if (i + 1 < rate.length && falls === next) continue;
+      const part: [number, number][] = [];
+      for (let j = from; j <= i; j++) part.push([100 * (curves.creepage[j] as number), rate[j] as number]);
+      pen.line(part, falls ? "stable" : "unstable", 2.4, falls ? [] : [8, 4]);
+      from = i;
+    }
+    const apart = Math.round(rate.length / ARROWS);
+    for (let i = apart >> 1; i < rate.length; i += apart) {
+      const way = Math.sign(rate[i] as number) as -1 | 0 | 1;
+      if (way !== 0) pen.head(100 * (curves.creepage[i] as number), 0, way, "soft", 4.5);
+    }
+  }
+
+  private rests(pen: Pen, { run, rests, shown }: Moment): void {
+    let last = -Infinity;
+    for (const { creepage, stable } of rests) {
+      if (creepage > shown.far) continue;
+      pen.dot(100 * creepage, 0, stable ? "stable" : "unstable", !stable);
+      if (run.creepage > shown.far) continue; // the wheel's mark at the edge needs the room
+      const at = pen.across(100 * creepage), near = at - last < 120;
+      const [name, dx, align] = stable ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
+      pen.label(`${name} ${percent(creepage)}`, 100 * creepage, 0, dx, near ? 36 : 20, "ink", align);
+      last = at;
+    }
+  }
+}

@@ -1,0 +1,78 @@
+/* What the charts show: the curves, which change with a parameter only, and the moment. */
+
+import type { Control, Run } from "../physics/run";
+import { type Fold, sCurve, type SteadyState } from "../physics/stability";
+import type { Curves, Plant } from "../physics/plant";
+
+/** Curves at one speed. */
+export interface Picture {
+  plant: Plant;
+  speed: number; // [m/s]
+  fold: Fold | null;
+  most: { torque: number; force: number }; // the fold's torque, or without it the largest [N.m, N]
+  peak: number; // creepage of the largest force [1]
+  far: number; // end of the axis of creepage [1]
+  ends: [number, number]; // of a logarithmic one, for a wheel that grips [1]
+  dry: Curves; // from 0 to `far`
+  wet: Curves | null;
+  wetFriction: number;
+  states: Curves; // along the S-curve
+}
+
+/** The moment that is drawn. */
+export interface Moment {
+  run: Run;
+  control: Control;
+  shown: Picture;
+  /** Steady states under the present torque, on the friction under the wheel. */
+  rests: SteadyState[];
+  /** Simulated time that the charts look back [s]. */
+  span: number;
+}
+
+const POINTS = 260;
+
+/** Curves of a plant at one speed, on good friction and, if it differs, on that of a patch. */
+export function picture(plant: Plant, speed: number, wetFriction: number): Picture {
+  const { fold, states } = sCurve(plant, speed);
+  const saturation = plant.scales().saturation_creepage;
+  const far = Math.max(3 * saturation, 2.6 * (fold?.creepage ?? 0));
+  const creepage = Float64Array.from({ length: POINTS }, (_, i) => (far * i) / (POINTS - 1));
+  const dry = plant.curves(creepage, speed);
+  const wet = wetFriction === 1 ? null : plant.curves(creepage, speed, wetFriction);
+  const most = {
+    torque: fold?.drive_torque ?? Math.max(...dry.drive_torque), force: Math.max(...dry.creep_force),
+  };
+  const peak = (topOf(dry.creep_force) * far) / (POINTS - 1);
+  const scale = fold?.creepage ?? saturation;
+  const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
+  return { plant, speed, fold, most, peak, far, ends, dry, wet, wetFriction, states };
+}
+
+/** Place of the highest of even points, by the parabola through it and its neighbours [points]. */
+function topOf(values: Float64Array): number {
+  const i = values.indexOf(Math.max(...values));
+  const [a, b, c] = [values[i - 1], values[i], values[i + 1]];
+  if (a === undefined || b === undefined || c === undefined || a - 2 * b + c === 0) return i;
+  return i + (0.5 * (a - c)) / (a - 2 * b + c);
+}
+
+/** The least number of 1 and 3 times powers of ten that is not below a number. */
+export function roundUp(value: number): number {
+  const power = 10 ** Math.floor(Math.log10(value) + 1e-9);
+  return value <= power * (1 + 1e-9) ? power : value <= 3 * power ? 3 * power : 10 * power;
+}
+
+/** Values where the pole is stable, and where it is not; both have the points where it changes. */
+export function byStability(
+  values: ArrayLike<number>, pole: ArrayLike<number>, scale = 1,
+): [(number | null)[], (number | null)[]] {
+  const stable: (number | null)[] = [], unstable: (number | null)[] = [];
+  for (let i = 0; i < values.length; i++) {
+    const value = scale * (values[i] as number);
+    const here = (pole[i] as number) < 0, before = i > 0 ? (pole[i - 1] as number) < 0 : here;
+    stable.push(here || before ? value : null);
+    unstable.push(!here || !before ? value : null);
+  }
+  return [stable, unstable];
+}

@@ -1,0 +1,286 @@
+/* Guided experiments: each sets the wheel up, does something to it and says what can be seen. */
+
+import { clearing } from "../physics/clearing";
+import { FASTEST_RIM } from "../physics/motion";
+import { SAMPLE } from "../physics/run";
+import { creepControlGain, type Fold, steadyStates } from "../physics/stability";
+import type { App, Story } from "./app";
+import { digits, duration, percent } from "./format";
+
+const OVER = 1.015; // torque over the fold's with which Hysteresis drives the wheel away
+const RESTING = 0.9; // torque over the fold's at which the wheel meets a wet patch
+
+/** Every story needs a fold. */
+function noFold(app: App): string | null {
+  return app.shown.fold !== null ? null
+    : "Here the torque has no fold, so nothing runs away: raise K, or lower the damping.";
+}
+
+/** The fold, which a story has looked for before it begins. */
+function critical(app: App): Fold {
+  const { fold } = app.shown;
+  if (fold === null) throw new RangeError("the story needs a fold");
+  return fold;
+}
+
+/** Rate at which the wheel leaves the reference of its control [1/s]. */
+const poleThere = (app: App): number => app.shown.plant.balance(app.control.creepage, app.run.speed).pole;
+
+/** Switch to creep control that may use more than the critical torque. */
+function creepMode({ control, shown: { fold } }: App): void {
+  control.mode = "creep";
+  control.torque_max = Math.max(control.torque_max, 1.3 * (fold?.drive_torque ?? 0));
+}
+
+/** Set the age of the measurement, as a part of one over the pole. */
+function late(app: App, part: number): void {
+  app.control.delay = Math.round(part / (poleThere(app) * SAMPLE)) * SAMPLE;
+}
+
+const kilo = (torque: number, significant = 4): string => `${digits(1e-3 * torque, significant)} kN m`;
+
+/** Hysteresis needs a branch to run away to, within the run's limit of the rim speed. */
+function noLanding(app: App): string | null {
+  const { plant, speed } = app.shown, { drive_torque, return_creepage } = critical(app);
+  const landing = steadyStates(plant, OVER * drive_torque, speed)
+    .find((state) => state.stable && state.creepage > return_creepage);
+  if (landing !== undefined && (1 + landing.creepage) * speed < FASTEST_RIM) return null;
+  return `Here a run-away goes on beyond a rim speed of ${FASTEST_RIM} m/s: more damping of the ` +
+    "drive, or less speed, would catch it.";
+}
+
+function noClearing(app: App): string | null {
+  const { plant, speed } = app.shown, { friction } = app.settings.patch;
+  const found = clearing(plant, RESTING * critical(app).drive_torque, speed, friction);
+  return found !== null && Number.isFinite(found.time) ? null
+    : `The wheel survives a patch of any length with ${digits(friction, 2)} times the dry friction: lower it.`;
+}
+
+/** Begin again at rest under a part of the critical torque. */
+function rest(app: App, part: number, playback: number): void {
+  app.control.mode = "torque";
+  app.control.drive_torque = part * critical(app).drive_torque;
+  app.settings.playback = playback;
+  app.restart();
+}
+
+function ramp(app: App, part: number, rate: number): void {
+  app.control.drive_torque = part * critical(app).drive_torque;
+  app.control.torque_rate = rate * critical(app).drive_torque;
+}
+
+function border(app: App): number {
+  const states = steadyStates(app.shown.plant, app.control.drive_torque, app.run.speed);
+  return states.find((state) => !state.stable)?.creepage ?? app.shown.far;
+}
+
+function patchStory(app: App, part: number): void {
+  const { plant } = app.shown;
+  const found = clearing(plant, app.control.drive_torque, app.run.speed, app.settings.patch.friction);
+  if (found !== null) app.settings.patch.length = part * found.distance;
+  app.layPatch();
+}
+
+export const STORIES: Story[] = [
+  {
+    name: "Run away",
+    cannot: noFold,
+    steps: [
+      {
+        begin: (app) => {
+          rest(app, 0.93, 1);
+          ramp(app, 1.03, 0.008);
+        },
+        say: () => "The torque rises slowly. Up to the fold the creepage follows it: each torque " +
+          "has its own steady creepage.",
+        until: "peak_passed",
+      },
+      {
+        say: (app) => `At ${kilo(app.run.driveTorque)} it passes the fold: from here on more creepage ` +
+          "means less force, and nothing holds the wheel back.",
+        until: 2.5,
+      },
+      {
+        say: (app) => `It has run away. The fold is at ${kilo(critical(app).drive_torque)}; a little less torque ` +
+          "does not bring it back: see Hysteresis.",
+        until: Infinity,
+      },
+    ],
+  },
+  {
+    name: "Hysteresis",
+    cannot: (app) => noFold(app) ?? noLanding(app),
+    steps: [
+      {
+        begin: (app) => {
+          rest(app, 0.985, 2);
+          ramp(app, OVER, 0.01);
+        },
+        say: () => "Past the fold the wheel runs away to the far branch, where the drive's own " +
+          "damping holds it.",
+        until: "slip_away",
+      },
+      {
+        say: () => "There it stays, at many times the creepage of the fold, until the torque changes.",
+        until: 6,
+      },
+      {
+        begin: (app) => {
+          app.settings.playback = 5;
+          ramp(app, (0.95 * critical(app).return_torque) / critical(app).drive_torque, 0.005);
+        },
+        say: (app) => `Now the torque falls. The wheel ran away at ${kilo(critical(app).drive_torque)}, but ` +
+          "it does not come back there.",
+        until: "returned",
+      },
+      {
+        begin: (app) => {
+          app.control.drive_torque = app.run.driveTorque;
+        },
+        say: (app) => `It grips again at ${kilo(app.run.driveTorque)}, and in a slower ramp at ` +
+          `${kilo(critical(app).return_torque)}: the loop in between is hysteresis.`,
+        until: Infinity,
+      },
+    ],
+  },
+  {
+    name: "Kick it",
+    cannot: noFold,
+    steps: [
+      {
+        begin: (app) => rest(app, 0.95, 0.02),
+        say: (app) => `At 95 % of the critical torque the wheel rests at ${percent(app.run.creepage)}. ` +
+          `The border of its grip is at ${percent(border(app))}.`,
+        until: 0.06,
+      },
+      {
+        begin: (app) => app.run.kick(0.85 * border(app) - app.run.creepage),
+        say: () => "A kick that ends short of the border: it comes back.",
+        until: 0.15,
+      },
+      {
+        begin: (app) => app.run.kick(1.1 * border(app) - app.run.creepage),
+        say: () => "A kick that ends just beyond it: the same torque now carries the wheel away.",
+        until: (app) => app.run.creepage > 2 * border(app),
+      },
+      {
+        begin: (app) => {
+          app.settings.playback = 0.1;
+        },
+        say: () => "Same torque, same rail: only the creepage at the start was different.",
+        until: Infinity,
+      },
+    ],
+  },
+  {
+    name: "Wet patch",
+    cannot: (app) => noFold(app) ?? noClearing(app),
+    steps: [
+      {
+        begin: (app) => rest(app, RESTING, 0.01),
+        say: (app) => `A wet patch is coming, with ${digits(app.settings.patch.friction, 2)} times the friction. ` +
+          "On it the wheel speeds up; what counts is whether it crosses the border before the end.",
+        until: 0.004,
+      },
+      {
+        begin: (app) => patchStory(app, 0.9),
+        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.speed)}, nine tenths of the ` +
+          "critical clearing time: the wheel comes back.",
+        until: 0.11,
+      },
+      {
+        begin: (app) => {
+          rest(app, RESTING, 0.01);
+          patchStory(app, 1.1);
+        },
+        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.speed)}, eleven tenths: it crosses the ` +
+          "border, and good friction does not bring it back.",
+        until: (app) => !app.run.onPatch && app.run.creepage > 1.15 * border(app),
+      },
+      {
+        begin: (app) => {
+          app.settings.playback = 0.2;
+        },
+        say: () => "A few milliseconds decide between grip and run-away.",
+        until: Infinity,
+      },
+    ],
+  },
+  {
+    name: "Hold it",
+    cannot: noFold,
+    steps: [
+      {
+        begin: (app) => {
+          const { control, shown, run } = app, { creepage } = critical(app);
+          const needed = creepControlGain(shown.plant, 1.2 * creepage, run.speed);
+          creepMode(app);
+          control.delay = 0;
+          control.creepage = 0.75 * creepage;
+          control.proportional_gain = Math.max(control.proportional_gain, 2 * needed);
+          app.settings.playback = 0.5;
+          app.restart();
+        },
+        say: () => "Creep control sets the torque so that the creepage follows its reference.",
+        until: 0.6,
+      },
+      {
+        begin: (app) => {
+          app.control.creepage = 1.45 * critical(app).creepage;
+        },
+        say: () => "The reference moves over the peak and down the falling branch. The wheel stays " +
+          "with it, where no constant torque could keep it.",
+        until: 2.5,
+      },
+      {
+        say: (app) => {
+          const { pole } = app.shown.plant.balance(app.run.creepage, app.run.speed);
+          return `Held at ${percent(app.run.creepage)}. Without control a small change would double ` +
+            `every ${duration(Math.LN2 / pole)}.`;
+        },
+        until: Infinity,
+      },
+    ],
+  },
+  {
+    name: "Too late",
+    cannot: noFold,
+    steps: [
+      {
+        begin: (app) => {
+          const { control, shown, run } = app;
+          creepMode(app);
+          control.creepage = 1.2 * critical(app).creepage;
+          control.proportional_gain = (1.85 * poleThere(app)) / shown.plant.gain(run.speed);
+          late(app, 0.12);
+          app.settings.playback = 0.05;
+          app.restart();
+        },
+        say: (app) => "Creep control on the falling branch, with a measurement that is " +
+          `${duration(app.control.delay)} old: it holds.`,
+        until: 0.12,
+      },
+      {
+        begin: (app) => {
+          late(app, 0.55);
+          app.run.kick(0.02 * app.control.creepage);
+        },
+        say: (app) => `${duration(app.control.delay)} old, and nudged: it still holds, but rings.`,
+        until: 0.3,
+      },
+      {
+        begin: (app) => {
+          late(app, 0.85);
+        },
+        say: (app) => `${duration(app.control.delay)} old: the same gain now makes every swing larger ` +
+          "than the last.",
+        until: 0.6,
+      },
+      {
+        say: (app) => `With a measurement older than ${duration(1 / poleThere(app))}, one over the pole, no ` +
+          "gain at all would hold it.",
+        until: Infinity,
+      },
+    ],
+  },
+];

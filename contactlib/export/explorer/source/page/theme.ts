@@ -1,0 +1,56 @@
+/* Light and dark theme. Charts ask for colours by their names in the style sheet. */
+
+export type Colour =
+  | "card" | "ink" | "soft" | "faint" | "line" | "stable" | "unstable" | "torque" | "trail"
+  | "shade" | "wet" | "wet-ink";
+
+const KEPT = "contactlib-theme";
+const root = document.documentElement;
+const colours = new Map<string, string>();
+
+/** Colour in the present theme. */
+export function colour(name: Colour): string {
+  let found = colours.get(name);
+  if (found === undefined) {
+    found = getComputedStyle(root).getPropertyValue(`--${name}`).trim();
+    colours.set(name, found);
+  }
+  return found;
+}
+
+/** Take the visitor's own choice, else that of the system; tell `changed` of every change. */
+export function beginTheme(button: HTMLElement, changed: () => void): void {
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const show = (dark: boolean): void => {
+    root.dataset["theme"] = dark ? "dark" : "light";
+    button.textContent = dark ? "Light" : "Dark";
+    colours.clear();
+    changed();
+  };
+  show(kept() === null ? system.matches : kept() === "dark");
+  system.addEventListener("change", () => {
+    if (kept() === null) show(system.matches);
+  });
+  button.addEventListener("click", () => {
+    const dark = root.dataset["theme"] !== "dark";
+    keep(dark ? "dark" : "light");
+    show(dark);
+  });
+}
+
+/* A page opened from a file may have no storage. */
+function kept(): string | null {
+  try {
+    return localStorage.getItem(KEPT);
+  } catch {
+    return null;
+  }
+}
+
+function keep(theme: string): void {
+  try {
+    localStorage.setItem(KEPT, theme);
+  } catch {
+    // The choice lasts until the page is closed.
+  }
+}

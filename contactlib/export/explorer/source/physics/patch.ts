@@ -1,0 +1,76 @@
+/** Shear traction and stick along the contact, as `contactlib.laws.CarterGriffith` has them.
+ *
+ * Source: Ciavarella, Romano & Barber, "Rolling of a cylinder with slip-dependent friction: the
+ * Carter solution revisited". The kernel solves for the law's parameter t; lengths from the edges
+ * and from the stick boundary follow from m = t^4/(1 + t^4) and s = 1 - m, without differences of
+ * nearly equal numbers.
+ */
+import type { Kernel } from "../kernel/kernel";
+
+/** Traction along a line contact or a strip of an ellipse, from trailing to leading edge. */
+export interface LinePatch {
+  position: Float64Array; // x/a [1], the leading edge of a line contact being +1
+  shear_traction: Float64Array; // over f_d p0 [1]
+  stick_boundary: number; // c/a: the contact sticks from there to the leading edge, if at all
+}
+
+const NEAREST = 1e-4; // least distance to the stick boundary, where the traction is infinite, over the zone
+
+/** Line contact, at an even number of points; creepages below zero brake. */
+export function linePatch(
+  kernel: Kernel, normalizedCreepage: number, kHat: number, points: number,
+): LinePatch {
+  return strip(kernel, normalizedCreepage, kHat, 1, points);
+}
+
+/** Strips of an ellipse over eta = y/b from -1 to 1, the first and the last of no width. */
+export function ellipsePatch(
+  kernel: Kernel, normalizedCreepage: number, kHat: number, strips: number, points: number,
+): { eta: Float64Array; strips: LinePatch[] } {
+  const eta = new Float64Array(strips);
+  const found = new Array<LinePatch>(strips);
+  for (let i = 0, j = strips - 1; i <= j; i++, j--) {
+    const angle = (Math.PI * i) / (strips - 1); // denser where the ellipse is narrow
+    const width = i === 0 ? 0 : Math.sin(angle);
+    eta[j] = Math.cos(angle);
+    eta[i] = i === j ? 0 : -eta[j]!;
+    // The ellipse is symmetric.
+    found[i] = found[j] = strip(kernel, normalizedCreepage, kHat, width, points);
+  }
+  return { eta, strips: found };
+}
+
+/** Strip of the half-width w a. */
+function strip(kernel: Kernel, x: number, kHat: number, w: number, points: number): LinePatch {
+  const half = points >> 1;
+  const position = new Float64Array(2 * half);
+  const traction = new Float64Array(2 * half);
+  if (w === 0) return { position, shear_traction: traction, stick_boundary: 0 };
+
+  const sign = Math.sign(x);
+  const t = x === 0 ? 0 : kernel.tablePlace(Math.abs(x) / w, kHat / w); // Eq. (22)
+  const s = 1 / (1 + t ** 4);
+  const m = t < 1 ? t ** 4 * s : 1 / (1 + t ** -4);
+  const boundary = w * (m - s);
+  const slip = 2 * w * m; // lengths of the zones
+  const stick = 2 * w * s;
+  const intensity = kHat * (4 * m * s) ** 0.25; // Eq. (17): 1 - (c/a)^2 = 4 m s
+  const singular = s > 0 ? intensity / Math.sqrt(2 * s) : 0;
+
+  for (let i = 0; i < half; i++) {
+    const part = i / (half - 1);
+    const beyond = Math.max(part * part * (3 - 2 * part), NEAREST); // denser at either end
+    const behind = half - 1 - i; // counted from the stick boundary to the trailing edge
+    position[behind] = boundary - beyond * slip;
+    traction[behind] = sign * Math.sqrt((stick + beyond * slip) * ((1 - beyond) * slip));
+
+    const from = beyond * stick;
+    const lead = (1 - beyond) * stick;
+    position[half + i] = boundary + from;
+    if (lead === 0) continue; // zero at the leading edge
+    const bounded = slip / (Math.sqrt(slip + from) + Math.sqrt(from)); // equal to a difference of roots
+    // Eq. (16)
+    traction[half + i] = sign * Math.sqrt(lead) * (bounded + singular / Math.sqrt(from));
+  }
+  return { position, shear_traction: traction, stick_boundary: boundary };
+}

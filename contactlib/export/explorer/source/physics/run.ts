@@ -1,0 +1,240 @@
+/**
+ * A live run of one wheelset with a rigid axle and two equal wheels. The kernel steps its equations;
+ * here is the torque of each sample, what the user does meanwhile, the record, and when to stop.
+ */
+import type { Drivetrain, Kernel } from "../kernel/kernel";
+import { checkControl, type Control, SAMPLE, TorqueSource } from "./control";
+import { demand } from "./limits";
+import { Motion, type Patch } from "./motion";
+import { type History, Recorder, type RunEvent, Watch } from "./recorder";
+import { steadyStates } from "./stability";
+import { saturationCreepage, type Vehicle } from "./vehicle";
+
+export { type Control, SAMPLE } from "./control";
+
+const ROWS = 1 << 15; // of the history
+
+export class Run {
+  readonly control: Control = {
+    mode: "torque",
+    drive_torque: 0,
+    torque_rate: 1e3,
+    creepage: 0,
+    proportional_gain: 0,
+    integral_gain: 0,
+    torque_max: 0,
+    delay: 0,
+  };
+
+  /** Why the run ended, in one line; null while it goes on. */
+  stopped: string | null = null;
+
+  private readonly motion: Motion;
+  private readonly recorder: Recorder;
+  private readonly source = new TorqueSource();
+  private readonly watcher = new Watch();
+  private fold: number | null = null;
+  private samples = 0;
+  private carried = 0; // time that is not simulated yet, less than a sample [s]
+  private events: RunEvent[] = [];
+
+  constructor(kernel: Kernel) {
+    const motion = new Motion(kernel);
+    this.motion = motion;
+    this.recorder = new Recorder(ROWS, (moment) => motion.rowOf(moment));
+  }
+
+  /**
+   * Begin again at a speed [m/s] under a load [N]. In torque mode it begins at the stable steady state
+   * of least creepage under the torque demand, or rolls if the demand is less than rolling takes; in
+   * creep mode it begins at the creepage demand.
+   */
+  start(vehicle: Vehicle, normalLoad: number, speed: number): void {
+    const { control, motion } = this;
+    checkControl(control);
+    demand("speed", speed, { at_least: vehicle.minimum_speed });
+    motion.configure(vehicle, normalLoad);
+    const creeping = control.mode === "creep";
+    const creepage = creeping ? control.creepage : this.stableCreepage(speed);
+    const torque = creeping
+      ? Math.min(Math.max(motion.plant.torque(creepage, speed), 0), control.torque_max)
+      : control.drive_torque;
+    motion.start(speed, creepage);
+    this.source.start(control, creepage, torque);
+    this.samples = this.carried = 0;
+    this.stopped = null;
+    this.events = [];
+    this.recorder.clear();
+    this.observe();
+    this.recorder.keepIfDue(0);
+    this.watch(this.fold);
+  }
+
+  /** Change parameters while it runs; speeds and torque stay. */
+  configure(vehicle: Vehicle, normalLoad: number): void {
+    this.jump(() => this.motion.configure(vehicle, normalLoad));
+    this.watch(this.fold);
+  }
+
+  /** Creepage of the fold [1] for the events; null: there is none. Slip-away is at ten zeta0. */
+  watch(foldCreepage: number | null): void {
+    this.fold = foldCreepage;
+    const away = 10 * saturationCreepage(this.motion.plant.vehicle);
+    this.watcher.set(foldCreepage ?? Infinity, away, this.creepage);
+  }
+
+  /** Go on for a time [s], in whole samples; what is left over goes to the next call. */
+  advance(duration: number): void {
+    demand("duration", duration, { at_least: 0 });
+    checkControl(this.control);
+    this.carried += duration;
+    const samples = Math.floor(this.carried / SAMPLE + 1e-6);
+    this.carried -= samples * SAMPLE;
+    for (let i = 0; i < samples && this.stopped === null; i++) this.sample();
+  }
+
+  /** Add to the creepage at once [1]. */
+  kick(creepage: number): void {
+    demand("creepage", creepage, {});
+    this.jump(() => this.motion.turn(this.speed, this.creepage + creepage));
+  }
+
+  /** Set the speed [m/s]; the creepage stays. */
+  setSpeed(speed: number): void {
+    demand("speed", speed, { at_least: this.motion.plant.vehicle.minimum_speed });
+    this.jump(() => this.motion.turn(speed, this.creepage));
+  }
+
+  /** Lay a patch on the rail in place of one that is there: the factor on its friction [1], its
+   * length and the distance to it [m]. */
+  layPatch(friction: number, length: number, ahead: number): void {
+    demand("friction", friction, { at_least: 1e-3, at_most: 1e3 });
+    demand("length", length, { at_least: 1e-6 });
+    demand("ahead", ahead, { at_least: 0 });
+    const wasWet = this.onPatch;
+    const begins = this.drivetrain.state.distance + ahead;
+    const lay = (): void => this.motion.layPatch({ begins, ends: begins + length, friction });
+    if (wasWet || ahead === 0) this.jump(lay);
+    else lay();
+    if (wasWet) this.tell("patch_ends");
+    if (this.onPatch) this.tell("patch_begins");
+  }
+
+  /** Torque of the control at a creepage that is measured without delay [N.m]. */
+  torqueAt(creepage: number): number {
+    return this.source.answer(this.control, creepage);
+  }
+
+  /** What happened since the last call. */
+  takeEvents(): RunEvent[] {
+    const { events } = this;
+    this.events = [];
+    return events;
+  }
+
+  /** Simulated time between rows of the history [s]; a jump has a row on either side. */
+  set recordInterval(interval: number) {
+    demand("recordInterval", interval, { at_least: SAMPLE });
+    this.recorder.interval = interval;
+  }
+  get history(): History {
+    return this.recorder.history;
+  }
+  /** The kernel's drivetrain, with the works that were done since the start. */
+  get drivetrain(): Drivetrain {
+    return this.motion.drivetrain;
+  }
+  /** Simulated time since the start [s]. */
+  get time(): number {
+    return this.recorder.moment.time;
+  }
+  /** [m/s] */
+  get speed(): number {
+    return this.recorder.moment.speed;
+  }
+  /** [1] */
+  get creepage(): number {
+    return this.recorder.moment.creepage;
+  }
+  /** Of both wheels [N]. */
+  get creepForce(): number {
+    return this.recorder.row.creep_force;
+  }
+  /** [N.m] */
+  get driveTorque(): number {
+    return this.recorder.moment.drive_torque;
+  }
+  /** [1/s] */
+  get creepageRate(): number {
+    return this.recorder.row.creepage_rate;
+  }
+  /** Factor on the rail's friction [1]. */
+  get friction(): number {
+    return this.recorder.moment.friction;
+  }
+  /** Whether the wheels are on the patch. */
+  get onPatch(): boolean {
+    return this.motion.onPatch;
+  }
+  /** The patch that lies ahead of the wheels or under them. */
+  get patch(): Patch | null {
+    return this.motion.patch;
+  }
+
+  private stableCreepage(speed: number): number {
+    const { plant } = this.motion;
+    const torque = this.control.drive_torque;
+    if (torque <= plant.torque(0, speed)) return 0;
+    const states = steadyStates(plant, torque, speed);
+    const state = states.find(({ stable }) => stable);
+    if (state !== undefined) return state.creepage;
+    throw new RangeError(
+      `control.drive_torque = ${torque} is out of range: no stable creepage has it at ${speed} m/s`,
+    );
+  }
+
+  private sample(): void {
+    const { motion, recorder, speed } = this;
+    const torque = this.source.sample(
+      this.control,
+      this.creepage,
+      saturationCreepage(motion.plant.vehicle),
+      (creepage) => motion.plant.torque(creepage, speed),
+    );
+    const happened: RunEvent["name"][] = [];
+    try {
+      happened.push(...motion.advance(this.samples * SAMPLE, SAMPLE, torque));
+    } catch (error) {
+      this.stopped = error instanceof Error ? error.message : String(error);
+      return;
+    }
+    this.samples++;
+    this.observe();
+    happened.push(...this.watcher.next(this.creepage));
+    for (const name of happened) this.tell(name);
+    this.stopped = motion.limit();
+    if (happened.length > 0 || this.stopped !== null) recorder.keepBoth();
+    else recorder.keepIfDue(0.5 * SAMPLE);
+  }
+
+  /** Record the moment. */
+  private observe(): void {
+    const moment = this.recorder.next();
+    moment.time = this.samples * SAMPLE;
+    moment.drive_torque = this.source.torque;
+    this.motion.observe(moment);
+  }
+
+  /** Change something at once, with a row before and one after. */
+  private jump(change: () => void): void {
+    void this.recorder.row; // evaluated before anything changes
+    change();
+    this.observe();
+    this.recorder.keepBoth();
+  }
+
+  private tell(name: RunEvent["name"]): void {
+    const { time, creepage, drive_torque } = this.recorder.moment;
+    this.events.push({ name, time, creepage, drive_torque });
+  }
+}

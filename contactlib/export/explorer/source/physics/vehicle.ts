@@ -1,0 +1,130 @@
+/** A wheelset as a model file describes it, and the kernel's parameters that follow from it. */
+import type { Contact, Structs } from "../kernel/kernel";
+
+const GRAVITY = 9.80665; // standard gravity [m/s2]
+
+/** A wheelset with its contact, friction and running resistance, in SI units. */
+export interface Vehicle {
+  name: string;
+  source: string;
+  contact: Contact;
+  /** Half the contact's length along rolling, a, at the nominal load [m]. */
+  semi_width: number;
+  /** Largest pressure p0 at the nominal load [Pa]. */
+  peak_pressure: number;
+  /** Nominal load of both wheels [N]. */
+  normal_load: number;
+  /** Elasticity of both bodies [Pa, 1]. */
+  youngs_modulus: number;
+  poisson_ratio: number;
+  /** f_s and f_d [1]. */
+  static_friction: number;
+  kinetic_friction: number;
+  /** At the nominal load and no slip speed [1]. */
+  k_hat: number;
+  /** A [1] and B [s/m] of the factor (1 - A) exp(-B w) + A on friction at slip speed w. */
+  slip_rate_residual: number;
+  slip_rate_decay: number;
+  /** Rolling radius [m]. */
+  radius: number;
+  /** About the axle, with the drive [kg.m2]. */
+  inertia: number;
+  /** Mass that the wheelset moves [kg]; null: the speed is held, as on a roller rig. */
+  mass: number | null;
+  /** Drive torque lost per angular velocity [N.m.s/rad]. */
+  damping: number;
+  /** Initial slope of the creep curve over that of clean surfaces [1]. */
+  slope_reduction: number;
+  /** Below it the creepage's reference speed is regularised [m/s]. */
+  minimum_speed: number;
+  /** Davis resistance [N, N.s/m, N.s2/m2] and rise over distance [1]. */
+  constant: number;
+  linear: number;
+  quadratic: number;
+  grade: number;
+  /** Speed that a run starts from [m/s]. */
+  initial_speed: number;
+}
+
+/** Composite modulus E* of two bodies of the vehicle's material [Pa]. */
+export function contactModulus(v: Vehicle): number {
+  return v.youngs_modulus / (2 * (1 - v.poisson_ratio ** 2)); // Eq. (4)
+}
+
+/** Weakening length Delta that gives the vehicle's k_hat [m]. */
+export function weakeningLength(v: Vehicle): number {
+  if (v.k_hat === 0) return 0;
+  const drop = v.static_friction - v.kinetic_friction;
+  if (!(drop > 0)) {
+    throw new RangeError(
+      `k_hat = ${v.k_hat} needs static_friction = ${v.static_friction} above ` +
+        `kinetic_friction = ${v.kinetic_friction}`,
+    );
+  }
+  const toughness = Math.PI * (v.k_hat * v.kinetic_friction) ** 2 * v.semi_width * v.peak_pressure;
+  return toughness / (contactModulus(v) * drop); // Eq. (17) for Delta
+}
+
+/** zeta0 at the nominal load and no slip speed [1]. */
+export function saturationCreepage(v: Vehicle): number {
+  const clean = (2 * v.kinetic_friction * v.peak_pressure) / contactModulus(v); // Eq. (15)
+  return clean / v.slope_reduction;
+}
+
+/** Power of the load with which the contact's size and pressure grow (Hertz). */
+function loadExponent(v: Vehicle): number {
+  return v.contact === "line" ? 1 / 2 : 1 / 3;
+}
+
+/** Parameters of the kernel's force element, without relaxation. */
+export function forceParameters(v: Vehicle): Structs["force_element_parameters"] {
+  return {
+    radius: v.radius,
+    static_friction: v.static_friction,
+    kinetic_friction: v.kinetic_friction,
+    weakening_length: weakeningLength(v),
+    slope_reduction: v.slope_reduction,
+    semi_width: v.semi_width,
+    peak_pressure: v.peak_pressure,
+    contact_modulus: contactModulus(v),
+    nominal_load: v.normal_load,
+    load_exponent: loadExponent(v),
+    minimum_speed: v.minimum_speed,
+    slip_rate_residual: v.slip_rate_residual,
+    slip_rate_decay: v.slip_rate_decay,
+    relaxation_length: 0,
+  };
+}
+
+/** Parameters of the kernel's equations of motion. */
+export function wheelsetParameters(v: Vehicle): Structs["wheelset_parameters"] {
+  return {
+    radius: v.radius,
+    inertia: v.inertia,
+    inverse_mass: v.mass === null ? 0 : 1 / v.mass,
+    damping: v.damping,
+    constant_resistance: v.constant,
+    linear_resistance: v.linear,
+    quadratic_resistance: v.quadratic,
+    grade_acceleration: GRAVITY * v.grade,
+    minimum_speed: v.minimum_speed,
+  };
+}
+
+/** Semi-axis b of the ellipse across rolling, at the nominal load [m]. */
+export function lateralSemiAxis(v: Vehicle): number {
+  return (1.5 * v.normal_load) / (Math.PI * v.semi_width * v.peak_pressure); // Eq. (20)
+}
+
+/** The vehicle whose nominal load is another one [N]: its contact grows, its friction stays. */
+export function atLoad(vehicle: Vehicle, normalLoad: number): Vehicle {
+  if (normalLoad === vehicle.normal_load) return vehicle;
+  const growth = (normalLoad / vehicle.normal_load) ** loadExponent(vehicle); // of a and of p0
+  return {
+    ...vehicle,
+    normal_load: normalLoad,
+    semi_width: vehicle.semi_width * growth,
+    peak_pressure: vehicle.peak_pressure * growth,
+    k_hat: vehicle.k_hat / growth, // Eq. (17), with the weakening length as it is
+  };
+}

@@ -1,0 +1,43 @@
+"""Take the README's picture of the explorer page.
+
+python contactlib/export/explorer/source/picture.py models/explorer.png
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from contactlib.base.writing import write_whole
+
+PAGE = Path(__file__).resolve().parents[1] / "page.html"
+# On its way down from the run-away, shortly before it grips again.
+TELL = """async () => {
+    const { app } = await contactlib.ready;
+    document.querySelector("#stories button:nth-child(2)").click();
+    const low = () => app.run.driveTorque < 0.89 * app.shown.fold.drive_torque;
+    while (app.run.time < 10 || !low()) app.advance(0.02);
+    app.play(false);
+}"""
+
+
+def picture() -> bytes:
+    """PNG of the page in the middle of its second experiment."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
+        )
+        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+        page.goto(PAGE.as_uri())
+        page.evaluate(TELL)
+        page.wait_for_timeout(500.0)  # for a frame that draws it
+        png = page.screenshot()
+        browser.close()
+    return png
+
+
+if __name__ == "__main__":
+    print(write_whole(sys.argv[1], picture()))

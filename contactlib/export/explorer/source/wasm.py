@@ -1,0 +1,51 @@
+"""Compile the kernel's own sources to the WebAssembly module of the explorer page."""
+
+from __future__ import annotations
+
+import runpy
+import tempfile
+from pathlib import Path
+
+from contactlib.base.writing import package_folder
+from contactlib.export.explorer.source.structs import members
+
+SOURCE = Path(__file__).resolve().parent
+FMU = package_folder("fmu")
+
+C_SOURCES = (
+    "checked_file.c",
+    "creep_table.c",
+    "force_element.c",
+    "track.c",
+    "wheelset.c",
+    "wide.c",
+)
+FUNCTIONS = (
+    "creep_table_open",
+    "creep_table_place",
+    "force_element_evaluate",
+    "force_element_scales",
+    "wheelset_motion",
+    "drivetrain_advance_many",
+    "drivetrain_evaluate_many",
+    "member_name",  # from here on module.c's
+    "member_bytes",
+    "track_set",
+    "drivetrain_member_set",
+)
+STACK = 65536  # bytes, from address 0 up: what overflows it is a trap
+
+
+def compile_kernel() -> bytes:
+    """The module, by the compiler and the flags of the native library."""
+    hook = runpy.run_path(str(FMU / "build_hook.py"))
+    flags = [*hook["compiler_flags"](), "-Werror", f"-I{FMU}", "-s", "-mexec-model=reactor"]
+    exports = (f"--export={name}" for name in (*FUNCTIONS, "__heap_base"))
+    link = ["--no-entry", f"-z,stack-size={STACK}", *exports]
+    sources = [SOURCE / "module.c", *(FMU / name for name in C_SOURCES)]
+    with tempfile.TemporaryDirectory() as scratch:
+        built = Path(scratch) / "kernel.wasm"
+        (Path(scratch) / "members.h").write_text(members(), encoding="ascii")
+        arguments = [*flags, f"-I{scratch}", *(f"-Wl,{part}" for part in link), *map(str, sources)]
+        hook["zig_cc_target"]("wasm32-wasi", *arguments, "-o", str(built))
+        return built.read_bytes()

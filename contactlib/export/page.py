@@ -1,0 +1,320 @@
+"""The readable parts of an FMU: its page, its table as plain numbers, its licence.
+
+Text and equations of the page are fragments in ``assets/``; its numbers come from the model through
+the kernel. The page is XHTML that every browser reads as HTML5, and needs no script and no other
+file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib import metadata
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlib.base.writing import PACKAGE
+from contactlib.contact import kernel
+from contactlib.contact.table import CreepForceTable
+from contactlib.export.curve_svg import curve_svg, sample_curve
+from contactlib.export.description import MODEL_NAMES, Description, Variable
+from contactlib.vehicle.wheelset import Wheelset
+
+if TYPE_CHECKING:
+    from contactlib.files.model import Model
+
+ASSETS = PACKAGE / "export" / "assets"
+TITLES = {
+    "force_element": "Creep force element",
+    "wheelset": "Wheelset with creep force",
+    "wheelset_body": "Wheelset without contact",
+}
+GROUPS = {
+    "input": "Inputs",
+    "output": "Outputs",
+    "parameter": "Parameters, fixed during a run",
+    "tunable parameter": "Parameters, tunable during a run",
+    "local": "Internal variables",
+    "independent": "Independent variable",
+}
+HERE = '<span class="tag here">this FMU</span>'
+ELSEWHERE = '<span class="tag">another export</span>'
+PARAMETER = '<span class="tag">a parameter</span>'
+SPEEDS = (0.0, 1.0, 10.0, 50.0)  # rows of the table of stable steps [m/s]
+
+
+def asset(name: str) -> str:
+    """Text of a static file."""
+    return (ASSETS / name).read_text(encoding="ascii")
+
+
+def fragment(name: str, **values: str) -> str:
+    """Text of a static file, with its placeholders replaced."""
+    return Template(asset(name)).substitute(values)
+
+
+def facts(model: Model, kind: str) -> str:
+    """The main numbers of the model."""
+    wheelset, element = model.wheelset, model.wheelset.element
+    contact, friction = element.contact, element.friction
+    shown = {"wheel radius": f"{element.radius:.5g} m"}
+    if kind != "wheelset_body":
+        shown |= {
+            "nominal load": f"{contact.normal_load / 1e3:.5g} kN",
+            "contact semi-width": f"{contact.semi_width * 1e3:.4g} mm",
+            "peak pressure": f"{contact.peak_pressure / 1e6:.4g} MPa",
+            "friction, static and kinetic": f"{friction.static:.4g}, {friction.kinetic:.4g}",
+            "weakening length": f"{friction.weakening_length * 1e6:.4g} &#181;m",
+            "k_hat": f"{element.k_hat:.4g}",
+            "saturation creepage": f"{100 * element.saturation_creepage:.4g} %",
+        }
+    mass = "none, speed is held" if wheelset.mass is None else f"{wheelset.mass / 1e3:.5g} t"
+    shown |= {
+        "inertia about the axle": f"{wheelset.inertia:.5g} kg&#183;m&#178;",
+        "mass moved": mass,
+        "effective inverse mass": f"{wheelset.effective_inverse_mass:.4g} 1/kg",
+    }
+    rows = "\n".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in shown.items())
+    return f'<dl class="facts">\n{rows}\n</dl>'
+
+
+def law(model: Model) -> str:
+    """Creep curve of the model's element, and the certificate of its table."""
+    element, table = model.wheelset.element, model.wheelset.element.table
+    speed = max(model.initial_speed, element.minimum_speed)
+    curve = sample_curve(element, speed=speed)
+    shape = "The line is solid up to the peak, and dashed where the force falls with creepage"
+    if curve.peak is None:
+        shape = "The curve has no peak: the force does not fall with creepage"
+    k_range = "one curve, without k_hat" if table.one_axis else f"k_hat from 0 to {table.k_max:g}"
+    certificate = {
+        "law": f"<code>{escape(table.law)}</code>",
+        "range of the table": f"{k_range}; any creepage",
+        "largest error of Q/(f<sub>d</sub> P)": f"{table.max_error:.2g}",
+        "largest error of its slope": f"{table.max_slope_error:.2g}",
+        "points compared": f"{table.certificate_points}",
+    }
+    rows = "\n".join(
+        f'<tr><th scope="row">{name}</th><td>{value}</td></tr>'
+        for name, value in certificate.items()
+    )
+    return (
+        f"<figure>\n{curve_svg(curve, kinetic_friction=element.friction.kinetic)}\n"
+        "<figcaption>Computed by the library in this FMU at the nominal load and "
+        f"{speed:g} m/s. {shape}.</figcaption>\n</figure>\n"
+        "<p>The law is tabulated. The table is in <code>resources/</code>, and as readable numbers "
+        "in <code>resources/creep_table.csv</code>. It was compared with the law at points that "
+        "are not its nodes:</p>\n"
+        '<div class="table"><table>\n<caption>Certificate of the table</caption>\n'
+        f"<tbody>\n{rows}\n</tbody>\n</table></div>"
+    )
+
+
+def equations(table: CreepForceTable, kind: str, relaxed: bool) -> str:
+    """The equations that this FMU solves."""
+    names = []
+    if kind != "wheelset_body":
+        shape = table.options.get("contact", "other")
+        names.append("contact")
+        names.append(shape if table.law.startswith("CarterGriffith") else "other")
+        if relaxed:
+            names.append("relaxation")
+    if kind != "force_element":
+        names.append("motion")
+    return "".join(asset(f"equations_{name}.html") for name in names)
+
+
+def variable_tables(variables: Sequence[Variable]) -> str:
+    """Every variable with unit, limits, start value and meaning, by causality."""
+    groups: dict[str, list[Variable]] = {name: [] for name in GROUPS}
+    for v in variables:
+        tunable = "tunable " if v.variability == "tunable" else ""
+        groups.setdefault(tunable + v.causality, []).append(v)
+    heads = ("name", "unit", "limits", "start", "meaning")
+    return "\n".join(
+        _table(GROUPS.get(name, name), heads, map(_cells, members), "variables")
+        for name, members in groups.items()
+        if members
+    )
+
+
+def _cells(v: Variable) -> list[str]:
+    low, high = ("" if limit is None else f"{limit:.6g}" for limit in (v.minimum, v.maximum))
+    between = f"{low} &#8230; {high}" if low and high else (low and f"&#8805; {low}")
+    limits = "" if v.unit == "Boolean" else between or (high and f"&#8804; {high}")
+    if v.start is None:
+        start = ""
+    else:
+        start = str(v.start).lower() if isinstance(v.start, bool) else f"{v.start:.6g}"
+    name = f"<code>{escape(v.name)}</code>"
+    return [name, escape(v.unit), limits, start, escape(v.description)]
+
+
+def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str) -> str:
+    head = "".join(f'<th scope="col">{h}</th>' for h in heads)
+    body = "\n".join(
+        f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in rest)}</tr>'
+        for first, *rest in rows
+    )
+    return (
+        f'<div class="table"><table class="{kind}">\n<caption>{caption}</caption>\n'
+        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table></div>"
+    )
+
+
+def _rounded(value: float) -> str:
+    """Three significant digits, with a space between thousands."""
+    if np.isinf(value):
+        return "&#8734;"
+    return f"{float(f'{value:.3g}'):,.9g}".replace(",", "&#8239;")
+
+
+def coupling(wheelset: Wheelset, kind: str, variables: Sequence[Variable], relaxed: bool) -> str:
+    """The stable communication steps, and the ways to make longer ones stable."""
+    starts = {v.name: v.start for v in variables}
+    implicit = bool(starts.get("implicit"))
+    length = starts.get("relaxation_length") if relaxed and kind == "force_element" else None
+    return fragment(
+        f"coupling_{kind}.html",
+        step_table=_step_table(wheelset, kind, float(length) if length else None),
+        held_here=ELSEWHERE if relaxed else PARAMETER if implicit else HERE,
+        implicit_here=HERE if implicit else PARAMETER,
+        relaxed_here=HERE if relaxed else ELSEWHERE,
+    )
+
+
+def _step_table(wheelset: Wheelset, kind: str, relaxation_length: float | None) -> str:
+    """Slip pole and longest stable steps at zero creepage, for several speeds."""
+    element = wheelset.element
+    speeds = np.array(SPEEDS)
+    record: Any = element.evaluate(omega=speeds / wheelset.radius, speed=speeds)
+    poles = record["force_gradient"] * wheelset.effective_inverse_mass
+    sequential = 2.0 / poles
+    if relaxation_length is not None:  # then speed is not regularised
+        stiffness = poles[-1] * speeds[-1]
+        with np.errstate(divide="ignore"):
+            poles = stiffness / speeds
+        sequential = np.maximum(2.0 / poles, 2.0 * np.sqrt(relaxation_length / stiffness))
+    heads = ["speed in m/s", "slip pole in 1/s"]
+    columns = [speeds, poles]
+    if kind == "wheelset":
+        heads.append("its time constant in ms")
+        columns.append(1e3 / poles)
+    else:
+        heads += ["longest step in ms, sequential", "parallel"]
+        columns += [1e3 * sequential, 1e3 / poles]
+    rows = ([_rounded(value) for value in row] for row in zip(*columns, strict=True))
+    caption = "This model at its nominal load and zero creepage, where the pole is largest"
+    return _table(caption, heads, rows, "steps")
+
+
+def tools(kind: str, variables: Sequence[Variable]) -> str:
+    """How to load and connect the FMU."""
+    inputs = [v for v in variables if v.causality == "input"]
+    outputs = [v.name for v in variables if v.causality == "output"][:3]
+    first = [float(v.start or 0.0) for v in inputs]
+    last = [round(1.03 * first[0], 6), *first[1:]]
+    return fragment(
+        "tools.html",
+        connection=asset(f"connection_{kind}.html"),
+        file=f"{MODEL_NAMES[kind]}.fmu",
+        names=", ".join(f'"{v.name}"' for v in inputs),
+        first=", ".join(map(repr, first)),
+        last=", ".join(map(repr, last)),
+        ramped=inputs[0].name,
+        end=repr(last[0]),
+        outputs="[" + ", ".join(f'"{name}"' for name in outputs) + "]",
+        output=outputs[0],
+    )
+
+
+def index_page(description: Description) -> bytes:
+    """documentation/index.html of an FMU: one page in ASCII."""
+    model, kind, variables = description.model, description.kind, description.variables
+    relaxed = description.relaxed
+    table, contact = model.wheelset.element.table, description.has_contact
+    sections = {
+        "What it is": fragment(f"about_{kind}.html") + facts(model, kind),
+        "Signs": fragment("signs.html", sketch=asset("sketch.svg")),
+        "The law": law(model) if contact else "",
+        "Equations": equations(table, kind, relaxed),
+        "Variables": variable_tables(variables),
+        "Coupling": coupling(model.wheelset, kind, variables, relaxed),
+        "Loading it": tools(kind, variables),
+        "Limits and validation": asset("limits.html") if contact else "",
+        "Licence and versions": _licence(table),
+    }
+    shown = {heading: text for heading, text in sections.items() if text}
+    anchors = {heading: heading.lower().replace(" ", "-") for heading in shown}
+    page = fragment(
+        "page.html",
+        title=TITLES[kind],
+        model_name=escape(model.name),
+        source=escape(model.source),
+        version=version(),
+        token=escape(kernel.token()),
+        style=asset("page.css"),
+        icon=asset("icon.svg"),
+        contents="\n".join(f'<li><a href="#{anchors[h]}">{h}</a></li>' for h in shown),
+        sections="\n".join(
+            f'<section id="{anchors[h]}">\n<h2>{h}</h2>\n{text}\n</section>'
+            for h, text in shown.items()
+        ),
+    )
+    return page.encode("ascii", "xmlcharrefreplace")
+
+
+def readable_table(table: CreepForceTable) -> bytes:
+    """Traction ratio and slope on a plain grid, as comma-separated values to read and plot.
+
+    For a law without k_hat that column is empty.
+    """
+    far = np.geomspace(1e-3, 1e3, 121)
+    x = np.unique([float(f"{v:.4g}") for v in (0.0, *far, *np.linspace(0.3, 2.0, 86))])
+    rows = ["normalized_creepage,k_hat,traction_ratio,slope"]
+    for k_hat in [0.0] if table.one_axis else np.linspace(0.0, table.k_max, 21):
+        label = "" if table.one_axis else f"{k_hat:.9g}"
+        values = zip(x, table.traction_ratio(x, k_hat), table.slope(x, k_hat), strict=True)
+        rows += [f"{v:.9g},{label},{ratio:.9g},{slope:.9g}" for v, ratio, slope in values]
+    return "\n".join([*rows, ""]).encode("ascii")
+
+
+def licence_text() -> bytes:
+    """The project's licence, from a checkout or from an installed package.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the installed package does not contain it.
+    """
+    if (PACKAGE.parent / "pyproject.toml").is_file():
+        return (PACKAGE.parent / "LICENSE").read_bytes()
+    for file in metadata.files("contactlib") or ():
+        if file.name == "LICENSE":
+            return file.read_binary()
+    raise FileNotFoundError("contactlib is installed without its LICENSE")
+
+
+def icon() -> bytes:
+    """Icon of the FMU, a PNG."""
+    return (ASSETS / "icon.png").read_bytes()
+
+
+def version() -> str:
+    """Version of the installed package; "unreleased" for a checkout that is not installed."""
+    try:
+        return metadata.version("contactlib")
+    except metadata.PackageNotFoundError:
+        return "unreleased"
+
+
+def _licence(table: CreepForceTable) -> str:
+    cells = " by ".join(str(n) for n in table.cells)
+    size = f", {cells} cells" if any(table.cells) else ""
+    return (
+        f"<p>contactlib {version()}; library <code>{escape(kernel.token())}</code>; table of "
+        f"<code>{escape(table.law)}</code>{size}.</p>\n"
+        f"<pre>{escape(licence_text().decode())}</pre>"
+    )

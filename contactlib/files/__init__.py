@@ -1,0 +1,1 @@
+"""Model and scenario files: TOML is read into validated, frozen parameters."""

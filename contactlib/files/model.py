@@ -1,0 +1,239 @@
+"""Model files: a wheelset, and the two runs of the demonstration."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from contactlib.base.quantities import Parameters
+from contactlib.contact.element import ForceElement
+from contactlib.contact.friction import Friction
+from contactlib.contact.hertz import Contact
+from contactlib.contact.table import CreepForceTable
+from contactlib.files.reading import (
+    IS_SWEEP,
+    check_keys,
+    in_file,
+    model_path,
+    named,
+    parse,
+    read_section,
+    text,
+)
+from contactlib.files.sections import (
+    ContactSection,
+    CreepSection,
+    FrictionSection,
+    LawSection,
+    RunSection,
+    TorqueSection,
+    WheelsetSection,
+)
+from contactlib.vehicle.conditions import Resistance
+from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
+from contactlib.vehicle.wheelset import Wheelset
+
+Made = TypeVar("Made")
+Section = TypeVar("Section", bound=Parameters)
+EMPTY: dict[str, Any] = {}  # one object, so that a section no file has is read once
+
+# Sections of the wheelset, which a scenario may change.
+VEHICLE_SECTIONS: dict[str, type[Parameters]] = {
+    "contact": ContactSection,
+    "friction": FrictionSection,
+    "law": LawSection,
+    "wheelset": WheelsetSection,
+    "resistance": Resistance,
+}
+NEEDED = ("contact", "friction", "wheelset", "resistance", "run", "torque_control", "creep_control")
+
+
+class BuildCache:
+    """Keeps the last object built under each name, and rebuilds it only if an input has changed.
+
+    An input is unchanged if it is the same object or an equal float: a change to file contents
+    must copy the tables that lead to it, and no others.
+    """
+
+    def __init__(self) -> None:
+        self._built: dict[Hashable, tuple[tuple[Any, ...], Any]] = {}
+
+    def __call__(self, name: Hashable, build: Callable[..., Made], *inputs: Any) -> Made:
+        """Object of this name: the last one, or ``build(*inputs)``."""
+        last = self._built.get(name)
+        if last is None or any(_differ(*pair) for pair in zip(last[0], inputs, strict=True)):
+            self._built[name] = last = inputs, build(*inputs)
+        built: Made = last[1]
+        return built
+
+    def section(self, name: str, kind: type[Section], data: Mapping[str, Any]) -> Section:
+        """Section of a file as the parameters `kind`; all defaults if the file omits it."""
+        found: Section = self(("section", name), _read, name, kind, data.get(name, EMPTY))
+        return found
+
+
+def _differ(one: Any, other: Any) -> bool:
+    return one is not other and not (type(one) is type(other) is float and one == other)
+
+
+def _read(name: str, kind: type[Section], table: object) -> Section:
+    return read_section(name, kind, {name: table})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A wheelset and the runs that its file describes.
+
+    Attributes
+    ----------
+    name, source : str
+        Title, and the origin of the numbers.
+    wheelset : Wheelset
+        Contact, friction, table and body.
+    torque_control, creep_control : TorqueControl, CreepControl
+        Continuous controllers of the two runs of the demonstration.
+    initial_speed : float
+        Speed at the start of both runs [m/s].
+    """
+
+    name: str
+    source: str
+    wheelset: Wheelset
+    torque_control: TorqueControl
+    creep_control: CreepControl
+    initial_speed: float
+
+
+def load_model(
+    path: str | os.PathLike[str],
+    *,
+    table: CreepForceTable | None = None,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Model:
+    """Read a model file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one such as ``"models/roller_rig.toml"``. A file that
+        it refers to lies in its folder or below, or is a shipped one.
+    table : CreepForceTable, optional
+        Table of the law. Default: the law of the file's ``[law]`` section, or Carter and
+        Griffith's.
+    progress : callable, optional
+        Called with the fraction of the table that has been built, from 0 to 1; only the cohesive
+        law needs to build one.
+
+    Raises
+    ------
+    ModelError
+        If the file is not a valid model; one line names file, key, value and limit.
+    OSError
+        If the file cannot be read.
+    """
+    with in_file(path):
+        file = model_path(path)
+        return build_model(parse(file), file.parent, table, progress)
+
+
+def build_model(
+    data: Mapping[str, Any],
+    folder: Path,
+    table: CreepForceTable | None,
+    progress: Callable[[float], object],
+) -> Model:
+    """Build a model from the contents of a file in `folder`; errors are one-line ValueErrors."""
+    if "axes" in data:
+        raise ValueError(IS_SWEEP)
+    if "vehicle" in data:
+        raise ValueError(
+            f"is a scenario of the vehicle {data['vehicle']!r}, not a model: "
+            "contactlib.load_scenario reads it and the command 'contactlib simulate' runs it"
+        )
+    needed = ["name", "source", *NEEDED]
+    check_keys("", data, [*needed, "law"], needed)
+    name, source = (text(key, data[key]) for key in ("name", "source"))
+    wheelset = build_wheelset(data, folder, table, progress)
+    torque_section = read_section("torque_control", TorqueSection, data)
+    creep_section = read_section("creep_control", CreepSection, data)
+    with named("torque_control"):
+        torque_control = torque_section.build()
+    with named("creep_control"):
+        creep_control = creep_section.build()
+    return Model(
+        name=name,
+        source=source,
+        wheelset=wheelset,
+        torque_control=torque_control,
+        creep_control=creep_control,
+        initial_speed=read_section("run", RunSection, data).initial_speed,
+    )
+
+
+def build_wheelset(
+    data: Mapping[str, Any],
+    folder: Path,
+    table: CreepForceTable | None,
+    progress: Callable[[float], object],
+    cache: BuildCache | None = None,
+) -> Wheelset:
+    """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
+    cache = cache or BuildCache()
+    contact_section = cache.section("contact", ContactSection, data)
+    friction_section = cache.section("friction", FrictionSection, data)
+    law_section = cache.section("law", LawSection, data)
+    body = cache.section("wheelset", WheelsetSection, data)
+    contact = cache("contact", _contact, contact_section)
+    friction = cache("friction", _friction, friction_section, contact)
+    with named("law"):
+        law_section.check_keys()  # even if the table is given
+        if table is None:
+            ratio = contact_section.poisson_ratio
+            table = law_section.build(contact, friction, ratio, folder, progress)
+    with named("wheelset"):
+        reduction = body.reduction(contact, friction)
+        sizes = body.radius, reduction, body.minimum_speed
+        element = cache("element", _element, contact, friction, table, *sizes)
+    resistance = cache.section("resistance", Resistance, data)
+    return cache("wheelset", _wheelset, element, body, resistance)
+
+
+def _contact(section: ContactSection) -> Contact:
+    with named("contact"):
+        return section.build()
+
+
+def _friction(section: FrictionSection, contact: Contact) -> Friction:
+    with named("friction"):
+        return section.build(contact)
+
+
+def _element(
+    contact: Contact,
+    friction: Friction,
+    table: CreepForceTable,
+    radius: float,
+    slope_reduction: float,
+    minimum_speed: float,
+) -> ForceElement:
+    return ForceElement(
+        contact,
+        friction,
+        table=table,
+        radius=radius,
+        slope_reduction=slope_reduction,
+        minimum_speed=minimum_speed,
+    )
+
+
+def _wheelset(element: ForceElement, body: WheelsetSection, resistance: Resistance) -> Wheelset:
+    return Wheelset(
+        element,
+        inertia=body.inertia,
+        mass=body.mass,
+        damping=body.damping,
+        resistance=resistance,
+    )

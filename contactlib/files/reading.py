@@ -1,0 +1,270 @@
+"""Reading TOML files and their sections into checked parameters.
+
+Numbers are in SI units; a string such as ``"5 mm"`` names its unit, which must have the same
+dimension. An unknown key, a missing key, a wrong type or a value out of range is a one-line
+`ValueError` that names key, value and limit; `in_file` prepends the file.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import MISSING, fields
+from pathlib import Path, PureWindowsPath
+from typing import Any, Literal, TypeVar
+
+from contactlib.base.quantities import Parameters, Quantity
+from contactlib.base.text import harmless_line, known_names
+from contactlib.base.writing import package_folder
+from contactlib.vehicle.track import Profile
+
+# Value of each accepted unit in the SI unit of the quantity.
+UNITS = {
+    "1": {"%": 1e-2},
+    "m": {"km": 1e3, "mm": 1e-3, "um": 1e-6},
+    "s": {"ms": 1e-3, "min": 60.0},
+    "kg": {"t": 1e3},
+    "N": {"kN": 1e3, "MN": 1e6},
+    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+    "m/s": {"km/h": 1.0 / 3.6},
+    "s/m": {"h/km": 3.6},
+    "N.m": {"kN.m": 1e3},
+    "N.s": {"kN.s": 1e3},
+    "N.m/s": {"kN.m/s": 1e3},
+    "N.m/rad": {"kN.m/rad": 1e3, "MN.m/rad": 1e6},
+    "N.m.s/rad": {"kN.m.s/rad": 1e3},
+}
+
+
+IS_SWEEP = (
+    "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
+    "'contactlib sweep' runs it"
+)
+
+
+class ModelError(ValueError):
+    """A model, scenario or sweep file that cannot be used; one line says where and why."""
+
+
+def model_path(name: str | os.PathLike[str]) -> Path:
+    """Path of a file or, if there is none, of a shipped one: ``x.toml`` or ``models/x.toml``."""
+    path = Path(name)
+    shipped = package_folder("models") / path.name
+    meant = path in (Path(path.name), Path("models") / path.name)
+    return shipped if meant and not path.exists() and shipped.is_file() else path
+
+
+@contextmanager
+def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Turn any ValueError raised inside (TOML, encoding or range) into a `ModelError`."""
+    try:
+        yield
+    except ValueError as error:
+        raise ModelError(harmless_line(f"{os.fspath(path)}: {error}")) from None
+    except ArithmeticError:  # each number is within its limits, but they do not fit together
+        raise ModelError(f"{os.fspath(path)}: its numbers are too far apart") from None
+
+
+def parse(file: Path) -> dict[str, Any]:
+    """Contents of a TOML file, which may begin with a byte order mark."""
+    return parse_text(file.read_bytes().decode("utf-8-sig"))
+
+
+def parse_text(text: str) -> dict[str, Any]:
+    """Contents of TOML text."""
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("its lists or tables are nested too deeply") from None
+
+
+def file_kind(path: str | os.PathLike[str]) -> Literal["model", "scenario", "sweep"]:
+    """Kind of a TOML file, from the keys that it has.
+
+    Raises
+    ------
+    ModelError, OSError
+        If the file is not TOML, or cannot be read.
+    """
+    with in_file(path):
+        keys = set(parse(model_path(path)))
+    if "axes" in keys:
+        return "sweep"
+    of_scenario = {"vehicle", "vehicle_changes", "controllers", "demand"}
+    return "scenario" if keys & of_scenario else "model"
+
+
+def shipped_files() -> dict[str, list[str]]:
+    """Names of the shipped TOML files by kind: model, scenario or sweep."""
+    found: dict[str, list[str]] = {"model": [], "scenario": [], "sweep": []}
+    for file in sorted(package_folder("models").glob("*.toml")):
+        found[file_kind(file)].append(file.name)
+    return found
+
+
+@contextmanager
+def named(section: str) -> Iterator[None]:
+    """Prepend the section's name to any ValueError raised inside."""
+    try:
+        yield
+    except ValueError as error:
+        message = str(error)
+        name, dot, rest = message.partition(".")
+        if dot and name.isidentifier() and name[0].isupper():  # Class.argument: the key
+            message = rest
+        raise ValueError(f"{section}.{message}") from None
+
+
+Section = TypeVar("Section", bound=Parameters)
+
+
+def read_section(name: str, kind: type[Section], data: Mapping[str, Any]) -> Section:
+    """Read section `name` of a file as the parameters `kind`."""
+    given = read_given(name, kind, data[name])
+    for field in fields(kind):  # type: ignore[arg-type]
+        if field.default is MISSING and field.name not in given:
+            raise ValueError(f"{name}.{field.name} is missing")
+    with named(name):
+        return kind(**given)
+
+
+def read_given(
+    name: str, kind: type[Any], table: object, others: Collection[str] = ()
+) -> dict[str, Any]:
+    """Values of the keys of `kind` that a section gives, checked one by one, in SI units.
+
+    Parameters
+    ----------
+    name : str
+        Name of the section.
+    kind : type
+        Subclass of `Parameters`, whose fields are the keys.
+    table : object
+        The section as parsed.
+    others : collection of str, optional
+        Further keys that are allowed but not returned.
+    """
+    table = subsection(name, table)
+    declared = [field.name for field in fields(kind)]
+    check_keys(f"{name}.", table, [*others, *declared], [])
+    quantities, lists = kind.quantities(), kind.list_names()
+    values: dict[str, Any] = {}
+    for key, value in table.items():
+        where = f"{name}.{key}"
+        if key in others:
+            continue
+        if key not in quantities:
+            values[key] = text(where, value)
+        elif key in lists:
+            if not isinstance(value, list) or not value:
+                raise ValueError(f"{where} = {value!r} must be a list of at least one number")
+            values[key] = tuple(number(where, entry, quantities[key]) for entry in value)
+        else:
+            values[key] = number(where, value, quantities[key])
+    return values
+
+
+def subsection(name: str, table: object) -> dict[str, Any]:
+    """Return `table` if it is a section, or raise."""
+    if not isinstance(table, dict):
+        raise ValueError(f"{name} = {table!r} must be a section: [{name}]")
+    return table
+
+
+def check_keys(
+    prefix: str, table: Mapping[str, Any], known: Collection[str], needed: Collection[str]
+) -> None:
+    """Refuse an unknown key, and the lack of a needed one."""
+    for key in table:
+        if key not in known:
+            raise ValueError(f"{prefix}{key} is not a known key; {known_names(key, known)}")
+    for key in needed:
+        if key not in table:
+            raise ValueError(f"{prefix}{key} is missing")
+
+
+def text(where: str, value: object) -> str:
+    """Return a TOML value if it is a string, or raise."""
+    if not isinstance(value, str):
+        raise ValueError(f"{where} = {value!r} must be a string")
+    return value
+
+
+def number(where: str, value: object, quantity: Quantity) -> float:
+    """Return a TOML value in SI units, or raise if it breaks the limits."""
+    found: float
+    if isinstance(value, str):
+        digits, _, unit = value.strip().partition(" ")
+        units = {quantity.unit: 1.0, **UNITS.get(quantity.unit, {})}
+        if unit not in units:
+            raise ValueError(
+                f"{where} = {value!r} must be a number in {quantity.unit}, "
+                f"or a number and one of: {', '.join(units)}"
+            )
+        try:
+            found = float(digits) * units[unit]
+        except ValueError:
+            raise ValueError(f"{where} = {value!r} does not begin with a number") from None
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        try:
+            found = float(value)
+        except OverflowError:
+            raise ValueError(f"{where} is out of range: must be {quantity}") from None
+    else:
+        raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
+    if not quantity.allow(found):
+        raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
+    return found
+
+
+def profile(section: Parameters, places: str, values: str) -> Profile:
+    """Profile from two lists of a section; errors name the lists."""
+    at, value = getattr(section, places), getattr(section, values)
+    if len(at) != len(value):
+        raise ValueError(
+            f"{places} has {len(at)} and {values} {len(value)} entries: both must have as many"
+        )
+    try:
+        return Profile(at, value)
+    except ValueError as error:
+        raise ValueError(f"{places}{str(error).removeprefix('at')}") from None
+
+
+def one_of(section: Parameters, *keys: str) -> None:
+    """Refuse a section that does not give exactly one of the keys."""
+    given = [key for key in keys if getattr(section, key) is not None]
+    if len(given) != 1:
+        raise ValueError(f"{' and '.join(keys)}: give exactly one of them, not {len(given)}")
+
+
+def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
+    """Resolve a file that another file refers to; reject paths outside the folder of that file.
+
+    Parameters
+    ----------
+    what : str
+        Key of the file, for messages.
+    name : str
+        Relative path, with the separators of any system.
+    folder : Path
+        Folder of the referring file; symbolic links must not lead out of it. A file that is not
+        there is looked for among the shipped ones.
+    of : str
+        Name of the referring file, for messages.
+
+    Raises
+    ------
+    ValueError
+        If there is no regular file of this name, or the path leads outside the folder.
+    """
+    meant = PureWindowsPath(name)  # knows drives and both kinds of separator
+    if meant.anchor or ".." in meant.parts:
+        raise ValueError(f"{what} must lie beside {of} or below: no absolute path, no '..'")
+    for place in (folder, package_folder("models")):
+        if (place / name).is_file():  # not a device or a pipe
+            if not (place / name).resolve().is_relative_to(place.resolve()):
+                raise ValueError(f"{what} must lie beside {of} or below: a link leads elsewhere")
+            return place / name
+    raise ValueError(f"no such file, neither beside {of} nor among the shipped models")

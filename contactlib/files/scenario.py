@@ -1,0 +1,381 @@
+"""Scenario files: a vehicle (a model file with changes), its demand, track and controllers.
+
+The controllers are the sampled ones of `contactlib.traction`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any
+
+from contactlib.base.quantities import Parameters, Quantity
+from contactlib.base.text import known_names
+from contactlib.contact.table import CreepForceTable
+from contactlib.files.model import VEHICLE_SECTIONS, BuildCache, build_model
+from contactlib.files.reading import (
+    IS_SWEEP,
+    check_keys,
+    file_beside,
+    in_file,
+    model_path,
+    named,
+    parse,
+    read_given,
+    subsection,
+    text,
+)
+from contactlib.files.sections import (
+    LONGEST,
+    DemandSection,
+    HeldSpeedSection,
+    MotorSection,
+    RelaxationSection,
+    ScenarioRunSection,
+    TrackSection,
+)
+from contactlib.traction import CONTROLLERS, Sensors, TractionController
+from contactlib.vehicle.drivetrain import Axle, Drivetrain
+from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.wheelset import Wheelset
+
+RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
+NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
+OPTIONAL = (
+    "vehicle_changes",
+    "axle",
+    "motor",
+    "contact_relaxation",
+    "track",
+    "held_speed",
+    "sensors",
+)
+
+
+@dataclass(frozen=True)
+class ControllerDesign:
+    """A traction controller with some fields given; the others are designed for a drivetrain.
+
+    Attributes
+    ----------
+    kind : str
+        One of `contactlib.traction.CONTROLLERS`.
+    given : mapping
+        Fields that are not designed.
+    """
+
+    kind: str
+    given: Mapping[str, Any]
+
+    def build(self, drivetrain: Drivetrain, speed: float, sensors: Sensors) -> TractionController:
+        """Design the controller for a drivetrain, a speed [m/s] and sensors.
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range, or the design has no solution.
+        """
+        kind = CONTROLLERS[self.kind]
+        return kind.for_drivetrain(drivetrain, speed=speed, sensors=sensors, **self.given)
+
+
+def read_controllers(sections: object) -> dict[str, ControllerDesign]:
+    """Read the controllers by name; results are written to files of these names."""
+    named_sections = subsection("controllers", sections)
+    for name in named_sections:
+        if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", name) or name.lower() in RESERVED:
+            raise ValueError(
+                f"controllers.{name!r} is not a name for a controller: it must be of 1 to 64 ASCII "
+                f"letters, digits, _ and -, and none of: {', '.join(RESERVED)}"
+            )
+    if len({name.lower() for name in named_sections}) < len(named_sections):
+        raise ValueError("controllers: two names differ by capital letters only, as files must not")
+    return {
+        name: _read_design(f"controllers.{name}", section)
+        for name, section in named_sections.items()
+    }
+
+
+def _read_design(where: str, section: object) -> ControllerDesign:
+    table = subsection(where, section)
+    if "kind" not in table:
+        raise ValueError(f"{where}.kind is missing; it is one of: {', '.join(CONTROLLERS)}")
+    kind = text(f"{where}.kind", table["kind"])
+    if kind not in CONTROLLERS:
+        raise ValueError(f"{where}.kind = {kind!r} is not known; {known_names(kind, CONTROLLERS)}")
+    return ControllerDesign(kind, read_given(where, CONTROLLERS[kind], table, others=("kind",)))
+
+
+def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[str, Any], Path]:
+    """Read a scenario's vehicle: label for messages, file contents with the changes, and folder.
+
+    The folder is that of the file that names the law's data: the scenario's if a change does.
+    """
+    name = text("vehicle", data["vehicle"])
+    changes = subsection("vehicle_changes", data.get("vehicle_changes", {}))
+    check_keys("vehicle_changes.", changes, VEHICLE_SECTIONS, ())
+    given = {
+        section: read_given(f"vehicle_changes.{section}", VEHICLE_SECTIONS[section], keys)
+        for section, keys in changes.items()
+    }
+    label = f"vehicle {name} changed" if given else f"vehicle {name}"
+    with in_file(label):
+        file = file_beside("vehicle", name, folder, "the scenario")
+        vehicle = parse(file)
+        if "vehicle" not in vehicle:  # else `build_model` refuses it as a scenario
+            for section, keys in given.items():
+                vehicle[section] = {**subsection(section, vehicle.get(section, {})), **keys}
+    return label, vehicle, folder if "file" in given.get("law", {}) else file.parent
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario(Parameters):
+    """A drivetrain with its track, torque demand, sensors and traction controllers.
+
+    Attributes
+    ----------
+    name, source : str
+        Title, and the origin of the numbers.
+    drivetrain : Drivetrain
+        Vehicle, axle and motor.
+    track : Track
+        Friction over distance and time.
+    demand : Profile
+        The driver's torque demand over time [N.m].
+    held_speed : Profile or None
+        Speed over time that a roller rig holds [m/s]; None if, and only if, the wheelset is free.
+    initial_speed, design_speed : float
+        Speed at the start, and speed for which the controllers are designed [m/s].
+    duration : float
+        Duration of a run [s].
+    sensors : Sensors
+        Delay and noise of the speeds that the controllers see.
+    controllers : mapping
+        Traction controllers, or designs of them, by name in the order of the file.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, values contradict each other, or a controller cannot be
+        designed.
+
+    Notes
+    -----
+    ``dataclasses.replace`` makes a variant, for whose drivetrain, sensors and design speed every
+    `ControllerDesign` is designed again.
+    """
+
+    name: str
+    source: str
+    drivetrain: Drivetrain
+    track: Track = field(default_factory=Track)
+    demand: Profile
+    held_speed: Profile | None = None
+    initial_speed: Annotated[float, Quantity("m/s")]
+    design_speed: Annotated[float, Quantity("m/s", above=0.0)]
+    duration: Annotated[float, Quantity("s", above=0.0, at_most=LONGEST)]
+    sensors: Sensors
+    controllers: Mapping[str, TractionController | ControllerDesign]
+    _designed: Mapping[str, TractionController] = field(
+        init=False, repr=False, compare=False, default_factory=dict
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.held_speed is not None) != self.drivetrain.wheelset.speed_held:
+            state = "held" if self.drivetrain.wheelset.speed_held else "free"
+            raise ValueError(f"held_speed = {self.held_speed!r}: the wheelset's speed is {state}")
+        if self.held_speed is not None and self.initial_speed != float(self.held_speed(0.0)):
+            raise ValueError(
+                f"initial_speed = {self.initial_speed!r} is not that of held_speed, "
+                f"{float(self.held_speed(0.0))!r}"
+            )
+        if not self.controllers:
+            raise ValueError("controllers must name at least one controller")
+        designed: dict[str, TractionController] = {}
+        for name, found in self.controllers.items():
+            with named(f"controllers.{name}"):
+                if isinstance(found, ControllerDesign):
+                    found = found.build(self.drivetrain, self.design_speed, self.sensors)
+                self.sensors.samples_of_delay(found.sample_time)
+            designed[name] = found
+        object.__setattr__(self, "controllers", MappingProxyType(dict(self.controllers)))
+        object.__setattr__(self, "_designed", MappingProxyType(designed))
+
+    def controller(self, name: str) -> TractionController:
+        """Return the controller of this name, designed for this scenario.
+
+        Raises
+        ------
+        ValueError
+            If the name is unknown.
+        """
+        if name not in self.controllers:
+            known = ", ".join(self.controllers)
+            raise ValueError(f"controller = {name!r} must be one of the scenario's: {known}")
+        return self._designed[name]
+
+
+def load_scenario(
+    path: str | os.PathLike[str],
+    *,
+    table: CreepForceTable | None = None,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Scenario:
+    """Read a scenario file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one such as ``"dry_wet_dry.toml"``. A file that it
+        or its vehicle refers to lies in the folder of the referring file or below, or is a
+        shipped one.
+    table, progress : optional
+        As for `load_model`.
+
+    Raises
+    ------
+    ModelError
+        If the file or its vehicle is not valid; one line names file, key, value and limit.
+    OSError
+        If a file cannot be read.
+    """
+    with in_file(path):
+        found = read_contents(path)
+        return build_scenario(found.data, found.build_vehicle(table, progress))
+
+
+@dataclass(frozen=True)
+class ScenarioContents:
+    """Parsed contents of a scenario file and its vehicle file, sufficient to build the scenario.
+
+    Attributes
+    ----------
+    data : dict
+        Contents of the scenario file.
+    vehicle : dict
+        Contents of the vehicle file, with the scenario's changes.
+    label : str
+        Name of the vehicle in messages.
+    folder : str
+        Folder of the file that names the data file of the vehicle's law.
+    """
+
+    data: dict[str, Any]
+    vehicle: dict[str, Any]
+    label: str
+    folder: str  # not a Path, which cannot be sent to another operating system
+
+    def build_vehicle(
+        self, table: CreepForceTable | None, progress: Callable[[float], object]
+    ) -> Wheelset:
+        """Check the whole model file and build its wheelset."""
+        with in_file(self.label):
+            return build_model(self.vehicle, Path(self.folder), table, progress).wheelset
+
+
+def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
+    """Read the contents of a scenario file and of its vehicle.
+
+    Raises
+    ------
+    ValueError
+        If the file is not TOML or lacks a key that a scenario needs.
+    OSError
+        If a file cannot be read.
+    """
+    file = model_path(path)
+    data = parse(file)
+    if "axes" in data:
+        raise ValueError(IS_SWEEP)
+    if "vehicle" not in data and "contact" in data:
+        raise ValueError(
+            "is a model, not a scenario: contactlib.load_model reads it; a scenario names its "
+            "model file with the key 'vehicle'"
+        )
+    check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
+    label, vehicle, folder = vehicle_contents(data, file.parent)
+    return ScenarioContents(data, vehicle, label, str(folder))
+
+
+def build_scenario(
+    data: Mapping[str, Any],
+    wheelset: Wheelset,
+    controllers: Mapping[str, TractionController | ControllerDesign] | None = None,
+    cache: BuildCache | None = None,
+) -> Scenario:
+    """Build a scenario from a file's contents, with its own controllers or the given ones.
+
+    Raises
+    ------
+    ValueError
+        In one line, if a section or key is wrong.
+    """
+    cache = cache or BuildCache()
+    name, source = (text(key, data[key]) for key in ("name", "source"))
+    axle = cache.section("axle", Axle, data) if "axle" in data else None
+    motor = cache.section("motor", MotorSection, data)
+    relaxation = cache.section("contact_relaxation", RelaxationSection, data)
+    drivetrain = cache("drivetrain", _drivetrain, wheelset, axle, motor, relaxation)
+    run = cache.section("run", ScenarioRunSection, data)
+    demand = cache("demand", _demand, cache.section("demand", DemandSection, data))
+    track = cache("track", _track, cache.section("track", TrackSection, data))
+    held = cache.section("held_speed", HeldSpeedSection, data) if "held_speed" in data else None
+    initial_speed, held_speed = cache("speeds", _speeds, run, held, wheelset.speed_held)
+    design_speed = initial_speed if run.design_speed is None else run.design_speed
+    if design_speed < wheelset.element.minimum_speed:
+        given = "is missing, and the initial speed" if run.design_speed is None else "="
+        raise ValueError(
+            f"run.design_speed {given} {design_speed!r} is out of range: controllers are designed "
+            f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
+        )
+    return Scenario(
+        name=name,
+        source=source,
+        drivetrain=drivetrain,
+        track=track,
+        demand=demand,
+        held_speed=held_speed,
+        initial_speed=initial_speed,
+        design_speed=design_speed,
+        duration=run.duration,
+        sensors=cache.section("sensors", Sensors, data),
+        controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
+    )
+
+
+def _drivetrain(
+    wheelset: Wheelset, axle: Axle | None, motor: MotorSection, relaxation: RelaxationSection
+) -> Drivetrain:
+    return Drivetrain(wheelset, axle=axle, motor_lag=motor.lag, relaxation_length=relaxation.length)
+
+
+def _demand(section: DemandSection) -> Profile:
+    with named("demand"):
+        return section.build()
+
+
+def _track(section: TrackSection) -> Track:
+    with named("track"):
+        return section.build()
+
+
+def _speeds(
+    run: ScenarioRunSection, section: HeldSpeedSection | None, speed_held: bool
+) -> tuple[float, Profile | None]:
+    """Speed at the start, and the speed over time that a roller rig holds."""
+    if section is not None and not speed_held:
+        raise ValueError("held_speed needs a vehicle without wheelset.mass: a roller rig")
+    if (section is None) == (run.initial_speed is None):
+        both = "both are" if section is not None else "none is"
+        raise ValueError(f"run.initial_speed and held_speed: give one of them; {both} given")
+    if section is None:
+        initial = float(run.initial_speed or 0.0)
+        return initial, Profile.of(initial) if speed_held else None
+    with named("held_speed"):
+        held = section.build()
+    return float(held(0.0)), held

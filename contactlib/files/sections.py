@@ -1,0 +1,324 @@
+"""Sections of model files (contact, friction, law, wheelset and runs) and of scenario files.
+
+Each class declares the keys of a section with unit and limits; `build` makes the object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from contactlib.base.quantities import Parameters, Quantity
+from contactlib.contact.element import friction_with_k_hat, saturation_creepage
+from contactlib.contact.friction import Friction
+from contactlib.contact.hertz import Contact, EllipticContact, LineContact, Material
+from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive_table
+from contactlib.contact.laws.measured import MeasuredCurve
+from contactlib.contact.laws.polach import Polach
+from contactlib.contact.table import CreepForceTable
+from contactlib.files.reading import file_beside, in_file, one_of, profile
+from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
+from contactlib.vehicle.drivetrain import LARGEST_LAG
+from contactlib.vehicle.track import Profile, Track
+
+
+class LawKind(NamedTuple):
+    """Kind of law: its meaning, the keys that it needs, and the keys that change its table."""
+
+    meaning: str
+    keys: tuple[str, ...] = ()
+    table_keys: tuple[str, ...] = ()
+
+
+POLACH_KEYS = ("adhesion_reduction", "slip_reduction", "kalker_coefficient")
+LAWS = {
+    "carter_griffith": LawKind("Limit of a short weakening zone. Its table is shipped."),
+    "cohesive": LawKind(
+        "The law without that limit. Reading the file builds the table: 30 s for a line and a "
+        "minute for an ellipse, on two cores.",
+        table_keys=("friction.static", "friction.kinetic"),
+    ),
+    "polach": LawKind(
+        "Polach's law of 2005, in longitudinal creepage.",
+        keys=POLACH_KEYS,
+        table_keys=(*(f"law.{key}" for key in POLACH_KEYS), "contact.poisson_ratio"),
+    ),
+    "measured": LawKind(
+        "A curve through measured points. Its creepage is rescaled: set `saturation_creepage` in "
+        "`[wheelset]` to that of the curve.",
+        keys=("file",),
+        table_keys=("friction.kinetic",),
+    ),
+}
+LONGEST = 1e6  # duration of a run [s]
+SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0)
+Values = tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSection(Parameters):
+    """``[contact]``: contact of two bodies of one material under its nominal load.
+
+    A line contact takes `semi_width` and `radius`; an elliptic contact takes either the relative
+    radii or the semi-axes, in the rolling direction x and across it.
+    """
+
+    semi_width: Annotated[float | None, Quantity("m", above=0.0)] = None
+    radius: Annotated[float | None, Quantity("m", above=0.0)] = None
+    radius_x: Annotated[float | None, Quantity("m", above=0.0)] = None
+    radius_y: Annotated[float | None, Quantity("m", above=0.0)] = None
+    semi_axis_x: Annotated[float | None, Quantity("m", above=0.0)] = None
+    semi_axis_y: Annotated[float | None, Quantity("m", above=0.0)] = None
+    normal_load: Annotated[float, Quantity("N", above=0.0)]
+    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+
+    def build(self) -> Contact:
+        """Build the contact."""
+        makers: dict[tuple[str, ...], Callable[..., Contact]] = {
+            ("semi_width", "radius"): LineContact.from_semi_width,
+            ("radius_x", "radius_y"): EllipticContact,
+            ("semi_axis_x", "semi_axis_y"): EllipticContact.from_semi_axes,
+        }
+        keys = [key for pair in makers for key in pair]
+        given = tuple(key for key in keys if getattr(self, key) is not None)
+        if given not in makers:
+            pairs = ", or ".join(" and ".join(pair) for pair in makers)
+            raise ValueError(
+                f"{pairs}: give exactly one of these pairs, not {' and '.join(given) or 'nothing'}"
+            )
+        material = Material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
+        return makers[given](
+            normal_load=self.normal_load,
+            contact_modulus=material.contact_modulus_with(material),
+            **{key: getattr(self, key) for key in given},
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionSection(Parameters):
+    """``[friction]``: give one of `weakening_length` and `k_hat`."""
+
+    static: Annotated[float, Quantity("1", above=0.0)]
+    kinetic: Annotated[float, Quantity("1", above=0.0)]
+    weakening_length: Annotated[float | None, Quantity("m", at_least=0.0)] = None
+    k_hat: Annotated[float | None, Quantity("1", at_least=0.0, at_most=2.0)] = None
+    slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
+    slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0)] = 0.0
+
+    def build(self, contact: Contact) -> Friction:
+        """Build the friction, with the weakening length given or from `k_hat`."""
+        one_of(self, "weakening_length", "k_hat")
+        values = {
+            key: getattr(self, key)
+            for key in ("static", "kinetic", "slip_rate_residual", "slip_rate_decay")
+        }
+        if self.weakening_length is not None:
+            return Friction(weakening_length=self.weakening_length, **values)
+        return friction_with_k_hat(contact, k_hat=self.k_hat or 0.0, **values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawSection(Parameters):
+    """``[law]``: law of the creep force. Default: Carter and Griffith's.
+
+    `file` lies in the folder of the model or below, or is a shipped one.
+    """
+
+    kind: str = "carter_griffith"
+    adhesion_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
+    slip_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
+    kalker_coefficient: Annotated[float | None, Quantity("1", above=0.0)] = None
+    file: str | None = None
+
+    def check_keys(self) -> None:
+        """Refuse an unknown kind, and keys that the kind would ignore."""
+        if self.kind not in LAWS:
+            raise ValueError(f"kind = {self.kind!r} must be one of: {', '.join(LAWS)}")
+        wanted = LAWS[self.kind].keys
+        given = [f.name for f in fields(self)[1:] if getattr(self, f.name) is not None]
+        if given != list(wanted):
+            what = f"the keys {', '.join(wanted)}" if wanted else "no other key"
+            raise ValueError(f"kind = {self.kind!r} takes {what}, not {given}")
+
+    def build(
+        self,
+        contact: Contact,
+        friction: Friction,
+        poisson_ratio: float,
+        folder: Path,
+        progress: Callable[[float], object],
+    ) -> CreepForceTable:
+        """Build the law's table; `folder` is the folder of the model file."""
+        shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
+        if self.kind == "cohesive":
+            return cohesive_table(shape, friction.ratio, friction.weakening, progress)
+        if self.kind == "polach":
+            values = {name: getattr(self, name) for name in LAWS[self.kind].keys}
+            return CreepForceTable.from_law(Polach(**values, poisson_ratio=poisson_ratio))
+        if self.file is not None:
+            with in_file(f"file {self.file}"):
+                path = file_beside("file", self.file, folder, "the model")
+            curve = MeasuredCurve.from_csv(path, kinetic=friction.kinetic)
+            return CreepForceTable.from_law(curve)
+        return carter_griffith_table(shape)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelsetSection(Parameters):
+    """``[wheelset]``: give at most one of `saturation_creepage` and `slope_reduction`."""
+
+    radius: Annotated[float, Quantity("m", above=0.0)]
+    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
+    mass: Annotated[float | None, Quantity("kg", above=0.0)] = None
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
+    saturation_creepage: Annotated[float | None, Quantity("1", above=0.0, percent=True)] = None
+    slope_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
+    minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
+
+    def reduction(self, contact: Contact, friction: Friction) -> float:
+        """Slope reduction as given, or from the saturation creepage."""
+        if self.saturation_creepage is None:
+            return 1.0 if self.slope_reduction is None else self.slope_reduction
+        one_of(self, "saturation_creepage", "slope_reduction")
+        clean = saturation_creepage(contact, friction)
+        if self.saturation_creepage < clean * (1.0 - 1e-12):
+            raise ValueError(
+                f"saturation_creepage = {self.saturation_creepage!r} is out of range: must be >= "
+                f"{clean:.6g}, that of clean surfaces"
+            )
+        return min(1.0, clean / self.saturation_creepage)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorqueSection(Parameters):
+    """``[torque_control]``: breakpoints of the drive torque."""
+
+    time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
+    torque: Annotated[tuple[float, ...], Quantity("N.m")]
+
+    def build(self) -> TorqueControl:
+        """Build the controller."""
+        return TorqueControl(profile(self, "time", "torque"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CreepSection(Parameters):
+    """``[creep_control]``: breakpoints of the creepage, gains and torque limits."""
+
+    time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
+    creepage: Annotated[tuple[float, ...], Quantity("1", above=-1.0, percent=True)]
+    proportional_gain: Annotated[float, Quantity("N.m", above=0.0)]
+    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0)]
+    torque_min: Annotated[float, Quantity("N.m")]
+    torque_max: Annotated[float, Quantity("N.m")]
+
+    def build(self) -> CreepControl:
+        """Build the controller."""
+        return CreepControl(
+            reference=profile(self, "time", "creepage"),
+            proportional_gain=self.proportional_gain,
+            integral_gain=self.integral_gain,
+            torque_min=self.torque_min,
+            torque_max=self.torque_max,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSection(Parameters):
+    """``[run]``: initial state of both runs of a model."""
+
+    initial_speed: Annotated[float, Quantity("m/s", above=0.0)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotorSection(Parameters):
+    """``[motor]``: time constant with which the drive torque follows its command."""
+
+    lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG)] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxationSection(Parameters):
+    """``[contact_relaxation]``: distance over which the creep force follows the creepage."""
+
+    length: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScenarioRunSection(Parameters):
+    """``[run]``: speeds and duration of a scenario.
+
+    `initial_speed` is omitted if the speed is held. Controllers are designed at `design_speed`;
+    default: the initial speed.
+    """
+
+    duration: Annotated[float, Quantity("s", above=0.0, at_most=LONGEST)]
+    initial_speed: Annotated[float | None, SPEED] = None
+    design_speed: Annotated[float | None, SPEED] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemandSection(Parameters):
+    """``[demand]``: breakpoints of the driver's torque demand."""
+
+    time: Annotated[Values, Quantity("s", at_least=0.0)]
+    torque: Annotated[Values, Quantity("N.m")]
+
+    def build(self) -> Profile:
+        """Build the demand over time."""
+        return profile(self, "time", "torque")
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldSpeedSection(Parameters):
+    """``[held_speed]``: breakpoints of the speed that a roller rig holds."""
+
+    time: Annotated[Values, Quantity("s", at_least=0.0)]
+    speed: Annotated[Values, SPEED]
+
+    def build(self) -> Profile:
+        """Build the speed over time."""
+        return profile(self, "time", "speed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackSection(Parameters):
+    """``[track]``: factors on friction over distance, common or per side, and over time."""
+
+    distance: Annotated[Values, Quantity("m")] = ()
+    friction: Annotated[Values, Quantity("1", above=0.0)] = ()
+    friction_left: Annotated[Values, Quantity("1", above=0.0)] = ()
+    friction_right: Annotated[Values, Quantity("1", above=0.0)] = ()
+    time: Annotated[Values, Quantity("s", at_least=0.0)] = ()
+    friction_over_time: Annotated[Values, Quantity("1", above=0.0)] = ()
+
+    def build(self) -> Track:
+        """Build the track."""
+        allowed: dict[tuple[str, ...], dict[str, str]] = {
+            (): {},
+            ("distance", "friction"): {"friction_left": "friction"},
+            ("distance", "friction_left", "friction_right"): {
+                "friction_left": "friction_left",
+                "friction_right": "friction_right",
+            },
+        }
+        over_distance = self._given("distance", "friction", "friction_left", "friction_right")
+        if over_distance not in allowed:
+            raise ValueError(
+                "distance goes with friction, or with friction_left and friction_right; "
+                f"given are {' and '.join(over_distance)}"
+            )
+        over_time = self._given("time", "friction_over_time")
+        if len(over_time) == 1:
+            raise ValueError(f"time and friction_over_time go together; given is {over_time[0]}")
+        sides = allowed[over_distance].items()
+        factors = {side: profile(self, "distance", key) for side, key in sides}
+        if over_time:
+            factors["friction_over_time"] = profile(self, *over_time)
+        return Track(**factors)
+
+    def _given(self, *keys: str) -> tuple[str, ...]:
+        return tuple(key for key in keys if getattr(self, key))

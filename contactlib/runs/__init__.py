@@ -1,0 +1,1 @@
+"""Runs in time: one wheelset, one scenario, many at once, co-simulation, and their outcomes."""

@@ -1,0 +1,215 @@
+"""Outcomes of a sweep: those of runs, and those of the stability analysis of each wheelset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property, partial
+from types import MappingProxyType
+
+from contactlib.files.scenario import Scenario
+from contactlib.runs.outcomes import OUTCOMES, Outcome
+from contactlib.stability import (
+    Fold,
+    WorstPole,
+    clearing,
+    creep_control_gain,
+    delay_limit,
+    find_fold,
+    steady_states,
+    worst_pole,
+)
+from contactlib.stability.quasi_steady import creepage_grid
+from contactlib.vehicle.available_force import available_force
+
+DRIVING = "in driving; nan where the demand brakes"
+LOWEST = "the track's lowest factor on friction, of any wheel and time"
+
+
+class Analysis:
+    """A scenario's wheelset at its design speed, on the friction of the vehicle's file (factor 1).
+
+    The torque is the demand of the largest size; the patch has the smallest friction factor that
+    the track has under any wheel at any time. Results that several outcomes use are computed once.
+    Critical torques are those of driving: damping increases them, and decreases those of braking.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.wheelset, self.speed = scenario.drivetrain.wheelset, scenario.design_speed
+        self.torque = max(scenario.demand.value, key=abs)
+        track = scenario.track
+        sides = (track.friction_left, track.friction_right or track.friction_left)
+        self.patch = min(min(s.value) for s in sides) * min(track.friction_over_time.value)
+
+    @cached_property
+    def fold(self) -> Fold | None:
+        """Fold of the torque; None if it has no maximum, or the demand brakes."""
+        return self._driving_fold if self.torque >= 0.0 else None
+
+    @cached_property
+    def patch_fold(self) -> Fold | None:
+        """Fold of the torque on the patch."""
+        return self._fold(self.patch) if self.torque >= 0.0 else None
+
+    @cached_property
+    def _driving_fold(self) -> Fold | None:
+        return self._fold(1.0)
+
+    def _fold(self, friction_scale: float) -> Fold | None:
+        try:
+            return find_fold(self.wheelset, speed=self.speed, friction_scale=friction_scale)
+        except (
+            ValueError
+        ):  # it rises forever: the arguments are valid, as they come from a scenario
+            return None
+
+    @cached_property
+    def worst(self) -> WorstPole:
+        """Steepest point of the falling branch."""
+        return worst_pole(self.wheelset, speed=self.speed)
+
+    @cached_property
+    def grip(self) -> bool:
+        """Whether the torque, of either sign, has a stable steady state below the peak.
+
+        The torque's slope is almost even in creepage, so its peaks in driving and braking are at
+        the same size of creepage. Where damping makes the torque rise forever, the peak of the
+        force counts: beyond it the wheels spin, held by damping alone.
+        """
+        found = steady_states(self.wheelset, drive_torque=self.torque, speed=self.speed)
+        fold = self._driving_fold
+        last = self._largest_force_creepage() if fold is None else fold.creepage
+        return bool((found.stable & (abs(found.creepage) < last)).any())
+
+    def _largest_force_creepage(self) -> float:
+        """Smallest creepage with the largest creep force, to the spacing of the grid."""
+        creepage = creepage_grid(self.wheelset, speed=self.speed)
+        force = self.wheelset.element.at_creepage(creepage, speed=self.speed)["creep_force"]
+        return float(creepage[int((force >= (1.0 - 1e-9) * force.max()).argmax())])
+
+    @cached_property
+    def clearing(self) -> tuple[float, float]:
+        """Time and length of the longest patch that the torque survives.
+
+        Zero if the torque is too large for good friction. Nan if there is no border to follow, or
+        if the torque brakes: the wheelset may slow down so much that the border is lost.
+        """
+        if self.torque < 0.0:
+            return math.nan, math.nan
+        if not self.grip:
+            return 0.0, 0.0
+        try:
+            found = clearing(
+                self.wheelset, drive_torque=self.torque, speed=self.speed, friction_scale=self.patch
+            )
+        except ValueError:  # the arguments are valid, as they come from a scenario
+            return math.nan, math.nan
+        return found.time, found.distance
+
+    @property
+    def margin(self) -> float:
+        """Critical torque / largest demand - 1; infinite without a demand."""
+        if self.fold is None:
+            return math.nan
+        return self.fold.drive_torque / self.torque - 1.0 if self.torque != 0.0 else math.inf
+
+    @property
+    def gain(self) -> float:
+        """Smallest gain of creep control that holds the steepest point."""
+        point = self.wheelset.balanced(creepage=self.worst.creepage, speed=self.speed)
+        return max(0.0, creep_control_gain(self.wheelset, point))
+
+
+NO_FOLD = "no maximum, or braking"
+_clearing = partial(Outcome, infinite="survives any length", zero="not held even before the patch")
+
+ANALYSES = {
+    "critical_torque": Outcome(
+        "N.m",
+        f"torque at which a slow ramp runs away {DRIVING}",
+        analyse=lambda a: math.nan if a.fold is None else a.fold.drive_torque,
+        missing=NO_FOLD,
+    ),
+    "patch_critical_torque": Outcome(
+        "N.m",
+        f"torque at which a slow ramp runs away on {LOWEST}, {DRIVING}",
+        analyse=lambda a: math.nan if a.patch_fold is None else a.patch_fold.drive_torque,
+        missing=NO_FOLD,
+    ),
+    "critical_creepage": Outcome(
+        "1",
+        f"creepage at which a slow ramp runs away {DRIVING}",
+        analyse=lambda a: math.nan if a.fold is None else a.fold.creepage,
+        percent=True,
+        missing=NO_FOLD,
+    ),
+    "available_force": Outcome(
+        "N",
+        "largest creep force",
+        analyse=lambda a: float(available_force(a.wheelset.element, speed=a.speed)),
+    ),
+    "hysteresis": Outcome(
+        "1",
+        f"torque drop that ends a run-away / critical torque {DRIVING}",
+        analyse=lambda a: math.nan if a.fold is None else a.fold.hysteresis,
+        percent=True,
+        missing=NO_FOLD,
+    ),
+    "torque_margin": Outcome(
+        "1",
+        f"critical torque / largest demand - 1, {DRIVING}",
+        analyse=lambda a: a.margin,
+        percent=True,
+        infinite="no demand",
+        border="demand = critical torque",
+        missing=NO_FOLD,
+    ),
+    "stable": Outcome(
+        "1",
+        "whether the largest demand, of either sign, is held at constant torque short of the peak",
+        analyse=lambda a: float(a.grip),
+        yes_or_no=("held", "not held"),
+    ),
+    "worst_pole": Outcome(
+        "1/s",
+        "largest pole of the falling branch at constant torque",
+        analyse=lambda a: a.worst.pole,
+        border="zero: below it nothing runs away",
+    ),
+    "delay_limit": Outcome(
+        "s",
+        "delay beyond which no gain holds the falling branch's steepest point",
+        analyse=lambda a: delay_limit(a.worst.pole),
+        infinite="any delay",
+    ),
+    "required_gain": Outcome(
+        "N.m",
+        "smallest gain of creep control that holds the steepest point",
+        analyse=lambda a: a.gain,
+        zero="needs none",
+    ),
+    "clearing_time": _clearing(
+        "s",
+        f"longest time on {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
+        analyse=lambda a: a.clearing[0],
+    ),
+    "clearing_distance": _clearing(
+        "m",
+        f"longest stretch of {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
+        analyse=lambda a: a.clearing[1],
+    ),
+}
+MARGIN = "torque_margin"  # zero where the largest demand is the critical torque
+SWEEP_OUTCOMES: Mapping[str, Outcome] = MappingProxyType({**OUTCOMES, **ANALYSES})
+
+
+def of_runs(names: Sequence[str]) -> list[str]:
+    """Select the outcomes for which controllers have to run."""
+    return [name for name in names if SWEEP_OUTCOMES[name].analyse is None]
+
+
+def analyse(scenario: Scenario, names: Sequence[str]) -> dict[str, float]:
+    """Compute outcomes of the analysis of one scenario; nan where one does not apply."""
+    analysis = Analysis(scenario)
+    functions = {name: SWEEP_OUTCOMES[name].analyse for name in names}
+    return {name: float(f(analysis)) for name, f in functions.items() if f is not None}

@@ -1,0 +1,257 @@
+"""Runs of many wheelsets side by side under one sampled controller, row by row.
+
+At every sample the controller reads the sensors; its torque is held until the next. The kernel
+steps every wheelset from row to row, with the friction of its track.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contactlib.base.quantities import MOST_ROWS, POSITIVE, FloatArray, checked_number
+from contactlib.contact import kernel
+from contactlib.files.scenario import Scenario
+from contactlib.runs.signals import Block
+from contactlib.runs.start import start
+from contactlib.traction import Measurement, SensorReader, TractionController
+from contactlib.vehicle.available_force import AvailableForce
+from contactlib.vehicle.track import Profile
+
+LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
+BLOCK = 16_384  # rows times runs in a block
+AHEAD = 256  # rows whose profiles are evaluated at once
+FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
+
+
+class ManyProfiles:
+    """A profile over time for each wheelset; equal profiles are evaluated once.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile
+        One for each wheelset.
+    """
+
+    def __init__(self, profiles: Sequence[Profile]) -> None:
+        distinct: dict[Profile, list[int]] = {}
+        for i, profile in enumerate(profiles):
+            distinct.setdefault(profile, []).append(i)
+        self._steady = np.array([profile.value[0] for profile in profiles], dtype=np.float64)
+        self._moving = [
+            (profile, places) for profile, places in distinct.items() if len(set(profile.value)) > 1
+        ]
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        """Values at times [s], shape (times, n)."""
+        found = np.empty((times.size, self._steady.size))
+        found[:] = self._steady
+        for profile, places in self._moving:
+            found[:, places] = profile(times)[:, np.newaxis]
+        return found
+
+
+class Timing(NamedTuple):
+    """Rows and samples of a run.
+
+    Attributes
+    ----------
+    step : float
+        Time between rows [s].
+    per_sample : int
+        Rows from one sample of the controller to the next.
+    rows : int
+        Number of rows, to the last whole step of the duration.
+    """
+
+    step: float
+    per_sample: int
+    rows: int
+
+    def times(self, first: int, count: int) -> FloatArray:
+        """Times of rows [s]."""
+        return self.step * np.arange(first, first + count, dtype=np.float64)
+
+
+def timing(
+    scenario: Scenario,
+    control: TractionController,
+    step: float | None = None,
+    *,
+    longest: float = LONGEST_STEP,
+) -> Timing:
+    """Timing of a scenario under a controller.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its duration and axle matter.
+    control : TractionController
+        Its sample time matters.
+    step : float, optional
+        Longest time between rows [s]. Default: the sample time, but at most `longest` and a
+        twentieth of the axle's vibration period.
+    longest : float, optional
+        Limit of the default step [s].
+
+    Raises
+    ------
+    ValueError
+        If the step is out of range, or there would be too many rows.
+    """
+    longest = min(control.sample_time, longest) if step is None else step
+    if step is None and scenario.drivetrain.axle is not None:
+        longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
+    longest = checked_number("step", longest, POSITIVE)
+    if control.sample_time / longest > MOST_ROWS:
+        raise ValueError(
+            f"step = {longest!r} is out of range: must be >= {control.sample_time / MOST_ROWS:.6g},"
+            f" as the sample time is {control.sample_time!r}"
+        )
+    per_sample = max(1, math.ceil(control.sample_time / longest * (1.0 - 1e-9)))
+    length = control.sample_time / per_sample
+    rows = max(2, math.floor(scenario.duration / length * (1.0 + 1e-9)) + 1)
+    if rows > MOST_ROWS:
+        raise ValueError(
+            f"duration = {scenario.duration!r} has {rows} steps of {length:.6g} s: "
+            f"at most {MOST_ROWS}, so the step must be longer"
+        )
+    return Timing(length, per_sample, rows)
+
+
+class Runs:
+    """Runs of n scenarios, row by row.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        Their sensors have the same delay, and their frictions all fall with slip speed or none
+        does.
+    control : TractionController
+        Controller of all runs, with parameters stacked.
+    timing : Timing
+        Common rows and samples.
+    index : sequence of int
+        Index of each run, from which its noise is drawn.
+    tolerance : float
+        Relative error of each of the integrator's substeps [1].
+    creepage : float, optional
+        Creepage at the start [1]. Default: steady under the first demand.
+
+    Attributes
+    ----------
+    trains : list of Drivetrain
+        Drivetrain of each run.
+    fleet : NativeFleet
+        The drivetrains in the kernel.
+    radius : ndarray
+        Rolling radii [m].
+    failed : ndarray of bool
+        Runs that could not start, whose integrator gave up, or whose numbers overflowed; their
+        states are frozen.
+    refused : dict
+        Errors of the runs that could not start, by position.
+    """
+
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        control: TractionController,
+        timing: Timing,
+        *,
+        index: Sequence[int],
+        tolerance: float,
+        creepage: float | None = None,
+    ) -> None:
+        self._control, self._timing, self._tolerance = control, timing, tolerance
+        trains, tracks = [one.drivetrain for one in scenarios], [one.track for one in scenarios]
+        bodies, n = [train.wheelset for train in trains], len(scenarios)
+        members = [t.member(track.native) for t, track in zip(trains, tracks, strict=True)]
+        self.fleet = kernel.NativeFleet(members)
+        self.trains, self._tracks = trains, tracks
+        self.radius = np.array([body.radius for body in bodies])
+        self._demands = ManyProfiles([one.demand for one in scenarios])
+        self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
+        sensors = [one.sensors for one in scenarios]
+        self._reader = SensorReader(sensors, control.sample_time, index)
+        self._memory: Any = None
+        self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
+
+        self._inputs = np.zeros((max(1, BLOCK // n), n), kernel.drivetrain_dtype("input"))
+        load = [0.5 * body.element.contact.normal_load for body in bodies]
+        self._inputs["load_left"] = self._inputs["load_right"] = load
+        inputs, (demand, acceleration) = self._inputs[0], self._ahead(0, 1)
+        inputs["acceleration"] = acceleration[0]
+        self._states = np.zeros(n, kernel.drivetrain_dtype("state"))
+        self._advance(inputs, 0, 0.0)  # sets the friction at the start
+        begin = start(scenarios, self.fleet, inputs, demand[0], creepage)
+        self._states, self._torque, self.refused = begin
+        self.failed[list(self.refused)] = True
+
+    @cached_property
+    def available(self) -> AvailableForce:
+        """Largest creep forces that friction allows."""
+        return AvailableForce(self.trains, self._tracks)
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield all rows in blocks, each of which is valid until the next."""
+        inputs, rows = self._inputs, self._timing.rows
+        states = np.empty(inputs.shape, self._states.dtype)
+        # Views as plain numbers, as numpy copies records field by field.
+        kept, now = (each.view(np.float64) for each in (states, self._states))
+        stored: list[FloatArray] = []
+        for first in range(0, rows, AHEAD):
+            demands, accelerations = self._ahead(first, min(AHEAD, rows - first))
+            for done in range(0, len(demands), len(inputs)):
+                demand = demands[done : done + len(inputs)]
+                count = len(demand)
+                inputs["acceleration"][:count] = accelerations[done : done + count]
+                for i in range(count):
+                    kept[i] = now
+                    self._row(first + done + i, demand[i], inputs[i])
+                self.failed |= ~np.isfinite(now.reshape(self.failed.size, -1)).all(axis=1)
+                yield Block(
+                    self._timing.times(first + done, count),
+                    demand,
+                    inputs[:count],
+                    states[:count],
+                    self,
+                    stored,
+                )
+
+    def _row(self, row: int, demand: FloatArray, inputs: Any) -> None:
+        """Call the controller if a sample is due, and step to the next row."""
+        if row % self._timing.per_sample == 0:
+            states = self._states
+            rim = 0.5 * self.radius * (states["omega_left"] + states["omega_right"])
+            measured = Measurement(demand, *self._reader.read(rim, states["speed"]))
+            if row == 0:
+                self._memory = self._control.start(measured, self._torque)
+            self._torque, self._memory = self._control.sample(measured, self._memory)
+        inputs["commanded_torque"] = self._torque
+        self._advance(inputs, row, self._timing.step if row < self._timing.rows - 1 else 0.0)
+
+    def _advance(self, inputs: Any, row: int, step: float) -> None:
+        self.fleet.advance(
+            inputs,
+            self._states,
+            self._timing.step * row,
+            step,
+            self._tolerance,
+            self._substeps,
+            self.failed,
+        )
+
+    def _ahead(self, first: int, count: int) -> tuple[FloatArray, FloatArray]:
+        """Demand [N.m] at the sample of each row, and acceleration of held speeds [m/s2]."""
+        rows = np.arange(first, first + count + 1, dtype=np.float64)
+        sampled = rows[:-1] - rows[:-1] % self._timing.per_sample
+        speeds = self._speeds(self._timing.step * rows)
+        return (
+            self._demands(self._timing.step * sampled),
+            np.diff(speeds, axis=0) / self._timing.step,
+        )

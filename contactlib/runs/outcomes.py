@@ -1,0 +1,388 @@
+"""Outcomes of a run: unit, meaning and observer of each; and metrics of runs side by side."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+from contactlib.base.text import fixed_width
+from contactlib.base.writing import write_whole
+from contactlib.runs.observers import (
+    Ends,
+    Extremes,
+    HeldIntegral,
+    Integral,
+    Jerk,
+    Observer,
+    Recovery,
+    Seen,
+    Together,
+    Vehicles,
+)
+from contactlib.runs.result import WORKS, Result
+from contactlib.vehicle.drivetrain import Drivetrain
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Declaration of one number of a run or of an analysis, for reports and figures.
+
+    Attributes
+    ----------
+    unit, description : str
+        SI unit, and one line of description.
+    observe : callable or None
+        Makes the observer that reduces the rows of a run; None for an outcome of the analysis.
+    analyse : callable or None
+        Computes the number from a `contactlib.runs.analysis.Analysis`; None if controllers have
+        to run for it.
+    percent : bool
+        Whether values are shown in per cent.
+    wanted : int
+        1 if a large value is better, -1 if a small one is, 0 if it depends: in traction a longer
+        distance is better, in braking a shorter one.
+    infinite, missing : str
+        Meaning of an infinite and of a missing value.
+    zero : str
+        Meaning of zero, where zero differs in kind from a small value; else empty.
+    border : str
+        Meaning of the border at which the sign changes.
+    yes_or_no : tuple of str
+        Meaning of 1 and 0, if these are the only values.
+    """
+
+    unit: str
+    description: str
+    observe: Callable[[Vehicles], Observer] | None = None
+    analyse: Callable[[Any], float] | None = None
+    percent: bool = False
+    wanted: int = 0
+    infinite: str = "infinite"
+    missing: str = "no value"
+    zero: str = ""
+    border: str = "zero"
+    yes_or_no: tuple[str, str] | None = None
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of the outcome's variable in a dataset."""
+        shown = {"display_units": "%"} if self.percent else {}
+        return {"units": self.unit, "long_name": self.description, **shown}
+
+
+def observers(names: Sequence[str], vehicles: Vehicles) -> dict[str, Observer]:
+    """Observers of outcomes of runs, by name.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+    """
+    found = {}
+    for name in names:
+        row = OUTCOMES.get(name)
+        if row is None or row.observe is None:
+            raise ValueError(f"outcome = {name!r} must be one of: {', '.join(OUTCOMES)}")
+        found[name] = row.observe(vehicles)
+    return found
+
+
+def _signal(name: str) -> Callable[[Seen], FloatArray]:
+    return lambda rows: rows[name]
+
+
+def _larger(left: str, right: str) -> Callable[[Seen], FloatArray]:
+    return lambda rows: np.maximum(np.abs(rows[left]), np.abs(rows[right]))
+
+
+def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
+    """Part / whole, nan where the whole is zero."""
+    nothing = np.full(whole.shape, np.nan)
+    return np.asarray(np.divide(part, whole, out=nothing, where=whole > 0.0))
+
+
+def _utilisation(vehicles: Vehicles) -> Observer:
+    return Together(
+        lambda used, possible: _share(used.value(), possible.value()),
+        Integral(lambda rows: np.minimum(*rows.transmittable), demanded=True),
+        Integral(lambda rows: rows.transmittable[1], demanded=True),
+    )
+
+
+def _largest_slip_speed(vehicles: Vehicles) -> Observer:
+    def slip(rows: Seen) -> FloatArray:
+        left, right = (
+            np.abs(vehicles.radius * rows[f"omega_{side}"] - rows["speed"])
+            for side in ("left", "right")
+        )
+        return np.maximum(left, right)
+
+    return Extremes(slip)
+
+
+def _slip_share(vehicles: Vehicles) -> Observer:
+    return Together(
+        lambda work, rail: _share(work.change(), rail.value()),
+        Ends(_signal("creep_work")),
+        Integral(lambda rows: np.abs(rows["creep_force"] * rows["speed"])),
+    )
+
+
+def _torsional_peak(vehicles: Vehicles) -> Observer:
+    return Together(
+        lambda largest: np.where(vehicles.rigid, np.nan, largest.value()),
+        Extremes(lambda rows: np.abs(rows["axle_torque"])),
+    )
+
+
+def _energy_defect(vehicles: Vehicles) -> Observer:
+    def share(defect: Extremes, *energies: Extremes) -> FloatArray:
+        largest = np.max([energy.range() for energy in energies], axis=0)
+        return np.nan_to_num(_share(defect.value(), largest))
+
+    energies = (Extremes(_signal(name)) for name in (*WORKS, "stored_energy"))
+    return Together(share, Extremes(lambda rows: np.abs(rows["energy_defect"])), *energies)
+
+
+def _change(name: str) -> Callable[[Vehicles], Observer]:
+    return lambda vehicles: Together(lambda ends: ends.change(), Ends(_signal(name)))
+
+
+def _mean(summed: type[Integral | HeldIntegral], name: str) -> Callable[[Vehicles], Observer]:
+    return lambda vehicles: Together(
+        lambda integral, time: integral.value() / time.change(),
+        summed(_signal(name)),
+        Ends(lambda rows: rows.time[:, np.newaxis]),
+    )
+
+
+OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
+    {
+        "adhesion_utilisation": Outcome(
+            "1",
+            "force used / force that could be transmitted, while there is a demand",
+            _utilisation,
+            percent=True,
+            wanted=1,
+        ),
+        "largest_creepage": Outcome(
+            "1",
+            "largest size of a wheel's creepage",
+            lambda vehicles: Extremes(_larger("creepage_left", "creepage_right")),
+            percent=True,
+            wanted=-1,
+        ),
+        "largest_slip_speed": Outcome(
+            "m/s", "largest size of a wheel's slip speed", _largest_slip_speed, wanted=-1
+        ),
+        "recovery_time": Outcome(
+            "s",
+            "longest time until the force is back after a change",
+            Recovery,
+            wanted=-1,
+            infinite="does not recover",
+            missing="nothing to recover from",
+        ),
+        "slip_work": Outcome(
+            "J", "work that friction turns into heat", _change("creep_work"), wanted=-1
+        ),
+        "slip_share": Outcome(
+            "1", "slip work / work at the rail", _slip_share, percent=True, wanted=-1
+        ),
+        "jerk": Outcome("m/s3", "largest change of the vehicle's acceleration", Jerk, wanted=-1),
+        "torsional_peak": Outcome(
+            "N.m",
+            "largest size of the axle's torque",
+            _torsional_peak,
+            wanted=-1,
+            missing="rigid axle",
+        ),
+        "distance": Outcome("m", "distance travelled", _change("distance")),
+        "energy_defect": Outcome("1", "largest error of the energy balance", _energy_defect),
+        "final_speed": Outcome(
+            "m/s", "vehicle speed at the end", lambda vehicles: Ends(_signal("speed"))
+        ),
+        "mean_creep_force": Outcome(
+            "N", "creep force of both wheels, mean over time", _mean(Integral, "creep_force")
+        ),
+        "falling_share": Outcome(
+            "1",
+            "share of the time with a wheel on the falling branch",
+            _mean(HeldIntegral, "falling_branch"),
+            percent=True,
+        ),
+        "drive_work": Outcome("J", "work of the drive", _change("drive_work")),
+    }
+)
+
+
+class Metrics(NamedTuple):
+    """Numbers of one run, in the units of `UNITS`; nan where one does not apply.
+
+    s Q is the creep force in the demand's direction, Q_t the force that could be transmitted: the
+    smaller of the available force and the force that the demand asks for.
+
+    Attributes
+    ----------
+    adhesion_utilisation : float
+        int min(s Q, Q_t) dt / int Q_t dt over the time in which the demand is not zero [1]. Force
+        beyond Q_t, from a wheel that spins down, does not compensate for force that was lost.
+    largest_creepage : float
+        Largest |zeta| of a wheel [1].
+    largest_slip_speed : float
+        Largest |r omega - V| of a wheel [m/s].
+    recovery_time : float
+        Longest recovery of the run [s]. It begins when, after a change of friction or demand, s Q
+        falls short of Q_t by more than a tenth of Q_t and a hundredth of the grip f_d P, and ends
+        when the force is back for at least a second. A change is the start of a ramp, or a jump of
+        a friction factor by more than 0.05 or of the demand by more than a twentieth of the
+        grip's torque. A recovery not finished at the next change goes on. Infinite if the run ends
+        before; nan if nothing changes.
+    slip_work : float
+        int Q (r omega - V) dt, the heat from friction [J].
+    slip_share : float
+        Slip work / int |Q V| dt, the work exchanged with the vehicle; nan if that is zero [1].
+    jerk : float
+        Largest |V(t) - 2 V(t + W) + V(t + 2 W)|/W**2: change of the acceleration from one window
+        W of 0.1 s to the next [m/s3]; nan if the speed is held.
+    torsional_peak : float
+        Largest |axle torque| [N.m]; nan if the axle is rigid.
+    distance : float
+        Distance travelled, negative backward [m].
+    energy_defect : float
+        Largest error of the energy balance / largest of all works and changes of the stored
+        energy [1].
+    """
+
+    adhesion_utilisation: float
+    largest_creepage: float
+    largest_slip_speed: float
+    recovery_time: float
+    slip_work: float
+    slip_share: float
+    jerk: float
+    torsional_peak: float
+    distance: float
+    energy_defect: float
+
+
+UNITS = {name: OUTCOMES[name].unit for name in Metrics._fields}
+
+
+class _OneRun:
+    """Presents a result as the rows of one run."""
+
+    def __init__(self, result: Result) -> None:
+        self._result = result
+
+    @property
+    def time(self) -> FloatArray:
+        return self._result.time
+
+    def __getitem__(self, name: str) -> FloatArray:
+        return self._result[name][:, np.newaxis]
+
+
+def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
+    """Metrics of a run of a scenario.
+
+    Parameters
+    ----------
+    result : Result
+        Result with the signals of a scenario run.
+    drivetrain : Drivetrain
+        The scenario's drivetrain.
+    """
+    vehicles = Vehicles.of([drivetrain])
+    rows, found = Seen(_OneRun(result), vehicles), observers(Metrics._fields, vehicles)
+    for observer in found.values():
+        observer.see(rows)
+    return Metrics(**{name: float(observer.value()[0]) for name, observer in found.items()})
+
+
+def transmittable_force(result: Result, drivetrain: Drivetrain) -> tuple[FloatArray, FloatArray]:
+    """Creep force in the demand's direction s Q and transmittable force Q_t of a run [N]."""
+    force, wanted = Seen(_OneRun(result), Vehicles.of([drivetrain])).transmittable
+    return force[:, 0], wanted[:, 0]
+
+
+def comparison_table(metrics: Mapping[str, Metrics]) -> str:
+    """Format metrics as text: a line for each metric, a column for each run.
+
+    Examples
+    --------
+    >>> run = Metrics(0.93, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
+    >>> print(comparison_table({"pi": run, "open_loop": run._replace(recovery_time=float("inf"))}))
+    metric                unit     pi  open_loop
+    adhesion utilisation  1      0.93       0.93
+    largest creepage      1      0.02       0.02
+    largest slip speed    m/s     0.2        0.2
+    recovery time         s       0.1      never
+    slip work             J     30000      30000
+    slip share            1     0.013      0.013
+    jerk                  m/s3    1.5        1.5
+    torsional peak        N.m       -          -
+    distance              m       120        120
+    energy defect         1     1e-09      1e-09
+    """
+    rows = [["metric", "unit", *metrics]]
+    for name, unit in UNITS.items():
+        values = [_shown(getattr(run, name)) for run in metrics.values()]
+        rows.append([name.replace("_", " "), unit, *values])
+    return fixed_width(rows)
+
+
+def write_comparison(
+    folder: str | os.PathLike[str], metrics: Mapping[str, Metrics]
+) -> tuple[Path, Path, Path]:
+    """Write metrics.txt, metrics.csv and metrics.json to a folder; return their paths.
+
+    The CSV file has a line for each run, with numbers to full precision, "nan" and "inf". In JSON,
+    which has neither, a metric that does not apply is null, and an infinite recovery is "never".
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written.
+    """
+    lines = io.StringIO()
+    writer = csv.writer(lines, lineterminator="\n")
+    writer.writerow(["controller", *(f"{name} [{unit}]" for name, unit in UNITS.items())])
+    writer.writerows([name, *map(repr, run)] for name, run in metrics.items())
+    parts = {
+        name: {key: {"value": _json(value), "unit": UNITS[key]} for key, value in values.items()}
+        for name, values in ((name, run._asdict()) for name, run in metrics.items())
+    }
+    contents = {
+        "txt": comparison_table(metrics) + "\n",
+        "csv": lines.getvalue(),
+        "json": json.dumps(parts, indent=2, allow_nan=False) + "\n",
+    }
+    as_text, as_csv, as_json = (
+        write_whole(Path(folder) / f"metrics.{suffix}", content.encode())
+        for suffix, content in contents.items()
+    )
+    return as_text, as_csv, as_json
+
+
+def _shown(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return "never" if math.isinf(value) else f"{value:.5g}"
+
+
+def _json(value: float) -> float | str | None:
+    if math.isnan(value):
+        return None
+    return "never" if math.isinf(value) else value

@@ -1,0 +1,231 @@
+"""Runs of scenarios: one with all of its rows, or many of which only outcomes are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from contactlib.base.quantities import FINITE, FloatArray, Quantity, checked, checked_number
+from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
+from contactlib.files.scenario import Scenario
+from contactlib.runs.fleet import Runs, Timing, timing
+from contactlib.runs.observers import Seen, Vehicles
+from contactlib.runs.outcomes import observers
+from contactlib.runs.result import Result
+from contactlib.runs.signals import UNITS
+from contactlib.traction import TractionController, stacked, structure
+from contactlib.traction.sensors import INDEX, checked_indices, checked_whole
+
+TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
+DEFAULT_TOLERANCE = 1e-4
+LONGEST_STEP = 10e-3  # default limit of the time between rows of many runs [s]
+FLEET = 2048  # runs side by side: their states and memories fit into a core's cache
+FAILED = "failed"
+
+
+def run_scenario(
+    scenario: Scenario,
+    controller: str | TractionController,
+    *,
+    initial_creepage: float | None = None,
+    index: int = 0,
+    step: float | None = None,
+    tolerance: float = 1e-8,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Result:
+    """Run a scenario under one traction controller.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Vehicle, track, demand and sensors.
+    controller : str or TractionController
+        Name of one of the scenario's controllers, or a sampled controller; for the continuous
+        `TorqueControl` and `CreepControl` see `simulate`.
+    initial_creepage : float, optional
+        Creepage at the start [1]. Default: steady under the first demand; zero at standstill and
+        backward.
+    index : int, optional
+        Index of the run among many; the sensors' noise is drawn from their seed and this index.
+    step : float, optional
+        Time between rows, over which friction is held [s]; rounded down to a whole fraction of
+        the sample time. Default: the sample time, but at most 5 ms and a twentieth of the axle's
+        vibration period.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1].
+    progress : callable, optional
+        Called with the fraction of the duration that is done, from 0 to 1.
+
+    Returns
+    -------
+    Result
+        Signals of `contactlib.runs.signals.UNITS`, to the last whole step of the duration. Rows
+        are `step` apart; torques are those of the following step.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, the scenario has no controller of this name, the delay is not a
+        whole number of samples, no steady state holds the first demand, or the controller's torque
+        is not finite.
+    RuntimeError
+        If the integrator gives up.
+    """
+    control = scenario.controller(controller) if isinstance(controller, str) else controller
+    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
+    index = checked_whole("index", index, INDEX)
+    element, speed = scenario.drivetrain.wheelset.element, abs(scenario.initial_speed)
+    if initial_creepage is not None:
+        reachable = creepage_limits(element, max(speed, element.minimum_speed), REFERENCE_SPEED)
+        initial_creepage = checked_number("initial_creepage", initial_creepage, reachable)
+    when = timing(scenario, control, step)
+    runs = Runs(
+        [scenario], control, when, index=[index], tolerance=tolerance, creepage=initial_creepage
+    )
+    for error in runs.refused.values():
+        raise error
+    found: dict[str, list[FloatArray]] = {name: [] for name in UNITS}
+    done = 0
+    for block in runs.blocks():
+        if runs.failed[0]:
+            name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"
+            checked(name, block["commanded_torque"], FINITE)
+            raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
+        for name, parts in found.items():
+            parts.append(np.array(block[name][:, 0]))
+        done += block.time.size
+        progress(done / when.rows)
+    signals = {name: np.concatenate(parts) for name, parts in found.items()}
+    return Result(when.times(0, when.rows), MappingProxyType(signals), MappingProxyType(UNITS))
+
+
+def run_many(
+    scenarios: Sequence[Scenario],
+    controller: str,
+    outcomes: Sequence[str],
+    *,
+    index: Sequence[int] | None = None,
+    step: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    progress: Callable[[float], object] = lambda part: None,
+) -> dict[str, FloatArray]:
+    """Run many scenarios, each under its controller of the given name.
+
+    Scenarios may differ in every parameter. The result of a run does not depend on the other runs,
+    to the last bit. Runs with equal sample time, step, duration, sensor delay, table of the law,
+    states of the drivetrain and kind of controller are integrated side by side, which is fast if
+    there are many of them.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        n scenarios; shared parts, such as a drivetrain, are processed once.
+    controller : str
+        Name of a controller that every scenario has.
+    outcomes : sequence of str
+        Names of `contactlib.runs.outcomes.OUTCOMES`; only the signals they need are computed.
+    index : sequence of int, optional
+        Indices of the runs; the noise of a run is drawn from its seed and index. Default: 0 to
+        n - 1.
+    step : float, optional
+        Longest time between rows [s]. Default: the sample time, but at most 10 ms and a twentieth
+        of the axle's vibration period.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1]. With the default, a run on a wet
+        patch under creep control is accurate to 1e-5 at 10 m/s and to 1e-3 at 1 m/s.
+    progress : callable, optional
+        Called with the fraction of the work that is done, from 0 to 1.
+
+    Returns
+    -------
+    dict
+        Outcomes by name, shape (n,), nan for failed runs; and ``"failed"``, one for runs for which
+        no steady state holds the first demand, the integrator gave up, or numbers overflowed.
+
+    Raises
+    ------
+    ValueError
+        If an outcome is unknown, a value is out of range, a scenario has no such controller, or
+        the numbers of indices and scenarios differ.
+
+    Examples
+    --------
+    >>> import dataclasses
+    >>> import contactlib as cl
+    >>> case = dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=8.0)
+    >>> weak = dataclasses.replace(case, demand=cl.Profile.of(10e3))
+    >>> found = cl.run_many([case, weak], "creep_pi", ["adhesion_utilisation", "final_speed"])
+    >>> found["adhesion_utilisation"].round(2), found["failed"]
+    (array([0.98, 1.  ]), array([0., 0.]))
+    """
+    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
+    observers(outcomes, Vehicles.of([]))
+    index = range(len(scenarios)) if index is None else checked_indices(index)
+    if len(index) != len(scenarios):
+        raise ValueError(f"index has {len(index)} entries for {len(scenarios)} scenarios")
+    found = {name: np.full(len(scenarios), np.nan) for name in outcomes}
+    found[FAILED] = np.zeros(len(scenarios))
+    controls = [one.controller(controller) for one in scenarios]
+    groups = list(_groups(scenarios, controls, step))
+    work = sum(when.rows * len(places) for when, places in groups)
+    done = 0
+
+    def report(rows: int) -> None:
+        nonlocal done
+        done += rows
+        progress(done / work)
+
+    for when, places in groups:
+        runs = Runs(
+            [scenarios[i] for i in places],
+            stacked([controls[i] for i in places]),
+            when,
+            index=[index[i] for i in places],
+            tolerance=tolerance,
+        )
+        for name, values in _watch(runs, outcomes, report).items():
+            found[name][places] = np.where(runs.failed, np.nan, values)
+        found[FAILED][places] = runs.failed
+        del runs  # free the memory before the next group
+    return found
+
+
+def _watch(
+    runs: Runs, outcomes: Sequence[str], report: Callable[[int], object]
+) -> dict[str, FloatArray]:
+    """Run to the end and return the outcomes."""
+    vehicles = Vehicles.of(runs.trains)
+    watching = observers(outcomes, vehicles)
+    with np.errstate(all="ignore"):  # failed runs become nan anyway
+        for block in runs.blocks():
+            rows = Seen(block, vehicles)
+            for observer in watching.values():
+                observer.see(rows)
+            report(block.time.size * len(runs.trains))
+    return {name: observer.value() for name, observer in watching.items()}
+
+
+def _groups(
+    scenarios: Sequence[Scenario], controls: Sequence[TractionController], step: float | None
+) -> Iterator[tuple[Timing, list[int]]]:
+    """Yield timing and positions of at most `FLEET` runs that can go side by side."""
+    groups: dict[tuple[float, Timing, int, Hashable], list[int]] = {}
+    kinds = {id(control): structure(control) for control in controls}
+    delays: dict[Hashable, int] = {}
+    whens: dict[Hashable, Timing] = {}
+    for i, (one, control) in enumerate(zip(scenarios, controls, strict=True)):
+        timed = control.sample_time, one.duration, one.drivetrain.torsional_frequency
+        if timed not in whens:
+            whens[timed] = timing(one, control, step, longest=LONGEST_STEP)
+        late = control.sample_time, one.sensors.delay
+        if late not in delays:
+            delays[late] = one.sensors.samples_of_delay(control.sample_time)
+        falls = one.drivetrain.wheelset.element.friction.falls_with_slip_speed
+        kind = one.drivetrain.kind, falls, kinds[id(control)]
+        key = control.sample_time, whens[timed], delays[late], kind
+        groups.setdefault(key, []).append(i)
+    for (_, when, *_), places in groups.items():
+        for start in range(0, len(places), FLEET):
+            yield when, places[start : start + FLEET]

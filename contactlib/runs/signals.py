@@ -1,0 +1,148 @@
+"""Signals of a block of rows of many runs, each computed on first use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+from contactlib.contact import kernel
+from contactlib.runs.result import WORK_UNITS, WORKS, energy_defect
+from contactlib.vehicle.available_force import AvailableForce
+
+UNITS = {
+    "demand": "N.m",
+    "commanded_torque": "N.m",
+    "drive_torque": "N.m",
+    "axle_torque": "N.m",
+    "omega": "rad/s",
+    "omega_left": "rad/s",
+    "omega_right": "rad/s",
+    "speed": "m/s",
+    "acceleration": "m/s2",
+    "slip_velocity": "m/s",
+    "creepage": "1",
+    "creepage_left": "1",
+    "creepage_right": "1",
+    "creep_force": "N",
+    "creep_force_left": "N",
+    "creep_force_right": "N",
+    "available_force": "N",
+    "friction_scale_left": "1",
+    "friction_scale_right": "1",
+    "falling_branch": "1",
+    **WORK_UNITS,
+}
+
+
+class Source(Protocol):
+    """Source of rows: the drivetrains, their radii [m] and their largest forces."""
+
+    fleet: kernel.NativeFleet
+    radius: FloatArray
+
+    @property
+    def available(self) -> AvailableForce:
+        """Largest creep forces that friction allows."""
+
+
+class Block:
+    """Signals of some rows of n runs by name: arrays of shape (rows, n).
+
+    The arrays share the fleet's memory and are valid until its next block.
+
+    Parameters
+    ----------
+    time : ndarray
+        Times of the rows [s].
+    demand : ndarray
+        Demanded torque [N.m], shape (rows, n).
+    inputs, states : ndarray
+        Records of the kernel, shape (rows, n).
+    source : Source
+        Source of the rows.
+    stored : list of ndarray
+        Stored energy at the start of the run [J]; the run's first block appends it.
+    """
+
+    def __init__(
+        self,
+        time: FloatArray,
+        demand: FloatArray,
+        inputs: Any,
+        states: Any,
+        source: Source,
+        stored: list[FloatArray],
+    ) -> None:
+        self.time = time
+        self._demand, self._inputs, self._states = demand, inputs, states
+        self._source, self._stored = source, stored
+        self._found: dict[str, FloatArray] = {"demand": demand}
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one signal."""
+        if name not in self._found:
+            self._found[name] = self._make(name)
+        return self._found[name]
+
+    @cached_property
+    def _outputs(self) -> Any:
+        return self._source.fleet.evaluate(self._inputs, self._states)
+
+    def _make(self, name: str) -> FloatArray:
+        if name in DERIVED:
+            return DERIVED[name](self)
+        if name.startswith("friction_scale_"):
+            return np.asarray(self._inputs[name.replace("_scale", "")])
+        if name == "commanded_torque":
+            return np.asarray(self._inputs[name])
+        if name in STATES:
+            return np.asarray(self._states[name])
+        return np.asarray(self._outputs[name])
+
+    def _omega(self) -> FloatArray:
+        return 0.5 * (self["omega_left"] + self["omega_right"])
+
+    def _slip_velocity(self) -> FloatArray:
+        return self._source.radius * self["omega"] - self["speed"]
+
+    def _acceleration(self) -> FloatArray:
+        return np.asarray(self._outputs["speed_rate"])
+
+    def _creepage(self) -> FloatArray:
+        return 0.5 * (self["creepage_left"] + self["creepage_right"])
+
+    def _creep_force(self) -> FloatArray:
+        return self["creep_force_left"] + self["creep_force_right"]
+
+    def _falling_branch(self) -> FloatArray:
+        sides = self._outputs["falling_left"], self._outputs["falling_right"]
+        return np.asarray(np.maximum(*sides))
+
+    def _available_force(self) -> FloatArray:
+        frictions = (self[f"friction_scale_{side}"] for side in ("left", "right"))
+        return self._source.available(self["speed"], *frictions)
+
+    def _energy_defect(self) -> FloatArray:
+        if not self._stored:
+            self._stored.append(self["stored_energy"][0].copy())
+        return energy_defect(self, self._stored[0])
+
+
+STATES = ("omega_left", "omega_right", "speed", "distance", *WORKS)
+DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
+    name.removeprefix("_"): getattr(Block, name)
+    for name in (
+        "_omega",
+        "_slip_velocity",
+        "_acceleration",
+        "_creepage",
+        "_creep_force",
+        "_falling_branch",
+        "_available_force",
+        "_energy_defect",
+    )
+}

@@ -1,0 +1,226 @@
+"""A scenario or model file as a study: its runs by controller, and what analysis predicts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+from contactlib.files.model import Model, load_model
+from contactlib.files.reading import file_kind
+from contactlib.files.scenario import Scenario, load_scenario
+from contactlib.runs.result import Result
+from contactlib.runs.scenario_runs import run_scenario
+from contactlib.runs.signals import UNITS
+from contactlib.runs.simulation import simulate
+from contactlib.stability import controllability, worst_pole
+from contactlib.vehicle.available_force import available_force
+from contactlib.vehicle.continuous_control import ContinuousController, CreepControl
+from contactlib.vehicle.drivetrain import Drivetrain
+from contactlib.vehicle.wheelset import Wheelset
+
+Run = Callable[[Callable[[float], object]], Result]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """Runs of one drivetrain that can be compared.
+
+    Attributes
+    ----------
+    name, source : str
+        Title, and the origin of the numbers.
+    drivetrain : Drivetrain
+        The drivetrain of all runs.
+    measured : str
+        Description of the sensors; empty if the controllers see the true state.
+    runs : mapping
+        Functions by the controller's name; each takes a progress callback, which is called with
+        the fraction done, and returns a result with the signals of a scenario run.
+    outlook : tuple of str
+        Lines that say whether a loop with these delays can hold the falling branch.
+    """
+
+    name: str
+    source: str
+    drivetrain: Drivetrain
+    measured: str
+    runs: Mapping[str, Run]
+    outlook: tuple[str, ...]
+
+    def chosen(self, control: str | None, every: bool) -> dict[str, Run]:
+        """Return all runs, the one of this name, or the first.
+
+        Raises
+        ------
+        ValueError
+            If there is no run of this name.
+        """
+        if every:
+            return dict(self.runs)
+        name = next(iter(self.runs)) if control is None else control
+        if name not in self.runs:
+            raise ValueError(f"control = {name!r} must be one of: {', '.join(self.runs)}")
+        return {name: self.runs[name]}
+
+
+def open_study(
+    path: str | os.PathLike[str],
+    *,
+    seed: int | None = None,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Study:
+    """Read a scenario or model file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one.
+    seed : int, optional
+        Seed of the sensors' noise. Default: the file's. A model has no noise.
+    progress : callable, optional
+        As for `contactlib.load_model`.
+
+    Raises
+    ------
+    ModelError
+        If the file is not valid; one line names file, key, value and limit.
+    OSError
+        If the file cannot be read.
+    """
+    if file_kind(path) == "scenario":
+        scenario = load_scenario(path, progress=progress)
+        if seed is not None:
+            scenario = replace(scenario, sensors=replace(scenario.sensors, seed=float(seed)))
+        return _of_scenario(scenario)
+    return _of_model(load_model(path, progress=progress))
+
+
+def _of_scenario(scenario: Scenario) -> Study:
+    def run(name: str, progress: Callable[[float], object]) -> Result:
+        return run_scenario(scenario, name, progress=progress)
+
+    sensors = scenario.sensors
+    return Study(
+        name=scenario.name,
+        source=scenario.source,
+        drivetrain=scenario.drivetrain,
+        measured=(
+            f"Sensors: delay {1e3 * sensors.delay:.3g} ms, noise {sensors.wheel_speed_noise:.2g} "
+            f"and {sensors.vehicle_speed_noise:.2g} m/s on wheel and vehicle speed."
+        ),
+        runs=MappingProxyType({name: partial(run, name) for name in scenario.controllers}),
+        outlook=tuple(outlook(scenario)),
+    )
+
+
+def outlook(scenario: Scenario) -> list[str]:
+    """Tell for each sample time, on the worst and best friction, if the falling branch can be held.
+
+    A line names the steepest point of the falling branch at the design speed, its pole, and the
+    gains that hold it with the delays of the loop.
+    """
+    drivetrain, speed = scenario.drivetrain, scenario.design_speed
+    track = scenario.track
+    sides = [track.friction_left, track.friction_right or track.friction_left]
+    over_time = track.friction_over_time.value
+    factors = [v * t for side in sides for v in side.value for t in over_time]
+    lines = []
+    for sample_time in sorted(
+        {scenario.controller(name).sample_time for name in scenario.controllers}
+    ):
+        for friction in sorted({min(factors), max(factors)}):
+            worst = worst_pole(drivetrain.wheelset, speed=speed, friction_scale=friction)
+            where = f"at {speed:g} m/s, friction factor {friction:g}"
+            if worst.pole <= 0.0:
+                lines.append(f"{where}: no branch on which a constant torque runs away")
+                continue
+            verdict = controllability(
+                worst.pole,
+                delay=scenario.sensors.delay,
+                lag=drivetrain.motor_lag,
+                relaxation=drivetrain.relaxation_length / speed,
+                sample_time=sample_time,
+            )
+            stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
+            lines.append(
+                f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %: "
+                f"{verdict.text}{stay}"
+            )
+    return lines
+
+
+def _of_model(model: Model) -> Study:
+    drivetrain = Drivetrain(model.wheelset)
+
+    def run(controller: ContinuousController, progress: Callable[[float], object]) -> Result:
+        found = simulate(
+            model.wheelset, controller, initial_speed=model.initial_speed, progress=progress
+        )
+        return as_scenario_run(found, drivetrain, controller)
+
+    controls: dict[str, ContinuousController] = {
+        "torque": model.torque_control,
+        "creep": model.creep_control,
+    }
+    return Study(
+        name=model.name,
+        source=model.source,
+        drivetrain=drivetrain,
+        measured="",
+        runs=MappingProxyType({name: partial(run, c) for name, c in controls.items()}),
+        outlook=(),
+    )
+
+
+def _acceleration(wheelset: Wheelset, known: Mapping[str, Any]) -> FloatArray:
+    """Vehicle acceleration in each row of a run [m/s2]."""
+    names = ("omega", "speed", "drive_torque", "normal_load", "friction_scale", "resistance_force")
+    rows = np.column_stack([known[name] for name in names]).tolist()
+    return np.array([wheelset.rates(*row)[0].speed_rate for row in rows])
+
+
+def as_scenario_run(
+    result: Result, drivetrain: Drivetrain, controller: ContinuousController
+) -> Result:
+    """Give a run of `simulate` the signals of a scenario run.
+
+    The demand of creep control is its largest torque.
+    """
+    wheelset = drivetrain.wheelset
+    known: dict[str, Any] = dict(result.signals)
+    demand = known["drive_torque"]
+    if isinstance(controller, CreepControl):
+        demand = np.full_like(demand, controller.torque_max)
+    speed = known["speed"]
+    known |= {
+        "demand": demand,
+        "commanded_torque": known["drive_torque"],
+        "axle_torque": np.zeros_like(speed),
+        "acceleration": _acceleration(wheelset, known),
+        "available_force": available_force(
+            wheelset.element,
+            speed=speed,
+            normal_load=known["normal_load"],
+            friction_scale=known["friction_scale"],
+        ),
+    }
+    for side in ("left", "right"):
+        known |= {
+            f"omega_{side}": known["omega"],
+            f"creepage_{side}": known["creepage"],
+            f"creep_force_{side}": 0.5 * known["creep_force"],
+            f"friction_scale_{side}": known["friction_scale"],
+        }
+    return Result(
+        result.time,
+        MappingProxyType({name: known[name] for name in UNITS}),
+        MappingProxyType(UNITS),
+        result.events,
+    )

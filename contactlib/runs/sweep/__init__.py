@@ -1,0 +1,27 @@
+"""Sweeps over the parameters of a scenario, on one machine or on a cluster."""
+
+from contactlib.runs.analysis import ANALYSES
+from contactlib.runs.sweep.ensemble import ensemble, report, results_path
+from contactlib.runs.sweep.execution import (
+    Workers,
+    cluster_workers,
+    default_workers,
+    process_workers,
+    thread_workers,
+)
+from contactlib.runs.sweep.loading import load_sweep
+from contactlib.runs.sweep.plan import Sweep
+
+__all__ = [
+    "ANALYSES",
+    "Sweep",
+    "Workers",
+    "cluster_workers",
+    "default_workers",
+    "ensemble",
+    "load_sweep",
+    "process_workers",
+    "report",
+    "results_path",
+    "thread_workers",
+]

@@ -1,0 +1,344 @@
+"""Running a sweep from its file to its result: a labelled dataset with units in a NetCDF file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import warnings
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+from contactlib.base.text import fixed_width
+from contactlib.base.writing import write_whole
+from contactlib.contact.element import ProcessZoneWarning
+from contactlib.files.scenario import ControllerDesign
+from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
+from contactlib.runs.fleet import timing
+from contactlib.runs.scenario_runs import FAILED, LONGEST_STEP, run_scenario
+from contactlib.runs.sweep.execution import (
+    Results,
+    Workers,
+    default_workers,
+    run_chunks,
+    thread_workers,
+)
+from contactlib.runs.sweep.loading import load_sweep
+from contactlib.runs.sweep.plan import Sweep, made_with
+from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan, discard, locked
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+WHEELSET = "wheelset"  # column of outcomes of the analysis, for which no controller runs
+# A chunk of a few runs costs as much as a chunk of one, and 2048 runs take less than 100 MB. A core
+# does 15 000 simulated seconds per second; the longest chunk (simulated time, s) limits the work
+# that a kill can cost and the time between signs of progress.
+LEAST, MOST, LONGEST = 64, 2048, 225_000.0
+CHUNKS_EACH, ANALYSES_EACH = 2, 8  # chunks for each worker, to balance the load at the end
+
+
+def make_dataset(sweep: Sweep, results: Mapping[str, FloatArray], digest: str) -> Dataset:
+    """Make the dataset of the outcomes of all runs.
+
+    The dimensions of a grid are the axes in the order of the file, that of a sample is ``run``;
+    outcomes of runs have ``controller`` before them. ``failed`` is one where a run's parameters do
+    not give a valid scenario or the run could not be done; there the outcomes are nan.
+    """
+    import xarray
+
+    plan, grid = sweep.plan, sweep.kind == "grid"
+    dims = tuple(axis.name for axis in plan.axes) if grid else ("run",)
+    coords: dict[str, Any] = {}
+    if plan.controllers:
+        names = np.array(list(plan.controllers))
+        coords["controller"] = ("controller", names, {"long_name": "controller"})
+    if not grid:
+        described = {"units": "1", "long_name": "index of the run"}
+        coords["run"] = ("run", np.arange(sweep.runs, dtype=np.int32), described)
+    for axis, column in zip(plan.axes, sweep.values.T, strict=True):
+        described = {"units": axis.unit, "long_name": axis.label}
+        if axis.percent:
+            described["display_units"] = "%"
+        points = column.reshape(sweep.shape)
+        if grid:
+            place = tuple(slice(None) if dim == axis.name else 0 for dim in dims)
+            coords[axis.name] = (axis.name, points[place], described)
+        else:
+            coords[axis.name] = ("run", points, described)
+
+    def variable(name: str, described: dict[str, str]) -> tuple[Any, ...]:
+        values = results[name]
+        if values.ndim == 2:
+            shape = (len(plan.controllers), *sweep.shape)
+            return ("controller", *dims), values.reshape(shape), described
+        return dims, values.reshape(sweep.shape), described
+
+    data = {name: variable(name, SWEEP_OUTCOMES[name].attributes) for name in plan.outcomes}
+    what = "run could not be done" if of_runs(plan.outcomes) else "parameters are not valid"
+    data[FAILED] = variable(FAILED, {"units": "1", "long_name": what})
+    found = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
+    found[FAILED] = found[FAILED].astype(np.int8)
+    return found
+
+
+def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
+    plan, contents = sweep.plan, sweep.plan.contents
+    redesign = any(isinstance(c, ControllerDesign) for c in plan.controllers.values())
+    return {
+        "title": sweep.name,
+        "source": sweep.source,
+        "sampling": sweep.kind,
+        **({} if sweep.kind == "grid" else {"seed": float(sweep.seed)}),
+        "step": "default" if plan.step is None else plan.step,
+        "tolerance": plan.tolerance,
+        "redesign": str(redesign).lower(),  # NetCDF has no booleans
+        "noise": sweep.plan.noise,
+        "contactlib_version": plan.package,
+        "kernel_token": plan.token,
+        "plan_digest": digest,
+        "sweep_file": sweep.text,
+        "scenario": json.dumps(contents.data),
+        "vehicle": json.dumps(contents.vehicle),
+        "controllers": json.dumps({name: repr(c) for name, c in plan.controllers.items()}),
+    }
+
+
+def report(sweep: Sweep, dataset: Dataset) -> list[str]:
+    """Format the outcomes as a table: median and range of each, and the number of failed runs."""
+    lines = []
+    failed = dataset[FAILED].values.reshape(-1, sweep.runs) == 1
+    if failed.any():
+        lines.append(_first_failure(sweep, dataset))
+    analysed = len(of_runs(sweep.plan.outcomes)) < len(sweep.plan.outcomes)
+    last = [WHEELSET] if analysed else []
+    names = list(sweep.plan.controllers)
+    rows = [["outcome", "unit", *names, *last]]
+    for name in sweep.plan.outcomes:
+        found = dataset[name]
+        driven = "controller" in found.dims
+        # An outcome of the analysis has failed where the runs of all controllers have.
+        fails = failed if driven else failed.all(axis=0, keepdims=True)
+        values = found.values.reshape(-1, sweep.runs)
+        cells = [
+            _spread(row[~(bad & np.isnan(row))]) for row, bad in zip(values, fails, strict=True)
+        ]
+        empty = [""] * (len(last) if driven else len(names))
+        cells = [*cells, *empty] if driven else [*empty, *cells]
+        rows.append([name.replace("_", " "), found.attrs["units"], *cells])
+    counts = [str(int(row.sum())) for row in failed]
+    rows.append(["failed", "1", *counts, *([""] if names else []) * len(last)])
+    lines.append(f"Median (least, largest) of {sweep.runs} runs, without those that failed:")
+    return [*lines, *fixed_width(rows).split("\n")]
+
+
+def _spread(values: FloatArray) -> str:
+    """Format median and range of an outcome, and the counts of infinite and missing values."""
+    known = values[~np.isnan(values)]
+    if known.size == 0:
+        return "-"
+    middle, low, high = (f"{f(known):.4g}" for f in (np.median, np.min, np.max))
+    counts = {"inf": int(np.isinf(known).sum()), "nan": values.size - known.size}
+    rest = "".join(f", {count} {what}" for what, count in counts.items() if count)
+    return f"{middle} ({low}, {high}){rest}"
+
+
+def _first_failure(sweep: Sweep, dataset: Dataset) -> str:
+    """Repeat the first failed run and return its error message."""
+    found = dataset[FAILED].values.reshape(-1, sweep.runs)
+    controller, run = (int(i) for i in np.argwhere(found)[0])
+    plan, where = sweep.plan, f"run {run} ({sweep.describe(run)})"
+    try:
+        scenario = sweep.scenario_of(run)
+        if plan.controllers:
+            name = list(plan.controllers)[controller]
+            where += f" under {name}"
+            index, step, tolerance = plan.index_of(run), plan.step, plan.tolerance
+            when = timing(scenario, scenario.controller(name), step, longest=LONGEST_STEP)
+            run_scenario(scenario, name, index=index, step=when.step, tolerance=tolerance)
+    except (ValueError, RuntimeError) as error:
+        return f"{where}: {error}"
+    return f"{where} failed among others, but not alone"
+
+
+def write_dataset(dataset: Dataset, path: Path) -> Path:
+    """Write a NetCDF 3 file atomically."""
+    return write_whole(path, bytes(dataset.to_netcdf(engine="scipy")))
+
+
+def read_dataset(path: Path) -> Dataset:
+    """Read a NetCDF 3 file into memory.
+
+    Raises
+    ------
+    ValueError
+        If it is not a NetCDF 3 file.
+    OSError
+        If it cannot be read.
+    """
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="scipy") as dataset:
+            return dataset.load()
+    except (TypeError, ValueError, EOFError, LookupError, MemoryError):  # what scipy raises
+        raise ValueError(f"{path} is not a complete NetCDF file: {OTHERWISE}") from None
+
+
+def ensemble(
+    sweep: Sweep | str | os.PathLike[str],
+    *,
+    executor: Executor | Workers | None = None,
+    workers: int | None = None,
+    output: str | os.PathLike[str] | None = None,
+    chunk: int | None = None,
+    restart: bool = False,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Dataset:
+    """Run a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep or path
+        A sweep that `load_sweep` has read, or the file that it shall read.
+    executor : concurrent.futures.Executor or Workers, optional
+        Executor of the chunks, such as ``distributed.Client(address).get_executor()``, or the
+        workers that `process_workers` or `cluster_workers` yields. Default: threads. Results do
+        not depend on it, to the last bit.
+    workers : int, optional
+        Number of threads, or of workers of the executor, which gets twice as many chunks at a
+        time. Default: one for each processor.
+    output : path, optional
+        Folder for the NetCDF file and, until it is complete, for finished chunks: if the process
+        is killed, the same call continues from there. Default: nothing is written.
+    chunk : int, optional
+        Number of runs in a chunk; ignored if the output folder already has chunks.
+    restart : bool, optional
+        Whether to discard previous results of this sweep in `output`.
+    progress : callable, optional
+        Called with the fraction of the runs that is done, from 0 to 1; first with the fraction
+        done before.
+
+    Returns
+    -------
+    xarray.Dataset
+        Outcomes with the dimensions (controller, axis, ...) of a grid or (controller, run) of a
+        sample; every variable and coordinate has ``units`` and ``long_name``.
+
+    Raises
+    ------
+    ModelError
+        If a file is not valid.
+    ValueError
+        If the folder has results of another plan, or a number is out of range.
+    RuntimeError
+        If a worker died, or another process is running the sweep to the same folder.
+    OSError
+        If a file cannot be read or written.
+    """
+    sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
+    for name, number in (("workers", workers), ("chunk", chunk)):
+        if number is not None and number < 1:
+            raise ValueError(f"{name} = {number!r} is out of range: must be >= 1")
+    digest = sweep.plan.digest(sweep.values)
+    count = workers or (executor.count if isinstance(executor, Workers) else default_workers())
+    chunk = min(chunk or default_chunk(sweep, count), sweep.runs)
+    if output is None:
+        results = _run(sweep, None, chunk, executor, count, progress)
+        return make_dataset(sweep, results, digest)
+    path = results_path(sweep, output)
+    folder = path.with_suffix(".chunks")
+    if path.exists() and not restart and not folder.exists():
+        progress(1.0)
+        return _finished(sweep, digest, path)
+    with locked(folder):
+        if restart:
+            path.unlink(missing_ok=True)
+            discard(folder)
+        if path.exists():  # a kill came between writing the file and removing the chunks
+            known = _finished(sweep, digest, path)
+            discard(folder)
+            progress(1.0)
+            return known
+        store = ChunkStore(folder, digest, sweep.plan.made_with, runs=sweep.runs, chunk=chunk)
+        results = _run(sweep, store, store.chunk, executor, count, progress)
+        dataset = make_dataset(sweep, results, digest)
+        write_dataset(dataset, path)
+        discard(folder)
+    return dataset
+
+
+def _finished(sweep: Sweep, digest: str, path: Path) -> Dataset:
+    """Read the dataset of a finished sweep, and update its name, source and labels."""
+    known = read_dataset(path)
+    if known.attrs.get("plan_digest") != digest:
+        found = made_with(*map(known.attrs.get, ("contactlib_version", "kernel_token")))
+        raise another_plan(f"{path} is", found, sweep.plan.made_with)
+    rows = (-1, sweep.runs)
+    results = {
+        name: v.values.reshape(rows if "controller" in v.dims else sweep.runs)
+        for name, v in known.data_vars.items()
+    }
+    dataset = make_dataset(sweep, {str(name): v for name, v in results.items()}, digest)
+    if not dataset.identical(known):  # a name, source or label has changed
+        write_dataset(dataset, path)
+    return dataset
+
+
+def results_path(sweep: Sweep, output: str | os.PathLike[str]) -> Path:
+    """NetCDF file of a sweep in an output folder."""
+    return Path(output) / f"{sweep.stem}.nc"
+
+
+def default_chunk(sweep: Sweep, workers: int) -> int:
+    """Default number of runs in a chunk."""
+    if not sweep.plan.controllers:  # analyses run one after the other
+        return min(MOST, math.ceil(sweep.runs / (ANALYSES_EACH * workers)))
+    shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
+    most = min(MOST, math.ceil(LONGEST * sweep.runs / sweep.simulated_time))
+    return max(LEAST, min(most, shared))
+
+
+def _run(
+    sweep: Sweep,
+    store: ChunkStore | None,
+    chunk: int,
+    executor: Executor | Workers | None,
+    count: int,
+    progress: Callable[[float], object],
+) -> Results:
+    """Outcomes of all runs; chunks that the store has are not run again."""
+    found: dict[int, Results] = {}
+    starts = range(0, sweep.runs, chunk)
+    for first in starts if store is not None else ():
+        known = store.load(first) if store is not None else None
+        if known is not None:
+            found[first] = known
+    progress(len(found) / len(starts))
+
+    def keep(first: int, results: Results) -> None:
+        if store is not None:
+            store.save(first, results)
+        found[first] = results
+        progress(len(found) / len(starts))
+
+    todo = [(i, min(i + chunk, sweep.runs)) for i in starts if i not in found]
+    entered: AbstractContextManager[Workers]
+    if executor is None:
+        entered = thread_workers(count)
+    elif isinstance(executor, Workers):
+        entered = nullcontext(executor)
+    else:
+        entered = nullcontext(Workers(executor, count))
+    with warnings.catch_warnings(), entered as workers:
+        warnings.simplefilter("ignore", ProcessZoneWarning)  # shown when the sweep was read
+        if todo:
+            run_chunks(sweep.plan, sweep.values, todo, workers, keep)
+    parts = [found[first] for first in starts]
+    return {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}

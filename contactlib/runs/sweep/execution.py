@@ -1,0 +1,267 @@
+"""Running the chunks of a sweep on threads, processes or any executor."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.synchronize import Event
+from typing import Any
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+from contactlib.contact.element import ProcessZoneWarning
+from contactlib.files.scenario import Scenario
+from contactlib.runs.analysis import analyse, of_runs
+from contactlib.runs.scenario_runs import FAILED, run_many
+from contactlib.runs.sweep.plan import Plan, ScenarioBuilder
+
+AHEAD = 2  # chunks in flight for each worker, so that none waits
+Results = dict[str, FloatArray]
+
+
+class StoppedError(RuntimeError):
+    """A chunk was asked to stop."""
+
+
+def go_on() -> bool:
+    """Never stop."""
+    return False
+
+
+def run_chunk(
+    plan: Plan, first: int, values: FloatArray, stopped: Callable[[], bool] = go_on
+) -> Results:
+    """Outcomes of some runs; a pure function of the plan and the values.
+
+    Parameters
+    ----------
+    plan : Plan
+        Plan of the sweep.
+    first : int
+        Index of the first run in the sweep.
+    values : ndarray
+        Values of the axes, shape (n, axes).
+    stopped : callable, optional
+        Polled during the work; the chunk stops when it returns True.
+
+    Returns
+    -------
+    dict
+        Outcomes of runs, shape (controllers, n), and of the analysis, shape (n,); nan where a run
+        failed or its parameters do not give a valid scenario, which ``failed`` marks with ones.
+
+    Raises
+    ------
+    RuntimeError
+        If the plan was made with another contactlib.
+    StoppedError
+        If `stopped` returns True.
+    """
+    plan.check_machine()
+
+    def go_on_or_stop(part: float) -> None:
+        if stopped():
+            raise StoppedError
+
+    builder, n, runs = ScenarioBuilder(plan), len(values), of_runs(plan.outcomes)
+    shape = (len(plan.controllers), n) if runs else (n,)
+    found = {name: np.full(shape if name in runs else n, np.nan) for name in plan.outcomes}
+    found[FAILED] = np.zeros(shape)
+    scenarios: list[Scenario | None] = []
+    for i, row in enumerate(values):
+        go_on_or_stop(0.0)
+        try:
+            scenarios.append(scenario := builder.build(row.tolist()))
+        except ValueError:
+            scenarios.append(None)
+            found[FAILED][..., i] = 1.0
+            continue
+        for name, value in analyse(scenario, plan.outcomes).items():
+            found[name][i] = value
+    valid = [scenario for scenario in scenarios if scenario is not None]
+    if not runs or not valid:
+        return found
+    # Any valid scenario fills the place of an invalid one.
+    filled = [valid[0] if scenario is None else scenario for scenario in scenarios]
+    for j, controller in enumerate(plan.controllers):
+        by_name = run_many(
+            filled,
+            controller,
+            runs,
+            index=[plan.index_of(first + i) for i in range(n)],
+            step=plan.step,
+            tolerance=plan.tolerance,
+            progress=go_on_or_stop,
+        )
+        failed = (found[FAILED][j] == 1.0) | (by_name[FAILED] == 1.0)
+        found[FAILED][j] = failed
+        for name in runs:
+            found[name][j] = np.where(failed, np.nan, by_name[name])
+    return found
+
+
+_asked_to_stop: Event | None = None  # in a worker process
+
+
+@dataclass(frozen=True)
+class Workers:
+    """An executor, and a way to stop the chunks that it runs.
+
+    Attributes
+    ----------
+    executor : Executor
+        Executor of ``concurrent.futures``.
+    count : int
+        Number of chunks that it runs at once.
+    stopped : callable
+        Function that chunks poll.
+    stop : callable
+        Makes `stopped` return True, if it can.
+    """
+
+    executor: Executor
+    count: int
+    stopped: Callable[[], bool] = go_on
+    stop: Callable[[], Any] = go_on
+
+
+def default_workers() -> int:
+    """Number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def thread_workers(count: int) -> Iterator[Workers]:
+    """Threads of this process; the kernel releases the GIL while it steps."""
+    event = threading.Event()
+    with ThreadPoolExecutor(count) as executor:
+        try:
+            yield Workers(executor, count, event.is_set, event.set)
+        finally:
+            event.set()
+
+
+@contextmanager
+def process_workers(count: int) -> Iterator[Workers]:
+    """Spawned processes of this machine; a script needs a ``__name__`` guard."""
+    context = multiprocessing.get_context("spawn")
+    event = context.Event()
+    with ProcessPoolExecutor(count, context, _begin, (event,)) as executor:
+        try:
+            yield Workers(executor, count, _stopped, event.set)
+        finally:
+            event.set()
+
+
+def _begin(event: Event) -> None:
+    """Prepare a worker process."""
+    global _asked_to_stop
+    _asked_to_stop = event
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it and sets the event
+    warnings.simplefilter("ignore", ProcessZoneWarning)  # shown once, by the parent
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def _stopped() -> bool:
+    return _asked_to_stop is not None and _asked_to_stop.is_set()
+
+
+def _leave_with_parent() -> None:
+    """End this process when its parent has ended for any reason."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+@contextmanager
+def cluster_workers(address: str) -> Iterator[Workers]:
+    """Workers of the Dask cluster with this scheduler address.
+
+    Raises
+    ------
+    ValueError
+        If dask.distributed is not installed.
+    OSError
+        If no scheduler answers.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ValueError(
+            "a cluster needs dask.distributed: pip install 'contactlib[cluster]'"
+        ) from None
+    with Client(address) as client:  # type: ignore[no-untyped-call]
+        count = sum(client.nthreads().values())
+        with client.get_executor() as executor:
+            yield Workers(executor, max(1, count))
+
+
+def run_chunks(
+    plan: Plan,
+    values: FloatArray,
+    chunks: Iterable[tuple[int, int]],
+    workers: Workers,
+    keep: Callable[[int, Results], object],
+) -> None:
+    """Run chunks, a bounded number at a time, and pass on the results of each when it is done.
+
+    Parameters
+    ----------
+    plan : Plan
+        Plan of the sweep.
+    values : ndarray
+        Values of the axes in all runs.
+    chunks : iterable of (int, int)
+        First run of each chunk, and the run after its last.
+    workers : Workers
+        Workers that run the chunks.
+    keep : callable
+        Called with the first run of a chunk and its results.
+
+    Raises
+    ------
+    RuntimeError
+        If a worker process dies; results finished before have been passed on.
+    """
+    left, flying = iter(chunks), dict[Future[Results], int]()
+    asked = () if workers.stopped is go_on else (workers.stopped,)
+    try:
+        while True:
+            while len(flying) < AHEAD * workers.count and (chunk := next(left, None)) is not None:
+                first, end = chunk
+                job = workers.executor.submit(run_chunk, plan, first, values[first:end], *asked)
+                flying[job] = first
+            if not flying:
+                return
+            done, _ = wait(flying, return_when=FIRST_COMPLETED)
+            for job in sorted(done, key=flying.__getitem__):
+                keep(flying.pop(job), job.result())
+    except BaseException as error:
+        workers.stop()
+        for job in flying:
+            job.cancel()
+        if isinstance(error, BrokenProcessPool):
+            raise RuntimeError(
+                "a worker process died, perhaps for lack of memory; finished chunks are kept if "
+                "there is an output folder: start the same sweep again to continue"
+            ) from None
+        raise

@@ -1,0 +1,214 @@
+"""Sweep files: a scenario, the axes along which it varies, and the outcomes to report."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contactlib.base.quantities import Quantity
+from contactlib.base.text import known_names
+from contactlib.contact import kernel
+from contactlib.contact.element import ProcessZoneWarning
+from contactlib.files.reading import (
+    check_keys,
+    file_beside,
+    in_file,
+    model_path,
+    number,
+    parse_text,
+    subsection,
+    text,
+)
+from contactlib.files.scenario import (
+    ControllerDesign,
+    build_scenario,
+    read_contents,
+    read_controllers,
+)
+from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
+from contactlib.runs.fleet import timing
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, TOLERANCE
+from contactlib.runs.sweep.axes import read_axes, whole
+from contactlib.runs.sweep.plan import (
+    PLACEHOLDER,
+    Plan,
+    ScenarioBuilder,
+    Sweep,
+    law_tables,
+    package_version,
+    table_axes,
+)
+from contactlib.runs.sweep.sampling import KINDS, MOST_RUNS, draw, extreme_runs
+from contactlib.traction import TractionController
+
+NEEDED = ("name", "source", "scenario", "outcomes", "axes")
+OPTIONAL = ("controllers", "sampling", "noise", "redesign", "step", "tolerance")
+NOISES = ("common", "independent")
+STEP = Quantity("s", above=0.0)
+
+
+def load_sweep(
+    path: str | os.PathLike[str], *, progress: Callable[[float], object] = lambda part: None
+) -> Sweep:
+    """Read a sweep file and its scenario.
+
+    The values of each axis are checked against the limits of the numbers that they set, and the
+    scenarios at the ends of the axes are built, so that errors show before anything runs.
+
+    With ``noise = "common"``, the default of a grid, every run has the sensors' noise of index 0
+    of its seed, so that runs differ by their parameters alone; with ``noise = "independent"``, the
+    default of random samples, each run has the noise of its own index.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or the name of a shipped one such as ``"friction_and_load_sweep.toml"``. Its
+        scenario lies in its folder or below, or is a shipped one.
+    progress : callable, optional
+        As for `load_model`.
+
+    Raises
+    ------
+    ModelError
+        If a file is not valid; one line names file, axis or key, value and limit.
+    OSError
+        If a file cannot be read.
+
+    Examples
+    --------
+    >>> sweep = load_sweep("wet_patch_sweep.toml")
+    >>> sweep.runs, sweep.shape, list(sweep.plan.controllers)
+    (208, (16, 13), ['threshold', 'creep_pi', 'slope_seeking'])
+    >>> sweep.describe(5)
+    'patch_friction = 0.3, patch_end = 85 m'
+    """
+    file = model_path(path)
+    with in_file(path):
+        content = file.read_bytes().decode("utf-8-sig")
+        return _build_sweep(parse_text(content), content, file, progress)
+
+
+def _build_sweep(
+    data: Mapping[str, Any], content: str, file: Path, progress: Callable[[float], object]
+) -> Sweep:
+    if "axes" not in data and {"vehicle", "contact"} & set(data):
+        what = "scenario" if "vehicle" in data else "model"
+        raise ValueError(
+            f"is a {what}, not a sweep: the command 'contactlib simulate' runs it; a sweep names "
+            "a scenario and the axes along which it varies"
+        )
+    check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
+    name, source = (text(key, data[key]) for key in ("name", "source"))
+    outcomes = _names("outcomes", data["outcomes"], SWEEP_OUTCOMES)
+    redesign = data.get("redesign", False)
+    if not isinstance(redesign, bool):
+        raise ValueError(f"redesign = {redesign!r} must be true or false")
+    scenario_file = text("scenario", data["scenario"])
+    with in_file(f"scenario {scenario_file}"):
+        contents = read_contents(file_beside("scenario", scenario_file, file.parent, "the sweep"))
+        designs = read_controllers(contents.data["controllers"])
+    chosen = _controllers(data, designs, outcomes)
+    with in_file(f"scenario {scenario_file}"):
+        wheelset = contents.build_vehicle(None, progress)
+        scenario = build_scenario(contents.data, wheelset, chosen or PLACEHOLDER)
+    controllers: dict[str, TractionController | ControllerDesign] = {
+        name: chosen[name] if redesign else scenario.controller(name) for name in chosen
+    }
+    kind, runs, seed = _sampling(data.get("sampling", {}))
+    axes = tuple(read_axes(data["axes"], contents, controllers, grid=kind == "grid"))
+    values = draw(kind, [axis.spread for axis in axes], runs, seed)
+    for axis, column in zip(axes, values.T, strict=True):
+        with in_file(f"axes.{axis.name}"):
+            axis.check(np.unique(column))
+    plan = Plan(
+        contents=contents,
+        axes=axes,
+        controllers=controllers,
+        outcomes=outcomes,
+        noise=_noise(data, kind),
+        step=number("step", data["step"], STEP) if "step" in data else None,
+        tolerance=number("tolerance", data.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE),
+        table_axes=table_axes(axes, contents),
+        tables={},
+        package=package_version(),
+        token=kernel.token(),
+    )
+    plan = replace(plan, tables=law_tables(plan, values, wheelset.element.table, progress))
+    sweep = Sweep(name, source, file.stem, content, kind, seed, scenario, plan, values)
+    _check_ends(sweep)
+    return sweep
+
+
+def _check_ends(sweep: Sweep) -> None:
+    """Build the scenarios at the ends of the axes; issue one warning for all of them."""
+    ends = extreme_runs(sweep.kind, sweep.plan.spreads, sweep.values)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ProcessZoneWarning)
+        for run in ends:
+            with in_file(f"run {run} ({sweep.describe(run)})"):
+                # Without a shared cache, as scenarios that share their vehicle warn only once.
+                scenario = ScenarioBuilder(sweep.plan).build(sweep.values[run].tolist())
+                for name in sweep.plan.controllers:
+                    timing(scenario, scenario.controller(name), sweep.plan.step)
+    found = [w.message for w in caught if isinstance(w.message, ProcessZoneWarning)]
+    if found:
+        warnings.warn(
+            f"{len(found)} of {len(ends)} runs at the ends of the axes: {found[0]}",
+            ProcessZoneWarning,
+            stacklevel=4,
+        )
+
+
+def _names(what: str, found: object, known: Collection[str]) -> tuple[str, ...]:
+    if not isinstance(found, list) or not found:
+        raise ValueError(f"{what} = {found!r} must be a list of at least one name")
+    names = tuple(text(what, name) for name in found)
+    for name in names:
+        if name not in known:
+            raise ValueError(f"{what}: {name!r} is not known; {known_names(name, known)}")
+    if len(set(names)) < len(names):
+        raise ValueError(f"{what} = {found!r} has a name twice")
+    return names
+
+
+def _controllers(
+    data: Mapping[str, Any], designs: Mapping[str, ControllerDesign], outcomes: Sequence[str]
+) -> dict[str, ControllerDesign]:
+    """Designs of the controllers that run. Default: all controllers of the scenario."""
+    if not of_runs(outcomes):
+        if "controllers" in data:
+            raise ValueError(
+                "controllers: none runs, as all outcomes come from the analysis of the wheelset"
+            )
+        return {}
+    if "controllers" not in data:
+        return dict(designs)
+    return {name: designs[name] for name in _names("controllers", data["controllers"], designs)}
+
+
+def _noise(data: Mapping[str, Any], kind: str) -> str:
+    """Read the noise; the default for grids, common noise, keeps maps free of speckle."""
+    noise = text("noise", data.get("noise", NOISES[0] if kind == "grid" else NOISES[1]))
+    if noise not in NOISES:
+        raise ValueError(f"noise = {noise!r} must be one of: {', '.join(NOISES)}")
+    return noise
+
+
+def _sampling(section: object) -> tuple[str, int, int]:
+    """Kind, number of runs and seed."""
+    table = subsection("sampling", section)
+    kind = text("sampling.kind", table.get("kind", "grid"))
+    if kind not in KINDS:
+        raise ValueError(f"sampling.kind = {kind!r} must be one of: {', '.join(KINDS)}")
+    if kind == "grid":
+        check_keys("sampling.", table, ["kind"], [])
+        return kind, 0, 0
+    check_keys("sampling.", table, ["kind", "runs", "seed"], ["runs", "seed"])
+    runs = whole("sampling.runs", table["runs"], 1, MOST_RUNS)
+    return kind, runs, whole("sampling.seed", table["seed"], 0, 2**53)

@@ -1,0 +1,344 @@
+"""A sweep as read: the plan common to all runs, the values of each, scenarios and law tables."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+from contactlib.contact import kernel
+from contactlib.contact.table import CreepForceTable
+from contactlib.files.model import BuildCache, build_wheelset
+from contactlib.files.reading import in_file
+from contactlib.files.scenario import ControllerDesign, Scenario, ScenarioContents, build_scenario
+from contactlib.files.sections import LAWS
+from contactlib.runs.sweep.axes import Axis, Target, change
+from contactlib.runs.sweep.sampling import Distribution, grid_shape
+from contactlib.traction import OpenLoop, TractionController
+from contactlib.vehicle.wheelset import Wheelset
+
+PLACEHOLDER = {"open_loop": OpenLoop()}  # for scenarios that are only analysed
+MOST_TABLES = 64  # building a cohesive one takes half a minute
+
+
+def package_version() -> str:
+    """Version of contactlib."""
+    return version("contactlib")
+
+
+def made_with(package: object, token: object) -> str:
+    """Describe the contactlib that made a plan."""
+    return f"contactlib {package} with kernel {token}"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that the runs of a sweep have in common.
+
+    A plan can be pickled, and running it reads no file.
+
+    Attributes
+    ----------
+    contents : ScenarioContents
+        Contents of scenario and vehicle file.
+    axes : tuple of Axis
+        Axes along which runs vary.
+    controllers : dict
+        Controllers by name, designed for the scenario of the file, or designs that each run
+        designs again. Empty if none runs.
+    outcomes : tuple of str
+        Outcomes to report.
+    noise : str
+        ``common`` if all runs have the sensors' noise of index 0 of their seed, ``independent`` if
+        each has that of its own index.
+    step : float or None
+        Longest time between rows [s].
+    tolerance : float
+        Tolerance of the integrator [1].
+    table_axes : tuple of int
+        Axes on which the law's table depends.
+    tables : dict
+        The law's table by the values of those axes.
+    package, token : str
+        Version of contactlib, and digest of the kernel's sources.
+    """
+
+    contents: ScenarioContents
+    axes: tuple[Axis, ...]
+    controllers: dict[str, TractionController | ControllerDesign]
+    outcomes: tuple[str, ...]
+    noise: str
+    step: float | None
+    tolerance: float
+    table_axes: tuple[int, ...]
+    tables: dict[tuple[float, ...], bytes]
+    package: str
+    token: str
+
+    @property
+    def spreads(self) -> list[Distribution]:
+        """Distribution of each axis's values."""
+        return [axis.spread for axis in self.axes]
+
+    def index_of(self, run: int) -> int:
+        """Index of a run's noise, for `contactlib.run_scenario`."""
+        return 0 if self.noise == "common" else run
+
+    @property
+    def made_with(self) -> str:
+        """Description of the contactlib that made the plan."""
+        return made_with(self.package, self.token)
+
+    def check_machine(self) -> None:
+        """Refuse to run with another contactlib.
+
+        Raises
+        ------
+        RuntimeError
+            If version or kernel differ from those of the plan.
+        """
+        here = package_version(), kernel.token()
+        if here != (self.package, self.token):
+            raise RuntimeError(
+                f"a worker has {made_with(*here)}, the sweep was planned with {self.made_with}: "
+                "install the same on all machines"
+            )
+
+    def digest(self, values: FloatArray) -> str:
+        """Digest of everything on which the results depend; `values` are those of all runs."""
+        known = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        tables = known.pop("tables")
+        axes = known.pop("axes")
+        known["contents"] = [self.contents.data, self.contents.vehicle]
+        known["axes"] = [(axis.name, axis.factor, axis.targets) for axis in axes]
+        found = hashlib.sha256(json.dumps(known, sort_keys=True, default=repr).encode())
+        for key, table in sorted(tables.items()):
+            found.update(repr(key).encode() + table)
+        found.update(repr(values.shape).encode() + values.tobytes())
+        return found.hexdigest()
+
+
+class ScenarioBuilder:
+    """Builds the scenario of any run, reusing the unchanged parts of the one before."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan, self._cache = plan, BuildCache()
+        self._tables: dict[tuple[float, ...], CreepForceTable] = {}
+        self._changed: dict[tuple[str, ...], list[tuple[int, Target]]] = {}
+        for i, axis in enumerate(plan.axes):
+            for target in axis.targets:
+                self._changed.setdefault(target.section, []).append((i, target))
+
+    def build(self, row: Sequence[float]) -> Scenario:
+        """Build the scenario of a run from the values of its axes.
+
+        Raises
+        ------
+        ValueError
+            If the values do not give a valid scenario.
+        """
+        data, vehicle, controllers = self._contents(row)
+        key = self.table_key(row)
+        if key not in self._tables:
+            self._tables[key] = CreepForceTable(self._plan.tables[key])
+        wheelset = self._cache("vehicle", self._wheelset, vehicle, self._tables[key])
+        return build_scenario(data, wheelset, controllers or PLACEHOLDER, self._cache)
+
+    def build_table(
+        self, row: Sequence[float], progress: Callable[[float], object]
+    ) -> CreepForceTable:
+        """Build the law's table of a run; ValueError as of `build`."""
+        _, vehicle, _ = self._contents(row)
+        with in_file(self._plan.contents.label):
+            folder = Path(self._plan.contents.folder)
+            return build_wheelset(vehicle, folder, None, progress).element.table
+
+    def table_key(self, row: Sequence[float]) -> tuple[float, ...]:
+        """Values of the axes on which the law's table depends."""
+        return tuple(float(row[i]) for i in self._plan.table_axes)
+
+    def _contents(
+        self, row: Sequence[float]
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, TractionController | ControllerDesign]]:
+        """Contents of scenario and vehicle, and controllers, of a run."""
+        plan = self._plan
+        data, vehicle = plan.contents.data, plan.contents.vehicle
+        controllers = dict(plan.controllers)
+        for section, changes in self._changed.items():
+            values = [row[i] for i, _ in changes]
+            made: Any = self._cache(section, self._section, section, *values)
+            if section[0] == "controllers":
+                controllers[section[1]] = made
+            elif section[0] == "vehicle":
+                vehicle = {**vehicle, section[1]: made}
+            else:
+                data = {**data, section[0]: made}
+        return data, vehicle, controllers
+
+    def _wheelset(self, vehicle: dict[str, Any], table: CreepForceTable) -> Wheelset:
+        with in_file(self._plan.contents.label):
+            folder = Path(self._plan.contents.folder)
+            return build_wheelset(vehicle, folder, table, lambda part: None, self._cache)
+
+    def _section(
+        self, section: tuple[str, ...], *values: float
+    ) -> dict[str, Any] | TractionController | ControllerDesign:
+        """Section of a file, or controller, with the values of its axes."""
+        plan, changes = self._plan, self._changed[section]
+        new = [
+            (target, target.scale(value) if plan.axes[i].factor else value)
+            for (i, target), value in zip(changes, values, strict=True)
+        ]
+        if section[0] == "controllers":
+            fields = {target.key: value for target, value in new}
+            return _changed(plan.controllers[section[1]], fields)
+        of_vehicle = section[0] == "vehicle"
+        contents = plan.contents.vehicle if of_vehicle else plan.contents.data
+        table = dict(contents.get(section[-1], {}))
+        for target, value in new:
+            change(table, target, value)
+        return table
+
+
+def _changed(
+    found: TractionController | ControllerDesign, changes: dict[str, Any]
+) -> TractionController | ControllerDesign:
+    """Copy of a controller, or of its design, with some fields changed."""
+    if isinstance(found, ControllerDesign):
+        return dataclasses.replace(found, given={**found.given, **changes})
+    changed: TractionController = dataclasses.replace(found, **changes)  # type: ignore[type-var]
+    return changed
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Many runs that differ in some parameters.
+
+    Attributes
+    ----------
+    name, source : str
+        Title, and the origin of the numbers.
+    stem : str
+        Name of the sweep file without its suffix, which the results share.
+    text : str
+        Text of the sweep file.
+    kind : str
+        ``grid``, ``latin_hypercube`` or ``monte_carlo``.
+    seed : int
+        Seed of a random sample.
+    scenario : Scenario
+        The scenario of the file.
+    plan : Plan
+        Everything that the runs have in common.
+    values : ndarray
+        Values of the axes in each run, shape (runs, axes), in SI units.
+    """
+
+    name: str
+    source: str
+    stem: str
+    text: str
+    kind: str
+    seed: int
+    scenario: Scenario
+    plan: Plan
+    values: FloatArray
+
+    def scenario_of(self, run: int) -> Scenario:
+        """Build the scenario of a run, with its controllers in the sweep.
+
+        `contactlib.run_scenario` repeats the run with ``index=sweep.plan.index_of(run)`` and the
+        sweep's step and tolerance.
+
+        Raises
+        ------
+        IndexError
+            If there is no such run.
+        ValueError
+            If its parameters do not give a valid scenario.
+        """
+        return self._builder.build(self.values[range(self.runs)[run]].tolist())
+
+    @cached_property
+    def _builder(self) -> ScenarioBuilder:
+        return ScenarioBuilder(self.plan)
+
+    @property
+    def runs(self) -> int:
+        """Number of runs under each controller."""
+        return len(self.values)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the outcomes: that of the grid, or the number of runs."""
+        return grid_shape(self.plan.spreads) if self.kind == "grid" else (self.runs,)
+
+    @property
+    def simulated_time(self) -> float:
+        """Duration of all runs together [s]; zero if no controller runs."""
+        if not self.plan.controllers:
+            return 0.0
+        each = np.full(self.runs, self.scenario.duration)
+        for axis, column in zip(self.plan.axes, self.values.T, strict=True):
+            if "run.duration" in [target.path for target in axis.targets]:
+                each = each * column if axis.factor else column
+        return len(self.plan.controllers) * float(each.sum())
+
+    @property
+    def summary(self) -> str:
+        """Number and duration of the runs, in words."""
+        names = ", ".join(self.plan.controllers)
+        what = f" of {self.scenario.duration:g} s under each of {names}" if names else ""
+        return f"{self.runs} runs{what}"
+
+    def describe(self, run: int) -> str:
+        """Values of the axes in a run, in words."""
+        axes = self.plan.axes
+        return ", ".join(
+            f"{axis.name} = {value:.6g}{'' if axis.unit == '1' else ' ' + axis.unit}"
+            for axis, value in zip(axes, self.values[run], strict=True)
+        )
+
+
+def table_axes(axes: Sequence[Axis], contents: ScenarioContents) -> tuple[int, ...]:
+    """Axes on which the law's table depends."""
+    law = contents.vehicle.get("law", {}).get("kind", "carter_griffith")
+    keys = {("vehicle", *key.split(".")) for key in LAWS[law].table_keys}
+    return tuple(
+        i for i, axis in enumerate(axes) if keys & {(*t.section, t.key) for t in axis.targets}
+    )
+
+
+def law_tables(
+    plan: Plan, values: FloatArray, base: CreepForceTable, progress: Callable[[float], object]
+) -> dict[tuple[float, ...], bytes]:
+    """Build the law's table for all values of the axes on which it depends."""
+    if not plan.table_axes:
+        return {(): base.data}
+    columns = values[:, plan.table_axes]
+    needed, where = np.unique(columns, axis=0, return_index=True)
+    if len(needed) > MOST_TABLES:
+        names = " and ".join(f"axes.{plan.axes[i].name}" for i in plan.table_axes)
+        raise ValueError(
+            f"{names}: each of {len(needed)} values needs its own table of the law, which is built "
+            f"first: at most {MOST_TABLES}, on a grid or from values = [...]"
+        )
+    builder, tables = ScenarioBuilder(plan), {}
+    for done, run in enumerate(where):
+
+        def part(of_one: float, done: int = done) -> None:
+            progress((done + of_one) / len(where))
+
+        with in_file(f"run {run}"):
+            table = builder.build_table(values[run].tolist(), part)
+        tables[builder.table_key(values[run].tolist())] = table.data
+    return tables

@@ -1,0 +1,44 @@
+"""Wheelsets as systems of python-control: loops, margins, and the nonlinear system.
+
+The solvers are those of the library; this package builds the systems and rejects invalid answers.
+"""
+
+from contactlib.stability.control_systems.loci import (
+    Nyquist,
+    RootLocus,
+    growth_rate,
+    nyquist,
+    root_locus,
+)
+from contactlib.stability.control_systems.loops import (
+    Margins,
+    closed_loop,
+    creep_loop,
+    margins,
+    open_loop,
+    sampled_loop,
+)
+from contactlib.stability.control_systems.nonlinear import (
+    creep_control_system,
+    operating_point,
+    phase_plane_system,
+    response,
+)
+
+__all__ = [
+    "Margins",
+    "Nyquist",
+    "RootLocus",
+    "closed_loop",
+    "creep_control_system",
+    "creep_loop",
+    "growth_rate",
+    "margins",
+    "nyquist",
+    "open_loop",
+    "operating_point",
+    "phase_plane_system",
+    "response",
+    "root_locus",
+    "sampled_loop",
+]

@@ -1,0 +1,201 @@
+"""Poles of a wheelset under constant torque: one real pole is unstable where the force falls.
+
+Closed forms of the linearisation in `vehicle.wheelset`. With kappa = Q'/V and F' = dF/dV it is
+
+    A = [[ -(b + r**2 kappa)/J,  r kappa (1 + zeta)/J           ],
+         [ r kappa/M,            -(kappa (1 + zeta) + F')/M     ]]
+
+whose off-diagonal elements have the same sign: both eigenvalues are real, and the first one crosses
+zero where the determinant vanishes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
+
+from contactlib.base.quantities import (
+    MODERATE,
+    MODERATE_POSITIVE,
+    FloatArray,
+    Limits,
+    checked,
+    checked_number,
+    common_shape,
+)
+from contactlib.contact import kernel
+from contactlib.contact.element import creepage_limits
+from contactlib.stability.quasi_steady import creepage_grid
+from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
+from contactlib.vehicle.wheelset import Wheelset
+
+
+def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
+    """Creep force slope Q' = dQ/dzeta below which a constant torque cannot hold `point` [N].
+
+    It is -V/(r**2/b + (1 + zeta)/F') for a free wheelset, -b V/r**2 for a held speed, and zero, the
+    case of the paper, without damping or without a resistance that grows with speed. If friction
+    falls with slip speed, dQ/dV at fixed creepage is not zero, and a free wheelset with damping
+    has -V (F' - dQ/dV)/(r**2 F'/b + 1 + zeta).
+    """
+    r, b, speed = wheelset.radius, wheelset.damping, point.speed
+    if b == 0.0:
+        return 0.0
+    if wheelset.speed_held:
+        return -b * speed / r**2
+    growth = point.resistance_slope - point.creep_force_speed_slope
+    return -speed * growth / (r**2 * point.resistance_slope / b + 1.0 + point.creepage)
+
+
+def approximate_pole(
+    *, radius: float, inertia: float, creep_force_slope: ArrayLike, speed: ArrayLike
+) -> FloatArray:
+    """Fast pole without damping and with the speed held: -r**2 Q'/(J V) [1/s].
+
+    Parameters
+    ----------
+    radius, inertia : float
+        r [m], J [kg.m2].
+    creep_force_slope, speed : array_like
+        Q' = dQ/dzeta [N] and V [m/s]; they broadcast.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+    r = checked_number("radius", radius, MODERATE_POSITIVE)
+    j = checked_number("inertia", inertia, MODERATE_POSITIVE)
+    slope = checked("creep_force_slope", creep_force_slope, MODERATE)
+    v = checked("speed", speed, MODERATE_POSITIVE)
+    common_shape({"creep_force_slope": slope, "speed": v})
+    return np.asarray(-(r**2) * slope / (j * v))
+
+
+def poles(
+    wheelset: Wheelset,
+    creepage: ArrayLike,
+    *,
+    speed: ArrayLike,
+    normal_load: ArrayLike | None = None,
+    friction_scale: ArrayLike = 1.0,
+) -> NDArray[np.complex128]:
+    """Eigenvalues of the wheelset at operating points, by falling real part [1/s].
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        The wheelset, with torque and outer forces that balance each point.
+    creepage, speed, normal_load, friction_scale : array_like
+        Points [1, m/s, N, 1]; they broadcast.
+
+    Returns
+    -------
+    ndarray, shape (..., 1) or (..., 2)
+        One eigenvalue if the speed is held, else two: those of creepage and vehicle speed. They
+        are real unless friction falls with slip speed.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range; the speed must be at least the element's minimum speed.
+    """
+    slowest = wheelset.element.minimum_speed
+    fastest = kernel.wheelset_limits()["speed"].at_most
+    v = checked("speed", speed, Limits(at_least=slowest, at_most=fastest))
+    limits = creepage_limits(wheelset.element, float(v.max(initial=slowest)))
+    zeta = checked("creepage", creepage, limits)
+    common_shape({"creepage": zeta, "speed": v})
+    r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
+    contact = wheelset.element.evaluate(
+        omega=(1.0 + zeta) * v / r,
+        speed=v,
+        normal_load=normal_load,
+        friction_scale=friction_scale,
+    )
+    by_omega, by_speed = contact["force_by_omega"], contact["force_by_speed"]
+    if wheelset.mass is None:
+        return np.asarray(-(b + r * by_omega) / j, dtype=np.complex128)[..., np.newaxis]
+    m = wheelset.mass
+    growth = wheelset.resistance.linear + 2.0 * wheelset.resistance.quadratic * v  # F'
+    trace = -(b + r * by_omega) / j + (by_speed - growth) / m
+    # The determinant's two products of Q' with Q' cancel and are omitted.
+    determinant = (b * (growth - by_speed) + r * by_omega * growth) / (j * m)
+    root = np.sqrt((trace**2 - 4.0 * determinant).astype(np.complex128))
+    larger = 0.5 * (trace + np.where(trace < 0.0, -root, root))  # without cancellation
+    smaller = np.divide(determinant, larger, out=np.zeros_like(larger), where=larger != 0.0)
+    both = np.stack([larger, smaller], axis=-1)
+    return np.take_along_axis(both, np.argsort(-both.real, axis=-1, kind="stable"), axis=-1)
+
+
+def fast_pole(
+    wheelset: Wheelset,
+    creepage: ArrayLike,
+    *,
+    speed: ArrayLike,
+    normal_load: ArrayLike | None = None,
+    friction_scale: ArrayLike = 1.0,
+) -> FloatArray:
+    """Real part of the eigenvalue of the creepage at operating points [1/s].
+
+    Arguments as for `poles`. For a held speed it is the only eigenvalue; for a free wheelset the
+    unstable one or, if both are stable, the one farther from zero. `approximate_pole` is close.
+    """
+    found = poles(
+        wheelset, creepage, speed=speed, normal_load=normal_load, friction_scale=friction_scale
+    ).real
+    first, last = found[..., 0], found[..., -1]
+    return np.asarray(np.where(first > 0.0, first, last))
+
+
+class WorstPole(NamedTuple):
+    """The largest pole at one speed.
+
+    Attributes
+    ----------
+    pole : float
+        The pole [1/s]; zero or less if a constant torque holds every creepage.
+    creepage : float
+        Its creepage [1].
+    """
+
+    pole: float
+    creepage: float
+
+
+def worst_pole(
+    wheelset: Wheelset, at: Conditions | None = None, **given: Unpack[GivenConditions]
+) -> WorstPole:
+    """Largest `fast_pole` over the creepages of traction, and its creepage.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        The wheelset.
+    at, **given
+        Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
+        nominal.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+    contact = (at := wheelset.conditions(at, **given)).contact
+    grid = creepage_grid(wheelset, at)
+
+    def stability(log_creepage: ArrayLike) -> FloatArray:
+        return -fast_pole(wheelset, np.exp(log_creepage), **contact)
+
+    logs = np.log(grid)
+    i = int(np.clip(np.argmin(stability(logs)), 1, grid.size - 2))
+    best = minimize_scalar(
+        lambda log: float(stability(log)),
+        bounds=(logs[i - 1], logs[i + 1]),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return WorstPole(float(-best.fun), float(np.exp(best.x)))

@@ -1,0 +1,319 @@
+"""The largest creep force that a contact can transmit, also for many wheelsets row by row.
+
+A search in every row would take longer than stepping the wheelsets. While friction stays at one of
+the levels of its track, the largest force is a smooth function of the speed alone, and constant if
+friction does not fall with slip speed. So it is searched at a few speeds of an octave and
+interpolated. Only on ramps of friction, and where the octave's polynomial has not converged, it is
+searched in every row.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+
+from contactlib.base.quantities import FloatArray, checked, common_shape
+from contactlib.contact import kernel
+from contactlib.contact.element import ForceElement
+from contactlib.vehicle.drivetrain import Drivetrain
+from contactlib.vehicle.track import Profile, Track
+
+NEAR, FAR = 40, 14  # number of slip speeds tried up to 10 zeta0, and beyond
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+CUTS = 40  # of the golden-section search
+NODES = 10  # speeds in an octave
+OCTAVES = (-4, 9)  # lowest and highest: from 2**(e - 1) up to 2**e [m/s]
+CONVERGED = 3e-9  # of the force: limit of the last two terms of its Chebyshev series
+MOST_LEVELS = 32  # of friction; further levels count as ramps
+
+_PLACES = chebyshev.chebpts1(NODES)  # of the nodes in the octave, -1 to 1
+_POWERS = np.linalg.inv(np.vander(_PLACES, increasing=True))  # from values to coefficients
+
+
+def available_force(
+    element: ForceElement,
+    *,
+    speed: ArrayLike,
+    normal_load: ArrayLike | None = None,
+    friction_scale: ArrayLike = 1.0,
+    other_friction_scale: ArrayLike | None = None,
+) -> FloatArray:
+    """Largest |creep force| over all creepages at given speeds [N]; arguments broadcast.
+
+    If friction falls with slip speed, the peak is lower at higher vehicle speed, where its creepage
+    means more slip speed. Braking and driving have the same peak.
+
+    Parameters
+    ----------
+    element : ForceElement
+        The contact.
+    speed : array_like
+        Forward velocity [m/s].
+    normal_load : array_like, optional
+        Load of the contact [N]. Default: its nominal load.
+    friction_scale : array_like, optional
+        Factor on both friction coefficients [1]. Default: 1.
+    other_friction_scale : array_like, optional
+        Friction scale of the other wheel, if the element is the contact of a whole wheelset [1].
+        Each wheel has half of the load and both have the same creepage, so at most one of them is
+        at its own peak. Default: `friction_scale`.
+
+    Returns
+    -------
+    ndarray
+        Forces of the common shape of the arguments; the relative error is 1e-9, and 1e-8 for a law
+        that rises forever.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite or out of range, such as a negative load.
+
+    Examples
+    --------
+    >>> import contactlib as cl
+    >>> locomotive = cl.load_model("locomotive.toml").wheelset.element
+    >>> (available_force(locomotive, speed=[5.0, 20.0], friction_scale=[1.0, 0.5]) / 1e3).round(2)
+    array([52.59, 28.39])
+    """
+    limits = kernel.force_input_limits()
+    given = {
+        "speed": speed,
+        "normal_load": element.contact.normal_load if normal_load is None else normal_load,
+        "friction_scale": friction_scale,
+    }
+    arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
+    other = friction_scale if other_friction_scale is None else other_friction_scale
+    arrays["other_friction_scale"] = checked(
+        "other_friction_scale", other, limits["friction_scale"]
+    )
+    shape = common_shape(arrays)
+    if not element.friction.falls_with_slip_speed:
+        arrays["speed"] = np.ones(())  # the result does not depend on it
+    rows = np.stack([np.broadcast_to(array, shape) for array in arrays.values()], axis=-1)
+    cases, place = np.unique(rows.reshape(-1, 4), axis=0, return_inverse=True)
+    return np.asarray(_largest(element, cases)[place].reshape(rows.shape[:-1]))
+
+
+def _largest(element: ForceElement, cases: FloatArray) -> FloatArray:
+    """Largest force of each case, a row (speed, load, friction scales of the two wheels)."""
+    inputs = np.zeros((2, len(cases)), dtype=kernel.force_input_dtype())
+    inputs["speed"], inputs["normal_load"] = cases[:, 0], cases[:, 1]
+    inputs["friction_scale"] = cases[:, 2:].T
+
+    def force(slip: FloatArray) -> FloatArray:
+        inputs["omega"] = (inputs["speed"] + slip) / element.radius
+        found = element.native.evaluate(inputs)["creep_force"]
+        return np.asarray(0.5 * (found[0] + found[1]))
+
+    inputs["omega"] = inputs["speed"] / element.radius
+    rolling = element.native.evaluate(inputs)
+    # Slip speed at the saturation creepage: zeta0 times the creepage's reference speed.
+    units = rolling["saturation_creepage"] * element.radius / rolling["creepage_by_omega"]
+    return largest_force(force, units.max(axis=0), element.friction.slip_rate_residual)
+
+
+def largest_force(
+    force: Callable[[FloatArray], FloatArray], unit: FloatArray, residual: ArrayLike
+) -> FloatArray:
+    """Largest force over all slip speeds, of many contacts at once.
+
+    Parameters
+    ----------
+    force : callable
+        Forces [N] at slip speeds [m/s], both of the shape of `unit`.
+    unit : ndarray
+        Approximate slip speeds at the saturation creepage [m/s].
+    residual : array_like
+        Fraction of friction that is left at high slip speeds [1]; broadcasts with `unit`.
+
+    Returns
+    -------
+    ndarray
+        Largest forces [N], of the shape of `unit`; the relative error is 1e-9.
+    """
+    # Friction that falls at once has the zeta0 of its residual; a law may rise forever.
+    first = np.log(0.01 * np.asarray(residual, dtype=np.float64))
+    near = [np.exp(first + part * (np.log(10.0) - first)) for part in np.linspace(0.0, 1.0, NEAR)]
+    grid = [np.zeros_like(first), *near, *np.geomspace(30.0, 1e8, FAR)]
+    largest, low, high = np.zeros_like(unit), np.zeros_like(unit), grid[1] * unit
+    for i, x in enumerate(grid):
+        found = force(x * unit)
+        better = found > largest
+        low = np.where(better, grid[max(i - 1, 0)] * unit, low)
+        high = np.where(better, grid[min(i + 1, len(grid) - 1)] * unit, high)
+        largest = np.maximum(largest, found)
+    # Golden section needs no derivative: the peak may be a corner, where the force is limited.
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = force(left), force(right)
+    for _ in range(CUTS):
+        largest = np.maximum(largest, np.maximum(at_left, at_right))
+        down = at_left >= at_right
+        low, high = np.where(down, low, left), np.where(down, right, high)
+        new = np.where(down, high - GOLDEN * (high - low), low + GOLDEN * (high - low))
+        found = force(new)
+        left, right = np.where(down, new, right), np.where(down, left, new)
+        at_left, at_right = np.where(down, found, at_right), np.where(down, at_left, found)
+    return np.asarray(np.maximum(largest, np.maximum(at_left, at_right)))
+
+
+class AvailableForce:
+    """Interpolates the largest force of each wheelset, with common polynomials for equal ones.
+
+    Results are right to 1e-8 and do not depend on the other wheelsets.
+
+    Parameters
+    ----------
+    drivetrains : sequence of Drivetrain
+        One for each wheelset; friction must fall with slip speed for all of them or for none.
+    tracks : sequence of Track
+        One for each wheelset.
+    """
+
+    def __init__(self, drivetrains: Sequence[Drivetrain], tracks: Sequence[Track]) -> None:
+        self._falls = drivetrains[0].wheelset.element.friction.falls_with_slip_speed
+        self._octaves = 1 + OCTAVES[1] - OCTAVES[0] if self._falls else 1
+        bodies: dict[Any, int] = {}
+        cases: dict[tuple[int, float, float], int] = {}  # a body at a level
+        levels = {id(track): friction_levels(track) for track in tracks}
+        self._bodies: list[Drivetrain] = []
+        self._body = np.empty(len(drivetrains), dtype=np.intp)  # of each wheelset
+        most = max(map(len, levels.values()))
+        self._level = np.full((most, 2, len(drivetrains)), np.nan)
+        self._case = np.zeros((most, len(drivetrains)), dtype=np.intp)
+        for i, (train, track) in enumerate(zip(drivetrains, tracks, strict=True)):
+            element = train.wheelset.element
+            key = id(element.table), *element.parameters.values()
+            if key not in bodies:
+                bodies[key] = len(bodies)
+                self._bodies.append(train)
+            self._body[i] = bodies[key]
+            for j, level in enumerate(levels[id(track)]):
+                self._level[j, :, i] = level
+                self._case[j, i] = cases.setdefault((bodies[key], *level), len(cases))
+        body, *factors = np.array(list(cases)).T
+        self._of_case = body.astype(np.intp), *factors
+        # One column for each octave of each case; nan if its polynomial has not converged.
+        columns = len(cases) * self._octaves
+        self._powers = np.zeros((NODES if self._falls else 1, columns))
+        self._known = np.zeros(columns, dtype=np.bool_)
+
+    def __call__(self, speed: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+        """Largest forces [N] at speeds [m/s] and friction factors [1], all of shape (rows, n)."""
+        column = np.full(speed.shape, -1)
+        for (on_left, on_right), case in zip(self._level, self._case, strict=True):
+            np.copyto(column, case * self._octaves, where=(left == on_left) & (right == on_right))
+        place = np.zeros((len(speed), 1))
+        if self._falls:
+            mantissa, exponent = np.frexp(np.abs(speed))
+            octave = exponent - OCTAVES[0]
+            outside = (octave < 0) | (octave >= self._octaves) | (mantissa == 0.0) | (column < 0)
+            column = np.where(outside, -1, column + octave)
+            place = 4.0 * mantissa - 3.0
+        new = column[~self._known[column] & (column >= 0)]
+        if new.size:
+            self._learn(np.unique(new))
+        # Most wheelsets keep the polynomial of the first row.
+        found = _horner(self._powers[:, column[0]], place)
+        row, member = np.nonzero(column != column[0])
+        there = place[row, member if self._falls else 0]
+        found[row, member] = _horner(self._powers[:, column[row, member]], there)
+        row, member = np.nonzero((column < 0) | np.isnan(found))
+        if row.size:
+            given = (signal[row, member] for signal in (speed, left, right))
+            found[row, member] = self._search(self._body[member], *given)
+        return found
+
+    def _learn(self, columns: NDArray[np.intp]) -> None:
+        """Fit the polynomials of new columns."""
+        case, octave = np.divmod(columns, self._octaves)
+        nodes = np.ones((1, 1))  # any speed [m/s], if friction does not fall with slip speed
+        if self._falls:
+            nodes = np.ldexp(0.25 * (_PLACES + 3.0)[:, np.newaxis], octave + OCTAVES[0])
+        shape = len(self._powers), columns.size
+        given = [
+            np.broadcast_to(x, shape).ravel() for x in (nodes, *(y[case] for y in self._of_case))
+        ]
+        speed, body, left, right = given
+        values = self._search(body, speed, left, right).reshape(shape)
+        powers = values
+        if self._falls:
+            powers = np.zeros(shape)
+            for weights, value in zip(_POWERS.T, values, strict=True):
+                powers += weights[:, np.newaxis] * value
+            highest = np.abs(powers[-2:]) / 2.0 ** np.array([[NODES - 3], [NODES - 2]])
+            powers[:, highest.sum(axis=0) > CONVERGED * values[0]] = np.nan
+        self._powers[:, columns], self._known[columns] = powers, True
+
+    def _search(
+        self, body: NDArray[np.intp], speed: FloatArray, left: FloatArray, right: FloatArray
+    ) -> FloatArray:
+        """Largest forces for arrays of bodies, speeds and friction factors."""
+        used, place = np.unique(body, return_inverse=True)
+        trains = [self._bodies[i] for i in used.tolist()]
+        elements = [train.wheelset.element for train in trains]
+        members = [train.member() for train in trains]
+        # Without relaxation: the force is the steady one.
+        members = [m._replace(contact={**m.contact, "relaxation_length": 0.0}) for m in members]
+        fleet = kernel.NativeFleet([members[i] for i in place.tolist()])
+        radius, load, zeta0, slowest, residual = np.array(
+            [
+                (
+                    element.radius,
+                    element.contact.normal_load,
+                    element.saturation_creepage,
+                    element.minimum_speed,
+                    element.friction.slip_rate_residual,
+                )
+                for element in elements
+            ]
+        ).T[:, place]
+        inputs = np.zeros(speed.size, kernel.drivetrain_dtype("input"))
+        states = np.zeros(speed.size, kernel.drivetrain_dtype("state"))
+        inputs["load_left"] = inputs["load_right"] = 0.5 * load
+        inputs["friction_left"], inputs["friction_right"] = left, right
+        states["speed"] = speed
+
+        def force(slip: FloatArray) -> FloatArray:
+            states["omega_left"] = states["omega_right"] = (speed + slip) / radius
+            out = fleet.evaluate(inputs, states)
+            return np.asarray(out["creep_force_left"] + out["creep_force_right"])
+
+        unit = np.maximum(left, right) * zeta0 * np.maximum(np.abs(speed), slowest)
+        return largest_force(force, unit, residual)
+
+
+def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
+    found = np.broadcast_to(powers[-1], np.broadcast_shapes(powers.shape[1:], place.shape)).copy()
+    for power in powers[-2::-1]:
+        found *= place
+        found += power
+    return found
+
+
+def friction_levels(track: Track) -> list[tuple[float, float]]:
+    """Pairs of constant factors on friction under the left and the right wheel [1]."""
+    left, right = track.friction_left, track.friction_right
+    times = {time for time, _, _ in _levels(track.friction_over_time)}
+    pairs = {(value, value) for value, _, _ in _levels(left)}
+    if right is not None:
+        both = product(_levels(left), _levels(right))
+        pairs = {(a, b) for (a, *of_a), (b, *of_b) in both if _overlap(*of_a, *of_b)}
+    return sorted({(a * time, b * time) for a, b in pairs for time in times})[:MOST_LEVELS]
+
+
+def _levels(profile: Profile) -> list[tuple[float, float, float]]:
+    """Value, start and end of each level stretch of a profile."""
+    at, value = (-math.inf, *profile.at, math.inf), profile.value
+    steps = pairwise((value[0], *value, value[-1]))
+    return [(a, *ends) for (a, b), ends in zip(steps, pairwise(at), strict=True) if a == b]
+
+
+def _overlap(start: float, end: float, other_start: float, other_end: float) -> bool:
+    return max(start, other_start) < min(end, other_end)

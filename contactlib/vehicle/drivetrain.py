@@ -1,0 +1,113 @@
+"""A wheelset with motor, axle, and two wheels that may differ.
+
+The kernel has the equations of motion and their integrator (fmu/drivetrain_lanes.h).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import Annotated
+
+from contactlib.base.quantities import Parameters, Quantity
+from contactlib.contact import kernel
+from contactlib.vehicle.wheelset import Wheelset
+
+LARGEST_LAG = 10.0  # of a motor [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axle(Parameters):
+    """Axle that twists between its two wheels.
+
+    Parameters
+    ----------
+    stiffness : float
+        k, torque per angle between the wheels [N.m/rad].
+    damping : float, optional
+        d, torque per rate of that angle [N.m.s/rad].
+    drive_share : float, optional
+        Fraction of the drive torque that acts on the left wheel [1]. Default: 0.5, a drive in the
+        middle.
+    """
+
+    stiffness: Annotated[float, Quantity("N.m/rad", above=0.0)]
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
+    drive_share: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Drivetrain(Parameters):
+    """Wheelset, axle and motor. Each wheel has half of the inertia and, initially, of the load.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        Contact of both wheels together, body, resistance.
+    axle : Axle, optional
+        Elastic axle. Default: a rigid one.
+    motor_lag : float, optional
+        Time constant with which the drive torque follows its command [s]. Default: 0, no lag.
+    relaxation_length : float, optional
+        Distance over which the creep force follows the creepage [m]. Default: 0, no relaxation.
+    """
+
+    wheelset: Wheelset
+    _: KW_ONLY
+    axle: Axle | None = None
+    motor_lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG)] = 0.0
+    relaxation_length: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+
+    @property
+    def torsional_frequency(self) -> float:
+        """Undamped angular frequency of the wheels against each other [rad/s]; rigid: infinite."""
+        if self.axle is None:
+            return math.inf
+        return math.sqrt(4.0 * self.axle.stiffness / self.wheelset.inertia)
+
+    @property
+    def torsional_damping_ratio(self) -> float:
+        """D of that vibration without creep forces [1]; zero for a rigid axle.
+
+        2 D omega_t = (2 d + b/2)/(J/2) with the wheelset's drive damping b and inertia J, of which
+        each wheel has half.
+        """
+        if self.axle is None:
+            return 0.0
+        rate = (4.0 * self.axle.damping + self.wheelset.damping) / self.wheelset.inertia
+        return 0.5 * rate / self.torsional_frequency
+
+    @cached_property
+    def _parameters(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Parameters of the kernel's contact and drivetrain, by name, in SI units."""
+        axle = self.axle
+        contact = {
+            **self.wheelset.element.parameters,
+            "relaxation_length": self.relaxation_length,
+        }
+        drivetrain = {
+            "axle_stiffness": 0.0 if axle is None else axle.stiffness,
+            "axle_damping": 0.0 if axle is None else axle.damping,
+            "drive_share": 0.5 if axle is None else axle.drive_share,
+            "motor_lag": self.motor_lag,
+        }
+        return contact, drivetrain
+
+    @property
+    def kind(self) -> tuple[int, bool, bool, bool]:
+        """Table and states, which drivetrains must have in common to be stepped together."""
+        table = self.wheelset.element.table.native
+        return id(table), self.axle is not None, self.motor_lag > 0.0, self.relaxation_length > 0.0
+
+    def member(self, track: kernel.NativeTrack | None = None) -> kernel.NativeMember:
+        """Return this drivetrain on a track as a member of a `kernel.NativeFleet`."""
+        contact, drivetrain = self._parameters
+        wheelset = self.wheelset
+        table = wheelset.element.table.native
+        return kernel.NativeMember(table, contact, drivetrain, wheelset.parameters, track)
+
+    @cached_property
+    def native(self) -> kernel.NativeFleet:
+        """The equations of motion of this drivetrain, with the inputs' friction."""
+        return kernel.NativeFleet([self.member()])

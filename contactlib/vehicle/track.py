@@ -1,0 +1,137 @@
+"""Piecewise linear profiles, and the track: friction under each wheel by distance and time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.base.quantities import FINITE, POSITIVE, FloatArray, checked, checked_number, shown
+from contactlib.contact.kernel import NativeTrack
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Piecewise linear function of time or distance, by breakpoints; constant beyond its ends.
+
+    A place given twice is a jump: the first value holds up to it, the second from it on.
+
+    Parameters
+    ----------
+    at : sequence of float
+        Times [s] or distances [m], rising or repeated at most once.
+    value : sequence of float
+        One value for each place.
+
+    Examples
+    --------
+    >>> pulse = Profile((1.0, 1.0, 2.0, 2.0), (0.0, 5.0, 5.0, 0.0))
+    >>> pulse([0.5, 1.0, 1.5, 2.0]).tolist()
+    [0.0, 5.0, 5.0, 0.0]
+    >>> pulse.on(1.0, 2.0)  # the ends as seen from inside
+    (5.0, 5.0)
+    """
+
+    at: tuple[float, ...]
+    value: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        at, value = checked("at", self.at, FINITE), checked("value", self.value, FINITE)
+        if at.ndim != 1 or at.size == 0 or at.shape != value.shape:
+            raise ValueError(
+                f"at has {at.size} and value {value.size} entries: both must be sequences of "
+                "the same length, at least 1"
+            )
+        places = tuple(at.tolist())  # for few places plain numbers are faster
+        falls = any(b < a for a, b in pairwise(places))
+        if falls or any(a == b for a, b in zip(places, places[2:], strict=False)):
+            raise ValueError(f"at = {shown(self.at)} must rise, and repeat a place at most once")
+        object.__setattr__(self, "at", places)
+        object.__setattr__(self, "value", tuple(value.tolist()))
+
+    @classmethod
+    def of(cls, value: float | Profile) -> Profile:
+        """`value` itself if it is a profile, else a constant."""
+        return value if isinstance(value, Profile) else cls((0.0,), (value,))
+
+    def __call__(self, at: ArrayLike) -> FloatArray:
+        """Values at any places; at a jump the value from it on."""
+        return np.asarray(np.interp(checked("at", at, FINITE, copy=False), self.at, self.value))
+
+    def on(self, start: float, end: float) -> tuple[float, float]:
+        """Values at `start` and `end` as seen between them; no breakpoint may lie between."""
+        start = checked_number("start", start, FINITE)
+        middle = 0.5 * start + 0.5 * checked_number("end", end, FINITE)
+        at_start, at_middle = float(self(start)), float(self(middle))
+        return at_start, 2.0 * at_middle - at_start
+
+
+UNCHANGED = Profile((0.0,), (1.0,))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """Factors on both friction coefficients, under either wheel of a wheelset.
+
+    Parameters
+    ----------
+    friction_left : Profile, optional
+        Factor under the left wheel over distance [m] [1].
+    friction_right : Profile, optional
+        Factor under the right wheel over distance [m] [1]. Default: as on the left.
+    friction_over_time : Profile, optional
+        Further factor for both wheels over time [s], for sand or rain [1].
+
+    Raises
+    ------
+    ValueError
+        If a factor is not above zero.
+
+    Examples
+    --------
+    >>> patch = Track(friction_left=Profile((50.0, 50.0, 150.0, 150.0), (1.0, 0.5, 0.5, 1.0)))
+    >>> patch.friction_scale([0.0, 60.0], 0.0).tolist()
+    [[1.0, 1.0], [0.5, 0.5]]
+    """
+
+    friction_left: Profile = UNCHANGED
+    friction_right: Profile | None = None
+    friction_over_time: Profile = UNCHANGED
+
+    def __post_init__(self) -> None:
+        checked("Track.friction_left", self.friction_left.value, POSITIVE)
+        checked("Track.friction_over_time", self.friction_over_time.value, POSITIVE)
+        if self.friction_right is not None:
+            checked("Track.friction_right", self.friction_right.value, POSITIVE)
+
+    def friction_scale(self, distance: ArrayLike, time: float) -> FloatArray:
+        """Factors under the left and the right wheel.
+
+        Parameters
+        ----------
+        distance : array_like
+            Distance of each of n wheelsets, shape (n,) or () [m].
+        time : float
+            Time [s].
+
+        Returns
+        -------
+        ndarray
+            Factors [1], shape (n, 2) or (2,).
+        """
+        distance = checked("distance", distance, FINITE, copy=False)
+        time = checked_number("time", time, FINITE)
+        left = self.friction_left(distance)
+        right = left if self.friction_right is None else self.friction_right(distance)
+        return np.asarray(np.stack([left, right], axis=-1) * self.friction_over_time(time))
+
+    @cached_property
+    def native(self) -> NativeTrack:
+        """The profiles for the kernel."""
+        sides = self.friction_left, self.friction_right or self.friction_left
+        profiles = (*sides, self.friction_over_time)
+        left, right, over_time = ((profile.at, profile.value) for profile in profiles)
+        return left, right, over_time

@@ -1,0 +1,390 @@
+"""A single wheelset: rotation and forward motion, driven by a torque through the creep force.
+
+    J domega/dt = T - r Q - b omega
+    M dV/dt     = Q - F(V) - F_outer,      F(V) = A + B V + C V**2 + M g grade
+
+The kernel has the right-hand side and its Jacobian (fmu/wheelset_law.h).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq, minimize_scalar
+
+from contactlib.base.quantities import (
+    FINITE,
+    FloatArray,
+    Parameters,
+    Quantity,
+    checked,
+    checked_number,
+)
+from contactlib.contact import kernel
+from contactlib.contact.element import ForceElement
+from contactlib.vehicle.conditions import (
+    Conditions,
+    GivenConditions,
+    GivenInputs,
+    OperatingPoint,
+    Resistance,
+)
+
+if TYPE_CHECKING:
+    from control import NonlinearIOSystem, StateSpace
+
+GRAVITY = 9.80665  # standard gravity [m/s2]
+NO_RESISTANCE = Resistance()
+FASTEST = 1e3  # equilibria are searched up to this speed [m/s]
+SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
+SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
+
+
+@dataclass(frozen=True, eq=False)
+class Wheelset(Parameters):
+    """Wheelset with its drive, on rails or on a roller rig.
+
+    Parameters
+    ----------
+    element : ForceElement
+        The contact of the whole wheelset.
+    inertia : float
+        J about the axle, with the drive's inertia [kg.m2].
+    mass : float, optional
+        M moved by this wheelset [kg]. Default: the speed is held, as on a roller rig.
+    damping : float, optional
+        b, drive torque lost per angular velocity [N.m.s/rad]. Default: 0.
+    resistance : Resistance, optional
+        Running resistance and grade. Default: none.
+    """
+
+    element: ForceElement
+    _: KW_ONLY
+    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
+    mass: Annotated[float | None, Quantity("kg", above=0.0)] = None
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
+    resistance: Resistance = NO_RESISTANCE
+
+    @property
+    def radius(self) -> float:
+        """Rolling radius [m]."""
+        return self.element.radius
+
+    @property
+    def speed_held(self) -> bool:
+        """Whether the forward speed is prescribed."""
+        return self.mass is None
+
+    @property
+    def effective_inverse_mass(self) -> float:
+        """Slip acceleration per creep force: r**2/J + 1/M, or r**2/J at held speed [1/kg]."""
+        return self.radius**2 / self.inertia + (0.0 if self.mass is None else 1.0 / self.mass)
+
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the kernel's equations of motion, in SI units."""
+        return {
+            "radius": self.radius,
+            "inertia": self.inertia,
+            "inverse_mass": 0.0 if self.mass is None else 1.0 / self.mass,
+            "damping": self.damping,
+            "constant_resistance": self.resistance.constant,
+            "linear_resistance": self.resistance.linear,
+            "quadratic_resistance": self.resistance.quadratic,
+            "grade_acceleration": GRAVITY * self.resistance.grade,
+            "minimum_speed": self.element.minimum_speed,
+        }
+
+    @cached_property
+    def native(self) -> kernel.NativeWheelset:
+        """The kernel's equations of motion."""
+        return kernel.NativeWheelset(self.parameters)
+
+    def conditions(
+        self, at: Conditions | None = None, **given: Unpack[GivenConditions]
+    ) -> Conditions:
+        """Check and complete conditions for an analysis: those of `at`, with changes.
+
+        Every analysis of a wheelset takes such conditions, or these keyword arguments.
+
+        Parameters
+        ----------
+        at : Conditions, optional
+            Conditions to start from; needed unless `speed` is given.
+        speed : float
+            Forward speed, at least the element's minimum speed [m/s].
+        normal_load : float, optional
+            Load of the contact [N]. Default: the contact's nominal load.
+        friction_scale : float, optional
+            Factor on both friction coefficients [1]. Default: 1.
+        resistance_force : float, optional
+            Force of the train on the vehicle, against the motion [N]. Default: 0.
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range.
+        TypeError
+            If the speed is missing, or an argument is not known.
+        """
+        known: dict[str, Any] = {"friction_scale": 1.0, "resistance_force": 0.0, **given}
+        if at is not None:
+            if not given and at.speed >= self.element.minimum_speed:
+                return at
+            known = {**vars(at), **given}
+        if "speed" not in known:
+            raise TypeError("speed is missing: give it, or conditions that contain it")
+        if known.get("normal_load") is None:
+            known["normal_load"] = self.element.contact.normal_load
+        limits = kernel.wheelset_limits()
+        limits = {**limits, "speed": replace(limits["speed"], at_least=self.element.minimum_speed)}
+        order = ("speed", "normal_load", "friction_scale", "resistance_force")
+        if unknown := set(known) - set(order):
+            raise TypeError(f"{min(unknown)} is not a condition: known are {', '.join(order)}")
+        return Conditions(**{n: checked_number(n, known[n], limits[n]) for n in order})
+
+    def rates(
+        self,
+        omega: float,
+        speed: float,
+        drive_torque: float,
+        normal_load: float,
+        friction_scale: float,
+        resistance_force: float,
+    ) -> tuple[Any, Any]:
+        """Kernel structs (rates, contact) of one state. Checks nothing: for integrators."""
+        contact = self.element.native.evaluate_one(omega, speed, normal_load, friction_scale)
+        return self.native.motion(omega, speed, drive_torque, resistance_force, contact), contact
+
+    def balanced(
+        self,
+        at: Conditions | None = None,
+        *,
+        creepage: float,
+        **given: Unpack[GivenConditions],
+    ) -> OperatingPoint:
+        """Operating point at a creepage: the torque and outer resistance that hold it there.
+
+        Parameters
+        ----------
+        at, **given
+            Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they
+            are not nominal.
+        creepage : float
+            Creepage of the point [1].
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range; the speed must be at least the element's minimum speed.
+        """
+        at = self.conditions(at, **given)
+        speed, load, friction_scale = at.speed, at.normal_load, at.friction_scale
+        creepage = checked_number("creepage", creepage, FINITE)
+        record = self.element.at_creepage(creepage, **at.contact)
+        omega, force = (1.0 + creepage) * speed / self.radius, float(record["creep_force"])
+        free, contact = self.rates(omega, speed, 0.0, load, friction_scale, 0.0)
+        jacobian = np.array([list(row) for row in free.jacobian])
+        by_speed = 0.0  # exactly, where the difference below would leave rounding
+        if self.element.friction.falls_with_slip_speed:
+            by_speed = contact.force_by_speed + (1.0 + creepage) * contact.force_gradient
+        return OperatingPoint(
+            omega=omega,
+            speed=speed,
+            creepage=creepage,
+            drive_torque=-self.inertia * free.omega_rate,
+            resistance_force=0.0 if self.mass is None else self.mass * free.speed_rate,
+            normal_load=load,
+            friction_scale=friction_scale,
+            creep_force=force,
+            creep_force_slope=contact.force_gradient * abs(speed),
+            creep_force_speed_slope=by_speed,
+            resistance_slope=0.0 if self.mass is None else free.resistance_slope,
+            jacobian=jacobian[:1, :1] if self.mass is None else jacobian,
+        )
+
+    def equilibria(
+        self,
+        *,
+        drive_torque: float,
+        speed: float | None = None,
+        **given: Unpack[GivenInputs],
+    ) -> list[OperatingPoint]:
+        """All operating points of a drive torque, by rising creepage, on both branches.
+
+        Parameters
+        ----------
+        drive_torque : float
+            Drive torque [N.m].
+        speed : float, optional
+            Held forward speed [m/s]; needed if, and only if, the wheelset has no mass. A free
+            wheelset runs at the speed where the resistance equals the creep force.
+        normal_load, friction_scale, resistance_force : float, optional
+            See `conditions` [N, 1, N].
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range, or `speed` is missing or must not be given.
+        """
+        drive_torque = checked_torque(drive_torque)
+        if (speed is None) == self.speed_held:
+            wanted = "is needed: the speed is held" if speed is None else "is found, not given"
+            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
+
+        at = self.conditions(speed=self.element.minimum_speed if speed is None else speed, **given)
+        load, friction = at.normal_load, at.friction_scale
+        scale = self.element.saturation_creepage_at(normal_load=load, friction_scale=friction)
+
+        def point(x: float) -> OperatingPoint | None:
+            creepage = x * scale
+            held = at.speed if self.speed_held else self._free_speed(creepage, at)
+            if held is None:
+                return None
+            return self.balanced(replace(at, speed=held), creepage=creepage)
+
+        def excess(x: float) -> float:
+            found = point(x)
+            return np.nan if found is None else found.drive_torque - drive_torque
+
+        positive = np.geomspace(1e-9, 1e7, 1601)
+        grid = np.concatenate([-positive[::-1], [0.0], positive])
+        values = np.array([excess(x) for x in grid])
+        turns = _turning_points(excess, grid, values)
+        place = np.searchsorted(grid, turns)
+        grid = np.insert(grid, place, turns)
+        values = np.insert(values, place, [excess(x) for x in turns])
+        found = [point(x) for x, value in zip(grid, values, strict=True) if value == 0.0]
+        for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
+            found.append(point(float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15, rtol=1e-14))))
+        return sorted((p for p in found if p is not None), key=lambda p: p.creepage)
+
+    def _free_speed(self, creepage: float, at: Conditions) -> float | None:
+        """Speed at which the resistance equals the creep force; None if there is no such speed."""
+
+        def surplus(speed: float) -> float:
+            omega = (1.0 + creepage) * speed / self.radius
+            inputs = 0.0, at.normal_load, at.friction_scale, at.resistance_force
+            rates, _ = self.rates(omega, speed, *inputs)
+            return float(rates.speed_rate)
+
+        slowest = self.element.minimum_speed
+        if surplus(slowest) * surplus(FASTEST) > 0.0:
+            return None
+        return float(brentq(surplus, slowest, FASTEST, xtol=1e-13, rtol=1e-14))
+
+    def linearize(self, point: OperatingPoint) -> StateSpace:
+        """Linear model about an operating point, for python-control.
+
+        States ``omega`` and, unless held, ``speed``; inputs ``drive_torque`` and
+        ``resistance_force``; outputs ``omega``, ``speed``, ``creepage``, ``creep_force``.
+        """
+        import control
+
+        _, contact = self.rates(
+            point.omega,
+            point.speed,
+            point.drive_torque,
+            point.normal_load,
+            point.friction_scale,
+            point.resistance_force,
+        )
+        n = len(point.jacobian)
+        inverse_mass = 0.0 if self.mass is None else 1.0 / self.mass
+        by_state = [
+            [1.0, 0.0],
+            [0.0, 1.0],
+            [contact.creepage_by_omega, contact.creepage_by_speed],
+            [contact.force_by_omega, contact.force_by_speed],
+        ]
+        return control.ss(
+            point.jacobian,
+            np.array([[1.0 / self.inertia, 0.0], [0.0, -inverse_mass]])[:n],
+            np.array(by_state)[:, :n],
+            np.zeros((4, 2)),
+            states=["omega", "speed"][:n],
+            inputs=["drive_torque", "resistance_force"],
+            outputs=list(SIGNALS_OUT),
+        )
+
+    def to_nlsys(self, *, speed: float | None = None) -> NonlinearIOSystem:
+        """The equations of motion, for python-control.
+
+        States ``omega`` and, unless held, ``speed``; inputs ``drive_torque``, ``normal_load``,
+        ``friction_scale`` and ``resistance_force``, all needed in this order; outputs ``omega``,
+        ``speed``, ``creepage``, ``creep_force``.
+
+        Parameters
+        ----------
+        speed : float, optional
+            Held forward speed [m/s], the parameter ``speed`` of the system; needed if, and only
+            if, the wheelset has no mass.
+
+        Raises
+        ------
+        ValueError
+            If `speed` is missing or must not be given. The system raises it if a load or friction
+            scale is out of range, as python-control uses zero for an input that is forgotten.
+        """
+        import control
+
+        if (speed is None) == self.speed_held:
+            wanted = "is needed: the speed is held" if speed is None else "is a state, not given"
+            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
+        limits = kernel.force_input_limits()
+
+        def at(x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> tuple[Any, Any, float]:
+            at_speed = given["speed"] if self.speed_held else x[1]
+            for name, value in zip(SIGNALS_IN[1:3], u[1:3], strict=True):
+                checked(name, value, limits[name])
+            return *self.rates(x[0], at_speed, *u), at_speed
+
+        def update(_: float, x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> Any:
+            rates, _, _ = at(x, u, given)
+            return np.array([rates.omega_rate, rates.speed_rate])[: len(x)]
+
+        def output(_: float, x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> Any:
+            _, contact, at_speed = at(x, u, given)
+            return np.array([x[0], at_speed, contact.creepage, contact.creep_force])
+
+        return control.nlsys(
+            update,
+            output,
+            name="wheelset",
+            states=["omega"] if self.speed_held else ["omega", "speed"],
+            inputs=list(SIGNALS_IN),
+            outputs=list(SIGNALS_OUT),
+            params={"speed": checked_number("speed", speed, FINITE)} if speed is not None else {},
+        )
+
+
+def checked_torque(value: ArrayLike) -> float:
+    """Check a drive torque [N.m]; a ValueError names it."""
+    return checked_number("drive_torque", value, kernel.wheelset_limits()["drive_torque"])
+
+
+def _turning_points(
+    curve: Callable[[float], float], grid: FloatArray, values: FloatArray
+) -> list[float]:
+    """Extrema between nodes that are so near zero that the curve may cross zero twice there."""
+    found = []
+    size, sign = np.abs(values), np.sign(values)
+    # It falls below the least of three nodes by at most its rise from there to the others.
+    near = (size[1:-1] <= np.minimum(size[:-2], size[2:])) & (
+        3.0 * size[1:-1] <= size[:-2] + size[2:]
+    )
+    alike = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:])
+    for i in np.flatnonzero(near & alike) + 1:
+        turn = minimize_scalar(
+            lambda x, way=sign[i]: way * curve(x),
+            bounds=(grid[i - 1], grid[i + 1]),
+            method="bounded",
+            options={"xatol": 1e-9 * abs(grid[i])},
+        )
+        found.append(float(turn.x))
+    return found
