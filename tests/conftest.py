@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # each worker has one core
 
 import pytest
+from explorer_page import ExplorerPage, explorer_page
 
 import contactlib as cl
-from contactlib import law_tables
-from contactlib import table as table_module
-from contactlib.table import CreepForceTable
+from contactlib.contact import law_tables
+from contactlib.contact import table_building as table_module
+from contactlib.contact.table import CreepForceTable
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """One process for a single test module; as many as there are cores for more."""
+    if len(config.args) == 1 and Path(config.args[0].partition("::")[0]).is_file():
+        config.option.dist = "no"
+        return 0
+    return None  # xdist's own choice
 
 
 @pytest.fixture(scope="session")
@@ -26,6 +39,13 @@ def rig(table: cl.CreepForceTable) -> cl.Model:
 @pytest.fixture(scope="session")
 def locomotive(table: cl.CreepForceTable) -> cl.Model:
     return cl.load_model("models/locomotive.toml", table=table)
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[ExplorerPage]:
+    """The explorer in a browser."""
+    with explorer_page() as opened:
+        yield opened
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import contactlib as cl
+
 SCENARIO = """name = "Quick"
 source = "chosen"
 vehicle = "locomotive.toml"
@@ -55,6 +57,8 @@ from = 200.0
 to = 300.0
 count = 3
 """
+AXES = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nfrom = 200.0\nto = 300.0\n'
+RANDOM = '[sampling]\nkind = "{}"\nruns = {}\nseed = {}\n'
 
 
 def write_sweep(folder: Path, text: str = SWEEP, scenario: str = SCENARIO) -> Path:
@@ -63,3 +67,12 @@ def write_sweep(folder: Path, text: str = SWEEP, scenario: str = SCENARIO) -> Pa
     path = folder / "quick_sweep.toml"
     path.write_text(text)
     return path
+
+
+def scenarios_of(sweep: cl.Sweep) -> list[cl.Scenario]:
+    return [sweep.scenario_of(run) for run in range(sweep.runs)]
+
+
+def axis_values(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> list[cl.Scenario]:
+    text = SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n"
+    return scenarios_of(cl.load_sweep(write_sweep(tmp_path, text, scenario)))

@@ -5,10 +5,7 @@ All are called from one process and work on arrays that fit into the cache.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import pytest
 import rivals
 from compiled import (
     CHermite,
@@ -20,10 +17,10 @@ from compiled import (
 )
 from numpy.typing import NDArray
 from rivals import K_HAT
-from timing import Case, subjects, with_pytest
+from timing import Case
 
 import contactlib as cl
-from contactlib import kernel
+from contactlib.contact import kernel
 
 POINTS = 10_000
 POLACH = cl.Polach.dry(kalker_coefficient=4.12, poisson_ratio=0.25)
@@ -158,8 +155,3 @@ def _fastsim(points: int) -> Case:
             "FASTSIM in C, 50 x 50": lambda: fastsim(x, force, strips=50, elements=50),
         },
     )
-
-
-@pytest.mark.parametrize(("case", "name"), subjects(cases()))
-def test_kernel(benchmark: Any, case: Case, name: str) -> None:
-    with_pytest(benchmark, case, name)

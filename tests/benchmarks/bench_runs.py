@@ -11,16 +11,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import pytest
 import wheelset_rival as rival
-from timing import Call, Case, subjects, with_pytest
+from timing import Call, Case
 from wet_patch import CONTROLLER, STEP, many, wet_patch
 from wheelset_batch import drive_many
 from wheelset_ivp import drive_by_solve_ivp
 
 import contactlib as cl
-from contactlib.ensemble_run import DEFAULT_TOLERANCE, LONGEST_STEP, run_many
-from contactlib.parameters import FloatArray
+from contactlib.base.quantities import FloatArray
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, LONGEST_STEP, run_many
 
 SPEEDS = (10.0, 1.0)  # [m/s]
 TOLERANCE = 1e-6
@@ -173,8 +172,3 @@ def _threads(runs: int, duration: float) -> Case:
         {"1 thread": ">= 1.8"},
         clock=time.perf_counter,
     )
-
-
-@pytest.mark.parametrize(("case", "name"), subjects(cases()))
-def test_runs(benchmark: Any, case: Case, name: str) -> None:
-    with_pytest(benchmark, case, name)

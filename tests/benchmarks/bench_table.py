@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import pytest
 import rivals
 from compiled import fastsim
 from rivals import ERROR, K_HAT, K_HATS
-from timing import Case, subjects, with_pytest
+from timing import Case
 
 import contactlib as cl
 
@@ -29,17 +28,13 @@ def check() -> None:
     law, x = cl.CarterGriffith(k_hat=K_HAT), rivals.some_points()
     k_hat = np.random.default_rng(2).uniform(*K_HATS, x.size)
     exact = law.traction_ratio(x)
-    for curve in (rivals.linear(law), rivals.cubic_spline(law), rivals.pchip(law)):
+    for curve in (rivals.linear(law), rivals.cubic_spline(law)):
         np.testing.assert_allclose(curve(x), exact, rtol=0.0, atol=ERROR)
     slope = rivals.cubic_spline(law)(x, 1)
     np.testing.assert_allclose(slope, law.slope(x), rtol=0.0, atol=2e-3)
     both = cl.carter_griffith_table(contact="line").traction_ratio(x, k_hat)
-    for surface, error in (
-        (rivals.bivariate_spline().ev, ERROR),
-        (rivals.grid_interpolator("cubic"), ERROR),
-        (rivals.grid_interpolator("linear"), 1e-3),
-    ):
-        np.testing.assert_allclose(surface(x, k_hat), both, rtol=0.0, atol=error)
+    surface = rivals.bivariate_spline().ev
+    np.testing.assert_allclose(surface(x, k_hat), both, rtol=0.0, atol=ERROR)
     formula = rivals.polach_in_python(POLACH)
     found = [formula(v) for v in x.tolist()]
     np.testing.assert_allclose(found, POLACH.traction_ratio(x), rtol=1e-13)
@@ -75,7 +70,7 @@ def _curve(points: int, order: str) -> Case:
         x.sort()
     law = cl.CarterGriffith(k_hat=K_HAT)
     line, ellipse = (cl.carter_griffith_table(contact=c) for c in CONTACTS)
-    spline, hermite, straight = rivals.cubic_spline(law), rivals.pchip(law), rivals.linear(law)
+    spline, straight = rivals.cubic_spline(law), rivals.linear(law)
     return Case(
         f"value and slope at {points} {order} x, one k_hat",
         points,
@@ -85,7 +80,6 @@ def _curve(points: int, order: str) -> Case:
             "elliptic table": lambda: ellipse.evaluate(x, K_HAT),
             "CubicSpline, value": lambda: spline(x),
             "CubicSpline, value and slope": lambda: (spline(x), spline(x, 1)),
-            "PchipInterpolator, value": lambda: hermite(x),
             "np.interp, value": lambda: straight(x),
         },
         {"CubicSpline, value": ">= 5"},
@@ -99,7 +93,6 @@ def _surface(points: int) -> Case:
     x, k_hat = random.uniform(0.0, rivals.END, points), random.uniform(*K_HATS, points)
     line, ellipse = (cl.carter_griffith_table(contact=c) for c in CONTACTS)
     spline = rivals.bivariate_spline()
-    straight, cubic = rivals.grid_interpolator("linear"), rivals.grid_interpolator("cubic")
     return Case(
         f"value and slope at {points} random x and k_hat",
         points,
@@ -108,8 +101,6 @@ def _surface(points: int) -> Case:
             "line table": lambda: line.evaluate(x, k_hat),
             "elliptic table": lambda: ellipse.evaluate(x, k_hat),
             "RectBivariateSpline.ev, value": lambda: spline.ev(x, k_hat),
-            "RegularGridInterpolator, linear, value": lambda: straight(x, k_hat),
-            "RegularGridInterpolator, cubic, value": lambda: cubic(x, k_hat),
         },
         {"RectBivariateSpline.ev, value": ">= 50"},
         ours=2,
@@ -139,8 +130,3 @@ def _scalar() -> Case:
         {"np.interp": ">= 1"},
         ours=3,
     )
-
-
-@pytest.mark.parametrize(("case", "name"), subjects(cases()))
-def test_table(benchmark: Any, case: Case, name: str) -> None:
-    with_pytest(benchmark, case, name)

@@ -15,9 +15,10 @@ import numpy as np
 from cffi import FFI
 from numpy.typing import NDArray
 
-from contactlib import CreepForceTable, ForceElement, Polach, kernel
-from contactlib.files import package_folder
-from contactlib.parameters import FloatArray
+from contactlib import CreepForceTable, ForceElement, Polach
+from contactlib.base.quantities import FloatArray
+from contactlib.base.writing import package_folder
+from contactlib.contact import kernel
 
 HERE = Path(__file__).parent
 # The kernel's arithmetic and instructions, but the newest mathematical functions of this machine.

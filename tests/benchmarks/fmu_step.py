@@ -19,10 +19,10 @@ from pathlib import Path
 import fmpy
 
 import contactlib as cl
-from contactlib import kernel
-from contactlib.files import package_folder
+from contactlib.base.writing import package_folder
+from contactlib.contact import kernel
 
-sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
+sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
 from fmu_instance import EXPORTS, Subject
 

@@ -22,12 +22,11 @@ import bench_runs
 import bench_table
 import click
 import fmu_step
-import limits
 import numpy as np
 from timing import Case, interleaved
 
 import contactlib as cl
-from contactlib.sweep.chunk import run_chunk
+from contactlib.runs.sweep.execution import run_chunk
 
 PACKAGES = ("contactlib", "numpy", "scipy", "numba", "ziglang")
 MILLION, SECONDS = 1_000_000, 5.0  # runs of a sweep, and their length [s]
@@ -200,7 +199,6 @@ def main(points: int, runs: int, duration: float, rounds: int) -> None:
     with one_core():
         print("\n".join(accuracy_lines()) + "\n", flush=True)
         print("\n".join(fmu_lines()) + "\n", flush=True)
-        print("\n".join(limits.lines(runs=runs)) + "\n", flush=True)
         print("\n".join(plan_lines()))
 
 

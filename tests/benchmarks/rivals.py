@@ -12,16 +12,10 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.interpolate import (
-    CubicSpline,
-    PchipInterpolator,
-    RectBivariateSpline,
-    RegularGridInterpolator,
-)
-from scipy.sparse.linalg import spsolve
+from scipy.interpolate import CubicSpline, RectBivariateSpline
 
 from contactlib import CarterGriffith, Polach
-from contactlib.parameters import FloatArray
+from contactlib.base.quantities import FloatArray
 
 ERROR = 1e-6  # of the traction ratio
 END = 5.0  # of normalized creepage
@@ -30,7 +24,6 @@ K_HATS = (0.1, 1.0)  # of what is interpolated over k_hat too
 GRID = (1025, 81)  # nodes along both
 
 Curve = Callable[[FloatArray], FloatArray]
-Surface = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 def some_points(n: int = 20_000) -> FloatArray:
@@ -61,12 +54,6 @@ def cubic_spline(law: Any) -> CubicSpline:
     return found  # type: ignore[no-any-return]
 
 
-def pchip(law: Any) -> PchipInterpolator:
-    """scipy's PchipInterpolator."""
-    found: Any = coarsest(PchipInterpolator, law)
-    return found  # type: ignore[no-any-return]
-
-
 @cache
 def grid(nodes: int, rows: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Creepages, k_hats and the line law's traction ratios at them."""
@@ -78,17 +65,6 @@ def grid(nodes: int, rows: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 def bivariate_spline() -> RectBivariateSpline:
     """scipy's RectBivariateSpline, bicubic; right to `ERROR`."""
     return RectBivariateSpline(*grid(*GRID))
-
-
-@cache
-def grid_interpolator(method: str) -> Surface:
-    """scipy's RegularGridInterpolator: "cubic" is right to `ERROR`, "linear" to 1e-3."""
-    x, k_hat, values = grid(*GRID)
-    make: Any = RegularGridInterpolator
-    # The iterative solver that it would take leaves errors of 6e-5.
-    given = {"solver": spsolve} if method == "cubic" else {}
-    found = make((x, k_hat), values, method=method, **given)
-    return lambda at, k: np.asarray(found(np.column_stack([at, k])))
 
 
 def polach_in_python(law: Polach) -> Callable[[float], float]:

@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import nnls
 from wet_patch import many
 
-from contactlib.parameters import FloatArray
+from contactlib.base.quantities import FloatArray
 
 RUNS = (10, 30, 100, 300, 1000, 3000, 10_000)  # of 1 s
 DURATIONS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)  # of `FEW` runs [s]

@@ -6,9 +6,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Any
-
-import pytest
 
 Call = Callable[[], object]
 
@@ -102,19 +99,3 @@ def _spent(case: Case, subject: Call, count: int) -> float:
     for _ in range(count):
         subject()
     return case.clock() - start
-
-
-def subjects(cases: list[Case]) -> list[Any]:
-    """Case and name of every subject, as pytest takes them."""
-    return [
-        pytest.param(case, name, id=f"{case.what}: {name}")
-        for case in cases
-        for name in case.subjects
-    ]
-
-
-def with_pytest(benchmark: Any, case: Case, name: str) -> None:
-    """Time one subject with pytest-benchmark."""
-    benchmark.group = case.what
-    benchmark.extra_info["work"] = case.work
-    benchmark(case.subjects[name])

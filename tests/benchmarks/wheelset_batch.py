@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from wheelset_rival import compiled, control, is_wet, motion, start, tabulate
 
-from contactlib.parameters import FloatArray
+from contactlib.base.quantities import FloatArray
 
 GAMMA = 1.0 - math.sqrt(0.5)  # of ROS2, which is L-stable with it
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from wheelset_rival import control, is_wet, motion, numba, record, start
 
-from contactlib.parameters import FloatArray
+from contactlib.base.quantities import FloatArray
 
 
 def drive_by_solve_ivp(
@@ -22,7 +22,7 @@ def drive_by_solve_ivp(
     row: float | None = None,
     corners: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
-    """One run by solve_ivp, which starts anew at each of the controller's samples.
+    """One run by solve_ivp, which starts again at each of the controller's samples.
 
     Parameters
     ----------

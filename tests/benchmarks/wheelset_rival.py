@@ -15,11 +15,10 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 import contactlib as cl
-from contactlib.parameters import FloatArray
-from contactlib.simulation import steady_creepage
-from contactlib.traction.creep_pi import SHARES
-from contactlib.traction.limiter import BAND, CUT
-from contactlib.traction.speed_tracker import tracker_gains
+from contactlib.base.quantities import FloatArray
+from contactlib.stability.quasi_steady import steady_creepage
+from contactlib.traction.creep_pi import BAND, CUT, SHARES
+from contactlib.traction.observers import tracker_gains
 
 numba: Any = None
 with suppress(ImportError):
@@ -119,7 +118,7 @@ def record(given: dict[str, float]) -> Any:
 def line_law(x: float, k_hat: float) -> tuple[float, float]:
     """Traction ratio and slope of the line contact at x > 0.
 
-    Eqs. (18) and (19) of Ciavarella, Romano & Barber, see contactlib/laws/line.py.
+    Eqs. (18) and (19) of Ciavarella, Romano & Barber, see contactlib/contact/laws/strips.py.
     """
     low, high = 0.0, x / k_hat
     t = high / (1.0 + high)
@@ -198,7 +197,7 @@ def motion(
 
 @compiled
 def control(run: Any, memory: FloatArray, wheel_speed: float, vehicle_speed: float) -> float:
-    """Torque of the creep controller until its next sample; see contactlib/traction/limiter.py.
+    """Torque of the creep controller until its next sample; see contactlib/traction/creep_pi.py.
 
     Memory: filtered vehicle speed, its change, integral, 1 if limiting.
     """

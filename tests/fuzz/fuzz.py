@@ -1,10 +1,10 @@
 """Fuzz what reads bytes of a stranger in C: ``python tests/fuzz/fuzz.py [TARGET ...] --seconds N``.
 
 Each target is compiled with libFuzzer under the address and the undefined-behaviour sanitizers and
-started from its seeds. What is printed of it: executions, how many per second, edges of the program
-that were reached, and of each source the lines that the inputs found reach in all, measured by
-running them once more in a program that counts. An input that breaks the program is kept in the
-folder and named; then the command ends with an error.
+started from the inputs of seeds.py. What is printed of it: executions, how many per second, edges
+of the program that were reached, and of each source the lines that the inputs found reach in all,
+measured by running them once more in a program that counts. An input that breaks the program is
+kept in the folder and named; then the command ends with an error.
 
 The vectorised kernel (wide*.c) is left out: it takes no bytes, and the same formulas are in here
 for one point at a time.
@@ -29,12 +29,13 @@ from typing import NamedTuple
 import fmpy
 
 import contactlib as cl
-from contactlib import kernel
-from contactlib.files import package_folder
+from contactlib.base.writing import package_folder
+from contactlib.contact import kernel
 
-sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
+sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
 from fmu_instance import EXPORTS
+from seeds import write_seeds
 
 HERE = Path(__file__).resolve().parent
 TARGETS = ("table", "start_values", "fmi2", "fmi3")
@@ -193,12 +194,12 @@ def lines_reached(
     }
 
 
-def fuzz(target: str, seconds: int, corpus: Path, scratch: Path, resources: Path) -> bool:
+def fuzz(target: str, seconds: int, corpus: Path, scratch: Path) -> bool:
     """Fuzz one target and print what came of it; whether nothing broke it."""
     folder = scratch / target
     folder.mkdir()
     corpus.mkdir(parents=True, exist_ok=True)
-    seeds = HERE / "seeds" / target
+    resources, seeds = scratch / "resources", scratch / "seeds" / target
     program = build([target], folder)[target]
     crashes = corpus.parent / f"{target}-crashes"
     found = run(
@@ -242,9 +243,9 @@ def main() -> int:
         if not can_fuzz(scratch):
             raise SystemExit("there is no clang with libFuzzer and the sanitizers' runtimes")
         (scratch / "resources").mkdir()
-        resources = export_resources(scratch / "resources")
+        write_seeds(scratch / "seeds", export_resources(scratch / "resources"))
         fine = [
-            fuzz(target, given.seconds, (given.corpus / target).resolve(), scratch, resources)
+            fuzz(target, given.seconds, (given.corpus / target).resolve(), scratch)
             for target in targets
         ]
     return 0 if all(fine) else 1

@@ -1,4 +1,4 @@
-"""Write the seeds that the fuzzer starts from: ``python tests/fuzz/seeds.py``.
+"""The inputs that the fuzzer starts from.
 
 Small tables of every shape and damaged ones, start values of every kind of FMU, and programs of FMI
 calls, in the layout in which the targets take their bytes.
@@ -8,20 +8,15 @@ from __future__ import annotations
 
 import re
 import struct
-import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
-
-from contactlib import CarterGriffith, CreepForceTable, kernel
-
-sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
-
 from fmu_instance import EXPORTS
-from fuzz import TARGETS, export_resources
 
-HERE = Path(__file__).resolve().parent
+from contactlib import CarterGriffith, CreepForceTable
+from contactlib.contact import kernel
+
+PROGRAM_HEADER = Path(__file__).with_name("fuzz_program.h")
 POINTS = bytes([200, 12, 30, 0, 201, 10, 90, 255, 200, 8, 0, 40, 7, 0, 10, 255]) + bytes(
     [204, 14, 100, 128, 202, 9, 250, 1, 8, 80]
 )
@@ -72,7 +67,7 @@ def tables() -> dict[str, bytes]:
 
 def operations() -> dict[str, int]:
     """Number of each call in a program, as the target's enumeration has it."""
-    text = (HERE / "fuzz_program.h").read_text(encoding="ascii")
+    text = PROGRAM_HEADER.read_text(encoding="ascii")
     found = re.search(r"enum operation \{(.*?)\}", text, re.DOTALL)
     assert found is not None
     return {name: i for i, name in enumerate(re.findall(r"\w+", found[1]))}
@@ -137,17 +132,15 @@ def as_bytes(program: object, numbers: dict[str, int]) -> bytes:
     return b"".join(as_bytes(part, numbers) for part in program)
 
 
-def seeds() -> dict[str, dict[str, bytes]]:
-    """Contents of every seed, by target and name."""
-    found: dict[str, dict[str, bytes]] = {target: {} for target in TARGETS}
+def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
+    """Contents of every seed, by target and name; `resources` are those of the exported FMUs."""
+    found: dict[str, dict[str, bytes]] = {"table": {}, "start_values": {}, "fmi2": {}, "fmi3": {}}
     for name, data in tables().items():
         for mended in (0, 1):
             found["table"][f"{name}{'_mended' * mended}"] = bytes([mended]) + POINTS + data
-    with tempfile.TemporaryDirectory() as folder:
-        resources = export_resources(Path(folder))
-        for number, name in enumerate(EXPORTS):
-            data = (resources / name / "start_values.bin").read_bytes()
-            found["start_values"][name] = bytes([number, 1, 0]) + data
+    for number, name in enumerate(EXPORTS):
+        data = (resources / name / "start_values.bin").read_bytes()
+        found["start_values"][name] = bytes([number, 1, 0]) + data
     place = b"file:///no%20such/folder"
     cell = tables()["one_cell"]
     found["start_values"]["table"] = bytes([3, 3, len(place)]) + place + cell
@@ -172,15 +165,9 @@ def seeds() -> dict[str, dict[str, bytes]]:
     return found
 
 
-def main() -> None:
-    for target, each in seeds().items():
-        folder = HERE / "seeds" / target
-        folder.mkdir(parents=True, exist_ok=True)
-        for old in folder.iterdir():
-            old.unlink()
+def write_seeds(folder: Path, resources: Path) -> None:
+    """Write the seeds to a new folder, in a folder of each target."""
+    for target, each in seeds(resources).items():
+        (folder / target).mkdir(parents=True)
         for name, data in each.items():
-            (folder / name).write_bytes(data)
-
-
-if __name__ == "__main__":
-    main()
+            (folder / target / name).write_bytes(data)

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import contactlib as cl
-from contactlib.files import package_folder
+from contactlib.base.writing import package_folder
 
-sys.path.insert(0, str(Path(__file__).parent.parent))  # for what the tests share
+sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
 from fmu_instance import EXPORTS
 from native_programs import COUNTED, WRAPPED, Build, Fmu, clean, run
@@ -109,7 +109,7 @@ def lines(name: str) -> list[str]:
 
 
 def not_compiled() -> Iterator[Line]:
-    """Statements for Windows alone, which tests/test_interop.py runs under Wine."""
+    """Statements for Windows alone, which tests/export/test_interop.py runs under Wine."""
     for path in sources("*.[ch]"):
         inside = False
         for number, text in enumerate(lines(path.name), 1):

@@ -12,7 +12,7 @@
 #include "component.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
-#include "inline.h"
+#include "branch_free.h"
 #include "resource.h"
 #include "token.h"
 

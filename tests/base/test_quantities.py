@@ -1,0 +1,42 @@
+"""Checks of numbers: all at once, and each."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import examples
+
+from contactlib.base.quantities import FINITE, Limits, checked
+
+BOUND = st.sampled_from([-1.0, 0.0, 1.0])
+
+
+@given(
+    values=st.lists(st.floats() | BOUND, max_size=6),
+    above=BOUND | st.just(-math.inf),
+    at_least=BOUND | st.just(-math.inf),
+    below=BOUND | st.just(math.inf),
+    at_most=BOUND | st.just(math.inf),
+)
+@examples(100)
+def test_all_are_allowed_if_each_is(
+    values: list[float], above: float, at_least: float, below: float, at_most: float
+) -> None:
+    limits = Limits(above=above, at_least=at_least, below=below, at_most=at_most)
+    array = np.array(values, dtype=np.float64)
+    assert limits.allow_all(array) == limits.allows(array).all()
+
+
+def test_what_is_checked_is_copied_unless_only_read() -> None:
+    values = np.array([1.0, 2.0])
+    assert not np.shares_memory(checked("values", values, FINITE), values)
+    assert checked("values", values, FINITE, copy=False) is values
+
+
+def test_the_first_offender_is_named() -> None:
+    with pytest.raises(ValueError, match=r"^values = nan is out of range: must be finite and > 0$"):
+        checked("values", [1.0, math.nan, -1.0], Limits(above=0.0))

@@ -1,0 +1,200 @@
+"""The commands, as a user types them."""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+import warnings
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+from matplotlib.figure import Figure
+from rich.console import Console
+
+import contactlib as cl
+from contactlib import figures
+from contactlib.cli import commands as cli
+from contactlib.cli.commands import main
+from contactlib.cli.console import ConsoleReporter, Pace
+from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    folder = tmp_path_factory.mktemp("demo") / "out"
+    result = CliRunner().invoke(main, ["demo", "--output", str(folder)])
+    assert result.exit_code == 0, result.output
+    return folder, result.output
+
+
+def test_demo_writes_all_it_promises(shown: tuple[Path, str]) -> None:
+    folder, _ = shown
+    names = {path.name for path in folder.iterdir()}
+    for model in ("roller_rig", "locomotive"):
+        for kind in ("creep_curve", "time_histories", "fold_diagram"):
+            for suffix in ("png", "svg"):
+                assert f"{model}_{kind}.{suffix}" in names
+        for control in ("torque", "creep"):
+            assert f"{model}_{control}_control.csv" in names
+    others = {"CreepForceElement.fmu", "creep_table.bin", "explorer.html", "summary.json"}
+    assert others <= names
+    assert cl.CreepForceTable.load(folder / "creep_table.bin").max_error <= 1e-6
+
+
+def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]) -> None:
+    folder, output = shown
+    summary = json.loads((folder / "summary.json").read_text())
+    rows = iter(output.splitlines())  # the sections and numbers stand in the same order
+    for section in summary.values():
+        assert section["title"] in rows
+        for number in section["numbers"].values():
+            line = next(row for row in rows if number["label"] in row)
+            assert f"{number['value']:.6g}" in line
+
+    def value(section: str, key: str) -> float:
+        return float(summary[section]["numbers"][key]["value"])
+
+    assert value("table", "max_error") <= 1e-6
+    assert value("table", "max_slope_error") <= 1e-4
+    assert value("table", "peak_creepage") == pytest.approx(1.131634, abs=1e-6)
+    assert value("table", "peak_ratio") == pytest.approx(1.135026, abs=1e-6)
+    rig = "roller_rig"
+    assert value(rig, "critical_torque_simulated") == pytest.approx(
+        value(rig, "steady_torque"), rel=1e-3
+    )
+    for model in ("roller_rig", "locomotive"):
+        assert abs(value(model, "critical_torque_difference")) < 1e-3
+        assert value(model, "open_loop_pole") > 10.0
+        assert value(model, "held_deviation") < 1e-5
+        assert value(model, "gain") > value(model, "smallest_gain") > 0.0
+    assert value("explorer", "size") == (folder / "explorer.html").stat().st_size / 1e3 < 1500.0
+    assert value("fmu", "against_kernel") <= 1e-9
+    assert value("fmu", "against_solver") <= 1e-3
+
+
+def test_bad_model_is_one_line_and_status_2(tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text('name = "x"\nsource = "y"\n')
+    for command in ("simulate", "table", "fmu"):
+        result = CliRunner().invoke(main, [command, str(path), "-o", str(tmp_path / "out")])
+        assert result.exit_code == 2
+        assert result.stderr == f"contactlib: {path}: contact is missing\n"
+        assert not (tmp_path / "out").exists()
+    result = CliRunner().invoke(main, ["simulate", "no_such.toml"])
+    assert result.exit_code == 2
+    assert "no_such.toml" in result.stderr
+
+
+def test_unwritable_output_is_one_line_and_status_2(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    result = CliRunner().invoke(main, ["demo", "-o", str(tmp_path / "file" / "below")])
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+
+
+def test_table_and_fmu_commands(tmp_path: Path) -> None:
+    for command, name in (("table", "t.bin"), ("fmu", "x.fmu")):
+        made = CliRunner().invoke(main, [command, "locomotive.toml", "-o", str(tmp_path / name)])
+        assert made.exit_code == 0, made.output
+        assert (tmp_path / name).stat().st_size > 0
+
+
+@pytest.mark.parametrize("blank", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_figures_command_writes_the_papers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, blank: bool
+) -> None:
+    if blank:
+        papers = {number: figure._replace(draw=Figure) for number, figure in PAPER_FIGURES.items()}
+        monkeypatch.setattr(figures, "PAPER_FIGURES", papers)
+        monkeypatch.setattr(figures, "CONTACT_PATCH", CONTACT_PATCH._replace(draw=Figure))
+    folder = tmp_path / "deep" / "out"
+    result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(folder)])
+    assert result.exit_code == 0, result.output
+    stems = [f"paper_figure_{number}" for number in range(1, 7)] + ["contact_patch"]
+    assert {p.name for p in folder.iterdir()} == {f"{s}.{e}" for s in stems for e in ("png", "svg")}
+    for stem, line in zip(stems, result.output.splitlines(), strict=True):
+        paths, _, sentence = line.partition(": ")
+        assert paths == f"{folder / stem}.png, {stem}.svg"
+        assert sentence.endswith(".")
+
+
+@pytest.mark.parametrize("model", ["", "locomotive.toml"])
+def test_figures_command_draws_a_models_stability(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str
+) -> None:
+    quick = {"poles": STABILITY_FIGURES["poles"]}
+    monkeypatch.setattr(figures, "STABILITY_FIGURES", quick)
+    asked = ["figures", "--stability", *filter(None, [model]), "-o", str(tmp_path)]
+    result = CliRunner().invoke(main, asked)
+    assert result.exit_code == 0, result.output
+    path = tmp_path / "stability_poles"
+    assert result.output == f"{path}.png, {path.name}.svg: {quick['poles'].title}\n"
+    held = "held" in path.with_suffix(".svg").read_text()
+    assert held == (model == "")  # on the roller rig
+
+
+def test_figures_command_refuses_what_is_no_model(tmp_path: Path) -> None:
+    asked = ["figures", "--stability", "no_such_model.toml", "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, asked)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "no_such_model.toml" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_figures_command_asks_which(tmp_path: Path) -> None:
+    result = CliRunner().invoke(main, ["figures", "-o", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert result.stderr == "contactlib: figures: pass --paper or --stability, or both\n"
+    assert not (tmp_path / "out").exists()
+    (tmp_path / "file").write_text("")
+    result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(tmp_path / "file")])
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+
+
+def test_table_is_rebuilt_from_the_law(tmp_path: Path) -> None:
+    arguments = ["table", "roller_rig.toml", "--rebuild", "-o", str(tmp_path / "t.bin")]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 0, result.output
+    assert "CarterGriffith contact=line, largest error found" in result.output
+    assert cl.CreepForceTable.load(tmp_path / "t.bin").max_error < 1e-13
+
+
+def test_help_and_version() -> None:
+    for arguments in (["--help"], ["demo", "-h"], ["fmu", "--help"]):
+        assert CliRunner().invoke(main, arguments).exit_code == 0
+    assert "wet_patch_sweep.toml" in CliRunner().invoke(main, ["--help"]).output
+    assert "contactlib" in CliRunner().invoke(main, ["--version"]).output
+
+
+def test_a_terminal_shows_bars_and_the_rest_lines() -> None:
+    shown = io.StringIO()
+    reporter = ConsoleReporter()
+    reporter._console = Console(file=shown, force_terminal=True, width=120)
+    pace = Pace()
+    with reporter.step("Drawing [1]") as progress:
+        progress(1.0)
+    with reporter.countdown("Running", pace) as progress:
+        for part in (0.2, 0.6):
+            progress(part)
+            time.sleep(1e-3)
+    assert "Drawing [1]" in shown.getvalue()
+    assert "100%" in shown.getvalue()
+    assert "60%" in shown.getvalue()
+    assert pace.part == pytest.approx(0.4)
+
+
+def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    @click.command()
+    def warns() -> None:
+        warnings.warn("mind the gap", cl.ProcessZoneWarning, stacklevel=1)
+
+    monkeypatch.setitem(cli.main.commands, "warns", warns)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        shown = CliRunner().invoke(cli.main, ["warns"])
+    assert (shown.exit_code, shown.stderr) == (0, "warning: mind the gap\n")

@@ -1,0 +1,338 @@
+"""What must not depend on clock, locale, terminal and home folder, and files of other versions."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import pytest
+from fmu_instance import Instance
+from outside_tools import missing
+from sweep_files import write_sweep
+
+import contactlib as cl
+from contactlib import figures
+from contactlib.cli.console import Pace
+from contactlib.contact import kernel
+from contactlib.figures.style import new_figure
+
+HERE = Path(__file__).parent
+posix = pytest.mark.skipif(os.name != "posix", reason="shells and signals of POSIX")
+# '-P', since an installed command has no folder of work on its path either.
+MAIN = [
+    sys.executable,
+    "-P",
+    "-c",
+    "from contactlib.cli.commands import main; main(prog_name='contactlib')",
+]
+
+
+@pytest.fixture(scope="module")
+def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMU of the roller rig."""
+    folder = tmp_path_factory.mktemp("fmu")
+    path = cl.export_fmu(cl.load_model("roller_rig.toml"), folder / "x.fmu")
+    return Path(fmpy.extract(str(path), str(folder / "unpacked")))
+
+
+# ---- clock ----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def jumping_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """The wall clock jumps by up to a century between any two looks at it."""
+    jumps = random.Random(8)  # noqa: S311 - no secret
+    now = time.time
+
+    def start(date: str) -> None:
+        monkeypatch.setattr(time, "time", lambda: now() + jumps.uniform(-1.5e9, 1.5e9))
+        monkeypatch.setattr(time, "time_ns", lambda: int(1e9 * time.time()))
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", date)  # the date that matplotlib writes
+
+    return start
+
+
+@pytest.mark.slow
+def test_files_do_not_know_the_time(
+    tmp_path: Path, jumping_clock: Callable[[str], None], rig: cl.Model
+) -> None:
+    sweep = write_sweep(tmp_path)
+    figure, axes = new_figure(3.0, 2.0)
+    axes.plot([0.0, 1.0], [0.0, 0.5])
+
+    def written(folder: Path) -> dict[str, bytes]:
+        folder.mkdir()
+        cl.ensemble(sweep, output=folder, workers=2, chunk=2)
+        cl.export_fmu(rig, folder / "x.fmu")
+        cl.export_ssp(rig, folder / "x.ssp")
+        for kind in ("png", "svg", "pdf"):
+            figures.save(figure, folder / f"x.{kind}")
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    before = written(tmp_path / "before")
+    jumping_clock("86400")  # of 1970, when no zip entry can be dated
+    assert written(tmp_path / "after") == before
+    assert len(before) == 6
+
+
+def test_time_left_and_locks_do_not_look_at_the_wall_clock(
+    tmp_path: Path, jumping_clock: Callable[[str], None]
+) -> None:
+    jumping_clock("0")
+    pace = Pace()
+    pace.line(0.0)
+    assert 0.0 <= pace.elapsed <= pace.elapsed
+    readings = {"time", "time_ns", "localtime", "gmtime", "ctime", "strftime"}
+    for path in Path(cl.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Attribute):
+                wall = node.attr in readings and ast.unparse(node.value) == "time"
+                assert not wall, f"{path}: {ast.unparse(node)}"
+                assert node.attr not in {"st_mtime", "st_mtime_ns", "getmtime"}, path
+            if isinstance(node, (ast.Import, ast.ImportFrom)):
+                names = {alias.name for alias in node.names}
+                assert "datetime" not in names | {getattr(node, "module", "")}, path
+
+
+def test_a_figure_of_another_ending_is_refused(tmp_path: Path) -> None:
+    figure, _ = new_figure(3.0, 2.0)
+    for name in ("x", "x.jpeg", "x.PNG.exe"):
+        with pytest.raises(ValueError, match=f"{name}: the suffix must be one of: png, "):
+            figures.save(figure, tmp_path / name)
+    assert figures.save(figure, tmp_path / "x.PNG").read_bytes().startswith(b"\x89PNG")
+
+
+# ---- locale ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def comma(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Environment of a locale whose decimal separator is a comma."""
+    localedef = shutil.which("localedef")
+    if localedef is None or sys.platform != "linux":
+        missing("needs localedef of Linux")
+    folder = tmp_path_factory.mktemp("locale")
+    subprocess.run(
+        [localedef, "-i", "de_DE", "-f", "UTF-8", folder / "de_DE.UTF-8"],
+        check=False, capture_output=True,
+    )  # fmt: skip
+    if not (folder / "de_DE.UTF-8" / "LC_NUMERIC").exists():
+        missing("localedef has no de_DE")
+    return {**os.environ, "LOCPATH": str(folder), "LC_ALL": "de_DE.UTF-8"}
+
+
+@pytest.mark.slow
+def test_a_decimal_comma_changes_no_number(
+    tmp_path: Path, unpacked: Path, comma: dict[str, str]
+) -> None:
+    found = {}
+    for name, environment in (("comma", comma), ("dot", {**os.environ, "LC_ALL": "C"})):
+        (tmp_path / name).mkdir()
+        command = [
+            sys.executable,
+            *map(str, (HERE / "decimal_comma.py", tmp_path / name, unpacked)),
+        ]
+        done = subprocess.run(command, capture_output=True, check=False, env=environment)
+        assert done.returncode == 0, done.stderr
+        found[name] = json.loads(done.stdout)
+    assert found["comma"].pop("separator") == ","
+    assert found["dot"].pop("separator") == "."
+    assert found["comma"] == found["dot"]
+    first, tiny, point = found["comma"]["said"]
+    assert first.startswith("normal_load = -1.5 is out of range: must be from ")
+    assert tiny.startswith("normal_load = -1.25e-300 is out of range")
+    assert point == "communication point = 0.125 must be the FMU's time 0"
+
+
+def run(
+    *arguments: object, cwd: Path, shell: str = "", **environment: str | None
+) -> subprocess.CompletedProcess[str]:
+    """The command; what follows it in a shell, and the environment's changes, None to unset."""
+    changed = {**os.environ, **environment}
+    known = {name: value for name, value in changed.items() if value is not None}
+    command = [*MAIN, *map(str, arguments)]
+    if shell:
+        command = ["sh", "-c", f'"$@" {shell}', "sh", *command]
+    return subprocess.run(
+        command, cwd=cwd, env=known, capture_output=True, text=True, check=False,
+        encoding="utf-8", errors="surrogateescape",
+    )  # fmt: skip
+
+
+MODEL = (cl.model_path("roller_rig.toml")).read_text()
+
+
+@pytest.mark.slow
+def test_names_that_the_terminal_cannot_show(tmp_path: Path) -> None:
+    model = tmp_path / "Pr\u00fcfstand \u65e5.toml"
+    name = next(line for line in MODEL.splitlines() if line.startswith("name"))
+    model.write_text(MODEL.replace(name, 'name = "Pr\u00fcfstand"'), encoding="utf-8")
+    plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    done = run("simulate", model, "-o", "a \u00fc", cwd=tmp_path, **plain)
+    assert done.returncode == 0, done.stderr
+    assert "Pr\\xfcfstand" in done.stdout
+    assert {"torque.csv", "torque.png", "metrics.json"} <= set(os.listdir(tmp_path / "a \u00fc"))
+
+
+# ---- home, screen, terminal -----------------------------------------------------------------
+
+
+@pytest.mark.slow
+@posix
+def test_no_home_no_screen_no_folder(tmp_path: Path) -> None:
+    """A folder that was removed meanwhile, and a backend that would need a screen."""
+    gone, output = tmp_path / "gone", tmp_path / "out"
+    gone.mkdir()
+    nothing = {"HOME": None, "DISPLAY": None, "MPLCONFIGDIR": None, "XDG_CACHE_HOME": None}
+    command = [*MAIN, "simulate", "roller_rig.toml", "-o", str(output)]
+    done = subprocess.run(
+        ["sh", "-c", 'rmdir ../gone; HOME=/nowhere; export HOME; exec "$@"', "sh", *command],
+        cwd=gone, capture_output=True, text=True, check=False,
+        env={**{k: v for k, v in os.environ.items() if k not in nothing}, "MPLBACKEND": "TkAgg"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert (output / "torque.png").stat().st_size > 1000
+
+
+@posix
+@pytest.mark.parametrize(
+    ("shell", "status", "said"),
+    [
+        ("| head -n 1 >&2", 0, ""),  # the status is head's
+        (">/dev/full", 2, "contactlib: [Errno 28] No space left on device\n"),
+        (">&-", 0, ""),
+        ("<&- >&- 2>&-", 0, ""),
+    ],
+    ids=["broken pipe", "full", "closed", "all closed"],
+)
+def test_where_the_output_goes_is_no_matter(
+    tmp_path: Path, shell: str, status: int, said: str
+) -> None:
+    if "/dev/full" in shell and not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full")
+    done = run("table", "roller_rig.toml", "-o", "t.bin", cwd=tmp_path, shell=shell)
+    assert done.returncode == status
+    if said or "head" not in shell:
+        assert done.stderr == said
+    assert cl.CreepForceTable.load(tmp_path / "t.bin").max_error < 1e-13
+
+
+@posix
+def test_a_reader_that_has_gone_ends_the_command_quietly(tmp_path: Path) -> None:
+    inlet, outlet = os.pipe()
+    os.close(inlet)
+    try:
+        done = subprocess.run(
+            [*MAIN, "table", "roller_rig.toml", "-o", "t.bin"],
+            cwd=tmp_path, stdout=outlet, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    finally:
+        os.close(outlet)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+@posix
+def test_an_error_is_one_line_whatever_the_name(tmp_path: Path) -> None:
+    (tmp_path / "a\nb.toml").write_text('name = "x"\nsource = "y"\n')
+    done = run("table", "a\nb.toml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "contactlib: a\\nb.toml: contact is missing\n"
+
+
+@pytest.mark.slow
+@posix
+def test_a_sweep_that_is_asked_to_end_says_what_is_kept(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path)
+    path.write_text(path.read_text().replace("count = 3", "count = 12"))
+    folder = tmp_path / "out"
+    command = [*MAIN, "sweep", str(path), "-o", str(folder), "--no-maps", "--chunk", "1"]
+    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    chunks = folder / f"{path.stem}.chunks"
+    while len(list(chunks.glob("*.chunk"))) < 2:
+        assert running.poll() is None, running.communicate()
+        time.sleep(0.01)
+    running.send_signal(signal.SIGTERM)
+    out, err = running.communicate(timeout=60)
+    assert running.returncode == 1
+    assert f"kept in {folder}; the same command continues" in out
+    assert "Traceback" not in out + err
+    assert not (chunks / "lock").exists()  # which on another machine nobody could take over
+
+
+# ---- other versions -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("version", "word"), [(1, "older"), (3, "newer")])
+def test_a_table_of_another_version_says_which(
+    tmp_path: Path, table: cl.CreepForceTable, version: int, word: str
+) -> None:
+    path = tmp_path / "t.bin"
+    path.write_bytes(kernel.framed(kernel.TABLE_MAGIC, version, table.data[24:]))
+    with pytest.raises(ValueError, match=word) as caught:
+        cl.CreepForceTable.load(path)
+    assert str(caught.value) == (
+        f"{path}: the file has a{'n' * (word == 'older')} {word} format version: {version}, "
+        f"this contactlib reads {kernel.TABLE_VERSION}"
+    )
+
+
+@pytest.mark.parametrize("name", ["start_values.bin", "creep_table.bin"])
+@pytest.mark.parametrize(("change", "word"), [(-1, "older"), (1, "newer")])
+def test_an_fmu_names_the_resource_of_another_version(
+    tmp_path: Path, unpacked: Path, name: str, change: int, word: str
+) -> None:
+    shutil.copytree(unpacked, tmp_path / "fmu")
+    file = tmp_path / "fmu" / "resources" / name
+    data = bytearray(file.read_bytes())
+    data[8] += change
+    assert zlib.crc32(data[16:]) == int.from_bytes(data[12:16], "little")
+    file.write_bytes(data)
+    log: list[tuple[str, str]] = []
+    with pytest.raises(Exception, match="instantiate"):
+        Instance(tmp_path / "fmu", log=log)
+    article = "an" if word == "older" else "a"
+    assert log[-1][1] == f"resource {name}: the file has {article} {word} format version"
+
+
+@pytest.mark.parametrize("what", ["chunks", "nc"])
+def test_results_of_another_contactlib_name_both(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    path, folder = write_sweep(tmp_path), tmp_path / "out"
+
+    def stop(part: float) -> None:
+        if part > 0.0 and what == "chunks":
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("contactlib.runs.sweep.plan.package_version", lambda: "0.0.9")
+        patch.setattr("contactlib.runs.sweep.loading.package_version", lambda: "0.0.9")
+        try:
+            cl.ensemble(path, output=folder, workers=1, chunk=3, progress=stop)
+        except KeyboardInterrupt:
+            assert what == "chunks"
+    here = f"{cl.load_sweep(path).plan.package} with kernel {kernel.token()}"
+    with pytest.raises(ValueError, match="of another plan") as caught:
+        cl.ensemble(path, output=folder)
+    made = f"made with contactlib 0.0.9 with kernel {kernel.token()}, this is contactlib {here};"
+    assert made in str(caught.value)
+    text: Any = path.read_text()
+    with monkeypatch.context() as patch:
+        patch.setattr("contactlib.runs.sweep.plan.package_version", lambda: "0.0.9")
+        patch.setattr("contactlib.runs.sweep.loading.package_version", lambda: "0.0.9")
+        path.write_text(text.replace("300.0", "301.0"))
+        with pytest.raises(ValueError, match="its scenario or vehicle is not the same"):
+            cl.ensemble(path, output=folder)

@@ -1,0 +1,141 @@
+"""Polach's law against his own formula in dimensions, and what follows from its derivative."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contactlib import Polach
+from contactlib.base.quantities import FloatArray
+
+C11, NU = 3.7, 0.28
+
+
+def force(
+    zeta: FloatArray, k_a: float, k_s: float, mu0: float, a: float, b: float, speed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Force over load, Wear 258 (2005) 992-1000, for a locomotive's contact; and its friction."""
+    shear, load = 82e9, 106.7e3
+    area = np.pi * 6.304e-3 * 12.61e-3
+    mu = mu0 * ((1.0 - a) * np.exp(-b * np.abs(zeta) * speed) + a)
+    eps = shear * area * C11 * zeta / (4.0 * load * mu)
+    return (
+        2.0 * mu / np.pi * (k_a * eps / (1.0 + (k_a * eps) ** 2) + np.arctan(k_s * eps)),
+        mu,
+    )
+
+
+def saturation_creepage(mu: FloatArray) -> FloatArray:
+    """2 mu p0/E*, with the pressure of Hertz's ellipse."""
+    pressure = 1.5 * 106.7e3 / (np.pi * 6.304e-3 * 12.61e-3)
+    return 2.0 * mu * pressure / (82e9 / (1.0 - NU))
+
+
+@pytest.mark.parametrize(
+    ("law", "numbers"),
+    [
+        (Polach.dry(kalker_coefficient=C11, poisson_ratio=NU), (1.00, 0.40, 0.55, 0.40, 0.60)),
+        (Polach.wet(kalker_coefficient=C11, poisson_ratio=NU), (0.30, 0.10, 0.30, 0.40, 0.20)),
+    ],
+)
+def test_with_falling_friction_it_is_polachs_force(
+    law: Polach, numbers: tuple[float, float, float, float, float]
+) -> None:
+    zeta = np.concatenate([np.geomspace(1e-6, 1.0, 60), [-0.01, 0.0]])
+    for speed in (1.0, 10.0, 40.0):
+        expected, mu = force(zeta, *numbers, speed)
+        ratio = law.traction_ratio(zeta / saturation_creepage(mu))
+        np.testing.assert_allclose(mu * ratio, expected, rtol=1e-14, atol=0.0)
+
+
+def test_initial_slope_is_the_mean_reduction_of_kalkers_linear_theory() -> None:
+    law = Polach(
+        adhesion_reduction=0.8, slip_reduction=0.3, kalker_coefficient=C11, poisson_ratio=NU
+    )
+    mu = np.array(0.4)
+    kalker = 82e9 * 6.304e-3 * 12.61e-3 * C11 * saturation_creepage(mu) / (mu * 106.7e3)
+    assert float(law.slope(0.0)) == pytest.approx(0.55 * float(kalker), rel=1e-14)
+
+
+def test_slope_is_the_derivative() -> None:
+    law = Polach.wet(kalker_coefficient=C11, poisson_ratio=NU)
+    x = np.geomspace(1e-3, 1e3, 50)
+    # The same formula at a complex argument: its imaginary part is the derivative.
+    eps = 0.75 * (1.0 - NU) * C11 * (x + 1e-30j)
+    q = 2.0 / np.pi * (0.3 * eps / (1.0 + (0.3 * eps) ** 2) + np.arctan(0.1 * eps))
+    np.testing.assert_allclose(law.slope(x), q.imag / 1e-30, rtol=1e-12)
+    np.testing.assert_allclose(law.slope(-x), law.slope(x))
+
+
+@pytest.mark.parametrize("adhesion", [0.1, 0.5, 1.0])
+def test_it_falls_nowhere_from_the_twentyfourth_of_pi_on(adhesion: float) -> None:
+    # dq/dx = 0 is r (1 - r) v^2 - (1 - 2 r - r^2) v + 1 + r = 0 in v = (kA eps)^2, r = kS/kA. Its
+    # two roots meet at r = tan(pi/24).
+    threshold = np.tan(np.pi / 24.0)
+    v = (1.0 - 2.0 * threshold - threshold**2) / (2.0 * threshold * (1.0 - threshold))
+    at = np.sqrt(v) / (0.75 * (1.0 - NU) * C11 * adhesion)
+    for factor, sign in ((1.0 + 1e-6, 1.0), (1.0 - 1e-6, -1.0)):
+        law = Polach(
+            adhesion_reduction=adhesion,
+            slip_reduction=threshold * factor * adhesion,
+            kalker_coefficient=C11,
+            poisson_ratio=NU,
+        )
+        assert np.sign(law.slope(at)) == sign
+
+
+@pytest.mark.parametrize("slip", [0.001, 0.1, 1.0])
+def test_its_largest_value_is_the_limit(slip: float) -> None:
+    law = Polach(
+        adhesion_reduction=1.0, slip_reduction=slip, kalker_coefficient=C11, poisson_ratio=NU
+    )
+    assert law.peak == (np.inf, 1.0)
+    assert (law.traction_ratio(np.geomspace(1e-3, 1e3, 2000)) < 1.0).all()
+    assert float(law.traction_ratio(1e12)) == pytest.approx(1.0, abs=1e-8)
+
+
+def test_with_more_stiffness_in_slip_than_in_adhesion_it_exceeds_friction() -> None:
+    for adhesion, slip in ((0.5, 0.500001), (0.3, 0.6), (0.01, 1.0)):
+        law = Polach(
+            adhesion_reduction=adhesion,
+            slip_reduction=slip,
+            kalker_coefficient=C11,
+            poisson_ratio=NU,
+        )
+        x, q = law.peak
+        assert float(law.slope(0.999 * x)) > 0.0 > float(law.slope(1.001 * x))
+        assert q > 1.0
+        assert (law.traction_ratio(x * np.geomspace(1e-3, 1e3, 1000)) <= q).all()
+
+
+def test_odd_and_shape_preserving() -> None:
+    law = Polach.dry(kalker_coefficient=C11, poisson_ratio=NU)
+    x = np.linspace(0.0, 5.0, 24).reshape(2, 3, 4)
+    np.testing.assert_array_equal(law.traction_ratio(-x), -law.traction_ratio(x))
+    assert law.traction_ratio(x).shape == law.slope(x).shape == x.shape
+    assert law.traction_ratio(1).shape == ()
+    assert law.traction_ratio(0.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("adhesion_reduction", 0.0),
+        ("adhesion_reduction", 1.1),
+        ("slip_reduction", 0.0),
+        ("slip_reduction", np.nan),
+        ("kalker_coefficient", 0.0),
+        ("poisson_ratio", 0.6),
+    ],
+)
+def test_bad_parameters_are_refused(name: str, value: float) -> None:
+    good = {
+        "adhesion_reduction": 1.0,
+        "slip_reduction": 0.4,
+        "kalker_coefficient": C11,
+        "poisson_ratio": NU,
+    }
+    with pytest.raises(ValueError, match=rf"Polach\.{name} = "):
+        Polach(**{**good, name: value})
+    with pytest.raises(ValueError, match="normalized_creepage"):
+        Polach(**good).traction_ratio([np.inf])

@@ -1,0 +1,312 @@
+"""The force element: signs, limits, derivatives, scaling with load and friction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from falling_friction import falling
+
+import contactlib as cl
+
+SPEED = 10.0
+
+
+@pytest.fixture(scope="module")
+def element(rig: cl.Model) -> cl.ForceElement:
+    return rig.wheelset.element
+
+
+def test_agrees_with_the_law(element: cl.ForceElement) -> None:
+    # The law in Python knows nothing of the kernel: the second witness of the whole chain.
+    zeta = np.linspace(-0.1, 0.1, 501)
+    record = element.at_creepage(zeta, speed=SPEED)
+    law = cl.CarterGriffith(k_hat=0.3)
+    expected = 0.21 * 220.65e3 * law.traction_ratio(zeta / 0.015)
+    np.testing.assert_allclose(record["creep_force"], expected, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(record["traction_coefficient"] * 220.65e3, record["creep_force"])
+    np.testing.assert_allclose(record["wheel_torque"], -0.5 * record["creep_force"])
+    np.testing.assert_array_equal(record["falling_branch"], law.slope(zeta / 0.015) < 0.0)
+
+
+def test_odd_symmetry_is_exact(element: cl.ForceElement) -> None:
+    random = np.random.default_rng(3)
+    omega, speed = random.uniform(-60.0, 60.0, 2000), random.uniform(-20.0, 20.0, 2000)
+    speed[:200] = random.uniform(-0.1, 0.1, 200)
+    load = random.uniform(0.0, 3e5, 2000)
+    there = element.evaluate(omega=omega, speed=speed, normal_load=load)
+    back = element.evaluate(omega=-omega, speed=-speed, normal_load=load)
+    np.testing.assert_array_equal(there["creep_force"], -back["creep_force"])
+    np.testing.assert_array_equal(there["force_gradient"], back["force_gradient"])
+
+
+def test_sign_convention(element: cl.ForceElement) -> None:
+    assert element.force(omega=1.01 * SPEED / 0.5, speed=SPEED) > 0.0
+    assert element.force(omega=0.99 * SPEED / 0.5, speed=SPEED) < 0.0
+    assert element.force(omega=SPEED / 0.5, speed=SPEED) == 0.0
+
+
+def test_force_never_exceeds_static_friction(table: cl.CreepForceTable) -> None:
+    random = np.random.default_rng(4)
+    contact = cl.LineContact(normal_load_per_length=2e5, radius=0.5, contact_modulus=115e9)
+    for static in (0.22, 0.3, 0.6):
+        friction = cl.friction_with_k_hat(contact, k_hat=1.0, static=static, kinetic=0.2)
+        with pytest.warns(cl.ProcessZoneWarning):
+            element = cl.ForceElement(contact, friction, table=table, radius=0.5)
+        load = 10.0 ** random.uniform(-3.0, 7.0, 5000)
+        speed = random.uniform(-50.0, 50.0, 5000)
+        omega = speed / 0.5 * (1.0 + random.normal(0.0, 0.01, 5000))
+        record = element.evaluate(omega=omega, speed=speed, normal_load=load)
+        assert (np.abs(record["creep_force"]) <= static * load * (1.0 + 1e-15)).all()
+        held = record["force_limited"] > 0.0
+        assert held.any() == (static < 0.35)  # the law alone would reach 1.75 f_d = 0.35
+        assert (record["force_gradient"][held] == 0.0).all()
+
+
+def test_creep_power_is_dissipated(element: cl.ForceElement) -> None:
+    random = np.random.default_rng(5)
+    omega, speed = random.uniform(-60.0, 60.0, 5000), random.uniform(-30.0, 30.0, 5000)
+    slip = element.radius * omega - speed
+    assert (element.force(omega=omega, speed=speed) * slip >= 0.0).all()
+
+
+def test_no_load_no_force(element: cl.ForceElement) -> None:
+    record = element.evaluate(omega=[0.0, 30.0], speed=[0.0, 10.0], normal_load=0.0)
+    np.testing.assert_array_equal(record["creep_force"], 0.0)
+    np.testing.assert_array_equal(record["force_gradient"], 0.0)
+    for name in record.dtype.names or ():
+        assert np.isfinite(record[name]).all()
+    tiny, tinier = element.evaluate(omega=30.0, speed=10.0, normal_load=[1e-90, 1e-300])
+    assert 0.0 < tiny["creep_force"] < 1e-89
+    assert tinier["creep_force"] == 0.0  # next to no load is none
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"omega": np.nan}, "omega = nan"),
+        ({"speed": np.inf}, "speed = inf"),
+        ({"normal_load": -1.0}, r"normal_load = -1.0 .*>= 0"),
+        ({"normal_load": [1.0, -2.0]}, r"normal_load = -2.0"),
+        ({"friction_scale": 0.0}, "friction_scale = 0.0"),
+        ({"omega": "fast"}, "omega = 'fast' is not a number"),
+        ({"omega": 1j}, "not a number"),
+    ],
+)
+def test_bad_input_is_refused(
+    element: cl.ForceElement, given: dict[str, float], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        element.force(**{"omega": 20.0, "speed": 10.0, **given})
+
+
+@pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, -0.02, 0.0])
+def test_partial_derivatives(element: cl.ForceElement, speed: float) -> None:
+    random = np.random.default_rng(6)
+    n = 300
+    reference = max(abs(speed), 0.1)
+    omega = (speed + random.uniform(-0.06, 0.06, n) * reference) / 0.5
+    load = random.uniform(5e4, 4e5, n)
+    here = element.evaluate(omega=omega, speed=speed, normal_load=load)
+
+    def difference(name: str, h: float) -> np.ndarray:
+        at = {"omega": omega, "speed": np.full(n, speed), "normal_load": load}
+        f = [element.force(**{**at, name: at[name] + i * h}) for i in (-2, -1, 1, 2)]
+        return np.asarray((f[0] - 8.0 * f[1] + 8.0 * f[2] - f[3]) / (12.0 * h))
+
+    h = 1e-5 * reference
+    scale = {"omega": 3e6 / reference, "speed": 6e6 / reference, "normal_load": 1.0}
+    for name, step, field in (
+        ("omega", 2.0 * h, "force_by_omega"),
+        ("speed", h, "force_by_speed"),
+        ("normal_load", 1.0, "force_by_load"),
+    ):
+        np.testing.assert_allclose(here[field], difference(name, step), atol=1e-6 * scale[name])
+
+
+def test_speed_is_regularised_twice_differentiably(element: cl.ForceElement) -> None:
+    # Over the border at minimum_speed value and gradient of the creepage join.
+    v, h = element.minimum_speed, 1e-9
+    for field in ("creep_force", "force_by_omega", "force_by_speed"):
+        low, high = (
+            element.evaluate(omega=2.0 * v * 1.002, speed=v + side * h)[field] for side in (-1, 1)
+        )
+        assert low == pytest.approx(float(high), rel=1e-4)
+    flags = element.evaluate(omega=1.0, speed=[0.0, 0.09, 0.1, -0.2])["speed_regularized"]
+    np.testing.assert_array_equal(flags, [1.0, 1.0, 0.0, 0.0])
+    assert np.isfinite(element.force(omega=3.0, speed=0.0))
+
+
+def test_scaling_with_load_and_friction(element: cl.ForceElement) -> None:
+    load = 220.65e3 * np.array([0.25, 1.0, 4.0])
+    record = element.evaluate(omega=20.0, speed=10.0, normal_load=load)
+    np.testing.assert_allclose(record["k_hat"], 0.3 * np.array([2.0, 1.0, 0.5]))
+    np.testing.assert_allclose(record["saturation_creepage"], 0.015 * np.array([0.5, 1.0, 2.0]))
+    scaled = element.evaluate(omega=20.0, speed=10.0, friction_scale=[0.25, 1.0, 4.0])
+    np.testing.assert_allclose(scaled["k_hat"], 0.3 * np.array([2.0, 1.0, 0.5]))
+    np.testing.assert_allclose(scaled["saturation_creepage"], 0.015 * np.array([0.25, 1.0, 4.0]))
+
+
+def test_k_hat_is_held_at_the_table_s_end_and_says_so(element: cl.ForceElement) -> None:
+    record = element.evaluate(omega=20.1, speed=10.0, normal_load=220.65e3 * np.array([1.0, 1e-3]))
+    np.testing.assert_allclose(record["k_hat"], [0.3, 2.0])
+    np.testing.assert_array_equal(record["k_hat_limited"], [0.0, 1.0])
+
+
+def test_arguments_broadcast(element: cl.ForceElement) -> None:
+    force = element.force(
+        omega=np.full((4, 1), 20.1), speed=10.0, normal_load=np.array([1e5, 2e5, 3e5])
+    )
+    assert force.shape == (4, 3)
+    assert element.force(omega=20, speed=10).shape == ()
+    assert element.force(omega=np.zeros((0,)), speed=10.0).shape == (0,)
+
+
+def test_one_point_has_the_bits_of_an_array(element: cl.ForceElement) -> None:
+    random = np.random.default_rng(3)
+    omega, speed = random.uniform(-30.0, 30.0, 200), random.uniform(-15.0, 15.0, 200)
+    load, scale = random.uniform(0.0, 3e5, 200), random.uniform(1e-6, 2.0, 200)
+    load[0] = 0.0
+    one_by_one = [
+        element.force(omega=w, speed=v, normal_load=p, friction_scale=s)
+        for w, v, p, s in zip(*(a.tolist() for a in (omega, speed, load, scale)), strict=True)
+    ]
+    assert all(type(force) is np.ndarray and force.shape == () for force in one_by_one)
+    together = element.force(omega=omega, speed=speed, normal_load=load, friction_scale=scale)
+    assert np.array(one_by_one).tobytes() == together.tobytes()
+
+
+def test_long_process_zone_warns(table: cl.CreepForceTable) -> None:
+    contact = cl.LineContact(normal_load_per_length=4.5e6, radius=0.5, contact_modulus=115e9)
+    friction = cl.friction_with_k_hat(contact, k_hat=0.3, static=0.33, kinetic=0.21)
+    with pytest.warns(cl.ProcessZoneWarning, match=r"1\.73 is above 0\.5"):
+        cl.ForceElement(contact, friction, table=table, radius=0.5)
+
+
+def test_k_hat_beyond_the_table_is_refused(table: cl.CreepForceTable) -> None:
+    contact = cl.LineContact(normal_load_per_length=4.5e6, radius=0.5, contact_modulus=115e9)
+    friction = cl.friction_with_k_hat(contact, k_hat=2.5, static=0.9, kinetic=0.21)
+    with pytest.raises(ValueError, match=r"k_hat = 2\.\d+.*<= 2\.0"):
+        cl.ForceElement(contact, friction, table=table, radius=0.5)
+
+
+SLIP_RATES = [(0.4, 0.6), (0.05, 3.0), (1e-3, 20.0)]
+
+
+@pytest.mark.parametrize(("residual", "decay"), [(1.0, 0.6), (0.4, 0.0)])
+def test_no_fall_with_slip_speed_changes_nothing(
+    element: cl.ForceElement, residual: float, decay: float
+) -> None:
+    random = np.random.default_rng(7)
+    omega, speed = random.uniform(-60.0, 60.0, 5000), random.uniform(-20.0, 20.0, 5000)
+    there = element.evaluate(omega=omega, speed=speed)
+    here = falling(element, residual, decay).evaluate(omega=omega, speed=speed)
+    np.testing.assert_array_equal(here, there)
+
+
+@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
+def test_slip_speed_scales_force_creepage_and_k_hat(
+    element: cl.ForceElement, residual: float, decay: float
+) -> None:
+    # Q = f_d g P q(x/g, K/sqrt(g)), by the law in Python.
+    weak = falling(element, residual, decay)
+    for zeta in (-0.03, 0.001, 0.01, 0.017, 0.1, 3.0):
+        record = weak.at_creepage(zeta, speed=SPEED)
+        g = (1.0 - residual) * np.exp(-decay * abs(zeta) * SPEED) + residual
+        k_hat = min(0.3 / np.sqrt(g), 2.0)
+        law = cl.CarterGriffith(k_hat=float(k_hat))
+        limited = min(abs(law.traction_ratio(zeta / 0.015 / g)), element.friction.ratio)
+        expected = np.copysign(0.21 * g * 220.65e3 * limited, zeta)
+        np.testing.assert_allclose(record["creep_force"], expected, rtol=1e-9)
+        assert record["k_hat"] == pytest.approx(k_hat)
+        assert record["saturation_creepage"] == pytest.approx(0.015 * g)
+        assert weak.friction.slip_rate_factor(zeta * SPEED) == pytest.approx(g, rel=1e-14)
+
+
+@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
+def test_symmetry_and_bounds_with_slip_speed(
+    element: cl.ForceElement, residual: float, decay: float
+) -> None:
+    random = np.random.default_rng(8)
+    weak = falling(element, residual, decay)
+    omega, speed = random.uniform(-60.0, 60.0, 5000), random.uniform(-20.0, 20.0, 5000)
+    load = 10.0 ** random.uniform(0.0, 7.0, 5000)
+    there = weak.evaluate(omega=omega, speed=speed, normal_load=load)
+    back = weak.evaluate(omega=-omega, speed=-speed, normal_load=load)
+    np.testing.assert_array_equal(there["creep_force"], -back["creep_force"])
+    np.testing.assert_array_equal(there["force_by_speed"], back["force_by_speed"])
+    slip = weak.radius * omega - speed
+    most = weak.friction.static * weak.friction.slip_rate_factor(slip) * load
+    assert (np.abs(there["creep_force"]) <= most * (1.0 + 1e-14)).all()
+    assert (there["creep_force"] * slip >= 0.0).all()
+
+
+@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
+@pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, 0.0])
+def test_partial_derivatives_with_slip_speed(speed: float, residual: float, decay: float) -> None:
+    table = cl.carter_griffith_table("elliptic")
+    # Low static friction and a wide range of loads: both limits are met, and the elastic range.
+    contact = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=1e5, contact_modulus=115e9
+    )
+    friction = cl.friction_with_k_hat(
+        contact,
+        k_hat=0.7,
+        static=0.33,
+        kinetic=0.21,
+        slip_rate_residual=residual,
+        slip_rate_decay=decay,
+    )
+    with pytest.warns(cl.ProcessZoneWarning):
+        element = cl.ForceElement(contact, friction, table=table, radius=0.5)
+    random = np.random.default_rng(9)
+    n = 3000
+    reference = max(abs(speed), 0.1)
+    zeta = 10.0 ** random.uniform(-4.0, 1.0, n) * random.choice([-1.0, 1.0], n)
+    slip = zeta * reference
+    inputs = {
+        "slip": slip,
+        "omega": (speed + slip) / 0.5,
+        "speed": np.full(n, speed),
+        "normal_load": 10.0 ** random.uniform(0.0, 6.0, n),
+    }
+    here = element.evaluate(**{k: inputs[k] for k in ("omega", "speed", "normal_load")})
+    assert {0.0, 1.0} == set(here["k_hat_limited"]) == set(here["force_limited"])
+    unit = {"slip": slip, "omega": slip / 0.5, "speed": slip, "normal_load": inputs["normal_load"]}
+    force = np.maximum(np.abs(here["creep_force"]), 1e-3 * 0.21 * inputs["normal_load"])
+    for name, field in (
+        ("omega", "force_by_omega"),
+        ("speed", "force_by_speed"),
+        ("normal_load", "force_by_load"),
+    ):
+        h = 1e-4 * np.abs(unit[name])
+        sides = []
+        for i in (-2.0, -1.0, 1.0, 2.0):
+            at = {k: inputs[k] for k in ("omega", "speed", "normal_load")}
+            at[name] = at[name] + i * h
+            sides.append(element.evaluate(**at))
+        f = [side["creep_force"] for side in sides]
+        difference = (f[0] - 8.0 * f[1] + 8.0 * f[2] - f[3]) / (12.0 * h)
+        smooth = np.ones(n, bool)  # neither limit begins nor ends between the points
+        for flag in ("k_hat_limited", "force_limited"):
+            smooth &= (sides[0][flag] == here[flag]) & (sides[-1][flag] == here[flag])
+        error = np.abs(here[field] - difference) * h / (1e-4 * force)
+        assert smooth.mean() > 0.95
+        assert error[smooth].max() < 1e-6
+    np.testing.assert_allclose(here["force_by_omega"], 0.5 * here["force_gradient"], rtol=1e-14)
+    np.testing.assert_array_equal(here["falling_branch"], here["force_gradient"] < 0.0)
+
+
+def test_slip_speed_alone_makes_a_falling_branch(
+    element: cl.ForceElement, table: cl.CreepForceTable
+) -> None:
+    coulomb = cl.Friction(
+        static=0.21,
+        kinetic=0.21,
+        weakening_length=0.0,
+        slip_rate_residual=0.4,
+        slip_rate_decay=0.6,
+    )
+    weak = cl.ForceElement(element.contact, coulomb, table=table, radius=0.5)
+    zeta = np.array([0.5, 1.5, 10.0, 100.0]) * 0.0021
+    record = weak.at_creepage(zeta, speed=SPEED)
+    np.testing.assert_array_equal(record["falling_branch"], zeta > 0.0021)

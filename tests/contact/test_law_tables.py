@@ -1,0 +1,196 @@
+"""The tables of the laws: certificates, sizes, corners, and what an element makes of them."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib.contact.law_tables import build_carter_griffith_table, shipped_path
+from contactlib.contact.table_building import CORNER_GRIDS
+
+RATIO = 0.45 / 0.21
+
+
+def assert_holds(
+    table: cl.CreepForceTable,
+    law_at: object,
+    k_hats: list[float],
+    n: int,
+    targets: tuple[float, float] = (1e-8, 1e-4),
+) -> None:
+    """The certificate at points and k_hats of its own."""
+    random = np.random.default_rng(20260102)
+    assert table.max_error <= targets[0]
+    assert table.max_slope_error <= targets[1]
+    assert len(table.data) <= 1_000_000
+    for k_hat in k_hats:
+        law = law_at(k_hat)  # type: ignore[operator]
+        x = np.concatenate([10.0 ** random.uniform(-9.0, 5.0, n // 2), random.uniform(0, 4, n)])
+        ratio, slope = law.evaluate(x)
+        # A certificate is a largest value found, so others may exceed it a little.
+        assert np.abs(table.traction_ratio(x, k_hat) - ratio).max() <= 2.0 * table.max_error
+        assert np.abs(table.slope(x, k_hat) - slope).max() <= 2.0 * table.max_slope_error
+        assert table.traction_ratio(0.0, k_hat) == 0.0
+
+
+def test_elliptic_table() -> None:
+    k_hats = (10.0 ** np.random.default_rng(1).uniform(-7.0, np.log10(2.0), 25)).tolist()
+    assert_holds(
+        cl.carter_griffith_table("elliptic"),
+        lambda k: cl.CarterGriffith(k_hat=k, contact="elliptic"),
+        [0.0, *k_hats, 2.0],
+        400,
+    )
+
+
+@pytest.mark.parametrize("contact", ["line", "elliptic"])
+def test_shipped_tables_are_what_the_law_gives(contact: str) -> None:
+    shipped = cl.CreepForceTable.load(shipped_path(contact))  # type: ignore[arg-type]
+    built = build_carter_griffith_table(contact)
+    assert (shipped.law, shipped.cells, shipped.certificate_points) == (
+        built.law,
+        built.cells,
+        built.certificate_points,
+    )
+    x, k_hat = np.geomspace(1e-6, 1e3, 200), np.array([[0.0], [1e-4], [0.3], [2.0]])
+    np.testing.assert_allclose(
+        shipped.traction_ratio(x, k_hat), built.traction_ratio(x, k_hat), atol=1e-12
+    )
+
+
+K_HATS = [0.0, 1e-8, 3e-4, 0.004, 0.07, 0.3, 0.61, 1.13, 1.94, 2.0]
+
+
+def test_coarse_cohesive_table(cohesive_table: cl.CreepForceTable) -> None:
+    law_at = partial(cl.CohesiveZone, static_to_kinetic=RATIO)
+    assert_holds(cohesive_table, lambda k: law_at(k_hat=k), K_HATS[::3], 2000, (1e-4, 3e-3))
+    assert cohesive_table.static_to_kinetic == RATIO
+    assert cohesive_table.options["contact"] == "line"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("contact", "n"), [("line", 2000), ("elliptic", 400)])
+def test_cohesive_table(contact: Literal["line", "elliptic"], n: int) -> None:
+    table = cl.cohesive_table(contact, RATIO)
+    law_at = partial(cl.CohesiveZone, static_to_kinetic=RATIO, contact=contact)
+    assert_holds(table, lambda k: law_at(k_hat=k), K_HATS, n)
+    assert table.cells in CORNER_GRIDS[4 if contact == "line" else 5]
+    assert cl.cohesive_table(contact, RATIO) is table
+
+
+@pytest.mark.parametrize("k_hat", [0.02, 0.3, 2.0])
+def test_cohesive_table_has_the_law_s_corner_and_no_other(
+    cohesive_table: cl.CreepForceTable, k_hat: float
+) -> None:
+    corner = cl.CohesiveZone(k_hat=k_hat, static_to_kinetic=RATIO).sliding_creepage
+    near = corner + 1e-7 * np.array([-1.0, 1.0])
+    assert np.ptp(cohesive_table.traction_ratio(near, k_hat)) < 1e-6
+    assert np.ptp(cohesive_table.slope(near, k_hat)) < 1e-5  # the slope is continuous
+    x = np.union1d(np.geomspace(1e-9, 1e6, 4000), np.linspace(0.9, 3.0, 4000))
+    sign = np.sign(cohesive_table.slope(x, k_hat))
+    assert (np.diff(sign[sign != 0.0]) != 0.0).sum() == 1
+
+
+def test_partial_derivatives_of_a_cornered_table(cohesive_table: cl.CreepForceTable) -> None:
+    random = np.random.default_rng(2)
+    x, k_hat, h = random.uniform(0.1, 4.0, 300), random.uniform(0.1, 1.9, 300), 1e-6
+    rise = cohesive_table.traction_ratio(x + h, k_hat) - cohesive_table.traction_ratio(x - h, k_hat)
+    np.testing.assert_allclose(cohesive_table.slope(x, k_hat), rise / (2.0 * h), atol=2e-7)
+
+
+@pytest.fixture
+def parts() -> tuple[cl.LineContact, cl.Friction]:
+    contact = cl.LineContact.from_semi_width(
+        semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3
+    )
+    return contact, cl.friction_with_k_hat(contact, k_hat=0.3, static=0.45, kinetic=0.21)
+
+
+def test_element_with_cohesive_table(
+    parts: tuple[cl.LineContact, cl.Friction], cohesive_table: cl.CreepForceTable
+) -> None:
+    contact, friction = parts
+    element = cl.ForceElement(contact, friction, table=cohesive_table, radius=0.5)
+    zeta = element.saturation_creepage * np.linspace(-5.0, 5.0, 101)
+    law = cl.CohesiveZone(k_hat=element.k_hat, static_to_kinetic=friction.ratio)
+    expected = 0.21 * 220e3 * law.traction_ratio(np.linspace(-5.0, 5.0, 101))
+    record = element.at_creepage(zeta, speed=10.0)
+    np.testing.assert_allclose(
+        record["creep_force"], expected, atol=0.21 * 220e3 * cohesive_table.max_error
+    )
+    assert not record["force_limited"].any()  # this law knows f_s
+    # All partial derivatives, to the load too, of a table with a corner.
+    given = {"omega": 20.4, "speed": 10.0, "normal_load": 180e3}
+    base = element.evaluate(**given)
+    for name, field in (("omega", "omega"), ("speed", "speed"), ("normal_load", "load")):
+        h = 1e-6 * given[name]
+        there, back = (element.force(**{**given, name: given[name] + s * h}) for s in (1.0, -1.0))
+        assert base[f"force_by_{field}"] == pytest.approx((there - back) / (2.0 * h), rel=1e-6)
+
+
+def test_element_refuses_a_table_of_another_contact_or_friction(
+    parts: tuple[cl.LineContact, cl.Friction], cohesive_table: cl.CreepForceTable
+) -> None:
+    contact, friction = parts
+    with pytest.raises(ValueError, match=r"contact=elliptic.* but ForceElement.contact is line"):
+        cl.ForceElement(contact, friction, table=cl.carter_griffith_table("elliptic"), radius=0.5)
+    other = cl.friction_with_k_hat(contact, k_hat=0.3, static=0.4, kinetic=0.21)
+    with pytest.raises(ValueError, match=r"ratio = 1.90.* must be 2.142"):
+        cl.ForceElement(contact, other, table=cohesive_table, radius=0.5)
+    linear = cl.Friction.from_samples([0.0, 2e-6], [0.45, 0.21])
+    with pytest.raises(ValueError, match=r"weakening is 'samples'.* 'exponential'"):
+        cl.ForceElement(contact, linear, table=cohesive_table, radius=0.5)
+
+
+def test_the_warning_is_for_the_limit_only(
+    parts: tuple[cl.LineContact, cl.Friction], cohesive_table: cl.CreepForceTable
+) -> None:
+    contact, _ = parts
+    long = cl.friction_with_k_hat(contact, k_hat=0.6, static=0.45, kinetic=0.21)
+    assert cl.process_zone_ratio(contact, long) == pytest.approx(1.732, abs=1e-3)
+    with pytest.warns(cl.ProcessZoneWarning, match=r"1.73 is above 0.5"):
+        cl.ForceElement(contact, long, table=cl.carter_griffith_table("line"), radius=0.5)
+    cl.ForceElement(contact, long, table=cohesive_table, radius=0.5)  # warnings are errors here
+
+
+def test_fmu_of_a_cohesive_law_refuses_another_friction_ratio(
+    cohesive_table: cl.CreepForceTable, tmp_path: Path
+) -> None:
+    import fmpy
+
+    model = cl.load_model("models/roller_rig.toml", table=cohesive_table)
+    fmu = cl.export_fmu(model, tmp_path / "cohesive.fmu")
+    arguments = {"stop_time": 1e-3, "output": ["creep_force"]}
+    start = {"omega": 20.4, "speed": 10.0}
+    result = fmpy.simulate_fmu(str(fmu), start_values=start, **arguments)
+    expected = model.wheelset.element.force(omega=20.4, speed=10.0)
+    assert result["creep_force"][-1] == pytest.approx(float(expected), rel=1e-12)
+    with pytest.raises(Exception, match="fmi2"):
+        fmpy.simulate_fmu(str(fmu), start_values={**start, "static_friction": 0.5}, **arguments)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        cl.Polach.dry(kalker_coefficient=3.7, poisson_ratio=0.28),
+        cl.Polach.wet(kalker_coefficient=3.7, poisson_ratio=0.28),
+        cl.MeasuredCurve.from_csv(
+            Path(__file__).parents[2] / "models" / "eurosprinter_engel1998.csv"
+        ),
+    ],
+    ids=["polach dry", "polach wet", "measured"],
+)
+def test_tables_of_one_axis(law: cl.Polach | cl.MeasuredCurve) -> None:
+    table = cl.CreepForceTable.from_law(law)
+    assert table.one_axis
+    assert table.max_error <= 1e-8
+    x = np.concatenate([[0.0], np.geomspace(1e-9, 1e5, 3000), np.linspace(0.0, 30.0, 3001)])
+    for k_hat in (0.0, 0.3, 2.0):
+        np.testing.assert_allclose(table.traction_ratio(x, k_hat), law.traction_ratio(x), atol=2e-8)
+        np.testing.assert_allclose(table.slope(x, k_hat), law.slope(x), atol=2e-4)
+    np.testing.assert_array_equal(table.traction_ratio(-x, 0.1), -table.traction_ratio(x, 0.1))

@@ -1,0 +1,134 @@
+"""The built explorer page in a headless Chromium that is cut off from everything.
+
+    with explorer_page(width=1440, height=900) as page:
+        page.call("async (x) => (await contactlib.ready).kernel.tablePlace(x, 0.3)", 0.5)
+
+The browser runs as long as a page is open: a module that opens many keeps one in a fixture.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from outside_tools import missing, module
+
+import contactlib
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, Route
+
+PAGE = Path(contactlib.__file__).parent / "export" / "explorer" / "page.html"
+ARGUMENTS = (
+    "--no-sandbox",  # which root cannot have, and this page does not need
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+LONG_OPEN = 600e3  # more than any opening takes [ms]
+
+
+class ExplorerPage:
+    """A page of the explorer, and what went wrong on it.
+
+    Attributes
+    ----------
+    page : Page
+        Playwright's.
+    errors : list of str
+        Messages of the console and of the script, and requests that were refused.
+    """
+
+    def __init__(self, context: BrowserContext, address: str) -> None:
+        self.errors: list[str] = []
+        self._address = address.partition("#")[0]
+        context.set_offline(True)
+        context.route("**/*", self._refuse_others)
+        self.page: Page = context.new_page()
+        self.page.on("console", self._note)
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.goto(address)
+        self.page.evaluate("() => contactlib.ready.then(() => null)")
+
+    def call(self, function: str, *arguments: object) -> Any:
+        """Result of a JavaScript function of these arguments, once its promise is settled."""
+        return self.page.evaluate(f"(list) => ({function})(...list)", list(arguments))
+
+    def _refuse_others(self, route: Route, request: Request) -> None:
+        if request.url.partition("#")[0] == self._address:
+            route.continue_()
+        else:
+            self.errors.append(f"the page asked for {request.url}")
+            route.abort()
+
+    def _note(self, message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning"):
+            self.errors.append(message.text)
+
+
+class _Browser:
+    """Chromium, which runs while any page of it is open."""
+
+    def __init__(self) -> None:
+        self._users = 0
+        self._running: Browser | None = None
+        self._stack = ExitStack()
+
+    @contextmanager
+    def __call__(self) -> Iterator[Browser]:
+        self._users += 1
+        try:
+            self._running = self._running or self._start()
+            yield self._running
+        finally:
+            self._users -= 1
+            if self._users == 0:
+                self._running = None
+                self._stack.close()
+
+    def _start(self) -> Browser:
+        program = os.environ.get("CONTACTLIB_CHROMIUM") or shutil.which("chromium")
+        playwright = module("playwright.sync_api")
+        if program is None:
+            missing("chromium is not installed, and CONTACTLIB_CHROMIUM does not name it")
+        driver = self._stack.enter_context(playwright.sync_playwright())
+        browser: Browser = driver.chromium.launch(executable_path=program, args=[*ARGUMENTS])
+        self._stack.callback(browser.close)
+        return browser
+
+
+_browser = _Browser()
+
+
+@contextmanager
+def explorer_page(
+    width: int = 1440,
+    height: int = 900,
+    path: Path = PAGE,
+    fragment: str = "",
+    clock_stands: bool = False,
+    **context: Any,
+) -> Iterator[ExplorerPage]:
+    """The page, ready; leaving it without an exception asserts that nothing went wrong on it.
+
+    `fragment` is what stands behind the address's ``#``. With `clock_stands` the page's clock goes
+    on, and frames are drawn, only when Playwright's ``page.clock`` says so. Further options are
+    those of its ``new_context``, such as ``color_scheme`` or ``has_touch``.
+    """
+    address = path.resolve().as_uri() + (f"#{fragment}" if fragment else "")
+    size = {"width": width, "height": height}
+    with _browser() as browser, browser.new_context(viewport=size, **context) as private:  # type: ignore[arg-type]
+        if clock_stands:
+            private.clock.install(time=0)
+        page = ExplorerPage(private, address)
+        if clock_stands:
+            page.page.clock.pause_at(LONG_OPEN)
+        yield page
+        assert page.errors == []

@@ -1,0 +1,137 @@
+"""Wheelsets as the explorer page knows them, and random ones."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import contactlib as cl
+from contactlib.contact.element import ProcessZoneWarning, friction_with_k_hat
+from contactlib.contact.hertz import Contact
+from contactlib.contact.law_tables import Shape, carter_griffith_table
+
+SPEED = 10.0  # that the shipped models begin at [m/s]
+SAMPLE = 2e-4  # of the page's control [s]
+POISSON_RATIO = 0.3  # of every wheelset here: a contact knows only its modulus
+
+
+def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, Any]:
+    """Fields of the page's Vehicle, for a wheelset under the Carter-Griffith law."""
+    element, resistance = wheelset.element, wheelset.resistance
+    contact, friction = element.contact, element.friction
+    return {
+        "name": "a wheelset",
+        "source": "a test",
+        "contact": "elliptic" if isinstance(contact, cl.EllipticContact) else "line",
+        "semi_width": contact.semi_width,
+        "peak_pressure": contact.peak_pressure,
+        "normal_load": contact.normal_load,
+        "youngs_modulus": 2.0 * (1.0 - POISSON_RATIO**2) * contact.contact_modulus,
+        "poisson_ratio": POISSON_RATIO,
+        "static_friction": friction.static,
+        "kinetic_friction": friction.kinetic,
+        "k_hat": element.k_hat,
+        "slip_rate_residual": friction.slip_rate_residual,
+        "slip_rate_decay": friction.slip_rate_decay,
+        "radius": wheelset.radius,
+        "inertia": wheelset.inertia,
+        "mass": wheelset.mass,
+        "damping": wheelset.damping,
+        "slope_reduction": element.slope_reduction,
+        "minimum_speed": element.minimum_speed,
+        "constant": resistance.constant,
+        "linear": resistance.linear,
+        "quadratic": resistance.quadratic,
+        "grade": resistance.grade,
+        "initial_speed": initial_speed,
+    }
+
+
+def fold_of(wheelset: cl.Wheelset, speed: float = SPEED) -> cl.stability.Fold:
+    """Python's fold, which is there."""
+    found = cl.stability.find_fold(wheelset, speed=speed)
+    assert found is not None
+    return found
+
+
+def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
+    """Any parameters within their ranges in practice and somewhat beyond."""
+    modulus = float(rng.uniform(50e9, 150e9))
+    load = float(rng.uniform(50e3, 250e3))
+    a, b = (float(size) for size in rng.uniform(3e-3, 9e-3, 2))
+    shape: Shape = "line" if rng.random() < 0.5 else "elliptic"
+    contact: Contact
+    if shape == "line":
+        contact = cl.LineContact.from_semi_width(
+            semi_width=a, radius=0.5, contact_modulus=modulus, normal_load=load
+        )
+    else:
+        contact = cl.EllipticContact.from_semi_axes(
+            semi_axis_x=a, semi_axis_y=b, normal_load=load, contact_modulus=modulus
+        )
+    kinetic = float(rng.uniform(0.05, 0.4))
+    friction = friction_with_k_hat(
+        contact,
+        k_hat=float(rng.choice([rng.uniform(0.0, 2.0), rng.uniform(0.0, 0.3)])),
+        static=kinetic * float(rng.uniform(1.05, 4.0)),
+        kinetic=kinetic,
+        slip_rate_residual=float(rng.choice([1.0, rng.uniform(0.2, 1.0)])),
+        slip_rate_decay=float(rng.uniform(0.0, 2.0)),
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ProcessZoneWarning)
+        element = cl.ForceElement(
+            contact,
+            friction,
+            table=carter_griffith_table(shape),
+            radius=float(rng.uniform(0.3, 0.7)),
+            slope_reduction=float(10.0 ** rng.uniform(-1.5, 0.0)),
+        )
+    return cl.Wheelset(
+        element,
+        inertia=float(10.0 ** rng.uniform(1.5, 3.0)),
+        mass=None if rng.random() < 0.5 else float(10.0 ** rng.uniform(3.5, 5.5)),
+        damping=float(rng.choice([0.0, 10.0 ** rng.uniform(0.0, 2.5)])),
+        resistance=cl.Resistance(
+            constant=float(rng.uniform(0.0, 3e3)),
+            linear=float(rng.uniform(0.0, 100.0)),
+            quadratic=float(rng.uniform(0.0, 5.0)),
+            grade=float(rng.uniform(-0.01, 0.01)),
+        ),
+    )
+
+
+def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) -> cl.Wheelset:
+    """A wheelset of a line contact after entries by a visitor; an ellipse keeps a, p0 and P."""
+    element = wheelset.element
+    contact, friction = element.contact, element.friction
+    left: dict[str, Any] = dict(changes)
+    kinetic = left.pop("kinetic", friction.kinetic)
+    ratio = left.pop("ratio", friction.static / friction.kinetic)
+    changed_friction = friction_with_k_hat(
+        contact,
+        k_hat=left.pop("k_hat", element.k_hat),
+        static=ratio * kinetic,
+        kinetic=kinetic,
+        slip_rate_residual=left.pop("residual", friction.slip_rate_residual),
+        slip_rate_decay=left.pop("decay", friction.slip_rate_decay),
+    )
+    load, a, p0 = contact.normal_load, contact.semi_width, contact.peak_pressure
+    if ellipse:
+        contact = cl.EllipticContact.from_semi_axes(
+            semi_axis_x=a,
+            semi_axis_y=1.5 * load / (math.pi * a * p0),
+            normal_load=load,
+            contact_modulus=contact.contact_modulus,
+        )
+    slope = left.pop("slope", element.slope_reduction)
+    table = carter_griffith_table("elliptic" if ellipse else "line")
+    new = replace(
+        element, contact=contact, friction=changed_friction, table=table, slope_reduction=slope
+    )
+    return replace(wheelset, element=new, **left)

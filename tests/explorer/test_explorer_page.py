@@ -1,0 +1,904 @@
+"""The explorer page as a visitor has it, driven by its own controls, against Python's analysis."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from explorer_page import explorer_page
+from explorer_vehicle import SAMPLE, SPEED, changed, fold_of
+from explorer_visitor import Visitor, assert_shows
+
+import contactlib as cl
+from contactlib import stability
+
+pytestmark = pytest.mark.tools
+
+NO_CHANGES: Mapping[str, float] = {}
+WEAK = {"k_hat": 0.6, "ratio": 3.5}  # friction falls further and over a shorter way
+
+
+@pytest.fixture(scope="module")
+def visitor() -> Iterator[Visitor]:
+    with explorer_page(clock_stands=True, color_scheme="light", accept_downloads=True) as opened:
+        yield Visitor(opened)
+
+
+class Setting(NamedTuple):
+    """What a visitor sets up: a model and entries, in the units of the fields."""
+
+    model: str
+    ellipse: bool = False
+    entries: Mapping[str, float] = NO_CHANGES
+
+    def wheelset(self, request: pytest.FixtureRequest) -> cl.Wheelset:
+        model: cl.Model = request.getfixturevalue(self.model)
+        return changed(model.wheelset, self.entries, self.ellipse)
+
+    def set_up(self, visitor: Visitor) -> None:
+        visitor.choose({"rig": "roller_rig", "locomotive": "locomotive"}[self.model])
+        visitor.check("Ellipse" if self.ellipse else "Line")
+        visitor.enter(**self.entries)
+
+
+RIG, LOCOMOTIVE, ELLIPSE = Setting("rig"), Setting("locomotive"), Setting("rig", True, WEAK)
+SETTINGS = pytest.mark.parametrize(
+    "setting", [RIG, LOCOMOTIVE, ELLIPSE], ids=["rig", "locomotive", "ellipse"]
+)
+
+
+def begin_at(visitor: Visitor, torque: float) -> None:
+    """At rest under a torque [N.m]."""
+    visitor.enter(rate=1e3, torque=1e-3 * torque)
+    visitor.press("Reset")
+
+
+# ---- running away and coming back -----------------------------------------------------------
+
+
+@SETTINGS
+def test_a_slow_ramp_runs_away_at_the_critical_torque(
+    visitor: Visitor, setting: Setting, request: pytest.FixtureRequest
+) -> None:
+    wheelset = setting.wheelset(request)
+    torque = fold_of(wheelset).drive_torque
+    setting.set_up(visitor)
+    begin_at(visitor, 0.985 * torque)
+    visitor.enter(rate=0.1, torque=1.02e-3 * torque)
+    visitor.look()
+    run = visitor.simulate(10.0, until="peak_passed")
+    fold = fold_of(wheelset, run.speed)
+    assert run.first("peak_passed")["drive_torque"] == pytest.approx(fold.drive_torque, rel=5e-3)
+    assert run.first("peak_passed")["creepage"] == pytest.approx(fold.creepage, rel=5e-3)
+    assert "slip_away" in visitor.simulate(5.0, until="slip_away").names
+
+
+def longest_delay(wheelset: cl.Wheelset, creepage: float, **here: Any) -> float:
+    """Delay in whole samples beyond which Python finds no gain above the least one [s]."""
+    point = wheelset.balanced(creepage=creepage, **here)
+    least = stability.creep_control_gain(wheelset, point)
+    pole = float(stability.creepage_pole(wheelset, creepage, **here))
+    gain = wheelset.element.radius / (wheelset.inertia * here["speed"])
+
+    def holds(samples: int) -> bool:
+        delay = samples * SAMPLE
+        highest = stability.proportional_window(pole, gain, delay=delay, sample_time=SAMPLE).highest
+        return highest > least * (1.0 + 1e-9)
+
+    most = int(1.0 / (pole * SAMPLE)) + 1
+    return SAMPLE * max(n for n in range(most) if holds(n))
+
+
+# ---- creep control --------------------------------------------------------------------------
+
+
+@SETTINGS
+def test_creep_control_holds_the_falling_branch_but_not_behind_any_delay(
+    visitor: Visitor, setting: Setting, request: pytest.FixtureRequest
+) -> None:
+    wheelset = setting.wheelset(request)
+    setting.set_up(visitor)
+    plant = stability.reduced_plant(wheelset, 0.024, speed=SPEED)
+    assert plant.pole > 10.0
+    limit = stability.delay_limit(plant.pole)
+    window = stability.proportional_window(plant.pole, plant.gain, delay=0.3 * limit)
+    gain = 1e-6 * np.sqrt(window.lowest * window.highest)
+    visitor.check("Creep control")
+    visitor.enter(reference=2.4, gain=gain, integral=gain, delay=0.0)
+    run = visitor.simulate(6.0)
+    assert run.creepage == pytest.approx(0.024, rel=1e-3)
+    visitor.look()
+    limit = longest_delay(wheelset, 0.024, speed=run.speed)
+    assert_shows(visitor.numbers()["longest delay"], 1e3 * limit)
+
+    def kicked(delay: float) -> float:
+        """Largest departure from the reference in the last of the time after a small kick."""
+        visitor.enter(delay=1e3 * delay, kick_size=0.02)
+        visitor.press("Kick the wheel")
+        visitor.simulate(2.0)
+        run = visitor.simulate(0.5, piece=1e-3)
+        return max(run.highest / 0.024 - 1.0, 1.0 - run.lowest / 0.024)
+
+    assert kicked(0.3 * limit) < 2e-3
+    assert kicked(1.05 * limit) > 0.1
+
+
+# ---- the wet patch --------------------------------------------------------------------------
+
+
+@SETTINGS
+def test_a_wet_patch_is_survived_up_to_the_clearing_time_shown(
+    visitor: Visitor, setting: Setting, request: pytest.FixtureRequest
+) -> None:
+    wheelset = setting.wheelset(request)
+    torque = 0.93 * fold_of(wheelset).drive_torque
+    expected = stability.clearing(wheelset, drive_torque=torque, speed=SPEED, friction_scale=0.5)
+    setting.set_up(visitor)
+    visitor.enter(wet_friction=0.5)
+
+    def over(part: float) -> tuple[str, list[str]]:
+        begin_at(visitor, torque)
+        visitor.enter(wet_time=1e3 * part * expected.time)
+        visitor.look()
+        said = visitor.text("clearing")
+        visitor.press("Put a wet patch under it")
+        return said, visitor.simulate(1.0).names
+
+    said, happened = over(0.9)
+    time = float(said.removeprefix("Critical clearing time ").split(" ms")[0])
+    assert time == pytest.approx(1e3 * expected.time, rel=0.01)
+    assert "will come back" in said
+    assert happened[0] == "patch_begins"
+    assert happened[-1] == "returned"
+    said, happened = over(1.1)
+    assert "will run away" in said
+    assert "slip_away" in happened
+    assert "returned" not in happened
+
+
+# ---- numbers --------------------------------------------------------------------------------
+
+
+class Point(NamedTuple):
+    """A setting, with what else is entered."""
+
+    setting: Setting
+    speed: float = SPEED
+    load: float = 220.65  # [kN]
+    reference: float | None = None  # [%]; None: torque control
+    delay: float = 0.0  # [ms]
+
+
+POINTS = {
+    "rig": Point(RIG),
+    "locomotive, heavy and fast": Point(LOCOMOTIVE, speed=20.0, load=300.0),
+    "ellipse": Point(ELLIPSE),
+    "all else": Point(
+        Setting(
+            "rig",
+            entries={
+                "k_hat": 0.2,
+                "ratio": 3.0,
+                "kinetic": 0.25,
+                "slope": 0.05,
+                "residual": 0.5,
+                "decay": 0.4,
+                "inertia": 120.0,
+                "damping": 200.0,
+            },
+        ),
+        load=100.0,
+    ),
+    "creep control": Point(RIG, reference=2.4, delay=5.0),
+    "creep control of an ellipse": Point(ELLIPSE, reference=3.0),
+    "too late": Point(RIG, reference=2.2, delay=30.0),
+}
+
+
+@pytest.mark.parametrize("name", POINTS)
+def test_numbers_shown_are_those_of_python(
+    visitor: Visitor, name: str, request: pytest.FixtureRequest
+) -> None:
+    setting, speed, load, reference, delay = POINTS[name]
+    wheelset = setting.wheelset(request)
+    setting.set_up(visitor)
+    visitor.enter(speed=speed, load=load)
+    if reference is not None:
+        visitor.check("Creep control")
+        visitor.enter(reference=reference, delay=delay)
+    speed = visitor.simulate(0.05).speed
+    visitor.look()
+    numbers = visitor.numbers()
+    creepage = visitor.state("run.creepage")
+    at = creepage if reference is None else reference / 100.0
+    here: dict[str, Any] = {"speed": speed, "normal_load": 1e3 * load}
+    force = wheelset.element.at_creepage(creepage, **here)
+    pole = float(stability.creepage_pole(wheelset, at, **here))
+    gain = wheelset.element.radius / (wheelset.inertia * speed)
+    fold = stability.find_fold(wheelset, **here | {"speed": visitor.state("shown.speed")})
+    assert fold is not None
+    for label, value in {
+        "creepage \u03b6": 100.0 * creepage,
+        "drive torque T": 1e-3 * visitor.state("run.driveTorque"),
+        "Q / P": float(force["traction_coefficient"]),
+        "pole here" if reference is None else "pole at the reference": pole,
+        "critical torque": 1e-3 * fold.drive_torque,
+        "comes back at": 1e-3 * fold.return_torque,
+        "K at this load": float(force["k_hat"]),
+        "\u03b6\u2080 at this load": 100.0 * float(force["saturation_creepage"]),
+        "process zone": float(force["process_zone_ratio"]),
+        "weakening length": 1e6 * wheelset.element.friction.weakening_length,
+    }.items():
+        assert_shows(numbers[label], value)
+    window = stability.proportional_window(pole, gain, delay=1e-3 * delay, sample_time=SAMPLE)
+    shown = numbers["gains Kp that hold it"].removesuffix(" MN m")
+    least = stability.creep_control_gain(wheelset, wheelset.balanced(creepage=at, **here))
+    if max(0.0, least) >= window.highest:
+        assert shown == "none"
+    else:
+        lowest, highest = shown.split(" \u2013 ")
+        if least <= 0.0:
+            assert lowest == "0"
+        else:
+            assert_shows(lowest, 1e-6 * least)
+        assert_shows(highest, 1e-6 * window.highest)
+    if pole > 0.0:
+        assert_shows(numbers["longest delay"], 1e3 * longest_delay(wheelset, at, **here))
+    else:
+        assert numbers["longest delay"] == "any"
+
+
+RANDOM_WHEELS = """async (count) => {
+  // The sliders' ends, and a torque anywhere up to and beyond the fold.
+  const { app } = await contactlib.ready;
+  let seed = 1;
+  const uniform = (low, high) => {
+    seed = (seed * 16807) % 2147483647;
+    return low + ((high - low) * seed) / 2147483647;
+  };
+  const log = (low, high) => Math.exp(uniform(Math.log(low), Math.log(high)));
+  const stopped = [];
+  for (let i = 0; i < count; i++) {
+    app.reset();
+    const vehicle = {
+      contact: uniform(0, 1) < 0.5 ? "line" : "elliptic", mass: i % 2 ? 1.4e5 : null,
+      k_hat: uniform(0, 1.2), slip_rate_residual: uniform(0.2, 1), slip_rate_decay: uniform(0, 3),
+      inertia: log(30, 1000), damping: uniform(0, 300), slope_reduction: log(0.02, 1),
+      kinetic_friction: 0.2, static_friction: 0.2 * uniform(1.05, 4),
+    };
+    app.change(() => {
+      Object.assign(app.settings.vehicle, vehicle);
+      app.settings.patch.friction = uniform(0.1, 1);
+      app.settings.normalLoad = uniform(2e4, 4e5);
+    });
+    app.setSpeed(log(1, 60));
+    const most = app.shown.fold?.drive_torque ?? 2e4;
+    app.control.drive_torque = most * (1 - 10 ** uniform(-6, -0.1));
+    app.control.mode = uniform(0, 1) < 0.3 ? "creep" : "torque";
+    app.restart();
+    if (i % 3 === 0) app.layPatch();
+    for (let k = 0; k < 12; k++) app.frame((app.last ?? 0) + 200 + 16 * k);
+    if (!app.playing && app.run.stopped === null) stopped.push(JSON.stringify(vehicle));
+  }
+  return stopped;
+}"""
+
+
+@pytest.mark.parametrize("count", [30, pytest.param(120, marks=pytest.mark.slow)])
+def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor, count: int) -> None:
+    RIG.set_up(visitor)
+    assert visitor.opened.call(RANDOM_WHEELS, count) == []
+
+
+@pytest.mark.parametrize(("ratio", "warned"), [(2.1, False), (2.0, True)])
+def test_a_long_process_zone_is_warned_of(
+    visitor: Visitor, rig: cl.Model, ratio: float, warned: bool
+) -> None:
+    zone = 2.0 * np.pi * rig.wheelset.element.k_hat**2 / (ratio - 1.0) ** 2
+    assert (zone > 0.5) == warned
+    RIG.set_up(visitor)
+    visitor.enter(ratio=ratio)
+    visitor.look()
+    assert ("weakening zone" in visitor.text("warning")) == warned
+    assert_shows(visitor.numbers()["process zone"], zone)
+
+
+# ---- experiments ----------------------------------------------------------------------------
+
+# Tells a story frame by frame until its last text; then some time more.
+TELL = """async (after) => {
+  const { app } = await contactlib.ready;
+  const said = [], steps = [];
+  const last = app.story.steps.length;
+  const text = () => document.getElementById("story").textContent;
+  const pass = (duration) => {
+    const step = steps.at(-1);
+    step.events.push(...app.advance(duration).map(({ name }) => name));
+    if (text() !== said.at(-1)) return; // what the next step has begun with is not of this one
+    step.lowest = Math.min(step.lowest, app.run.creepage);
+    step.highest = Math.max(step.highest, app.run.creepage);
+    step.last = app.run.creepage;
+  };
+  for (let i = 0; i < 20000; i++) {
+    if (text() !== said.at(-1)) {
+      said.push(text());
+      steps.push({ events: [], lowest: Infinity, highest: -Infinity, last: NaN });
+    }
+    if (said.length === last) break;
+    pass(app.settings.playback / 60);
+  }
+  for (let time = 0; time < after; time += 1e-3) pass(1e-3);
+  const { creepage, driveTorque, speed, stopped } = app.run;
+  return { said, steps, creepage, driveTorque, speed, stopped, stories: app.story.steps.length };
+}"""
+
+
+class Told(NamedTuple):
+    """A story: texts, what happened under each, and the end."""
+
+    said: list[str]
+    steps: list[dict[str, Any]]
+    creepage: float
+    driveTorque: float  # noqa: N815
+    speed: float
+    stopped: str | None
+    stories: int
+
+
+def tell(visitor: Visitor, setting: Setting, story: str, after: float) -> Told:
+    setting.set_up(visitor)
+    visitor.wait()
+    visitor.press(story)
+    told = Told(**visitor.call(TELL, after))
+    assert len(told.said) == told.stories
+    assert told.stopped is None
+    button = visitor.page.get_by_role("button", name=story, exact=True)
+    assert button.get_attribute("aria-pressed") == "true"
+    return told
+
+
+@pytest.fixture(params=[RIG, LOCOMOTIVE, ELLIPSE], ids=["rig", "locomotive", "ellipse"])
+def told_of(request: pytest.FixtureRequest) -> tuple[Setting, cl.Wheelset]:
+    return request.param, request.param.wheelset(request)
+
+
+def test_the_experiment_of_a_run_away(
+    visitor: Visitor, told_of: tuple[Setting, cl.Wheelset]
+) -> None:
+    told = tell(visitor, told_of[0], "Run away", 0.0)
+    assert "peak_passed" in told.steps[0]["events"]
+    assert "slip_away" in told.steps[1]["events"]
+    assert told.creepage > 10.0 * fold_of(told_of[1]).creepage
+
+
+def test_the_experiment_of_hysteresis(
+    visitor: Visitor, told_of: tuple[Setting, cl.Wheelset]
+) -> None:
+    if told_of[0] == LOCOMOTIVE:  # whose run-away does not end below the limit of the rim speed
+        LOCOMOTIVE.set_up(visitor)
+        visitor.press("Hysteresis")
+        assert "rim speed" in visitor.toast()
+        visitor.wait(10_000)
+        return
+    told = tell(visitor, told_of[0], "Hysteresis", 0.5)
+    fold = fold_of(told_of[1], told.speed)
+    assert "slip_away" in told.steps[0]["events"]
+    assert "returned" not in told.steps[1]["events"]
+    assert "returned" in told.steps[2]["events"]
+    assert told.creepage < fold.creepage
+    assert told.driveTorque < fold.return_torque
+
+
+def test_the_experiment_of_a_kick(visitor: Visitor, told_of: tuple[Setting, cl.Wheelset]) -> None:
+    told = tell(visitor, told_of[0], "Kick it", 2.0)
+    rest, short, beyond, end = told.steps
+    assert rest["highest"] == pytest.approx(rest["lowest"], rel=1e-2)
+    assert short["highest"] > 1.2 * rest["highest"]
+    assert short["last"] == pytest.approx(rest["last"], rel=0.02)
+    assert beyond["lowest"] > short["highest"]
+    assert "slip_away" in beyond["events"] + end["events"]
+    assert told.creepage > beyond["highest"]
+
+
+def test_the_experiment_of_the_wet_patch(
+    visitor: Visitor, told_of: tuple[Setting, cl.Wheelset]
+) -> None:
+    told = tell(visitor, told_of[0], "Wet patch", 2.0)
+    before, short, long, end = told.steps
+    assert before["events"] == []
+    assert short["events"][0] == "patch_begins"
+    assert "patch_ends" in short["events"]
+    assert short["last"] == pytest.approx(before["last"], rel=0.02)
+    assert long["highest"] > short["highest"]
+    assert "slip_away" in long["events"] + end["events"]
+    assert "returned" not in long["events"] + end["events"]
+
+
+def test_the_experiment_of_holding(visitor: Visitor, told_of: tuple[Setting, cl.Wheelset]) -> None:
+    setting, wheelset = told_of
+    told = tell(visitor, setting, "Hold it", 0.5)
+    held = 1.45 * fold_of(wheelset).creepage
+    assert told.steps[-1]["highest"] == pytest.approx(held, rel=0.02)
+    assert told.creepage == pytest.approx(held, rel=5e-3)
+    assert stability.creepage_pole(wheelset, told.creepage, speed=told.speed) > 10.0
+
+
+def test_the_experiment_of_a_late_measurement(
+    visitor: Visitor, told_of: tuple[Setting, cl.Wheelset]
+) -> None:
+    told = tell(visitor, told_of[0], "Too late", 2.0)
+    reference = 1.2 * fold_of(told_of[1]).creepage
+    early, rings, late, end = ((s["lowest"], s["highest"]) for s in told.steps)
+    assert early == pytest.approx((reference, reference), rel=1e-2)
+    assert 1.001 * reference < rings[1] < 1.1 * reference
+    assert late[1] - late[0] > 2.0 * (rings[1] - rings[0])
+    assert end[1] > 1.2 * reference
+
+
+# ---- keyboard and screen reader -------------------------------------------------------------
+
+CONTROLS = "a[href], button, select, input:not([type=file])"
+# Visible controls in the order of the page; of radio buttons the one that is chosen.
+IN_ORDER = f"""() => [...document.querySelectorAll("{CONTROLS}")]
+  .filter((e) => e.checkVisibility() && !e.closest("dialog") && (e.type !== "radio" || e.checked))
+  .map((e) => e.id || e.value || e.textContent)"""
+FOCUSED = """() => {
+  const e = document.activeElement;
+  return e === document.body ? null : e.id || e.value || e.textContent;
+}"""
+
+
+@pytest.mark.parametrize("mode", ["Torque", "Creep control"])
+def test_tab_reaches_every_control_in_order(visitor: Visitor, mode: str) -> None:
+    RIG.set_up(visitor)
+    visitor.check(mode)
+    controls = visitor.call(IN_ORDER)
+    assert len(set(controls)) == len(controls) > 30
+    visitor.page.locator(".skip").focus()
+    found = [visitor.call(FOCUSED)]
+    for _ in controls[1:]:
+        visitor.page.keyboard.press("Tab")
+        found.append(visitor.call(FOCUSED))
+    assert found == controls
+
+
+def test_every_control_and_region_has_a_name(visitor: Visitor) -> None:
+    RIG.set_up(visitor)
+    roles = "button|textbox|slider|combobox|radio|region|group|figure|link|dialog|option"
+    for mode in ("Torque", "Creep control"):
+        visitor.check(mode)
+        tree = visitor.page.locator("body").aria_snapshot()
+        lines = [line.strip() for line in tree.splitlines()]
+        named = [line for line in lines if re.match(rf'- (?:{roles}) "[^"]+"', line)]
+        nameless = [line for line in lines if re.match(rf"- (?:{roles})(?! \")", line)]
+        assert len(named) > 50
+        assert nameless == []
+
+
+def test_what_happens_is_said(visitor: Visitor, rig: cl.Model) -> None:
+    """Live regions of the page, which screen readers follow."""
+    places = visitor.call(
+        """() => [...document.querySelectorAll("[role=status], [aria-live=polite]")]
+          .map((e) => e.id)"""
+    )
+    assert {"story", "warning", "toast", "spoken"} <= set(places)
+    torque = fold_of(rig.wheelset).drive_torque
+    RIG.set_up(visitor)
+    begin_at(visitor, 0.99 * torque)
+    visitor.wait()
+    visitor.enter(torque=1.02e-3 * torque)
+    said = []
+    for event in ("peak_passed", "slip_away"):
+        visitor.simulate(5.0, until=event)
+        said.append(visitor.text("spoken"))
+    assert "fold" in said[0]
+    assert "Run away" in said[1]
+
+
+def test_keys_do_what_the_help_says(visitor: Visitor) -> None:
+    RIG.set_up(visitor)
+    visitor.wait()
+    keyboard = visitor.page.keyboard
+    visitor.page.mouse.click(2, 2)
+
+    def pressed(key: str, name: str) -> tuple[Any, Any]:
+        before = visitor.state(name)
+        keyboard.press(key)
+        return before, visitor.state(name)
+
+    assert pressed(" ", "playing") == (True, False)
+    assert pressed(" ", "playing") == (False, True)
+    before, after = pressed("k", "run.creepage")
+    assert after - before == pytest.approx(visitor.state("kickSize"), rel=1e-9)
+    before, after = pressed("w", "run.patch")
+    assert before is None
+    assert after["friction"] == 0.5
+    before, after = pressed("r", "run.time")
+    assert before > 0.0
+    assert after == 0.0
+    stories = visitor.page.locator("#stories button")
+    assert stories.count() == 6
+    for i in range(6):
+        keyboard.press(str(i + 1))
+        assert visitor.page.locator("#stories [aria-pressed=true]").all_inner_texts() == [
+            stories.nth(i).inner_text()
+        ]
+    # Letters that are typed into a field are no commands.
+    begun = visitor.simulate(0.01).time
+    visitor.page.locator("#k-hat-field").focus()
+    keyboard.type("r")
+    keyboard.press("Escape")
+    assert visitor.state("run.time") == begun
+    assert visitor.page.locator("#k-hat-field").input_value() == "0.3"
+
+
+SLIDERS = """(place) => [...document.querySelectorAll(`${place} input[type=range]`)]
+  .map((e) => e.id)"""
+KEYS = {"ArrowRight": 1, "PageUp": 1, "ArrowLeft": -1, "PageDown": -1}
+
+
+@pytest.mark.parametrize(("mode", "place"), [("Torque", "main"), ("Creep control", "#drive")])
+def test_arrow_keys_move_sliders(visitor: Visitor, mode: str, place: str) -> None:
+    RIG.set_up(visitor)
+    visitor.check(mode)
+    visitor.enter(wet_friction=0.5, k_hat=0.3)
+    if mode == "Torque":
+        visitor.enter(residual=0.6, decay=0.5)
+    else:
+        visitor.enter(reference=1.5, delay=5.0)
+    still = []
+    for name in visitor.call(SLIDERS, place):
+        slider, field = (
+            visitor.page.locator(f"#{name}"),
+            visitor.page.locator(f"#{name.removesuffix('slider')}field"),
+        )
+        slider.focus()
+        before = float(field.input_value())
+        for key, sign in KEYS.items():
+            visitor.page.keyboard.press(key)
+            after = float(field.input_value())
+            if np.sign(after - before) != sign:
+                still.append((name, key, before, after))
+            before = after
+        said = slider.get_attribute("aria-valuetext")
+        assert said is not None
+        assert said.startswith(field.input_value())
+    assert still == []
+
+
+def test_a_finger_takes_the_torque_by_its_handle_only() -> None:
+    with explorer_page(360, 740, clock_stands=True, has_touch=True) as opened:
+        visitor = Visitor(opened)
+        visitor.look()
+        box = opened.page.locator("#s-curve .u-over").bounding_box()
+        assert box is not None
+        client = opened.page.context.new_cdp_session(opened.page)
+
+        def drag(x: float, way: float) -> None:
+            y = box["y"] + 0.5 * box["height"]
+            for kind, points in (
+                ("touchStart", [{"x": x, "y": y}]),
+                ("touchMove", [{"x": x + 0.5 * way, "y": y}]),
+                ("touchMove", [{"x": x + way, "y": y}]),
+                ("touchEnd", []),
+            ):
+                client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        took = []
+        for part in np.linspace(0.02, 0.98, 13):
+            start = visitor.state("control.drive_torque")
+            drag(box["x"] + part * box["width"], -10.0)
+            took.append(visitor.state("control.drive_torque") != start)
+            opened.call(
+                "async (value) => { (await contactlib.ready).app.control.drive_torque = value; }",
+                start,
+            )
+            visitor.look()
+        assert 1 <= sum(took) <= 4  # of 13, beside each other: where the handle is
+        assert sum(np.diff(took)) <= 2
+
+
+def test_the_help_gives_the_focus_back(visitor: Visitor) -> None:
+    dialog = visitor.page.get_by_role("dialog")
+    for place, key in (("help-button", "Enter"), ("speed-slider", "?")):
+        visitor.page.locator(f"#{place}").focus()
+        visitor.page.keyboard.press(key)
+        assert dialog.is_visible()
+        assert "Space" in dialog.inner_text()
+        visitor.page.keyboard.press("Escape")
+        assert not dialog.is_visible()
+        assert visitor.call(FOCUSED) == place
+
+
+@pytest.mark.parametrize(
+    ("entry", "typed"),
+    [("k-hat", "3"), ("k-hat", "much"), ("speed", "0"), ("delay", "1e9"), ("ratio", "0.5")],
+)
+def test_a_field_refuses_what_is_out_of_range(visitor: Visitor, entry: str, typed: str) -> None:
+    RIG.set_up(visitor)
+    visitor.check("Creep control")
+    before = visitor.settings()
+    field = visitor.page.locator(f"#{entry}-field")
+    shown = field.input_value()
+    field.fill(typed)
+    field.press("Enter")
+    assert field.get_attribute("aria-invalid") == "true"
+    assert visitor.settings() == before
+    field.press("Escape")
+    assert field.input_value() == shown
+    assert field.get_attribute("aria-invalid") != "true"
+
+
+# ---- address and files ----------------------------------------------------------------------
+
+
+def test_settings_survive_in_the_address(visitor: Visitor) -> None:
+    ELLIPSE.set_up(visitor)
+    visitor.enter(speed=12.5, load=180.0, wet_friction=0.4, wet_time=7.0, inertia=321.0)
+    visitor.check("Creep control")
+    visitor.enter(reference=2.2, gain=0.7, integral=0.1, delay=3.0)
+    visitor.page.get_by_role("combobox", name="Simulated").select_option("0.1")
+    visitor.wait(1000)
+    address = visitor.call("() => location.href")
+    settings = visitor.settings()
+    with explorer_page(fragment=address.partition("#")[2], clock_stands=True) as opened:
+        other = Visitor(opened)
+        assert other.settings() == settings
+        assert other.page.locator("#k-hat-field").input_value() == "0.6"
+        assert other.page.get_by_role("radio", name="Ellipse").is_checked()
+        assert other.page.get_by_role("radio", name="Creep control").is_checked()
+
+
+def test_a_wrong_address_is_told_of(visitor: Visitor) -> None:
+    LOCOMOTIVE.set_up(visitor)
+    visitor.call("() => { location.hash = '#vehicle=roller_rig&k_hat=-1&speed=12&colour=red'; }")
+    said = visitor.toast()
+    assert "k_hat = -1" in said
+    assert "colour" in said
+    settings = visitor.settings()
+    assert settings["speed"] == 12.0
+    assert settings["vehicle"]["k_hat"] == 0.3
+    assert settings["vehicle"]["mass"] is None
+    visitor.wait(10_000)
+    assert visitor.text("toast") == ""
+
+
+def open_text(visitor: Visitor, name: str, text: str) -> str:
+    """Give the page a model file, and return what it says."""
+    file: Any = {"name": name, "mimeType": "application/toml", "buffer": text.encode()}
+    visitor.page.set_input_files("#model-file", files=[file])
+    said = visitor.toast()
+    visitor.wait(10_000)
+    return said
+
+
+def test_a_model_file_is_opened(visitor: Visitor, tmp_path: Path) -> None:
+    text = Path("models/locomotive.toml").read_text()
+    edited = text.replace("k_hat = 0.3", "k_hat = 0.2").replace("inertia = 250.0", "inertia = 333")
+    path = tmp_path / "mine.toml"
+    path.write_text(edited)
+    RIG.set_up(visitor)
+    assert "mine.toml" in open_text(visitor, "mine.toml", edited)
+    visitor.look()
+    fold = fold_of(cl.load_model(path).wheelset, visitor.state("shown.speed"))
+    assert_shows(visitor.numbers()["critical torque"], 1e-3 * fold.drive_torque)
+    assert visitor.settings()["vehicle"]["inertia"] == 333.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("kinetic = 0.21", "kinetic = -0.21", ["friction.kinetic", "-0.21", "> 0"]),
+        ("inertia = 250.0", 'inertia = "250 kg"', ["wheelset.inertia", "250 kg", "kg.m2"]),
+        ("inertia = 250.0", "interia = 250.0", ["interia"]),
+        ("[wheelset]", "[wheelset", ["mine.toml"]),
+    ],
+)
+def test_a_broken_model_file_is_refused(
+    visitor: Visitor, old: str, new: str, said: list[str]
+) -> None:
+    RIG.set_up(visitor)
+    before = visitor.settings()
+    text = Path("models/roller_rig.toml").read_text()
+    assert text.count(old) == 1
+    found = open_text(visitor, "mine.toml", text.replace(old, new))
+    assert all(part in found for part in said), found
+    assert "\n" not in found
+    assert visitor.settings() == before
+
+
+def test_a_saved_model_is_read_by_python(
+    visitor: Visitor, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    setting = Setting("locomotive", True, {"k_hat": 0.2, "inertia": 321.0, "damping": 12.0})
+    wheelset = setting.wheelset(request)
+    setting.set_up(visitor)
+    visitor.enter(load=180.0)
+    with visitor.page.expect_download() as download:
+        visitor.press("Save model")
+    assert download.value.suggested_filename == "locomotive_explored.toml"
+    path = tmp_path / "saved.toml"
+    download.value.save_as(path)
+    saved = cl.load_model(path).wheelset
+    assert (saved.inertia, saved.damping, saved.mass) == (321.0, 12.0, 142.5e3)
+    creepage = np.linspace(0.0, 0.1, 50)
+    force, expected = (
+        each.element.at_creepage(creepage, speed=SPEED, normal_load=180e3)["creep_force"]
+        for each in (saved, wheelset)
+    )
+    np.testing.assert_allclose(force, expected, rtol=1e-9)
+
+
+# ---- safety ---------------------------------------------------------------------------------
+
+
+def test_a_model_s_name_is_text(visitor: Visitor) -> None:
+    name = "<img src=x onerror='window.hit = 1'>"
+    text = Path("models/roller_rig.toml").read_text()
+    RIG.set_up(visitor)
+    said = open_text(visitor, "<b>x.toml", text.replace('"Wheelset on a roller rig"', f'"{name}"'))
+    assert name in said
+    assert visitor.page.locator("#preset option:checked").inner_text().startswith(name)
+    visitor.look()
+    assert visitor.page.locator("img, main b").count() == 0
+    assert visitor.call("() => window.hit ?? null") is None
+
+
+def test_no_script_but_the_page_s_own_runs() -> None:
+    with explorer_page(clock_stands=True) as opened:
+        found = opened.call(
+            """() => new Promise((resolve) => {
+              const script = document.createElement("script");
+              script.textContent = "window.hit = 'script'";
+              document.body.append(script);
+              const button = document.createElement("button");
+              button.setAttribute("onclick", "window.hit = 'handler'");
+              document.body.append(button);
+              button.click();
+              const { port1, port2 } = new MessageChannel();
+              port1.onmessage = () => {
+                try { eval("window.hit = 'eval'"); } catch (error) { window.refused = error.name; }
+                resolve([window.hit ?? null, window.refused ?? null]);
+              };
+              port2.postMessage(0);
+            })"""
+        )
+        assert found == [None, "EvalError"]
+        assert len(opened.errors) >= 2
+        assert all("Content Security Policy" in error for error in opened.errors)
+        opened.errors.clear()
+
+
+# ---- look -----------------------------------------------------------------------------------
+
+# One line for each element that goes beyond the page, overlaps or is cut.
+FLAWS = """() => {
+  const found = [];
+  const name = (e) => e.id || e.textContent.trim().slice(0, 30) || e.className || e.tagName;
+  const seen = (list) => [...list].filter((e) => e.checkVisibility() && e.getClientRects().length &&
+    getComputedStyle(e).clipPath === "none");
+  const all = (selector) => seen(document.querySelectorAll(selector));
+  const root = document.documentElement;
+  if (root.scrollWidth > innerWidth) found.push(`page: ${root.scrollWidth} px wide`);
+  for (const e of all("body *")) {
+    const { left, right } = e.getBoundingClientRect();
+    const chips = e.closest("#stories") !== null; // which scroll by themselves
+    if (!chips && (left < -0.5 || right > innerWidth + 0.5) && !e.matches(".skip")) {
+      found.push(`${name(e)}: from ${left} to ${right}`);
+    }
+  }
+  const apart = (elements) => {
+    const boxes = elements.map((e) => e.getBoundingClientRect());
+    for (let i = 0; i < boxes.length; i++) {
+      for (let j = 0; j < i; j++) {
+        const [a, b] = [boxes[i], boxes[j]];
+        const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+        const up = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+        if (across > 0.5 && up > 0.5) found.push(`${name(elements[j])} and ${name(elements[i])}`);
+      }
+    }
+  };
+  const drive = document.getElementById("drive"); // which a phone keeps in sight, above the others
+  drive.style.position = "static";
+  const side = document.querySelector(".side"); // which may scroll by itself
+  const lists = side.checkVisibility() && getComputedStyle(side).display !== "contents"
+    ? [all(".side, .stories, .numbers, figure, header, footer"), all(".panel")]
+    : [all(".stories, .numbers, figure, header, footer, .panel")];
+  for (const list of lists) apart(list);
+  for (const parent of all(".top, .tools, .chips, .transport, .switch, .row, .rows, .parts, " +
+      "dl, dl div, figure, .panel")) {
+    apart(seen(parent.children));
+  }
+  drive.style.position = "";
+  for (const e of all("button, dt, dd, label, legend, figcaption, .note, .unit, #story, " +
+      "#warning, input[type=text], h1, h2")) {
+    if (getComputedStyle(e).display === "inline") continue;
+    if (e.scrollWidth > e.clientWidth + 1) {
+      found.push(`${name(e)}: cut, ${e.scrollWidth} of ${e.clientWidth} px`);
+    }
+  }
+  return found;
+}"""
+WIDTHS = {360: 740, 768: 1024, 1440: 900}
+PIXELS = """(id) =>
+  [...document.querySelectorAll(`#${id} canvas`)].map((e) => e.toDataURL()).join()"""
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_it_loads_and_nothing_overlaps(width: int, rig: cl.Model) -> None:
+    height = WIDTHS[width]
+    scheme = "light" if width == 768 else "dark"
+    with explorer_page(width, height, clock_stands=True, color_scheme=scheme) as opened:
+        visitor = Visitor(opened)
+        assert visitor.call("() => document.documentElement.dataset.theme") == scheme
+        flaws = {}
+
+        def look(at: str) -> None:
+            visitor.look()
+            flaws[at] = visitor.call(FLAWS)
+
+        look("rest")
+        if visitor.page.get_by_role("button", name="More").is_visible():
+            visitor.press("More")
+            look("more")
+        visitor.check("Creep control")
+        look("creep control")
+        visitor.choose("locomotive")
+        visitor.enter(k_hat=0.9, torque=29.0, speed=29.25)
+        look("a long process zone, a long name")
+        visitor.press("Wet patch")
+        look("an experiment")
+        visitor.choose("roller_rig")
+        visitor.enter(rate=1e4, torque=30.0)
+        visitor.simulate(2.0)
+        look("run away")
+        assert {at: found for at, found in flaws.items() if found} == {}
+        if width == 1440:
+            assert visitor.call("() => document.documentElement.scrollHeight") <= height
+        visitor.page.emulate_media(color_scheme="dark" if scheme == "light" else "light")
+        visitor.look()
+        assert visitor.call("() => document.documentElement.dataset.theme") != scheme
+
+
+def test_the_theme_can_be_chosen(visitor: Visitor) -> None:
+    RIG.set_up(visitor)
+    charts = ("creep-curve", "s-curve", "phase", "history", "patch")
+
+    def drawn() -> tuple[str, list[str]]:
+        visitor.look()
+        theme = visitor.call("() => document.documentElement.dataset.theme")
+        return theme, [visitor.call(PIXELS, chart) for chart in charts]
+
+    button = visitor.page.get_by_role("button", name="Switch between light and dark")
+    first, light = drawn()
+    button.click()
+    second, dark = drawn()
+    button.click()
+    third, again = drawn()
+    assert (first, second, third) == ("light", "dark", "light")
+    for chart, before, other in zip(charts, light, dark, strict=True):
+        assert before != other, chart
+    assert again == light
+
+
+# ---- ends ------------------------------------------------------------------------------------
+
+
+def test_no_end_of_a_slider_breaks_the_page(visitor: Visitor) -> None:
+    for mode, place in (("Torque", "main"), ("Creep control", "#drive")):
+        RIG.set_up(visitor)
+        visitor.check(mode)
+        for name in visitor.call(SLIDERS, place):
+            visitor.choose("roller_rig")
+            visitor.check(mode)
+            for key in ("Home", "End"):
+                visitor.page.locator(f"#{name}").press(key)
+                visitor.wait()
+                before = visitor.state("run.time")
+                assert visitor.simulate(0.02).time > before, (name, key)
+                visitor.wait()
+    assert visitor.opened.errors == []

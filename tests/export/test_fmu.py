@@ -1,0 +1,756 @@
+"""The FMU as a tool sees it, through FMPy: both versions of the standard, both interfaces."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmu_instance import EXPORTS, Instance
+
+import contactlib as cl
+from contactlib.contact import kernel
+from contactlib.export.description import Description
+
+VERSIONS = (2, 3)
+BOOLEANS = ("falling_branch", "speed_regularized", "k_hat_limited", "force_limited")
+
+
+def exported(model: cl.Model, folder: Path, name: str, version: int) -> Path:
+    """An FMU of `EXPORTS`, unpacked."""
+    fmu = cl.export_fmu(model, folder / f"{name}.fmu", fmi_version=version, **EXPORTS[name])
+    return Path(fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked")))
+
+
+@pytest.fixture(scope="module")
+def fmu(rig: cl.Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return cl.export_fmu(rig, tmp_path_factory.mktemp("fmu") / "CreepForceElement.fmu")
+
+
+@pytest.fixture(scope="module", params=VERSIONS)
+def unpacked(
+    request: pytest.FixtureRequest, rig: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """The force element in a folder whose URI must be encoded."""
+    folder = tmp_path_factory.mktemp("unpacked") / "a folder, 100% \u00e4"
+    folder.mkdir()
+    return exported(rig, folder, "force_element", request.param)
+
+
+@pytest.fixture
+def tool(unpacked: Path) -> Iterator[Instance]:
+    made = Instance(unpacked)
+    yield made
+    made.fmu.freeInstance()
+
+
+# ---- the file -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_fmu_holds_all_that_a_person_or_a_tool_looks_for(
+    rig: cl.Model, tmp_path: Path, version: int
+) -> None:
+    path = cl.export_fmu(rig, tmp_path / "x.fmu", fmi_version=version)
+    with zipfile.ZipFile(path) as archive:
+        names = set(archive.namelist())
+        assert archive.read("resources/creep_table.bin") == rig.wheelset.element.table.data
+    always = {
+        "modelDescription.xml",
+        "documentation/index.html",
+        "documentation/licenses/license.txt",
+        "documentation/reference_run.csv",
+        "resources/creep_table.csv",
+        "resources/start_values.bin",
+        f"sources/fmi{version}.c",
+        "sources/token_value.h",
+    }
+    own = {
+        2: {"model.png", "binaries/linux64/CreepForceElement.so"},
+        3: {
+            "terminalsAndIcons/icon.png",
+            "terminalsAndIcons/terminalsAndIcons.xml",
+            "sources/buildDescription.xml",
+            "binaries/x86_64-linux/CreepForceElement.so",
+        },
+    }
+    if kernel.platform_name() != "x86_64-linux":
+        own = {v: {n for n in files if "binaries" not in n} for v, files in own.items()}
+    assert always | own[version] <= names
+    assert f"sources/fmi{5 - version}.c" not in names
+
+
+def test_export_depends_on_nothing_but_the_model(fmu: Path, rig: cl.Model, tmp_path: Path) -> None:
+    again = cl.export_fmu(rig, tmp_path / "again.fmu")
+    assert again.read_bytes() == fmu.read_bytes()
+
+
+def test_fmus_that_differ_have_tokens_that_differ(rig: cl.Model, locomotive: cl.Model) -> None:
+    # Else a tool takes the one for the other.
+    descriptions = [
+        Description(rig, "force_element"),
+        Description(rig, "wheelset"),
+        Description(rig, "force_element", implicit=True),
+        Description(rig, "force_element", relaxation_length=8e-3),
+        Description(rig, "force_element", relaxation_length=9e-3),
+        Description(locomotive, "force_element"),
+    ]
+    tokens = {d.token for d in descriptions}
+    assert len(tokens) == len(descriptions)
+    assert all(token.startswith(kernel.token()) for token in tokens)
+
+
+# ---- values -------------------------------------------------------------------------------------
+
+
+def test_outputs_at_initialisation_are_the_kernel_s(tool: Instance, rig: cl.Model) -> None:
+    tool.initialize()
+    tool.set(omega=20.2)
+    record = rig.wheelset.element.evaluate(omega=20.2, speed=10.0)
+    names = [n for n in tool.references if n in (record.dtype.names or ())]
+    reals = [n for n in names if n not in BOOLEANS]
+    assert tool.get(*reals) == [float(record[n]) for n in reals]
+    assert reals
+
+
+def test_indicators_tell_the_booleans(tool: Instance) -> None:
+    tool.start()
+    indicators = [f"{n}_indicator" for n in ("falling", "speed", "k_hat", "force")]
+    seen = set()
+    for omega, speed, load in ((20.0, 10.0, 2e5), (20.5, 10.0, 2e5), (2.003, 1.0, 1e3), (1, 0, 9)):
+        tool.set(omega=omega, speed=speed, normal_load=load)
+        flags = [bool(v) for v in tool.get(*BOOLEANS)]
+        assert [z > 0.0 for z in tool.get(*indicators)] == flags
+        seen |= set(enumerate(flags))
+    assert len(seen) == 8  # each of them both true and false
+
+
+def test_friction_is_tunable_while_it_runs(tool: Instance) -> None:
+    tool.start()
+    tool.set(omega=24.0)
+    sliding = tool.get("creep_force")[0]
+    tool.set(static_friction=0.9, kinetic_friction=0.42)
+    assert tool.get("creep_force")[0] == pytest.approx(2.0 * sliding, rel=1e-3)
+    tool.set(static_friction=0.3)
+    with pytest.raises(FMICallException):
+        tool.get("creep_force")
+    assert "static_friction = 0.3" in tool.said
+    assert "at least kinetic_friction = 0.42" in tool.said
+    tool.set(static_friction=0.9)
+    assert tool.get("creep_force")[0] == pytest.approx(2.0 * sliding, rel=1e-3)
+
+
+def test_cohesive_table_holds_its_friction_ratio(
+    rig: cl.Model, cohesive_table: cl.CreepForceTable, tmp_path: Path
+) -> None:
+    model = cl.load_model("models/roller_rig.toml", table=cohesive_table)
+    tool = Instance(exported(model, tmp_path, "force_element", 2)).start()
+    tool.set(omega=20.2, static_friction=0.9)
+    with pytest.raises(FMICallException):
+        tool.get("creep_force")
+    assert "must be 2.142857143" in tool.said
+    tool.set(kinetic_friction=0.42)
+    assert tool.get("creep_force")[0] > 0.0
+    tool.fmu.freeInstance()
+
+
+# ---- derivatives --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("name", EXPORTS)
+def test_directional_derivatives_are_the_kernel_s(
+    locomotive: cl.Model, tmp_path: Path, name: str, version: int
+) -> None:
+    tool = Instance(exported(locomotive, tmp_path, name, version)).initialize()
+    description = Description(
+        locomotive,
+        EXPORTS[name]["kind"],
+        relaxation_length=EXPORTS[name].get("relaxation_length", 0.0),
+    )
+    start = dict(description.start_values)
+    start |= {"omega": 20.25, "drive_torque": 2e4, "relaxed_creepage": 0.011}
+    start = {n: v for n, v in start.items() if n in description.start_values}
+    tool.set(**{n: v for n, v in start.items() if n in ("omega", "drive_torque")})
+    if description.relaxed:
+        tool.set(relaxed_creepage=0.011)
+    native = kernel.NativeModel(description.kind, locomotive.wheelset.element.table.native, start)
+    unknowns = [
+        v.name
+        for v in description.of_role("output", "derivative", "indicator", "state")
+        if not v.boolean
+    ]
+    knowns = [v.name for v in description.of_role(*kernel.GIVEN) if not v.boolean]
+    rng = np.random.default_rng(4)
+    seed = dict(zip(knowns, rng.normal(size=len(knowns)).tolist(), strict=True))
+    states = {v.name for v in description.of_role("state")}
+    expected = [seed[n] if n in states else native.tangent([n], seed)[0] for n in unknowns]
+    if "implicit" in name:  # as both were made with, but the hint knows of no limit then
+        expected[unknowns.index("step_size_hint")] = 0.0
+    found = tool.derivative(unknowns, knowns, list(seed.values()))
+    assert found == expected
+    if version == 3:
+        weights = rng.normal(size=len(unknowns))
+        # Second derivatives of the law are differences along the direction asked for.
+        second = ("force_gradient", "step_size_hint", "falling_indicator")
+        exact = np.array([n not in second for n in unknowns])
+        for weight, tolerance in ((weights * exact, 1e-11), (weights, 1e-7)):
+            adjoint = tool.derivative(unknowns, knowns, weight.tolist(), adjoint=True)
+            size = np.abs(np.multiply(adjoint, list(seed.values()))).sum()
+            difference = np.dot(adjoint, list(seed.values())) - np.dot(weight, found)
+            assert abs(difference) < tolerance * size
+    tool.fmu.freeInstance()
+
+
+def test_derivatives_of_what_is_no_unknown_are_refused(tool: Instance) -> None:
+    tool.start()
+    for unknown, known in (("omega", "omega"), ("creep_force", "creepage")):
+        with pytest.raises(FMICallException):
+            tool.derivative([unknown], [known], [1.0])
+        assert "of a derivative" in tool.said
+
+
+# ---- bad input ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "limit"),
+    [
+        ("normal_load", -1.0, "from 0 to"),
+        ("normal_load", np.nan, "from 0 to"),
+        ("omega", np.inf, "from -1e"),
+        ("friction_scale", 0.0, "from 1e-06"),
+        ("slope_reduction", 1.5, "to 1"),
+        ("radius", 0.6, "after initialization"),
+        ("creep_force", 1.0, "it is calculated"),
+        ("time", 1.0, "it is calculated"),
+    ],
+)
+def test_bad_values_are_refused_and_forgotten(
+    tool: Instance, name: str, value: float, limit: str
+) -> None:
+    tool.start()
+    before = tool.get("creep_force")
+    with pytest.raises(FMICallException) as raised:
+        tool.set(**{name: value})
+    in_range = name not in ("radius", "creep_force", "time")
+    assert raised.value.status == (2 if in_range else 3)  # discard, or error
+    category, text = tool.log[-1]
+    assert category == ("logStatusDiscard" if in_range else "logStatusError")
+    assert name in text
+    assert limit in text
+    assert not in_range or f"{value:g}" in text
+    tool.step(0.0, 1e-3)
+    assert tool.get("creep_force") == before
+
+
+def test_call_with_one_bad_value_sets_none(tool: Instance) -> None:
+    # Discard means that the FMU is as it was before the call.
+    tool.start()
+    before = tool.get("omega", "normal_load", "creep_force")
+    with pytest.raises(FMICallException) as raised:
+        tool.set(omega=20.3, normal_load=-1.0)
+    assert raised.value.status == 2
+    assert tool.get("omega", "normal_load", "creep_force") == before
+
+
+def test_discard_comes_only_where_fmi_2_knows_it(tool: Instance) -> None:
+    # In co-simulation that is for values that are set and for steps; FMI 3 knows it everywhere.
+    tool.initialize().set(static_friction=0.1)
+    for call in (tool.fmu.exitInitializationMode, lambda: tool.get("creep_force")):
+        with pytest.raises(FMICallException) as raised:
+            call()
+        assert raised.value.status == (3 if tool.version == 2 else 2)
+    tool.set(static_friction=0.45)
+    tool.fmu.exitInitializationMode()
+    tool.set(static_friction=0.1)
+    with pytest.raises(FMICallException) as raised:
+        tool.step(0.0, 1e-3)
+    assert raised.value.status == 2
+
+
+@pytest.mark.parametrize(
+    ("point", "step", "message"),
+    [
+        (0.5, 1e-3, "communication point"),
+        (0.0, 0.0, "step size"),
+        (0.0, -1e-3, "step size"),
+        (0.0, np.inf, "step size"),
+        (np.nan, 1e-3, "step size"),
+        (-1e-3, 1e-3, "communication point"),
+        (0.0, 1.5, "stop time"),
+    ],
+)
+def test_bad_steps_are_refused(tool: Instance, point: float, step: float, message: str) -> None:
+    tool.initialize(stopTime=1.0).fmu.exitInitializationMode()
+    with pytest.raises(FMICallException):
+        tool.step(point, step)
+    assert message in tool.said
+    tool.step(0.0, 1e-3)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_step_that_cannot_be_done_is_discarded(rig: cl.Model, tmp_path: Path, version: int) -> None:
+    # A relaxed wheel held at rest swings undamped: hours of it are too much, and nothing changes.
+    tool = Instance(exported(rig, tmp_path, "wheelset-relaxed", version)).initialize()
+    tool.set(speed=0.0, omega=0.0, damping=0.0)
+    tool.fmu.exitInitializationMode()
+    tool.set(drive_torque=1e4)
+    tool.step(0.0, 1e-3)
+    before = tool.get("omega", "speed", "creep_force", "time")
+    with pytest.raises(FMICallException) as raised:
+        tool.step(1e-3, 1e4)
+    assert raised.value.status == 2
+    assert "within 100000 substeps" in tool.said
+    assert tool.get("omega", "speed", "creep_force", "time") == before
+    tool.step(1e-3, 1e-3)
+    assert tool.get("omega") > before[:1]
+    tool.fmu.freeInstance()
+
+
+def test_bad_experiments_are_refused(unpacked: Path) -> None:
+    for options, message in (
+        ({"time": np.nan}, "start time = nan"),
+        ({"time": 1.0, "stopTime": 0.5}, "stop time = 0.5"),
+        ({"tolerance": -1.0}, "tolerance = -1"),
+    ):
+        tool = Instance(unpacked)
+        with pytest.raises(FMICallException):
+            tool.initialize(**options)
+        assert message in tool.said
+        tool.fmu.freeInstance()
+
+
+def test_calls_out_of_order_are_refused(tool: Instance) -> None:
+    with pytest.raises(FMICallException):
+        tool.step(0.0, 1e-3)
+    assert "DoStep is not allowed" in tool.said
+    tool.start()
+    with pytest.raises(FMICallException):
+        tool.fmu.exitInitializationMode()
+    tool.fmu.terminate()
+    with pytest.raises(FMICallException):
+        tool.set(omega=1.0)
+    assert len(tool.get("creep_force")) == 1  # what it came to may still be read
+
+
+def test_log_categories_choose_what_is_said(tool: Instance) -> None:
+    tool.start()
+
+    def refused() -> int:
+        with pytest.raises(FMICallException):
+            tool.set(normal_load=-1.0)
+        return len(tool.log)
+
+    assert refused() == 1
+    tool.fmu.setDebugLogging(True, ["logStatusError"])
+    assert refused() == 1
+    tool.fmu.setDebugLogging(True, ["logStatusDiscard"])
+    assert refused() == 2
+    with pytest.raises(FMICallException):
+        tool.fmu.setDebugLogging(True, ["logNothing"])
+
+
+def test_long_weakening_zone_is_a_warning(rig: cl.Model, tmp_path: Path) -> None:
+    tool = Instance(exported(rig, tmp_path, "force_element", 2)).initialize()
+    tool.set(static_friction=0.3)
+    tool.fmu.exitInitializationMode()
+    category, text = tool.log[-1]
+    assert category == "logStatusWarning"
+    assert "above 0.5" in text
+    tool.fmu.freeInstance()
+
+
+# ---- resources ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", ["creep_table.bin", "start_values.bin"])
+@pytest.mark.parametrize(
+    ("damage", "message"), [("missing", "cannot open"), ("cut", "length"), ("flipped", "checksum")]
+)
+def test_broken_resources_are_a_clear_message(
+    unpacked: Path, tmp_path: Path, file: str, damage: str, message: str
+) -> None:
+    folder = tmp_path / "broken"
+    shutil.copytree(unpacked, folder)
+    target = folder / "resources" / file
+    data = bytearray(target.read_bytes())
+    if damage == "missing":
+        target.unlink()
+    else:
+        data[-1] ^= 1
+        target.write_bytes(data[:-1] if damage == "cut" else data)
+    log: list[tuple[str, str]] = []
+    with pytest.raises(Exception, match="instantiate"):
+        Instance(folder, log=log, logging=False)
+    assert log[-1][1].startswith(f"resource {file}: ")
+    assert message in log[-1][1]
+
+
+@pytest.mark.parametrize(
+    ("spelling", "works"),
+    [
+        (lambda p: p.as_uri(), True),
+        (lambda p: p.as_uri() + "/", True),
+        (lambda p: "file:" + p.as_uri().removeprefix("file://"), True),
+        (lambda p: p.as_uri().replace("file:///", "file://localhost/"), True),
+        (lambda p: p.as_uri().replace("file:///", "file:////"), True),
+        (lambda p: "file://" + str(p).replace("%", "%25"), True),  # not encoded, as many do it
+        (lambda p: str(p), True),
+        (lambda p: f"{p}/", True),
+        (lambda p: p.as_uri().replace("file:///", "file://elsewhere/"), False),
+        (lambda p: p.as_uri() + "%zz", False),
+        (lambda p: str(p / "nowhere"), False),
+        (lambda p: None, False),
+    ],
+)
+def test_resource_locations(
+    unpacked: Path, spelling: Callable[[Path], str | None], works: bool
+) -> None:
+    tool = Instance(unpacked)
+    location = spelling(unpacked / "resources")
+    given = None if location is None else location.encode()
+    tool.log.clear()
+    name, token = b"x", tool.description.guid.encode()
+    library, callback = tool.fmu, getattr(tool.fmu, "logMessage", None)
+    if tool.version == 2:
+        made = library.fmi2Instantiate(name, 1, token, given, tool.callbacks, 0, 0)
+    else:
+        made = library.fmi3InstantiateModelExchange(
+            name, token, given, False, False, None, callback
+        )
+    assert bool(made) == works
+    if made:
+        (library.fmi2FreeInstance if tool.version == 2 else library.fmi3FreeInstance)(made)
+    else:
+        assert tool.said.startswith("resource creep_table.bin: ")
+    tool.fmu.freeInstance()
+
+
+def test_wrong_token_is_refused(unpacked: Path) -> None:
+    own = fmpy.read_model_description(str(unpacked)).guid
+    for token in ("{other}", "", kernel.token(), f"{kernel.token()}-car-1", own + 80 * "x"):
+        log: list[tuple[str, str]] = []
+        with pytest.raises(Exception, match="instantiate"):
+            Instance(unpacked, token=token, log=log)
+        assert kernel.token() in log[-1][1]
+
+
+# ---- steps and states ---------------------------------------------------------------------------
+
+
+def test_time_may_differ_in_the_last_bits(tool: Instance) -> None:
+    tool.start(time=100.0)
+    time = 100.0
+    for i in range(1, 2001):
+        tool.step(time, 0.1)
+        time = 100.0 + 0.1 * i
+    assert tool.get("time") == [pytest.approx(300.0)]
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.1, 1000000), (0.01, 360000), (1e-5, 10000000)])
+def test_summed_steps_may_pass_the_stop_time_by_their_rounding(
+    tool: Instance, step: float, count: int
+) -> None:
+    stop = step * count
+    time = float(np.cumsum(np.full(count - 1, step))[-1])  # one after the other, as tools do
+    assert time + step > stop
+    tool.initialize(time, stopTime=stop).fmu.exitInitializationMode()
+    tool.step(time, step)
+    with pytest.raises(FMICallException):
+        tool.step(time + step, step)
+    assert "after the stop time" in tool.said
+
+
+def test_steps_of_any_length_lead_to_the_same_place(locomotive: cl.Model, tmp_path: Path) -> None:
+    folder = exported(locomotive, tmp_path, "wheelset", 3)
+    ends = []
+    for steps in ([1.0], [0.1] * 10, [0.5, 1e-6, 0.3, 0.2 - 1e-6]):
+        tool = Instance(folder).initialize(tolerance=1e-9)
+        tool.fmu.exitInitializationMode()
+        tool.set(drive_torque=29e3)
+        time = 0.0
+        for step in steps:
+            tool.step(time, step)
+            time += step
+        ends.append(tool.get("omega", "speed"))
+        tool.fmu.freeInstance()
+    assert ends[1] == pytest.approx(ends[0], rel=1e-7)
+    assert ends[2] == pytest.approx(ends[0], rel=1e-7)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("name", EXPORTS)
+def test_restored_state_goes_on_bit_by_bit(
+    locomotive: cl.Model, tmp_path: Path, name: str, version: int
+) -> None:
+    tool = Instance(exported(locomotive, tmp_path, name, version)).start()
+    drive = "omega" if "force" in name else "drive_torque"
+    outputs = [
+        v.name
+        for v in tool.description.modelVariables
+        if v.causality == "output" and v.type != "Boolean"
+    ]
+
+    def go_on(start: int) -> list[list[float]]:
+        rows = []
+        for i in range(start, start + 20):
+            value = 20.0 + 0.02 * i if drive == "omega" else 2e4 + 500.0 * i
+            tool.set(**{drive: value})
+            tool.step(0.01 * i, 0.01)
+            rows.append(tool.get(*outputs))
+        return rows
+
+    go_on(0)
+    saved = tool.fmu.getFMUState()
+    expected = go_on(20)
+    tool.set(normal_load=1e5) if "body" not in name else tool.set(creep_force=1e4)
+    tool.fmu.setFMUState(saved)
+    tool.fmu.freeFMUState(saved)
+    assert go_on(20) == expected
+    tool.fmu.freeInstance()
+
+
+def test_state_of_another_fmu_is_refused(
+    rig: cl.Model, locomotive: cl.Model, tmp_path: Path
+) -> None:
+    states = []
+    for i, model in enumerate((rig, locomotive)):
+        (tmp_path / str(i)).mkdir()
+        tool = Instance(exported(model, tmp_path / str(i), "force_element", 2)).start()
+        states.append((tool, tool.fmu.serializeFMUstate(tool.fmu.getFMUState())))
+    (one, saved), (other, _) = states
+    one.fmu.deSerializeFMUstate(saved)
+    with pytest.raises(FMICallException):
+        other.fmu.deSerializeFMUstate(saved)
+    assert "belongs to another FMU" in other.said
+    with pytest.raises(FMICallException):
+        one.fmu.deSerializeFMUstate(saved[:-1] + bytes([saved[-1] ^ 1]))
+    assert "checksum" in one.said
+
+
+@pytest.mark.parametrize("exchange", [False, True])
+def test_state_of_the_other_interface_is_refused(unpacked: Path, exchange: bool) -> None:
+    # It is in a mode that has no way out there.
+    with (
+        Instance(unpacked, exchange=exchange).start() as one,
+        Instance(unpacked, exchange=not exchange).start() as other,
+    ):
+        saved = other.saved()
+        with pytest.raises(FMICallException):
+            one.restore(saved)
+        assert "other interface" in one.said
+        one.restore(one.saved())
+
+
+def test_reset_gives_the_start_values_back(tool: Instance) -> None:
+    tool.start()
+    before = tool.get("omega", "creep_force")
+    tool.set(omega=25.0)
+    tool.fmu.terminate()
+    tool.fmu.reset()
+    assert tool.start().get("omega", "creep_force") == before
+
+
+def test_instances_do_not_see_each_other(unpacked: Path) -> None:
+    one, other = Instance(unpacked).start(), Instance(unpacked).start()
+    before = other.get("creep_force")
+    one.set(omega=22.0)
+    assert other.get("creep_force") == before
+    one.fmu.freeInstance()
+    assert other.get("creep_force") == before
+    other.fmu.freeInstance()
+
+
+@pytest.mark.tools
+@pytest.mark.skipif(
+    shutil.which("gcc") is None or not kernel.platform_name().endswith("linux"),
+    reason="needs gcc on Linux, where a tool may make the names of all libraries global",
+)
+def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Path) -> None:
+    source, other = tmp_path / "other.c", tmp_path / "other.so"
+    source.write_text('const char *creep_table_open(void) { return "of another release"; }\n')
+    subprocess.run(["gcc", "-shared", "-fPIC", str(source), "-o", str(other)], check=True)
+    script = (
+        "import ctypes, sys, fmpy\n"
+        "ctypes.CDLL(sys.argv[1], mode=ctypes.RTLD_GLOBAL)\n"
+        "fmpy.simulate_fmu(sys.argv[2], stop_time=0.01)\n"
+    )
+    run = [sys.executable, "-c", script, str(other), str(fmu)]
+    assert subprocess.run(run, check=False, capture_output=True).returncode == 0
+
+
+# ---- model exchange -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_booleans_change_at_events_only(rig: cl.Model, tmp_path: Path, version: int) -> None:
+    tool = Instance(exported(rig, tmp_path, "force_element", version), exchange=True).start()
+
+    def event() -> None:
+        if version == 2:
+            tool.fmu.newDiscreteStates()
+        else:
+            tool.fmu.updateDiscreteStates()
+
+    event()
+    tool.fmu.enterContinuousTimeMode()
+    tool.set(omega=20.5)
+    assert tool.get("falling_indicator")[0] > 0.0
+    assert tool.get("falling_branch") == [0.0]
+    tool.fmu.enterEventMode()
+    event()
+    assert tool.get("falling_branch") == [1.0]
+    tool.fmu.freeInstance()
+
+
+# ---- in the loop --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("control", ["creep", "torque"])
+def test_same_trajectory_as_the_kernel(fmu: Path, rig: cl.Model, control: str) -> None:
+    # Under torque control the run-away would magnify the slightest difference.
+    if control == "creep":
+        controller: Any = rig.creep_control
+    else:
+        controller = cl.TorqueControl(cl.Profile((0.0, 6.0), (2.6e4, 2.9e4)))
+    settings: dict[str, Any] = {
+        "duration": 12.0,
+        "step": 1e-3,
+        "initial_speed": 10.0,
+        "initial_creepage": 0.01,
+    }
+    with cl.FmuSource(fmu) as source:
+        with_fmu = cl.cosimulate(rig.wheelset, source, controller, **settings)
+    without = cl.cosimulate(
+        rig.wheelset, cl.KernelSource(rig.wheelset.element), controller, **settings
+    )
+    for name in ("omega", "creep_force", "drive_torque"):
+        np.testing.assert_allclose(with_fmu[name], without[name], rtol=1e-9)
+    assert (with_fmu["creepage"].max() > 0.15) == (control == "torque")
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+def test_only_the_implicit_mode_takes_a_millisecond_at_one_metre_per_second(
+    rig: cl.Model, tmp_path: Path, implicit: bool
+) -> None:
+    fmu = cl.export_fmu(rig, tmp_path / "x.fmu", implicit=implicit)
+    torque = cl.TorqueControl(cl.Profile((0.0, 2.0), (15e3, 22e3)))
+    with cl.FmuSource(fmu) as source:
+        run = cl.cosimulate(
+            rig.wheelset,
+            source,
+            torque,
+            duration=2.0,
+            step=1e-3,
+            initial_speed=1.0,
+            initial_creepage=0.006,
+        )
+    exact = cl.simulate(rig.wheelset, torque, initial_speed=1.0, initial_creepage=0.006)
+    away = np.abs(np.interp(exact.time, run.time, run["creepage"]) - exact["creepage"])
+    assert (away[exact.time > 0.1].max() < 1e-5) == implicit
+
+
+def test_exchange_converges_to_the_stiff_solver_with_first_order(rig: cl.Model) -> None:
+    body, control = rig.wheelset, rig.creep_control
+    exact = cl.simulate(body, control, duration=8.0, initial_speed=10.0)
+    steps = np.array([2e-3, 1e-3, 5e-4])
+    errors = []
+    for step in steps:
+        run = cl.cosimulate(
+            body,
+            cl.KernelSource(body.element),
+            control,
+            duration=8.0,
+            step=step,
+            initial_speed=10.0,
+            initial_creepage=0.008,
+        )
+        errors.append(np.abs(np.interp(exact.time, run.time, run["omega"]) - exact["omega"]).max())
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order == pytest.approx(1.0, abs=0.1)
+    assert errors[1] < 1e-4
+
+
+def test_exchange_is_stable_up_to_twice_the_inverse_slip_pole(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point = body.balanced(creepage=0.002, speed=10.0)
+    gradient = point.creep_force_slope / point.speed
+    pole = gradient * body.radius**2 / body.inertia + body.damping / body.inertia
+    for factor, grows in ((0.97, False), (1.03, True)):
+        step = factor * 2.0 / pole
+        run = cl.cosimulate(
+            body,
+            cl.KernelSource(body.element),
+            cl.TorqueControl(cl.Profile.of(point.drive_torque)),
+            duration=200 * step,
+            step=step,
+            initial_speed=10.0,
+            initial_creepage=0.002 * (1.0 + 1e-6),
+        )
+        away = np.abs(run["omega"] - point.omega)
+        assert (away[-1] > away[0]) == grows
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("interface", ["CoSimulation", "ModelExchange"])
+def test_fmpy_runs_it_alone(rig: cl.Model, tmp_path: Path, version: int, interface: str) -> None:
+    result = fmpy.simulate_fmu(
+        str(cl.export_fmu(rig, tmp_path / "x.fmu", fmi_version=version)),
+        fmi_type=interface,
+        stop_time=1.0,
+        start_values={"omega": 20.2, "normal_load": 1e5},
+        output=["creep_force", "falling_branch"],
+    )
+    expected = float(rig.wheelset.element.force(omega=20.2, speed=10.0, normal_load=1e5))
+    assert result["creep_force"][-1] == expected
+    assert not result["falling_branch"][-1]
+
+
+def test_source_tells_what_the_fmu_logged(fmu: Path) -> None:
+    with (
+        pytest.raises(RuntimeError, match=r"normal_load = -5 is out of range"),
+        cl.FmuSource(fmu) as source,
+    ):
+        source.exchange(0.0, 1e-3, 20.0, 10.0, -5.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"fmi_version": 1}, "fmi_version = 1 must be 2 or 3"),
+        ({"kind": "car"}, "kind = 'car' must be one of"),
+        ({"platforms": ["pdp11-unix"]}, "'pdp11-unix', must be one of x86_64-linux"),
+        ({"relaxation_length": 0.0}, "relaxation_length = 0.0 is out of range"),
+        ({"relaxation_length": 8e-3, "kind": "wheelset_body"}, "needs a contact"),
+        ({"implicit": True, "kind": "wheelset"}, "implicit = True needs"),
+        ({"parallel_exchange": True, "kind": "wheelset"}, "parallel_exchange = True needs"),
+    ],
+)
+def test_export_refuses_what_it_cannot_do(
+    rig: cl.Model, tmp_path: Path, options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        cl.export_fmu(rig, tmp_path / "x.fmu", **options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_export_names_the_command_that_builds_a_library(
+    rig: cl.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernel, "library_path", lambda name: tmp_path / name)
+    with pytest.raises(ValueError, match=r"python fmu/build_hook\.py x86_64-windows"):
+        cl.export_fmu(rig, tmp_path / "x.fmu", platforms=["x86_64-windows"])
+
+
+def test_kinds_of_model() -> None:
+    with pytest.raises(ValueError, match=r"kind = 'bogie' must be one of: force_element"):
+        kernel.model_variables("bogie")

@@ -1,0 +1,524 @@
+"""One FMU, one trajectory: in every tool, by the binaries of every platform, and from its sources.
+
+The trajectory is documentation/reference_run.csv in each FMU, which the kernel wrote in Python. A
+tool that a developer does not have is skipped; with CONTACTLIB_REQUIRE_TOOLS=1 it is a failure.
+"""
+
+from __future__ import annotations
+
+import os
+import runpy
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path, PureWindowsPath
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import fmpy
+import fmpy.build
+import numpy as np
+import pytest
+from fmu_instance import EXPORTS, Instance, Subject
+from outside_tools import missing, module
+
+import contactlib as cl
+from contactlib.base.quantities import FloatArray
+from contactlib.base.writing import package_folder
+from contactlib.contact import kernel
+from contactlib.export.platforms import FMI2_FOLDERS, FMI3_FOLDERS, PLATFORMS
+
+pytestmark = pytest.mark.tools
+
+SUBJECTS = [Subject(name, version) for name in EXPORTS for version in (2, 3)]
+
+# Of a column's largest magnitude. A tool's step sizes differ in the last bits, as it adds up time
+# in its own way, and a wheelset that runs away magnifies that. The platforms themselves do not
+# differ: the kernel takes no function from a system that IEEE 754 does not define to the last bit.
+TOLERANCE = 1e-12
+
+HERE = kernel.platform_name()
+
+# What runs the binaries of another platform here; each program is the first one that is found.
+EMULATORS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "x86_64-linux": ((), ()),
+    "x86_64-windows": (("wine64", "/usr/lib/wine/wine64", "wine"), ()),
+    "aarch64-linux": (
+        ("qemu-aarch64", "qemu-aarch64-static"),
+        ("-L", "/usr/aarch64-linux-gnu"),
+    ),
+}
+
+
+class Case(NamedTuple):
+    """An FMU with its reference run."""
+
+    fmu: Path
+    folder: Path
+    version: int
+    time: FloatArray
+    inputs: dict[str, FloatArray]
+    outputs: list[str]
+    golden: FloatArray
+    """Outputs at the communication points, with the inputs of these points."""
+    references: dict[str, int]
+    booleans: set[str]
+    description: Any
+
+    @property
+    def step(self) -> float:
+        """Communication step [s]."""
+        return float(self.description.defaultExperiment.stepSize)
+
+    @property
+    def steps(self) -> int:
+        return self.time.size - 1
+
+    def inputs_at(self, i: int) -> dict[str, float]:
+        return {name: float(values[i]) for name, values in self.inputs.items()}
+
+
+@pytest.fixture(scope="module", params=SUBJECTS, ids=str)
+def case(
+    request: pytest.FixtureRequest, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> Case:
+    # The locomotive, as it has a mass that moves.
+    return make_case(request.param, locomotive, tmp_path_factory)
+
+
+@pytest.fixture(scope="module")
+def ellipse(tmp_path_factory: pytest.TempPathFactory) -> cl.Model:
+    """The locomotive on a contact that grows like the load's third root."""
+    text = cl.model_path("locomotive.toml").read_text(encoding="utf-8")
+    line = 'radius = "500 mm"\nsemi_width = "5 mm"\n'
+    assert line in text
+    path = tmp_path_factory.mktemp("ellipse") / "ellipse.toml"
+    axes = 'semi_axis_x = "5 mm"\nsemi_axis_y = "6 mm"\n'
+    path.write_text(text.replace(line, axes), encoding="utf-8")
+    return cl.load_model(path)
+
+
+@pytest.fixture(scope="module", params=["force_element-relaxed", "wheelset-relaxed"])
+def ellipse_case(
+    request: pytest.FixtureRequest, ellipse: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> Case:
+    return make_case(Subject(request.param, 3), ellipse, tmp_path_factory)
+
+
+def make_case(subject: Subject, model: cl.Model, tmp_path_factory: pytest.TempPathFactory) -> Case:
+    folder = tmp_path_factory.mktemp("with space")
+    built = [name for name in PLATFORMS if kernel.library_path(name).is_file()]
+    fmu = cl.export_fmu(model, folder / "subject.fmu", platforms=built, **subject.arguments)
+    unzipped = Path(fmpy.extract(str(fmu), unzipdir=str(folder / "unzipped")))
+    description = fmpy.read_model_description(str(fmu))
+    with (unzipped / "documentation" / "reference_run.csv").open(encoding="ascii") as file:
+        names = file.readline().strip().split(",")
+        columns = dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
+    variables = description.modelVariables
+    outputs = [v.name for v in variables if v.causality == "output"]
+    return Case(
+        fmu,
+        unzipped,
+        subject.version,
+        columns["time"],
+        {v.name: columns[v.name] for v in variables if v.causality == "input"},
+        outputs,
+        np.column_stack([columns[name] for name in outputs]),
+        {v.name: v.valueReference for v in variables},
+        {v.name for v in variables if v.type == "Boolean"},
+        description,
+    )
+
+
+class Run(NamedTuple):
+    """Outputs of the plainest of loops, row by row."""
+
+    stepped: FloatArray
+    """At the end of every step: what most tools record."""
+    golden: FloatArray
+    """At every communication point, once its inputs are set."""
+
+
+def run_through(case: Case) -> Run:
+    with Instance(case.folder) as fmu:
+        fmu.start(**case.inputs_at(0))
+        stepped, golden = [], [fmu.get(*case.outputs)]
+        for i in range(case.steps):
+            fmu.step(float(case.time[i]), float(case.time[i + 1] - case.time[i]))
+            stepped.append(fmu.get(*case.outputs))
+            fmu.set(**case.inputs_at(i + 1))
+            golden.append(fmu.get(*case.outputs))
+        fmu.fmu.terminate()
+    return Run(np.array(stepped), np.array(golden))
+
+
+@pytest.fixture(scope="module")
+def run(case: Case) -> Run:
+    return run_through(case)
+
+
+def test_fmu_gives_the_run_that_python_wrote_to_the_last_bit(case: Case, run: Run) -> None:
+    np.testing.assert_array_equal(run.golden, case.golden)
+
+
+def test_reference_run_shows_both_branches(case: Case) -> None:
+    # What stays on one branch would show little.
+    assert np.isfinite(case.golden).all()
+    if case.booleans:
+        falling = case.golden[:, case.outputs.index("falling_branch")]
+        assert {*falling.tolist()} == {0.0, 1.0}
+
+
+# ---- tools --------------------------------------------------------------------------------------
+
+
+def run_fmpy(case: Case) -> FloatArray:
+    signals = np.empty(
+        case.time.size, dtype=[(name, np.float64) for name in ("time", *case.inputs)]
+    )
+    for name, values in {"time": case.time, **case.inputs}.items():
+        signals[name] = values
+    result = fmpy.simulate_fmu(
+        str(case.fmu),
+        fmi_type="CoSimulation",
+        stop_time=float(case.time[-1]),
+        output_interval=case.step,
+        input=signals,
+        output=case.outputs,
+    )
+    return np.array([result[name][1:] for name in case.outputs], dtype=np.float64).T
+
+
+def run_ecos(case: Case) -> FloatArray:
+    ecos = module("ecospy")
+    rows = []
+
+    def read(name: str) -> float:
+        get = simulation.get_bool if name in case.booleans else simulation.get_real
+        return float(get(f"subject::{name}"))
+
+    with ecos.EcosSimulationStructure() as structure:
+        structure.add_model("subject", str(case.fmu))
+        start = {f"subject::{name}": value for name, value in case.inputs_at(0).items()}
+        assert structure.add_parameter_set("start", start)
+        with ecos.EcosSimulation(case.step, structure=structure) as simulation:
+            assert simulation.init(0.0, "start"), ecos.EcosLib.get_last_error()
+            for i in range(case.steps):
+                for name, value in case.inputs_at(i).items():
+                    simulation.set_real(f"subject::{name}", value)
+                simulation.step()
+                rows.append([read(name) for name in case.outputs])
+            simulation.terminate()
+    return np.array(rows)
+
+
+def run_libcosim(case: Case) -> FloatArray:
+    if case.version != 2:
+        pytest.skip("libcosim reads FMI 2 only")
+    cosim = module("libcosimpy.CosimExecution").CosimExecution
+    observers = module("libcosimpy.CosimObserver").CosimObserver
+    manipulators = module("libcosimpy.CosimManipulator").CosimManipulator
+    execution = cosim.from_step_size(round(case.step * 1e9))
+    slave = module("libcosimpy.CosimSlave").CosimLocalSlave(str(case.fmu), "subject")
+    assert slave.ptr(), "libcosim cannot read the FMU"  # it would crash on it
+    index = execution.add_local_slave(slave)
+    observer, manipulator = observers.create_last_value(), manipulators.create_override()
+    assert execution.add_observer(observer)
+    assert execution.add_manipulator(manipulator)
+    inputs = [case.references[name] for name in case.inputs]
+    reals = [case.references[name] for name in case.outputs if name not in case.booleans]
+    booleans = [case.references[name] for name in case.outputs if name in case.booleans]
+    for reference, value in zip(inputs, case.inputs_at(0).values(), strict=True):
+        assert execution.real_initial_value(index, reference, value)
+    rows = []
+    for i in range(case.steps):
+        assert manipulator.slave_real_values(index, inputs, [*case.inputs_at(i).values()])
+        assert execution.step(), execution.status()
+        got = dict(zip(reals, observer.last_real_values(index, reals), strict=True))
+        if booleans:  # none is an index out of range to it
+            got |= dict(zip(booleans, observer.last_boolean_values(index, booleans), strict=True))
+        rows.append([float(got[case.references[name]]) for name in case.outputs])
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("tool", [run_fmpy, run_ecos, run_libcosim])
+def test_tool_gives_the_same_trajectory(
+    case: Case, run: Run, tool: Callable[[Case], FloatArray]
+) -> None:
+    found = tool(case)
+    assert found.shape == run.stepped.shape
+    allowed = TOLERANCE * np.abs(run.stepped).max(axis=0)
+    errors = np.abs(found - run.stepped).max(axis=0)
+    rows = zip(case.outputs, errors.tolist(), allowed.tolist(), strict=True)
+    assert {name: error for name, error, most in rows if not error <= most} == {}
+
+
+def test_two_fmus_in_one_system_keep_their_parameters(rig: cl.Model, tmp_path: Path) -> None:
+    # A system unpacks what has the guid of an FMU before once, and takes that one's resources.
+    cosim = module("libcosimpy.CosimExecution").CosimExecution
+    observers = module("libcosimpy.CosimObserver").CosimObserver
+    text = cl.model_path("roller_rig.toml").read_text(encoding="utf-8")
+    (tmp_path / "light.toml").write_text(text.replace('"220.65 kN"', '"100 kN"'), encoding="utf-8")
+    light = cl.load_model(tmp_path / "light.toml", table=rig.wheelset.element.table)
+    fmus = [cl.export_fmu(m, tmp_path / f"{i}.fmu") for i, m in enumerate((rig, light))]
+    simulators = "".join(f'<Simulator name="s{fmu.stem}" source="{fmu.name}"/>' for fmu in fmus)
+    (tmp_path / "OspSystemStructure.xml").write_text(
+        '<OspSystemStructure version="0.1" '
+        'xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure">'
+        "<BaseStepSize>0.001</BaseStepSize><Algorithm>fixedStep</Algorithm>"
+        f"<Simulators>{simulators}</Simulators>"
+        "</OspSystemStructure>"
+    )
+    execution = cosim.from_osp_config_file(str(tmp_path))
+    observer = observers.create_last_value()
+    assert execution.add_observer(observer)
+    assert execution.step()
+    variables = fmpy.read_model_description(str(fmus[0])).modelVariables
+    (reference,) = (v.valueReference for v in variables if v.name == "normal_load")
+    loads = {
+        info.name.decode(): observer.last_real_values(info.index, [reference])[0]
+        for info in execution.slave_infos()
+    }
+    assert loads == {"s0": 220650.0, "s1": 100000.0}
+
+
+# ---- platforms ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def golden_csv(case: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The reference run as tests/native/run_golden.c reads it."""
+    return write_golden(case, case.golden, tmp_path_factory.mktemp("golden") / "golden.csv")
+
+
+def write_golden(case: Case, outputs: FloatArray, path: Path) -> Path:
+    header = ["time"]
+    header += [f"{name}:{case.references[name]}:in" for name in case.inputs]
+    for name in case.outputs:
+        kind = "boolean" if name in case.booleans else "out"
+        header.append(f"{name}:{case.references[name]}:{kind}")
+    rows = np.column_stack([case.time, *case.inputs.values(), outputs])
+    lines = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    return path
+
+
+@pytest.fixture(scope="session")
+def wine_environment() -> Iterator[dict[str, str]]:
+    """A Windows of its own, without windows: its making takes ten seconds and 0.7 GB."""
+    command = emulator("x86_64-windows")
+    if not command:
+        yield {}
+        return
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as prefix:
+        # No menus, and no question whether to fetch what .NET and HTML would need.
+        environment = {
+            "WINEPREFIX": prefix,
+            "WINEDEBUG": "-all",
+            "WINEDLLOVERRIDES": "mscoree,mshtml,winemenubuilder.exe=",
+        }
+        yield environment
+        server = Path(command[0]).with_name("wineserver")
+        subprocess.run([server, "-k"], env=os.environ | environment, check=False)
+
+
+def emulator(platform: str) -> list[str]:
+    """Command that runs a program of `platform`, which goes behind it."""
+    if platform == kernel.platform_name():
+        return []
+    programs, options = EMULATORS[platform]
+    found = [path for path in map(shutil.which, programs) if path]
+    folders = [option for option in options if option.startswith("/")]
+    if not found or not all(Path(folder).is_dir() for folder in folders):
+        missing(f"nothing here runs programs of {platform}: {' or '.join(programs)} {folders}")
+    return [found[0], *options]
+
+
+def library_of(case: Case, platform: str) -> Path:
+    """The platform's binary in the FMU."""
+    built = kernel.library_path(platform)
+    if not built.is_file():
+        missing(f"'python fmu/build_hook.py {platform}' has not been run")
+    folders = FMI2_FOLDERS if case.version == 2 else FMI3_FOLDERS
+    (folder,) = (name for name, served in folders.items() if served[0] == platform)
+    name = case.description.coSimulation.modelIdentifier
+    return case.folder / "binaries" / folder / f"{name}{built.suffix}"
+
+
+@pytest.fixture(scope="session")
+def runner(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Program that runs a golden case, by platform."""
+    return cache(lambda platform: compiled("run_golden", platform, tmp_path_factory.mktemp("run")))
+
+
+def compiled(name: str, platform: str, folder: Path) -> Path:
+    """Program of tests/native, for a platform."""
+    for needed in ("ziglang", "hatchling"):
+        module(needed)
+    hook = runpy.run_path(str(package_folder("fmu") / "build_hook.py"))
+    program = folder / f"{name}.exe"
+    hook["zig_cc"](
+        platform,
+        # Stripped like the library, so that both take the same Windows runtime from the
+        # compiler's cache: it builds one for every setting, in a minute and a half.
+        *("-s", "-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
+        "-ffp-contract=off",
+        # As a system's: the FMI headers have their own warnings.
+        *("-isystem", str(hook["fmi_headers"]()), f"-I{package_folder('fmu')}"),
+        str(Path(__file__).parents[1] / "native" / f"{name}.c"),
+        *("-o", str(program)),
+    )
+    return program
+
+
+def run_golden(
+    case: Case, platform: str, library: Path, csv: Path, program: Path, environment: dict[str, str]
+) -> subprocess.CompletedProcess[str]:
+    command = emulator(platform)
+    # Wine's drive Z: is the root of the file system.
+    wine = bool(command) and platform.endswith("windows")
+    drive = "Z:" if wine else ""
+    resources = case.folder / "resources"
+    if case.version == 2:
+        location = resources.as_uri().replace("file://", "file:///Z:" if wine else "file://")
+    else:
+        location = f"{PureWindowsPath(f'Z:{resources}')}\\" if wine else f"{resources}/"
+    token = case.description.guid or case.description.instantiationToken
+    arguments = [str(case.version), f"{drive}{library}", location, token, f"{drive}{csv}"]
+    return subprocess.run(
+        [*command, str(program), *arguments, "0"],  # nothing may differ
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+@pytest.mark.parametrize("platform", EMULATORS)
+def test_binary_of_each_platform_gives_the_same_trajectory(
+    case: Case,
+    golden_csv: Path,
+    platform: str,
+    runner: Callable[[str], Path],
+    request: pytest.FixtureRequest,
+) -> None:
+    check_platform(case, platform, golden_csv, runner, request)
+
+
+@pytest.mark.parametrize("platform", EMULATORS)
+def test_binary_of_each_platform_gives_the_same_trajectory_of_an_ellipse(
+    ellipse_case: Case,
+    platform: str,
+    runner: Callable[[str], Path],
+    request: pytest.FixtureRequest,
+    tmp_path: Path,
+) -> None:
+    csv = write_golden(ellipse_case, ellipse_case.golden, tmp_path / "golden.csv")
+    check_platform(ellipse_case, platform, csv, runner, request)
+
+
+@pytest.mark.parametrize("platform", [name for name in EMULATORS if name != HERE])
+def test_own_mathematics_has_the_same_bits_on_every_platform(
+    platform: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    environment = os.environ.copy()
+    if platform.endswith("windows"):
+        environment |= request.getfixturevalue("wine_environment")
+    sums = []
+    for name in (HERE, platform):
+        command = [*emulator(name), str(compiled("branch_free_functions", name, tmp_path)), "sums"]
+        ran = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        sums.append(ran.stdout.split())
+    assert sums[0] == sums[1]
+    assert len(set(sums[0])) == 2 * 7  # functions and their sums
+
+
+def check_platform(
+    case: Case,
+    platform: str,
+    csv: Path,
+    runner: Callable[[str], Path],
+    request: pytest.FixtureRequest,
+) -> None:
+    windows = platform.endswith("windows")
+    environment = request.getfixturevalue("wine_environment") if windows else {}
+    library = library_of(case, platform)
+    ran = run_golden(case, platform, library, csv, runner(platform), environment)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert ran.stdout.startswith(f"{case.time.size} rows")
+
+
+def test_runner_finds_one_wrong_value(
+    case: Case, runner: Callable[[str], Path], tmp_path: Path
+) -> None:
+    wrong = case.golden.copy()
+    column = case.outputs.index("omega" if "omega" in case.outputs else "creep_force")
+    wrong[case.steps // 2, column] += 1e-6 * np.abs(wrong[:, column]).max()
+    csv = write_golden(case, wrong, tmp_path / "wrong.csv")
+    platform = kernel.platform_name()
+    ran = run_golden(case, platform, library_of(case, platform), csv, runner(platform), {})
+    assert ran.returncode == 1
+    assert f"error 1e-06 in {case.outputs[column]}" in ran.stdout
+
+
+# ---- sources ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=lambda version: f"fmi{version}")
+def source_case(
+    request: pytest.FixtureRequest, ellipse: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> Case:
+    """An FMU without binaries. One kind stands for all, as all have the same sources."""
+    if shutil.which("cc") is None:
+        missing("there is no C compiler")
+    made = make_case(Subject("wheelset-relaxed", request.param), ellipse, tmp_path_factory)
+    shutil.rmtree(made.folder / "binaries")
+    return made
+
+
+def test_fmpy_compiles_the_fmu_from_its_sources(
+    source_case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # CMake comes with FMPy, but for its way to it.
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    for program in ("c++", "make"):  # CMake asks for both, and needs no C++
+        if shutil.which(program) is None:
+            missing(f"there is no {program}")
+    build = tmp_path / "build"
+    build.mkdir()
+    fmpy.build.build_platform_binary(
+        source_case.folder,
+        build_dir=build,
+        all_warnings=True,
+        cmake_options={"CMAKE_C_FLAGS:STRING": "-Werror", "CMAKE_C_EXTENSIONS:BOOL": "OFF"},
+    )
+    np.testing.assert_array_equal(run_through(source_case).golden, source_case.golden)
+
+
+def test_build_description_names_all_that_a_library_needs(
+    source_case: Case, runner: Callable[[str], Path], tmp_path: Path
+) -> None:
+    platform = kernel.platform_name()
+    if source_case.version == 2 or not platform.endswith("linux"):
+        pytest.skip("FMI 2 has no word for libraries, and other platforms have none to name")
+    sources = source_case.folder / "sources"
+    builds = ElementTree.parse(sources / "buildDescription.xml").getroot()
+    (build,) = builds.iterfind(f"BuildConfiguration[@platform='{platform}']")
+    library = tmp_path / "built.so"
+    subprocess.run(
+        [
+            *("cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fPIC", "-shared"),
+            "-Wl,-z,defs",  # nothing may be left for the program that loads it to bring along
+            *("-isystem", str(Path(fmpy.__file__).parent / "c-code")),
+            *(str(sources / file.attrib["name"]) for file in build.iter("SourceFile")),
+            *(f"-l{needed.attrib['name']}" for needed in build.iter("Library")),
+            *("-o", str(library)),
+        ],
+        check=True,
+    )
+    csv = write_golden(source_case, source_case.golden, tmp_path / "golden.csv")
+    ran = run_golden(source_case, platform, library, csv, runner(platform), {})
+    assert ran.returncode == 0, ran.stdout + ran.stderr

@@ -1,0 +1,318 @@
+"""What a person finds inside an FMU: page, readable table, icon and licence."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import struct
+from html.parser import HTMLParser
+from importlib import metadata
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib.export import page as documentation
+from contactlib.export.curve_svg import sample_curve
+from contactlib.export.description import Description
+from contactlib.export.page import ASSETS, TITLES, index_page, licence_text, readable_table
+
+HTML = "{http://www.w3.org/1999/xhtml}"
+KINDS = tuple(TITLES)
+SIGMA = 7.5e-3
+
+
+def page_of(model: cl.Model, kind: str = "force_element", relaxed: bool = False) -> bytes:
+    sigma = SIGMA if relaxed and kind != "wheelset_body" else 0.0
+    return index_page(Description(model, kind, relaxation_length=sigma))
+
+
+def tree_of(page: bytes) -> ElementTree.Element:
+    return ElementTree.fromstring(page)
+
+
+def text_of(element: ElementTree.Element) -> str:
+    return " ".join("".join(element.itertext()).split())
+
+
+@pytest.fixture(scope="module")
+def elliptic_model(table: cl.CreepForceTable) -> cl.Model:
+    rig = cl.load_model("models/roller_rig.toml", table=table)
+    contact = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=5e-3, semi_axis_y=9e-3, normal_load=90e3, contact_modulus=115e9
+    )
+    friction = cl.friction_with_k_hat(contact, k_hat=0.2, static=0.45, kinetic=0.21)
+    element = cl.ForceElement(
+        contact, friction, table=cl.carter_griffith_table("elliptic"), radius=0.46
+    )
+    wheelset = cl.Wheelset(element, inertia=120.0, mass=9e3)
+    return cl.Model(
+        name="A <wheel> & its r\u00e9sum\u00e9",
+        source='"made up"',
+        wheelset=wheelset,
+        torque_control=rig.torque_control,
+        creep_control=rig.creep_control,
+        initial_speed=0.01,
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("relaxed", [False, True])
+def test_page_is_well_formed_ascii_and_small(
+    elliptic_model: cl.Model, kind: str, relaxed: bool
+) -> None:
+    page = page_of(elliptic_model, kind, relaxed)
+    assert page.isascii()
+    assert len(page) < 80_000
+    root = tree_of(page)  # XML, so each element is closed and each reference known
+    assert root.tag == f"{HTML}html"
+    assert root.get("lang") == "en"
+    assert elliptic_model.name in text_of(root)
+    assert "$" not in page.decode().replace("$$", "")
+
+
+def test_page_is_what_an_html_parser_sees(rig: cl.Model) -> None:
+    """An HTML parser ignores the slash of a void element only: no other may be empty by it."""
+    void, foreign = {"meta", "br", "hr", "img", "link"}, {"svg", "math"}
+    inside: list[str] = []
+
+    class Parser(HTMLParser):
+        def handle_starttag(self, tag: str, attrs: object) -> None:
+            inside.append(tag)
+
+        def handle_startendtag(self, tag: str, attrs: object) -> None:
+            assert tag in void or foreign & set(inside), tag
+
+        def handle_endtag(self, tag: str) -> None:
+            assert inside.pop() == tag
+
+    parser = Parser()
+    parser.feed(page_of(rig).decode())
+    parser.close()
+    assert inside == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_page_needs_nothing_from_outside(rig: cl.Model, kind: str) -> None:
+    page = page_of(rig, kind)
+    root = tree_of(page)
+    tags = {element.tag.rpartition("}")[2] for element in root.iter()}
+    assert not tags & {"script", "link", "img", "iframe", "object", "embed", "base", "use"}
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    for element in root.iter():
+        assert element.get("src") is None
+        link = element.get("href")
+        assert link is None or (link.startswith("#") and link[1:] in ids)
+    style = "".join(element.text or "" for element in root.iter(f"{HTML}style"))
+    assert "@import" not in style
+    assert "url(" not in style
+
+
+def test_every_variable_is_listed_with_its_unit_limits_and_start(rig: cl.Model) -> None:
+    rows = {
+        text_of(row[0]): [text_of(cell) for cell in row[1:]]
+        for row in tree_of(page_of(rig)).iter(f"{HTML}tr")
+    }
+    for v in Description(rig, "force_element").variables:
+        unit, limits, start, description = rows[v.name]
+        assert (unit, description) == (v.unit, v.description)
+        if isinstance(v.start, bool):
+            assert (start, limits) == (str(v.start).lower(), "")
+        elif v.start is not None:
+            assert float(start) == pytest.approx(v.start, rel=1e-5)
+        numbers = [float(n) for n in re.findall(r"[-\d.e+]*\d", limits)]
+        given = [n for n in (v.minimum, v.maximum) if n is not None and abs(n) < 1e300]
+        assert numbers == (given if v.unit != "Boolean" else [])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_names_in_the_text_are_names_in_the_fmu(locomotive: cl.Model, kind: str) -> None:
+    sigma = SIGMA if kind == "force_element" else 0.0
+    description = Description(locomotive, kind, relaxation_length=sigma)
+    named = set(re.findall(r"<code>([a-z]+_[a-z_]+)</code>", index_page(description).decode()))
+    # Other kinds of FMU, and what their partner in a coupling has.
+    others = {*KINDS, "wheel_torque"} if kind == "wheelset_body" else set(KINDS)
+    assert named
+    assert named - others <= set(description.by_name)
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+def test_page_says_how_this_fmu_is_coupled(rig: cl.Model, implicit: bool) -> None:
+    page = tree_of(index_page(Description(rig, "force_element", implicit=implicit)))
+    here = [
+        text_of(h)
+        for h in page.iter(f"{HTML}h3")
+        if h.find(f"{HTML}span[@class='tag here']") is not None
+    ]
+    assert here == ["Implicit this FMU" if implicit else "Held force this FMU"]
+
+
+def read_curve(root: ElementTree.Element) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Curves and the marked peak of a page, in the units of its own ticks."""
+    svg = next(s for s in root.iter() if s.find(".//*[@class='rising']") is not None)
+
+    def axis(kind: str, place: str) -> tuple[float, float]:
+        ticks = [e for e in svg.iter() if e.get("class") == f"tick {kind}"]
+        at = [float(e.get(place, "nan")) for e in ticks]
+        factor, shift = np.polyfit(at, [float(text_of(e)) for e in ticks], 1)
+        return float(factor), float(shift)
+
+    scale = np.array([axis("x", "x"), axis("y", "y")])
+    curves = {}
+    for kind in ("rising", "falling"):
+        path = svg.find(f".//*[@class='{kind}']")
+        if path is not None:
+            numbers = re.findall(r"[-\d.]+", path.get("d", ""))
+            points = np.array(numbers, dtype=float).reshape(-1, 2)
+            curves[kind] = points * scale[:, 0] + scale[:, 1]
+    mark = svg.find(".//*[@class='peak']")
+    at = [] if mark is None else [float(mark.get(k, "nan")) for k in ("cx", "cy")]
+    return curves, np.array(at) * scale[:, 0] + scale[:, 1] if at else np.array([])
+
+
+@pytest.mark.parametrize("which", ["rig", "elliptic_model"])
+def test_drawn_curve_is_the_element_s(which: str, request: pytest.FixtureRequest) -> None:
+    model: cl.Model = request.getfixturevalue(which)
+    element = model.wheelset.element
+    curves, peak = read_curve(tree_of(page_of(model)))
+    for points in curves.values():
+        record = element.at_creepage(points[:, 0] / 100.0, speed=max(model.initial_speed, 0.1))
+        assert np.abs(points[:, 1] - record["traction_coefficient"]).max() < 1e-5
+    shape: Literal["line", "elliptic"] = "line" if which == "rig" else "elliptic"
+    x, q = cl.CarterGriffith(k_hat=element.k_hat, contact=shape).peak
+    assert peak[0] == pytest.approx(100.0 * x * element.saturation_creepage, rel=1e-4)
+    assert peak[1] == pytest.approx(q * element.friction.kinetic, rel=1e-4)
+    assert np.all(np.diff(curves["rising"][:, 1]) > 0.0)
+    assert np.all(np.diff(curves["falling"][:, 1]) <= 0.0)
+    assert curves["falling"][0] == pytest.approx(peak)
+
+
+def test_a_law_without_a_peak_has_none_drawn(rig: cl.Model) -> None:
+    contact = rig.wheelset.element.contact
+    friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+    carter = cl.ForceElement(contact, friction, table=rig.wheelset.element.table, radius=0.5)
+    curve = sample_curve(carter, speed=5.0)
+    assert curve.peak is None
+    assert curve.creepage[-1] > 4.0 * carter.saturation_creepage
+    assert curve.traction_coefficient[-1] == pytest.approx(0.3)
+
+
+def test_stable_steps_are_those_of_the_formula(locomotive: cl.Model) -> None:
+    wheelset = locomotive.wheelset
+    assert wheelset.mass is not None
+    element = wheelset.element
+    inverse_mass = wheelset.radius**2 / wheelset.inertia + 1.0 / wheelset.mass
+    sliding = element.friction.kinetic * element.contact.normal_load
+    unit_pole = 2.0 * sliding / element.saturation_creepage * inverse_mass  # pole times speed
+
+    def table(relaxed: bool) -> np.ndarray:
+        root = tree_of(page_of(locomotive, relaxed=relaxed))
+        found = root.find(".//*[@class='steps']")
+        assert found is not None
+        rows = [[text_of(cell) for cell in row] for row in found.iter(f"{HTML}tr")][1:]
+        numbers = [[re.sub(r"\s", "", c).replace("\u221e", "inf") for c in row] for row in rows]
+        return np.array(numbers, dtype=float)
+
+    speed, pole, sequential, parallel = table(relaxed=False).T
+    reference = np.where(speed > 0.0, speed, 3.0 / 8.0 * element.minimum_speed)
+    assert pole == pytest.approx(unit_pole / reference, rel=5e-3)
+    assert sequential == pytest.approx(2e3 * reference / unit_pole, rel=5e-3)
+    assert parallel == pytest.approx(1e3 * reference / unit_pole, rel=5e-3)
+    _, pole, sequential, parallel = table(relaxed=True).T  # no minimum speed
+    assert 1.0 / pole == pytest.approx(speed / unit_pole, rel=5e-3)
+    longest = np.maximum(2e3 * speed / unit_pole, 2e3 * np.sqrt(SIGMA / unit_pole))
+    assert sequential == pytest.approx(longest, rel=5e-3)
+    assert parallel == pytest.approx(1e3 * speed / unit_pole, rel=5e-3)
+
+
+def test_the_page_s_own_example_runs(
+    rig: cl.Model,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    code = tree_of(page_of(rig)).find(".//*[@class='fmpy']")
+    assert code is not None
+    cl.export_fmu(rig, tmp_path / "CreepForceElement.fmu")
+    monkeypatch.chdir(tmp_path)
+    exec("".join(code.itertext()), {})  # noqa: S102
+    force = float(capsys.readouterr().out)
+    assert force == pytest.approx(rig.wheelset.element.force(omega=20.6, speed=10.0), rel=1e-3)
+
+
+def test_readable_table_is_the_table(table: cl.CreepForceTable) -> None:
+    data = readable_table(table)
+    assert data.isascii()
+    assert len(data) < 300_000
+    rows = list(csv.DictReader(io.StringIO(data.decode())))
+    x, k_hat, ratio, slope = (np.array([float(r[name]) for r in rows]) for name in rows[0])
+    assert np.unique(k_hat) == pytest.approx(np.linspace(0.0, table.k_max, 21))
+    assert x.min() == 0.0
+    assert x.max() == 1e3
+    assert np.unique(x)[1] == 1e-3
+    assert np.allclose(ratio, table.traction_ratio(x, k_hat), rtol=1e-8, atol=0.0)
+    assert np.allclose(slope, table.slope(x, k_hat), rtol=1e-8, atol=1e-300)
+
+
+def test_readable_table_of_one_curve_has_no_k_hat() -> None:
+    polach = cl.Polach(
+        adhesion_reduction=1.0, slip_reduction=0.4, kalker_coefficient=4.0, poisson_ratio=0.28
+    )
+    table = cl.CreepForceTable.from_law(polach)
+    rows = list(csv.DictReader(io.StringIO(readable_table(table).decode())))
+    assert {row["k_hat"] for row in rows} == {""}
+    x, ratio = (
+        np.array([float(r[n]) for r in rows]) for n in ("normalized_creepage", "traction_ratio")
+    )
+    assert np.allclose(ratio, polach.traction_ratio(x), atol=1e-7)
+
+
+def test_icon_is_a_transparent_png_of_256_pixels() -> None:
+    data = (ASSETS / "icon.png").read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    width, height, depth, colour = struct.unpack(">IIBB", data[16:26])
+    assert (width, height, depth) == (256, 256, 8)
+    assert colour == 6  # red, green, blue and alpha
+
+
+def test_licence_is_the_project_s() -> None:
+    text = licence_text().decode()
+    assert text.startswith("MIT License")
+    assert "WITHOUT WARRANTY OF ANY KIND" in text
+
+
+def test_fragments_are_ascii() -> None:
+    paths = [p for p in ASSETS.iterdir() if p.suffix != ".png"]
+    assert paths
+    for path in paths:
+        path.read_text(encoding="ascii")
+
+
+def test_an_installed_package_brings_its_licence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class File:
+        name = "LICENSE"
+
+        def read_binary(self) -> bytes:
+            return b"MIT"
+
+    monkeypatch.setattr(documentation, "PACKAGE", tmp_path / "contactlib")
+    monkeypatch.setattr(metadata, "files", lambda name: [File()])
+    assert documentation.licence_text() == b"MIT"
+    monkeypatch.setattr(metadata, "files", lambda name: None)
+    with pytest.raises(FileNotFoundError, match="installed without its LICENSE"):
+        documentation.licence_text()
+
+
+def test_a_checkout_is_unreleased(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(name: str) -> str:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "version", unknown)
+    assert documentation.version() == "unreleased"

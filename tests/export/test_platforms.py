@@ -1,0 +1,223 @@
+"""The libraries in an FMU and in a wheel, with stand-ins for those that are not built here."""
+
+from __future__ import annotations
+
+import importlib.util
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import fmpy
+import pytest
+
+from contactlib.base.writing import package_folder
+from contactlib.contact import kernel
+from contactlib.export.platforms import PLATFORMS, binaries, universal
+
+X86_64, ARM64 = 0x01000007, 0x0100000C  # as macOS counts processors
+PROCESSOR = {"x86_64-darwin": X86_64, "aarch64-darwin": ARM64}
+
+
+def mach_o(processor: int, size: int, rest: bytes = b"") -> bytes:
+    """The head of a Mach-O file: magic number, processor, its variant; and something after."""
+    head = struct.pack("<III", 0xFEEDFACF, processor, 3)
+    return (head + rest).ljust(size, b"\x55")
+
+
+def stand_in(name: str, token: str) -> bytes:
+    """Something that differs from platform to platform and holds the token inside."""
+    rest = name.encode() + b"\0" + token.encode() + b"\0"
+    return mach_o(PROCESSOR.get(name, 0), 20_000, rest)
+
+
+@pytest.fixture
+def libraries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
+    """A library of each platform, made of the installed sources."""
+    paths = {}
+    for name in PLATFORMS:
+        paths[name] = tmp_path / name / kernel.library_path(name).name
+        paths[name].parent.mkdir()
+        paths[name].write_bytes(stand_in(name, kernel.token()))
+    monkeypatch.setattr(kernel, "library_path", paths.__getitem__)
+    return paths
+
+
+def test_fmi_3_has_a_folder_for_each_platform(libraries: dict[str, Path]) -> None:
+    assert binaries("all", 3, "Wheel") == {
+        "binaries/x86_64-linux/Wheel.so": libraries["x86_64-linux"].read_bytes(),
+        "binaries/aarch64-linux/Wheel.so": libraries["aarch64-linux"].read_bytes(),
+        "binaries/x86_64-windows/Wheel.dll": libraries["x86_64-windows"].read_bytes(),
+        "binaries/x86_64-darwin/Wheel.dylib": libraries["x86_64-darwin"].read_bytes(),
+        "binaries/aarch64-darwin/Wheel.dylib": libraries["aarch64-darwin"].read_bytes(),
+    }
+
+
+def test_fmi_2_has_its_own_folders(libraries: dict[str, Path]) -> None:
+    built = {name: path.read_bytes() for name, path in libraries.items()}
+    assert binaries(["all"], 2, "Wheel") == {
+        "binaries/linux64/Wheel.so": built["x86_64-linux"],
+        "binaries/aarch64-linux/Wheel.so": built["aarch64-linux"],
+        "binaries/win64/Wheel.dll": built["x86_64-windows"],
+        "binaries/darwin64/Wheel.dylib": universal(
+            [built["x86_64-darwin"], built["aarch64-darwin"]]
+        ),
+        "binaries/aarch64-darwin/Wheel.dylib": built["aarch64-darwin"],
+    }
+
+
+@pytest.mark.parametrize("system", ["linux", "darwin"])
+def test_fmi_2_for_arm_alone_is_also_where_importers_look(
+    libraries: dict[str, Path], system: str
+) -> None:
+    name = f"aarch64-{system}"
+    found = binaries([name], 2, "Wheel")
+    assert {path.split("/")[1] for path in found} == {name, f"{system}64"}
+    assert set(found.values()) == {libraries[name].read_bytes()}
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_this_machine_s_library_is_where_fmpy_looks(version: int) -> None:
+    folder = fmpy.platform if version == 2 else fmpy.platform_tuple
+    path = f"binaries/{folder}/Wheel{fmpy.sharedLibraryExtension}"
+    library = kernel.library_path(kernel.platform_name()).read_bytes()
+    assert binaries(None, version, "Wheel")[path] == library
+
+
+def test_order_and_repetition_do_not_matter(libraries: dict[str, Path]) -> None:
+    assert libraries
+    once = list(binaries(PLATFORMS, 2, "Wheel").items())
+    assert list(binaries([*reversed(PLATFORMS), PLATFORMS[0]], 2, "Wheel").items()) == once
+
+
+def test_universal_file_holds_each_library_whole_and_aligned() -> None:
+    slices = [mach_o(X86_64, 40_001, b"first"), mach_o(ARM64, 2 * 16_384, b"second")]
+    slices.append(mach_o(18, 13))
+    data = universal(slices)
+    magic, count = struct.unpack_from(">II", data)
+    assert (magic, count) == (0xCAFEBABE, 3)
+    end = 8 + 20 * count
+    for i, expected in enumerate(slices):
+        processor, variant, offset, size, alignment = struct.unpack_from(">5I", data, 8 + 20 * i)
+        assert (processor, variant) == struct.unpack_from("<II", expected, 4)
+        assert data[offset : offset + size] == expected
+        assert alignment == 14
+        assert offset % 2**alignment == 0
+        assert offset >= end
+        assert not any(data[end:offset])
+        end = offset + size
+    assert len(data) == end
+
+
+def test_one_library_is_not_wrapped() -> None:
+    assert universal([mach_o(ARM64, 100)]) == mach_o(ARM64, 100)
+
+
+@pytest.mark.parametrize(
+    ("platforms", "message"),
+    [
+        (["x86_64-linux", "pdp11-unix"], r"'pdp11-unix', must be one of x86_64-linux, .* or all"),
+        ("linux64", "'linux64', must be one of"),
+        (["all", ""], "'', must be one of"),
+        ([], "platforms is empty, must be one of x86_64-linux"),
+    ],
+)
+def test_unknown_platforms_are_refused(platforms: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        binaries(platforms, 2, "Wheel")
+
+
+def test_libraries_that_are_not_built_are_named_with_their_command(
+    libraries: dict[str, Path],
+) -> None:
+    libraries["x86_64-windows"].unlink()
+    libraries["aarch64-linux"].unlink()
+    with pytest.raises(ValueError, match=r"python fmu/build_hook\.py x86_64-windows'"):
+        binaries(["x86_64-linux", "x86_64-windows"], 2, "Wheel")
+    with pytest.raises(ValueError, match=r"build_hook\.py aarch64-linux x86_64-windows'"):
+        binaries("all", 3, "Wheel")
+    assert len(binaries(["x86_64-linux", "x86_64-darwin"], 3, "Wheel")) == 2
+
+
+def test_libraries_of_other_sources_are_refused(libraries: dict[str, Path]) -> None:
+    here = kernel.platform_name()
+    fresh, stale = [name for name in PLATFORMS if name != here][:2]
+    libraries[stale].write_bytes(stand_in(stale, "0" * 32))
+    with pytest.raises(ValueError, match=f"'{stale}', whose library is .* other C sources") as told:
+        binaries("all", 2, "Wheel")
+    # Either may be the old one.
+    assert f"'python fmu/build_hook.py {here} {stale}'" in str(told.value)
+    assert binaries([fresh], 3, "Wheel")
+
+
+# ---- the build ------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def hook() -> ModuleType:
+    pytest.importorskip("hatchling")
+    spec = importlib.util.spec_from_file_location(
+        "build_hook", package_folder("fmu") / "build_hook.py"
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+Wheel = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def wheel(hook: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Wheel:
+    """What the hook tells hatchling, under these environment variables; nothing is compiled."""
+
+    def path(name: str) -> Path:
+        return Path(hook.NATIVE) / name / f"contactlib{hook.TARGETS[name].suffix}"
+
+    def build(**environment: str) -> dict[str, Any]:
+        for name in ("CONTACTLIB_HOST", "CONTACTLIB_PLATFORMS"):
+            monkeypatch.delenv(name, raising=False)
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        told: dict[str, Any] = {"artifacts": []}
+        hook.NativeLibraryHook.initialize(None, "standard", told)
+        told["artifacts"] = [Path(each).parts[-2] for each in told["artifacts"]]
+        return told
+
+    monkeypatch.setattr(hook, "build_library", path)
+    return build
+
+
+def test_the_build_and_the_export_know_the_same_platforms(hook: ModuleType) -> None:
+    assert set(hook.TARGETS) == set(PLATFORMS)
+    for name, target in hook.TARGETS.items():
+        assert kernel.library_path(name).suffix == target.suffix
+
+
+def test_a_wheel_carries_this_machine_s_library_and_no_other(wheel: Wheel) -> None:
+    told = wheel()
+    assert told["artifacts"] == [kernel.platform_name()]
+    assert told["pure_python"] is False
+
+
+def test_a_release_wheel_carries_all_libraries_and_its_platform_s_tag(wheel: Wheel) -> None:
+    tags = set()
+    for name in PLATFORMS:
+        told = wheel(CONTACTLIB_HOST=name, CONTACTLIB_PLATFORMS="all")
+        assert sorted(told["artifacts"]) == sorted(PLATFORMS)
+        tags.add(told["tag"])
+    assert len(tags) == len(PLATFORMS)
+    told = wheel(CONTACTLIB_HOST="x86_64-windows", CONTACTLIB_PLATFORMS="aarch64-linux")
+    assert told["artifacts"] == ["x86_64-windows", "aarch64-linux"]
+    assert told["tag"] == "py3-none-win_amd64"
+
+
+@pytest.mark.parametrize(
+    "environment", [{"CONTACTLIB_HOST": "vax"}, {"CONTACTLIB_PLATFORMS": "all,vax"}]
+)
+def test_the_build_refuses_unknown_platforms(wheel: Wheel, environment: dict[str, str]) -> None:
+    with pytest.raises(SystemExit, match=r"'vax'; known: x86_64-linux, .*"):
+        wheel(**environment)

@@ -1,0 +1,16 @@
+"""Elements and wheelsets with friction that falls with slip speed as well."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import contactlib as cl
+
+
+def falling(element: cl.ForceElement, residual: float = 0.4, decay: float = 0.6) -> cl.ForceElement:
+    friction = replace(element.friction, slip_rate_residual=residual, slip_rate_decay=decay)
+    return replace(element, friction=friction)
+
+
+def with_falling(wheelset: cl.Wheelset, residual: float = 0.4, decay: float = 0.6) -> cl.Wheelset:
+    return replace(wheelset, element=falling(wheelset.element, residual, decay))

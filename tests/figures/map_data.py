@@ -1,0 +1,178 @@
+"""Results of sweeps that are made up, and what the tests of maps look at."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import figure_checks as checks
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from contactlib.runs.analysis import SWEEP_OUTCOMES
+
+FRICTION, LOAD = np.linspace(0.3, 0.9, 7), np.linspace(177e3, 265e3, 9)
+CONTROLLERS = ["open_loop", "threshold", "creep_pi"]
+
+
+DESCRIBED = {
+    "friction": ("1", "friction on the patch / friction before it"),
+    "load": ("N", "axle load"),
+    "length": ("m", "length of the patch"),
+    "damping": ("N.m.s", "damping of the drive"),
+    "inertia": ("kg.m2", "inertia of wheelset and motor"),
+    "critical_torque": ("N.m", "torque at which a slow ramp runs away"),
+    "torque_margin": ("1", "critical torque over the largest demand, less one"),
+    "clearing_time": ("s", "longest time that the largest demand survives"),
+    "worst_pole": ("1/s", "largest pole of the falling branch"),
+    "stable": ("1", "whether the largest demand is held"),
+    "adhesion_utilisation": ("1", "part of what can be transmitted that is"),
+    "slip_work": ("J", "work of slip"),
+    "recovery_time": ("s", "longest lack of force"),
+}
+
+
+ABOUT = {"title": "Wet patches", "source": "Ranges: chosen, at 5 $ a run"}
+
+
+def described(name: str, dims: Any, values: ArrayLike) -> xr.DataArray:
+    unit, text = DESCRIBED[name]
+    attrs = {"units": unit, "long_name": text}
+    if name in SWEEP_OUTCOMES and SWEEP_OUTCOMES[name].percent:
+        attrs["display_units"] = "%"
+    return xr.DataArray(values, dims=dims, name=name, attrs=attrs)
+
+
+def grid(outcomes: dict[str, Any], **axes: ArrayLike) -> xr.Dataset:
+    """Outcomes as functions of the axes; those that give a row more are of the controllers."""
+    values = np.meshgrid(*(np.asarray(v, dtype=float) for v in axes.values()), indexing="ij")
+    data = xr.Dataset(attrs=ABOUT)
+    for name, function in outcomes.items():
+        found = np.array(function(*values))
+        dims = (*["controller"] * (found.ndim - len(axes)), *axes)
+        if name == "failed":
+            data[name] = (dims, found)
+        else:
+            data[name] = described(name, dims, found)
+    for name, at in axes.items():
+        data = data.assign_coords({name: described(name, name, np.asarray(at, dtype=float))})
+    if "controller" in data.dims:
+        data = data.assign_coords(controller=CONTROLLERS[: data.sizes["controller"]])
+    return data
+
+
+def torque(friction: Any, load: Any) -> Any:
+    return 0.12 * friction * load
+
+
+def clearing(friction: Any, load: Any) -> Any:
+    """Not held, for some time, and for good."""
+    margin = load / 205e3 - 1.0
+    return np.where(margin < 0.0, 0.0, np.where(friction > 0.75, np.inf, 0.5 * margin * friction))
+
+
+def utilisation(friction: Any, second: Any) -> Any:
+    part = (1.0 - friction) * second / np.max(second)
+    return [1.0 - 0.8 * part, 1.0 - 0.3 * part**2, 0.97 - 0.1 * part]
+
+
+def numbers(values: Any) -> NDArray[np.float64]:
+    """What a drawn object holds; nan where it is masked."""
+    return np.asarray(np.ma.asarray(values, dtype=np.float64).filled(np.nan))
+
+
+def cells(axes: Axes) -> QuadMesh:
+    (mesh,) = (c for c in axes.collections if isinstance(c, QuadMesh))
+    return mesh
+
+
+def marked(axes: Axes, colour: str, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
+    """Which points, over (y, x), are marked in a colour."""
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    inside = np.zeros(len(points), dtype=bool)
+    for found in axes.collections:
+        if not isinstance(found, PolyCollection):
+            continue
+        if np.allclose(numbers(found.get_facecolor()), to_rgba(colour)):
+            for path in found.get_paths():
+                inside |= path.contains_points(points)
+    return inside.reshape(np.size(y), np.size(x))
+
+
+def legend_texts(figure: Figure) -> list[str]:
+    (found,) = figure.legends
+    return [text.get_text() for text in found.get_texts()]
+
+
+def maps_of(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+
+
+def looks_right(figure: Figure, folder: Path) -> None:
+    checks.check_axes(figure)
+    checks.check_layout(figure)
+    checks.check_styles(figure)
+    checks.check_saved(figure, folder)
+
+
+@cache
+def analysed() -> xr.Dataset:
+    return grid(
+        {
+            "critical_torque": torque,
+            "torque_margin": lambda friction, load: load / 205e3 - 1.0 + 0.0 * friction,
+            "clearing_time": clearing,
+            "stable": lambda friction, load: np.where(torque(friction, load) > 15e3, 1.0, 0.0),
+        },
+        friction=FRICTION,
+        load=LOAD,
+    )
+
+
+@cache
+def compared() -> xr.Dataset:
+    def failed(friction: Any, length: Any) -> Any:
+        lost = (friction < 0.35) & (length > 90.0)
+        return np.array([lost, 0 * lost, 0 * lost], dtype=np.int8)
+
+    def known(friction: Any, length: Any) -> Any:
+        return np.where(failed(friction, length) > 0, np.nan, utilisation(friction, length))
+
+    outcomes = {
+        "adhesion_utilisation": known,
+        "slip_work": lambda f, s: 1e4 * 10.0 ** (5.0 * (1.0 - known(f, s))),
+        "recovery_time": lambda f, s: np.where(
+            known(f, s) < 0.6, np.inf, 5.0 * (1.0 - known(f, s))
+        ),
+        "failed": failed,
+    }
+    return grid(outcomes, friction=FRICTION, length=np.geomspace(10.0, 130.0, 6))
+
+
+@cache
+def sampled() -> xr.Dataset:
+    rng = np.random.default_rng(1)
+    count = 200
+    friction, load, damping = (
+        rng.uniform(0.3, 0.9, count),
+        rng.normal(2e5, 1e4, count),
+        rng.random(count),
+    )
+    noise = 0.02 * rng.standard_normal((2, count))
+    used = np.array([0.6 + 0.3 * friction, 0.95 - 0.1 * friction]) + noise
+    used[1, :3] = np.nan
+    data = xr.Dataset(attrs=ABOUT)
+    data["adhesion_utilisation"] = described("adhesion_utilisation", ("controller", "run"), used)
+    data["clearing_time"] = described(
+        "clearing_time", "run", np.where(friction > 0.75, np.inf, 0.02 * friction * load / 2e5)
+    )
+    data["failed"] = (("controller", "run"), np.isnan(used).astype(np.int8))
+    coords = {"friction": friction, "load": load, "damping": damping}
+    data = data.assign_coords({k: described(k, "run", v) for k, v in coords.items()})
+    return data.assign_coords(controller=CONTROLLERS[:2], run=np.arange(count))

@@ -1,0 +1,279 @@
+"""Model files: what is read, and what a mistake in one is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import contactlib as cl
+from contactlib.base.writing import package_folder
+from contactlib.cli import commands as cli
+
+SHIPPED = [package_folder("models") / name for name in ("locomotive.toml", "roller_rig.toml")]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_shipped_models_load(path: Path, table: cl.CreepForceTable) -> None:
+    model = cl.load_model(path, table=table)
+    assert model.source
+    assert model.wheelset.element.k_hat == pytest.approx(0.3, rel=1e-12)
+    assert model.wheelset.element.saturation_creepage == pytest.approx(0.015, rel=1e-12)
+
+
+def test_roller_rig_is_the_wheel_of_the_paper(rig: cl.Model) -> None:
+    element = rig.wheelset.element
+    assert element.radius == 0.5
+    assert element.contact.semi_width == pytest.approx(5e-3)
+    assert element.contact.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    assert element.friction.kinetic == 0.21
+    assert cl.saturation_creepage(element.contact, element.friction) == pytest.approx(0.0021)
+    assert rig.wheelset.speed_held
+
+
+def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:
+    pound, mile_per_hour, short_ton = 4.4482216152605, 0.44704, 907.18474
+    loco_axle, wagon_axle, wagon_axles = 22.5e3 / short_ton, 20e3 / short_ton, 6
+    constant = (1.3 * loco_axle + 29.0) + wagon_axles * (1.3 * wagon_axle + 29.0)
+    linear = 0.03 * loco_axle + wagon_axles * 0.045 * wagon_axle
+    quadratic = (0.0024 * 120.0 + wagon_axles * 0.0005 * 90.0) / 4.0
+    found = locomotive.wheelset.resistance
+    assert found.constant == pytest.approx(constant * pound, rel=1e-3)
+    assert found.linear == pytest.approx(linear * pound / mile_per_hour, rel=1e-3)
+    assert found.quadratic == pytest.approx(quadratic * pound / mile_per_hour**2, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "static = 0.45",
+            "statc = 0.45",
+            r"friction\.statc is not a known key; did you mean 'static'",
+        ),
+        ("static = 0.45", "", r"friction\.static is missing"),
+        ("static = 0.45", "static = true", r"friction\.static = True must be a number"),
+        ("static = 0.45", "static = -0.45", r"friction\.static = -0\.45 .*> 0"),
+        (
+            "static = 0.45",
+            "static = 0.1",
+            r"friction\.static = 0\.1 .*>= Friction\.kinetic = 0\.21",
+        ),
+        ("static = 0.45", "static = nan", r"friction\.static = nan .*finite"),
+        ("static = 0.45", "static = [0.45]", r"friction\.static = \[0\.45\] must be a number"),
+        ("k_hat = 0.3", "k_hat = 2.5", r"friction\.k_hat = 2\.5 .*>= 0 and <= 2"),
+        (
+            "radius =",
+            "radius_x =",
+            r"contact\.semi_width and radius, or .*one of these pairs, not semi_width and radius_x",
+        ),
+        (
+            'semi_width = "5 mm"',
+            'semi_axis_x = "5 mm"\nsemi_axis_y = "5 mm"',
+            r"contact\.semi_width and radius, or .*one of these pairs, not radius and semi_axis_x",
+        ),
+        (
+            'semi_width = "5 mm"',
+            "",
+            r"contact\.semi_width and radius, or .*one of these pairs, not radius",
+        ),
+        (
+            "k_hat = 0.3",
+            "k_hat = 0.3\nslip_rate_residual = 0.0",
+            r"friction\.slip_rate_residual = 0\.0 .*> 0 and <= 1",
+        ),
+        ("k_hat = 0.3", "", r"friction\.weakening_length and k_hat: give exactly one"),
+        ("k_hat = 0.3", "k_hat = 0.3\nweakening_length = 1e-6", "exactly one of them, not 2"),
+        ('"500 mm"', '"500 kg"', r"contact\.radius = '500 kg' must be a number in m.*mm"),
+        ('"500 mm"', '"wide mm"', r"contact\.radius = 'wide mm' does not begin with a number"),
+        (
+            "saturation_creepage = 0.015",
+            "saturation_creepage = 0.001",
+            r"wheelset\.saturation_creepage = 0\.001 .*0\.0021",
+        ),
+        (
+            "[resistance]",
+            "[resistence]",
+            r"resistence is not a known key; did you mean 'resistance'",
+        ),
+        ("[resistance]", "", "resistance is missing"),
+        (
+            "time = [0.0, 2.0, 10.0, 20.0]",
+            "time = [0.0, 2.0, 1.0, 20.0]",
+            r"creep_control\.time = .*must rise",
+        ),
+        (
+            "time = [0.0, 2.0, 10.0, 20.0]",
+            "time = []",
+            r"creep_control\.time = \[\] must be a list",
+        ),
+        (
+            "time = [0.0, 2.0, 10.0, 20.0]",
+            "time = [0.0]",
+            r"creep_control\.time has 1 and creepage 4",
+        ),
+        (
+            "torque_min = 0.0",
+            "torque_min = 4e4",
+            r"creep_control\.torque_min = 40000\.0 .*< torque_max",
+        ),
+        ("name =", "name = 3 #", "name = 3 must be a string"),
+        ("[run]", "[run", "at line"),
+    ],
+)
+def test_a_mistake_is_one_clear_line(
+    old: str, new: str, message: str, tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    text = (package_folder("models") / "roller_rig.toml").read_text()
+    assert old in text
+    path = tmp_path / "broken.toml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(cl.ModelError, match=rf"broken\.toml: .*{message}") as caught:
+        cl.load_model(path, table=table)
+    assert "\n" not in str(caught.value)
+
+
+def test_units_are_converted(tmp_path: Path, table: cl.CreepForceTable) -> None:
+    text = (package_folder("models") / "roller_rig.toml").read_text()
+    path = tmp_path / "same.toml"
+    path.write_text(
+        text.replace('"500 mm"', "0.5").replace("initial_speed = 10.0", 'initial_speed = "36 km/h"')
+    )
+    model = cl.load_model(path, table=table)
+    assert model.initial_speed == pytest.approx(10.0)
+    assert model.wheelset.radius == 0.5
+
+
+SHAPE = 'radius = "500 mm"\nsemi_width = "5 mm"'
+
+
+def load_changed(
+    tmp_path: Path, table: cl.CreepForceTable | None, changes: dict[str, str]
+) -> cl.ForceElement:
+    text = (package_folder("models") / "roller_rig.toml").read_text()
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "changed.toml"
+    path.write_text(text)
+    return cl.load_model(path, table=table).wheelset.element
+
+
+def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path) -> None:
+    axes = {SHAPE: 'semi_axis_x = "12 mm"\nsemi_axis_y = "20 mm"'}
+    by_axes = load_changed(tmp_path, None, axes).contact
+    assert isinstance(by_axes, cl.EllipticContact)
+    assert (by_axes.semi_axis_x, by_axes.semi_axis_y) == pytest.approx((12e-3, 20e-3), rel=1e-13)
+    assert by_axes.normal_load == 220.65e3
+    radii = {SHAPE: f"radius_x = {by_axes.radius_x!r}\nradius_y = {by_axes.radius_y!r}"}
+    element = load_changed(tmp_path, None, radii)
+    assert element.table is cl.carter_griffith_table("elliptic")
+    assert element.contact == by_axes
+    assert element.k_hat == pytest.approx(0.3, rel=1e-12)
+    assert element.saturation_creepage == pytest.approx(0.015, rel=1e-12)
+
+
+POLACH = """
+[law]
+kind = "polach"
+adhesion_reduction = 0.9
+slip_reduction = 0.4
+kalker_coefficient = 3.7
+"""
+
+
+def test_law_by_its_name(tmp_path: Path) -> None:
+    line = load_changed(tmp_path, None, {})
+    assert line.table is cl.carter_griffith_table("line")
+    polach = load_changed(tmp_path, None, {"\n[run]": POLACH + "\n[run]"})
+    law = cl.Polach(
+        adhesion_reduction=0.9, slip_reduction=0.4, kalker_coefficient=3.7, poisson_ratio=0.3
+    )
+    zeta = np.linspace(-0.1, 0.1, 41)
+    expected = polach.friction.kinetic * law.traction_ratio(zeta / polach.saturation_creepage)
+    found = polach.at_creepage(zeta, speed=10.0)["traction_coefficient"]
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+def test_measured_curve_as_law(tmp_path: Path) -> None:
+    section = '\n[law]\nkind = "measured"\nfile = "eurosprinter_engel1998.csv"\n\n[run]'
+    element = load_changed(tmp_path, None, {"\n[run]": section})
+    curve = cl.MeasuredCurve.from_csv(
+        package_folder("models") / "eurosprinter_engel1998.csv", kinetic=0.21
+    )
+    x = np.linspace(0.0, 10.0, 41)
+    zeta = x * element.saturation_creepage
+    found = element.at_creepage(zeta, speed=10.0)["traction_coefficient"]
+    np.testing.assert_allclose(found, 0.21 * curve.traction_ratio(x), atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ('kind = "kalker"', r"law.kind = 'kalker' must be one of: carter_griffith, cohesive"),
+        ('kind = "measured"', r"law.kind = 'measured' takes the keys file, not \[\]"),
+        ('file = "x.csv"', r"law.kind = 'carter_griffith' takes no other key"),
+        ("kind = 3", r"law.kind = 3 must be a string"),
+        ('kind = "measured"\nfile = "no_such.csv"', "no_such.csv"),
+    ],
+)
+def test_bad_laws_are_refused(tmp_path: Path, section: str, message: str) -> None:
+    with pytest.raises((cl.ModelError, FileNotFoundError), match=message):
+        load_changed(tmp_path, None, {"\n[run]": f"\n[law]\n{section}\n\n[run]"})
+
+
+@pytest.mark.parametrize("given", ["k_hat = 0.3", 'weakening_length = "1 um"'])
+def test_friction_may_fall_with_slip_speed(
+    given: str, tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    rates = 'slip_rate_residual = "40 %"\nslip_rate_decay = "0.1 h/km"'
+    friction = load_changed(tmp_path, table, {"k_hat = 0.3": f"{given}\n{rates}"}).friction
+    assert friction.slip_rate_residual == pytest.approx(0.4)
+    assert friction.slip_rate_decay == pytest.approx(0.36)
+
+
+def test_a_shipped_model_never_stands_in_for_a_missing_file(table: cl.CreepForceTable) -> None:
+    with pytest.raises(FileNotFoundError, match="elsewhere"):
+        cl.load_model("elsewhere/roller_rig.toml", table=table)
+    assert cl.load_model("roller_rig.toml", table=table).name == "Wheelset on a roller rig"
+
+
+def test_missing_file_names_it(table: cl.CreepForceTable) -> None:
+    with pytest.raises(FileNotFoundError, match=r"no_such\.toml"):
+        cl.load_model("no_such.toml", table=table)
+
+
+def test_numbers_that_no_formula_can_bring_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def overflows(*given: Any, **more: Any) -> None:
+        raise OverflowError("math range error")
+
+    monkeypatch.setattr("contactlib.files.sections.ContactSection.build", overflows)
+    with pytest.raises(cl.ModelError, match=r"locomotive\.toml: its numbers are too far apart"):
+        cl.load_model("locomotive.toml")
+
+
+def test_the_model_file_s_cohesive_law(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, table: cl.CreepForceTable
+) -> None:
+    asked: list[Any] = []
+
+    def built(*given: Any) -> cl.CreepForceTable:
+        asked.extend(given[:2])
+        given[-1](0.5)
+        return table  # any will do
+
+    monkeypatch.setattr("contactlib.files.sections.cohesive_table", built)
+    text = cl.model_path("roller_rig.toml").read_text() + '\n[law]\nkind = "cohesive"\n'
+    (tmp_path / "x.toml").write_text(text)
+    shown = CliRunner().invoke(
+        cli.main, ["table", str(tmp_path / "x.toml"), "-o", str(tmp_path / "t.bin")]
+    )
+    assert shown.exit_code == 0, shown.output
+    assert asked == ["line", pytest.approx(0.45 / 0.21)]
+    assert "... Building the table of the law\n" in shown.output
+    assert (tmp_path / "t.bin").read_bytes() == table.data

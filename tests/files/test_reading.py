@@ -1,0 +1,198 @@
+"""Readers of files from a stranger: right, or refused in one line; never anything else."""
+
+from __future__ import annotations
+
+import datetime
+import tomllib
+import warnings
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+import xarray
+from broken_files import (
+    MODELS,
+    READERS,
+    changed,
+    kind_of,
+    places,
+    refusal,
+    toml_file,
+)
+from hypothesis import HealthCheck, given
+from hypothesis import strategies as st
+from strategies import examples
+
+import contactlib as cl
+from contactlib.files.reading import shipped_files
+from contactlib.runs.sweep.ensemble import read_dataset, write_dataset
+
+FILES = sorted((*MODELS.glob("*.toml"), *MODELS.glob("*.csv")))
+IDS = [path.name for path in FILES]
+TOML = [path for path in FILES if path.suffix == ".toml"]
+few = examples(60, [HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+
+
+def test_shipped_files_are_listed_by_kind() -> None:
+    assert shipped_files() == {
+        kind: [path.name for path in TOML if kind_of(path) == kind]
+        for kind in ("model", "scenario", "sweep")
+    }
+
+
+WORDS = ["", "5 mm", "5 kN", "nan", "1e999 m", "\0", "a\nb", "..", "/x.toml", "x" * 5000, "\u2028"]
+WORDS += [path.name for path in TOML]
+NUMBERS = [0, -1, 1, 2**63, 10**400, 10**9, 0.0, -0.0, 1e-320, 1e308, -1e308]
+DAY = datetime.date(2000, 2, 29)
+VALUES = st.recursive(
+    st.sampled_from([*WORDS, *NUMBERS, float("nan"), float("inf"), True, False, DAY])
+    | st.floats()
+    | st.integers(),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(st.sampled_from(["values", "count", "x", "a\nb"]), inner, max_size=3)
+    ),
+    max_leaves=6,
+)
+
+
+def test_shipped_files_are_read() -> None:
+    for path in FILES:
+        assert refusal(kind_of(path), path) is None
+
+
+@few
+@given(data=st.data())
+def test_changed_models_scenarios_and_sweeps(data: st.DataObject, tmp_path: Path) -> None:
+    path = data.draw(st.sampled_from(TOML))
+    contents = tomllib.loads(path.read_text(encoding="utf-8"))
+    for _ in range(data.draw(st.integers(1, 3))):
+        where = list(places(contents))
+        how = data.draw(
+            st.sampled_from(["replace", "replace", "replace", "drop", "nest", "rename"])
+        )
+        if where:
+            changed(contents, data.draw(st.sampled_from(where)), how, data.draw(VALUES))
+    made = tmp_path / "made.toml"
+    made.write_text(toml_file(contents), encoding="utf-8")
+    for kind in ("model", "scenario", "sweep"):
+        refusal(kind, made)
+
+
+@few
+@given(data=st.data())
+def test_changed_lines(data: st.DataObject, tmp_path: Path) -> None:
+    path = data.draw(st.sampled_from(FILES))
+    lines = path.read_bytes().splitlines(keepends=True)
+    for _ in range(data.draw(st.integers(1, 4))):
+        place, other = (data.draw(st.integers(0, len(lines) - 1)) for _ in range(2))
+        how = data.draw(st.sampled_from(["twice", "swap", "cut", "bytes"]))
+        if how == "twice":
+            lines.insert(place, lines[other])
+        elif how == "swap":
+            lines[place], lines[other] = lines[other], lines[place]
+        elif how == "cut":
+            lines[place] = lines[place][: len(lines[place]) // 2]
+        else:
+            lines[place] += data.draw(st.binary(max_size=8))
+    made = tmp_path / "made.toml"
+    made.write_bytes(b"".join(lines))
+    refusal(kind_of(path), made)
+
+
+@pytest.mark.parametrize("kind", READERS)
+@few
+@given(data=st.binary(max_size=200))
+def test_any_bytes(kind: str, data: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "made"
+    path.write_bytes(data)
+    said = refusal(kind, path)
+    assert said is not None or kind == "csv"
+
+
+@few
+@given(
+    rows=st.lists(
+        st.lists(
+            st.sampled_from(["0.1", "-1", "1e999", "nan", "x\r", "", '"1"', "\x0c1"]), max_size=4
+        ),
+        max_size=4,
+    ),
+    head=st.sampled_from(
+        ["creepage,traction_coefficient", "speed,creepage,traction_coefficient", "x", "creepage"]
+    ),
+)
+def test_any_columns(rows: list[list[str]], head: str, tmp_path: Path) -> None:
+    path = tmp_path / "made.csv"
+    path.write_text("\n".join([head, *map(",".join, rows)]), encoding="utf-8", newline="")
+    refusal("csv", path)
+
+
+# ---- sizes ---------------------------------------------------------------------------------
+
+
+SWEEP = tomllib.loads((MODELS / "friction_and_load_sweep.toml").read_text(encoding="utf-8"))
+
+
+def sweep_with(**axis: object) -> str:
+    """The shipped sweep with these keys in each axis."""
+    return toml_file(SWEEP | {"axes": {name: v | axis for name, v in SWEEP["axes"].items()}})
+
+
+MANY = {
+    "counts": (sweep_with(count=10**9), "count = 1000000000 must be a whole number"),
+    "points": (sweep_with(count=10**6), "the grid has 1000000000000 points: at most 10000000"),
+    "deep lists": (f"x = {'[' * 100_000}", "nested too deeply"),
+    "deep tables": (f"x = {'{a=' * 100_000}", "nested too deeply"),
+    "long names": (f"{'x' * 100_000} = 1", "..."),
+    "long lists": (toml_file(SWEEP | {"outcomes": {"x": [0.5] * 100_000}}), "outcomes = {'x'"),
+    "names of two lines": (r'"a\nb" = 1', r"a\nb is not a known key"),
+    "texts of two lines": (
+        toml_file(SWEEP | {"axes": "a\r\x1b\nb"}),
+        r"'a\r\x1b\nb' must be a section",
+    ),
+    "huge numbers": (f"axes = 0x{'f' * 100_000}", ""),
+}
+
+
+@pytest.mark.parametrize("name", MANY)
+def test_large_and_odd_contents(name: str, tmp_path: Path) -> None:
+    text, said = MANY[name]
+    path = tmp_path / "made.toml"
+    path.write_text(text, encoding="utf-8")
+    for kind in ("model", "scenario"):
+        assert refusal(kind, path) is not None
+    assert said in str(refusal("sweep", path))
+
+
+def test_long_profile_is_read(tmp_path: Path) -> None:
+    contents = tomllib.loads((MODELS / "dry_wet_dry.toml").read_text(encoding="utf-8"))
+    contents["track"]["distance"] = [float(i) for i in range(100_000)]
+    contents["track"]["friction"] = [1.0] * 100_000
+    contents["vehicle"] = "locomotive.toml"
+    path = tmp_path / "long.toml"
+    path.write_text(toml_file(contents), encoding="utf-8")
+    assert refusal("scenario", path) is None
+
+
+# ---- tables and datasets --------------------------------------------------------------------
+
+
+def test_tables_are_refused_with_their_name(table: cl.CreepForceTable, tmp_path: Path) -> None:
+    path = tmp_path / "made.bin"
+    for size in range(0, len(table.data), 7):
+        path.write_bytes(table.data[:size])
+        assert refusal("table", path) is not None
+        with pytest.raises(ValueError, match=r"file|table"):
+            cl.CreepForceTable(table.data[:size])
+
+
+def test_broken_datasets(tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    write_dataset(xarray.Dataset({"slip_work": ("run", [0.0, 1.0], {"units": "J"})}), path)
+    data = path.read_bytes()
+    for place in range(len(data)):
+        path.write_bytes(data[:place] + b"\xff" + data[place + 1 :])
+        with suppress(ValueError), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of xarray, about odd attributes
+            read_dataset(path)

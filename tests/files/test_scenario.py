@@ -1,0 +1,473 @@
+"""Scenario files: the shipped ones, and what a mistake in one is told."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import contactlib as cl
+from contactlib.base.writing import package_folder
+from contactlib.files.reading import file_kind
+from contactlib.traction import OpenLoop
+
+MODELS = package_folder("models")
+SHIPPED = sorted(p.stem for p in MODELS.glob("*.toml") if "vehicle" in tomllib.loads(p.read_text()))
+WET = 0.30 / 0.55  # Polach 2005
+
+
+def load(name: str, table: cl.CreepForceTable) -> cl.Scenario:
+    return cl.load_scenario(f"{name}.toml", table=table)
+
+
+def limit(scenario: cl.Scenario, speed: float, scale: float = 1.0) -> float:
+    """Torque that friction takes [N.m]."""
+    wheelset = scenario.drivetrain.wheelset
+    force = cl.available_force(wheelset.element, speed=speed, friction_scale=scale)
+    return wheelset.radius * float(force)
+
+
+# ---- the shipped ones -----------------------------------------------------------------------
+
+
+def test_all_situations_are_shipped() -> None:
+    assert set(SHIPPED) == {
+        "torque_step",
+        "torque_ramp",
+        "dry_wet_dry",
+        "speed_sweep",
+        "sanding",
+        "standstill",
+        "braking",
+        "split_friction",
+        "torsion",
+    }
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_scenarios_load(name: str, table: cl.CreepForceTable) -> None:
+    scenario = load(name, table)
+    element = scenario.drivetrain.wheelset.element
+    assert scenario.source
+    assert scenario.controllers
+    # Polach 2005, dry; CONTACT finds relaxation over 1.3 to 1.8 semi-widths.
+    assert (element.friction.slip_rate_residual, element.friction.slip_rate_decay) == (0.4, 0.6)
+    assert 1.3 < scenario.drivetrain.relaxation_length / element.contact.semi_width < 1.8
+    assert scenario.demand.at[-1] <= scenario.duration
+    # The run can begin in a steady state on the rising branch.
+    scale = scenario.track.friction_scale(0.0, 0.0)
+    at_start = limit(scenario, scenario.initial_speed, float(scale.min()))
+    assert abs(scenario.demand(0.0)) < 0.95 * at_start
+
+
+@pytest.mark.parametrize("name", ["dry_wet_dry", "braking", "split_friction"])
+def test_wet_patch_is_100_m_that_the_demand_is_too_much_for(
+    name: str, table: cl.CreepForceTable
+) -> None:
+    scenario = load(name, table)
+    left = scenario.track.friction_left
+    assert left.at[2] - left.at[1] == 100.0
+    assert min(left.value) == pytest.approx(WET, abs=1e-3)
+    right = scenario.track.friction_right
+    assert (right is None) == (name != "split_friction")
+    most = max(map(abs, scenario.demand.value))
+    speed = scenario.initial_speed
+    wet = limit(scenario, speed, min(left.value))
+    if right is not None:
+        wet = 0.5 * (wet + limit(scenario, speed))
+    assert wet < most < limit(scenario, speed)
+    assert most > 0.9 * limit(scenario, speed)
+
+
+def test_step_and_ramp_ask_for_too_much_and_end_where_spinning_wheels_come_back(
+    table: cl.CreepForceTable,
+) -> None:
+    for name in ("torque_step", "torque_ramp"):
+        scenario = load(name, table)
+        fold = cl.find_fold(scenario.drivetrain.wheelset, speed=scenario.initial_speed)
+        assert max(scenario.demand.value) > fold.drive_torque > scenario.demand.value[0]
+        assert scenario.demand.value[-1] < fold.return_torque
+
+
+def test_speed_sweep_asks_for_more_than_friction_gives_at_any_speed(
+    table: cl.CreepForceTable,
+) -> None:
+    scenario = load("speed_sweep", table)
+    wheelset, held = scenario.drivetrain.wheelset, scenario.held_speed
+    assert held is not None
+    assert (min(held.value), max(held.value)) == (5.0, 40.0)
+    for speed in np.linspace(5.0, 40.0, 8):
+        most = limit(scenario, speed) + wheelset.damping * speed / wheelset.radius
+        assert most < max(scenario.demand.value)
+
+
+def test_sand_comes_while_the_demand_is_above_the_limit(table: cl.CreepForceTable) -> None:
+    scenario = load("sanding", table)
+    slippery, sanded = (
+        float(scenario.track.friction_scale(0.0, t)[0]) for t in (0.0, scenario.duration)
+    )
+    before, after = (limit(scenario, 6.0, scale) for scale in (slippery, sanded))
+    assert before < 0.5 * after
+    assert after < max(scenario.demand.value)
+
+
+def test_standstill_is_the_locomotive_of_davis_1926_alone(table: cl.CreepForceTable) -> None:
+    pound, mile_per_hour, tons = 4.4482216152605, 0.44704, 22.5e3 / 907.18474
+    wheelset = load("standstill", table).drivetrain.wheelset
+    assert wheelset.mass == 22.5e3
+    found = wheelset.resistance
+    assert found.constant == pytest.approx((1.3 * tons + 29.0) * pound, rel=1e-3)
+    assert found.linear == pytest.approx(0.03 * tons * pound / mile_per_hour, rel=1e-3)
+    assert found.quadratic == pytest.approx(0.0024 * 120.0 / 4.0 * pound / mile_per_hour**2, 2e-3)
+
+
+@pytest.mark.slow
+def test_standstill_reaches_40_m_s_and_a_little_backward(table: cl.CreepForceTable) -> None:
+    """A rolling wheelset under the demand: the creepage left out."""
+    scenario = load("standstill", table)
+    wheelset = scenario.drivetrain.wheelset
+    assert wheelset.mass is not None
+    r, resistance = wheelset.radius, wheelset.resistance
+    mass = wheelset.mass + wheelset.inertia / r**2
+
+    def acceleration(t: float, state: np.ndarray[Any, Any]) -> list[float]:
+        v = float(state[0])
+        against = resistance.constant * math.tanh(v / 0.1) + resistance.linear * v
+        against += resistance.quadratic * v * abs(v) + wheelset.damping * v / r**2
+        return [(float(scenario.demand(t)) / r - against) / mass]
+
+    run: Any = solve_ivp(acceleration, (0.0, scenario.duration), [0.0], max_step=0.05)
+    v = run.y[0]
+    assert 39.5 < v.max() < 41.0
+    assert -3.0 < v.min() < -1.0
+    for t, speed in zip(run.t, v, strict=True):
+        assert abs(scenario.demand(t)) < limit(scenario, speed)
+
+
+@pytest.mark.parametrize("name", ["split_friction", "torsion"])
+def test_elastic_axle_is_that_of_a_locomotive(name: str, table: cl.CreepForceTable) -> None:
+    drivetrain = load(name, table).drivetrain
+    assert 40.0 < drivetrain.torsional_frequency / (2.0 * math.pi) < 60.0
+    assert 0.005 < drivetrain.torsional_damping_ratio < 0.02
+
+
+def test_torsion_is_held_at_2_to_3_times_the_peak_where_it_grows(
+    table: cl.CreepForceTable,
+) -> None:
+    scenario = load("torsion", table)
+    data = tomllib.loads((MODELS / "torsion.toml").read_text())
+    reference = data["controllers"]["beyond_peak"]["reference"]
+    drivetrain, speed = scenario.drivetrain, scenario.initial_speed
+    wheelset = drivetrain.wheelset
+    grid = np.linspace(0.0, 0.1, 100_001)
+    peak = grid[np.argmax(wheelset.element.at_creepage(grid, speed=speed)["creep_force"])]
+    assert 2.0 < reference / peak < 3.0
+    # r^2 |Q'|/(J V) > 2 D omega_t, with the mean of a wheel that swings in the denominator gone.
+    slope = wheelset.balanced(creepage=reference, speed=speed).creep_force_slope
+    growth = -(wheelset.radius**2) * slope / (wheelset.inertia * speed)
+    decay = 2.0 * drivetrain.torsional_damping_ratio * drivetrain.torsional_frequency
+    assert growth > 1.5 * decay
+    rising = wheelset.balanced(creepage=0.65 * peak, speed=speed).creep_force_slope
+    assert rising > 0.0
+
+
+# ---- what is read ---------------------------------------------------------------------------
+
+TEXT = """
+name = "x"
+source = "y"
+vehicle = "locomotive.toml"
+
+[run]
+initial_speed = "36 km/h"
+duration = "1 min"
+
+[demand]
+time = [0.0, 1.0]
+torque = ["10 kN.m", 20e3]
+
+[controllers.first]
+kind = "open_loop"
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "mine.toml"
+    path.write_text(text)
+    return path
+
+
+def test_what_is_left_out_is_as_plain_as_can_be(tmp_path: Path, table: cl.CreepForceTable) -> None:
+    scenario = cl.load_scenario(write(tmp_path, TEXT), table=table)
+    assert scenario.initial_speed == pytest.approx(10.0)
+    assert scenario.duration == 60.0
+    assert scenario.design_speed == scenario.initial_speed
+    assert scenario.demand == cl.Profile((0.0, 1.0), (10e3, 20e3))
+    assert scenario.track == cl.Track()
+    assert scenario.held_speed is None
+    drivetrain = scenario.drivetrain
+    assert (drivetrain.axle, drivetrain.motor_lag, drivetrain.relaxation_length) == (None, 0.0, 0.0)
+    assert list(scenario.controllers) == ["first"]
+
+
+def test_all_sections_are_read(tmp_path: Path, table: cl.CreepForceTable) -> None:
+    more = """
+        [controllers.second]
+        kind = "open_loop"
+        sample_time = "5 ms"
+        [axle]
+        stiffness = "6 MN.m/rad"
+        damping = 400
+        [motor]
+        lag = "20 ms"
+        [contact_relaxation]
+        length = "7.5 mm"
+        [sensors]
+        wheel_speed_noise = 0.01
+        delay = "10 ms"
+        seed = 3
+        [track]
+        distance = ["1 km", "2 km"]
+        friction_left = ["50 %", 1.0]
+        friction_right = [1.0, 1.0]
+        time = [5.0, 8.0]
+        friction_over_time = [1.0, 0.5]
+        [vehicle_changes.friction]
+        static = 0.5
+        [vehicle_changes.wheelset]
+        mass = "22.5 t"
+    """
+    scenario = cl.load_scenario(write(tmp_path, TEXT + more), table=table)
+    drivetrain = scenario.drivetrain
+    assert drivetrain.axle == cl.Axle(stiffness=6e6, damping=400.0)
+    assert drivetrain.motor_lag == pytest.approx(0.02)
+    assert drivetrain.relaxation_length == pytest.approx(7.5e-3)
+    assert scenario.sensors.wheel_speed_noise == 0.01
+    assert scenario.sensors.delay == pytest.approx(0.01)
+    assert scenario.track.friction_left == cl.Profile((1e3, 2e3), (0.5, 1.0))
+    assert scenario.track.friction_scale(1e3, 9.0).tolist() == [0.25, 0.5]
+    assert list(scenario.controllers) == ["first", "second"]
+    assert scenario.controller("second").sample_time == pytest.approx(5e-3)
+    # One key changes, and what follows from it: k_hat and saturation creepage are as in the file.
+    element = drivetrain.wheelset.element
+    assert (element.friction.kinetic, element.friction.static) == (0.21, 0.5)
+    assert element.k_hat == pytest.approx(0.3)
+    assert element.saturation_creepage == pytest.approx(0.015)
+    assert drivetrain.wheelset.mass == pytest.approx(22.5e3)
+
+
+def test_a_rig_holds_its_speed(tmp_path: Path, table: cl.CreepForceTable) -> None:
+    rig = TEXT.replace("locomotive", "roller_rig")
+    still = cl.load_scenario(write(tmp_path, rig), table=table)
+    assert still.held_speed == cl.Profile.of(still.initial_speed)
+    swept = rig.replace('initial_speed = "36 km/h"', "")
+    swept += '[held_speed]\ntime = [0.0, 5.0]\nspeed = [4.0, "36 km/h"]'
+    scenario = cl.load_scenario(write(tmp_path, swept), table=table)
+    assert scenario.held_speed == cl.Profile((0.0, 5.0), (4.0, 10.0))
+    assert scenario.initial_speed == scenario.design_speed == 4.0
+
+
+def test_controllers_are_designed_for_the_drivetrain(
+    tmp_path: Path, table: cl.CreepForceTable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: dict[str, Any] = {}
+
+    def for_drivetrain(drivetrain: cl.Drivetrain, **given: Any) -> Any:
+        asked.update(given, drivetrain=drivetrain)
+        if given["sample_time"] == 3.0:
+            raise ValueError("OpenLoop.sample_time = 3.0 is too long")
+        return OpenLoop(sample_time=given["sample_time"])
+
+    monkeypatch.setattr(OpenLoop, "for_drivetrain", for_drivetrain)
+    text = TEXT.replace("duration", "design_speed = 5.0\nduration") + "sample_time = 0.02"
+    scenario = cl.load_scenario(write(tmp_path, text), table=table)
+    assert asked["drivetrain"] is scenario.drivetrain
+    assert (asked["speed"], asked["sample_time"]) == (5.0, 0.02)
+    assert asked["sensors"] == scenario.sensors
+    with pytest.raises(
+        cl.ModelError, match=r"mine\.toml: controllers\.first\.sample_time = 3\.0 is too long"
+    ):
+        cl.load_scenario(write(tmp_path, text.replace("0.02", "3.0")), table=table)
+
+
+# ---- the vehicle's file ---------------------------------------------------------------------
+
+
+def test_vehicle_lies_beside_the_scenario_or_is_shipped(
+    tmp_path: Path, table: cl.CreepForceTable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "locomotive.toml").write_text("name = 1")
+    monkeypatch.chdir(elsewhere)  # where a command runs does not matter
+    path = write(tmp_path, TEXT)
+    assert cl.load_scenario(path, table=table).drivetrain.wheelset.inertia == 250.0
+    own = (MODELS / "locomotive.toml").read_text().replace("inertia = 250.0", "inertia = 300.0")
+    (tmp_path / "locomotive.toml").write_text(own)
+    assert cl.load_scenario(path, table=table).drivetrain.wheelset.inertia == 300.0
+    (tmp_path / "vehicles").mkdir()
+    shutil.move(tmp_path / "locomotive.toml", tmp_path / "vehicles" / "own.toml")
+    path = write(tmp_path, TEXT.replace("locomotive.toml", "vehicles/own.toml"))
+    assert cl.load_scenario(path, table=table).drivetrain.wheelset.inertia == 300.0
+
+
+@pytest.mark.parametrize(
+    "name", ["/x.toml", "../x.toml", "a/../../x.toml", r"..\\x.toml", r"C:\\x.toml", "C:x.toml"]
+)
+def test_vehicle_stays_with_its_scenario(
+    name: str, tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    text = TEXT.replace("locomotive.toml", name)
+    with pytest.raises(cl.ModelError, match=r"vehicle must lie beside the scenario or below"):
+        cl.load_scenario(write(tmp_path, text), table=table)
+
+
+def test_a_mistake_in_the_vehicle_names_both_files(
+    tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    own = (MODELS / "locomotive.toml").read_text().replace("static = 0.45", "static = -1")
+    (tmp_path / "locomotive.toml").write_text(own)
+    with pytest.raises(
+        cl.ModelError, match=r"mine\.toml: vehicle locomotive\.toml: friction\.static = -1 .*> 0"
+    ):
+        cl.load_scenario(write(tmp_path, TEXT), table=table)
+
+
+def test_each_reader_names_the_other(table: cl.CreepForceTable) -> None:
+    with pytest.raises(cl.ModelError, match=r"roller_rig\.toml: is a model, .*load_model"):
+        cl.load_scenario("roller_rig.toml", table=table)
+    with pytest.raises(cl.ModelError, match=r"torsion\.toml: is a scenario .*load_scenario"):
+        cl.load_model("torsion.toml", table=table)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('vehicle = "x.toml"', True),
+        ("[vehicle_changes]", True),
+        ("[controllers.pi]", True),
+        ("[demand]", True),
+        ("[contact]", False),
+    ],
+)
+def test_each_key_that_only_scenarios_have_makes_one(
+    tmp_path: Path, text: str, expected: bool
+) -> None:
+    (tmp_path / "x.toml").write_text(text)
+    assert (file_kind(tmp_path / "x.toml") == "scenario") is expected
+    (tmp_path / "x.toml").write_text(f"{text}\n=")
+    with pytest.raises(cl.ModelError, match=r"x\.toml: "):
+        file_kind(tmp_path / "x.toml")
+
+
+# ---- mistakes -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[demand]", "[demnd]", r"demnd is not a known key; did you mean 'demand'"),
+        ("name =", "nam =", r"nam is not a known key; did you mean 'name'"),
+        ('source = "y"', "", r"source is missing"),
+        ('vehicle = "locomotive.toml"', "", r"vehicle is missing"),
+        ('"locomotive.toml"', "3", r"vehicle = 3 must be a string"),
+        ("locomotive.toml", "no.toml", r"vehicle no\.toml: no such file, neither beside"),
+        ("locomotive.toml", "torsion.toml", r"vehicle torsion\.toml: is a scenario"),
+        ("[demand]", "[vehicle_changes]\nname = 3\n[demand]", r"vehicle_changes\.name is not a kn"),
+        (
+            "[demand]",
+            "[vehicle_changes.friction]\nslip_rat_decay = 3\n[demand]",
+            r"vehicle_changes\.friction\.slip_rat_decay is not .*mean 'slip_rate_decay'",
+        ),
+        (
+            "[demand]",
+            "[vehicle_changes.friction]\nslip_rate_decay = -3\n[demand]",
+            r"vehicle_changes\.friction\.slip_rate_decay = -3 .*>= 0",
+        ),
+        (
+            "[demand]",
+            "[vehicle_changes.friction]\nstatic = 0.1\n[demand]",
+            r"vehicle locomotive\.toml changed: friction\.static = 0\.1 .*>= Friction\.kinetic",
+        ),
+        ('duration = "1 min"', "", r"run\.duration is missing"),
+        ('"1 min"', "0.0", r"run\.duration = 0\.0 .*> 0"),
+        ('"1 min"', '"1 m"', r"run\.duration = '1 m' must be a number in s.*min"),
+        ('initial_speed = "36 km/h"', "", r"run\.initial_speed and held_speed: give one"),
+        (
+            '"36 km/h"',
+            "0.0",
+            r"run\.design_speed is missing, and the initial speed 0\.0 is out of.*0\.1",
+        ),
+        ("[demand]", "[held_speed]\ntime=[0.0]\nspeed=[1.0]\n[demand]", r"held_speed needs .*rig"),
+        ("[demand]", "[axle]\n[demand]", r"axle\.stiffness is missing"),
+        ("[demand]", "[axle]\nstiffness = '1 kN.m'\n[demand]", r"axle\.stiffness = .*N\.m/rad"),
+        ("[demand]", "[axle]\nstiffness = 1\ndrive_share = 2\n[demand]", r"axle\.drive_share = 2 "),
+        ("[demand]", "[motor]\nlag = -1\n[demand]", r"motor\.lag = -1 .*>= 0"),
+        ("[demand]", "[contact_relaxation]\nlenth = 1\n[demand]", r"did you mean 'length'"),
+        ("[demand]", "[sensors]\ndelay = -1\n[demand]", r"sensors\.delay = -1 .*>= 0"),
+        ("time = [0.0, 1.0]", "time = [1.0, 0.0]", r"demand\.time = .*must rise"),
+        ("time = [0.0, 1.0]", "time = [1.0]", r"demand\.time has 1 and torque 2 entries"),
+        ("time = [0.0, 1.0]", "time = []", r"demand\.time = \[\] must be a list"),
+        ("[demand]", "[track]\ndistance = [0.0]\n[demand]", r"track\.distance goes with friction"),
+        (
+            "[demand]",
+            "[track]\ndistance = [0.0]\nfriction_left = [1.0]\n[demand]",
+            r"track\.distance goes with .*given are distance and friction_left",
+        ),
+        ("[demand]", "[track]\ntime = [0.0]\n[demand]", r"track\.time and .* go together"),
+        (
+            "[demand]",
+            "[track]\ndistance = [0.0]\nfriction = [0.0]\n[demand]",
+            r"track\.friction = 0\.0 .*> 0",
+        ),
+        (
+            "[demand]",
+            "[track]\ndistance = [0.0, 1.0]\nfriction = [1.0]\n[demand]",
+            r"track\.distance has 2 and friction 1 entries",
+        ),
+        ("[controllers.first]", "[controllers.metrics]", r"controllers.'metrics' is not a name"),
+        ("[controllers.first]", '[controllers."../x"]', r"controllers.'\.\./x' is not a name"),
+        ("[controllers.first]", "[controller.first]", r"controller is not .*mean 'controllers'"),
+        ('[controllers.first]\nkind = "open_loop"', "[controllers]", r"controllers must name at"),
+        ("[controllers.first]\nkind", "[controllers]\nkind", r"controllers\.kind = .*a section"),
+        ('kind = "open_loop"', "", r"controllers\.first\.kind is missing; it is one of: open_loop"),
+        ("open_loop", "opn_loop", r"controllers\.first\.kind = 'opn_loop' .*mean 'open_loop'"),
+        ('"open_loop"', '"open_loop"\nkin = 1', r"controllers\.first\.kin is .*mean 'kind'"),
+        (
+            '"open_loop"',
+            '"open_loop"\nsample_time = 0',
+            r"controllers\.first\.sample_time = 0 .*> 0",
+        ),
+        ('"36 km/h"', f"1{400 * '0'}", r"run\.initial_speed is out of range"),
+        ("[run]", "[axes.x]\nvalues = [1.0]\n[run]", r"is a sweep"),
+        (
+            "[controllers.first]",
+            '[controllers.First]\nkind = "open_loop"\n[controllers.first]',
+            r"differ by capital letters only",
+        ),
+    ],
+)
+def test_a_mistake_is_one_clear_line(
+    old: str, new: str, message: str, tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    assert old in TEXT
+    with pytest.raises(cl.ModelError, match=rf"mine\.toml: .*{message}") as caught:
+        cl.load_scenario(write(tmp_path, TEXT.replace(old, new, 1)), table=table)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_scenario_made_in_python_is_checked_too(table: cl.CreepForceTable) -> None:
+    scenario = load("dry_wet_dry", table)
+    with pytest.raises(ValueError, match=r"held_speed = Profile.*the wheelset's speed is free"):
+        replace(scenario, held_speed=cl.Profile.of(10.0))
+    with pytest.raises(ValueError, match=r"Scenario\.duration = -1\.0 .*> 0"):
+        replace(scenario, duration=-1.0)
+    with pytest.raises(ValueError, match="at least one controller"):
+        replace(scenario, controllers={})

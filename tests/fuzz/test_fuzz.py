@@ -1,0 +1,124 @@
+"""The fuzz targets in C, run for a short while; ``tests/fuzz/fuzz.py`` runs them for long."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import fuzz
+import pytest
+from outside_tools import missing
+from seeds import write_seeds
+
+from contactlib.base.writing import package_folder
+
+HERE = Path(__file__).parent
+pytestmark = pytest.mark.tools
+RUNS = {"table": 20_000, "start_values": 1_000, "fmi2": 1_000, "fmi3": 1_000}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the programs are built, seeds and the resources of FMUs; crashes land there too."""
+    made = tmp_path_factory.mktemp("fuzz")
+    if not fuzz.can_fuzz(made):
+        missing("there is no clang with libFuzzer and the sanitizers' runtimes")
+    (made / "resources").mkdir()
+    write_seeds(made / "seeds", fuzz.export_resources(made / "resources"))
+    return made
+
+
+@pytest.fixture(scope="module")
+def programs(folder: Path) -> dict[str, Path]:
+    return fuzz.build(fuzz.TARGETS, folder)
+
+
+def short_run(program: Path, target: str, folder: Path, corpus: Path) -> fuzz.Found:
+    return fuzz.run(
+        program,
+        folder / "resources",
+        f"-runs={RUNS[target]}",
+        "-seed=1",
+        f"-max_len={fuzz.LONGEST[target]}",
+        "-len_control=0",
+        str(corpus),
+        str(folder / "seeds" / target),
+    )
+
+
+@pytest.mark.parametrize("target", fuzz.TARGETS)
+def test_nothing_breaks_in_a_short_run(
+    target: str, programs: dict[str, Path], folder: Path, tmp_path: Path
+) -> None:
+    found = short_run(programs[target], target, folder, tmp_path)
+    assert not found.crashed, found.log[-4000:]
+    assert found.executions >= RUNS[target]
+    inputs = len(list((folder / "seeds" / target).iterdir()))
+    assert len(list(tmp_path.iterdir())) > inputs  # it gets on from its seeds
+
+
+# A check of a reader that is gone, and the target that must break by it.
+DEFECTS = {
+    "length of the table": (
+        "table",
+        "creep_table.c",
+        "if (size != TABLE_HEADER + count * sizeof(double))\n"
+        '        return "the table\'s length does not fit its number of cells";',
+        "",
+    ),
+    "range of start values": (
+        "start_values",
+        "component.c",
+        "return misplaced(m, values, values) == NULL ? NULL",
+        "return values != NULL ? NULL",
+    ),
+    "contents of a saved state": (
+        "fmi3",
+        "component.c",
+        "if (!is_possible(self, &state))",
+        "if (!is_possible(self, &state) && size == 0)",
+    ),
+    "several values are set or none": (
+        "fmi2",
+        "fmi2.c",
+        "    for (size_t i = 0; i < n && status == RESULT_OK; i++)\n"
+        "        status = component_check(core, references[i], 0, values[i]);\n"
+        "    for (size_t i = 0; i < n && status == RESULT_OK; i++)\n"
+        "        component_put(core, references[i], values[i]);",
+        "    for (size_t i = 0; i < n && status == RESULT_OK; i++)\n"
+        "        if ((status = component_check(core, references[i], 0, values[i])) == RESULT_OK)\n"
+        "            component_put(core, references[i], values[i]);",
+    ),
+}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_a_check_that_is_gone_is_found(
+    defect: str, programs: dict[str, Path], folder: Path, tmp_path: Path
+) -> None:
+    target, name, check, instead = DEFECTS[defect]
+    text = (package_folder("fmu") / name).read_text(encoding="utf-8")
+    assert text.count(check) == 1
+    (tmp_path / name).write_text(text.replace(check, instead), encoding="utf-8")
+    broken = fuzz.compiled(tmp_path / name, tmp_path, [*fuzz.SANITIZERS, "-Wno-unused-function"])
+    others = [folder / f"{path.stem}.o" for path in fuzz.sources() if path.name != name]
+    objects = [broken, *others, folder / f"fuzz_{target}.o"]
+    program = fuzz.link(objects, tmp_path / target, fuzz.SANITIZERS)
+    corpus = tmp_path / "corpus"
+    corpus.mkdir()
+    found = short_run(program, target, folder, corpus)
+    assert found.crashed
+    assert list(tmp_path.glob("crash-*"))  # what breaks it is kept
+
+
+def test_the_command_says_what_it_found(folder: Path, tmp_path: Path) -> None:
+    command = [sys.executable, str(HERE / "fuzz.py"), "table", "--seconds", "1"]
+    done = subprocess.run(
+        [*command, "--corpus", str(tmp_path)], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    first, *lines = done.stdout.splitlines()
+    assert first.startswith("table: ")
+    assert first.endswith("no crash")
+    assert any(line.startswith("    creep_table.c: ") for line in lines)

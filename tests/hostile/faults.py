@@ -1,0 +1,210 @@
+"""Everything that the package writes, and what can go wrong meanwhile; a program of its own.
+
+    python faults.py FOLDER [commands]
+
+makes a process for each fault and each output (or each command that writes), as limits and rights
+cannot be taken back, and prints as JSON what came of it: by fault and output the process's exit
+status, what it said, and the contents of its folder afterwards.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import resource
+import signal
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray
+from click.testing import CliRunner
+
+import contactlib as cl
+from contactlib import figures
+from contactlib.cli.commands import main
+from contactlib.figures.style import new_figure
+from contactlib.runs.outcomes import Metrics, write_comparison
+from contactlib.runs.result import Result
+from contactlib.runs.sweep.ensemble import write_dataset
+from contactlib.runs.sweep.store import ChunkStore
+
+sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
+
+from sweep_files import write_sweep
+
+OLD = b"old"
+SMALL = 16  # bytes; every output has more
+Writer = Callable[[Path], object]
+
+
+def chunk(path: Path) -> None:
+    ChunkStore(path.parent, "d", "this one", runs=4, chunk=4).save(0, {"a": np.arange(4.0)})
+
+
+def writers() -> dict[str, Writer]:
+    """What writes a file, by the file's name."""
+    model = cl.load_model("roller_rig.toml")
+    figure, axes = new_figure(3.0, 2.0)
+    axes.plot([0.0, 1.0], [0.0, 0.5])
+    time = np.linspace(0.0, 1.0, 9)
+    run = Result(time=time, signals={"creepage": 0.1 * time}, units={"creepage": "1"})
+    found = Metrics(0.93, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
+    dataset = xarray.Dataset({"slip_work": ("run", time, {"units": "J"})})
+    return {
+        "table.bin": model.wheelset.element.table.save,
+        "element.fmu": lambda path: cl.export_fmu(model, path),
+        "system.ssp": lambda path: cl.export_ssp(model, path),
+        "results.nc": lambda path: write_dataset(dataset, path),
+        "000000000.chunk": chunk,
+        "run.csv": run.to_csv,
+        "metrics.txt": lambda path: write_comparison(path.parent, {"run": found}),
+        "figure.png": lambda path: figures.save(figure, path),
+        "figure.svg": lambda path: figures.save(figure, path),
+        "figure.pdf": lambda path: figures.save(figure, path),
+        "page.html": cl.write_explorer,
+    }
+
+
+def command(*arguments: str) -> Callable[[Path], object]:
+    """A command that writes to a path; what it says on failure is a `SystemExit`."""
+
+    def run(path: Path) -> None:
+        result = CliRunner().invoke(main, [*arguments, "-o", str(path)])
+        if result.exit_code != 0:
+            raise SystemExit(
+                f"{result.exit_code} {type(result.exception).__name__} {result.stderr}"
+            )
+
+    return run
+
+
+def commands(folder: Path) -> dict[str, Writer]:
+    """Commands, by the first file or the folder that they write."""
+    figures.STABILITY_FIGURES = {"poles": figures.STABILITY_FIGURES["poles"]}
+    sweep = write_sweep(folder)
+
+    def to_folder(*arguments: str) -> Writer:
+        return lambda path: command(*arguments)(path.parent)
+
+    return {
+        "command.bin": command("table", "roller_rig.toml"),
+        "command.fmu": command("fmu", "roller_rig.toml"),
+        "command.ssp": command("fmu", "roller_rig.toml", "--ssp"),
+        "command.html": command("explore", "--no-open"),
+        "torque.csv": to_folder("simulate", "roller_rig.toml"),
+        "stability_poles.png": to_folder("figures", "--stability"),
+        "quick_sweep.nc": to_folder("sweep", str(sweep), "--restart", "--no-maps"),
+        "creep_table.bin": to_folder("demo"),
+    }
+
+
+# ---- faults ---------------------------------------------------------------------------------
+
+
+def disk_full() -> None:
+    """No file grows beyond some bytes: the real error of a write, of a limit instead of a disk."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
+
+
+def no_rights() -> None:
+    """Of what root may do against a folder's permissions, nothing."""
+    if os.geteuid() == 0:
+        header = (ctypes.c_uint32 * 2)(0x20080522, 0)  # version 3, this process
+        if ctypes.CDLL(None, use_errno=True).capset(header, (ctypes.c_uint32 * 6)()) != 0:
+            raise OSError(ctypes.get_errno(), "capset")
+
+
+def signalled(number: signal.Signals) -> Callable[[], None]:
+    """The signal comes when the data are written, and not yet renamed."""
+
+    def arm() -> None:
+        if number == signal.SIGINT:  # which a shell's job in the background ignores
+            signal.signal(number, signal.default_int_handler)
+        setattr(os, "fsync", lambda descriptor: os.kill(os.getpid(), number))  # noqa: B010
+
+    return arm
+
+
+FAULTS: dict[str, Callable[[], None]] = {
+    "full": disk_full,
+    "read_only": no_rights,
+    "SIGKILL": signalled(signal.SIGKILL),
+    "SIGINT": signalled(signal.SIGINT),
+}
+
+
+# ---- processes ------------------------------------------------------------------------------
+
+
+def apart(action: Callable[[], object]) -> tuple[int, str]:
+    """Do it in a process of its own: exit status, negative for a signal, and what it raised."""
+    inlet, outlet = os.pipe()
+    child = os.fork()
+    if child == 0:
+        said = ""
+        try:
+            action()
+        except BaseException as error:
+            said = f"{type(error).__name__}: {error}"
+        os.write(outlet, said.encode())
+        os._exit(0)
+    os.close(outlet)
+    with os.fdopen(inlet) as pipe:
+        said = pipe.read()
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), said
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Files of a folder: "old", or their size."""
+    return {
+        p.name: "old" if p.read_bytes() == OLD else str(p.stat().st_size)
+        for p in sorted(folder.iterdir())
+        if p.is_file() and p.name != "plan.json"
+    }
+
+
+def tried(fault: str, name: str, writer: Writer, folder: Path) -> dict[str, Any]:
+    """What comes of a fault while an old file is replaced, and of the next try."""
+    folder.mkdir(parents=True)
+    (folder / name).write_bytes(OLD)
+    (folder / "plan.json").write_text(json.dumps({"digest": "d", "chunk": 4}))  # of the chunk
+    if fault == "read_only":
+        folder.chmod(0o555)
+
+    def faulty() -> None:
+        FAULTS[fault]()
+        writer(folder / name)
+
+    status, said = apart(faulty)
+    found = {"status": status, "said": said, "path": str(folder / name), "files": contents(folder)}
+    folder.chmod(0o755)
+    if fault == "SIGKILL":
+        found["next"] = apart(lambda: writer(folder / name)), contents(folder)
+    return found
+
+
+def all_tried(folder: Path, by_command: bool) -> dict[str, dict[str, Any]]:
+    """All faults with all outputs, or those of a disk with all commands."""
+    if by_command:
+        asked, faults = commands(folder), ["full", "read_only"]
+    else:
+        asked, faults = writers(), list(FAULTS)
+        for name, writer in asked.items():  # so that nothing has to be imported any more
+            writer(folder / name)
+    return {
+        fault: {
+            name: tried(fault, name, writer, folder / fault / name)
+            for name, writer in asked.items()
+        }
+        for fault in faults
+    }
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    json.dump(all_tried(Path(sys.argv[1]), sys.argv[2:] == ["commands"]), sys.stdout)

@@ -1,0 +1,210 @@
+"""What stands after a fault: the old file or the new one, whole, and a line that says why."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import re
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sweep_files import write_sweep
+
+import contactlib as cl
+from contactlib.base.writing import write_whole
+from contactlib.cli.report import write_report
+from contactlib.figures import style
+from contactlib.runs.study import open_study
+from contactlib.runs.sweep.store import ChunkStore, discard, locked
+
+posix = pytest.mark.skipif(os.name != "posix", reason="limits, rights and signals of POSIX")
+HERE = Path(__file__).parent
+OUTPUTS = [
+    "table.bin", "element.fmu", "system.ssp", "results.nc", "000000000.chunk", "run.csv",
+    "metrics.txt", "figure.png", "figure.svg", "figure.pdf", "page.html",
+]  # fmt: skip
+COMMANDS = [
+    "command.bin", "command.fmu", "command.ssp", "command.html", "torque.csv",
+    "stability_poles.png", "quick_sweep.nc", "creep_table.bin",
+]  # fmt: skip
+Found = dict[str, dict[str, dict[str, Any]]]
+
+
+def come_of(folder: Path, *commands: str) -> Found:
+    """What comes of all faults, by fault and file; see faults.py."""
+    command = [sys.executable, str(HERE / "faults.py"), str(folder), *commands]
+    environment = {**os.environ, "MPLBACKEND": "agg"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr
+    known: Found = json.loads(done.stdout)
+    return known
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Found:
+    known = come_of(tmp_path_factory.mktemp("faults"))
+    assert all(set(OUTPUTS) == set(tried) for tried in known.values())
+    return known
+
+
+@pytest.fixture(scope="module")
+def found_by_command(tmp_path_factory: pytest.TempPathFactory) -> Found:
+    return come_of(tmp_path_factory.mktemp("faults"), "commands")
+
+
+# ---- a full disk, a folder that cannot be written -------------------------------------------
+
+REASONS = {"full": errno.EFBIG, "read_only": errno.EACCES}
+
+
+@posix
+@pytest.mark.parametrize("fault", REASONS)
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_the_old_file_stays_and_the_error_names_it(found: Found, fault: str, name: str) -> None:
+    if fault == "read_only" and sys.platform != "linux" and os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    tried, code = found[fault][name], REASONS[fault]
+    assert tried["files"] == {name: "old"}
+    kind = type(OSError(code, "")).__name__
+    assert tried["said"] == f"{kind}: [Errno {code}] {os.strerror(code)}: {tried['path']!r}"
+
+
+@pytest.mark.slow
+@posix
+@pytest.mark.parametrize("fault", REASONS)
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_says_so_in_a_line_and_ends_with_2(
+    found_by_command: Found, fault: str, name: str
+) -> None:
+    if fault == "read_only" and sys.platform != "linux" and os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    tried, code = found_by_command[fault][name], REASONS[fault]
+    assert tried["files"] == {name: "old"}
+    start = f"SystemExit: 2 SystemExit contactlib: [Errno {code}] {os.strerror(code)}: "
+    assert tried["said"].startswith(start)
+    assert tried["said"].count("\n") == 1
+    where = tried["said"].removeprefix(start).strip().strip("'")
+    assert where.startswith(str(Path(tried["path"]).parent))
+
+
+def test_a_lock_that_cannot_be_written_is_not_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fdopen = os.fdopen
+
+    def full(descriptor: int, mode: str) -> Any:
+        fdopen(descriptor, mode).close()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fdopen", full)
+        with pytest.raises(OSError, match=r"No space left .*lock"), locked(tmp_path / "x.chunks"):
+            pass
+    with locked(tmp_path / "x.chunks"):
+        pass
+
+
+class Silent:
+    """A reporter."""
+
+    def step(self, title: str) -> Any:
+        return threading.Lock()  # a context manager; nothing here tells its progress
+
+    def line(self, text: str) -> None:
+        """Say nothing."""
+
+
+def test_an_old_comparison_stays_until_the_new_one_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = open_study("roller_rig.toml")
+    run = cl.run_scenario(cl.load_scenario(write_sweep(tmp_path).with_name("s.toml")), "open_loop")
+    old = [write_whole(tmp_path / f"comparison.{kind}", b"old") for kind in ("png", "svg")]
+
+    def full(figure: object, path: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    monkeypatch.setattr(style, "save", full)
+    runs = {name: lambda progress: run for name in ("open_loop", "creep_pi")}
+    with pytest.raises(OSError, match="No space"):
+        write_report(study, runs, tmp_path, Silent())
+    assert all(path.read_bytes() == b"old" for path in old)
+
+
+# ---- killed ---------------------------------------------------------------------------------
+
+
+@posix
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_a_kill_before_the_rename_leaves_the_old_file_and_one_that_is_hidden(
+    found: Found, name: str
+) -> None:
+    tried = found["SIGKILL"][name]
+    assert tried["status"] == -9
+    hidden, kept = sorted(tried["files"])
+    assert kept == name
+    assert tried["files"][name] == "old"
+    assert re.fullmatch(re.escape(f".{name}.") + "[0-9a-f]{16}", hidden)
+    (status, said), files = tried["next"]  # which does not mind what was left
+    assert (status, said) == (0, "")
+    assert files[name] == files[hidden] == tried["files"][hidden]
+
+
+@posix
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_ctrl_c_before_the_rename_leaves_the_old_file_alone(found: Found, name: str) -> None:
+    tried = found["SIGINT"][name]
+    assert tried["said"] == "KeyboardInterrupt: "
+    assert tried["files"] == {name: "old"}
+
+
+def test_what_kills_left_among_the_chunks_is_removed_with_them(tmp_path: Path) -> None:
+    folder = tmp_path / "x.chunks"
+    ChunkStore(folder, "d", "this one", runs=4, chunk=2)
+    for name in (".plan.json.0123456789abcdef", ".000000000.chunk.0123456789abcdef"):
+        (folder / name).touch()
+    discard(folder)
+    assert not folder.exists()
+
+
+# ---- two at once ----------------------------------------------------------------------------
+
+
+SWEEPS = """
+import sys, contactlib as cl
+print("ready", flush=True)
+sys.stdin.readline()
+try:
+    cl.ensemble(sys.argv[1], output=sys.argv[2], workers=1, chunk=2)
+    print("done")
+except RuntimeError as error:
+    print(error)
+"""
+
+
+@pytest.mark.slow
+def test_sweeps_that_start_at_once_on_one_folder_give_one_result(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path)
+    cl.ensemble(path, output=tmp_path / "known")
+    folder = tmp_path / "out"
+    command = [sys.executable, "-c", SWEEPS, str(path), str(folder)]
+    pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    running = [subprocess.Popen(command, **pipes) for _ in range(3)]
+    for process in running:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+    for process in running:
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+    said = [process.communicate()[0].strip() for process in running]
+    assert "done" in said
+    assert all(text == "done" or " is in use by " in text for text in said)
+    name = "quick_sweep.nc"
+    assert (folder / name).read_bytes() == (tmp_path / "known" / name).read_bytes()
+    assert [p.name for p in folder.iterdir()] == [name]

@@ -1,0 +1,86 @@
+"""The guide: its pages run, its links lead somewhere, and its site needs no network."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urldefrag
+
+import pytest
+
+from contactlib.base.writing import PACKAGE
+
+GUIDE = PACKAGE / "guide"
+PAGES = sorted(GUIDE.rglob("*.md"))
+
+
+class Links(HTMLParser):
+    """Anchors of a page, what it links to, and what it loads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.anchors: set[str] = set()
+        self.links: set[str] = set()
+        self.loaded: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {name: value for name, value in attrs if value}
+        self.anchors |= {given[name] for name in ("id", "name") if name in given}
+        if tag == "a" and "href" in given:
+            self.links.add(given["href"])
+        elif tag in ("link", "script", "img", "iframe", "source"):
+            self.loaded |= {given[name] for name in ("href", "src") if name in given}
+
+
+@cache
+def read(page: Path) -> Links:
+    links = Links()
+    links.feed(page.read_text(encoding="utf-8"))
+    return links
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(GUIDE)))
+def test_code_of_a_page_can_be_read(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    cells = re.findall(r"^```\{code-cell\}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    assert text.count("```{code-cell}") == len(cells)
+    assert bool(cells) == text.startswith("---\nfile_format: mystnb\n")  # else nothing of it runs
+    for cell in cells:
+        if not cell.startswith("%%"):  # else it is a file
+            compile(cell.removeprefix("%matplotlib inline\n"), page.name, "exec")
+
+
+@pytest.mark.slow
+def test_site(tmp_path: Path) -> None:
+    for library in ("furo", "myst_nb", "numpydoc", "sphinx_click"):
+        pytest.importorskip(library)
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        str(GUIDE),
+        str(tmp_path),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    pages = sorted(tmp_path.rglob("*.html"))
+    assert {p.relative_to(GUIDE).with_suffix(".html") for p in PAGES} <= {
+        p.relative_to(tmp_path) for p in pages
+    }
+    for page in pages:
+        for name in read(page).loaded:
+            assert not re.match(r"\w+:(?!image/)|//", name), f"{page} loads {name}"
+        for link in read(page).links:
+            if re.match(r"\w+:", link):
+                continue
+            name, anchor = map(unquote, urldefrag(link))
+            target = page.parent / name if name else page
+            assert target.is_file(), f"{page} links to {link}"
+            assert not anchor or anchor in read(target).anchors, f"{page} links to {link}"

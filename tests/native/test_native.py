@@ -1,0 +1,100 @@
+"""The C sources, compiled strictly by the system's compiler and watched by sanitizers."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import line_coverage
+import pytest
+from fmu_instance import EXPORTS
+from native_programs import PLAIN, SANITIZED, THREADED, WRAPPED, Build, Fmu, clean
+from outside_tools import missing
+
+import contactlib as cl
+
+pytestmark = pytest.mark.tools
+
+
+@pytest.fixture(scope="module")
+def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """Address, leaks, undefined behaviour."""
+    return Build(tmp_path_factory.mktemp("sanitized"), SANITIZED)
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    return Build(tmp_path_factory.mktemp("plain"), PLAIN)
+
+
+@pytest.fixture(scope="module")
+def valgrind() -> list[str]:
+    if shutil.which("valgrind") is None:
+        missing("needs valgrind")
+    return ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full"]
+
+
+def test_kernel_and_shells_are_clean_under_sanitizers(
+    sanitized: Build, rig: cl.Model, cohesive_table: cl.CreepForceTable, tmp_path: Path
+) -> None:
+    fmu = Fmu(rig, tmp_path / "a b")
+    program = sanitized.program("test_native")
+    tables = [rig.wheelset.element.table, *line_coverage.shapes(cohesive_table)]
+    for table in tables:
+        table.save(fmu.resources / "creep_table.bin")
+        clean([program, "100000", fmu.location, fmu.token])
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", EXPORTS)
+def test_every_function_of_fmi_is_clean_under_sanitizers(
+    sanitized: Build, locomotive: cl.Model, tmp_path: Path, name: str, version: int
+) -> None:
+    fmu = Fmu(locomotive, tmp_path / "x", fmi_version=version, **EXPORTS[name])
+    kind = EXPORTS[name]["kind"]
+    location = fmu.resources.as_uri()
+    clean([sanitized.program("test_calls"), location, fmu.token, kind, fmu.resources.parent])
+    clean([sanitized.program("test_native"), "0", location, fmu.token, kind])
+
+
+def test_memory_that_is_refused_is_an_error_and_no_leak(
+    sanitized: Build, rig: cl.Model, tmp_path: Path
+) -> None:
+    fmu = Fmu(rig, tmp_path / "x")
+    large = cl.carter_griffith_table("elliptic")  # read in many pieces
+    large.save(fmu.resources / "creep_table.bin")
+    clean([sanitized.program("test_allocation", *WRAPPED), fmu.location, fmu.token])
+
+
+def test_memory_is_initialized_and_freed(
+    plain: Build, valgrind: list[str], locomotive: cl.Model, tmp_path: Path
+) -> None:
+    fmu = Fmu(locomotive, tmp_path / "x")
+    clean([*valgrind, plain.program("test_native"), "100", fmu.location, fmu.token])
+    kind = (fmu.location, fmu.token, "force_element", fmu.resources.parent)
+    clean([*valgrind, plain.program("test_calls"), *kind])
+
+
+def test_threads_with_instances_of_their_own_do_not_meet(
+    locomotive: cl.Model, tmp_path: Path
+) -> None:
+    build = Build(tmp_path, THREADED)
+    fmu = Fmu(locomotive, tmp_path / "x", kind="wheelset")
+    clean([build.program("test_threads"), "4", "5", fmu.location, fmu.token])
+    with pytest.raises(AssertionError, match="data race"):
+        clean([build.alone("planted"), "race"])
+
+
+def test_a_planted_leak_is_found(sanitized: Build) -> None:
+    program = sanitized.alone("planted")
+    clean([program])
+    with pytest.raises(AssertionError, match="LeakSanitizer: detected memory leaks"):
+        clean([program, "leak"])
+
+
+@pytest.mark.parametrize("fault", ["leak", "uninitialized"])
+def test_valgrind_finds_a_planted_fault(plain: Build, valgrind: list[str], fault: str) -> None:
+    program = plain.alone("planted")
+    clean([*valgrind, program])
+    with pytest.raises(AssertionError, match=r"definitely lost|uninitialised"):
+        clean([*valgrind, program, fault])

@@ -1,0 +1,3 @@
+"""The wheelset's integrator."""
+
+from __future__ import annotations

@@ -1,0 +1,3 @@
+"""Results of a sweep: outcomes, failures, the report and the dataset."""
+
+from __future__ import annotations

@@ -1,0 +1,3 @@
+"""Scenarios that a sweep makes."""
+
+from __future__ import annotations

@@ -1,0 +1,117 @@
+"""Outcomes of the analysis, against a second way."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sweep_files import SCENARIO, SWEEP, write_sweep
+
+import contactlib as cl
+from contactlib.base.quantities import FloatArray
+from contactlib.runs.analysis import analyse
+from contactlib.runs.sweep.plan import ScenarioBuilder
+
+
+def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
+    names = list(cl.ANALYSES)
+    axis = '[axes.x]\nfactor_on = "demand.torque"\nvalues = [0.5, 1.0, 1.2]\n'
+    text = re.sub(r"controllers = .*\n", "", SWEEP.partition("[axes")[0])
+    text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text) + axis
+    found = cl.ensemble(write_sweep(tmp_path, text))
+    assert "controller" not in found.dims
+    scenario = cl.load_scenario(tmp_path / "s.toml")
+    wheelset, speed = scenario.drivetrain.wheelset, scenario.design_speed
+    # Eigenvalues of the steady states against the fold of the torque.
+    torque = 23e3 * found["x"].values
+    assert (found["stable"].values == (torque < found["critical_torque"].values)).all()
+    assert (found["torque_margin"].values > 0.0).tolist() == found["stable"].values.tolist()
+    clearing = found["clearing_time"].values
+    assert clearing[0] == math.inf  # half of it holds on the patch too
+    assert 0.0 < clearing[1] < 0.1
+    assert clearing[2] == 0.0  # too much for good friction
+    assert found["delay_limit"].values == pytest.approx(1.0 / found["worst_pole"].values)
+    creepage = np.linspace(0.001, 0.1, 20001)
+    force = wheelset.element.at_creepage(creepage, speed=speed)["creep_force"]
+    assert found["available_force"].values == pytest.approx(force.max(), rel=1e-6)
+    torques = cl.quasi_steady_torque(wheelset, creepage, speed=speed)
+    assert found["critical_torque"].values == pytest.approx(torques.max(), rel=1e-6)
+    assert found["critical_creepage"].values == pytest.approx(creepage[torques.argmax()], rel=1e-3)
+
+
+DAMPING = "\n[vehicle_changes.wheelset]\ndamping = {}\n"
+
+
+def analysis_of(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> dict[str, FloatArray]:
+    """Outcomes of the analysis along one axis."""
+    names = list(cl.ANALYSES)
+    text = re.sub(r"controllers = .*\n", "", SWEEP.partition("[axes")[0])
+    text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text)
+    found = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
+    return {name: found[name].values for name in [*names, "x"]}
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0, 100.0])
+def test_margin_clearing_and_stability_agree_for_either_sign(
+    tmp_path: Path, damping: float
+) -> None:
+    values = np.linspace(-1.4, 1.4, 15).round(2).tolist()
+    axis = f'factor_on = "demand.torque"\nvalues = {values}'
+    found = analysis_of(tmp_path, axis, SCENARIO + DAMPING.format(damping))
+    torque, stable = 23e3 * found["x"], found["stable"] == 1.0
+    known = np.isfinite(found["torque_margin"])
+    assert known.any()
+    assert ((found["torque_margin"] > 0.0) == stable)[known].all()
+    for name in (
+        "critical_torque",
+        "patch_critical_torque",
+        "critical_creepage",
+        "hysteresis",
+        "clearing_time",
+    ):
+        assert (np.isnan(found[name]) | (torque >= 0.0)).all()
+    assert np.isnan(found["torque_margin"][torque < 0.0]).all()
+    assert ((found["clearing_time"] > 0.0) == stable)[torque > 0.0].all()
+    # Braking against the balance of torques, -r Q(-zeta) = r Q(zeta): damping brakes too.
+    wheelset = cl.load_scenario(tmp_path / "s.toml").drivetrain.wheelset
+    held = -cl.quasi_steady_torque(wheelset, -np.linspace(0.0, 0.05, 5001), speed=10.0).min()
+    assert (stable == (-torque < held))[torque < 0.0].all()
+    assert stable[torque < 0.0].any()
+    assert not stable.all()
+
+
+def test_wheels_that_spin_against_their_bearings_are_not_held(tmp_path: Path) -> None:
+    axis = 'parameter = "vehicle.contact.normal_load"\nvalues = [1.0, "230 kN"]'
+    scenario = SCENARIO + DAMPING.format(5.0)
+    found = analysis_of(tmp_path, axis, scenario)
+    assert found["stable"].tolist() == [0.0, 1.0]
+    assert found["clearing_time"][0] == 0.0
+    assert found["clearing_time"][1] > 0.0
+
+
+def test_maps_of_friction_and_load_are_in_order() -> None:
+    sweep = cl.load_sweep("friction_and_load_sweep.toml")
+    points = np.arange(sweep.runs).reshape(sweep.shape)[::9, ::4]  # (load, patch friction)
+    builder = ScenarioBuilder(sweep.plan)
+    found = [
+        [analyse(builder.build(sweep.values[i].tolist()), sweep.plan.outcomes) for i in row]
+        for row in points
+    ]
+
+    def grid(name: str) -> FloatArray:
+        return np.array([[point[name] for point in row] for row in found])
+
+    # At one k_hat and semi-width creep force and saturation creepage are of the load alone.
+    loads = sweep.values[points[:, 0], 0]
+    critical = grid("critical_torque")
+    assert critical == pytest.approx(critical[:1] * (loads / loads[0])[:, np.newaxis], rel=5e-3)
+    assert (grid("patch_critical_torque") < critical).all()
+    assert (np.diff(grid("patch_critical_torque")) > 0.0).all()
+    time = grid("clearing_time")
+    assert (time[0] == 0.0).all()  # this light it does not hold the demand anywhere
+    assert (time[1, 1:] >= time[1, :-1]).all()
+    assert 0.0 < time[1, 0] < math.inf

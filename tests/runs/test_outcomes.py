@@ -1,0 +1,305 @@
+"""Metrics of made-up runs, whose numbers are known."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+import contactlib as cl
+from contactlib.runs.observers import WINDOW as JERK_WINDOW
+from contactlib.runs.outcomes import (
+    UNITS,
+    Metrics,
+    comparison_table,
+    metrics,
+    transmittable_force,
+    write_comparison,
+)
+from contactlib.runs.result import WORKS
+from contactlib.runs.study import as_scenario_run
+
+BOTH = ("omega", "creepage", "friction_scale")
+ENERGIES = (*WORKS, "stored_energy", "energy_defect")
+LEVEL = 40e3  # force that all of these runs could transmit [N]
+
+
+def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
+    """A run with these signals; both wheels do the same, and what is not given is zero."""
+    t = np.asarray(time, dtype=np.float64)
+    given: dict[str, Any] = {"available_force": LEVEL, "friction_scale": 1.0, **signals}
+    for name in BOTH:
+        for side in ("left", "right"):
+            given.setdefault(f"{name}_{side}", given.get(name, 0.0))
+    names = ("speed", "acceleration", "demand", "creep_force", "axle_torque", "distance", *ENERGIES)
+    columns = {name: np.broadcast_to(given.get(name, 0.0), t.shape) for name in (*given, *names)}
+    columns = {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
+    return cl.Result(t, columns, dict.fromkeys(columns, "1"))
+
+
+@pytest.fixture(scope="module")
+def lossless(locomotive: cl.Model) -> cl.Drivetrain:
+    """A free drivetrain without damping and resistance."""
+    wheelset = replace(locomotive.wheelset, damping=0.0, resistance=cl.Resistance())
+    return cl.Drivetrain(wheelset)
+
+
+@pytest.fixture(scope="module")
+def held(rig: cl.Model) -> cl.Drivetrain:
+    """A drivetrain without damping at a held speed, whose force at the demand is demand/r."""
+    return cl.Drivetrain(replace(rig.wheelset, damping=0.0))
+
+
+def test_utilisation_is_the_part_of_what_could_be_transmitted(held: cl.Drivetrain) -> None:
+    time = np.linspace(0.0, 10.0, 101)
+    force = np.where(time < 5.0, LEVEL, 0.5 * LEVEL)
+    # Trapezoid: the drop takes one interval, half of which counts.
+    run = run_of(time, creep_force=force, demand=1e6)
+    assert metrics(run, held).adhesion_utilisation == pytest.approx(0.75 - 0.0025, rel=1e-12)
+    # The demand asks for less than friction allows: that is all that can be used.
+    run = run_of(time, creep_force=0.3 * LEVEL, demand=0.5 * LEVEL * 0.3)
+    assert metrics(run, held).adhesion_utilisation == pytest.approx(1.0, rel=1e-12)
+    # Half of the time nothing is asked for, which does not count.
+    run = run_of(time, creep_force=0.6 * LEVEL, demand=np.where(time < 5.0, 1e6, 0.0))
+    assert metrics(run, held).adhesion_utilisation == pytest.approx(0.6, rel=1e-12)
+    assert math.isnan(metrics(run_of(time, creep_force=LEVEL), held).adhesion_utilisation)
+
+
+def test_force_beyond_the_demand_does_not_make_up_for_what_was_lost(held: cl.Drivetrain) -> None:
+    time = np.linspace(0.0, 2.0, 2001)
+    force = np.where(time < 1.0, 0.2, 0.4) * LEVEL  # 0.3 in the mean, which is what is asked for
+    run = run_of(time, creep_force=force, demand=0.5 * 0.3 * LEVEL)
+    assert metrics(run, held).adhesion_utilisation == pytest.approx(
+        0.5 * (0.2 / 0.3 + 1.0), rel=1e-3
+    )
+
+
+def test_slip_share_is_slip_work_over_work_at_the_rail(held: cl.Drivetrain) -> None:
+    time = np.linspace(0.0, 2.0, 201)
+    turning = np.where(time < 1.0, 1.0, -1.0) * 2e4  # drives, then brakes: both are work
+    run = run_of(time, creep_force=turning, speed=10.0 + time, creep_work=1.1e3 * time)
+    assert metrics(run, held).slip_share == pytest.approx(2.2e3 / (2e4 * 22.0), rel=1e-12)
+
+
+def test_force_against_the_demand_is_not_used(held: cl.Drivetrain) -> None:
+    time = np.linspace(0.0, 1.0, 11)
+    braking = run_of(time, creep_force=-0.8 * LEVEL, demand=-1e6)
+    assert metrics(braking, held).adhesion_utilisation == pytest.approx(0.8, rel=1e-12)
+    driving = run_of(time, creep_force=-0.8 * LEVEL, demand=1e6)
+    assert metrics(driving, held).adhesion_utilisation == pytest.approx(-0.8, rel=1e-12)
+
+
+@pytest.mark.parametrize("creepage", [1e-4, 0.004, 0.012])
+def test_demanded_force_is_that_of_a_steady_wheelset(
+    creepage: float, lossless: cl.Drivetrain
+) -> None:
+    wheelset = lossless.wheelset
+    force = float(wheelset.element.at_creepage(creepage, speed=10.0)["creep_force"])
+    torque = cl.quasi_steady_torque(wheelset, creepage, speed=10.0)
+    assert wheelset.mass is not None
+    signals = {"creep_force": force, "acceleration": force / wheelset.mass, "speed": 10.0}
+    run = run_of([0.0, 1.0], demand=torque, available_force=1e9, **signals)
+    used, wanted = transmittable_force(run, lossless)
+    turning = wheelset.inertia / (wheelset.mass * wheelset.radius**2)
+    # The two differ by the creepage in what turns the wheelset along with the vehicle.
+    assert wanted[0] / used[0] - 1.0 == pytest.approx(creepage * turning / (1.0 + turning))
+
+
+def test_damping_takes_its_part_of_the_demand(rig: cl.Model) -> None:
+    drivetrain, point = cl.Drivetrain(rig.wheelset), rig.wheelset.balanced(creepage=0.0, speed=20.0)
+    run = run_of([0.0, 1.0], demand=point.drive_torque, speed=20.0)
+    _, wanted = transmittable_force(run, drivetrain)
+    np.testing.assert_allclose(wanted, 0.0, atol=1e-9)
+
+
+def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model) -> None:
+    wheelset = locomotive.wheelset
+    step = cl.TorqueControl(cl.Profile((0.0, 2.0, 2.0), (15e3, 15e3, 22e3)))
+    found = cl.simulate(wheelset, step, initial_speed=10.0, duration=6.0)
+    drivetrain = cl.Drivetrain(wheelset)
+    made = metrics(as_scenario_run(found, drivetrain, step), drivetrain)
+    assert made.adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
+    assert made.recovery_time < 0.05
+    assert made.largest_slip_speed == pytest.approx(np.abs(found["slip_velocity"]).max())
+    # The force steps by 7 kN.m/r, but for what is left to come after a window.
+    turning = wheelset.inertia / wheelset.radius**2
+    assert made.jerk == pytest.approx(14e3 / (142.5e3 + turning) / JERK_WINDOW, rel=0.05)
+
+
+def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.Model) -> None:
+    # Downhill under next to no torque the rail turns the wheelset; so do rollers that speed up.
+    hill = cl.Resistance(constant=300.0, linear=20.0, grade=-0.03)
+    heavy = replace(locomotive.wheelset, mass=20e3, inertia=300.0, resistance=hill)
+    cases = [
+        (cl.Drivetrain(heavy), 1e3, None),
+        (cl.Drivetrain(rig.wheelset), 15e3, cl.Profile((0.0, 5.0), (10.0, 20.0))),
+    ]
+    for drivetrain, torque, held_speed in cases:
+        case = cl.Scenario(
+            name="rolling",
+            source="chosen",
+            drivetrain=drivetrain,
+            demand=cl.Profile.of(torque),
+            held_speed=held_speed,
+            initial_speed=10.0,
+            design_speed=10.0,
+            duration=4.0,
+            sensors=cl.Sensors(),
+            controllers={"open_loop": cl.OpenLoop()},
+        )
+        run = cl.run_scenario(case, "open_loop")
+        assert metrics(run, drivetrain).adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
+        assert run["creepage"][0] == pytest.approx(run["creepage"][4], rel=1e-3)  # starts steady
+
+
+RECOVERY_TIME = np.linspace(0.0, 10.0, 1001)
+
+
+def recovery_time(
+    held: cl.Drivetrain, lacking: list[tuple[float, float]], changes: tuple[float, ...]
+) -> float:
+    """Of a run that lacks half of the force at times, with friction that changes at others."""
+    t = RECOVERY_TIME
+    lacks = np.any([(t >= a - 1e-9) & (t < b - 1e-9) for a, b in lacking], axis=0)
+    force = np.where(lacks, 0.5, 0.95) * LEVEL
+    scale = 1.0 - 0.01 * np.sum([t >= change - 1e-9 for change in (*changes, 99.0)], axis=0)
+    run = run_of(t, creep_force=force, demand=1e6, friction_scale=scale)
+    return metrics(run, held).recovery_time
+
+
+@pytest.mark.parametrize(
+    ("lacking", "changes", "expected"),
+    [
+        ([(2.0, 3.5)], (2.0,), 1.5),
+        ([(2.0, 2.5), (3.0, 3.5)], (2.0,), 1.5),  # it must stay
+        ([(2.0, 2.5), (3.6, 4.0)], (2.0,), 0.5),  # a second is to stay
+        ([(2.0, 2.5), (6.0, 7.0)], (2.0, 6.0), 1.0),  # each change by itself, the longest
+        ([(2.0, 7.0)], (2.0, 6.0), 5.0),  # the second change does not end the first wait
+        ([(2.0, 11.0)], (2.0,), math.inf),
+        ([(9.5, 11.0)], (2.0,), math.inf),
+        ([(0.5, 1.0)], (2.0,), 0.0),  # before the change
+        ([(10.0, 11.0)], (10.0,), math.nan),  # nobody can answer to the last row
+    ],
+)
+def test_recovery_time(
+    held: cl.Drivetrain,
+    lacking: list[tuple[float, float]],
+    changes: tuple[float, ...],
+    expected: float,
+) -> None:
+    found = recovery_time(held, lacking, changes)
+    assert found == pytest.approx(expected, abs=1e-9, nan_ok=True)
+
+
+def test_without_a_change_there_is_no_recovery(held: cl.Drivetrain) -> None:
+    assert math.isnan(recovery_time(held, [(2.0, 3.0)], ()))
+
+
+@pytest.mark.parametrize(("part", "expected"), [(0.89, 1.5), (0.91, 0.0)])
+def test_nine_tenths_are_enough(held: cl.Drivetrain, part: float, expected: float) -> None:
+    t = RECOVERY_TIME
+    force = np.where((t >= 2.0) & (t < 3.5), part, 1.0) * LEVEL
+    run = run_of(t, creep_force=force, demand=1e6, friction_scale=np.where(t < 2.0, 1.0, 0.99))
+    assert metrics(run, held).recovery_time == pytest.approx(expected)
+
+
+def test_a_jump_within_a_ramp_is_a_change_of_its_own(held: cl.Drivetrain) -> None:
+    t = RECOVERY_TIME
+    lacks = ((t >= 2.0) & (t < 2.5)) | ((t >= 6.0) & (t < 7.0))
+    rain = 1.0 - 0.01 * t  # all the time
+    run = run_of(
+        t,
+        creep_force=np.where(lacks, 0.5, 0.95) * LEVEL,
+        demand=1e6,
+        friction_scale=rain * np.where((t >= 2.0) & (t < 6.0), 0.5, 1.0),
+    )
+    assert metrics(run, held).recovery_time == pytest.approx(1.0)
+
+
+def test_a_change_of_demand_or_of_one_rail_counts(held: cl.Drivetrain) -> None:
+    t = RECOVERY_TIME
+    force = np.where((t >= 2.0) & (t < 2.5), 0.0, LEVEL)
+    step = run_of(t, creep_force=force, demand=np.where(t < 2.0, 1e6, 2e6))
+    assert metrics(step, held).recovery_time == pytest.approx(0.5)
+    one = run_of(t, creep_force=force, demand=1e6, friction_scale_right=np.where(t < 2.0, 1.0, 0.9))
+    assert metrics(one, held).recovery_time == pytest.approx(0.5)
+    # A ramp is one change, and who is asked for nothing lacks nothing.
+    ramp = run_of(t, creep_force=0.0, demand=0.0, friction_scale=np.interp(t, [3.0, 7.0], [1, 2]))
+    assert metrics(ramp, held).recovery_time == 0.0
+
+
+def test_jerk_is_the_second_difference_of_speed(lossless: cl.Drivetrain) -> None:
+    t = np.linspace(0.0, 4.0, 4001)
+    smooth = run_of(t, speed=5.0 + 2.0 * t + 0.5 * 1.7 * t**2)
+    assert metrics(smooth, lossless).jerk == pytest.approx(1.7, rel=1e-9)
+    step = run_of(t, speed=5.0 + 0.3 * np.maximum(t - 2.0, 0.0))
+    assert metrics(step, lossless).jerk == pytest.approx(0.3 / JERK_WINDOW, rel=1e-9)
+    short = run_of([0.0, 1.9 * JERK_WINDOW], speed=5.0)
+    assert math.isnan(metrics(short, lossless).jerk)
+
+
+def test_extremes_sums_and_what_does_not_apply(
+    held: cl.Drivetrain, lossless: cl.Drivetrain
+) -> None:
+    run = run_of(
+        [0.0, 1.0, 2.0],
+        speed=10.0,
+        omega_left=[20.0, 20.4, 20.0],
+        omega_right=[20.0, 18.0, 20.0],
+        creepage_left=[0.0, 0.02, 0.0],
+        creepage_right=[0.0, -0.1, 0.0],
+        axle_torque=[0.0, -7e3, 5e3],
+        distance=[5.0, 15.0, 25.0],
+        creep_work=[1e3, 2e3, 6e3],
+        drive_work=[0.0, 5e3, -2e4],
+        energy_defect=[0.0, -3e-4, 1e-4],
+    )
+    rigid = metrics(run, held)
+    assert rigid.largest_slip_speed == pytest.approx(1.0)
+    assert rigid.largest_creepage == 0.1
+    assert rigid.slip_work == 5e3
+    assert math.isnan(rigid.slip_share)  # nothing is transmitted
+    assert rigid.distance == 20.0
+    assert rigid.energy_defect == pytest.approx(3e-4 / 2.5e4)
+    assert math.isnan(rigid.jerk)
+    assert math.isnan(rigid.torsional_peak)
+    elastic = replace(lossless, axle=cl.Axle(stiffness=6e6))
+    assert metrics(run, elastic).torsional_peak == 7e3
+    assert metrics(run_of([0.0, 1.0]), held).energy_defect == 0.0
+
+
+RUN = Metrics(0.9312345678, 0.02, 0.2, math.inf, 3e4, 0.01, 1.5, math.nan, 120.0, 1e-9)
+
+
+def test_every_metric_has_a_unit() -> None:
+    assert tuple(UNITS) == Metrics._fields
+
+
+def test_comparison_files_hold_every_number(tmp_path: Path) -> None:
+    runs = {"creep, PI": RUN, "open_loop": RUN._replace(recovery_time=0.25)}
+    paths = write_comparison(tmp_path, runs)
+    assert [path.name for path in paths] == ["metrics.txt", "metrics.csv", "metrics.json"]
+    assert paths[0].read_text() == comparison_table(runs) + "\n"
+    with paths[1].open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head[:2] == ["controller", "adhesion_utilisation [1]"]
+    assert [row[0] for row in rows] == list(runs)
+    for row, run in zip(rows, runs.values(), strict=True):
+        np.testing.assert_array_equal([float(cell) for cell in row[1:]], list(run))
+    found = json.loads(paths[2].read_text())
+    assert found["creep, PI"]["recovery_time"] == {"value": "never", "unit": "s"}
+    assert found["creep, PI"]["torsional_peak"] == {"value": None, "unit": "N.m"}
+    assert found["open_loop"]["adhesion_utilisation"]["value"] == RUN.adhesion_utilisation
+
+
+def test_table_has_a_line_for_each_metric() -> None:
+    lines = comparison_table({"a": RUN, "b": RUN}).splitlines()
+    assert [line.split("  ")[0].replace(" ", "_") for line in lines[1:]] == list(UNITS)
+    assert {len(line) for line in lines} == {len(lines[0])}

@@ -1,0 +1,351 @@
+"""Runs of many scenarios: each as it would be by itself, and right."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tracemalloc
+from typing import Any, Self
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import contactlib as cl
+from contactlib.runs import scenario_runs as ensemble_run
+from contactlib.runs.outcomes import OUTCOMES, Metrics
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
+from contactlib.traction import stacked, structure
+
+SHORT = 1.6  # of most of these runs [s]
+
+
+def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
+    """A scenario that differs from the others in all that it may."""
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    element = shipped.drivetrain.wheelset.element
+    friction = dataclasses.replace(
+        element.friction,
+        slip_rate_residual=rng.uniform(0.3, 0.9),
+        slip_rate_decay=0.0 if i % 3 == 0 else rng.uniform(0.1, 1.0),
+    )
+    radius = rng.uniform(0.4, 0.6)
+    body = dataclasses.replace(
+        shipped.drivetrain.wheelset,
+        element=dataclasses.replace(element, friction=friction, radius=radius),
+        inertia=rng.uniform(150.0, 300.0),
+        mass=None if i % 4 == 1 else rng.uniform(5e4, 1.5e5),
+    )
+    speed = rng.uniform(2.0, 20.0)
+    held = body.mass is None
+    wet = rng.uniform(0.4, 0.9)
+    patch = cl.Profile((4.0, 4.0, 9.0, 9.0 + i % 2), (1.0, wet, wet, 1.0))
+    rain = cl.Profile((0.0, 1.0), (1.0, 0.9)) if i % 5 == 4 else cl.Profile.of(1.0)
+    torque = rng.uniform(0.5, 0.9) * cl.find_fold(body, speed=speed).drive_torque
+    demand = cl.Profile.of(torque)
+    if i % 3 == 2:
+        demand = cl.Profile((0.3, 0.3, 0.8), (0.8 * torque, torque, 0.9 * torque))
+    return dataclasses.replace(
+        shipped,
+        drivetrain=cl.Drivetrain(
+            body,
+            axle=cl.Axle(stiffness=6e6, damping=500.0, drive_share=0.4) if i == 6 else None,
+            motor_lag=rng.uniform(0.005, 0.02) if i % 2 else 0.0,
+            relaxation_length=8e-3 if i % 4 == 2 else 0.0,
+        ),
+        track=cl.Track(
+            friction_left=patch,
+            friction_right=cl.Profile.of(0.95) if i % 4 == 3 else None,
+            friction_over_time=rain,
+        ),
+        demand=demand,
+        held_speed=cl.Profile((0.0, 5.0), (speed, speed + 3.0)) if held else None,
+        initial_speed=speed,
+        design_speed=max(speed, 5.0),
+        duration=SHORT if i % 6 else 1.3,
+        sensors=cl.Sensors(
+            wheel_speed_noise=rng.uniform(0.0, 0.02) if i % 3 else 0.0,
+            vehicle_speed_noise=rng.uniform(0.0, 0.02),
+            delay=0.01 * (i % 2),
+            seed=float(i),
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def scenarios() -> list[cl.Scenario]:
+    rng = np.random.default_rng(8)
+    return [varied(rng, i) for i in range(10)]
+
+
+def same(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    return bool(((a == b) | (np.isnan(a) & np.isnan(b))).all())
+
+
+@pytest.mark.parametrize("controller", cl.CONTROLLERS)
+def test_each_run_is_what_it_would_be_by_itself(
+    scenarios: list[cl.Scenario], controller: str
+) -> None:
+    together = run_many(scenarios, controller, list(OUTCOMES), index=range(3, 13))
+    assert not together[FAILED].any()
+    for i, one in enumerate(scenarios):
+        alone = run_many([one], controller, list(OUTCOMES), index=[3 + i])
+        for name, values in together.items():
+            assert same(values[[i]], alone[name]), (i, name)
+
+
+@pytest.mark.parametrize("controller", ["creep_pi", "slope_seeking"])
+def test_one_run_has_the_metrics_of_its_rows(scenarios: list[cl.Scenario], controller: str) -> None:
+    for one in scenarios:
+        many = run_many([one], controller, list(OUTCOMES), step=0.01, tolerance=1e-8)
+        run = cl.run_scenario(one, controller, step=0.01)
+        for name, value in cl.metrics(run, one.drivetrain)._asdict().items():
+            assert same(many[name], np.array([value])), name
+        assert many["final_speed"] == run["speed"][-1]
+        assert many["drive_work"] == run["drive_work"][-1]
+        mean = np.trapezoid(run["creep_force"], run.time) / run.time[-1]
+        assert many["mean_creep_force"] == pytest.approx(mean, rel=1e-12)
+        assert many["falling_share"] == pytest.approx(run["falling_branch"][:-1].mean(), rel=1e-9)
+
+
+def test_it_does_not_matter_how_runs_are_split(scenarios: list[cl.Scenario]) -> None:
+    rng = np.random.default_rng(9)
+    alike = [
+        dataclasses.replace(
+            scenarios[3],
+            demand=cl.Profile.of(scenarios[3].demand.value[0] * rng.uniform(0.7, 1.0)),
+            sensors=dataclasses.replace(scenarios[3].sensors, seed=float(i % 3)),
+            duration=1.0,
+        )
+        for i in range(70)
+    ]
+    names = ["adhesion_utilisation", "recovery_time", "jerk", "slip_work", "energy_defect"]
+    whole = run_many(alike, "creep_pi", names)
+    parts = [
+        run_many(alike[:41], "creep_pi", names),
+        run_many(alike[41:], "creep_pi", names, index=range(41, 70)),
+    ]
+    for name in names:
+        assert same(whole[name], np.concatenate([part[name] for part in parts])), name
+    assert np.unique(whole["slip_work"]).size == len(alike)
+
+
+def test_who_fails_disturbs_nobody(scenarios: list[cl.Scenario]) -> None:
+    good = dataclasses.replace(scenarios[0], sensors=cl.Sensors(), duration=1.0)
+    # More torque than friction holds at the start; and more than numbers hold later on.
+    greedy = dataclasses.replace(good, demand=cl.Profile.of(1e5))
+    wild = dataclasses.replace(good, demand=cl.Profile((0.5, 0.5), (1e4, 1e300)))
+    found = run_many([good, greedy, good, wild], "open_loop", list(OUTCOMES))
+    assert found[FAILED].tolist() == [0.0, 1.0, 0.0, 1.0]
+    alone = run_many([good], "open_loop", list(OUTCOMES))
+    for name in OUTCOMES:
+        assert np.isnan(found[name][1::2]).all()
+        assert same(found[name][::2], np.repeat(alone[name], 2)), name
+    with pytest.raises(ValueError, match="the rising branch ends at"):
+        cl.run_scenario(greedy, "open_loop")
+    with np.errstate(all="ignore"), pytest.raises(RuntimeError, match="the integrator gave up"):
+        cl.run_scenario(wild, "open_loop")
+
+
+@dataclasses.dataclass(frozen=True)
+class Broken:
+    """Asks for no number from some sample on."""
+
+    sample_time: float
+    last: float
+
+    def start(self, measurement: cl.Measurement, torque: Any) -> NDArray[np.float64]:
+        return np.zeros_like(measurement.demand)
+
+    def sample(
+        self, measurement: cl.Measurement, memory: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return np.where(memory > self.last, np.nan, measurement.demand), memory + 1.0
+
+    @classmethod
+    def for_drivetrain(cls, drivetrain: Any, *, speed: float, sensors: Any, **given: Any) -> Self:
+        raise NotImplementedError
+
+
+def test_a_controller_that_breaks_fails_its_runs(scenarios: list[cl.Scenario]) -> None:
+    lasts = (30.0, math.inf, 99.5)
+    cases = [
+        dataclasses.replace(scenarios[0], controllers={"broken": Broken(0.01, last)}, duration=1.0)
+        for last in lasts
+    ]
+    found = run_many(cases, "broken", ["slip_work", "distance"])
+    assert found[FAILED].tolist() == [1.0, 0.0, 0.0]
+    assert found["distance"][1] == found["distance"][2]
+    with pytest.raises(ValueError, match=r"torque of Broken before .* s = nan is out of range"):
+        cl.run_scenario(cases[0], "broken")
+
+
+def test_refusals(scenarios: list[cl.Scenario]) -> None:
+    with pytest.raises(ValueError, match=r"outcome = 'speed' must be one of: adhesion"):
+        run_many(scenarios, "creep_pi", ["speed"])
+    with pytest.raises(ValueError, match=r"controller = 'pid' must be one of the scenario's"):
+        run_many(scenarios, "pid", ["slip_work"])
+    with pytest.raises(ValueError, match=r"tolerance = 1.0 is out of range"):
+        run_many(scenarios, "creep_pi", ["slip_work"], tolerance=1.0)
+    with pytest.raises(ValueError, match=r"index has 3 entries for 10 scenarios"):
+        run_many(scenarios, "creep_pi", ["slip_work"], index=range(3))
+    with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
+        run_many(scenarios[:1], "creep_pi", ["slip_work"], index=[-1])
+    with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
+        cl.run_scenario(scenarios[0], "creep_pi", index=-1)
+    assert run_many([], "creep_pi", ["slip_work"])["slip_work"].shape == (0,)
+
+
+def test_memory_is_bounded(scenarios: list[cl.Scenario], monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the number of runs side by side, and not by how long or how many they are."""
+    monkeypatch.setattr(ensemble_run, "FLEET", 200)
+    peaks = {}
+    for runs, duration in ((60, 3.0), (60, 9.0), (200, 0.2), (800, 0.2)):
+        many = [dataclasses.replace(scenarios[7], duration=duration)] * runs
+        tracemalloc.start()
+        run_many(many, "creep_pi", list(OUTCOMES), step=0.01)
+        peaks[runs, duration] = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert peaks[60, 9.0] < 1.02 * peaks[60, 3.0]
+    assert peaks[800, 0.2] < 1.2 * peaks[200, 0.2]
+
+
+def test_every_outcome_has_unit_and_description_and_metrics_are_outcomes() -> None:
+    assert set(Metrics._fields) <= set(OUTCOMES)
+    for outcome in OUTCOMES.values():
+        assert outcome.unit
+        assert outcome.description
+
+
+# ---- stacked controllers --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", cl.CONTROLLERS)
+def test_a_stacked_controller_is_each_of_them(scenarios: list[cl.Scenario], name: str) -> None:
+    late = [one for one in scenarios if one.sensors.delay > 0.0]
+    controls = [one.controller(name) for one in late]
+    assert len({structure(control) for control in controls}) == 1
+    together, n = stacked(controls), len(controls)
+    rng = np.random.default_rng(4)
+    rows = [
+        cl.Measurement(
+            rng.uniform(-3e4, 3e4, n) if i % 7 == 0 else np.full(n, 2e4),
+            10.0 + rng.normal(0.0, 0.3, n),
+            10.0 + rng.normal(0.0, 0.05, n),
+        )
+        for i in range(200)
+    ]
+    memory = together.start(rows[0], rows[0].demand)
+    memories = [
+        control.start(cl.Measurement(*(x[[i]] for x in rows[0])), rows[0].demand[[i]])
+        for i, control in enumerate(controls)
+    ]
+    for row in rows:
+        torque, memory = together.sample(row, memory)
+        for i, control in enumerate(controls):
+            alone, memories[i] = control.sample(cl.Measurement(*(x[[i]] for x in row)), memories[i])
+            assert torque[i] == alone[0]
+
+
+def test_structure_is_all_but_numbers() -> None:
+    known: dict[str, Any] = {"proportional_gain": 1e4, "integral_gain": 1e4}
+    one = cl.CreepPI(reference=0.01, **known)
+    assert structure(one) == structure(cl.CreepPI(reference=0.02, **known))
+    with_torque = cl.CreepPI(reference=0.01, reference_torque=1e4, **known)
+    assert structure(one) != structure(with_torque)
+    assert structure(one) != structure(cl.ThresholdControl())
+    assert stacked([one, one]) is one
+
+
+# ---- against another solver -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("speed", "step", "tolerance", "bound"),
+    [
+        (10.0, 1e-3, 1e-10, 1e-6),
+        (1.0, 0.01, DEFAULT_TOLERANCE, 2e-3),
+        (10.0, 0.01, DEFAULT_TOLERANCE, 2e-4),
+    ],
+)
+def test_it_is_what_another_solver_finds(
+    locomotive: cl.Model, speed: float, step: float, tolerance: float, bound: float
+) -> None:
+    """Onto a wet patch under creep control: the textbook's equations, from sample to sample."""
+    body = locomotive.wheelset
+    r, radius_load = body.radius, body.element.contact.normal_load
+    start, duration, sample = 0.6 * speed, 3.0, 0.01
+    patch = cl.Profile((start, start), (1.0, 0.6))
+    dry = cl.find_fold(body, speed=speed).drive_torque
+    case = cl.Scenario(
+        name="test",
+        source="chosen",
+        drivetrain=cl.Drivetrain(body),
+        track=cl.Track(friction_left=patch),
+        demand=cl.Profile.of(0.9 * dry),
+        initial_speed=speed,
+        design_speed=10.0,
+        duration=duration,
+        sensors=cl.Sensors(),
+        controllers={
+            "creep_pi": cl.CreepPI.for_drivetrain(
+                cl.Drivetrain(body), speed=10.0, sensors=cl.Sensors()
+            )
+        },
+    )
+    names = ["final_speed", "distance", "slip_work", "drive_work"]
+    found = run_many([case, case], "creep_pi", names, step=step, tolerance=tolerance)
+
+    control = case.controller("creep_pi")
+    begin = cl.run_scenario(case, "creep_pi", tolerance=tolerance)
+    davis = body.resistance
+    mass = body.mass or math.nan
+
+    def rates(friction: float, torque: float) -> Any:
+        def f(_: float, y: NDArray[np.float64]) -> list[float]:
+            omega, v = float(y[0]), float(y[1])
+            given = body.element.native.evaluate_one(omega, v, radius_load, friction)
+            force = given.creep_force
+            pull = davis.constant + davis.linear * v + davis.quadratic * v * v
+            pull += mass * 9.80665 * davis.grade
+            return [
+                (torque - r * force - body.damping * omega) / body.inertia,
+                (force - pull) / mass,
+                v,
+                force * (r * omega - v),
+                torque * omega,
+            ]
+
+        return f
+
+    def reached(_: float, y: NDArray[np.float64]) -> float:
+        return float(y[2]) - start
+
+    reached.terminal = True  # type: ignore[attr-defined]
+    y = np.array([begin["omega"][0], speed, 0.0, 0.0, 0.0])
+    torque, memory = np.array([0.9 * dry]), None
+    for k in range(round(duration / sample)):
+        measured = cl.Measurement(np.array([0.9 * dry]), np.array([r * y[0]]), np.array([y[1]]))
+        if memory is None:
+            memory = control.start(measured, torque)
+        torque, memory = control.sample(measured, memory)
+        now, end = k * sample, (k + 1) * sample
+        while end - now > 1e-12:
+            dry_still = y[2] < start - 1e-12
+            got: Any = solve_ivp(
+                rates(1.0 if dry_still else 0.6, float(torque[0])),
+                (now, end),
+                y,
+                method="LSODA",
+                rtol=1e-11,
+                atol=1e-12,
+                events=reached if dry_still else None,
+            )
+            now, y = float(got.t[-1]), got.y[:, -1]
+            if dry_still and got.status == 1:
+                y[2] = start
+    expected = dict(zip(names, [y[1], y[2], y[3], y[4]], strict=True))
+    for name, value in expected.items():
+        assert found[name][0] == pytest.approx(value, rel=bound), name
+    assert math.isfinite(found["slip_work"][0])

@@ -1,0 +1,357 @@
+"""Runs of scenarios: the plant, the sampling, the sensors and the track together."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib import stability
+from contactlib.base.quantities import FloatArray
+from contactlib.traction import Measurement, OpenLoop, Sensors
+
+
+def variant(wheelset: cl.Wheelset, **changes: Any) -> cl.Wheelset:
+    return dataclasses.replace(wheelset, **changes)
+
+
+SHIPPED = {
+    path.name: list(read["controllers"])
+    for path in sorted(cl.model_path("dry_wet_dry.toml").parent.glob("*.toml"))
+    if "vehicle" in (read := tomllib.loads(path.read_text()))
+}
+# Four of them are quick, with one controller each; they take turns.
+QUICK = {"dry_wet_dry.toml", "split_friction.toml", "torque_step.toml", "torsion.toml"}
+RUNS = [
+    pytest.param(
+        name,
+        controller,
+        marks=() if name in QUICK and j == i % len(controllers) else pytest.mark.slow,
+    )
+    for i, (name, controllers) in enumerate(SHIPPED.items())
+    for j, controller in enumerate(controllers)
+]
+
+
+@dataclasses.dataclass(frozen=True)
+class Probe:
+    """Asks for the demand and writes down what it is shown."""
+
+    sample_time: float
+    seen: list[Measurement]
+
+    def start(self, measurement: Measurement, torque: Any) -> None:
+        return None
+
+    def sample(self, measurement: Measurement, memory: None) -> tuple[FloatArray, None]:
+        self.seen.append(measurement)
+        return measurement.demand, None
+
+    @classmethod
+    def for_drivetrain(cls, drivetrain: Any, *, speed: float, sensors: Any, **given: Any) -> Self:
+        raise NotImplementedError
+
+
+class Held(NamedTuple):
+    """Nothing to remember."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Proportional:
+    """T = T0 + Kp (reference - creepage), by the book: the demand is T0."""
+
+    sample_time: float
+    gain: float
+    reference: float
+
+    def start(self, measurement: Measurement, torque: Any) -> Held:
+        return Held()
+
+    def sample(self, measurement: Measurement, memory: Held) -> tuple[FloatArray, Held]:
+        creepage = measurement.wheel_speed / measurement.vehicle_speed - 1.0
+        return measurement.demand + self.gain * (self.reference - creepage), memory
+
+    @classmethod
+    def for_drivetrain(cls, drivetrain: Any, *, speed: float, sensors: Any, **given: Any) -> Self:
+        raise NotImplementedError
+
+
+def scenario(wheelset: cl.Wheelset, **changes: Any) -> cl.Scenario:
+    given: dict[str, Any] = {
+        "name": "test",
+        "source": "chosen",
+        "drivetrain": cl.Drivetrain(wheelset),
+        "demand": cl.Profile.of(2.0e4),
+        "held_speed": cl.Profile.of(10.0) if wheelset.speed_held else None,
+        "initial_speed": 10.0,
+        "design_speed": 10.0,
+        "duration": 2.0,
+        "sensors": Sensors(),
+        "controllers": {"open_loop": OpenLoop(sample_time=0.01)},
+        **changes,
+    }
+    return cl.Scenario(**given)
+
+
+def test_an_open_loop_is_a_torque_prescribed(rig: cl.Model, locomotive: cl.Model) -> None:
+    wet = cl.Profile((0.5, 0.5, 0.9, 0.9), (1.0, 0.4, 0.4, 1.0))
+    for model in (rig, locomotive):
+        case = scenario(model.wheelset, track=cl.Track(friction_over_time=wet))
+        run = cl.run_scenario(case, "open_loop")
+        other = cl.simulate(
+            model.wheelset,
+            cl.TorqueControl(cl.Profile.of(2.0e4)),
+            duration=2.0,
+            initial_speed=10.0,
+            friction_scale=wet,
+            tolerance=1e-11,
+        )
+        assert run["creepage"].max() > 0.5  # it runs away on the wet stretch
+        for name in ("omega", "speed", "distance", "creep_work", "drive_work"):
+            assert run[name][-1] == pytest.approx(other[name][-1], rel=1e-6), name
+
+
+def test_a_patch_lies_where_it_lies(locomotive: cl.Model) -> None:
+    patch = cl.Profile((5.0, 5.0, 15.0, 15.0), (1.0, 0.8, 0.8, 1.0))
+    track = cl.Track(friction_left=patch, friction_right=cl.Profile.of(0.9))
+    case = scenario(locomotive.wheelset, track=track)
+    run = cl.run_scenario(case, "open_loop", step=1e-3)
+    on = (run["distance"] > 5.0) & (run["distance"] < 15.0)
+    edge = np.minimum(abs(run["distance"] - 5.0), abs(run["distance"] - 15.0)) < 0.02
+    np.testing.assert_array_equal(run["friction_scale_left"][~edge], np.where(on, 0.8, 1.0)[~edge])
+    assert (run["friction_scale_right"] == 0.9).all()
+
+
+@pytest.mark.parametrize("start", [3.0, 3.01, 3.02, 3.03, 3.04])
+def test_a_patch_shorter_than_a_step_is_met(locomotive: cl.Model, start: float) -> None:
+    """Two centimetres are two fifths of a row; where it lies between rows does not matter."""
+    ends = (start, start, start + 0.02, start + 0.02)
+    track = cl.Track(friction_left=cl.Profile(ends, (1.0, 0.5, 0.5, 1.0)))
+    wheelset = variant(locomotive.wheelset, resistance=cl.Resistance())
+    case = scenario(wheelset, track=track, duration=0.6, demand=cl.Profile.of(2.5e4))
+    coarse, fine = (cl.run_scenario(case, "open_loop", step=step) for step in (5e-3, 1e-4))
+    assert coarse["creep_work"][-1] == pytest.approx(fine["creep_work"][-1], rel=1e-5)
+    still = scenario(wheelset, duration=0.6, demand=cl.Profile.of(2.5e4))
+    without = cl.run_scenario(still, "open_loop")["creep_work"][-1]
+    assert coarse["creep_work"][-1] > 1.0005 * without
+
+
+def test_the_rows_converge_with_their_step(locomotive: cl.Model) -> None:
+    ramp = cl.Profile((-5.0, 25.0), (1.1, 0.7))  # friction is that of each step's middle
+    case = scenario(locomotive.wheelset, track=cl.Track(friction_left=ramp), duration=1.0)
+
+    def end(step: float) -> float:
+        return float(cl.run_scenario(case, "open_loop", step=step)["creep_work"][-1])
+
+    errors = [abs(end(step) - end(1e-4)) for step in (1e-2, 5e-3)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
+
+
+def test_sensors_are_late_and_torque_is_held(locomotive: cl.Model) -> None:
+    demand = cl.Profile((0.0, 1.0), (1.0e4, 2.0e4))
+    case = scenario(locomotive.wheelset, demand=demand, sensors=Sensors(delay=0.03))
+    probe = Probe(0.01, [])
+    run = cl.run_scenario(case, probe, step=2e-3)
+    samples = slice(None, None, 5)
+    rim = (run["speed"] + run["slip_velocity"])[samples]
+    seen = np.array([float(m.wheel_speed[0]) for m in probe.seen])
+    np.testing.assert_allclose(seen[3:], rim[:-3], rtol=1e-15)
+    np.testing.assert_allclose(seen[:3], rim[0], rtol=1e-15)
+    asked = run["commanded_torque"]
+    assert np.array_equal(asked[:-1].reshape(-1, 5), np.repeat(asked[:-1:5, np.newaxis], 5, axis=1))
+    np.testing.assert_allclose(asked[samples], demand(run.time[samples]), rtol=1e-15)
+
+
+def test_noise_is_the_seed_s(locomotive: cl.Model) -> None:
+    def seen(seed: int) -> FloatArray:
+        sensors = Sensors(wheel_speed_noise=0.01, vehicle_speed_noise=0.02, seed=seed)
+        probe = Probe(0.01, [])
+        run = cl.run_scenario(scenario(locomotive.wheelset, sensors=sensors, duration=5.0), probe)
+        true = (run["speed"] + run["slip_velocity"])[::2]
+        return np.array([float(m.wheel_speed[0]) for m in probe.seen]) - true
+
+    assert np.array_equal(seen(1), seen(1))
+    assert seen(1).std() == pytest.approx(0.01, rel=0.1)
+    assert abs(np.corrcoef(seen(1), seen(2))[0, 1]) < 0.15
+
+
+@pytest.mark.parametrize(("samples", "lag"), [(0, 0.0), (1, 0.0), (2, 0.0), (1, 0.004)])
+def test_sampled_control_holds_the_falling_branch_as_far_as_it_was_said(
+    rig: cl.Model, samples: int, lag: float
+) -> None:
+    """Just inside the window of gains a kicked creepage comes back; just outside it does not."""
+    body, creepage, speed, sample_time = rig.wheelset, 0.021, 10.0, 2e-3
+    plant = stability.reduced_plant(body, creepage, speed=speed)
+    window = stability.proportional_window(
+        plant.pole, plant.gain, delay=samples * sample_time, lag=lag, sample_time=sample_time
+    )
+    torque = body.balanced(creepage=creepage, speed=speed).drive_torque
+
+    def deviation(gain: float) -> FloatArray:
+        case = scenario(
+            body,
+            drivetrain=cl.Drivetrain(body, motor_lag=lag),
+            demand=cl.Profile.of(torque),
+            sensors=Sensors(delay=samples * sample_time),
+            controllers={"open_loop": OpenLoop(sample_time=sample_time)},
+            duration=1.2,
+        )
+        control = Proportional(sample_time, gain, creepage)
+        run = cl.run_scenario(case, control, initial_creepage=creepage * (1.0 + 1e-4))
+        return np.abs(run["creepage"] / creepage - 1.0)
+
+    assert plant.pole > 20.0
+    assert not window.empty
+    for inside, outside in (
+        (1.03 * window.lowest, 0.97 * window.lowest),
+        (0.97 * window.highest, 1.03 * window.highest),
+    ):
+        assert deviation(inside)[-100:].max() < 0.5e-4
+        assert deviation(outside).max() > 10e-4
+
+
+def test_beyond_the_window_no_gain_holds(rig: cl.Model) -> None:
+    body, creepage, speed = rig.wheelset, 0.021, 10.0
+    plant = stability.reduced_plant(body, creepage, speed=speed)
+    sample_time = 0.01
+    said = cl.controllability(plant.pole, gain=plant.gain, delay=0.02, sample_time=sample_time)
+    assert said.verdict == "impossible"
+    torque = body.balanced(creepage=creepage, speed=speed).drive_torque
+    case = scenario(body, demand=cl.Profile.of(torque), sensors=Sensors(delay=0.02), duration=1.5)
+    for gain in np.geomspace(0.5, 20.0, 8) * plant.pole / plant.gain:
+        control = Proportional(sample_time, float(gain), creepage)
+        run = cl.run_scenario(case, control, initial_creepage=creepage * (1.0 + 1e-4))
+        assert np.abs(run["creepage"] / creepage - 1.0)[-50:].max() > 0.1
+
+
+@pytest.mark.parametrize(("name", "controller"), RUNS)
+def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
+    case = cl.load_scenario(name)
+    run = cl.run_scenario(case, controller)
+    for values in run.signals.values():
+        assert np.isfinite(values).all()
+    assert cl.metrics(run, case.drivetrain).energy_defect < 1e-9
+    slack = 1e-9 * np.abs(run["demand"]).max()
+    assert (np.abs(run["commanded_torque"]) <= np.abs(run["demand"]) + slack).all()
+    element = case.drivetrain.wheelset.element
+    most = element.friction.static * element.contact.normal_load
+    assert (np.abs(run["creep_force"]) <= most * (1.0 + 1e-12)).all()
+    assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
+
+
+@pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
+@pytest.mark.parametrize(
+    "speed", [0.0, *(pytest.param(v, marks=pytest.mark.slow) for v in (0.05, -3.0))]
+)
+def test_no_controller_starts_at_no_torque_for_ever(speed: float, name: str) -> None:
+    case = dataclasses.replace(
+        cl.load_scenario("dry_wet_dry.toml"),
+        initial_speed=speed,
+        demand=cl.Profile.of(2.0e4),
+        track=cl.Track(),
+        sensors=Sensors(),
+        duration=6.0,
+    )
+    torque = cl.run_scenario(case, name)["commanded_torque"]
+    assert torque[-1] > 0.8 * 2.0e4
+    assert torque[-1] >= torque[torque.size // 2]
+
+
+@pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
+@pytest.mark.parametrize(
+    "noise",
+    [(0.1, 0.1), *(pytest.param((0.05, v), marks=pytest.mark.slow) for v in (0.05, 0.02))],
+)
+def test_noise_on_a_dry_rail_is_no_slip(noise: tuple[float, float], name: str) -> None:
+    wheel, vehicle = noise
+    sensors = Sensors(wheel_speed_noise=wheel, vehicle_speed_noise=vehicle, delay=0.01, seed=3)
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    case = dataclasses.replace(
+        shipped,
+        demand=cl.Profile((0.0, 10.0), (0.0, 2.0e4)),
+        track=cl.Track(),
+        sensors=sensors,
+        duration=12.0,
+    )
+    controller = cl.CONTROLLERS[name].for_drivetrain(case.drivetrain, speed=10.0, sensors=sensors)
+    run = cl.run_scenario(case, controller)
+    assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
+
+
+def test_creep_control_beats_cutting_the_torque() -> None:
+    """Over ten sequences of noise, none left out: PI control in each, both in the mean."""
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    cases = [
+        dataclasses.replace(shipped, sensors=dataclasses.replace(shipped.sensors, seed=float(seed)))
+        for seed in range(10)
+    ]
+    outcomes = ("adhesion_utilisation", "slip_work", "slip_share")
+    found = [
+        cl.run_many(cases, name, outcomes, index=[0] * len(cases))
+        for name in ("threshold", "creep_pi", "slope_seeking")
+    ]
+    used, slip, share = (np.stack([one[name] for one in found], axis=1) for name in outcomes)
+    baseline, pi, seeking = range(3)
+    assert (used[:, pi] > used[:, baseline]).all()
+    assert (slip[:, pi] < slip[:, baseline]).all()
+    assert used[:, seeking].mean() > used[:, baseline].mean() + 0.003
+    assert slip[:, seeking].mean() < 0.985 * slip[:, baseline].mean()
+    assert (share[:, pi:] < share[:, [baseline]]).all()
+    assert np.sum(used[:, seeking] > used[:, baseline]) >= 9
+
+
+@pytest.mark.parametrize(
+    "name", ["creep_pi", pytest.param("slope_seeking", marks=pytest.mark.slow)]
+)
+def test_standstill_and_back(name: str) -> None:
+    case = cl.load_scenario("standstill.toml")
+    run = cl.run_scenario(case, name)
+    assert run["speed"][0] == 0.0
+    assert run["speed"].max() > 39.9
+    assert run["speed"].min() < 0.0
+    assert run["creepage"].min() < 0.0 < run["creepage"].max()
+    # Noise at low speed is not taken for slip: dry rails give what is asked for.
+    assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
+
+
+def test_a_run_ends_with_its_duration_and_says_how_far_it_is(locomotive: cl.Model) -> None:
+    told: list[float] = []
+    case = scenario(locomotive.wheelset, duration=0.995)
+    run = cl.run_scenario(case, "open_loop", progress=told.append)
+    assert run.time[-1] == pytest.approx(0.995)
+    assert told[-1] == 1.0
+    assert told == sorted(told)
+
+
+def test_a_variant_has_its_controllers_designed_again() -> None:
+    case = cl.load_scenario("dry_wet_dry.toml")
+    late = dataclasses.replace(case, sensors=dataclasses.replace(case.sensors, delay=0.03))
+    for one, delay in ((case, 0.01), (late, 0.03)):
+        seeking = one.controller("slope_seeking")
+        assert isinstance(seeking, cl.SlopeSeeking)
+        assert seeking.delay == delay
+    gains = [
+        one.controller("creep_pi").proportional_gain  # type: ignore[attr-defined]
+        for one in (case, late)
+    ]
+    assert gains[1] < gains[0]
+
+
+def test_refusals(locomotive: cl.Model) -> None:
+    case = scenario(locomotive.wheelset)
+    with pytest.raises(
+        ValueError, match=r"controller = 'pid' must be one of the scenario's: open_loop"
+    ):
+        cl.run_scenario(case, "pid")
+    with pytest.raises(ValueError, match=r"step = 0.0 is out of range"):
+        cl.run_scenario(case, "open_loop", step=0.0)
+    with pytest.raises(ValueError, match=r"controllers.open_loop.delay .* not a whole number of"):
+        scenario(locomotive.wheelset, sensors=Sensors(delay=0.015))
+    with pytest.raises(ValueError, match=r"duration = 2.0 has \d+ steps of 1e-09 s: at most"):
+        cl.run_scenario(case, "open_loop", step=1e-9)
+    with pytest.raises(ValueError, match="the rising branch ends at"):
+        cl.run_scenario(scenario(locomotive.wheelset, demand=cl.Profile.of(4e4)), "open_loop")

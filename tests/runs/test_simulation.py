@@ -1,0 +1,318 @@
+"""Runs: the fold, creep control, pulses, events, and an independent solution."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from falling_friction import with_falling
+from scipy.integrate import solve_ivp, trapezoid
+
+import contactlib as cl
+from contactlib.stability.quasi_steady import steady_creepage
+
+
+def ramp_past_the_fold(body: cl.Wheelset, rate: float) -> cl.Event:
+    critical = cl.find_fold(body, speed=10.0).drive_torque
+    run = cl.simulate(
+        body,
+        cl.TorqueControl(
+            cl.Profile((0.0, 0.03 * critical / rate), (0.98 * critical, 1.01 * critical))
+        ),
+        duration=0.03 * critical / rate,
+        initial_speed=10.0,
+        stop_at=["peak_passed"],
+    )
+    event = run.first("peak_passed")
+    assert event is not None
+    assert run.time[-1] == event.time
+    return event
+
+
+def test_slow_ramp_finds_the_critical_torque(rig: cl.Model) -> None:
+    body = rig.wheelset
+    peak = cl.CarterGriffith(k_hat=0.3).peak
+    creepage = 0.015 * peak.normalized_creepage
+    omega = (1.0 + creepage) * 10.0 / 0.5
+    predicted = 0.5 * 0.21 * 220.65e3 * peak.traction_ratio + 50.0 * omega  # r Q_peak + b omega
+    rates = np.array([160.0, 40.0, 10.0])
+    late = [ramp_past_the_fold(body, r).drive_torque / predicted - 1.0 for r in rates]
+    assert late[1] < 1e-3
+    # Passing a fold is late by the ramp's rate to the power 2/3.
+    order = np.polyfit(np.log(rates), np.log(late), 1)[0]
+    assert order == pytest.approx(2.0 / 3.0, abs=0.05)
+
+
+def test_demonstration_ramps_meet_the_fold(rig: cl.Model, locomotive: cl.Model) -> None:
+    for model in (rig, locomotive):
+        control = model.torque_control
+        run = cl.simulate(
+            model.wheelset,
+            control,
+            duration=control.reference.at[-1],
+            initial_speed=model.initial_speed,
+        )
+        passed, away = run.first("peak_passed"), run.first("slip_away")
+        assert passed is not None
+        assert away is not None
+        fold = cl.find_fold(model.wheelset, speed=passed.speed)
+        assert passed.drive_torque == pytest.approx(fold.drive_torque, rel=1e-3)
+        assert run["creepage"].max() > 1.0
+        assert run["creepage"][-1] < fold.creepage  # and comes back when the torque is low enough
+
+
+def test_creep_control_stays_on_the_falling_branch(rig: cl.Model, locomotive: cl.Model) -> None:
+    for model in (rig, locomotive):
+        control = model.creep_control
+        run = cl.simulate(model.wheelset, control, duration=40.0, initial_speed=model.initial_speed)
+        late = run.time > 20.0
+        target = control.reference.value[-1]
+        np.testing.assert_allclose(run["creepage"][late], target, rtol=2e-4)
+        assert (run["falling_branch"][late] == 1.0).all()
+        point = model.wheelset.balanced(creepage=target, speed=float(run["speed"][-1]))
+        assert not point.stable  # what constant torque would do there
+
+
+def test_gain_below_the_bound_does_not_hold(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point = body.balanced(creepage=0.022, speed=10.0)
+    bound = cl.creep_control_gain(body, point)
+    for factor, holds in ((0.98, False), (1.02, True)):
+        control = cl.CreepControl(
+            reference=cl.Profile.of(0.022),
+            proportional_gain=factor * bound,
+            torque_min=point.drive_torque - 1e3,
+            torque_max=point.drive_torque + 1e3,
+        )
+        nudge = cl.Profile((0.5, 0.5), (1.0, 1.001))
+        run = cl.simulate(body, control, duration=30.0, initial_speed=10.0, friction_scale=nudge)
+        assert (abs(run["creepage"][-1] - 0.022) < 2e-3) == holds
+
+
+def test_agrees_with_an_independent_model(locomotive: cl.Model) -> None:
+    # The law in Python, the equations written again, another solver: nothing shared but numbers.
+    law = cl.CarterGriffith(k_hat=0.3)
+    ramp = cl.Profile((0.0, 4.0), (2.4e4, 2.8e4))
+
+    def motion(time: float, state: np.ndarray) -> list[float]:
+        omega, speed = state
+        force = 0.21 * 220.65e3 * float(law.traction_ratio((0.5 * omega / speed - 1.0) / 0.015))
+        torque = 2.4e4 + 1e3 * time
+        davis = 1811.0 + 66.6 * speed + 3.1 * speed**2
+        return [(torque - 0.5 * force - 5.0 * omega) / 250.0, (force - davis) / 142.5e3]
+
+    body = locomotive.wheelset
+    run = cl.simulate(
+        body, cl.TorqueControl(ramp), duration=4.0, initial_speed=10.0, initial_creepage=0.01
+    )
+    assert run.first("slip_away") is not None
+    other: Any = solve_ivp(
+        motion, (0.0, 4.0), [20.2, 10.0], method="LSODA", rtol=1e-10, atol=1e-10, dense_output=True
+    )
+    omega, speed = other.sol(run.time)
+    np.testing.assert_allclose(run["omega"], omega, rtol=1e-6)
+    np.testing.assert_allclose(run["speed"], speed, rtol=1e-7)
+
+
+def test_no_pulse_is_stepped_over(rig: cl.Model) -> None:
+    # 2 ms in the middle of a run whose steps would be seconds: the impulse must all arrive.
+    body = rig.wheelset
+    low, start = 1e3, 50.0
+    pulse = cl.Profile((start, start, start + 2e-3, start + 2e-3), (low, 5e4, 5e4, low))
+    run = cl.simulate(body, cl.TorqueControl(pulse), duration=100.0, initial_speed=10.0)
+    before, after = (int(np.searchsorted(run.time, start + t)) for t in (-1e-9, 2e-3))
+    gained = 250.0 * (run["omega"][after] - run["omega"][before])
+    part = (run.time >= start) & (run.time <= start + 2e-3)
+    net = 5e4 - 0.5 * run["creep_force"][part] - 50.0 * run["omega"][part]
+    assert gained == pytest.approx(float(trapezoid(net, run.time[part])), rel=2e-3)
+    assert run["omega"][-1] == pytest.approx(run["omega"][0], rel=1e-9)
+
+
+def test_anti_windup_lets_go_of_the_limit(rig: cl.Model) -> None:
+    # However long the reference asked for more than the limit gives, the memory holds no more.
+    def recovery(held: float) -> float:
+        end = 1.0 + held
+        control = cl.CreepControl(
+            reference=cl.Profile((1.0, 1.0, end, end), (0.006, 0.03, 0.03, 0.008)),
+            proportional_gain=1e6,
+            integral_gain=4e6,
+            torque_min=0.0,
+            torque_max=2.4e4,
+        )
+        run = cl.simulate(rig.wheelset, control, duration=end + 4.0, initial_speed=10.0)
+        at_limit = run["drive_torque"] >= 2.4e4
+        assert run["drive_torque"].max() <= 2.4e4
+        assert np.ptp(run.time[at_limit]) > 0.9 * held
+        away = np.abs(run["creepage"] - 0.008) > 1e-5
+        return float(run.time[away][-1]) - end
+
+    assert recovery(1.0) < 3.5
+    assert recovery(10.0) == pytest.approx(recovery(1.0), abs=0.05)
+
+
+def test_jumps_of_friction_are_met(rig: cl.Model) -> None:
+    wet = cl.Profile((5.0, 5.0, 6.0, 6.0), (1.0, 0.5, 0.5, 1.0))
+    run = cl.simulate(
+        rig.wheelset,
+        cl.TorqueControl(cl.Profile.of(2e4)),
+        duration=20.0,
+        initial_speed=10.0,
+        friction_scale=wet,
+    )
+    away = run.first("slip_away")
+    assert away is not None
+    assert 5.0 < away.time < 6.0
+    assert run["friction_scale"].min() == 0.5
+    inside = (run.time > 5.0) & (run.time < 6.0)
+    assert (run["friction_scale"][inside] == 0.5).all()
+    assert (np.diff(run.time) > 0.0).all()
+
+
+def test_braking_to_standstill(locomotive: cl.Model) -> None:
+    run = cl.simulate(
+        locomotive.wheelset,
+        cl.TorqueControl(cl.Profile.of(-8e3)),
+        duration=200.0,
+        initial_speed=5.0,
+        stop_at=["standstill"],
+    )
+    event = run.first("standstill")
+    assert event is not None
+    assert run["speed"][-1] == pytest.approx(0.1)
+    assert (run["creepage"] < 0.0).all()
+
+
+def test_a_first_torque_out_of_reach_is_refused(rig: cl.Model) -> None:
+    with pytest.raises(ValueError, match=r"drive torque = 40000\.0 at the start"):
+        cl.simulate(
+            rig.wheelset, cl.TorqueControl(cl.Profile.of(4e4)), duration=1.0, initial_speed=10.0
+        )
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"duration": -1.0}, "duration = -1.0"),
+        ({"initial_speed": np.nan}, "initial_speed = nan"),
+        ({"normal_load": -5.0}, "normal_load = -5.0"),
+        ({"friction_scale": np.nan}, "friction_scale = nan"),
+        ({"tolerance": 1.0}, "tolerance = 1.0"),
+        ({"stop_at": ["crash"]}, "crash"),
+    ],
+)
+def test_bad_settings_are_refused(rig: cl.Model, given: dict[str, float], message: str) -> None:
+    settings = {"duration": 1.0, "initial_speed": 10.0, **given}
+    with pytest.raises(ValueError, match=message):
+        cl.simulate(rig.wheelset, rig.torque_control, **settings)  # type: ignore[arg-type]
+
+
+def test_result_keeps_units_and_every_digit(rig: cl.Model, tmp_path: Path) -> None:
+    run = cl.simulate(rig.wheelset, rig.creep_control, duration=5.0, initial_speed=10.0)
+    path = run.to_csv(tmp_path / "run.csv")
+    with path.open() as file:
+        rows = list(csv.reader(file))
+    assert rows[0][:4] == ["time [s]", "omega [rad/s]", "speed [m/s]", "drive_torque [N.m]"]
+    columns = np.array(rows[1:], dtype=float).T
+    np.testing.assert_array_equal(columns[0], run.time)
+    np.testing.assert_array_equal(columns[1], run["omega"])
+    data = run.to_xarray()
+    assert data["creep_force"].attrs["units"] == "N"
+    np.testing.assert_array_equal(data["creep_force"].values, run["creep_force"])
+    with pytest.raises(TypeError):
+        run.signals["omega"] = run.time  # type: ignore[index]
+
+
+def test_profile_ends_jumps_and_refusals() -> None:
+    profile = cl.Profile((0.0, 1.0, 1.0, 3.0), (0.0, 1.0, 5.0, 6.0))
+    np.testing.assert_allclose(profile([-1.0, 0.5, 1.0, 2.0, 9.0]), [0.0, 0.5, 5.0, 5.5, 6.0])
+    jumps = cl.Profile((0.0, 0.0, 2.0, 2.0), (1.0, 2.0, 3.0, 4.0))  # at both ends
+    np.testing.assert_allclose(
+        jumps([-1e-9, 0.0, 1.0, 2.0 - 1e-12, 2.0]), [1.0, 2.0, 2.5, 3.0, 4.0]
+    )
+    assert profile.on(0.5, 1.0) == (0.5, 1.0)
+    assert profile.on(1.0, 2.0) == (5.0, 5.5)
+    for time, value in (((1.0, 0.0), (0.0, 0.0)), ((), ()), ((0.0,), (1.0, 2.0))):
+        with pytest.raises(ValueError, match="at "):
+            cl.Profile(time, value)
+    with pytest.raises(ValueError, match="at most once"):
+        cl.Profile((1.0, 1.0, 1.0), (0.0, 1.0, 2.0))
+
+
+def test_energy_balance_of_every_kind_of_run(rig: cl.Model, locomotive: cl.Model) -> None:
+    for model in (rig, locomotive):
+        for control in (model.torque_control, model.creep_control):
+            run = cl.simulate(model.wheelset, control, initial_speed=model.initial_speed)
+            work = np.abs(np.diff(run["drive_work"])).sum()
+            assert np.abs(run["energy_defect"]).max() < 1e-8 * work
+            power = run["creep_force"] * run["slip_velocity"]
+            assert run["creep_work"][-1] == pytest.approx(
+                float(trapezoid(power, run.time)), rel=1e-3
+            )
+
+
+def test_from_standstill_to_forty_and_back_through_zero(locomotive: cl.Model) -> None:
+    torque = cl.Profile((0.0, 1.0, 28.0, 29.0, 56.0), (0.0, 2.2e4, 2.2e4, -2.2e4, -2.2e4))
+    run = cl.simulate(
+        dataclasses.replace(locomotive.wheelset, mass=22.5e3),
+        cl.TorqueControl(torque),
+        initial_speed=0.0,
+    )
+    assert run["speed"].max() > 40.0
+    assert run["speed"][-1] < -0.5
+    assert run["creepage"].min() < 0.0 < run["creepage"].max()
+    for values in run.signals.values():
+        assert np.isfinite(values).all()
+    work = np.abs(np.diff(run["drive_work"])).sum()
+    assert np.abs(run["energy_defect"]).max() < 1e-6 * work
+
+
+@pytest.mark.parametrize("torque", [2e3, 1.5e4, 2.5e4])
+def test_start_on_the_rising_branch(rig: cl.Model, torque: float) -> None:
+    body = with_falling(rig.wheelset, 1e-3, 50.0)
+    control = cl.TorqueControl(cl.Profile.of(torque))
+    fold = cl.find_fold(body, speed=10.0)
+    if torque > fold.drive_torque:
+        with pytest.raises(ValueError, match="rising branch ends"):
+            cl.simulate(body, control, duration=0.1, initial_speed=10.0)
+    else:
+        run = cl.simulate(body, control, duration=0.1, initial_speed=10.0)
+        assert 0.0 < run["creepage"][0] < fold.creepage
+        assert run["creepage"][-1] == pytest.approx(run["creepage"][0], rel=1e-6)
+
+
+def of_wet_rail(wheelset: cl.Wheelset) -> cl.Wheelset:
+    """The wheelset with a law whose force peaks far beyond the saturation creepage."""
+    law = cl.Polach.wet(kalker_coefficient=3.7, poisson_ratio=0.28)
+    element = replace(wheelset.element, table=cl.CreepForceTable.from_law(law))
+    return with_falling(replace(wheelset, element=element), 0.4, 0.06)
+
+
+@pytest.mark.parametrize("friction", [1.0, (0.6, 1.0)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_start_on_a_rising_branch_that_is_long(
+    rig: cl.Model, friction: float | tuple[float, float], sign: float
+) -> None:
+    body = of_wet_rail(replace(rig.wheelset, damping=0.0))
+    load = body.element.contact.normal_load
+    zeta = np.geomspace(1e-4, 10.0, 200_001)
+    torque = np.mean(
+        [
+            cl.quasi_steady_torque(body, zeta, speed=2.0, friction_scale=scale)
+            for scale in np.atleast_1d(friction)
+        ],
+        axis=0,
+    )
+    i = int(np.argmax(torque))
+    assert zeta[i] > 5.0 * body.element.saturation_creepage
+    given: dict[str, Any] = {"speed": 2.0, "normal_load": load, "friction_scale": friction}
+    for part in (0.5, 0.9, 0.999):
+        found = steady_creepage(body, sign * part * torque[i], **given)
+        expected = np.interp(part * torque[i], torque[: i + 1], zeta[: i + 1])
+        assert found == pytest.approx(sign * expected, rel=1e-6)
+    with pytest.raises(ValueError, match=f"rising branch ends at {sign * torque[i]:.6g}"):
+        steady_creepage(body, sign * 1.001 * torque[i], **given)

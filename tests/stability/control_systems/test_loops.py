@@ -1,0 +1,210 @@
+"""Loops, their margins and their delays against simulation."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import control
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from wheelsets import falling, unstable
+
+import contactlib as cl
+from contactlib.stability import control_systems
+
+SPEED = 10.0
+
+
+def test_a_sampled_controller_needs_a_sampled_plant(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point, _, gain = falling(body)
+    plant = body.linearize(point)[["creepage"], ["drive_torque"]]
+    sampled = control.tf([2.0 * gain, -1.9 * gain], [1.0, -1.0], 0.01)
+    named = control.ss(sampled, inputs="creepage_error", outputs="drive_torque")
+    with pytest.raises(ValueError, match="incompatible timebases"):
+        control.interconnect([named, plant], inputs="creepage_error", outputs="creepage")
+    with pytest.raises(ValueError, match=r"sample the plant first, control\.sample_system\(plant"):
+        control_systems.open_loop(plant, sampled)
+    ready = control.sample_system(plant, 0.01, "zoh")
+    ready = control.ss(ready, inputs="drive_torque", outputs="creepage")
+    loop = control_systems.open_loop(ready, sampled)
+    ours = control_systems.sampled_loop(
+        body, point, sample_time=0.01, proportional_gain=1.9 * gain, integral_gain=10.0 * gain
+    )
+    z = np.exp(1j * np.linspace(0.1, 3.0, 7))
+    np.testing.assert_allclose(loop(z), ours(z), rtol=1e-9)
+
+
+def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> None:
+    # L = f p/(s - p): leaves -1 for f -> 1, |L| = 1 at p sqrt(f^2 - 1), phase acos(1/f)
+    body = rig.wheelset
+    point, pole, gain = falling(body)
+    for f in (1.3, 2.0, 5.0):
+        found = control_systems.margins(
+            control_systems.creep_loop(body, point, proportional_gain=f * gain)
+        )
+        crossover = pole * math.sqrt(f**2 - 1.0)
+        assert found.gain_lower == pytest.approx(1.0 / f, rel=1e-6)
+        assert found.gain_upper == math.inf
+        assert found.crossover == pytest.approx(crossover, rel=1e-6)
+        assert found.phase == pytest.approx(math.acos(1.0 / f), rel=1e-6)
+        assert found.delay == pytest.approx(math.acos(1.0 / f) / crossover, rel=1e-6)
+        # |1 + L| is f - 1 at rest and rises or falls to 1.
+        assert found.sensitivity_peak == pytest.approx(max(1.0 / (f - 1.0), 1.0), rel=1e-4)
+        (bare,) = (
+            control.margin(control_systems.creep_loop(body, point, proportional_gain=f * gain)),
+        )
+        assert found.phase == pytest.approx(math.radians(bare[1]), rel=1e-6)
+
+
+def test_disk_margin_bounds_gain_and_phase(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point, _, gain = falling(body)
+    loop = control_systems.creep_loop(body, point, proportional_gain=1.8 * gain, delay=3e-3)
+    found = control_systems.margins(loop)
+    assert 1.0 / found.disk_gain > found.gain_lower * (1.0 - 1e-3)
+    assert found.disk_gain < found.gain_upper
+    assert found.disk_phase < found.phase
+    assert found.sensitivity_peak > 1.0
+    for factor in (0.99 * found.disk_gain, 1.01 / found.disk_gain):
+        assert unstable(factor * loop) == 0
+
+
+def test_no_margins_without_stability(rig: cl.Model) -> None:
+    point, _, gain = falling(rig.wheelset)
+    with pytest.raises(ValueError, match="not stable, so it has no margins"):
+        control_systems.margins(
+            control_systems.creep_loop(rig.wheelset, point, proportional_gain=0.9 * gain)
+        )
+
+
+def test_pade_orders_converge_to_the_delay(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point, pole, gain = falling(body)
+    delay = 0.3 / pole
+    # K exp(-j w tau) p/(j w - p) = -1: w = p tan(w tau), K/K0 = sqrt(1 + (w/p)^2)
+    omega = brentq(lambda w: w - pole * math.tan(w * delay), 0.1 / delay, 1.57 / delay)
+    exact = math.hypot(1.0, omega / pole)
+    errors = []
+    for order in (1, 2, 3):
+        given: dict[str, Any] = {"delay": delay, "pade_order": order}
+        loop = control_systems.creep_loop(body, point, proportional_gain=1.2 * gain, **given)
+        errors.append(abs(1.2 * control_systems.margins(loop).gain_upper / exact - 1.0))
+    assert errors[1] < 0.1 * errors[0]
+    assert errors[2] < 0.03 * errors[1]
+    final = control_systems.margins(
+        control_systems.creep_loop(body, point, proportional_gain=1.2 * gain, delay=delay)
+    )
+    assert 1.2 * final.gain_upper == pytest.approx(exact, rel=1e-6)
+
+
+def delayed_growth(
+    wheelset: cl.Wheelset, point: cl.OperatingPoint, gain: float, delay: float, duration: float
+) -> float:
+    """Late over early size of a small deviation, T = T0 + Kp (zeta_m - zeta(t - delay)).
+
+    The kernel's nonlinear equations by Heun's method, 200 steps to a delay.
+    """
+    step = delay / 200.0
+    omega, speed = point.omega * (1.0 + 1e-6), point.speed
+    seen = [0.0] * 201  # creepage deviations, oldest first
+    sizes = []
+    for _ in range(round(duration / step)):
+        torque = [point.drive_torque - gain * z for z in seen[:2]]
+        one, contact = wheelset.rates(omega, speed, torque[0], point.normal_load, 1.0, 0.0)
+        ahead = omega + step * one.omega_rate
+        two, _ = wheelset.rates(ahead, speed, torque[1], point.normal_load, 1.0, 0.0)
+        seen = [*seen[1:-1], contact.creepage - point.creepage, 0.0]
+        omega += 0.5 * step * (one.omega_rate + two.omega_rate)
+        seen[-1] = wheelset.radius * omega / speed - 1.0 - point.creepage
+        sizes.append(abs(seen[-1]))
+    third = len(sizes) // 3
+    return max(sizes[-third:]) / max(sizes[third : 2 * third])
+
+
+@pytest.mark.parametrize("factor", [1.3, 2.0])
+def test_delay_margin_is_the_delay_at_which_a_simulation_loses_it(
+    rig: cl.Model, factor: float
+) -> None:
+    body = rig.wheelset
+    point, pole, gain = falling(body)
+    found = control_systems.margins(
+        control_systems.creep_loop(body, point, proportional_gain=factor * gain)
+    )
+    duration = 60.0 / pole
+    for part, holds in ((0.95, True), (1.05, False)):
+        ratio = delayed_growth(body, point, factor * gain, part * found.delay, duration)
+        assert (ratio < 1.0) == holds
+
+
+def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point, _, bound = falling(body)
+    h, wait, ki = 2e-3, 2, 5.0  # ki over kp [1/s]
+    loop = control_systems.sampled_loop(
+        body,
+        point,
+        sample_time=h,
+        proportional_gain=1.0,
+        integral_gain=ki,
+        delay=wait * h,
+    )
+    low, high = control_systems.root_locus(loop, bound * np.geomspace(0.5, 20.0, 12)).critical_gains
+
+    def growth(gain: float) -> float:
+        omega, total, pending = point.omega * (1.0 + 1e-7), 0.0, [point.drive_torque] * wait
+        sizes = []
+        for _ in range(450):
+            error = point.creepage - (body.radius * omega / SPEED - 1.0)
+            total += ki * h * error
+            pending.append(point.drive_torque + gain * (error + total))
+            torque = pending.pop(0)
+            for _ in range(4):  # Heun's method within a sample
+                one, _ = body.rates(omega, SPEED, torque, point.normal_load, 1.0, 0.0)
+                ahead = omega + 0.25 * h * one.omega_rate
+                two, _ = body.rates(ahead, SPEED, torque, point.normal_load, 1.0, 0.0)
+                omega += 0.125 * h * (one.omega_rate + two.omega_rate)
+            sizes.append(abs(error))
+        return max(sizes[-150:]) / max(sizes[150:300])
+
+    assert growth(0.98 * high) < 1.0 < growth(1.02 * high)
+    assert growth(1.05 * low) < 1.0 < growth(0.95 * low)
+
+
+def test_fast_sampling_is_the_continuous_loop(rig: cl.Model) -> None:
+    body = rig.wheelset
+    point, _, gain = falling(body)
+    given: dict[str, Any] = {
+        "proportional_gain": 2.0 * gain,
+        "integral_gain": 20.0 * gain,
+        "lag": 2e-3,
+        "delay": 2e-3,
+    }
+    frequency = np.array([10.0, 60.0, 200.0])
+    exact = control_systems.creep_loop(body, point, **given)(1j * frequency)
+    errors = []
+    for h in (1e-3, 5e-4, 2.5e-4):
+        loop = control_systems.sampled_loop(body, point, sample_time=h, **given)
+        # The hold delays by half a sample.
+        errors.append(np.abs(loop(np.exp(1j * frequency * h)) / exact - 1.0))
+    order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    np.testing.assert_allclose(order, 1.0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"delay": 1.5e-3}, r"delay = 0\.0015 must be a whole number of samples"),
+        ({"proportional_gain": 0.0}, r"proportional_gain = 0\.0 is out of range"),
+        ({"integral_gain": -1.0}, r"integral_gain = -1\.0 is out of range"),
+        ({"lag": -1.0}, r"lag = -1\.0 is out of range"),
+        ({"sample_time": 0.0}, r"sample_time = 0\.0 is out of range"),
+    ],
+)
+def test_bad_values_are_named(rig: cl.Model, changes: dict[str, float], message: str) -> None:
+    point, _, gain = falling(rig.wheelset)
+    given: dict[str, Any] = {"sample_time": 1e-3, "proportional_gain": gain, **changes}
+    with pytest.raises(ValueError, match=message):
+        control_systems.sampled_loop(rig.wheelset, point, **given)

@@ -1,0 +1,186 @@
+"""Nonlinear wheelsets in python-control, and the traps of that library."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import control
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib.stability import control_systems
+
+SPEED = 10.0
+
+
+def held_speed(wheelset: cl.Wheelset) -> float | None:
+    return SPEED if wheelset.speed_held else None
+
+
+@pytest.mark.parametrize("name", ["rig", "locomotive"])
+@pytest.mark.parametrize("creepage", [0.006, 0.024])
+def test_its_linearisation_is_the_kernels(
+    name: str, creepage: float, request: pytest.FixtureRequest
+) -> None:
+    body = request.getfixturevalue(name).wheelset
+    point = body.balanced(creepage=creepage, speed=SPEED)
+    system = body.to_nlsys(speed=held_speed(body))
+    states = [point.omega, point.speed][: system.nstates]
+    inputs = [point.drive_torque, point.normal_load, 1.0, point.resistance_force]
+    theirs = control.linearize(system, states, inputs)
+    ours = body.linearize(point)
+    assert system.state_labels == ours.state_labels
+    assert system.output_labels == ours.output_labels
+    assert system.input_labels == [
+        "drive_torque",
+        "normal_load",
+        "friction_scale",
+        "resistance_force",
+    ]
+    np.testing.assert_allclose(theirs.A, ours.A, rtol=1e-3)
+    np.testing.assert_allclose(theirs.B[:, [0, 3]], ours.B, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(theirs.C, ours.C, rtol=1e-3, atol=1e-8)
+    np.testing.assert_allclose(system.output(0.0, states, inputs)[2], creepage, rtol=1e-12)
+
+
+def test_system_refuses_what_python_control_makes_of_a_forgotten_input(rig: cl.Model) -> None:
+    system = rig.wheelset.to_nlsys(speed=SPEED)
+    with pytest.raises(ValueError, match=r"friction_scale = 0\.0 is out of range"):
+        control.input_output_response(system, [0.0, 1.0], [2e4, 2e5, 0.0, 0.0], [20.0])
+    with pytest.raises(ValueError, match="normal_load = -1"):
+        system.dynamics(0.0, [20.0], [2e4, -1.0, 1.0, 0.0])
+
+
+def test_speed_is_a_parameter_if_held_and_a_state_if_not(
+    rig: cl.Model, locomotive: cl.Model
+) -> None:
+    with pytest.raises(ValueError, match="is needed"):
+        rig.wheelset.to_nlsys()
+    with pytest.raises(ValueError, match="is a state"):
+        locomotive.wheelset.to_nlsys(speed=SPEED)
+    faster = rig.wheelset.to_nlsys(speed=SPEED).output(
+        0.0, [44.0], [0.0, 2e5, 1.0, 0.0], params={"speed": 20.0}
+    )
+    assert faster[1:3] == pytest.approx([20.0, 0.1])
+
+
+@pytest.mark.parametrize("name", ["rig", "locomotive"])
+def test_nonlinear_loop_runs_as_the_simulation_does(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    model = request.getfixturevalue(name)
+    body, rule = model.wheelset, model.creep_control
+    wet = cl.Profile((4.0, 4.0, 5.0), (1.0, 0.8, 1.0))
+    run = cl.simulate(body, rule, initial_speed=SPEED, duration=12.0, friction_scale=wet)
+    system = control_systems.creep_control_system(body, rule, speed=held_speed(body))
+    start = [run["omega"][0], SPEED][: system.nstates - 1]
+    found = control_systems.response(
+        system,
+        {
+            "creepage_reference": rule.reference,
+            "normal_load": 220.65e3,
+            "friction_scale": wet,
+            "resistance_force": 0.0,
+        },
+        initial_state=[*start, run["drive_torque"][0]],
+        duration=12.0,
+        output_interval=0.05,
+    )
+    for name_of, row in zip(system.output_labels, found.outputs, strict=True):
+        there = np.interp(found.time, run.time, run[name_of])
+        after = np.abs(found.time - 4.0) > 0.02  # straight lines between rows hide the jump
+        scale = np.abs(run[name_of]).max()
+        np.testing.assert_allclose(row[after], there[after], atol=1e-5 * scale)
+
+
+def test_a_short_pulse_is_not_stepped_over(rig: cl.Model) -> None:
+    body = rig.wheelset
+    (first, *_) = body.equilibria(drive_torque=24e3, speed=SPEED)
+    pulse = cl.Profile((5.0, 5.0, 5.05, 5.05), (24e3, 35e3, 35e3, 24e3))
+    load = first.normal_load
+    system = body.to_nlsys(speed=SPEED)
+    time = np.linspace(0.0, 10.0, 10001)
+    inputs = [pulse(time), load, 1.0, 0.0]
+    bare = control.input_output_response(
+        system, time, inputs, [first.omega], solve_ivp_method="BDF"
+    )
+    assert bare.outputs[2].max() < 1.001 * first.creepage  # the trap: nothing happened
+    ours = control_systems.response(
+        system,
+        {"drive_torque": pulse, "normal_load": load, "friction_scale": 1.0, "resistance_force": 0},
+        initial_state=[first.omega],
+        duration=10.0,
+    )
+    run = cl.simulate(body, cl.TorqueControl(pulse), initial_speed=SPEED, duration=10.0)
+    assert run["creepage"].max() > 5.0 * first.creepage
+    assert ours.outputs[2].max() == pytest.approx(run["creepage"].max(), rel=1e-6)
+    assert np.diff(ours.time).min() > 0.0
+    assert set(pulse.at) <= set(ours.time.tolist())
+
+
+def test_response_names_what_is_missing(rig: cl.Model) -> None:
+    system = rig.wheelset.to_nlsys(speed=SPEED)
+    with pytest.raises(ValueError, match="must be those of the system: drive_torque, normal_load"):
+        control_systems.response(system, {"drive_torque": 1.0}, initial_state=[20.0], duration=1.0)
+    sampled = control.nlsys(lambda t, x, u, p: x, None, states=1, inputs=0, dt=0.1)
+    with pytest.raises(ValueError, match="sampled"):
+        control_systems.response(sampled, {}, initial_state=[20.0], duration=1.0)
+
+
+def test_no_operating_point_past_the_fold(rig: cl.Model) -> None:
+    body = rig.wheelset
+    fold = cl.find_fold(body, speed=SPEED)
+    below, above = 0.99 * fold.drive_torque, 1.01 * fold.drive_torque
+    found = control_systems.operating_point(body, drive_torque=below, creepage=0.01, speed=SPEED)
+    assert found.drive_torque == pytest.approx(below, rel=1e-9)
+    assert found.stable
+    beyond = control_systems.operating_point(body, drive_torque=below, creepage=0.022, speed=SPEED)
+    assert not beyond.stable
+
+    bare = control.find_operating_point(
+        body.to_nlsys(speed=SPEED),
+        [found.omega],
+        [above, found.normal_load, 1.0, 0.0],
+        root_method="lm",
+    )
+    assert bare.result.success  # the trap: it says so of a state that is not at rest
+    assert abs(bare.result.fun[0]) * body.inertia > 100.0  # N.m
+    with pytest.raises(ValueError, match=rf"drive_torque = {above!r}.* fold is at 27313\.5 N\.m"):
+        control_systems.operating_point(body, drive_torque=above, creepage=0.01, speed=SPEED)
+
+
+def test_operating_point_of_a_free_wheelset_keeps_its_speed(locomotive: cl.Model) -> None:
+    body = locomotive.wheelset
+    found = control_systems.operating_point(body, drive_torque=2e4, creepage=0.005, speed=SPEED)
+    rates, _ = body.rates(found.omega, SPEED, 2e4, found.normal_load, 1.0, found.resistance_force)
+    assert abs(rates.omega_rate) < 1e-6
+    assert abs(rates.speed_rate) < 1e-9
+
+
+def test_phase_plane_of_creepage_and_speed(locomotive: cl.Model) -> None:
+    # From a grid of starts, as the library's phase plots use one, the equilibrium is found.
+    body, torque = locomotive.wheelset, 6e3
+    (there,) = (p for p in body.equilibria(drive_torque=torque) if p.stable)
+    plane = control_systems.phase_plane_system(body, drive_torque=torque)
+    bare = body.to_nlsys()
+    inputs = [torque, there.normal_load, 1.0, 0.0]
+
+    def reached(system: Any, states: Any, given: Any) -> bool:
+        found = control.find_operating_point(system, states, given, return_result=True)
+        gap = system.dynamics(0.0, found.states, given)
+        return bool(found.result.success and np.abs(gap).max() < 1e-6 and found.states[1] > 0.0)
+
+    grid = [(a, v) for a in np.linspace(0.0, 1.0, 6) for v in np.linspace(20.0, 70.0, 6)]
+    ours = sum(reached(plane, [0.03 * a, v], []) for a, v in grid)
+    theirs = sum(reached(bare, [40.0 + 100.0 * a, v], inputs) for a, v in grid)
+    assert ours >= 20
+    assert theirs <= ours // 2
+    omega_rate, speed_rate = bare.dynamics(0.0, [81.0, 40.0], inputs)
+    rates = plane.dynamics(0.0, [0.0125, 40.0], [])
+    assert rates == pytest.approx([(0.5 * omega_rate - 1.0125 * speed_rate) / 40.0, speed_rate])
+
+
+def test_a_held_speed_has_no_phase_plane(rig: cl.Model) -> None:
+    with pytest.raises(ValueError, match="no phase plane"):
+        control_systems.phase_plane_system(rig.wheelset, drive_torque=2e4)

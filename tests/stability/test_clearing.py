@@ -1,0 +1,87 @@
+"""Critical clearing times against bisection over runs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from wheelsets import MASSES
+
+import contactlib as cl
+
+V = 10.0  # [m/s]
+
+
+PATCHES = [0.3, 0.6, 0.85]  # their friction over that before them
+
+
+def survives(body: cl.Wheelset, torque: float, scale: float, creepage: float, time: float) -> bool:
+    patch = cl.Profile((0.0, time, time), (scale, scale, 1.0))
+    run = cl.simulate(
+        body,
+        cl.TorqueControl(cl.Profile.of(torque)),
+        initial_speed=V,
+        initial_creepage=creepage,
+        friction_scale=patch,
+        duration=time + 2.0,
+        output_interval=1.0,
+        stop_at=["slip_away"],
+    )
+    return run.first("slip_away") is None
+
+
+@pytest.mark.parametrize(
+    ("mass", "scale"),
+    [
+        pytest.param(mass, scale, marks=() if i % len(PATCHES) == j else pytest.mark.slow)
+        for i, mass in enumerate(MASSES)
+        for j, scale in enumerate(PATCHES)
+    ],
+)
+def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -> None:
+    body = replace(locomotive.wheelset, mass=mass)
+    torque = 0.95 * cl.find_fold(body, speed=V).drive_torque
+    found = cl.clearing(body, drive_torque=torque, speed=V, friction_scale=scale)
+    start = found.border.creepage
+    low, high = 0.5 * found.time, 2.0 * found.time
+    assert survives(body, torque, scale, start, low)
+    assert not survives(body, torque, scale, start, high)
+    while high > 1.001 * low:
+        middle = math.sqrt(low * high)
+        if survives(body, torque, scale, start, middle):
+            low = middle
+        else:
+            high = middle
+    assert found.time == pytest.approx(math.sqrt(low * high), rel=0.002)
+    assert found.distance == pytest.approx(V * found.time, rel=1e-12 if mass is None else 0.02)
+    given: dict[str, Any] = {"drive_torque": torque, "speed": V, "friction_scale": scale}
+    # With the speed frozen, the integral alone is near for anything that pulls a train.
+    frozen = cl.slip_away_time(body, start=start, end=found.border.highest, **given)
+    if mass is None:
+        assert frozen == found.time
+    elif mass >= 22.5e3:
+        assert frozen == pytest.approx(found.time, rel=0.01)
+
+
+def test_a_patch_that_holds_the_torque_may_be_of_any_length(rig: cl.Model) -> None:
+    body, scale = rig.wheelset, 0.9
+    held = cl.find_fold(body, speed=V, friction_scale=scale).drive_torque
+    for part, held_there in ((0.999, True), (1.0 - 3e-7, True), (1.001, False)):
+        given: dict[str, Any] = {"drive_torque": part * held, "speed": V, "friction_scale": scale}
+        found = cl.clearing(body, **given)
+        assert (found.time == math.inf) == held_there
+        assert (found.distance == math.inf) == held_there
+    low = 0.99 * cl.find_fold(body, speed=V).return_torque  # comes back from anywhere
+    assert cl.clearing(body, drive_torque=low, speed=V, friction_scale=0.2).time == math.inf
+
+
+def test_clearing_time_of_braking(rig: cl.Model) -> None:
+    body = replace(rig.wheelset, damping=0.0)
+    torque = 0.95 * cl.find_fold(body, speed=V).drive_torque
+    times = [
+        cl.clearing(body, drive_torque=sign * torque, speed=V, friction_scale=0.6).time
+        for sign in (1.0, -1.0)
+    ]
+    assert times[0] == pytest.approx(times[1], rel=1e-8)

@@ -1,0 +1,226 @@
+"""Gains that hold the falling branch, and whether any does, against eigenvalues and runs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from falling_friction import with_falling
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.linalg import expm
+from strategies import examples, magnitude, number
+from wheelsets import BODIES, made_wheelset
+
+import contactlib as cl
+from contactlib import stability
+
+
+@examples(200)
+@given(
+    pole=number(-300.0, 500.0),
+    gain=magnitude(1e-6, 1e-2),
+    loop=number(-100.0, 2000.0),
+    integral=number(-1e3, 1e5),
+    lag=st.one_of(st.just(0.0), magnitude(1e-4, 1.0)),
+)
+def test_routh_agrees_with_eigenvalues(
+    pole: float, gain: float, loop: float, integral: float, lag: float
+) -> None:
+    # States: creepage, integral of its error, and (if it lags) the torque over the gain.
+    matrix = np.array([[pole - loop, integral], [-1.0, 0.0]])
+    if lag > 0.0:
+        matrix = np.array([[pole, 0.0, 1.0], [-1.0, 0.0, 0.0], [-loop, integral, -1.0]])
+        matrix[2] /= lag
+    worst = float(np.linalg.eigvals(matrix).real.max())
+    if abs(worst) < 1e-9 * np.abs(matrix).max():
+        return  # nobody can say
+    assert stability.pi_stable(pole, gain, loop / gain, integral / gain, lag) == (worst < 0.0)
+
+
+@examples(200)
+@given(pole=number(-300.0, 500.0), part=number(0.01, 2.0), lag=magnitude(1e-4, 1e-1))
+def test_routh_at_its_border(pole: float, part: float, lag: float) -> None:
+    loop = abs(pole) * (1.0 + part) + 1.0
+    most = (1.0 - pole * lag) * (loop - pole) / lag
+    for factor, stable in ((1.0 - 1e-6, pole * lag < 1.0), (1.0 + 1e-6, False)):
+        assert stability.pi_stable(pole, 1.0, loop, factor * most, lag) == stable
+    polynomial = [lag, 1.0 - pole * lag, loop - pole, most]
+    swing = np.roots(polynomial).real  # on the border: a pair on the imaginary axis
+    assert np.abs(swing).min() < 1e-7 * np.abs(np.roots(polynomial)).max()
+
+
+def test_without_integral_action_the_lag_alone_counts() -> None:
+    assert stability.pi_stable(10.0, 1.0, [9.99, 10.01], 0.0, 0.0999).tolist() == [False, True]
+    assert not stability.pi_stable(10.0, 1.0, [11.0, 1e6], 0.0, 0.1).any()
+
+
+def test_verdicts() -> None:
+    pole = 20.0
+    robust, limit = stability.delay_limit(pole, robust=True), stability.delay_limit(pole)
+    verdicts = {
+        delay: cl.controllability(pole, delay=delay).verdict
+        for delay in (0.0, 0.99 * robust, 1.1 * robust, 0.99 * limit, limit)
+    }
+    assert list(verdicts.values()) == ["holds", "holds", "not robust", "not robust", "impossible"]
+    assert cl.controllability(-5.0, delay=1.0, sample_time=0.1).verdict == "holds"
+
+
+def test_the_verdict_is_that_of_the_window() -> None:
+    # By its p tau of 0.95 this loop could be held, but one sample of delay allows p h < log(2).
+    pole, step = 1.0, 0.95 / 1.5
+    late = cl.controllability(pole, delay=step, sample_time=step)
+    assert late.p_tau == pytest.approx(0.95)
+    assert late.verdict == "not robust"
+    later = cl.controllability(pole, delay=0.7, sample_time=0.7)
+    assert later.verdict == "impossible"
+    alone = cl.controllability(pole, sample_time=2.0)  # p tau of 1, and yet there is a gain
+    assert alone.p_tau == 1.0
+    assert not alone.window.empty
+
+
+def test_verdict_names_its_numbers() -> None:
+    found = cl.controllability(70.0, gain=2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3)
+    assert found.window == stability.proportional_window(
+        70.0, 2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3
+    )
+    for part in (
+        "pole 70 1/s",
+        "delay 2 ms",
+        "lag 1 ms",
+        "sampling 4 ms",
+        f"p tau {70.0 * 5e-3:.2f}",
+        f"{found.window.highest * 2e-4:.4g} 1/s",
+    ):
+        assert part in found.text
+    assert "\n" not in found.text
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("delay", -1e-3), ("lag", math.inf), ("sample_time", -1.0)]
+)
+def test_times_must_be_times(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=name):
+        cl.controllability(10.0, **{name: value})
+    with pytest.raises(ValueError, match="gain"):
+        stability.proportional_window(10.0, 0.0)
+
+
+def test_reduced_plant_has_the_gain_bound_of_creep_control(rig: cl.Model) -> None:
+    body = rig.wheelset
+    for creepage in (0.018, 0.022, 0.03):
+        plant = stability.reduced_plant(body, creepage, speed=12.0)
+        point = body.balanced(creepage=creepage, speed=12.0)
+        assert plant.pole == pytest.approx(point.eigenvalues[0], rel=1e-12)
+        bound = cl.creep_control_gain(body, point)
+        assert plant.pole / plant.gain == pytest.approx(bound, rel=1e-12)
+
+
+V = 10.0  # [m/s]
+
+
+@examples(40)
+@given(
+    body=BODIES,
+    speed=magnitude(1.0, 60.0),
+    x=number(0.1, 4.0),
+    held=st.booleans(),
+    damped=st.booleans(),
+    resisted=st.booleans(),
+)
+def test_creep_control_gain_is_the_least(
+    body: dict[str, Any], speed: float, x: float, held: bool, damped: bool, resisted: bool
+) -> None:
+    body = body | ({"mass": None} if held else {}) | ({} if damped else {"damping": 0.0})
+    wheelset = made_wheelset(**body if resisted else body | {"resistance": cl.Resistance()})
+    point = wheelset.balanced(creepage=x * wheelset.element.saturation_creepage, speed=speed)
+    gain = cl.creep_control_gain(wheelset, point)
+    neutral = not (held or resisted)  # nothing meets a common acceleration
+    if neutral and damped and point.creep_force_slope < 0.0:
+        assert gain == math.inf
+    assume(1.0 < gain < math.inf)
+    system = wheelset.linearize(point)
+    creepage = system.C[system.output_labels.index("creepage")]
+    for factor, stable in ((0.999, False), (1.001, True)):
+        closed = system.A - factor * gain * np.outer(system.B[:, 0], creepage)
+        if neutral:
+            values = np.linalg.eigvals(closed)
+            assert np.abs(values).min() < 1e-9 * np.abs(closed).max()
+            assert (values.real.sum() < 0.0) == stable
+        else:
+            assert (np.linalg.eigvals(closed).real.max() < 0.0) == stable
+
+
+@pytest.mark.parametrize(
+    ("mass", "linear", "time"),
+    # The determinant decides; the trace does, with a pair of poles; there is only one pole.
+    [(22.5e3, 1e5, 8.0), (2e3, 2e3, 20.0), (None, 0.0, 20.0)],
+)
+@pytest.mark.parametrize("factor", [1.0 - 1e-3, 1.0 + 1e-3])
+def test_linear_and_nonlinear_run_agree_on_the_gain(
+    rig: cl.Model, mass: float | None, linear: float, time: float, factor: float
+) -> None:
+    body = replace(rig.wheelset, mass=mass, resistance=cl.Resistance(linear=linear))
+    point = body.balanced(creepage=0.022, speed=V)
+    gain = factor * cl.creep_control_gain(body, point)
+    load = body.element.contact.normal_load
+    control = cl.CreepControl(
+        reference=cl.Profile.of(0.022),
+        proportional_gain=gain,
+        torque_min=-1e6,
+        torque_max=1e6,
+    )
+    run = cl.simulate(
+        body,
+        control,
+        initial_speed=V,
+        resistance_force=point.resistance_force,
+        normal_load=cl.Profile(
+            (1e-3, 1e-3, 2e-3, 2e-3), (load, (1.0 + 1e-6) * load, (1.0 + 1e-6) * load, load)
+        ),
+        duration=time,
+        output_interval=time / 50.0,
+        tolerance=1e-12,
+    )
+    system = body.linearize(point)
+    creepage = system.C[system.output_labels.index("creepage")]
+    closed = system.A - gain * np.outer(system.B[:, 0], creepage)
+    stable = bool((np.linalg.eigvals(closed).real < 0.0).all())
+    assert stable == (factor > 1.0)
+    states = np.array([run["omega"] - point.omega, run["speed"] - V])[: len(closed)]
+    begin, end = np.searchsorted(run.time, [0.2 * time, 0.98 * time])
+    flow = expm(closed * (run.time[end] - run.time[begin]))
+    np.testing.assert_allclose(
+        states[:, end], flow @ states[:, begin], rtol=1e-2, atol=1e-2 * np.abs(states).max()
+    )
+
+
+def test_a_residual_of_one_is_no_fall_with_slip_speed(rig: cl.Model) -> None:
+    body = with_falling(replace(rig.wheelset, mass=22.5e3), 1.0, 0.6)  # with damping, no resistance
+    for speed in np.linspace(2.0, 40.0, 40):
+        point = body.balanced(creepage=0.03, speed=float(speed))
+        assert point.creep_force_speed_slope == 0.0
+        assert cl.creep_control_gain(body, point) == np.inf
+
+
+@pytest.mark.parametrize("residual", [1.0, 0.4])
+@pytest.mark.parametrize("mass", [None, 22.5e3])
+@pytest.mark.parametrize("creepage", [0.019, 0.0216, 0.03])
+def test_creep_control_gain(
+    rig: cl.Model, mass: float | None, creepage: float, residual: float
+) -> None:
+    # The closed loop's Jacobian, from the open one and the gain, against the closed form.
+    body = replace(
+        with_falling(rig.wheelset, residual, 0.6), mass=mass, resistance=cl.Resistance(linear=700.0)
+    )
+    point = body.balanced(creepage=creepage, speed=10.0)
+    gain = cl.creep_control_gain(body, point)
+    _, contact = body.rates(point.omega, 10.0, 0.0, point.normal_load, 1.0, 0.0)
+    by_state = [contact.creepage_by_omega, contact.creepage_by_speed][: len(point.jacobian)]
+    for factor, stable in ((0.999, False), (1.001, True)):
+        closed = point.jacobian.copy()
+        closed[0] -= factor * gain * np.array(by_state) / body.inertia
+        assert (np.linalg.eigvals(closed).real.max() < 0.0) == stable

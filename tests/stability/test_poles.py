@@ -1,0 +1,226 @@
+"""Poles at given torque: closed forms against eigenvalues."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from falling_friction import with_falling
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.optimize import brentq, minimize_scalar
+from strategies import examples, magnitude, number
+from wheelsets import BODIES, made_wheelset
+
+import contactlib as cl
+from contactlib import stability
+
+V = 10.0  # [m/s]
+
+
+@examples(40)
+@given(
+    r=number(0.3, 0.7),
+    j=magnitude(30.0, 1000.0),
+    m=magnitude(1e3, 3e5),
+    b=magnitude(1.0, 500.0),
+    growth=magnitude(10.0, 3000.0),
+    speed=magnitude(0.5, 100.0),
+    zeta=number(-0.5, 3.0),
+)
+def test_eigenvalues_cross_zero_at_the_threshold(
+    r: float, j: float, m: float, b: float, growth: float, speed: float, zeta: float
+) -> None:
+    threshold = -speed / (r**2 / b + (1.0 + zeta) / growth)
+
+    def eigenvalues(slope: float) -> np.ndarray:
+        kappa, stretch = slope / speed, 1.0 + zeta
+        matrix = [
+            [-(b + r**2 * kappa) / j, r * kappa * stretch / j],
+            [r * kappa / m, -(kappa * stretch + growth) / m],
+        ]
+        return np.linalg.eigvals(np.array(matrix)).astype(complex)
+
+    for factor, stable in ((1.0 - 1e-9, True), (1.0 + 1e-9, False)):
+        found = eigenvalues(factor * threshold)
+        assert not found.imag.any()  # a saddle, never a pair of complex ones
+        found = found.real
+        assert found.sum() < 0.0
+        assert (found.max() < 0.0) == stable
+        assert (found.prod() > 0.0) == stable
+
+
+@examples(40)
+@given(body=BODIES, speed=magnitude(1.0, 60.0), scale=number(0.3, 1.0), held=st.booleans())
+def test_the_eigenvalue_of_an_element_crosses_zero_at_the_threshold(
+    body: dict[str, Any], speed: float, scale: float, held: bool
+) -> None:
+    wheelset = made_wheelset(**(body | {"mass": None} if held else body))
+    at: dict[str, Any] = {"speed": speed, "friction_scale": scale}
+
+    def margin(creepage: float) -> float:
+        point = wheelset.balanced(creepage=creepage, **at)
+        return point.creep_force_slope - cl.slope_threshold(wheelset, point)
+
+    worst = cl.worst_pole(wheelset, **at)
+    assume(worst.pole > 1e-3)  # else damping outweighs the fall
+    peak = cl.find_fold(replace(wheelset, damping=0.0, mass=None), **at).creepage
+    creepage = brentq(margin, 0.9 * peak, worst.creepage, xtol=1e-18, rtol=1e-15)
+    point = wheelset.balanced(creepage=creepage, **at)
+    threshold = cl.slope_threshold(wheelset, point)
+
+    def leading(zeta: float) -> float:
+        return float(stability.poles(wheelset, zeta, **at)[..., 0].real)
+
+    crossing = brentq(leading, 0.9 * peak, worst.creepage, xtol=1e-18, rtol=1e-15)
+    slope = wheelset.balanced(creepage=crossing, **at).creep_force_slope
+    # The floor is what rounding does to a slope that was so much larger at the start.
+    initial = wheelset.balanced(creepage=0.0, **at).creep_force_slope
+    assert slope == pytest.approx(threshold, rel=1e-9, abs=1e-12 * initial)
+    found = stability.poles(wheelset, creepage, **at)
+    assert (found.imag == 0.0).all()
+    assert found.real.sum() < 0.0 or held
+
+
+@examples(40)
+@given(body=BODIES, speed=magnitude(1.0, 60.0), x=number(-3.0, 5.0), held=st.booleans())
+def test_poles_are_the_eigenvalues_of_the_jacobian(
+    body: dict[str, Any], speed: float, x: float, held: bool
+) -> None:
+    wheelset = made_wheelset(**(body | {"mass": None} if held else body))
+    creepage = x * wheelset.element.saturation_creepage
+    point = wheelset.balanced(creepage=creepage, speed=speed)
+    found = stability.poles(wheelset, creepage, speed=speed)
+    size = np.abs(point.eigenvalues).max()
+    np.testing.assert_allclose(found, point.eigenvalues, rtol=1e-9, atol=1e-12 * size)
+    fast = cl.fast_pole(wheelset, creepage, speed=speed)
+    about = stability.approximate_pole(
+        radius=wheelset.radius,
+        inertia=wheelset.inertia,
+        creep_force_slope=point.creep_force_slope,
+        speed=speed,
+    )
+    # What damping, resistance and a mass that is not endless add to the closed form
+    added = wheelset.damping / wheelset.inertia
+    if wheelset.mass is not None:
+        ratio = wheelset.inertia * (1.0 + creepage) / (wheelset.mass * wheelset.radius**2)
+        added += 1.01 * ratio * abs(float(about)) + 2.0 * point.resistance_slope / wheelset.mass
+    assert abs(fast - about) <= 1.01 * added + 1e-9 * size
+
+
+def test_poles_broadcast(locomotive: cl.Model) -> None:
+    creepage, speed = np.array([[0.005], [0.02], [0.03]]), np.array([2.0, 10.0, 40.0, 80.0])
+    found = cl.fast_pole(locomotive.wheelset, creepage, speed=speed)
+    assert found.shape == (3, 4)
+    assert (found[0] < 0.0).all()
+    assert (found[1:] > 0.0).all()
+    one = cl.fast_pole(locomotive.wheelset, 0.02, speed=40.0)
+    assert one.shape == ()
+    assert one == found[1, 2]
+    # Nearly inversely proportional to the speed
+    np.testing.assert_allclose(found[1] * speed, found[1, 0] * speed[0], rtol=0.03)
+    with pytest.raises(ValueError, match="speed"):
+        stability.poles(locomotive.wheelset, 0.01, speed=[1.0, 0.01])
+
+
+@pytest.mark.parametrize(("slope_reduction", "pole"), [(0.14, 70.0), (1.0, 500.0)])
+def test_worst_pole(rig: cl.Model, slope_reduction: float, pole: float) -> None:
+    element = replace(rig.wheelset.element, slope_reduction=slope_reduction)
+    body = replace(rig.wheelset, element=element, damping=0.0)
+    law = cl.CarterGriffith(k_hat=element.k_hat)
+    steepest = minimize_scalar(lambda x: float(law.slope(x)), bounds=(1.2, 2.0))
+    zeta0 = element.saturation_creepage
+    fall = steepest.fun * 0.21 * element.contact.normal_load / zeta0
+    expected = stability.approximate_pole(
+        radius=0.5, inertia=250.0, creep_force_slope=fall, speed=V
+    )
+    worst = cl.worst_pole(body, speed=V)
+    assert worst.pole == pytest.approx(float(expected), rel=1e-6)
+    assert worst.creepage == pytest.approx(zeta0 * steepest.x, rel=1e-3)
+    assert worst.pole == pytest.approx(pole, rel=0.01)
+
+
+def test_worst_pole_of_friction_that_never_falls_is_the_creepage_s(locomotive: cl.Model) -> None:
+    element = locomotive.wheelset.element
+    coulomb = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
+    body = replace(locomotive.wheelset, element=replace(element, friction=coulomb))
+    worst = cl.worst_pole(body, speed=V)
+    zeta = element.saturation_creepage * np.geomspace(1e-2, 1e5, 2001)
+    assert worst.pole == pytest.approx(cl.fast_pole(body, zeta, speed=V).max(), rel=1e-6)
+    assert worst.pole == pytest.approx(-body.damping / body.inertia, rel=1e-6)  # it slides
+    assert worst.pole == pytest.approx(float(cl.fast_pole(body, worst.creepage, speed=V)))
+
+
+def test_creepage_pole_is_the_frozen_rate(rig: cl.Model, locomotive: cl.Model) -> None:
+    creepage = np.array([0.004, 0.016, 0.02, 0.04])
+    held = cl.fast_pole(rig.wheelset, creepage, speed=V)
+    np.testing.assert_allclose(
+        cl.s_curve(rig.wheelset, speed=V, creepage=creepage).pole, held, rtol=1e-12
+    )
+    curve = cl.s_curve(locomotive.wheelset, speed=V, creepage=creepage)
+    step = 1e-6
+    ends = [
+        cl.quasi_steady_torque(locomotive.wheelset, creepage + side * step, speed=V)
+        for side in (-1.0, 1.0)
+    ]
+    slope = (ends[1] - ends[0]) / (2.0 * step)
+    np.testing.assert_allclose(curve.pole, -0.5 * slope / (250.0 * V), rtol=1e-6, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("kind", "residual"),
+    [
+        *itertools.product(["held", "held, damped", "free", "free, damped"], [1.0, 0.4]),
+        ("free, no F'", 1.0),
+        ("free, damped, no F'", 0.4),
+    ],
+)
+def test_eigenvalue_changes_sign_at_the_threshold(
+    rig: cl.Model, kind: str, residual: float
+) -> None:
+    body = replace(
+        with_falling(rig.wheelset, residual, 0.6),
+        damping=400.0 if "damped" in kind else 0.0,
+        mass=None if "held" in kind else 22.5e3,
+        resistance=cl.Resistance(linear=0.0 if "no F'" in kind else 900.0),
+    )
+    speed = 8.0
+    peak = cl.find_fold(replace(body, damping=0.0, mass=None), speed=speed).creepage
+
+    def growth(creepage: float) -> float:
+        """Sign of the determinant: one real eigenvalue crosses zero."""
+        point = body.balanced(creepage=creepage, speed=speed)
+        sign = 1.0 if body.speed_held else -1.0
+        return sign * float(np.linalg.det(point.jacobian))
+
+    def margin(creepage: float) -> float:
+        point = body.balanced(creepage=creepage, speed=speed)
+        return point.creep_force_slope - cl.slope_threshold(body, point)
+
+    predicted = brentq(margin, 0.9 * peak, 1.25 * peak, xtol=1e-15)
+    below, above = (
+        body.balanced(creepage=predicted * (1.0 + side * 1e-6), speed=speed) for side in (-1, 1)
+    )
+    assert not above.stable
+    assert above.eigenvalues[0].imag == 0.0  # a saddle, no oscillation
+    if kind == "free, no F'":  # nothing resists a common acceleration: one eigenvalue stays zero
+        assert below.eigenvalues == pytest.approx([0.0, below.jacobian.trace()], abs=1e-9)
+        assert below.jacobian.trace() < 0.0 < above.jacobian.trace()
+    else:
+        assert below.stable
+        assert brentq(growth, 0.9 * peak, 1.25 * peak, xtol=1e-15) == pytest.approx(
+            predicted, rel=1e-6
+        )
+
+
+def test_threshold_without_damping_is_the_peak(rig: cl.Model) -> None:
+    body = replace(rig.wheelset, damping=0.0)
+    point = body.balanced(creepage=0.02, speed=10.0)
+    assert cl.slope_threshold(body, point) == 0.0
+    assert not point.stable
+    # Fast pole r^2 |Q'|/(J V)
+    pole = 0.25 * -point.creep_force_slope / (250.0 * 10.0)
+    assert point.eigenvalues[0] == pytest.approx(pole, rel=1e-12)

@@ -1,0 +1,446 @@
+"""Wheels that vibrate against each other: threshold, limit cycles, two states for one torque.
+
+The witnesses are the equations of motion of both wheels, written again and solved by LSODA, and the
+kernel's drivetrain. Creep control holds the mean creepage there, as the describing function takes
+for granted.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import control
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+import contactlib as cl
+from contactlib.contact import kernel
+from contactlib.stability import torsion
+from contactlib.stability.torsion import AntiphaseForce
+
+FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle: chosen
+SPEED = 10.0
+STIFF_GAIN = 1.5e8  # N.m: the mean creepage follows within 1e-3 of a cycle
+
+
+def on_axle(
+    wheelset: cl.Wheelset, damping_ratio: float = DAMPING_RATIO, frequency: float = FREQUENCY
+) -> cl.Drivetrain:
+    omega = 2.0 * math.pi * frequency
+    damping = 0.25 * (2.0 * damping_ratio * omega * wheelset.inertia - wheelset.damping)
+    axle = cl.Axle(stiffness=0.25 * omega**2 * wheelset.inertia, damping=damping)
+    made = cl.Drivetrain(wheelset, axle=axle)
+    assert made.torsional_frequency == pytest.approx(omega)
+    assert made.torsional_damping_ratio == pytest.approx(damping_ratio)
+    return made
+
+
+def amplitudes(
+    drivetrain: cl.Drivetrain,
+    point: cl.OperatingPoint,
+    kick: float,
+    cycles: int,
+    *,
+    gain: float = STIFF_GAIN,
+    integral_gain: float = 0.0,
+    tolerance: float = 1e-7,
+) -> np.ndarray:
+    """Largest |zeta_left - zeta_right|/2 of each cycle, from a twist that makes it `kick`."""
+    body, axle = drivetrain.wheelset, drivetrain.axle
+    assert axle is not None
+    assert body.mass is not None
+    element, r, own, mass = body.element.native, body.radius, 0.5 * body.inertia, body.mass
+    davis, frequency = body.resistance, drivetrain.torsional_frequency
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        left, right, twist, speed, memory = state
+        of_left = element.evaluate_one(left, speed, point.normal_load, 1.0)
+        of_right = element.evaluate_one(right, speed, point.normal_load, 1.0)
+        error = point.creepage - 0.5 * (of_left.creepage + of_right.creepage)
+        torque = point.drive_torque + gain * error + memory
+        shaft = axle.stiffness * twist + axle.damping * (left - right)
+        q_left, q_right = 0.5 * of_left.creep_force, 0.5 * of_right.creep_force
+        drag = davis.constant + davis.linear * speed + davis.quadratic * speed**2
+        return [
+            (0.5 * torque - r * q_left - 0.5 * body.damping * left - shaft) / own,
+            (0.5 * torque - r * q_right - 0.5 * body.damping * right + shaft) / own,
+            left - right,
+            (q_left + q_right - drag - point.resistance_force) / mass,
+            integral_gain * error,
+        ]
+
+    twist = 2.0 * point.speed * kick / (r * frequency)
+    period, rows = 2.0 * math.pi / frequency, 100
+    solution = solve_ivp(
+        rates,
+        (0.0, cycles * period),
+        [point.omega, point.omega, twist, point.speed, 0.0],
+        method="LSODA",
+        rtol=tolerance,
+        atol=tolerance * np.array([1.0, 1.0, 1e-3, 1.0, 1e4]),
+        max_step=0.1 * period,
+        t_eval=np.linspace(0.0, cycles * period, cycles * rows, endpoint=False),
+    )
+    assert solution.success
+    difference = r * (solution.y[0] - solution.y[1]) / (2.0 * solution.y[3])
+    return np.asarray(np.abs(difference).reshape(cycles, rows).max(axis=1))
+
+
+def kernel_amplitudes(
+    drivetrain: cl.Drivetrain, point: cl.OperatingPoint, kicks: list[float], cycles: int
+) -> np.ndarray:
+    """`amplitudes` of the kernel's drivetrain at held speed in the last cycle, one for each kick.
+
+    A torque in proportion to the error of the mean creepage, renewed 200 times a cycle, halves that
+    error in each step; its bandwidth, 0.5 over the step, is eight times the ripple's 2 omega_t.
+    """
+    body, rows = drivetrain.wheelset, 200
+    step = 2.0 * math.pi / drivetrain.torsional_frequency / rows
+    gain = 0.5 * body.inertia * point.speed / (body.radius * step)
+    given = np.zeros(len(kicks), kernel.drivetrain_dtype("input"))
+    state = np.zeros(len(kicks), kernel.drivetrain_dtype("state"))
+    for side in ("left", "right"):
+        given[f"load_{side}"], given[f"friction_{side}"] = 0.5 * point.normal_load, 1.0
+        state[f"omega_{side}"] = point.omega
+    state["speed"] = point.speed
+    twist = 2.0 * point.speed / (body.radius * drivetrain.torsional_frequency)
+    state["twist"] = twist * np.array(kicks)
+    substep, sizes = np.zeros(len(kicks)), []
+    fleet = kernel.NativeFleet([drivetrain.member()] * len(kicks))
+    for _ in range(cycles * rows):
+        left, right = (body.radius * state[f"omega_{x}"] / point.speed for x in ("left", "right"))
+        sizes.append(0.5 * np.abs(left - right))
+        error = point.creepage - (0.5 * (left + right) - 1.0)
+        given["commanded_torque"] = point.drive_torque + gain * error
+        fleet.advance(given, state, 0.0, step, 1e-6, substep)
+    return np.asarray(np.max(sizes[-rows:], axis=0))
+
+
+def last_cycle_about_a_held_mean(
+    drivetrain: cl.Drivetrain, point: cl.OperatingPoint, kick: float, cycles: int
+) -> tuple[float, float, float]:
+    """Amplitude [1], frequency [Hz] and k times twist [N.m] if the mean creepage does not move."""
+    body, axle = drivetrain.wheelset, drivetrain.axle
+    assert axle is not None
+    element, r, own, speed = body.element.native, body.radius, 0.5 * body.inertia, point.speed
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        half = 0.5 * state[0]  # of (omega_left - omega_right)
+        ahead, behind = (
+            element.evaluate_one(point.omega + w, speed, point.normal_load, 1.0).creep_force
+            for w in (half, -half)
+        )
+        drag = 0.5 * body.damping * half + 2.0 * axle.damping * half + axle.stiffness * state[1]
+        return [-2.0 * (0.25 * r * (ahead - behind) + drag) / own, state[0]]
+
+    def upward(_: float, state: np.ndarray) -> float:
+        return float(state[1])
+
+    upward.direction = 1.0  # type: ignore[attr-defined]
+    period = 2.0 * math.pi / drivetrain.torsional_frequency
+    found: Any = solve_ivp(
+        rates,
+        (0.0, cycles * period),
+        [2.0 * speed * kick / r, 0.0],
+        method="LSODA",
+        rtol=1e-9,
+        atol=1e-12,
+        max_step=0.05 * period,
+        events=upward,
+        dense_output=True,
+    )
+    assert found.success
+    begin, end = found.t_events[0][-2:]
+    difference, twist = np.abs(found.sol(np.linspace(begin, end, 2001))).max(axis=1)
+    return 0.5 * r * difference / speed, 1.0 / (end - begin), axle.stiffness * twist
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("creepage", [0.008, 0.02, 0.04])
+def test_antiphase_and_common_eigenvalues(
+    locomotive: cl.Model, held: bool, creepage: float
+) -> None:
+    body = replace(locomotive.wheelset, mass=None) if held else locomotive.wheelset
+    drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
+    whole = np.sort_complex(np.linalg.eigvals(torsion.torsional_jacobian(drivetrain, point)))
+    parts = np.concatenate([torsion.antiphase_eigenvalues(drivetrain, point), point.eigenvalues])
+    np.testing.assert_allclose(whole, np.sort_complex(parts), rtol=1e-7, atol=1e-7)
+
+
+def test_jacobian_is_that_of_both_wheels(locomotive: cl.Model) -> None:
+    body = locomotive.wheelset
+    drivetrain, point = on_axle(body), body.balanced(creepage=0.02, speed=SPEED)
+    axle = drivetrain.axle
+    assert axle is not None
+
+    def rates(state: np.ndarray) -> np.ndarray:
+        left, right, twist, speed = state
+        given = (point.drive_torque, point.normal_load, 1.0, point.resistance_force)
+        of_left, of_right = (body.rates(w, speed, *given)[0] for w in (left, right))
+        shaft = (axle.stiffness * twist + axle.damping * (left - right)) / (0.5 * body.inertia)
+        return np.array(
+            [
+                of_left.omega_rate - shaft,
+                of_right.omega_rate + shaft,
+                left - right,
+                0.5 * (of_left.speed_rate + of_right.speed_rate),
+            ]
+        )
+
+    at = np.array([point.omega, point.omega, 1e-3, SPEED])
+    steps = np.diag([1e-5, 1e-5, 1e-7, 1e-5])
+    difference = [(rates(at + h) - rates(at - h)) / (2.0 * h.sum()) for h in steps]
+    matrix = torsion.torsional_jacobian(drivetrain, point)
+    np.testing.assert_allclose(matrix, np.transpose(difference), rtol=1e-5, atol=1e-4)
+
+
+@pytest.mark.parametrize("damping_ratio", [0.005, 0.02])
+def test_threshold_is_where_a_small_vibration_neither_grows_nor_decays(
+    locomotive: cl.Model, damping_ratio: float
+) -> None:
+    # Over the creepage, on the tail of the falling branch.
+    body = locomotive.wheelset
+    drivetrain = on_axle(body, damping_ratio)
+    cycles = 20
+
+    def growth(creepage: float) -> float:
+        point = body.balanced(creepage=creepage, speed=SPEED)
+        sizes = amplitudes(drivetrain, point, 5e-5, cycles, tolerance=1e-10)
+        return math.log(sizes[-1] / sizes[4])
+
+    found = brentq(growth, 0.025, 0.045, xtol=2e-5)
+    slope = 0.5 * body.balanced(creepage=found, speed=SPEED).creep_force_slope
+    assert slope == pytest.approx(torsion.torsional_threshold(drivetrain, speed=SPEED), rel=1e-2)
+    # r^2 |Q1'|/(J_w V) = 2 D omega_t
+    rate = body.radius**2 * -slope / (0.5 * body.inertia * SPEED)
+    assert rate == pytest.approx(2.0 * damping_ratio * 2.0 * math.pi * FREQUENCY, rel=1e-2)
+
+
+def test_describing_function_is_the_first_harmonic(locomotive: cl.Model) -> None:
+    body = locomotive.wheelset
+    point = body.balanced(creepage=0.035, speed=SPEED)
+    force = AntiphaseForce(body, point)
+    sizes = np.array([1e-4, 0.005, 0.02, 0.05])
+    ours = torsion.effective_slope(body, point, sizes)
+    assert ours[0] == pytest.approx(0.5 * point.creep_force_slope, rel=1e-2)
+    assert torsion.effective_slope(body, point, 0.0) == 0.5 * point.creep_force_slope
+    for size, slope in zip(sizes, ours, strict=True):
+        integral, _ = quad(
+            lambda phi, a=size: float(force(a * math.sin(phi))) * math.sin(phi),
+            0.0,
+            0.5 * math.pi,
+            epsabs=0.0,
+            epsrel=1e-8,
+            limit=200,
+        )
+        assert slope == pytest.approx(4.0 * integral / (math.pi * size), rel=1e-5)
+    numerical = control.describing_function(force, sizes, num_points=1000, try_method=False)
+    np.testing.assert_allclose(ours, numerical.real, rtol=1e-3)
+    assert np.abs(numerical.imag).max() < 1e-9 * np.abs(numerical.real).max()
+
+
+@pytest.mark.parametrize("creepage", [0.03, 0.04])
+def test_limit_cycles_are_the_intersections_in_the_nyquist_plane(
+    locomotive: cl.Model, creepage: float
+) -> None:
+    # The same question, put to python-control: where does H(j omega) meet -1/N(a)? In measures of
+    # one, as it knows no scales, and where N < 0, as it does not see -1/N pass infinity.
+    body = locomotive.wheelset
+    drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
+    omega, unit = drivetrain.torsional_frequency, 0.03
+    force = AntiphaseForce(body, point)
+    slope = 1e4  # N
+    gain = slope * body.radius**2 / (0.5 * body.inertia * SPEED * omega)
+    plant = control.tf([gain, 0.0], [1.0, 2.0 * DAMPING_RATIO, 1.0])
+    sizes = np.geomspace(0.05, 2.0, 160)
+    sizes = sizes[torsion.effective_slope(body, point, unit * sizes) < 0.0]
+    found = control.describing_function_response(
+        plant,
+        lambda u: float(force(unit * u)) / (unit * slope),
+        sizes,
+        omega=np.linspace(0.99, 1.01, 22),
+        warn_nyquist=False,
+        refine=False,
+    ).intersections
+    cycles = torsion.torsional_state(drivetrain, point).limit_cycles
+    assert len(found) == len(cycles) == (1 if creepage == 0.03 else 2)
+    for (size, frequency), cycle in zip(sorted(found), cycles, strict=True):
+        assert unit * size == pytest.approx(cycle.amplitude, rel=1e-2)
+        assert omega * frequency == pytest.approx(2.0 * math.pi * cycle.frequency, rel=1e-3)
+
+
+@pytest.mark.parametrize("creepage", [0.02, 0.03, 0.045])
+@pytest.mark.parametrize("control_of_mean", ["stiff", "as in the model"])
+def test_limit_cycle_has_the_amplitude_of_the_describing_function(
+    locomotive: cl.Model, creepage: float, control_of_mean: str
+) -> None:
+    body, gains = locomotive.wheelset, locomotive.creep_control
+    drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
+    cycle = torsion.torsional_state(drivetrain, point).limit_cycles[-1]
+    assert cycle.stable
+    given, tolerance = {"gain": STIFF_GAIN}, 0.01
+    if control_of_mean == "as in the model":  # the mean creepage ripples
+        given = {"gain": gains.proportional_gain, "integral_gain": gains.integral_gain}
+        tolerance = 0.03
+    sizes = amplitudes(drivetrain, point, 1.1 * cycle.amplitude, 75, **given)
+    assert sizes[-1] == pytest.approx(cycle.amplitude, rel=tolerance)
+    # k times twist, twist = 2 V a/(r omega_t)
+    axle = drivetrain.axle
+    assert axle is not None
+    twist = 2.0 * SPEED * cycle.amplitude / (body.radius * drivetrain.torsional_frequency)
+    assert cycle.axle_torque == pytest.approx(axle.stiffness * twist)
+
+
+def test_a_small_kick_decays_and_a_large_one_stays(locomotive: cl.Model) -> None:
+    body = locomotive.wheelset
+    drivetrain, point = on_axle(body), body.balanced(creepage=0.04, speed=SPEED)
+    state = torsion.torsional_state(drivetrain, point)
+    assert state.bistable
+    assert torsion.antiphase_eigenvalues(drivetrain, point).real.max() < 0.0
+    edge, cycle = state.limit_cycles
+    assert not edge.stable
+    assert cycle.stable
+    small = amplitudes(drivetrain, point, 0.95 * edge.amplitude, 120)
+    large = amplitudes(drivetrain, point, 1.05 * edge.amplitude, 120)
+    assert small[-1] < 0.03 * edge.amplitude
+    assert large[-1] == pytest.approx(cycle.amplitude, rel=0.01)
+
+
+def test_two_states_coexist_at_two_to_three_times_the_peak(locomotive: cl.Model) -> None:
+    body = locomotive.wheelset
+    drivetrain = on_axle(body)
+    found = torsion.bistable_range(drivetrain, speed=SPEED)
+    assert found is not None
+    low, high = found
+    peak = 0.015 * cl.CarterGriffith(k_hat=0.3).peak.normalized_creepage
+    assert 1.9 < low / peak < 2.1
+    assert 3.0 < high / peak < 3.3
+    for creepage, cycles, stable in [
+        (0.99 * low, 1, False),
+        (1.01 * low, 2, True),
+        (0.99 * high, 2, True),
+        (1.01 * high, 0, True),
+    ]:
+        point = body.balanced(creepage=creepage, speed=SPEED)
+        state = torsion.torsional_state(drivetrain, point)
+        assert len(state.limit_cycles) == cycles
+        assert state.equilibrium_stable == stable
+        assert state.bistable == (cycles == 2)
+        small = torsion.antiphase_eigenvalues(drivetrain, point).real.max()
+        assert (small < 0.0) == stable
+    # Beyond the range a vibration as large as the last cycle dies out.
+    last = torsion.torsional_state(drivetrain, body.balanced(creepage=0.99 * high, speed=SPEED))
+    gone = body.balanced(creepage=1.05 * high, speed=SPEED)
+    assert amplitudes(drivetrain, gone, last.limit_cycles[-1].amplitude, 60)[-1] < 0.01
+
+
+def check_bistable_between_the_ends(drivetrain: cl.Drivetrain, speed: float) -> None:
+    body, limit = drivetrain.wheelset, torsion.torsional_threshold(drivetrain, speed=speed)
+    ends = torsion.bistable_range(drivetrain, speed=speed)
+    assert ends is not None
+    low, high = ends
+    for creepage in (1.002 * low, 0.97 * high, 0.998 * high):
+        point = body.balanced(creepage=creepage, speed=speed)
+        state = torsion.torsional_state(drivetrain, point)
+        assert state.bistable, creepage
+        edge, last = (cycle.amplitude for cycle in state.limit_cycles)
+        # Between the two an amplitude grows; below and above both it decays.
+        below, between, above = torsion.effective_slope(
+            body, point, [0.99 * edge, 0.5 * (edge + last), 1.01 * last]
+        )
+        assert between < limit < min(below, above)
+    for creepage in (0.998 * low, 1.002 * high):
+        point = body.balanced(creepage=creepage, speed=speed)
+        assert not torsion.torsional_state(drivetrain, point).bistable, creepage
+    # Beyond the range nothing grows, however closely one looks about the last that did.
+    sizes = np.linspace(0.9 * edge, 1.1 * last, 200)
+    assert torsion.effective_slope(body, point, sizes).min() > limit
+
+
+@pytest.mark.parametrize(
+    ("speed", "frequency", "damping_ratio", "inertia", "damping"),
+    [
+        (4.0, 60.0, 0.005, 200.0, 10.0),
+        (2.0, 50.0, 0.01, 250.0, 5.0),
+        (3.0, 80.0, 0.03, 250.0, 5.0),
+        (15.0, 30.0, 0.002, 250.0, 5.0),
+    ],
+)
+def test_bistable_up_to_both_ends_of_the_range(
+    locomotive: cl.Model,
+    speed: float,
+    frequency: float,
+    damping_ratio: float,
+    inertia: float,
+    damping: float,
+) -> None:
+    body = replace(locomotive.wheelset, mass=None, inertia=inertia, damping=damping)
+    check_bistable_between_the_ends(on_axle(body, damping_ratio, frequency), speed)
+
+
+def test_bistable_up_to_both_ends_where_friction_falls_with_slip_speed(
+    table: cl.CreepForceTable,
+) -> None:
+    # At more than twenty times the peak's creepage the rate has a narrow top over the amplitude.
+    drivetrain = cl.load_scenario("models/torsion.toml", table=table).drivetrain
+    check_bistable_between_the_ends(replace(drivetrain, relaxation_length=0.0), 5.0)
+
+
+@pytest.mark.parametrize("creepage", [0.02, 0.03, 0.045])
+def test_kernel_swings_with_the_amplitude_of_the_describing_function(
+    locomotive: cl.Model, creepage: float
+) -> None:
+    body = replace(locomotive.wheelset, mass=None)
+    drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
+    state = torsion.torsional_state(drivetrain, point)
+    assert state.bistable == (creepage == 0.045)
+    if state.bistable:  # the kick decides
+        edge, cycle = state.limit_cycles
+        rest, kept = [0.9 * edge.amplitude], [1.1 * edge.amplitude, 1.1 * cycle.amplitude]
+    else:
+        (cycle,) = state.limit_cycles
+        rest, kept = [], [0.1 * cycle.amplitude, 1.1 * cycle.amplitude]
+    sizes = kernel_amplitudes(drivetrain, point, rest + kept, 120)
+    np.testing.assert_allclose(sizes[len(rest) :], cycle.amplitude, rtol=0.03)
+    assert (sizes[: len(rest)] < 0.03 * cycle.amplitude).all()
+
+
+def test_error_is_of_second_order_in_the_growth_within_a_cycle(locomotive: cl.Model) -> None:
+    body = replace(locomotive.wheelset, mass=None)
+    drivetrain = on_axle(body)
+    growths, slower, twisted_more = [], [], []
+    for speed in (20.0, 10.0, 5.0):
+        steepest = cl.worst_pole(body, speed=speed).creepage
+        point = body.balanced(creepage=steepest, speed=speed)
+        (cycle,) = torsion.torsional_state(drivetrain, point).limit_cycles
+        size, frequency, torque = last_cycle_about_a_held_mean(
+            drivetrain, point, cycle.amplitude, 60
+        )
+        assert size == pytest.approx(cycle.amplitude, rel=1e-3)
+        # rate(0) is twice the growth of a small vibration.
+        growth = 2.0 * torsion.antiphase_eigenvalues(drivetrain, point).real.max()
+        growths.append(growth / drivetrain.torsional_frequency)
+        slower.append(1.0 - frequency / cycle.frequency)
+        twisted_more.append(torque / cycle.axle_torque - 1.0)
+    for errors in (slower, twisted_more):
+        order, _ = np.polyfit(np.log(growths), np.log(errors), 1)
+        assert order == pytest.approx(2.0, abs=0.2)
+
+
+def test_no_range_with_much_damping(locomotive: cl.Model) -> None:
+    assert torsion.bistable_range(on_axle(locomotive.wheelset, 0.2), speed=SPEED) is None
+
+
+def test_what_cannot_vibrate_is_refused(locomotive: cl.Model) -> None:
+    body = locomotive.wheelset
+    with pytest.raises(ValueError, match="rigid axle"):
+        torsion.torsional_threshold(cl.Drivetrain(body), speed=SPEED)
+    relaxed = replace(on_axle(body), relaxation_length=8e-3)
+    with pytest.raises(ValueError, match=r"relaxation_length = 0\.008"):
+        torsion.torsional_state(relaxed, body.balanced(creepage=0.03, speed=SPEED))
+    with pytest.raises(ValueError, match="amplitude = -0"):
+        torsion.effective_slope(body, body.balanced(creepage=0.03, speed=SPEED), -0.1)

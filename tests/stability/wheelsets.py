@@ -1,0 +1,59 @@
+"""Wheelsets that the tests of stability share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+from strategies import magnitude, number
+
+import contactlib as cl
+from contactlib.stability import control_systems
+
+TABLE = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
+MASSES = [None, 142.5e3, 22.5e3, 8e3]  # speed held; a wheelset with a train, alone, a light one
+
+
+def made_wheelset(
+    k_hat: float, radius: float, load: float, kinetic: float, slope: float, **body: Any
+) -> cl.Wheelset:
+    """A wheelset with a line contact whose friction does not fall with slip speed."""
+    contact = cl.LineContact.from_semi_width(
+        semi_width=5e-3, radius=radius, contact_modulus=115.4e9, normal_load=load
+    )
+    static = 4.0 * kinetic  # far above, so that the process zone stays short
+    friction = cl.friction_with_k_hat(contact, k_hat=k_hat, static=static, kinetic=kinetic)
+    element = cl.ForceElement(contact, friction, table=TABLE, radius=radius, slope_reduction=slope)
+    return cl.Wheelset(element, **body)
+
+
+BODIES = st.fixed_dictionaries(
+    {
+        "k_hat": number(0.1, 0.8),
+        "radius": number(0.3, 0.7),
+        "load": number(4e4, 3e5),
+        "kinetic": number(0.05, 0.4),
+        "slope": number(0.1, 1.0),
+        "inertia": magnitude(30.0, 1000.0),
+        "mass": magnitude(2e3, 2e5),
+        "damping": magnitude(1.0, 500.0),
+        "resistance": st.builds(
+            cl.Resistance,
+            constant=number(0.0, 2000.0),
+            linear=magnitude(10.0, 2000.0),
+            quadratic=number(0.0, 10.0),
+        ),
+    }
+)
+
+
+def falling(wheelset: cl.Wheelset) -> tuple[cl.OperatingPoint, float, float]:
+    """A point on the falling branch, its pole [1/s], and the gain that holds it [N.m]."""
+    point = wheelset.balanced(creepage=0.02, speed=10.0)
+    return point, float(point.eigenvalues[0].real), cl.creep_control_gain(wheelset, point)
+
+
+def unstable(loop: Any) -> int:
+    poles = control_systems.closed_loop(loop).poles()
+    return int((np.abs(poles) > 1.0).sum() if loop.dt else (poles.real > 0.0).sum())

@@ -1,0 +1,133 @@
+"""Traction controllers in a closed loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from designed import LIMITED, SENSORS, STEP, designed
+from falling_friction import with_falling
+
+import contactlib as cl
+
+OUTCOMES = ("adhesion_utilisation", "largest_slip_speed", "final_speed", "failed")
+
+
+def scenario(model: cl.Model, controller: Any, speed: float, **changes: Any) -> cl.Scenario:
+    given: dict[str, Any] = {
+        "name": "test",
+        "source": "chosen",
+        "drivetrain": cl.Drivetrain(model.wheelset),
+        "demand": cl.Profile.of(24e3),
+        "initial_speed": speed,
+        "design_speed": 10.0,
+        "duration": 8.0,
+        "sensors": SENSORS,
+        "controllers": {"under_test": controller},
+        **changes,
+    }
+    return cl.Scenario(**given)
+
+
+def outcomes_of(cases: Sequence[cl.Scenario]) -> Mapping[str, np.ndarray]:
+    found = cl.run_many(cases, "under_test", OUTCOMES[:-1])
+    assert not found["failed"].any()
+    return found
+
+
+@pytest.mark.parametrize("name", LIMITED)
+@pytest.mark.parametrize("falls", [False, True])
+def test_the_wheel_comes_back_after_a_wet_patch(
+    name: str, falls: bool, locomotive: cl.Model
+) -> None:
+    model = locomotive
+    if falls:  # a much lower tail
+        model = replace(model, wheelset=with_falling(model.wheelset))
+    patch = cl.Profile((40.0, 40.0, 160.0, 160.0), (1.0, 0.5, 0.5, 1.0))
+    cases = [
+        scenario(
+            model,
+            designed(name, model),
+            speed,
+            duration=26.0,
+            track=cl.Track(friction_left=patch),
+        )
+        for speed in (10.0, 15.0, 20.0)
+    ]
+    found = outcomes_of(cases)
+    assert (found["adhesion_utilisation"] > 0.85).all()
+    assert (found["largest_slip_speed"] < (3.0 if name == "threshold" else 1.5)).all()
+
+
+@pytest.mark.parametrize("name", LIMITED)
+def test_start_from_standstill_and_braking_on_a_wet_rail(name: str, locomotive: cl.Model) -> None:
+    wet = cl.Track(friction_left=cl.Profile.of(0.5))
+    controller = designed(name, locomotive)
+    ramp, brake = (cl.Profile((0.0, 0.5), (sign * 5e3, sign * 24e3)) for sign in (1.0, -1.0))
+    start = scenario(locomotive, controller, 0.0, track=wet, demand=ramp)
+    braking = [
+        scenario(locomotive, controller, speed, track=wet, demand=brake) for speed in (20.0, 12.0)
+    ]
+    found = outcomes_of([start, *braking])
+    assert found["largest_slip_speed"][0] < 1.0
+    assert (found["largest_slip_speed"] < 1.5).all()  # no wheel locks
+    assert found["final_speed"][0] > 1.0
+    assert found["adhesion_utilisation"][0] > 0.7
+    assert (found["adhesion_utilisation"][1:] > (0.85 if name == "threshold" else 0.93)).all()
+
+
+def late_rows(
+    model: cl.Model, controller: Any, friction: float, duration: float
+) -> tuple[float, float]:
+    """Force used / force available, and creepage: means over the last four seconds."""
+    case = scenario(
+        model,
+        controller,
+        15.0,
+        duration=duration,
+        demand=cl.Profile((0.0, 1.0), (5e3, 28e3)),
+        track=cl.Track(friction_left=cl.Profile.of(friction)),
+    )
+    run = cl.run_scenario(case, "under_test", step=STEP)
+    late = slice(-800, None)
+    speed = float(run["speed"][late].mean())
+    most = cl.available_force(model.wheelset.element, speed=speed, friction_scale=friction)
+    used = float(run["creep_force"][late].mean()) / float(most)
+    return used, float(run["slip_velocity"][late].mean()) / 15.0
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_slope_seeking_finds_the_peak_it_is_not_told(locomotive: cl.Model, share: float) -> None:
+    nominal = designed("slope_seeking", locomotive)
+    assert isinstance(nominal, cl.SlopeSeeking)
+    controller = replace(nominal, first_compliance=share * nominal.first_compliance)
+    factors = [1.0, 0.7, 0.4]
+    used, creepage = np.transpose([late_rows(locomotive, controller, f, 10.0) for f in factors])
+    assert (used > 0.96).all()
+    # Each friction has a peak of its own, in proportion to it.
+    assert creepage / creepage[0] == pytest.approx(factors, abs=0.15)
+
+
+@pytest.mark.parametrize(("target", "least"), [(0.0, 0.97), (0.2, 0.85)])
+def test_slope_seeking_finds_the_peak_of_another_law(
+    locomotive: cl.Model, target: float, least: float
+) -> None:
+    # Polach's curve of a wet rail, broad: 97 % of the peak from 4 % to 12 % creepage.
+    element = locomotive.wheelset.element
+    law = cl.Polach.wet(kalker_coefficient=3.7, poisson_ratio=0.28)
+    friction = cl.Friction(
+        static=0.21, kinetic=0.21, weakening_length=0.0, slip_rate_residual=0.4, slip_rate_decay=0.6
+    )
+    other = replace(element, friction=friction, table=cl.CreepForceTable.from_law(law))
+    model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=other))
+    controller = designed("slope_seeking", model, target_elasticity=target)
+    grid = np.linspace(0.0, 0.2, 2001)
+    for factor in (1.0, 0.5):
+        used, creepage = late_rows(model, controller, factor, 15.0)
+        assert used > least
+        # A target above zero stops well before the peak, as the peak is broad.
+        curve = other.at_creepage(grid, speed=15.0, friction_scale=factor)["creep_force"]
+        assert (creepage < 0.6 * grid[curve.argmax()]) == (target > 0.0)

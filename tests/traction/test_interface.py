@@ -1,0 +1,144 @@
+"""What holds for every controller and any measurement."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from designed import LIMITED, designed
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import examples
+
+import contactlib as cl
+from contactlib.traction import TractionController
+
+
+def sequence(count: int, samples: int, seed: int) -> list[cl.Measurement]:
+    """Measurements all over: slip and skid, both directions, through standstill."""
+    rng = np.random.default_rng(seed)
+    demand = 3e4 * np.sin(0.02 * np.arange(samples)[:, None] + rng.uniform(0.0, 6.0, count))
+    vehicle = 15.0 * np.sin(0.011 * np.arange(samples)[:, None] + rng.uniform(0.0, 6.0, count))
+    slip = rng.standard_normal((samples, count)) * 10.0 ** rng.uniform(-3.0, 0.5, (samples, 1))
+    return [cl.Measurement(*row) for row in zip(demand, vehicle + slip, vehicle, strict=True)]
+
+
+def torques(
+    controller: TractionController, measurements: Sequence[cl.Measurement], start: float = 0.5
+) -> list[np.ndarray]:
+    memory = controller.start(measurements[0], start * measurements[0].demand)
+    found = []
+    for measurement in measurements:
+        torque, memory = controller.sample(measurement, memory)
+        found.append(torque)
+    return found
+
+
+@pytest.mark.parametrize("name", cl.CONTROLLERS)
+def test_many_wheelsets_are_as_many_runs_of_one(name: str, locomotive: cl.Model) -> None:
+    controller, together = designed(name, locomotive), sequence(7, 400, seed=3)
+    found = np.array(torques(controller, together))
+    for i in range(7):
+        alone = [cl.Measurement(*(part[i : i + 1] for part in row)) for row in together]
+        assert (found[:, [i]] == np.array(torques(controller, alone))).all()
+        scalar = [cl.Measurement(*(part[i] for part in row)) for row in together]
+        assert (found[:, i] == np.array(torques(controller, scalar))).all()
+    assert name == "open_loop" or np.unique(found).size > 400  # it did something
+
+
+@pytest.mark.parametrize("name", cl.CONTROLLERS)
+def test_no_torque_beyond_the_demand(name: str, locomotive: cl.Model) -> None:
+    rows = sequence(20, 500, seed=4)
+    found = np.array(torques(designed(name, locomotive), rows))
+    demand = np.array([row.demand for row in rows])
+    assert (np.abs(found) <= np.abs(demand)).all()
+    assert (found * demand >= 0.0).all()
+
+
+@pytest.mark.parametrize("name", cl.CONTROLLERS)
+def test_the_other_way_is_the_mirror_image(name: str, locomotive: cl.Model) -> None:
+    controller, rows = designed(name, locomotive), sequence(20, 300, seed=5)
+    mirrored = [cl.Measurement(*(-part for part in row)) for row in rows]
+    there, back = torques(controller, rows), torques(controller, mirrored)
+    assert (np.array(there) == -np.array(back)).all()
+
+
+@pytest.mark.parametrize("name", cl.CONTROLLERS)
+def test_braking_mirrors_traction(name: str, locomotive: cl.Model) -> None:
+    # At a steady vehicle speed: slip the other way, demand the other way.
+    controller, rng = designed(name, locomotive), np.random.default_rng(6)
+    slip = np.cumsum(rng.standard_normal((400, 5)), axis=0) * 0.01
+    there, back = (
+        np.array(
+            torques(
+                controller,
+                [
+                    cl.Measurement(np.full(5, sign * 24e3), 10.0 + sign * row, np.full(5, 10.0))
+                    for row in slip
+                ],
+            )
+        )
+        for sign in (1.0, -1.0)
+    )
+    np.testing.assert_allclose(there, -back, rtol=1e-6, atol=1e-3)
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@pytest.mark.parametrize("name", cl.CONTROLLERS)
+@examples(60)
+@given(rows=st.lists(st.tuples(finite, finite, finite), min_size=2, max_size=12))
+def test_any_finite_measurement_gives_a_finite_torque(
+    name: str, rows: list[tuple[float, float, float]], locomotive: cl.Model
+) -> None:
+    measured = [cl.Measurement(*(np.array([value]) for value in row)) for row in rows]
+    for row, torque in zip(measured, torques(designed(name, locomotive), measured), strict=True):
+        assert np.isfinite(torque).all()
+        assert np.abs(torque) <= np.abs(row.demand)
+
+
+@pytest.mark.parametrize("name", LIMITED)
+def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> None:
+    # Also when the demand jumps or turns round.
+    rows = [
+        cl.Measurement(np.array([demand]), np.array([10.02]), np.array([10.0]))
+        for demand in (1e3, 24e3, 5e3, 26e3, 0.0, 20e3)
+        for _ in range(5)
+    ]
+    found = torques(designed(name, locomotive), rows, start=1.0)
+    assert np.array(found).tolist() == [row.demand.tolist() for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: cl.ThresholdControl(slip_threshold=0.01), "slip_release = 0.035 is out of range"),
+        (
+            lambda: cl.CreepPI(reference=-0.01, proportional_gain=1.0, integral_gain=1.0),
+            "CreepPI.reference = -0.01 is out of range",
+        ),
+        (
+            lambda: cl.SlopeSeeking(
+                radius=0.5,
+                inertia=250.0,
+                first_compliance=1e-6,
+                proportional_gain=1e4,
+                integral_gain=1e4,
+                delay=0.012,
+            ),
+            "not a whole number of samples",
+        ),
+    ],
+)
+def test_parameters_say_what_is_wrong(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_bounds_of_the_reference_are_in_order() -> None:
+    designed = cl.load_scenario("dry_wet_dry.toml").controller("slope_seeking")
+    with pytest.raises(ValueError, match=r"least_reference = 1\.0 is out of range: must be <="):
+        dataclasses.replace(designed, least_reference=1.0)  # type: ignore[type-var]

@@ -1,0 +1,342 @@
+"""Wheelsets with a motor, an axle and two wheels, stepped by the kernel."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_simpson, solve_ivp
+
+import contactlib as cl
+from contactlib.base.quantities import FloatArray
+from contactlib.contact import kernel
+
+AXLE = cl.Axle(stiffness=6.0e6, damping=500.0, drive_share=0.3)
+SPLIT = {"friction_left": 1.0, "friction_right": 0.6, "load_left": 1.2e5, "load_right": 1.0e5}
+EVEN = {"friction_left": 0.9, "friction_right": 0.9, "load_left": 1.1e5, "load_right": 1.1e5}
+
+
+class Steps(NamedTuple):
+    """What a run of steps went through."""
+
+    time: FloatArray
+    states: Any
+    outputs: Any
+
+    @property
+    def energy_defect(self) -> FloatArray:
+        s, stored = self.states, self.outputs["stored_energy"]
+        works = s["creep_work"] + s["resistance_work"] + s["loss_work"]
+        return np.asarray(s["drive_work"] - (stored - stored[0]) - works)
+
+
+def drive(
+    train: cl.Drivetrain,
+    torque: Callable[[float], float],
+    *,
+    speed: float,
+    creepage: float = 0.0,
+    duration: float,
+    step: float = 1e-3,
+    tolerance: float = 1e-8,
+    **held: float,
+) -> Steps:
+    """Step one drivetrain; the torque of each step is that of its middle."""
+    state = np.zeros(1, kernel.drivetrain_dtype("state"))
+    given = np.zeros(1, kernel.drivetrain_dtype("input"))
+    state["speed"] = speed
+    state["omega_left"] = state["omega_right"] = (1.0 + creepage) * speed / train.wheelset.radius
+    for name, value in held.items():
+        given[name] = value
+    steps, substep = round(duration / step), np.zeros(1)
+    states, inputs = [], []
+    for i in range(steps + 1):
+        given["commanded_torque"] = torque((i + 0.5) * step)
+        states.append(state.copy())
+        inputs.append(given.copy())
+        if i < steps:
+            train.native.advance(given, state, i * step, step, tolerance, substep)
+    gone = np.concatenate(states)
+    return Steps(
+        step * np.arange(steps + 1, dtype=np.float64),
+        gone,
+        train.native.evaluate(np.concatenate(inputs), gone),
+    )
+
+
+def written_again(
+    train: cl.Drivetrain,
+    torque: float,
+    *,
+    speed: float,
+    creepage: float,
+    duration: float,
+    acceleration: float = 0.0,
+    **held: float,
+) -> FloatArray:
+    """End of a run by another solver, from the equations as a textbook has them."""
+    body, axle = train.wheelset, train.axle
+    r, half_j, half_b = body.radius, 0.5 * body.inertia, 0.5 * body.damping
+    contact = kernel.NativeForceElement(
+        body.element.table.native,
+        {**body.element.parameters, "relaxation_length": train.relaxation_length},
+    )
+    sides = ("left", "right")
+
+    def rates(_: float, y: FloatArray) -> list[float]:
+        v, left, right, twist, relaxed_left, relaxed_right, motor = y.tolist()
+        if train.motor_lag == 0.0:
+            motor = torque
+        given = np.zeros(2, kernel.force_input_dtype())
+        given["omega"], given["speed"] = (left, right), v
+        given["normal_load"] = [2.0 * held[f"load_{side}"] for side in sides]
+        given["friction_scale"] = [held[f"friction_{side}"] for side in sides]
+        given["relaxed_creepage"] = relaxed_left, relaxed_right
+        out = contact.evaluate(given)
+        q_left, q_right = (0.5 * out["creep_force"]).tolist()
+        davis = body.resistance
+        pull = davis.constant * np.sign(v) + davis.linear * v + davis.quadratic * v * abs(v)
+        dv = acceleration if body.mass is None else (q_left + q_right - pull) / body.mass
+        if axle is None:
+            both = (motor - r * (q_left + q_right) - 2.0 * half_b * left) / (2.0 * half_j)
+            dleft, dright, dtwist = both, both, 0.0
+        else:
+            through = axle.stiffness * twist + axle.damping * (left - right)
+            share = axle.drive_share
+            dleft = (share * motor - r * q_left - half_b * left - through) / half_j
+            dright = ((1.0 - share) * motor - r * q_right - half_b * right + through) / half_j
+            dtwist = left - right
+        lag = (torque - motor) / train.motor_lag if train.motor_lag else 0.0
+        return [dv, dleft, dright, dtwist, *out["relaxation_rate"].tolist(), lag]
+
+    omega = (1.0 + creepage) * speed / r
+    start = [speed, omega, omega, 0.0, 0.0, 0.0, 0.0]
+    found: Any = solve_ivp(rates, (0.0, duration), start, method="LSODA", rtol=1e-10, atol=1e-12)
+    assert found.success
+    return np.asarray(found.y[:, -1])
+
+
+VARIANTS = {
+    "rigid": ({}, EVEN),
+    "rigid, split": ({}, SPLIT),
+    "motor": ({"motor_lag": 0.03}, EVEN),
+    "elastic": ({"axle": AXLE}, SPLIT),
+    "elastic, motor": ({"axle": AXLE, "motor_lag": 0.03}, SPLIT),
+    "relaxed": ({"relaxation_length": 8e-3}, SPLIT),
+    "all": ({"axle": AXLE, "motor_lag": 0.03, "relaxation_length": 8e-3}, SPLIT),
+}
+
+
+@pytest.mark.parametrize("held_speed", [False, True])
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_steps_are_the_equations_of_motion(
+    rig: cl.Model, locomotive: cl.Model, variant: str, held_speed: bool
+) -> None:
+    options, held = VARIANTS[variant]
+    body = rig.wheelset if held_speed else locomotive.wheelset
+    train = cl.Drivetrain(body, **options)  # type: ignore[arg-type]
+    if held_speed:
+        held = {**held, "acceleration": 0.7}
+    # More torque than the contact holds: the run passes the peak and runs away.
+    start = {"speed": 8.0, "creepage": 0.005}
+    run = drive(train, lambda t: 2.6e4, duration=0.4, **start, **held)
+    exact = written_again(train, 2.6e4, duration=0.4, **start, **held)
+    end = run.states[-1]
+    names = ("speed", "omega_left", "omega_right", "twist", "relaxed_left", "relaxed_right")
+    for name, value in zip(names, exact, strict=False):
+        if name.startswith("relaxed") and train.relaxation_length == 0.0:
+            continue
+        assert end[name] == pytest.approx(value, rel=2e-6, abs=1e-9), name
+    assert np.abs(run.outputs["creepage_left"]).max() > 0.03  # far beyond the peak
+
+
+def test_a_rigid_even_drivetrain_is_the_wheelset(locomotive: cl.Model) -> None:
+    body = locomotive.wheelset
+    load = body.element.contact.normal_load
+    torque = 2.2e4
+    run = drive(
+        cl.Drivetrain(body),
+        lambda t: torque,
+        speed=10.0,
+        creepage=0.004,
+        duration=3.0,
+        load_left=0.5 * load,
+        load_right=0.5 * load,
+        friction_left=1.0,
+        friction_right=1.0,
+    )
+    other = cl.simulate(
+        body,
+        cl.TorqueControl(cl.Profile.of(torque)),
+        initial_speed=10.0,
+        initial_creepage=0.004,
+        duration=3.0,
+        tolerance=1e-11,
+    )
+    for name in ("speed", "distance", "drive_work", "creep_work", "resistance_work", "loss_work"):
+        assert run.states[name][-1] == pytest.approx(other[name][-1], rel=1e-7), name
+    assert run.outputs["stored_energy"][-1] == pytest.approx(other["stored_energy"][-1], rel=1e-9)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_works_are_the_integrals_of_powers(locomotive: cl.Model, variant: str) -> None:
+    options, held = VARIANTS[variant]
+    train = cl.Drivetrain(locomotive.wheelset, **options)  # type: ignore[arg-type]
+    run = drive(train, lambda t: 2.6e4, speed=8.0, creepage=0.005, duration=0.4, step=2e-4, **held)
+    s, out = run.states, run.outputs
+    body, axle = train.wheelset, train.axle
+    share = 0.5 if axle is None else AXLE.drive_share
+    torque, left, right = out["drive_torque"], s["omega_left"], s["omega_right"]
+    davis = body.resistance
+    pull = davis.constant + davis.linear * s["speed"] + davis.quadratic * s["speed"] ** 2
+    powers = {
+        "distance": s["speed"],
+        "drive_work": torque * (share * left + (1.0 - share) * right),
+        "creep_work": out["creep_force_left"] * (body.radius * left - s["speed"])
+        + out["creep_force_right"] * (body.radius * right - s["speed"]),
+        "resistance_work": pull * s["speed"],
+        "loss_work": 0.5 * body.damping * (left**2 + right**2)
+        + (0.0 if axle is None else axle.damping * (left - right) ** 2),
+    }
+    for name, power in powers.items():
+        work = cumulative_simpson(power, x=run.time, initial=0.0)
+        np.testing.assert_allclose(s[name], work, rtol=1e-4, atol=1e-5 * np.abs(work).max())
+    assert np.abs(run.energy_defect).max() < 1e-9 * np.abs(s["drive_work"]).max()
+
+
+def test_third_order(locomotive: cl.Model) -> None:
+    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE)
+
+    def end(step: float) -> FloatArray:
+        run = drive(
+            train, lambda t: 2.0e4, speed=8.0, duration=0.08, step=step, tolerance=1e9, **SPLIT
+        )
+        return np.array([run.states[n][-1] for n in ("omega_left", "twist", "creep_work")])
+
+    exact = end(5e-6)
+    errors = np.array([np.abs(end(h) - exact) for h in (2e-4, 1e-4, 5e-5)])
+    orders = np.log2(errors[:-1] / errors[1:])
+    np.testing.assert_allclose(orders, 3.0, atol=0.15)
+
+
+def test_sides_change_places_and_signs_turn(locomotive: cl.Model) -> None:
+    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE)
+    mirrored = cl.Drivetrain(
+        locomotive.wheelset,
+        axle=dataclasses.replace(AXLE, drive_share=1.0 - AXLE.drive_share),
+    )
+    other_side = {
+        "friction_left": SPLIT["friction_right"],
+        "friction_right": SPLIT["friction_left"],
+        "load_left": SPLIT["load_right"],
+        "load_right": SPLIT["load_left"],
+    }
+    run = drive(train, lambda t: 2.4e4, speed=8.0, duration=0.3, **SPLIT)
+    turned = drive(mirrored, lambda t: 2.4e4, speed=8.0, duration=0.3, **other_side)
+    np.testing.assert_allclose(run.states["omega_left"], turned.states["omega_right"], rtol=1e-11)
+    np.testing.assert_allclose(run.states["twist"], -turned.states["twist"], atol=1e-13)
+    back = drive(train, lambda t: -2.4e4, speed=-8.0, duration=0.3, **SPLIT)
+    for name in ("speed", "omega_left", "twist", "distance"):
+        assert np.array_equal(back.states[name], -run.states[name]), name
+    assert np.array_equal(back.states["creep_work"], run.states["creep_work"])
+
+
+def test_many_are_one_by_one(locomotive: cl.Model) -> None:
+    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE, motor_lag=0.02)
+    rng = np.random.default_rng(5)
+    n = 20
+    states = np.zeros(n, kernel.drivetrain_dtype("state"))
+    inputs = np.zeros(n, kernel.drivetrain_dtype("input"))
+    states["speed"] = rng.uniform(-1.0, 30.0, n)
+    states["omega_left"] = states["speed"] / 0.5 * rng.uniform(0.98, 1.05, n)
+    states["omega_right"] = states["speed"] / 0.5
+    inputs["commanded_torque"] = rng.uniform(-3e4, 3e4, n)
+    inputs["load_left"], inputs["load_right"] = rng.uniform(0.0, 1.3e5, (2, n))
+    inputs["friction_left"], inputs["friction_right"] = rng.uniform(0.2, 1.2, (2, n))
+    states["speed"][0], states["omega_left"][0], states["omega_right"][0] = 0.0, -0.0, 0.0
+    together, substeps = states.copy(), np.zeros(n)
+    fleet = kernel.NativeFleet([train.member()] * n)
+    for _ in range(50):
+        fleet.advance(inputs, together, 0.0, 2e-3, 1e-7, substeps)
+    for i in range(n):
+        one, substep = states[i : i + 1].copy(), np.zeros(1)
+        for _ in range(50):
+            train.native.advance(inputs[i : i + 1].copy(), one, 0.0, 2e-3, 1e-7, substep)
+        assert one[0] == together[i]
+
+
+def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
+    train = cl.Drivetrain(locomotive.wheelset)
+    states = np.zeros(2, kernel.drivetrain_dtype("state"))
+    inputs = np.zeros(2, kernel.drivetrain_dtype("input"))
+    states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.1, 20.1
+    for name, value in EVEN.items():
+        inputs[name] = value
+    inputs["commanded_torque"] = 0.0, np.nan
+    before = states.copy()
+    fleet = kernel.NativeFleet([train.member()] * 2)
+    with pytest.raises(RuntimeError, match=r"drivetrain 1: the tolerance is not met"):
+        fleet.advance(inputs, states, 0.0, 1e-3, 1e-6, np.zeros(2))
+    assert states[1] == before[1]
+    assert states[0] != before[0]
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_from_standstill_to_forty_and_back(locomotive: cl.Model, variant: str) -> None:
+    options, held = VARIANTS[variant]
+    light = dataclasses.replace(locomotive.wheelset, mass=22.5e3)
+    train = cl.Drivetrain(light, **options)  # type: ignore[arg-type]
+    held = {**EVEN, **{k: v for k, v in held.items() if k.startswith("load")}}
+
+    def torque(t: float) -> float:
+        return 2.1e4 if t < 28.0 else -2.1e4
+
+    run = drive(train, torque, speed=0.0, duration=56.0, step=5e-3, tolerance=1e-6, **held)
+    speed = run.states["speed"]
+    assert speed.max() > 40.0
+    assert speed[-1] < -0.5
+    for side in ("left", "right"):
+        assert run.outputs[f"creepage_{side}"].max() > 0.0 > run.outputs[f"creepage_{side}"].min()
+    for name in run.states.dtype.names:
+        assert np.isfinite(run.states[name]).all()
+    turnover = np.abs(np.diff(run.states["drive_work"])).sum()
+    assert np.abs(run.energy_defect).max() < 1e-6 * turnover
+
+
+def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: cl.Model) -> None:
+    axle = cl.Axle(stiffness=6.0e6, damping=300.0)
+    train = cl.Drivetrain(locomotive.wheelset, axle=axle)
+    states = np.zeros(1, kernel.drivetrain_dtype("state"))
+    inputs = np.zeros(1, kernel.drivetrain_dtype("input"))  # no load: no contact
+    inputs["friction_left"] = inputs["friction_right"] = 1.0
+    states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.1, 19.9
+    substep, differences = np.zeros(1), []
+    for _ in range(2000):
+        train.native.advance(inputs, states, 0.0, 1e-4, 1e-10, substep)
+        differences.append(states["omega_left"][0] - states["omega_right"][0])
+    time = 1e-4 * np.arange(1, 2001)
+    w, d = train.torsional_frequency, train.torsional_damping_ratio
+    wd = w * np.sqrt(1.0 - d**2)
+    free = 0.2 * np.exp(-d * w * time) * (np.cos(wd * time) - d * w / wd * np.sin(wd * time))
+    np.testing.assert_allclose(differences, free, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: cl.Axle(stiffness=0.0), r"Axle.stiffness = 0.0 is out of range: must be finite"),
+        (lambda: cl.Axle(stiffness=1e6, damping=-1.0), "Axle.damping = -1.0"),
+        (lambda: cl.Axle(stiffness=1e6, drive_share=1.5), "Axle.drive_share = 1.5"),
+    ],
+)
+def test_refusals(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_motor_lag_is_checked(locomotive: cl.Model) -> None:
+    with pytest.raises(ValueError, match=r"Drivetrain.motor_lag = -0.1"):
+        cl.Drivetrain(locomotive.wheelset, motor_lag=-0.1)
