@@ -7,12 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "branch_free.h"
 #include "checked_file.h"
 #include "checks.h"
 #include "component.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
-#include "branch_free.h"
 #include "resource.h"
 #include "token.h"
 
