@@ -10,7 +10,7 @@ typedef struct {
     double static_friction;    /* f_s [1] */
     double kinetic_friction;   /* f_d [1] */
     double weakening_length;   /* Delta [m] */
-    double slope_reduction;    /* third-body layer: initial slope over the elastic one [1] */
+    double slope_reduction;    /* initial slope over the elastic one, as by a third body [1] */
     double semi_width;         /* a at nominal load [m] */
     double peak_pressure;      /* p0 at nominal load [Pa] */
     double contact_modulus;    /* E* [Pa] */

@@ -29,8 +29,8 @@ const char TRUTH[] = "Boolean";
             contact.kinetic_friction), \
     TUNABLE("weakening_length", "m", "slip over which friction weakens", 0.0, 1.0, \
             contact.weakening_length), \
-    TUNABLE("slope_reduction", "1", "third-body layer: initial slope over the elastic one", 1e-6, \
-            1.0, contact.slope_reduction), \
+    TUNABLE("slope_reduction", "1", "initial slope over that of clean elastic bodies", 1e-6, 1e6, \
+            contact.slope_reduction), \
     TUNABLE("slip_rate_residual", "1", "part of friction that high slip speed leaves", 1e-6, 1.0, \
             contact.slip_rate_residual), \
     TUNABLE("slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6, \

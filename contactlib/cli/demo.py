@@ -221,7 +221,7 @@ def _fmu_numbers(
         "initial_creepage": float(stiff["creepage"][0]),
     }
     body, control = model.wheelset, model.creep_control
-    with FmuSource(fmu) as source:
+    with FmuSource(fmu, wheels=2) as source:
         with_fmu = cosimulate(body, source, control, **settings, progress=progress)
     kernel = cosimulate(body, KernelSource(body.element), control, **settings)
     with_fmu.to_csv(folder / "roller_rig_creep_control_fmu.csv")

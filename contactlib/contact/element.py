@@ -10,7 +10,7 @@ import math
 import warnings
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cache, cached_property
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,9 @@ from contactlib.contact import kernel
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import Contact, EllipticContact
 from contactlib.contact.table import CreepForceTable
+
+if TYPE_CHECKING:
+    from contactlib.contact.laws.measured import MeasuredCurve
 
 
 class ProcessZoneWarning(UserWarning):
@@ -174,11 +177,18 @@ class ForceElement(Parameters):
     radius : float
         Rolling radius of the wheel [m].
     slope_reduction : float, optional
-        Third-body layer: the initial slope over that of clean surfaces; zeta0 is divided by it [1].
+        The initial slope over that of clean surfaces; zeta0 is divided by it [1]. A third-body
+        layer makes it less than 1; a measured curve may be steeper than Hertz's contact predicts.
         Default: 1.
     minimum_speed : float, optional
         Speed below which the reference speed of the creepage is regularised and the output
         ``speed_regularized`` is 1 [m/s]. Default: 0.1.
+    wheels : int, optional
+        Number of equal wheels whose forces the element adds. They share its load; the contact is
+        that of one wheel. Default: 1.
+    load_exponent : float, optional
+        Semi-width and peak pressure, and so zeta0, grow like the load to this power [1]. Default:
+        Hertz's, 1/2 for a line contact and 1/3 for an ellipse.
 
     Warns
     -----
@@ -204,11 +214,15 @@ class ForceElement(Parameters):
     _: KW_ONLY
     table: CreepForceTable
     radius: Annotated[float, Quantity("m", above=0.0)]
-    slope_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
+    slope_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1e6)] = 1.0
     minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
+    wheels: Annotated[float, Quantity("1", at_least=1, at_most=1000)] = 1
+    load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.wheels != int(self.wheels):
+            raise ValueError(f"ForceElement.wheels = {self.wheels!r} must be a whole number")
         self._check_table()
         zone = process_zone_ratio(self.contact, self.friction)
         limit = kernel.process_zone_limit()
@@ -220,6 +234,55 @@ class ForceElement(Parameters):
                 ProcessZoneWarning,
                 stacklevel=3,
             )
+
+    @classmethod
+    def from_curve(
+        cls, curve: MeasuredCurve | CreepForceTable, contact: Contact, **others: Any
+    ) -> Self:
+        """Element that gives a measured curve as it was measured, at the contact's nominal load.
+
+        There the traction coefficient at a creepage is the curve's, at any speed. At another load
+        the creepage axis of the curve stretches like zeta0, which grows like the load to the
+        `load_exponent`; 0 keeps the axis as measured. `friction_scale` stretches both axes, so that
+        the initial slope stays.
+
+        Parameters
+        ----------
+        curve : MeasuredCurve or CreepForceTable
+            The curve, or its table. It contains the friction: there is no k_hat, and `static` is
+            the curve's peak.
+        contact : LineContact or EllipticContact
+            Contact whose nominal load is that of the measurement. Its shape only gives the load
+            exponent.
+        **others
+            `radius`, `minimum_speed`, `wheels` and `load_exponent` of `ForceElement`.
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range, or the table is not that of a measured curve.
+
+        Examples
+        --------
+        >>> from contactlib.contact.hertz import LineContact
+        >>> from contactlib.contact.laws.measured import MeasuredCurve
+        >>> contact = LineContact.from_semi_width(
+        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=110e3)
+        >>> zeta = np.linspace(0.0, 0.1, 41)
+        >>> curve = MeasuredCurve(zeta, 0.3 * np.tanh(zeta / 0.01) * np.exp(-zeta / 0.2))
+        >>> element = ForceElement.from_curve(curve, contact, radius=0.5)
+        >>> found = element.at_creepage(0.02, speed=10.0)["traction_coefficient"]
+        >>> bool(abs(found - curve.traction_coefficient(0.02)) < 1e-8)
+        True
+        """
+        table = curve if isinstance(curve, CreepForceTable) else CreepForceTable.from_law(curve)
+        if not {"peak", "kinetic", "zeta0"} <= set(table.options):
+            raise ValueError(f"curve is a table of {table.law!r}, not of a measured curve")
+        peak, kinetic, zeta0 = (float(table.options[n]) for n in ("peak", "kinetic", "zeta0"))
+        # The table's rounding must not reach the limit at which the kernel holds the force.
+        friction = Friction(static=peak * (1.0 + 1e-6), kinetic=kinetic, weakening_length=0.0)
+        reduction = saturation_creepage(contact, friction) / zeta0
+        return cls(contact, friction, table=table, slope_reduction=reduction, **others)
 
     def _check_table(self) -> None:
         """Refuse a table whose law is not for this contact and friction."""
@@ -253,7 +316,14 @@ class ForceElement(Parameters):
             "radius": self.radius,
             "minimum_speed": self.minimum_speed,
             **_contact_parameters(self.contact, self.friction, self.slope_reduction),
+            **({} if self.load_exponent is None else {"load_exponent": self.load_exponent}),
+            "nominal_load": self.normal_load,
         }
+
+    @property
+    def normal_load(self) -> float:
+        """Nominal load of all its wheels together [N]."""
+        return self.wheels * self.contact.normal_load
 
     @cached_property
     def native(self) -> kernel.NativeForceElement:
@@ -276,7 +346,7 @@ class ForceElement(Parameters):
         self, *, normal_load: float | None = None, friction_scale: float = 1.0
     ) -> float:
         """zeta0 at a load above zero [N], a friction scale [1] and zero slip speed."""
-        load = self.contact.normal_load if normal_load is None else normal_load
+        load = self.normal_load if normal_load is None else normal_load
         load = checked_number("normal_load", load, POSITIVE)
         scale = checked_number("friction_scale", friction_scale, POSITIVE)
         scales = kernel.contact_scales(self.parameters, load, scale)
@@ -300,7 +370,7 @@ class ForceElement(Parameters):
         speed : array_like
             Forward velocity [m/s].
         normal_load : array_like, optional
-            Load of the contact [N]. Default: its nominal load.
+            Load of all its wheels together [N]. Default: the nominal one.
         friction_scale : array_like, optional
             Factor on both friction coefficients [1]. Default: 1.
 
@@ -318,7 +388,7 @@ class ForceElement(Parameters):
         given = {
             "omega": omega,
             "speed": speed,
-            "normal_load": self.contact.normal_load if normal_load is None else normal_load,
+            "normal_load": self.normal_load if normal_load is None else normal_load,
             "friction_scale": friction_scale,
         }
         limits = kernel.force_input_limits()
@@ -337,7 +407,7 @@ class ForceElement(Parameters):
         friction_scale: ArrayLike = 1.0,
     ) -> FloatArray:
         """Creep force [N], positive when it drives the vehicle forward; see `evaluate`."""
-        load = self.contact.normal_load if normal_load is None else normal_load
+        load = self.normal_load if normal_load is None else normal_load
         plain = _plain(omega, speed, load, friction_scale)
         if plain is not None:
             return np.array(self.native.evaluate_one(*plain).creep_force)

@@ -134,8 +134,9 @@ class _Sampler:
         self._law, self._options, self._progress = law, options, progress
         self.one_axis = not callable(law)
         kind = type(law).__name__ if self.one_axis else getattr(law, "__name__", "law")
+        told = options or getattr(law, "scales", {})
         self.name = " ".join(
-            [kind, *(f"{key}={getattr(value, 'name', value)}" for key, value in options.items())]
+            [kind, *(f"{key}={getattr(value, 'name', value)}" for key, value in told.items())]
         )
         some = self.at(1.0)
         corner: Corner | None = getattr(some, "corner", None)

@@ -7,19 +7,23 @@ start values. This module adds causalities, dependencies and nominal values.
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from contactlib.contact import kernel
+from contactlib.contact.element import ForceElement, ProcessZoneWarning
 from contactlib.export.units import Type, type_of
-from contactlib.files.model import Model
+from contactlib.files.model import Missing, Model
 
 MODEL_NAMES = {
     "force_element": "CreepForceElement",
     "wheelset": "Wheelset",
     "wheelset_body": "WheelsetBody",
 }
+# Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
+ASSUMED_INVERSE_MASS = 4e-3
 UNLIMITED = 1e300  # the kernel's limit for numbers without one
 
 # Causality and variability for each role in the kernel's list.
@@ -107,6 +111,8 @@ class Description:
         Relaxation length of the contact [m]; 0 if the force follows the creepage at once.
     implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of the same names.
+    whole_wheelset : bool, optional
+        Whether the force element is that of all wheels of the wheelset. Default: that of one wheel.
     starts : mapping of str to float, optional
         Start values by name, in place of the model's; names that are not of this kind are ignored.
     """
@@ -116,6 +122,7 @@ class Description:
     relaxation_length: float = 0.0
     implicit: bool = False
     parallel_exchange: bool = False
+    whole_wheelset: bool = False
     starts: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -132,9 +139,25 @@ class Description:
         """
         digest = hashlib.sha256()
         if self.has_contact:
-            digest.update(self.model.wheelset.element.table.data)
+            digest.update(self.element.table.data)
         digest.update(repr((self.text, self.start_values)).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
+
+    @cached_property
+    def element(self) -> ForceElement:
+        """Contact of one wheel; of all wheels of the wheelset together if they move as one."""
+        element = self.model.wheelset.element
+        if self.kind != "force_element" or self.whole_wheelset or element.wheels == 1.0:
+            return element
+        with warnings.catch_warnings():  # given when the model was made
+            warnings.simplefilter("ignore", ProcessZoneWarning)
+            return replace(element, wheels=1.0)
+
+    @property
+    def carriers(self) -> str:
+        """Those that share the load and give the force, in words."""
+        wheels = self.element.wheels
+        return "one wheel" if wheels == 1.0 else f"{wheels:g} wheels together"
 
     @property
     def has_contact(self) -> bool:
@@ -149,30 +172,38 @@ class Description:
     @property
     def text(self) -> str:
         """The FMU's contents in one line."""
-        table = self.model.wheelset.element.table
+        table = self.element.table
         what = {
-            "force_element": f"Creep force of a wheel ({table.law})",
+            "force_element": f"Creep force of {self.carriers} ({table.law})",
             "wheelset": f"Wheelset with creep force ({table.law})",
             "wheelset_body": "Wheelset without its creep force, which is an input",
         }
         return f"{what[self.kind]}: {self.model.name}"
 
+    @property
+    def effective_inverse_mass(self) -> float:
+        """Slip acceleration per force of the element: all wheels of the wheelset push alike."""
+        wheelset, wheels = self.model.wheelset, self.model.wheelset.element.wheels
+        if isinstance(wheelset, Missing):
+            return ASSUMED_INVERSE_MASS
+        return wheels / self.element.wheels * wheelset.effective_inverse_mass
+
     @cached_property
     def start_values(self) -> dict[str, float]:
         """Start value of every variable that is not calculated, by name, in SI units."""
         wheelset, speed = self.model.wheelset, self.model.initial_speed
-        element = wheelset.element
+        element = self.element
         known = {
             **element.parameters,
-            **wheelset.parameters,
+            **({} if self.kind == "force_element" else wheelset.parameters),
             "relaxation_length": self.relaxation_length,
             "relaxed_creepage": 0.0,
-            "effective_inverse_mass": wheelset.effective_inverse_mass,
+            "effective_inverse_mass": self.effective_inverse_mass,
             "implicit": float(self.implicit),
             "parallel_exchange": float(self.parallel_exchange),
             "omega": speed / element.radius,
             "speed": speed,
-            "normal_load": element.contact.normal_load,
+            "normal_load": element.normal_load,
             "friction_scale": 1.0,
             "drive_torque": 0.0,
             "resistance_force": 0.0,
@@ -198,7 +229,7 @@ class Description:
         return Variable(
             name=entry.name,
             reference=reference,
-            description=entry.description,
+            description=self._described(entry),
             role=entry.role,
             causality=causality,
             variability=variability,
@@ -210,10 +241,16 @@ class Description:
             nominal=self._nominals.get(entry.name),
         )
 
+    def _described(self, entry: kernel.Variable) -> str:
+        """The kernel's description; of load and force, with those that share them."""
+        if entry.name in ("normal_load", "creep_force", "nominal_load"):
+            return f"{entry.description}; of {self.carriers}"
+        return entry.description
+
     @cached_property
     def _nominals(self) -> dict[str, float]:
-        element = self.model.wheelset.element
-        friction, load = element.friction, element.contact.normal_load
+        element = self.element
+        friction, load = element.friction, element.normal_load
         force, zeta0 = friction.kinetic * load, element.saturation_creepage
         speed = max(self.model.initial_speed, 1.0)
         omega = max(self.model.initial_speed / element.radius, 1.0)
@@ -254,7 +291,7 @@ class Description:
 
     def _dependencies(self, name: str) -> dict[str, str]:
         """Kind of each dependency declared in the kernel's list; see fmu/variable.h."""
-        knows_k_hat = self.has_contact and not self.model.wheelset.element.table.one_axis
+        knows_k_hat = self.has_contact and not self.element.table.one_axis
         entry = next(v for v in kernel.model_variables(self.kind) if v.name == name)
         kinds: dict[str, str] = {}
         for declared in entry.depends.split():

@@ -51,14 +51,14 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     """
     stop, step = EXPERIMENTS[description.kind]
     time = step * np.arange(round(stop / step) + 1, dtype=np.float64)
-    element = description.model.wheelset.element
+    element = description.element
     start, swing = description.start_values, np.sin(2.0 * np.pi * time / stop)
-    sliding = element.friction.kinetic * element.contact.normal_load
+    sliding = element.friction.kinetic * element.normal_load
     pulse = np.sin(np.pi * time / stop) ** 2
     columns = {
         "omega": start["omega"] * (1.0 + 6.0 * element.saturation_creepage * swing**3),
         "speed": start["speed"] * (1.0 - 0.2 * time / stop),
-        "normal_load": element.contact.normal_load * (1.0 + 0.1 * np.sin(15.0 * time)),
+        "normal_load": element.normal_load * (1.0 + 0.1 * np.sin(15.0 * time)),
         "friction_scale": 1.0 - 0.3 * pulse**4,
         "drive_torque": element.radius * sliding * (0.9 + 0.4 * pulse),
         "resistance_force": 0.1 * sliding * pulse,
@@ -77,7 +77,7 @@ def reference_run(description: Description) -> bytes:
     """
     inputs = reference_inputs(description)
     time = inputs.pop("time")
-    element = description.model.wheelset.element
+    element = description.element
     native = kernel.NativeModel(description.kind, element.table.native, description.start_values)
     outputs = [v.name for v in description.variables if v.causality == "output"]
     lines = [",".join(["time", *inputs, *outputs])]
@@ -141,7 +141,7 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     files |= {f"sources/{name}": data for name, data in sources.items()}
     files["resources/start_values.bin"] = _start_values_file(description)
     if description.has_contact:
-        table = description.model.wheelset.element.table
+        table = description.element.table
         files["resources/creep_table.bin"] = table.data
         files["resources/creep_table.csv"] = page.readable_table(table)
     files["documentation/index.html"] = page.index_page(description)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import metadata
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from contactlib.contact import kernel
 from contactlib.contact.table import CreepForceTable
 from contactlib.export.curve_svg import curve_svg, sample_curve
 from contactlib.export.description import MODEL_NAMES, Description, Variable
-from contactlib.vehicle.wheelset import Wheelset
-
-if TYPE_CHECKING:
-    from contactlib.files.model import Model
+from contactlib.files.model import Missing
 
 ASSETS = PACKAGE / "export" / "assets"
 TITLES = {
@@ -55,35 +52,41 @@ def fragment(name: str, **values: str) -> str:
     return Template(asset(name)).substitute(values)
 
 
-def facts(model: Model, kind: str) -> str:
+def facts(description: Description) -> str:
     """The main numbers of the model."""
-    wheelset, element = model.wheelset, model.wheelset.element
+    wheelset, element = description.model.wheelset, description.element
     contact, friction = element.contact, element.friction
     shown = {"wheel radius": f"{element.radius:.5g} m"}
-    if kind != "wheelset_body":
+    if description.has_contact:
         shown |= {
-            "nominal load": f"{contact.normal_load / 1e3:.5g} kN",
-            "contact semi-width": f"{contact.semi_width * 1e3:.4g} mm",
-            "peak pressure": f"{contact.peak_pressure / 1e6:.4g} MPa",
+            "contact of": description.carriers,
+            "nominal load": f"{element.normal_load / 1e3:.5g} kN",
             "friction, static and kinetic": f"{friction.static:.4g}, {friction.kinetic:.4g}",
-            "weakening length": f"{friction.weakening_length * 1e6:.4g} &#181;m",
-            "k_hat": f"{element.k_hat:.4g}",
             "saturation creepage": f"{100 * element.saturation_creepage:.4g} %",
         }
-    mass = "none, speed is held" if wheelset.mass is None else f"{wheelset.mass / 1e3:.5g} t"
-    shown |= {
-        "inertia about the axle": f"{wheelset.inertia:.5g} kg&#183;m&#178;",
-        "mass moved": mass,
-        "effective inverse mass": f"{wheelset.effective_inverse_mass:.4g} 1/kg",
-    }
+        if not element.table.one_axis:
+            shown |= {
+                "contact semi-width": f"{contact.semi_width * 1e3:.4g} mm",
+                "peak pressure": f"{contact.peak_pressure / 1e6:.4g} MPa",
+                "weakening length": f"{friction.weakening_length * 1e6:.4g} &#181;m",
+                "k_hat": f"{element.k_hat:.4g}",
+            }
+    if not isinstance(wheelset, Missing):
+        mass = "none, speed is held" if wheelset.mass is None else f"{wheelset.mass / 1e3:.5g} t"
+        shown |= {
+            "wheels of the wheelset": f"{wheelset.element.wheels:g}",
+            "inertia about the axle": f"{wheelset.inertia:.5g} kg&#183;m&#178;",
+            "mass moved": mass,
+        }
+    shown["effective inverse mass"] = f"{description.effective_inverse_mass:.4g} 1/kg"
     rows = "\n".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in shown.items())
     return f'<dl class="facts">\n{rows}\n</dl>'
 
 
-def law(model: Model) -> str:
-    """Creep curve of the model's element, and the certificate of its table."""
-    element, table = model.wheelset.element, model.wheelset.element.table
-    speed = max(model.initial_speed, element.minimum_speed)
+def law(description: Description) -> str:
+    """Creep curve of the element, and the certificate of its table."""
+    element, table = description.element, description.element.table
+    speed = max(description.model.initial_speed, element.minimum_speed)
     curve = sample_curve(element, speed=speed)
     shape = "The line is solid up to the peak, and dashed where the force falls with creepage"
     if curve.peak is None:
@@ -171,32 +174,31 @@ def _rounded(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.9g}".replace(",", "&#8239;")
 
 
-def coupling(wheelset: Wheelset, kind: str, variables: Sequence[Variable], relaxed: bool) -> str:
+def coupling(description: Description) -> str:
     """The stable communication steps, and the ways to make longer ones stable."""
-    starts = {v.name: v.start for v in variables}
-    implicit = bool(starts.get("implicit"))
-    length = starts.get("relaxation_length") if relaxed and kind == "force_element" else None
+    implicit, relaxed = description.implicit, description.relaxed
     return fragment(
-        f"coupling_{kind}.html",
-        step_table=_step_table(wheelset, kind, float(length) if length else None),
+        f"coupling_{description.kind}.html",
+        step_table=_step_table(description),
         held_here=ELSEWHERE if relaxed else PARAMETER if implicit else HERE,
         implicit_here=HERE if implicit else PARAMETER,
         relaxed_here=HERE if relaxed else ELSEWHERE,
     )
 
 
-def _step_table(wheelset: Wheelset, kind: str, relaxation_length: float | None) -> str:
+def _step_table(description: Description) -> str:
     """Slip pole and longest stable steps at zero creepage, for several speeds."""
-    element = wheelset.element
+    element, kind = description.element, description.kind
     speeds = np.array(SPEEDS)
-    record: Any = element.evaluate(omega=speeds / wheelset.radius, speed=speeds)
-    poles = record["force_gradient"] * wheelset.effective_inverse_mass
+    record: Any = element.evaluate(omega=speeds / element.radius, speed=speeds)
+    poles = record["force_gradient"] * description.effective_inverse_mass
     sequential = 2.0 / poles
-    if relaxation_length is not None:  # then speed is not regularised
+    if description.relaxed and kind == "force_element":  # then speed is not regularised
         stiffness = poles[-1] * speeds[-1]
         with np.errstate(divide="ignore"):
             poles = stiffness / speeds
-        sequential = np.maximum(2.0 / poles, 2.0 * np.sqrt(relaxation_length / stiffness))
+        lag = description.relaxation_length / stiffness
+        sequential = np.maximum(2.0 / poles, 2.0 * np.sqrt(lag))
     heads = ["speed in m/s", "slip pole in 1/s"]
     columns = [speeds, poles]
     if kind == "wheelset":
@@ -234,14 +236,15 @@ def index_page(description: Description) -> bytes:
     """documentation/index.html of an FMU: one page in ASCII."""
     model, kind, variables = description.model, description.kind, description.variables
     relaxed = description.relaxed
-    table, contact = model.wheelset.element.table, description.has_contact
+    table, contact = description.element.table, description.has_contact
     sections = {
-        "What it is": fragment(f"about_{kind}.html") + facts(model, kind),
+        "What it is": fragment(f"about_{kind}.html", carriers=description.carriers)
+        + facts(description),
         "Signs": fragment("signs.html", sketch=asset("sketch.svg")),
-        "The law": law(model) if contact else "",
+        "The law": law(description) if contact else "",
         "Equations": equations(table, kind, relaxed),
         "Variables": variable_tables(variables),
-        "Coupling": coupling(model.wheelset, kind, variables, relaxed),
+        "Coupling": coupling(description),
         "Loading it": tools(kind, variables),
         "Limits and validation": asset("limits.html") if contact else "",
         "Licence and versions": _licence(table),

@@ -103,6 +103,7 @@ def export_ssp(
     """
     starts = operating_point(model)
     contact = describe(model, "force_element", relaxation_length, True, True)
+    contact = replace(contact, whole_wheelset=True)
     body = describe(model, "wheelset_body", None, False, False)
     parts = {CONTACT: replace(contact, starts=starts), BODY: replace(body, starts=starts)}
     files = {

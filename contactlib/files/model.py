@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar, cast
 
 from contactlib.base.quantities import Parameters
 from contactlib.contact.element import ForceElement
@@ -15,6 +16,7 @@ from contactlib.contact.hertz import Contact
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.reading import (
     IS_SWEEP,
+    ModelError,
     check_keys,
     in_file,
     model_path,
@@ -48,7 +50,8 @@ VEHICLE_SECTIONS: dict[str, type[Parameters]] = {
     "wheelset": WheelsetSection,
     "resistance": Resistance,
 }
-NEEDED = ("contact", "friction", "wheelset", "resistance", "run", "torque_control", "creep_control")
+RUNS = {"run": RunSection, "torque_control": TorqueSection, "creep_control": CreepSection}
+REPLACED = ("saturation_creepage", "slope_reduction")  # keys of [wheelset], by a measured curve
 
 
 class BuildCache:
@@ -83,6 +86,25 @@ def _read(name: str, kind: type[Section], table: object) -> Section:
     return read_section(name, kind, {name: table})
 
 
+class UnusedKeyWarning(UserWarning):
+    """A file gives keys that its law does not use."""
+
+
+class Missing:
+    """Stands for a part that a file does not describe: any use of it says what the file lacks."""
+
+    def __init__(self, lacking: str, **known: object) -> None:
+        self.__dict__.update(known, lacking=lacking)
+
+    def __repr__(self) -> str:
+        return f"<{self.lacking}>"
+
+    def __getattr__(self, name: str) -> NoReturn:
+        if name.startswith("__"):  # looked up by Python itself, as when an object is copied
+            raise AttributeError(name)
+        raise ModelError(self.lacking)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Model:
     """A wheelset and the runs that its file describes.
@@ -90,13 +112,14 @@ class Model:
     Attributes
     ----------
     name, source : str
-        Title, and the origin of the numbers.
+        Title, and the origin of the numbers. Default: the file's name, and "not stated".
     wheelset : Wheelset
-        Contact, friction, table and body.
+        Contact, friction, table and body. If the file describes a creep force only, it has only
+        `element` and `radius`, and any other use raises a `ModelError`.
     torque_control, creep_control : TorqueControl, CreepControl
-        Continuous controllers of the two runs of the demonstration.
+        Continuous controllers of the two runs of the demonstration; as above.
     initial_speed : float
-        Speed at the start of both runs [m/s].
+        Speed at the start of both runs, and of an FMU [m/s]. Default: 10.
     """
 
     name: str
@@ -104,7 +127,7 @@ class Model:
     wheelset: Wheelset
     torque_control: TorqueControl
     creep_control: CreepControl
-    initial_speed: float
+    initial_speed: float = 10.0
 
 
 def load_model(
@@ -136,7 +159,7 @@ def load_model(
     """
     with in_file(path):
         file = model_path(path)
-        return build_model(parse(file), file.parent, table, progress)
+        return build_model({"name": file.stem, **parse(file)}, file.parent, table, progress)
 
 
 def build_model(
@@ -153,23 +176,23 @@ def build_model(
             f"is a scenario of the vehicle {data['vehicle']!r}, not a model: "
             "contactlib.load_scenario reads it and the command 'contactlib simulate' runs it"
         )
-    needed = ["name", "source", *NEEDED]
-    check_keys("", data, [*needed, "law"], needed)
-    name, source = (text(key, data[key]) for key in ("name", "source"))
-    wheelset = build_wheelset(data, folder, table, progress)
-    torque_section = read_section("torque_control", TorqueSection, data)
-    creep_section = read_section("creep_control", CreepSection, data)
-    with named("torque_control"):
-        torque_control = torque_section.build()
-    with named("creep_control"):
-        creep_control = creep_section.build()
+    known = ["name", "source", *VEHICLE_SECTIONS, *RUNS]
+    check_keys("", data, known, ["contact", "wheelset"])
+    given: dict[str, Any] = {}
+    kinds: dict[str, Any] = {"torque_control": TorqueSection, "creep_control": CreepSection}
+    for key, kind in kinds.items():
+        given[key] = Missing(f"[{key}] is missing: a run of the model needs it")
+        if key in data:
+            section = read_section(key, kind, data)
+            with named(key):
+                given[key] = section.build()
+    if "run" in data:
+        given["initial_speed"] = read_section("run", RunSection, data).initial_speed
     return Model(
-        name=name,
-        source=source,
-        wheelset=wheelset,
-        torque_control=torque_control,
-        creep_control=creep_control,
-        initial_speed=read_section("run", RunSection, data).initial_speed,
+        name=text("name", data.get("name", "Unnamed")),
+        source=text("source", data.get("source", "not stated")),
+        wheelset=build_wheelset(data, folder, table, progress),
+        **given,
     )
 
 
@@ -183,22 +206,39 @@ def build_wheelset(
     """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
     cache = cache or BuildCache()
     contact_section = cache.section("contact", ContactSection, data)
-    friction_section = cache.section("friction", FrictionSection, data)
-    law_section = cache.section("law", LawSection, data)
+    law = cache.section("law", LawSection, data)
     body = cache.section("wheelset", WheelsetSection, data)
     contact = cache("contact", _contact, contact_section)
-    friction = cache("friction", _friction, friction_section, contact)
     with named("law"):
-        law_section.check_keys()  # even if the table is given
-        if table is None:
-            ratio = contact_section.poisson_ratio
-            table = law_section.build(contact, friction, ratio, folder, progress)
-    with named("wheelset"):
-        reduction = body.reduction(contact, friction)
-        sizes = body.radius, reduction, body.minimum_speed
-        element = cache("element", _element, contact, friction, table, *sizes)
+        law.check_keys()  # even if the table is given
+    sizes = body.radius, body.minimum_speed, body.wheels or 1.0
+    if law.kind == "measured":
+        with named("law"):
+            table = table or law.measured(folder)
+        _warn_of_unused(data)
+        element = cache("element", _measured, contact, table, law, *sizes)
+    else:
+        friction_section = cache.section("friction", FrictionSection, data)
+        friction = cache("friction", _friction, friction_section, contact)
+        with named("law"):
+            table = table or law.build(contact, friction, contact_section.poisson_ratio, progress)
+        with named("wheelset"):
+            reduction = body.reduction(contact, friction)
+            element = cache("element", _element, contact, friction, table, reduction, *sizes)
     resistance = cache.section("resistance", Resistance, data)
     return cache("wheelset", _wheelset, element, body, resistance)
+
+
+def _warn_of_unused(data: Mapping[str, Any]) -> None:
+    replaced = ["friction", *(f"wheelset.{key}" for key in REPLACED if key in data["wheelset"])]
+    unused = [name for name in replaced if "." in name or name in data]
+    if unused:
+        warnings.warn(
+            f"law.kind = 'measured' makes no use of {' and '.join(unused)}: the curve is taken as "
+            "it was measured",
+            UnusedKeyWarning,
+            stacklevel=3,
+        )
 
 
 def _contact(section: ContactSection) -> Contact:
@@ -215,9 +255,10 @@ def _element(
     contact: Contact,
     friction: Friction,
     table: CreepForceTable,
-    radius: float,
     slope_reduction: float,
+    radius: float,
     minimum_speed: float,
+    wheels: float,
 ) -> ForceElement:
     return ForceElement(
         contact,
@@ -226,10 +267,38 @@ def _element(
         radius=radius,
         slope_reduction=slope_reduction,
         minimum_speed=minimum_speed,
+        wheels=wheels,
     )
 
 
+def _measured(
+    contact: Contact,
+    table: CreepForceTable,
+    law: LawSection,
+    radius: float,
+    minimum_speed: float,
+    wheels: float,
+) -> ForceElement:
+    with named("law"):
+        return ForceElement.from_curve(
+            table,
+            contact,
+            radius=radius,
+            minimum_speed=minimum_speed,
+            wheels=wheels,
+            load_exponent=law.load_exponent,
+        )
+
+
 def _wheelset(element: ForceElement, body: WheelsetSection, resistance: Resistance) -> Wheelset:
+    if body.inertia is None or body.wheels is None:
+        lacking = " and ".join(key for key in ("inertia", "wheels") if getattr(body, key) is None)
+        made: Any = Missing(
+            f"[wheelset] needs {lacking}: the file describes a wheel's creep force only",
+            element=element,
+            radius=body.radius,
+        )
+        return cast(Wheelset, made)
     return Wheelset(
         element,
         inertia=body.inertia,

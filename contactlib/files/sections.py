@@ -30,6 +30,7 @@ class LawKind(NamedTuple):
     meaning: str
     keys: tuple[str, ...] = ()
     table_keys: tuple[str, ...] = ()
+    optional_keys: tuple[str, ...] = ()
 
 
 POLACH_KEYS = ("adhesion_reduction", "slip_reduction", "kalker_coefficient")
@@ -46,10 +47,10 @@ LAWS = {
         table_keys=(*(f"law.{key}" for key in POLACH_KEYS), "contact.poisson_ratio"),
     ),
     "measured": LawKind(
-        "A curve through measured points. Its creepage is rescaled: set `saturation_creepage` in "
-        "`[wheelset]` to that of the curve.",
+        "A curve through measured points, as it was measured at the contact's nominal load. It "
+        "replaces `[friction]`, and `saturation_creepage` and `slope_reduction` in `[wheelset]`.",
         keys=("file",),
-        table_keys=("friction.kinetic",),
+        optional_keys=("load_exponent",),
     ),
 }
 LONGEST = 1e6  # duration of a run [s]
@@ -124,7 +125,8 @@ class FrictionSection(Parameters):
 class LawSection(Parameters):
     """``[law]``: law of the creep force. Default: Carter and Griffith's.
 
-    `file` lies in the folder of the model or below, or is a shipped one.
+    `file` lies in the folder of the model or below, or is a shipped one. The creepage axis of a
+    measured curve stretches like the load to `load_exponent`. Default: as Hertz's zeta0 does.
     """
 
     kind: str = "carter_griffith"
@@ -132,46 +134,53 @@ class LawSection(Parameters):
     slip_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
     kalker_coefficient: Annotated[float | None, Quantity("1", above=0.0)] = None
     file: str | None = None
+    load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
 
     def check_keys(self) -> None:
         """Refuse an unknown kind, and keys that the kind would ignore."""
         if self.kind not in LAWS:
             raise ValueError(f"kind = {self.kind!r} must be one of: {', '.join(LAWS)}")
-        wanted = LAWS[self.kind].keys
+        wanted, optional = LAWS[self.kind].keys, LAWS[self.kind].optional_keys
         given = [f.name for f in fields(self)[1:] if getattr(self, f.name) is not None]
-        if given != list(wanted):
-            what = f"the keys {', '.join(wanted)}" if wanted else "no other key"
+        if [name for name in given if name not in optional] != list(wanted):
+            what = f"the keys {', '.join((*wanted, *optional))}" if wanted else "no other key"
             raise ValueError(f"kind = {self.kind!r} takes {what}, not {given}")
+
+    def measured(self, folder: Path) -> CreepForceTable:
+        """Build the table of the measured curve; `folder` is the folder of the model file."""
+        name = self.file or ""
+        with in_file(f"file {name}"):
+            path = file_beside("file", name, folder, "the model")
+        return CreepForceTable.from_law(MeasuredCurve.from_csv(path))
 
     def build(
         self,
         contact: Contact,
         friction: Friction,
         poisson_ratio: float,
-        folder: Path,
         progress: Callable[[float], object],
     ) -> CreepForceTable:
-        """Build the law's table; `folder` is the folder of the model file."""
+        """Build the table of a law that is not measured."""
         shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
         if self.kind == "cohesive":
             return cohesive_table(shape, friction.ratio, friction.weakening, progress)
         if self.kind == "polach":
             values = {name: getattr(self, name) for name in LAWS[self.kind].keys}
             return CreepForceTable.from_law(Polach(**values, poisson_ratio=poisson_ratio))
-        if self.file is not None:
-            with in_file(f"file {self.file}"):
-                path = file_beside("file", self.file, folder, "the model")
-            curve = MeasuredCurve.from_csv(path, kinetic=friction.kinetic)
-            return CreepForceTable.from_law(curve)
         return carter_griffith_table(shape)
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelsetSection(Parameters):
-    """``[wheelset]``: give at most one of `saturation_creepage` and `slope_reduction`."""
+    """``[wheelset]``: give at most one of `saturation_creepage` and `slope_reduction`.
+
+    Only `radius` is needed for the creep force of a wheel; runs and analyses also need `inertia`
+    and `wheels`, the number of wheels that each carry the contact's `normal_load`.
+    """
 
     radius: Annotated[float, Quantity("m", above=0.0)]
-    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
+    inertia: Annotated[float | None, Quantity("kg.m2", above=0.0)] = None
+    wheels: Annotated[float | None, Quantity("1", at_least=1.0, at_most=1000.0)] = None
     mass: Annotated[float | None, Quantity("kg", above=0.0)] = None
     damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
     saturation_creepage: Annotated[float | None, Quantity("1", above=0.0, percent=True)] = None

@@ -63,6 +63,13 @@ class FmuSource:
 
     A context manager: it unpacks and starts the FMU, and terminates and removes it.
 
+    Parameters
+    ----------
+    path : path
+        The FMU.
+    wheels : int, optional
+        Number of equal wheels of which the FMU is one. Default: 1.
+
     Raises
     ------
     RuntimeError
@@ -72,8 +79,8 @@ class FmuSource:
     INPUTS = ("omega", "speed", "normal_load", "friction_scale")
     OUTPUTS = ("creep_force", "creepage")
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._path = Path(path)
+    def __init__(self, path: str | os.PathLike[str], *, wheels: int = 1) -> None:
+        self._path, self._wheels = Path(path), wheels
         self._messages: list[str] = []
 
     def __enter__(self) -> Self:
@@ -131,9 +138,10 @@ class FmuSource:
         self, time: float, step: float, omega: float, speed: float, load: float, scale: float
     ) -> Contact:
         """Return the force for the step from `time`, from the state at its start."""
-        self._run(self._fmu.setReal, self._inputs, [omega, speed, load, scale])
+        self._run(self._fmu.setReal, self._inputs, [omega, speed, load / self._wheels, scale])
         self._run(self._fmu.doStep, currentCommunicationPoint=time, communicationStepSize=step)
-        return Contact(*self._run(self._fmu.getReal, self._outputs))
+        force, creepage = self._run(self._fmu.getReal, self._outputs)
+        return Contact(self._wheels * force, creepage)
 
 
 def cosimulate(
@@ -191,7 +199,7 @@ def cosimulate(
     n = max(1, round(duration / step))
     time = step * np.arange(n + 1, dtype=np.float64)
     reference = controller.reference(time)
-    load = wheelset.element.contact.normal_load
+    load = wheelset.element.normal_load
     start = float(quasi_steady_torque(wheelset, creepage, speed=speed))
     omega = (1.0 + creepage) * speed / wheelset.radius
     memory = controller.start(start)

@@ -182,7 +182,7 @@ class Runs:
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
 
         self._inputs = np.zeros((max(1, BLOCK // n), n), kernel.drivetrain_dtype("input"))
-        load = [0.5 * body.element.contact.normal_load for body in bodies]
+        load = [0.5 * body.element.normal_load for body in bodies]
         self._inputs["load_left"] = self._inputs["load_right"] = load
         inputs, (demand, acceleration) = self._inputs[0], self._ahead(0, 1)
         inputs["acceleration"] = acceleration[0]

@@ -67,7 +67,7 @@ class Vehicles(NamedTuple):
             np.array([body.inertia for body in bodies]),
             np.array([body.damping for body in bodies]),
             np.array([0.0 if body.mass is None else 1.0 / body.mass for body in bodies]),
-            np.array([one.friction.kinetic * one.contact.normal_load for one in elements]),
+            np.array([one.friction.kinetic * one.normal_load for one in elements]),
             np.array([body.speed_held for body in bodies]),
             np.array([train.axle is None for train in drivetrains]),
         )

@@ -250,7 +250,7 @@ def simulate(
     if unknown:
         known = ", ".join((PEAK_PASSED, SLIP_AWAY, STANDSTILL))
         raise ValueError(f"stop_at = {sorted(unknown)!r} must be names of events: {known}")
-    nominal_load = wheelset.element.contact.normal_load
+    nominal_load = wheelset.element.normal_load
     given_inputs = {
         "normal_load": nominal_load if normal_load is None else normal_load,
         "friction_scale": friction_scale,

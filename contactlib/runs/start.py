@@ -137,7 +137,7 @@ def _steady_alone(scenario: Scenario, given: Any, demand: float) -> float:
             wheelset,
             demand - (1.0 + creepage) * turning,
             speed=scenario.initial_speed,
-            normal_load=wheelset.element.contact.normal_load,
+            normal_load=wheelset.element.normal_load,
             friction_scale=(float(given["friction_left"]), float(given["friction_right"])),
         )
         if not turning:

@@ -232,7 +232,7 @@ def _acceleration(wheelset: Wheelset, creep_force: Any, at: Conditions) -> Float
     """Vehicle acceleration under a creep force [m/s2]: zero if the speed is held."""
     if wheelset.mass is None:
         return np.zeros_like(creep_force)
-    load = wheelset.element.contact.normal_load
+    load = wheelset.element.normal_load
     omega = at.speed / wheelset.radius  # rolling without creepage and creep force
     coasting, _ = wheelset.rates(omega, at.speed, 0.0, load, 1.0, at.resistance_force)
     return np.asarray(creep_force / wheelset.mass + coasting.speed_rate)

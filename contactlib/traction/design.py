@@ -83,7 +83,7 @@ def slip_gains(
     window = proportional_window(product / delay, delay=delay)
     rate = math.sqrt(window.lowest * window.highest)
     if sensors.wheel_speed_noise > 0.0:
-        torque = wheelset.radius * wheelset.element.contact.normal_load
+        torque = wheelset.radius * wheelset.element.normal_load
         noisy = TORQUE_NOISE * torque / sensors.wheel_speed_noise  # largest gain [N.s]
         rate = min(rate, noisy * wheelset.radius / wheelset.inertia)
     gain = rate * wheelset.inertia / wheelset.radius

@@ -85,7 +85,7 @@ def available_force(
     limits = kernel.force_input_limits()
     given = {
         "speed": speed,
-        "normal_load": element.contact.normal_load if normal_load is None else normal_load,
+        "normal_load": element.normal_load if normal_load is None else normal_load,
         "friction_scale": friction_scale,
     }
     arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
@@ -266,7 +266,7 @@ class AvailableForce:
             [
                 (
                     element.radius,
-                    element.contact.normal_load,
+                    element.normal_load,
                     element.saturation_creepage,
                     element.minimum_speed,
                     element.friction.slip_rate_residual,

@@ -52,7 +52,7 @@ class Wheelset(Parameters):
     Parameters
     ----------
     element : ForceElement
-        The contact of the whole wheelset.
+        The contact of all its wheels together.
     inertia : float
         J about the axle, with the drive's inertia [kg.m2].
     mass : float, optional
@@ -119,7 +119,7 @@ class Wheelset(Parameters):
         speed : float
             Forward speed, at least the element's minimum speed [m/s].
         normal_load : float, optional
-            Load of the contact [N]. Default: the contact's nominal load.
+            Load of all wheels together [N]. Default: the nominal one.
         friction_scale : float, optional
             Factor on both friction coefficients [1]. Default: 1.
         resistance_force : float, optional
@@ -140,7 +140,7 @@ class Wheelset(Parameters):
         if "speed" not in known:
             raise TypeError("speed is missing: give it, or conditions that contain it")
         if known.get("normal_load") is None:
-            known["normal_load"] = self.element.contact.normal_load
+            known["normal_load"] = self.element.normal_load
         limits = kernel.wheelset_limits()
         limits = {**limits, "speed": replace(limits["speed"], at_least=self.element.minimum_speed)}
         order = ("speed", "normal_load", "friction_scale", "resistance_force")

@@ -115,7 +115,7 @@ def element_inputs(element: cl.ForceElement, points: int) -> NDArray[np.void]:
     inputs["speed"] = 10.0
     creepage = element.saturation_creepage * random.uniform(-3.0, 3.0, points)
     inputs["omega"] = 10.0 * (1.0 + creepage) / element.radius
-    inputs["normal_load"] = element.contact.normal_load * random.uniform(0.8, 1.2, points)
+    inputs["normal_load"] = element.normal_load * random.uniform(0.8, 1.2, points)
     inputs["friction_scale"] = random.uniform(0.5, 1.0, points)
     return inputs
 

@@ -59,7 +59,7 @@ def numbers(scenario: cl.Scenario, controller: str) -> dict[str, float]:
     if not isinstance(control, cl.CreepPI) or control.reference_torque is None:
         raise ValueError("the controller is no CreepPI whose reference follows the torque")
     gains = tracker_gains(control.sample_time, control.speed_filter_time)
-    load, demand = wheelset.element.contact.normal_load, float(scenario.demand(0.0))
+    load, demand = wheelset.element.normal_load, float(scenario.demand(0.0))
     resistance = wheelset.resistance
     return {
         "radius": wheelset.radius,

@@ -174,7 +174,7 @@ def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> N
     np.testing.assert_allclose(halves, run["creep_force"], rtol=1e-15)
     element = rig.wheelset.element
     assert run["available_force"].max() == pytest.approx(
-        element.friction.kinetic * element.contact.normal_load * 1.1350256, rel=1e-6
+        element.friction.kinetic * element.normal_load * 1.1350256, rel=1e-6
     )
     held = as_scenario_run(other, study.drivetrain, rig.torque_control)
     assert np.array_equal(held["demand"], other["drive_torque"])

@@ -133,7 +133,7 @@ def test_no_text_of_a_model_ends_its_element(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ('name = "x"\n', "source is missing"),
+        ('name = "x"\n', "contact is missing"),
         (RIG.replace("inertia = 250.0", "inertia = -1.0"), "wheelset.inertia = -1.0 is out"),
         (RIG + '[law]\nkind = "cohesive"\n', "law.kind = 'cohesive': the page shows"),
         (RIG + '[law]\nkind = "rubber"\n', "law.kind = 'rubber'"),

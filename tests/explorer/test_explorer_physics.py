@@ -67,7 +67,7 @@ def places() -> list[Place]:
     found = []
     for _ in range(60):
         wheelset = random_wheelset(rng)
-        load = wheelset.element.contact.normal_load * 10.0 ** rng.uniform(-1.5, 0.3)
+        load = wheelset.element.normal_load * 10.0 ** rng.uniform(-1.5, 0.3)
         speed = 10.0 ** rng.uniform(-0.5, 1.8)
         found.append(Place(wheelset, float(speed), float(load), float(rng.uniform(0.3, 1.3))))
     return found
@@ -411,7 +411,7 @@ def test_clearing_of_light_vehicles(page: ExplorerPage, count: int) -> None:
     known: list[Clearing] = []
     while len(asked) < count:
         wheelset = random_wheelset(rng)
-        load = wheelset.element.contact.normal_load * float(rng.uniform(0.3, 1.3))
+        load = wheelset.element.normal_load * float(rng.uniform(0.3, 1.3))
         at = Place(wheelset, float(10.0 ** rng.uniform(0.5, 1.8)), load)
         fold = fold_of(at)
         if fold is None or wheelset.speed_held:

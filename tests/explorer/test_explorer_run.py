@@ -83,7 +83,7 @@ def drive(
 ) -> Driven:
     given = {
         "vehicle": vehicle_of(wheelset) | changes,
-        "load": wheelset.element.contact.normal_load,
+        "load": wheelset.element.normal_load,
         "speed": SPEED,
         "control": control,
         "fold": fold,
@@ -261,7 +261,7 @@ def test_the_rate_is_that_of_the_creepage(page: ExplorerPage, locomotive: cl.Mod
 
 
 def test_parameters_change_while_it_runs(page: ExplorerPage, rig: cl.Model) -> None:
-    load = rig.wheelset.element.contact.normal_load
+    load = rig.wheelset.element.normal_load
     heavier = vehicle_of(rig.wheelset) | {"inertia": 500.0, "contact": "elliptic"}
     run = drive(
         page,
@@ -428,7 +428,7 @@ def test_a_frame_leaves_time_to_draw(page: ExplorerPage, locomotive: cl.Model) -
         }""",
         {
             "vehicle": vehicle_of(wheelset),
-            "load": wheelset.element.contact.normal_load,
+            "load": wheelset.element.normal_load,
             "control": given,
         },
     )

@@ -56,7 +56,7 @@ def run_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> An
     """The run under the torque above."""
     constant = {
         "resistance_force": 0.0,
-        "normal_load": model.wheelset.element.contact.normal_load,
+        "normal_load": model.wheelset.element.normal_load,
         "friction_scale": 1.0,
     }
     names = ["time", "drive_torque", *constant]

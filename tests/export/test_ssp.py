@@ -205,7 +205,7 @@ def test_parameters_are_start_values_of_the_fmus(package: Path, locomotive: cl.M
     assert found["implicit"] == found["parallel_exchange"] == "true"
     inverse = wheelset.radius**2 / wheelset.inertia + 1.0 / wheelset.mass
     assert float(found["effective_inverse_mass"]) == pytest.approx(inverse, rel=1e-15)
-    assert float(found["normal_load"]) == wheelset.element.contact.normal_load
+    assert float(found["normal_load"]) == wheelset.element.normal_load
     assert float(found["friction_scale"]) == 1.0
     assert float(found["resistance_force"]) == 0.0
 
@@ -263,7 +263,9 @@ def parts(
     made = []
     for kind, length in (("force_element", relaxation_length), ("wheelset_body", None)):
         mode = implicit and kind == "force_element"
-        description = replace(describe(model, kind, length, mode, mode), starts=given)
+        description = replace(
+            describe(model, kind, length, mode, mode), starts=given, whole_wheelset=True
+        )
         made.append(kernel.NativeModel(kind, table, description.start_values))
     return made
 

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import contactlib as cl
 from contactlib.base.writing import package_folder
 from contactlib.cli import commands as cli
+from contactlib.files.model import UnusedKeyWarning
 
 SHIPPED = [package_folder("models") / name for name in ("locomotive.toml", "roller_rig.toml")]
 
@@ -28,7 +29,7 @@ def test_roller_rig_is_the_wheel_of_the_paper(rig: cl.Model) -> None:
     element = rig.wheelset.element
     assert element.radius == 0.5
     assert element.contact.semi_width == pytest.approx(5e-3)
-    assert element.contact.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    assert element.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
     assert element.friction.kinetic == 0.21
     assert cl.saturation_creepage(element.contact, element.friction) == pytest.approx(0.0021)
     assert rig.wheelset.speed_held
@@ -99,7 +100,7 @@ def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:
             "[resistence]",
             r"resistence is not a known key; did you mean 'resistance'",
         ),
-        ("[resistance]", "", "resistance is missing"),
+        ("[wheelset]", "[wheelsets]", "wheelsets is not a known key; did you mean"),
         (
             "time = [0.0, 2.0, 10.0, 20.0]",
             "time = [0.0, 2.0, 1.0, 20.0]",
@@ -167,7 +168,7 @@ def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path) -> None:
     by_axes = load_changed(tmp_path, None, axes).contact
     assert isinstance(by_axes, cl.EllipticContact)
     assert (by_axes.semi_axis_x, by_axes.semi_axis_y) == pytest.approx((12e-3, 20e-3), rel=1e-13)
-    assert by_axes.normal_load == 220.65e3
+    assert by_axes.normal_load == 110.325e3
     radii = {SHAPE: f"radius_x = {by_axes.radius_x!r}\nradius_y = {by_axes.radius_y!r}"}
     element = load_changed(tmp_path, None, radii)
     assert element.table is cl.carter_griffith_table("elliptic")
@@ -198,23 +199,115 @@ def test_law_by_its_name(tmp_path: Path) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-8)
 
 
-def test_measured_curve_as_law(tmp_path: Path) -> None:
-    section = '\n[law]\nkind = "measured"\nfile = "eurosprinter_engel1998.csv"\n\n[run]'
-    element = load_changed(tmp_path, None, {"\n[run]": section})
-    curve = cl.MeasuredCurve.from_csv(
-        package_folder("models") / "eurosprinter_engel1998.csv", kinetic=0.21
+STEEP = "creepage,traction_coefficient\n" + "".join(
+    f"{z},{0.6 * np.tanh(z / 2e-4) * np.exp(-z / 0.05)}\n" for z in np.geomspace(1e-5, 0.2, 60)
+)
+
+
+@pytest.mark.parametrize("shape", [SHAPE, 'semi_axis_x = "6 mm"\nsemi_axis_y = "4 mm"'])
+def test_a_measured_curve_is_reproduced_as_measured(tmp_path: Path, shape: str) -> None:
+    # It is steeper than clean Hertzian steel, and its peak is above `static`.
+    (tmp_path / "steep.csv").write_text(STEEP)
+    law = '\n[law]\nkind = "measured"\nfile = "steep.csv"\n\n[run]'
+    with pytest.warns(UnusedKeyWarning, match=r"friction and wheelset\.saturation_creepage"):
+        element = load_changed(tmp_path, None, {SHAPE: shape, "\n[run]": law})
+    curve = cl.MeasuredCurve.from_csv(tmp_path / "steep.csv")
+    assert curve.peak.traction_ratio * curve.kinetic > 0.45  # of the file's [friction]
+    zeta = np.concatenate([-np.geomspace(1e-5, 0.2, 50), np.geomspace(1e-5, 0.2, 50)])
+    for speed in (0.5, 40.0):
+        found = element.at_creepage(zeta, speed=speed)
+        np.testing.assert_allclose(
+            found["traction_coefficient"], curve.traction_coefficient(zeta), atol=1e-7
+        )
+        for name in ("force_limited", "k_hat", "process_zone_ratio"):
+            assert not found[name].any()
+
+
+def test_load_and_friction_stretch_a_measured_curve(tmp_path: Path) -> None:
+    (tmp_path / "steep.csv").write_text(STEEP)
+    curve = cl.MeasuredCurve.from_csv(tmp_path / "steep.csv")
+    zeta = np.linspace(-0.01, 0.01, 41)
+    for key, power in (("", 0.5), ("\nload_exponent = 0.0", 0.0)):
+        law = f'[law]\nkind = "measured"\nfile = "steep.csv"{key}\n'
+        text = f"[contact]\n{SHAPE}\nnormal_load = 9e4\nyoungs_modulus = 2.1e11\n"
+        text += "poisson_ratio = 0.3\n[wheelset]\nradius = 0.46\n" + law
+        (tmp_path / "force.toml").write_text(text)
+        element = cl.load_model(tmp_path / "force.toml").wheelset.element
+        for load, scale in ((3.6e5, 1.0), (9e4, 0.5), (1e4, 0.7)):
+            stretch = scale * (load / 9e4) ** power
+            found = element.at_creepage(zeta, speed=9.0, normal_load=load, friction_scale=scale)
+            expected = scale * curve.traction_coefficient(zeta / stretch)
+            np.testing.assert_allclose(found["traction_coefficient"], expected, atol=1e-7)
+
+
+FORCE = """
+[contact]
+radius_x = 0.46
+radius_y = 0.3
+normal_load = "90 kN"
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[wheelset]
+radius = 0.46
+[friction]
+static = 0.4
+kinetic = 0.3
+weakening_length = 0.0
+"""
+
+
+def test_a_force_needs_no_vehicle(tmp_path: Path) -> None:
+    import fmpy
+
+    (tmp_path / "force.toml").write_text(FORCE)
+    model = cl.load_model(tmp_path / "force.toml")
+    assert (model.name, model.initial_speed) == ("force", 10.0)
+    for version in (2, 3):
+        fmu = cl.export_fmu(model, tmp_path / "it.fmu", fmi_version=version)
+        start = {"omega": 10.2 / 0.46, "speed": 10.0}
+        run = fmpy.simulate_fmu(str(fmu), stop_time=0.01, start_values=start)
+        force = model.wheelset.element.force(omega=10.2 / 0.46, speed=10.0)
+        assert run["creep_force"][-1] == pytest.approx(float(force), rel=1e-12)
+
+
+def test_a_run_asks_for_what_a_force_does_not_need(tmp_path: Path) -> None:
+    (tmp_path / "force.toml").write_text(FORCE)
+    model = cl.load_model(tmp_path / "force.toml")
+    with pytest.raises(cl.ModelError, match="needs inertia and wheels"):
+        cl.find_fold(model.wheelset, speed=10.0)
+    with pytest.raises(cl.ModelError, match="needs inertia and wheels"):
+        cl.export_fmu(model, tmp_path / "it.fmu", kind="wheelset")
+    rig = cl.load_model("roller_rig.toml")
+    with pytest.raises(cl.ModelError, match=r"\[creep_control\] is missing"):
+        cl.simulate(rig.wheelset, model.creep_control, initial_speed=10.0)
+
+
+def test_wheels_share_the_load(tmp_path: Path) -> None:
+    one, two, six = (
+        load_changed(tmp_path, None, {"wheels = 2": f"wheels = {n}"}) for n in (1, 2, 6)
     )
-    x = np.linspace(0.0, 10.0, 41)
-    zeta = x * element.saturation_creepage
-    found = element.at_creepage(zeta, speed=10.0)["traction_coefficient"]
-    np.testing.assert_allclose(found, 0.21 * curve.traction_ratio(x), atol=1e-8)
+    assert two.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    for load, scale in ((1e5, 1.0), (2e4, 0.6)):
+        given: dict[str, Any] = {
+            "omega": np.linspace(19.0, 23.0, 21),
+            "speed": 10.0,
+            "friction_scale": scale,
+        }
+        single = one.force(normal_load=load, **given)
+        np.testing.assert_allclose(two.force(normal_load=2 * load, **given), 2 * single, rtol=1e-14)
+        np.testing.assert_allclose(six.force(normal_load=6 * load, **given), 6 * single, rtol=1e-14)
+    with pytest.raises(cl.ModelError, match=r"wheels = 2\.5 must be a whole number"):
+        load_changed(tmp_path, None, {"wheels = 2": "wheels = 2.5"})
 
 
 @pytest.mark.parametrize(
     ("section", "message"),
     [
         ('kind = "kalker"', r"law.kind = 'kalker' must be one of: carter_griffith, cohesive"),
-        ('kind = "measured"', r"law.kind = 'measured' takes the keys file, not \[\]"),
+        (
+            'kind = "measured"',
+            r"law.kind = 'measured' takes the keys file, load_exponent",
+        ),
         ('file = "x.csv"', r"law.kind = 'carter_griffith' takes no other key"),
         ("kind = 3", r"law.kind = 3 must be a string"),
         ('kind = "measured"\nfile = "no_such.csv"', "no_such.csv"),
@@ -222,7 +315,14 @@ def test_measured_curve_as_law(tmp_path: Path) -> None:
 )
 def test_bad_laws_are_refused(tmp_path: Path, section: str, message: str) -> None:
     with pytest.raises((cl.ModelError, FileNotFoundError), match=message):
-        load_changed(tmp_path, None, {"\n[run]": f"\n[law]\n{section}\n\n[run]"})
+        load_changed(
+            tmp_path,
+            None,
+            {
+                "\n[run]": f"\n[law]\n{section}\n\n[run]",
+                "[friction]\nstatic = 0.45\nkinetic = 0.21\nk_hat = 0.3\n": "",
+            },
+        )
 
 
 @pytest.mark.parametrize("given", ["k_hat = 0.3", 'weakening_length = "1 um"'])

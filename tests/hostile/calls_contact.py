@@ -82,6 +82,11 @@ def measured() -> cl.MeasuredCurve:
 
 
 @cache
+def measured_table() -> cl.CreepForceTable:
+    return cl.CreepForceTable.from_law(measured())
+
+
+@cache
 def fitted() -> cl.FitResult:
     return cl.fit(cl.CarterGriffith, cl.TractionData(ZETA, MU), k_hat=0.0)
 
@@ -258,6 +263,27 @@ CALLS: list[Call] = [
         infinite=True,
     ),
     *of_law("MeasuredCurve", measured),
+    Call(
+        name="MeasuredCurve.traction_coefficient",
+        make=lambda: (measured().traction_coefficient, {"creepage": ZETA}),
+        arrays=("creepage",),
+    ),
+    Call(
+        name="ForceElement.from_curve",
+        make=lambda: (
+            cl.ForceElement.from_curve,
+            {
+                "curve": measured_table(),
+                "contact": cl.LineContact(**LINE),
+                "radius": 0.5,
+                "minimum_speed": 0.1,
+                "wheels": 2,
+                "load_exponent": 0.3,
+            },
+        ),
+        numbers=("radius", "minimum_speed", "wheels", "load_exponent"),
+        optional=("load_exponent",),
+    ),
     # ---- tables ----
     *of_table("line"),
     *of_table("elliptic"),

@@ -98,7 +98,7 @@ def test_fold_of_a_plateau_is_its_beginning(static: float) -> None:
     element = dataclasses.replace(train().element, friction=friction)
     body = dataclasses.replace(train(), element=element, mass=None, damping=0.0)
     fold = cl.find_fold(body, speed=10.0)
-    highest = static * contact.normal_load
+    highest = static * element.normal_load
     assert fold.drive_torque == pytest.approx(body.radius * highest, rel=1e-14)
     near = fold.creepage * np.array([1.0 - 1e-9, 1.0, 1.0 + 1e-9])
     assert (element.at_creepage(near, speed=10.0)["force_limited"] > 0).tolist() == [
@@ -122,7 +122,7 @@ def test_steady_states_are_at_rest_and_alternate(
     fold = fold_of(body, **inputs)
     torque = part * (2.5e4 if fold is None else fold.drive_torque)
     found = cl.steady_states(body, drive_torque=torque, **inputs)
-    largest = body.radius * body.element.friction.static * body.element.contact.normal_load
+    largest = body.radius * body.element.friction.static * body.element.normal_load
     left = cl.quasi_steady_torque(body, found.creepage, **inputs) - torque
     slopes = np.abs(stability.quasi_steady_slope(body, found.creepage, **inputs))
     assert (np.abs(left) <= 1e-11 * largest + 1e-14 * slopes * np.abs(found.creepage)).all()

@@ -115,7 +115,7 @@ def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Mo
             wheelset,
             case.demand.value[0] - (1.0 + creepage) * turning,  # the rig gains 1 m/s2
             speed=10.0,
-            normal_load=wheelset.element.contact.normal_load,
+            normal_load=wheelset.element.normal_load,
             friction_scale=(1.0, friction.value[0]),
         )
         assert creepage == pytest.approx(expected, rel=1e-12, abs=1e-14)

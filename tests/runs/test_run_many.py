@@ -274,7 +274,7 @@ def test_it_is_what_another_solver_finds(
 ) -> None:
     """Onto a wet patch under creep control: the textbook's equations, from sample to sample."""
     body = locomotive.wheelset
-    r, radius_load = body.radius, body.element.contact.normal_load
+    r, radius_load = body.radius, body.element.normal_load
     start, duration, sample = 0.6 * speed, 3.0, 0.01
     patch = cl.Profile((start, start), (1.0, 0.6))
     dry = cl.find_fold(body, speed=speed).drive_torque

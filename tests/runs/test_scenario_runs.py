@@ -238,7 +238,7 @@ def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
     slack = 1e-9 * np.abs(run["demand"]).max()
     assert (np.abs(run["commanded_torque"]) <= np.abs(run["demand"]) + slack).all()
     element = case.drivetrain.wheelset.element
-    most = element.friction.static * element.contact.normal_load
+    most = element.friction.static * element.normal_load
     assert (np.abs(run["creep_force"]) <= most * (1.0 + 1e-12)).all()
     assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
 

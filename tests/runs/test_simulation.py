@@ -298,7 +298,7 @@ def test_start_on_a_rising_branch_that_is_long(
     rig: cl.Model, friction: float | tuple[float, float], sign: float
 ) -> None:
     body = of_wet_rail(replace(rig.wheelset, damping=0.0))
-    load = body.element.contact.normal_load
+    load = body.element.normal_load
     zeta = np.geomspace(1e-4, 10.0, 200_001)
     torque = np.mean(
         [

@@ -166,7 +166,7 @@ def test_linear_and_nonlinear_run_agree_on_the_gain(
     body = replace(rig.wheelset, mass=mass, resistance=cl.Resistance(linear=linear))
     point = body.balanced(creepage=0.022, speed=V)
     gain = factor * cl.creep_control_gain(body, point)
-    load = body.element.contact.normal_load
+    load = body.element.normal_load
     control = cl.CreepControl(
         reference=cl.Profile.of(0.022),
         proportional_gain=gain,

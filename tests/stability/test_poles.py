@@ -133,7 +133,7 @@ def test_worst_pole(rig: cl.Model, slope_reduction: float, pole: float) -> None:
     law = cl.CarterGriffith(k_hat=element.k_hat)
     steepest = minimize_scalar(lambda x: float(law.slope(x)), bounds=(1.2, 2.0))
     zeta0 = element.saturation_creepage
-    fall = steepest.fun * 0.21 * element.contact.normal_load / zeta0
+    fall = steepest.fun * 0.21 * element.normal_load / zeta0
     expected = stability.approximate_pole(
         radius=0.5, inertia=250.0, creep_force_slope=fall, speed=V
     )

@@ -35,7 +35,7 @@ def test_it_is_the_laws_peak_where_friction_does_not_fall(
     locomotive: cl.Model, load: float, scale: float
 ) -> None:
     element = locomotive.wheelset.element
-    weight = load * element.contact.normal_load
+    weight = load * element.normal_load
     law = cl.CarterGriffith(k_hat=element.k_hat / np.sqrt(load * scale))
     expected = scale * element.friction.kinetic * weight * law.peak.traction_ratio
     found = cl.available_force(
@@ -50,7 +50,7 @@ def test_it_never_exceeds_static_friction(locomotive: cl.Model) -> None:
     with pytest.warns(cl.ProcessZoneWarning):
         limited = replace(element, friction=friction)
     found = cl.available_force(limited, speed=10.0)
-    assert found == pytest.approx(friction.static * element.contact.normal_load, rel=1e-12)
+    assert found == pytest.approx(friction.static * element.normal_load, rel=1e-12)
 
 
 @pytest.mark.parametrize("law", ["line", "elliptic", "polach"])
@@ -69,7 +69,7 @@ def test_it_is_the_largest_of_many_where_friction_falls(law: str, locomotive: cl
     for _ in range(3):
         case = {
             "speed": rng.uniform(0.2, 50.0),
-            "load": element.contact.normal_load * rng.uniform(0.5, 1.3),
+            "load": element.normal_load * rng.uniform(0.5, 1.3),
             "scale": rng.uniform(0.3, 1.2),
         }
         changed = falling(element, residual=rng.uniform(0.1, 0.9), decay=rng.uniform(0.0, 2.0))
@@ -104,7 +104,7 @@ def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:
         adhesion_reduction=0.5, slip_reduction=0.5, kalker_coefficient=3.7, poisson_ratio=0.3
     )
     element = replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(law))
-    limit = element.friction.kinetic * element.contact.normal_load
+    limit = element.friction.kinetic * element.normal_load
     assert cl.available_force(element, speed=10.0) == pytest.approx(limit, rel=1e-7)
 
 

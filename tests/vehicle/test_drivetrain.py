@@ -155,7 +155,7 @@ def test_steps_are_the_equations_of_motion(
 
 def test_a_rigid_even_drivetrain_is_the_wheelset(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
-    load = body.element.contact.normal_load
+    load = body.element.normal_load
     torque = 2.2e4
     run = drive(
         cl.Drivetrain(body),

@@ -60,7 +60,7 @@ class MeasuredCurve:
     ----------
     kinetic, saturation_creepage : float
         The two scales: ``traction_ratio(x) * kinetic`` over ``x * saturation_creepage`` is the
-        measured curve.
+        measured curve, `traction_coefficient`.
 
     Raises
     ------
@@ -80,8 +80,7 @@ class MeasuredCurve:
     --------
     >>> zeta = np.linspace(0.0, 0.1, 41)
     >>> curve = MeasuredCurve(zeta, 0.3 * np.tanh(zeta / 0.01) * np.exp(-zeta / 0.2))
-    >>> mu = curve.kinetic * curve.traction_ratio(0.02 / curve.saturation_creepage)
-    >>> round(mu.item(), 2)
+    >>> round(curve.traction_coefficient(0.02).item(), 2)
     0.26
     """
 
@@ -172,6 +171,24 @@ class MeasuredCurve:
         x = np.abs(checked("normalized_creepage", normalized_creepage, FINITE))
         with np.errstate(over="ignore"):
             return np.asarray(self._curve(x / (1.0 + x), 1) / (1.0 + x) ** 2)
+
+    def traction_coefficient(self, creepage: ArrayLike) -> FloatArray:
+        """Traction coefficient Q/P at creepages [1], for any shape; odd in the creepage.
+
+        Raises
+        ------
+        ValueError
+            If a creepage is not a finite real number.
+        """
+        zeta = checked("creepage", creepage, FINITE)
+        part = np.abs(zeta) / (np.abs(zeta) + self.saturation_creepage)
+        return np.asarray(np.sign(zeta) * self.kinetic * self._curve(part))
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """What a table of this curve has to know of it: peak, kinetic coefficient and zeta0."""
+        peak = self.kinetic * max(1.0, self.peak.traction_ratio)
+        return {"peak": peak, "kinetic": self.kinetic, "zeta0": self.saturation_creepage}
 
     @cached_property
     def peak(self) -> Peak:

@@ -8,15 +8,12 @@ from typing import Any
 
 from contactlib.base.quantities import Parameters
 from contactlib.contact import kernel
-from contactlib.files.model import NEEDED, VEHICLE_SECTIONS
+from contactlib.files.model import RUNS, VEHICLE_SECTIONS
 from contactlib.files.reading import UNITS
-from contactlib.files.sections import CreepSection, RunSection, TorqueSection
 
 SECTIONS: dict[str, type[Parameters]] = {
-    **VEHICLE_SECTIONS,
-    "run": RunSection,
-    "torque_control": TorqueSection,
-    "creep_control": CreepSection,
+    **{n: s for n, s in VEHICLE_SECTIONS.items() if n != "law"},
+    **RUNS,
 }
 BOUNDS = ("above", "at_least", "below", "at_most")
 
@@ -38,6 +35,6 @@ def declarations() -> dict[str, Any]:
     """Values of the units, keys of the sections that every model file has, and the law's limit."""
     return {
         "units": UNITS,
-        "sections": {name: _keys(SECTIONS[name]) for name in NEEDED},
+        "sections": {name: _keys(section) for name, section in SECTIONS.items()},
         "process_zone_limit": kernel.process_zone_limit(),
     }
