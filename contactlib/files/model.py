@@ -127,7 +127,7 @@ class Model:
     wheelset: Wheelset
     torque_control: TorqueControl
     creep_control: CreepControl
-    initial_speed: float = 10.0
+    initial_speed: float
 
 
 def load_model(
@@ -186,12 +186,11 @@ def build_model(
             section = read_section(key, kind, data)
             with named(key):
                 given[key] = section.build()
-    if "run" in data:
-        given["initial_speed"] = read_section("run", RunSection, data).initial_speed
     return Model(
         name=text("name", data.get("name", "Unnamed")),
         source=text("source", data.get("source", "not stated")),
         wheelset=build_wheelset(data, folder, table, progress),
+        initial_speed=read_section("run", RunSection, {"run": EMPTY, **data}).initial_speed,
         **given,
     )
 

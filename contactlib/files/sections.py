@@ -239,7 +239,7 @@ class CreepSection(Parameters):
 class RunSection(Parameters):
     """``[run]``: initial state of both runs of a model."""
 
-    initial_speed: Annotated[float, Quantity("m/s", above=0.0)]
+    initial_speed: Annotated[float, Quantity("m/s", above=0.0)] = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)

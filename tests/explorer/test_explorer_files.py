@@ -277,7 +277,7 @@ def test_other_mistakes_are_pythons(page: ExplorerPage, tmp_path: Path) -> None:
         "unknown key": (toml(changed("wheelset.inertai", 1.0)), "wheelset.inertai"),
         "unknown section": (MODELS["roller_rig"] + "[brakes]\n", "brakes"),
         "no section": (toml({**RIG, "contact": 1.0}), "contact = 1"),
-        "missing section": (toml({k: v for k, v in RIG.items() if k != "run"}), "run is missing"),
+        "missing section": (toml({k: v for k, v in RIG.items() if k != "contact"}), "contact is"),
         "name": (toml({**RIG, "name": 5}), "name = 5"),
         "sections": ("[[contact]]\n" + MODELS["roller_rig"], ""),
         "two shapes": (toml(changed("contact.radius_x", None)), "radius_x and radius_y"),
@@ -366,6 +366,7 @@ def random_settings(rng: np.random.Generator, preset: dict[str, Any]) -> dict[st
             if isinstance(value, int | float) and rng.random() < 0.6:
                 part[name] = abs(value) * rng.uniform(0.1, 1.0) or rng.random() / 11.0
     vehicle["static_friction"] = vehicle["kinetic_friction"] * rng.uniform(1.01, 3.0)
+    vehicle["wheels"] = pick(rng, [1, 2, 6])
     vehicle["minimum_speed"] = pick(rng, [0.1, 1e-7])
     vehicle["contact"] = pick(rng, ["line", "elliptic"])
     vehicle["mass"] = pick(rng, [None, rng.uniform(1e3, 1e5)])

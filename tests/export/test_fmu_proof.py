@@ -63,7 +63,7 @@ FAULTS: dict[str, tuple[Callable[[Files], Files], str]] = {
         replaced(DESCRIPTION, b'(name="omega".*?) unit="rad/s"[^>]*?start', rb"\1 start"),
         "omega has no unit",
     ),
-    "start": (replaced(DESCRIPTION, b'start="220650.0"', b'start="-1"'), "start -1 must be from"),
+    "start": (replaced(DESCRIPTION, b'start="110325.0"', b'start="-1"'), "start -1 must be from"),
     "dependency": (
         replaced(DESCRIPTION, b'dependencies="\\d+ ', b'dependencies="29 '),
         "depends on",

@@ -13,8 +13,8 @@ import webbrowser
 from pathlib import Path
 
 from contactlib.base.writing import PACKAGE, write_whole
-from contactlib.files.model import load_model
-from contactlib.files.reading import in_file, model_path, parse
+from contactlib.files.model import Missing, load_model
+from contactlib.files.reading import ModelError, in_file, model_path, parse
 
 PAGE = PACKAGE / "export" / "explorer" / "page.html"
 PLACE = '<script type="application/json" id="given-model">{}</script>'  # of a model's text
@@ -63,7 +63,10 @@ def _checked_text(model: str | os.PathLike[str]) -> str:
         kind = law.get("kind", "carter_griffith") if isinstance(law, dict) else None
         if isinstance(kind, str) and kind != "carter_griffith":
             raise ValueError(f"law.kind = {kind!r}: the page shows 'carter_griffith' only")
-    load_model(model)
+    loaded = load_model(model)
+    for part in (loaded.wheelset, loaded.torque_control, loaded.creep_control):
+        if isinstance(part, Missing):
+            raise ModelError(f"{os.fspath(model)}: {part.lacking}")
     return file.read_text(encoding="utf-8-sig")
 
 

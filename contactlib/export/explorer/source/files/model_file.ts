@@ -23,6 +23,7 @@ export interface Model {
   >;
 }
 
+const NEEDED = ["contact", "friction", "wheelset", "torque_control", "creep_control"];
 const HOLD = 20; // length of the runs of a file that is written [s]
 const LAW = "carter_griffith"; // the law whose tables the page has
 const SHOWN = "this page shows models";
@@ -37,8 +38,7 @@ const PAIRS = [
 export function readModel(text: string): Model {
   const data = parseToml(text);
   refuseOthers(data);
-  const needed = ["name", "source", ...Object.keys(SECTIONS)];
-  checkKeys("", data, [...needed, "law"], needed);
+  checkKeys("", data, ["name", "source", "law", ...Object.keys(SECTIONS)], NEEDED);
   checkLaw(data);
   const sections = OF_VEHICLE.map((name) => readSection(name, data).numbers);
   const [friction, wheelset] = sections as [Numbers, Numbers];
@@ -48,13 +48,19 @@ export function readModel(text: string): Model {
   }
   const keys = sections.flatMap(Object.entries).filter(([key]) => !ALTERNATIVES.includes(key));
   const vehicle = {
-    name: textOf("name", data["name"]),
-    source: textOf("source", data["source"]),
+    name: textOf("name", data["name"] ?? "Unnamed"),
+    source: textOf("source", data["source"] ?? "not stated"),
     ...contactOf(readSection("contact", data).numbers),
     ...Object.fromEntries(keys.map(([key, value]) => [vehicleField(key), value])),
     k_hat: 0,
     slope_reduction: 1,
   } as Vehicle;
+  for (const key of ["inertia", "wheels"]) {
+    if (wheelset[key] === null) {
+      throw new ModelError(`wheelset.${key} is missing: this page shows wheelsets`);
+    }
+  }
+  vehicle.normal_load *= vehicle.wheels;
   vehicle.k_hat = kHatOf(vehicle, friction);
   vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
   return { vehicle, control: readRuns(data) };
@@ -173,7 +179,8 @@ function readRuns(data: Table): Model["control"] {
  */
 export function writeModel(vehicle: Vehicle, normalLoad: number, control: Control): string {
   const v = atLoad(vehicle, normalLoad), fields = new Map(Object.entries(v));
-  const { semi_width: a, peak_pressure: p0, normal_load, youngs_modulus, poisson_ratio } = v;
+  const { semi_width: a, peak_pressure: p0, youngs_modulus, poisson_ratio } = v;
+  const normal_load = v.normal_load / v.wheels;
   const { drive_torque, creepage, proportional_gain, integral_gain, torque_max } = control;
   const shape = v.contact === "line"
     ? { semi_width: a, radius: (a * contactModulus(v)) / (2 * p0) } // Eq. (5)

@@ -106,7 +106,7 @@ function numberOf(where: string, value: unknown, limit: Limit): number {
 export function readSection(
   name: string, data: Table,
 ): { numbers: Numbers; lists: Record<string, number[]> } {
-  const declared = SECTIONS[name]!, table = tableOf(name, data[name]), known = Object.keys(declared);
+  const declared = SECTIONS[name]!, table = tableOf(name, data[name] ?? {}), known = Object.keys(declared);
   checkKeys(`${name}.`, table, known, known.filter((key) => declared[key]!.default === undefined));
   const numbers: Numbers = {}, lists: Record<string, number[]> = {};
   for (const [key, limit] of Object.entries(declared)) {

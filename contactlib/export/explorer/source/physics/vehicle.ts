@@ -12,7 +12,8 @@ export interface Vehicle {
   semi_width: number;
   /** Largest pressure p0 at the nominal load [Pa]. */
   peak_pressure: number;
-  /** Nominal load of both wheels [N]. */
+  /** Number of wheels, each with this contact, and their nominal load together [1, N]. */
+  wheels: number;
   normal_load: number;
   /** Elasticity of both bodies [Pa, 1]. */
   youngs_modulus: number;
@@ -113,7 +114,7 @@ export function wheelsetParameters(v: Vehicle): Structs["wheelset_parameters"] {
 
 /** Semi-axis b of the ellipse across rolling, at the nominal load [m]. */
 export function lateralSemiAxis(v: Vehicle): number {
-  return (1.5 * v.normal_load) / (Math.PI * v.semi_width * v.peak_pressure); // Eq. (20)
+  return (1.5 * (v.normal_load / v.wheels)) / (Math.PI * v.semi_width * v.peak_pressure); // Eq. (20)
 }
 
 /** The vehicle whose nominal load is another one [N]: its contact grows, its friction stays. */
