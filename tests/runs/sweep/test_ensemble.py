@@ -1,3 +1,183 @@
 """Results of a sweep: outcomes, failures, the report and the dataset."""
 
 from __future__ import annotations
+
+import json
+import math
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.io import netcdf_file
+from sweep_files import AXES, RANDOM, SCENARIO, SWEEP, scenarios_of, write_sweep
+
+import contactlib as cl
+from contactlib.cli.commands import main
+from contactlib.runs import sweep as sweeps
+from contactlib.runs.analysis import SWEEP_OUTCOMES
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE
+
+
+def test_outcomes_are_those_of_single_runs_and_of_the_analysis(tmp_path: Path) -> None:
+    sweep = cl.load_sweep(write_sweep(tmp_path))
+    found = cl.ensemble(sweep)
+    scenarios = scenarios_of(sweep)
+    for i, name in enumerate(sweep.plan.controllers):
+        for j, scenario in enumerate(scenarios):
+            run = cl.run_scenario(scenario, name, step=0.01, tolerance=DEFAULT_TOLERANCE)
+            alone = cl.metrics(run, scenario.drivetrain)
+            got = found["slip_work"].values[i].reshape(-1)[j]
+            assert got == alone.slip_work
+    for j, scenario in enumerate(scenarios):
+        wheelset = scenario.drivetrain.wheelset
+        given: dict[str, Any] = {"speed": scenario.design_speed}
+        fold = cl.find_fold(wheelset, **given).drive_torque
+        assert found["critical_torque"].values.reshape(-1)[j] == fold
+        patch = min(scenario.track.friction_left.value)
+        known = cl.clearing(wheelset, drive_torque=23e3, friction_scale=patch, **given)
+        assert found["clearing_time"].values.reshape(-1)[j] == known.time
+
+
+@pytest.mark.parametrize("noise", ["", "common", "independent"])
+@pytest.mark.parametrize("kind", ["grid", "monte_carlo"])
+def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) -> None:
+    text = SWEEP.replace('"critical_torque", "clearing_time"', '"jerk", "largest_creepage"')
+    text = f'noise = "{noise}"\n{text}' if noise else text
+    if kind != "grid":
+        text = text.partition("[axes")[0] + RANDOM.format(kind, 6, 2) + AXES
+    sweep = cl.load_sweep(write_sweep(tmp_path, text))
+    found = cl.ensemble(sweep, chunk=4)
+    common = noise == "common" or (not noise and kind == "grid")
+    for i, name in enumerate(sweep.plan.controllers):
+        for j in range(sweep.runs):
+            assert sweep.plan.index_of(j) == (0 if common else j)
+            scenario = sweep.scenario_of(j)
+            run = cl.run_scenario(
+                scenario,
+                name,
+                index=0 if common else j,
+                step=0.01,
+                tolerance=sweep.plan.tolerance,
+            )
+            again = cl.metrics(run, scenario.drivetrain)
+            for outcome in sweep.plan.outcomes:
+                values = found[outcome].values.reshape(2, -1)
+                assert values[i, j] == getattr(again, outcome), (name, j, outcome)
+
+
+def test_runs_with_common_noise_differ_by_their_parameters_alone(tmp_path: Path) -> None:
+    axis = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nvalues = [200.0, {}]\n'
+    noises = {"common": 0.02, "independent": 0.02}
+    for noise in noises:
+        head = f'noise = "{noise}"\n' + SWEEP.partition("[axes")[0]
+        path = write_sweep(tmp_path, head + axis.format(200.0 * (1.0 + 1e-9)))
+        one, other = cl.ensemble(path)["slip_work"].sel(controller="creep_pi").values
+        noises[noise] = abs(other / one - 1.0)
+    assert noises["common"] < 1e-5
+    assert noises["independent"] > 1e-3
+
+
+def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:
+    axis = 'factor_on = "demand.torque"\nvalues = [1.0, 3.0]'  # the first demand is too much
+    scenario = SCENARIO.replace('"10 kN.m", "23 kN.m"', '"20 kN.m", "23 kN.m"')
+    path = write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n", scenario)
+    found = cl.ensemble(path)
+    assert found["failed"].values.tolist() == [[0, 1], [0, 1]]
+    assert np.isnan(found["slip_work"].values).tolist() == [[False, True], [False, True]]
+    assert np.isfinite(found["critical_torque"].values).all()
+    result = CliRunner().invoke(
+        main, ["sweep", str(path), "-o", str(tmp_path / "out"), "--no-maps"]
+    )
+    assert result.exit_code == 0, result.output
+    assert re.search(r"^failed +1 +1 +1$", result.output, re.MULTILINE)
+    assert "run 1 (x = 3) under creep_pi: " in result.output
+
+
+def test_parameters_that_do_not_go_together_fail_where_they_meet(tmp_path: Path) -> None:
+    # Found only inside: both ends of the axis are valid, the middle is not a whole number.
+    axis = 'parameter = "sensors.seed"\nvalues = [1.0, 1.5, 2.0]'
+    found = cl.ensemble(write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n"))
+    assert found["failed"].values.tolist() == [[0, 1, 0], [0, 1, 0]]
+    assert np.isnan(found["critical_torque"].values).tolist() == [False, True, False]
+
+
+def test_a_sweep_of_which_nothing_came_is_an_error(tmp_path: Path) -> None:
+    axis = 'parameter = ["demand.torque[0]", "demand.torque[1]"]\nvalues = [{}]'
+    head = SWEEP.partition("[axes")[0].replace(', "critical_torque", "clearing_time"', "")
+    for values, status in (('"23 kN.m", "90 kN.m"', 0), ('"80 kN.m", "90 kN.m"', 1)):
+        path = write_sweep(tmp_path, f"{head}[axes.x]\n{axis.format(values)}\n")
+        given = ["sweep", str(path), "-o", str(tmp_path / f"out{status}")]
+        result = CliRunner().invoke(main, given)
+        assert result.exit_code == status, result.output
+        assert (result.stderr == "contactlib: all runs failed\n") == bool(status)
+
+
+def test_report_is_one_table_with_true_medians(tmp_path: Path) -> None:
+    found = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path)))
+    found["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, math.inf, math.nan]]
+    found["failed"].values[1, 0] = 1
+    found["clearing_time"].values[:] = math.nan
+    lines = sweeps.report(sweep, found)
+    table = [re.split(r" {2,}", line.strip()) for line in lines[-5:]]
+    assert table[0] == ["outcome", "unit", "creep_pi", "open_loop", "wheelset"]
+    assert table[1][:3] == ["slip work", "J", "4 (1, inf), 1 inf, 1 nan"]
+    critical = found["critical_torque"].values
+    middle, low, high = (f"{f(critical):.4g}" for f in (np.median, np.min, np.max))
+    assert table[2] == ["critical torque", "N.m", f"{middle} ({low}, {high})"]
+    assert table[3] == ["clearing time", "s", "-"]
+    assert table[4] == ["failed", "1", "0", "3"]
+    found["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, 16.0, 32.0]]
+    assert "6 (1, 32)" in sweeps.report(sweep, found)[-4]  # between the two in the middle
+
+
+def test_dataset_is_labelled_and_its_file_opens_everywhere(tmp_path: Path) -> None:
+    import xarray
+
+    path = write_sweep(tmp_path)
+    found = cl.ensemble(path, output=tmp_path / "out")
+    assert found["slip_work"].dims == ("controller", "patch", "inertia")
+    assert found["critical_torque"].dims == ("patch", "inertia")
+    assert found["controller"].values.tolist() == ["creep_pi", "open_loop"]
+    for name in ("slip_work", "critical_torque", "clearing_time"):
+        assert found[name].attrs["units"] == SWEEP_OUTCOMES[name].unit
+        assert found[name].attrs["long_name"] == SWEEP_OUTCOMES[name].description
+    assert found["inertia"].attrs == {"units": "kg.m2", "long_name": "vehicle.wheelset.inertia"}
+    assert found["patch"].attrs["units"] == "1"
+    assert found.attrs["sweep_file"] == path.read_text()
+    assert "seed" not in found.attrs
+    settings_of_runs = {key: found.attrs[key] for key in ("step", "tolerance", "redesign")}
+    assert settings_of_runs == {
+        "step": "default",
+        "tolerance": DEFAULT_TOLERANCE,
+        "redesign": "false",
+    }
+    assert json.loads(found.attrs["scenario"]) == tomllib.loads(SCENARIO)
+    assert json.loads(found.attrs["vehicle"])["wheelset"]["inertia"] == 250.0
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["quick_sweep.nc"]
+    with xarray.open_dataset(tmp_path / "out" / "quick_sweep.nc") as read:
+        xarray.testing.assert_identical(read.load(), found)
+    with netcdf_file(tmp_path / "out" / "quick_sweep.nc", mmap=False) as plain:
+        assert vars(plain.variables["slip_work"])["units"] == b"J"
+        assert plain.variables["slip_work"].shape == (2, 2, 3)
+
+
+def test_samples_are_along_one_dimension(tmp_path: Path) -> None:
+    head = SWEEP.partition("[axes")[0] + RANDOM.format("latin_hypercube", 4, 1)
+    sweep = cl.load_sweep(write_sweep(tmp_path, head + AXES))
+    found = cl.ensemble(sweep)
+    assert found.attrs["seed"] == 1
+    assert found["slip_work"].dims == ("controller", "run")
+    assert found["x"].dims == ("run",)
+    assert found["x"].values.tolist() == sweep.values[:, 0].tolist()
+
+
+def test_numbers_of_workers_and_runs_are_checked(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path)
+    with pytest.raises(ValueError, match="workers = 0 is out of range"):
+        cl.ensemble(path, workers=0)
+    with pytest.raises(ValueError, match="chunk = 0 is out of range"):
+        cl.ensemble(path, chunk=0)

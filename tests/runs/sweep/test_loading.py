@@ -3,22 +3,99 @@
 from __future__ import annotations
 
 import tomllib
+import warnings
 from pathlib import Path
 
-from sweep_files import SWEEP, write_sweep
+import pytest
+from click.testing import CliRunner
+from sweep_files import AXES, SWEEP, write_sweep
 
+import contactlib as cl
 from contactlib.base.writing import package_folder
-from contactlib.runs import sweep
+from contactlib.cli.commands import main
 
 MODELS = package_folder("models").glob("*.toml")
-
-
 SHIPPED = sorted(path.name for path in MODELS if "axes" in tomllib.loads(path.read_text()))
 
 
 def test_a_sweep_of_analysis_alone_runs_nothing_and_else_all_controllers(tmp_path: Path) -> None:
     named = 'controllers = ["creep_pi", "open_loop"]\n'
-    everyone = sweep.load_sweep(write_sweep(tmp_path, SWEEP.replace(named, "")))
+    everyone = cl.load_sweep(write_sweep(tmp_path, SWEEP.replace(named, "")))
     assert set(everyone.plan.controllers) == {"open_loop", "threshold", "creep_pi"}
     alone = SWEEP.replace(named, "").replace('"slip_work", ', "")
-    assert sweep.load_sweep(write_sweep(tmp_path, alone)).simulated_time == 0.0
+    assert cl.load_sweep(write_sweep(tmp_path, alone)).simulated_time == 0.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('scenario = "s.toml"', 'scenario = "t.toml"', "t.toml: no such file"),
+        ('scenario = "s.toml"', 'scenario = "../s.toml"', "must lie beside the sweep"),
+        ('scenario = "s.toml"', 'scenario = "roller_rig.toml"', "is a model, not a scenario"),
+        ('"slip_work"', '"slip_wrok"', "did you mean 'slip_work'"),
+        ('"slip_work"', '"distance", "distance"', "a name twice"),
+        ('["creep_pi", "open_loop"]', '["pid"]', "'pid' is not known"),
+        ("outcomes", "outcome", "outcome is not a known key; did you mean 'outcomes'"),
+        ("[axes.inertia]", "[axes.slip_work]", "not be that of an outcome"),
+        ("[axes.inertia]", "[axes.run]", "'run' is not a name"),
+        ("[axes.inertia]", "[axes.string9]", "'string9' is not a name"),
+        ("track.friction[1]", "track.friction[2]", "set by axes.patch already"),
+        ("[axes.patch]", '[sampling]\nkind = "gird"\n[axes.patch]', "kind = 'gird' must be"),
+        ("[axes.patch]", '[sampling]\nkind = "monte_carlo"\n[axes.patch]', "runs is missing"),
+        ("[axes.patch]", "[sampling]\nseed = 1\n[axes.patch]", "seed is not a known key"),
+        ('name = "Quick"', 'redesign = 1\nname = "Quick"', "redesign = 1 must be true or false"),
+        ('name = "Quick"', 'noise = "white"\nname = "Quick"', "noise = 'white' must be one of"),
+        ('name = "Quick"', 'tolerance = 1.0\nname = "Quick"', "tolerance = 1.0 is out of range"),
+        ('name = "Quick"', 'step = "1 m"\nname = "Quick"', "step = '1 m' must be a number in s"),
+        ("[axes.patch]", "[axes.patch", "at line"),
+    ],
+)
+def test_a_wrong_file_is_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in SWEEP
+    path = write_sweep(tmp_path, SWEEP.replace(old, new, 1))
+    if said.startswith("set by"):
+        path.write_text(SWEEP.replace(old, new))
+    with pytest.raises(cl.ModelError) as caught:
+        cl.load_sweep(path)
+    message = str(caught.value)
+    assert said in message
+    assert message.startswith(f"{path}: ")
+
+
+def test_each_kind_of_file_names_its_command() -> None:
+    for command, name, said in (
+        ("simulate", SHIPPED[0], "'contactlib sweep' runs it"),
+        ("table", SHIPPED[0], "'contactlib sweep' runs it"),
+        ("sweep", "roller_rig.toml", "is a model, not a sweep: the command 'contactlib simulate'"),
+        ("sweep", "sanding.toml", "is a scenario, not a sweep: the command 'contactlib simulate'"),
+    ):
+        result = CliRunner().invoke(main, [command, name])
+        assert result.exit_code == 2
+        assert said in result.stderr
+        assert result.stderr.count("\n") == 1
+
+
+def test_a_file_may_begin_with_the_mark_of_its_encoding(tmp_path: Path) -> None:
+    plain = cl.load_sweep(path := write_sweep(tmp_path))
+    for file in (path, tmp_path / "s.toml"):
+        file.write_text(file.read_text(), encoding="utf-8-sig")
+    marked = cl.load_sweep(path)
+    assert marked.text == plain.text
+    assert marked.plan.digest(marked.values) == plain.plan.digest(plain.values)
+
+
+def test_warnings_at_the_ends_are_counted(tmp_path: Path) -> None:
+    # Friction falls far enough at both values of one axis, whatever the other is.
+    axes = AXES.replace("from = 200.0\nto = 300.0", "values = [200.0, 300.0]")
+    axes += '[axes.y]\nparameter = "vehicle.friction.k_hat"\nvalues = [0.3, 1.5]\n'
+    with pytest.warns(cl.ProcessZoneWarning, match="2 of 4 runs at the ends"):
+        cl.load_sweep(write_sweep(tmp_path, SWEEP.partition("[axes")[0] + axes))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_sweeps_load_and_their_ends_can_run(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sweep = cl.load_sweep(name)
+    assert sweep.source
+    assert sweep.runs <= 1000

@@ -1,3 +1,133 @@
 """Scenarios that a sweep makes."""
 
 from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from sweep_files import RANDOM, SCENARIO, SWEEP, axis_values, write_sweep
+
+import contactlib as cl
+from contactlib.files.model import build_wheelset
+from contactlib.files.scenario import build_scenario
+
+
+def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
+    law = (
+        '\n[vehicle_changes.law]\nkind = "polach"\nadhesion_reduction = 1.0\n'
+        "slip_reduction = 0.4\nkalker_coefficient = 3.0\n"
+    )
+    axis = 'parameter = "vehicle.law.slip_reduction"\nvalues = [0.3, 0.4]'
+    low, high = (
+        s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, SCENARIO + law)
+    )
+    assert low.traction_ratio(1.0, 0.0) < high.traction_ratio(1.0, 0.0)
+    many = '[axes.x]\nparameter = "vehicle.law.slip_reduction"\nfrom = 0.3\nto = 0.4\n'
+    text = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 100, 1) + many
+    with pytest.raises(cl.ModelError, match=r"axes\.x: each of 100 values needs its own table"):
+        cl.load_sweep(write_sweep(tmp_path, text, SCENARIO + law))
+
+
+def built_anew(sweep: cl.Sweep, run: int) -> cl.Scenario:
+    """Scenario of a run, from changed contents of its files and with nothing kept."""
+    contents = sweep.plan.contents
+    data, vehicle = copy.deepcopy(contents.data), copy.deepcopy(contents.vehicle)
+    designs = dict(sweep.plan.controllers)
+    for axis, value in zip(sweep.plan.axes, sweep.values[run].tolist(), strict=True):
+        for target in axis.targets:
+            new = target.scale(value) if axis.factor else value
+            where, *section = target.section
+            if where == "controllers":
+                known: Any = designs[section[0]]
+                designs[section[0]] = dataclasses.replace(known, **{target.key: new})
+                continue
+            table = vehicle if where == "vehicle" else data
+            for name in section if where == "vehicle" else [where]:
+                table = table.setdefault(name, {})
+            if target.index is None:
+                table[target.key] = new
+            else:
+                table[target.key][target.index] = new
+    law = sweep.scenario.drivetrain.wheelset.element.table
+    wheelset = build_wheelset(vehicle, Path(), law, print)
+    return build_scenario(data, wheelset, designs)
+
+
+def same(one: Any, other: Any, where: str = "") -> None:
+    """Assert that all fields are equal to the last bit."""
+    if dataclasses.is_dataclass(one) and not isinstance(one, type):
+        assert type(one) is type(other), where
+        for field in dataclasses.fields(one):
+            pair = getattr(one, field.name), getattr(other, field.name)
+            same(*pair, f"{where}.{field.name}")
+    elif isinstance(one, Mapping):
+        assert list(one) == list(other)
+        for key in one:
+            same(one[key], other[key], f"{where}[{key!r}]")
+    elif isinstance(one, cl.CreepForceTable):
+        assert one.data == other.data
+    else:
+        assert repr(one) == repr(other), where
+
+
+PARAMETERS = (
+    '"vehicle.contact.normal_load"\nvalues = [210e3, 220e3]',
+    '"vehicle.friction.kinetic"\nvalues = [0.2, 0.21]',
+    '"vehicle.friction.k_hat"\nvalues = [0.2, 0.3]',
+    '"vehicle.wheelset.saturation_creepage"\nvalues = [0.01, 0.02]',
+    '"vehicle.wheelset.inertia"\nvalues = [200, 250.0]',
+    '"vehicle.resistance.grade"\nvalues = [0.0, 0.01]',
+    '"track.friction[1]"\nvalues = [0.5, 0.9]',
+    '"demand.torque[1]"\nvalues = [20e3, 21e3]',
+    '"run.initial_speed"\nvalues = [8.0, 9.0]',
+    '"motor.lag"\nvalues = [0.0, 0.01]',
+    '"sensors.seed"\nvalues = [1.0, 2.0]',
+    '"controllers.creep_pi.reference"\nvalues = [0.01, 0.02]',
+)
+
+
+@pytest.mark.parametrize("first", range(len(PARAMETERS)))
+def test_what_is_kept_from_run_to_run_is_what_would_be_built(tmp_path: Path, first: int) -> None:
+    # Each parameter alone, and in turn with two others, so that all come and go.
+    for count in (1, 3):
+        chosen = [PARAMETERS[(first + 4 * i) % len(PARAMETERS)] for i in range(count)]
+        axes = "".join(f"[axes.x{i}]\nparameter = {axis}\n" for i, axis in enumerate(chosen))
+        text = SWEEP.partition("[axes")[0] + axes
+        sweep = cl.load_sweep(write_sweep(tmp_path, text, SCENARIO))
+        order = np.random.default_rng(first).permutation(2 * sweep.runs) % sweep.runs
+        for run in order.tolist():
+            same(sweep.scenario_of(run), built_anew(sweep, run))
+
+
+def test_runs_share_what_the_axes_leave_alone(tmp_path: Path) -> None:
+    one, other = axis_values(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.8, 0.9]')
+    assert one.demand != other.demand
+    for name in ("drivetrain", "track", "sensors"):
+        assert getattr(one, name) is getattr(other, name)
+    inertia = 'parameter = "vehicle.wheelset.inertia"\nvalues = [200.0, 210.0]'
+    one, other = axis_values(tmp_path, inertia)
+    assert one.drivetrain.wheelset.inertia != other.drivetrain.wheelset.inertia
+    assert one.drivetrain.wheelset.element is other.drivetrain.wheelset.element
+    assert one.demand is other.demand
+
+
+def test_there_is_no_scenario_of_a_run_that_is_not_there(tmp_path: Path) -> None:
+    sweep = cl.load_sweep(write_sweep(tmp_path))
+    assert sweep.scenario_of(-1).drivetrain.wheelset.inertia == 300.0
+    with pytest.raises(IndexError):
+        sweep.scenario_of(6)
+
+
+def test_a_plan_is_small_and_knows_no_folder(tmp_path: Path) -> None:
+    sweep = cl.load_sweep(write_sweep(tmp_path))
+    pickled = pickle.dumps(sweep.plan)
+    assert len(pickled) < 20_000
+    assert str(tmp_path).encode() not in pickled
+    again = pickle.loads(pickled)  # noqa: S301
+    assert again.digest(sweep.values) == sweep.plan.digest(sweep.values)
