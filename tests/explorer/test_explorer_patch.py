@@ -116,3 +116,20 @@ def test_without_creepage_there_is_no_traction_and_braking_is_the_mirror(
         assert np.all(columns(forward)[0] == columns(backward)[0])
         assert np.all(columns(forward)[1] == -columns(backward)[1])
         assert columns(forward)[1].max() > 1.0
+
+
+def test_a_picture_of_the_ellipse_is_quick(page: ExplorerPage) -> None:
+    cost = page.call(
+        """async () => {
+          const { ready, patch } = globalThis.contactlib;
+          const { kernel } = await ready;
+          const times = [];
+          for (let i = 0; i < 100; i++) {
+            const start = performance.now();
+            for (let j = 0; j < 10; j++) patch.ellipsePatch(kernel, 0.5 + 0.01 * i, 0.3, 31, 41);
+            times.push((performance.now() - start) / 10);
+          }
+          return times.sort((a, b) => a - b)[50];
+        }"""
+    )
+    assert 0.0 < cost < 2.0  # ms

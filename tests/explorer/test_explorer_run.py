@@ -225,6 +225,24 @@ def test_no_work_is_lost(page: ExplorerPage, model: str, request: pytest.Fixture
     assert run.gained + sum(works) == pytest.approx(run.state["drive_work"], rel=1e-9)
 
 
+def test_a_wet_patch_begins_and_ends_between_two_rows(page: ExplorerPage, rig: cl.Model) -> None:
+    length = 0.3
+    run = drive(
+        page,
+        rig.wheelset,
+        {"drive_torque": 0.5 * fold_of(rig.wheelset).drive_torque},
+        ["layPatch", 0.5, length, 0.05],
+        ["advance", 0.1],
+    )
+    assert run.names == ["patch_begins", "patch_ends"]
+    lasted = run.first("patch_ends")["time"] - run.first("patch_begins")["time"]
+    assert lasted == pytest.approx(length / SPEED, abs=2.0 * SAMPLE)
+    assert set(run["friction"].tolist()) == {0.5, 1.0}
+    edges = np.flatnonzero(np.diff(run["friction"]))
+    assert np.diff(run["time"])[edges] == pytest.approx([SAMPLE, SAMPLE])
+    assert run.patch is None
+
+
 def test_what_is_done_at_once_is_seen_at_once(page: ExplorerPage, rig: cl.Model) -> None:
     run = drive(
         page,

@@ -84,6 +84,15 @@ def test_no_gain_beyond_the_limit() -> None:
     assert stability.delay_limit(-1.0) == math.inf
 
 
+def test_more_delay_leaves_fewer_gains() -> None:
+    ends = [
+        stability.proportional_window(30.0, delay=delay, lag=2e-3, sample_time=2e-3).highest
+        for delay in np.arange(0.0, 0.035, 1e-3)
+    ]
+    assert (np.diff(ends) <= 0.0).all()
+    assert ends[-1] == 30.0  # none is left
+
+
 def test_lag_alone_agrees_with_routh() -> None:
     pole, gain = 40.0, 1e-4
     for lag in (0.0, 0.01, 0.0249, 0.0251, 0.1):

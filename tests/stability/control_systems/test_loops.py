@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import control
 import numpy as np
 import pytest
+from hypothesis import assume, given
 from scipy.optimize import brentq
+from strategies import examples, number
 from wheelsets import falling, unstable
 
 import contactlib as cl
+from contactlib import stability
 from contactlib.stability import control_systems
 
 SPEED = 10.0
@@ -57,6 +61,32 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
             control.margin(control_systems.creep_loop(body, point, proportional_gain=f * gain)),
         )
         assert found.phase == pytest.approx(math.radians(bare[1]), rel=1e-6)
+
+
+@examples(30)
+@given(
+    creepage=number(0.0175, 0.03),
+    p_lag=number(0.02, 1.6),
+    factor=number(0.3, 4.0),
+    integral=number(0.02, 3.0),
+)
+def test_pi_with_lag_is_stable_as_routh_says(
+    locomotive: cl.Model, creepage: float, p_lag: float, factor: float, integral: float
+) -> None:
+    body = replace(locomotive.wheelset, mass=None, damping=0.0)
+    plant = stability.reduced_plant(body, creepage, speed=SPEED)
+    p, g = float(plant.pole), float(plant.gain)
+    lag, kp, ki = p_lag / p, factor * p / g, integral * factor * p**2 / g
+    loop = control_systems.creep_loop(
+        body,
+        body.balanced(creepage=creepage, speed=SPEED),
+        proportional_gain=kp,
+        integral_gain=ki,
+        lag=lag,
+    )
+    held = stability.pi_stable(p, g, kp * np.array([1.0 - 1e-6, 1.0 + 1e-6]), ki, lag)
+    assume(held.all() == held.any())  # on the border nobody can say
+    assert (unstable(loop) == 0) == held.all()
 
 
 def test_disk_margin_bounds_gain_and_phase(rig: cl.Model) -> None:
