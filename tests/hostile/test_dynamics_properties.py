@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from strategies import examples, magnitude, number
 
 import contactlib as cl
 from contactlib import stability
+from contactlib.files.scenario import ControllerDesign
 from contactlib.stability import torsion
 
 
@@ -32,7 +33,9 @@ def train() -> cl.Wheelset:
 
 @cache
 def scenario() -> cl.Scenario:
-    return cl.load_scenario("dry_wet_dry.toml", table=table())
+    shipped = cl.load_scenario("dry_wet_dry.toml", table=table())
+    every = {kind: ControllerDesign(kind, {}) for kind in cl.CONTROLLERS}
+    return dataclasses.replace(shipped, controllers={**every, **shipped.controllers})
 
 
 RESISTANCES = (train().resistance, cl.Resistance(), cl.Resistance(linear=5e3))
@@ -120,6 +123,7 @@ def test_steady_states_are_at_rest_and_alternate(
 ) -> None:
     inputs: dict[str, Any] = {"speed": speed, "resistance_force": outer}
     fold = fold_of(body, **inputs)
+    assume(fold is None or abs(part) != 1.0)  # there two states are one
     torque = part * (2.5e4 if fold is None else fold.drive_torque)
     found = cl.steady_states(body, drive_torque=torque, **inputs)
     largest = body.radius * body.element.friction.static * body.element.normal_load
@@ -332,7 +336,7 @@ def test_a_finer_tolerance_changes_no_more_than_the_coarse_one_allows(
 
 # ---- scenarios ------------------------------------------------------------------------------
 
-CONTROLLERS = ("open_loop", "threshold", "creep_pi", "slope_seeking")
+CONTROLLERS = list(cl.CONTROLLERS)
 
 
 @st.composite
