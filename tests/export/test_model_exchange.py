@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
+from contactlib.export.description import Description
 
 TOLERANCE = 1e-8  # of every solver
 INTERVAL, STOP = 0.01, 5.0
@@ -54,14 +55,12 @@ def simulated(fmu: Path, interface: str, signals: NDArray[np.void], **settings: 
 
 def run_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> Any:
     """The run under the torque above."""
-    constant = {
-        "resistance_force": 0.0,
-        "normal_load": model.wheelset.element.normal_load,
-        "friction_scale": 1.0,
-    }
-    names = ["time", "drive_torque", *constant]
-    rows = [(t, torque, *constant.values()) for t, torque in zip(TORQUE_TIME, TORQUE, strict=True)]
-    signals = np.array(rows, dtype=[(name, np.float64) for name in names])
+    inputs = Description(model, "wheelset").of_role("input")
+    names = ["time", *(v.name for v in inputs)]
+    signals = np.empty(len(TORQUE), [(name, np.float64) for name in names])
+    for variable in inputs:
+        signals[variable.name] = variable.start
+    signals["time"], signals["drive_torque"] = TORQUE_TIME, TORQUE
     return simulated(
         fmu,
         interface,
@@ -167,7 +166,8 @@ def test_force_element_is_a_function_of_its_inputs(
     fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", fmi_version=version)
     csv = Path(fmpy.extract(str(fmu), str(tmp_path / "x"))) / "documentation" / "reference_run.csv"
     golden: Any = np.genfromtxt(csv, delimiter=",", names=True, dtype=np.float64)
-    names = ["time", "omega", "speed", "normal_load", "friction_scale"]
+    inputs = Description(locomotive, "force_element").of_role("input")
+    names = ["time", *(v.name for v in inputs)]
     result = simulated(fmu, "ModelExchange", golden[names], output_interval=golden["time"][1])
     last = np.append(np.diff(result["time"]) > 0.0, True)
     found = result[last & np.isin(result["time"], golden["time"])]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import contactlib as cl
+from contactlib.files.scenario import ControllerDesign
 from contactlib.runs import scenario_runs as ensemble_run
 from contactlib.runs.outcomes import OUTCOMES, Metrics
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
@@ -70,6 +71,10 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
             delay=0.01 * (i % 2),
             seed=float(i),
         ),
+        controllers={
+            **{kind: ControllerDesign(kind, {}) for kind in cl.CONTROLLERS},
+            **shipped.controllers,
+        },
     )
 
 
