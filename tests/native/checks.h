@@ -1,4 +1,5 @@
-/* What the programs in this folder share: checks, which are counted, and random numbers. */
+/* What the programs in this folder share: checks, which are counted, random numbers, and the
+ * contact and the body of a wheelset. */
 #ifndef CHECKS_H
 #define CHECKS_H
 
@@ -34,5 +35,33 @@ static inline double random_unit(void) {
 static inline double random_exponent(double low, double high) {
     return pow(10.0, low + (high - low) * random_unit());
 }
+
+#define SOME_CONTACT                 \
+    {                                \
+        .radius = 0.5,               \
+        .static_friction = 0.45,     \
+        .kinetic_friction = 0.21,    \
+        .weakening_length = 1.3e-6,  \
+        .slope_reduction = 0.14,     \
+        .semi_width = 5e-3,          \
+        .peak_pressure = 5.77e8,     \
+        .contact_modulus = 1.154e11, \
+        .nominal_load = 2.2e5,       \
+        .load_exponent = 0.5,        \
+        .minimum_speed = 0.1,        \
+        .slip_rate_residual = 1.0,   \
+    }
+
+#define SOME_BODY                      \
+    {                                  \
+        .radius = 0.5,                 \
+        .inertia = 250.0,              \
+        .inverse_mass = 1e-5,          \
+        .damping = 50.0,               \
+        .constant_resistance = 1800.0, \
+        .linear_resistance = 66.0,     \
+        .quadratic_resistance = 3.1,   \
+        .minimum_speed = 0.1,          \
+    }
 
 #endif

@@ -108,7 +108,8 @@ static void log_fmi2(fmi2ComponentEnvironment environment, fmi2String name, fmi2
 
 static void instantiate2(const char *resources, const char *token) {
     /* The FMU may keep the pointer. */
-    static const fmi2CallbackFunctions callbacks = {log_fmi2, calloc, free, NULL, NULL};
+    static const fmi2CallbackFunctions callbacks = {
+        .logger = log_fmi2, .allocateMemory = calloc, .freeMemory = free};
     FUNCTION(fmi2Instantiate);
     instance = fmi2Instantiate("golden", fmi2CoSimulation, token, resources, &callbacks, fmi2False,
                                fmi2True);

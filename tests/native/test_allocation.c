@@ -70,7 +70,7 @@ static void log3_message(fmi3InstanceEnvironment environment, fmi3Status status,
 static const char *resources, *token;
 
 static void life2(void) {
-    static const fmi2CallbackFunctions callbacks = {log2_message, NULL, NULL, NULL, NULL};
+    static const fmi2CallbackFunctions callbacks = {.logger = log2_message};
     char bytes[4096];
     size_t size = 0;
     fmi2FMUstate saved = NULL, read = NULL;

@@ -53,11 +53,13 @@ static void test_table(const creep_table *table) {
 static void test_force(const creep_table *table, const force_element_parameters *parameters) {
     CHECK(process_zone_limit() == PROCESS_ZONE_LIMIT);
     for (int i = 0; i < points; i++) {
-        force_element_input in = {(random_unit() - 0.5) * random_exponent(-12.0, 9.0),
-                                  (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
-                                  i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
-                                  random_exponent(-6.0, 3.0),
-                                  (random_unit() - 0.5) * random_exponent(-12.0, 9.0)};
+        force_element_input in = {
+            .omega = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+            .speed = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+            .normal_load = i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
+            .friction_scale = random_exponent(-6.0, 3.0),
+            .relaxed_creepage = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+        };
         force_element_output out;
         force_element_evaluate(table, parameters, &in, &out);
         CHECK(isfinite(out.creep_force) && isfinite(out.force_by_omega));
@@ -74,12 +76,17 @@ static void test_force(const creep_table *table, const force_element_parameters 
 
 /* Any state and any step: stepped on, or left as it was with a message. */
 static void test_steps(const creep_table *table, const force_element_parameters *parameters) {
-    wheelset_parameters body = {parameters->radius, 250.0, 1e-5, 50.0, 1800.0, 66.0, 3.1, 0.0, 0.1};
+    wheelset_parameters body = SOME_BODY;
     for (int i = 0; i < 100 && i < points / 10; i++) {
-        wheelset_input in = {(random_unit() - 0.5) * random_exponent(0.0, 7.0), 0.0,
-                             i % 10 == 0 ? 0.0 : random_exponent(0.0, 6.0), 1.0};
-        wheelset_state state = {(random_unit() - 0.5) * random_exponent(-6.0, 3.0),
-                                (random_unit() - 0.5) * random_exponent(-6.0, 3.0), 0.0};
+        wheelset_input in = {
+            .drive_torque = (random_unit() - 0.5) * random_exponent(0.0, 7.0),
+            .normal_load = i % 10 == 0 ? 0.0 : random_exponent(0.0, 6.0),
+            .friction_scale = 1.0,
+        };
+        wheelset_state state = {
+            .omega = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+            .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+        };
         wheelset_state before = state;
         double substep = 0.0;
         const char *error = wheelset_advance(table, parameters, &body, &in, &state,
@@ -101,12 +108,13 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
     some_drivetrain d = {.contact = *parameters};
     d.contact.relaxation_length = i % 2 ? 8e-3 : 0.0;
     d.train = (drivetrain_parameters){
-        .body = {parameters->radius, 250.0, i % 5 ? 1e-5 : 0.0, 50.0, 1800.0, 66.0, 3.1, 0.0, 0.1},
+        .body = SOME_BODY,
         .axle_stiffness = i % 3 ? random_exponent(3.0, 8.0) : 0.0,
         .axle_damping = i % 3 ? random_exponent(0.0, 4.0) : 0.0,
         .drive_share = random_unit(),
         .motor_lag = i % 7 ? random_exponent(-3.0, 0.0) : 0.0,
     };
+    if (i % 5 == 0) d.train.body.inverse_mass = 0.0;
     d.in = (drivetrain_input){
         .commanded_torque = (random_unit() - 0.5) * random_exponent(0.0, 6.0),
         .load_left = i % 10 ? random_exponent(0.0, 6.0) : 0.0,
@@ -125,7 +133,8 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
 
 static drivetrain_member member_of(const creep_table *table, const some_drivetrain *d,
                                    const track *rails) {
-    drivetrain_member member = {table, &d->contact, &d->train, rails, {0.0, 0.0, 0.0}};
+    drivetrain_member member = {
+        .table = table, .contact = &d->contact, .drivetrain = &d->train, .rails = rails};
     force_element_scales(&d->contact, d->contact.nominal_load, 1.0, &member.scales);
     return member;
 }
@@ -202,8 +211,13 @@ static void test_points_of_width(const many_functions *with, const creep_table *
     for (int i = 0; i < MANY; i++) {
         x[i] = (random_unit() - 0.5) * random_exponent(-12.0, 3.0);
         k[i] = random_unit() * fmin(table->k_max, 2.0);
-        in[i] = (force_element_input){20.0, 10.0 * random_unit(), i % 7 ? 1e5 * random_unit() : 0.0,
-                                      random_unit() + 0.1, 1e-3 * random_unit()};
+        in[i] = (force_element_input){
+            .omega = 20.0,
+            .speed = 10.0 * random_unit(),
+            .normal_load = i % 7 ? 1e5 * random_unit() : 0.0,
+            .friction_scale = random_unit() + 0.1,
+            .relaxed_creepage = 1e-3 * random_unit(),
+        };
     }
     with->ratios(table, MANY, x, k, 1, ratio, slope);
     with->forces(table, parameters, MANY, in, out);
@@ -221,7 +235,9 @@ static void test_points_of_width(const many_functions *with, const creep_table *
 /* Vectors of any width, many together or one by one: the same bits. */
 static void test_widths(const creep_table *table, const force_element_parameters *parameters) {
     static const double at[] = {-0.01, 0.0, 0.001, 0.02, 0.02}, value[] = {1.0, 0.9, 0.7, 0.3, 1.1};
-    const track rails = {{5, at, value}, {4, at + 1, value + 1}, {1, at, value}};
+    const track rails = {.left = {.count = 5, .at = at, .value = value},
+                         .right = {.count = 4, .at = at + 1, .value = value + 1},
+                         .over_time = {.count = 1, .at = at, .value = value}};
     some_drivetrain d[MANY];
     drivetrain_member members[MANY];
     drivetrain_state state[2][MANY];
@@ -263,7 +279,8 @@ static unsigned reference_of(const model *m, const char *name) {
 }
 
 static fmi2Component new_instance(const char *location, const char *guid) {
-    static const fmi2CallbackFunctions callbacks = {log_message, calloc, free, NULL, NULL};
+    static const fmi2CallbackFunctions callbacks = {
+        .logger = log_message, .allocateMemory = calloc, .freeMemory = free};
     return fmi2Instantiate("sanitized", fmi2CoSimulation, guid, location, &callbacks, 0, 1);
 }
 
@@ -466,8 +483,7 @@ int main(int count, char **arguments) {
         printf("%s\n", error);
         return 2;
     }
-    force_element_parameters parameters = {0.5,      0.45,  0.21, 1.3e-6, 0.14, 5e-3, 5.77e8,
-                                           1.154e11, 2.2e5, 0.5,  0.1,    1.0,  0.0,  0.0};
+    force_element_parameters parameters = SOME_CONTACT;
     CHECK(process_zone_limit() > 0.0);
     test_table(&table);
     test_force(&table, &parameters);

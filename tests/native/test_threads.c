@@ -45,7 +45,8 @@ static void log3_message(fmi3InstanceEnvironment environment, fmi3Status status,
 static double torque_at(int step) { return 2.4e4 + 1e3 * (step % 7); }
 
 static void run2(findings *found) {
-    fmi2CallbackFunctions callbacks = {log2_message, NULL, NULL, NULL, &found->said};
+    fmi2CallbackFunctions callbacks = {.logger = log2_message,
+                                       .componentEnvironment = &found->said};
     found->faults +=
         fmi2Instantiate("x", fmi2CoSimulation, "?", resources, &callbacks, 0, 1) != NULL;
     fmi2Component c = fmi2Instantiate("x", fmi2CoSimulation, token, resources, &callbacks, 0, 1);
@@ -91,20 +92,24 @@ static void run3(findings *found) {
 }
 
 static void run_many(findings *found) {
-    static const drivetrain_parameters train = {
-        .body = {0.5, 250.0, 1e-5, 50.0, 1800.0, 66.0, 3.1, 0.0, 0.1},
-        .axle_stiffness = 6e6,
-        .axle_damping = 1e3,
-        .drive_share = 0.6,
-        .motor_lag = 0.01};
+    static const drivetrain_parameters train = {.body = SOME_BODY,
+                                                .axle_stiffness = 6e6,
+                                                .axle_damping = 1e3,
+                                                .drive_share = 0.6,
+                                                .motor_lag = 0.01};
     drivetrain_member members[TRAINS];
     drivetrain_input in[TRAINS];
     double tried[TRAINS] = {0.0}, x[TRAINS], k[TRAINS];
     unsigned char failed[TRAINS] = {0};
     for (int i = 0; i < TRAINS; i++) {
-        members[i] = (drivetrain_member){&table, &contact, &train, NULL, {0.0, 0.0, 0.0}};
+        members[i] =
+            (drivetrain_member){.table = &table, .contact = &contact, .drivetrain = &train};
         force_element_scales(&contact, contact.nominal_load, 1.0, &members[i].scales);
-        in[i] = (drivetrain_input){2e4 + 500.0 * i, 0.0, 0.0, 1.1e5, 1e5, 1.0, 0.9};
+        in[i] = (drivetrain_input){.commanded_torque = 2e4 + 500.0 * i,
+                                   .load_left = 1.1e5,
+                                   .load_right = 1e5,
+                                   .friction_left = 1.0,
+                                   .friction_right = 0.9};
         found->trains[i] =
             (drivetrain_state){.speed = 10.0, .omega_left = 20.0, .omega_right = 20.0};
         x[i] = 0.1 * i;
@@ -142,8 +147,7 @@ int main(int count, char **arguments) {
     }
     if (n < 1 || n > MOST_THREADS) return 2;
     table = (creep_table){.k_max = 2.0}; /* that of the line contact */
-    contact = (force_element_parameters){0.5,      0.45,  0.21, 1.3e-6, 1.0, 5e-3, 5.77e8,
-                                         1.154e11, 2.2e5, 0.5,  0.1,    1.0, 0.0,  0.0};
+    contact = (force_element_parameters)SOME_CONTACT;
     /* The threads first: nothing may be made ready for them by the one that runs alone. */
     for (int i = 0; i < n; i++) CHECK(pthread_create(&threads[i], NULL, run_all, &found[i]) == 0);
     for (int i = 0; i < n; i++) CHECK(pthread_join(threads[i], NULL) == 0);
