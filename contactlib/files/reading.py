@@ -17,26 +17,9 @@ from typing import Any, Literal, TypeVar
 
 from contactlib.base.quantities import Parameters, Quantity
 from contactlib.base.text import harmless_line, known_names
+from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder
 from contactlib.vehicle.track import Profile
-
-# Value of each accepted unit in the SI unit of the quantity.
-UNITS = {
-    "1": {"%": 1e-2},
-    "m": {"km": 1e3, "mm": 1e-3, "um": 1e-6},
-    "s": {"ms": 1e-3, "min": 60.0},
-    "kg": {"t": 1e3},
-    "N": {"kN": 1e3, "MN": 1e6},
-    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
-    "m/s": {"km/h": 1.0 / 3.6},
-    "s/m": {"h/km": 3.6},
-    "N.m": {"kN.m": 1e3},
-    "N.s": {"kN.s": 1e3},
-    "N.m/s": {"kN.m/s": 1e3},
-    "N.m/rad": {"kN.m/rad": 1e3, "MN.m/rad": 1e6},
-    "N.m.s/rad": {"kN.m.s/rad": 1e3},
-}
-
 
 IS_SWEEP = (
     "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
@@ -155,12 +138,16 @@ def read_given(
         where = f"{name}.{key}"
         if key in others:
             continue
-        if key not in quantities:
-            values[key] = text(where, value)
-        elif key in lists:
+        if key in lists:
+            of = "number" if key in quantities else "name"
             if not isinstance(value, list) or not value:
-                raise ValueError(f"{where} = {value!r} must be a list of at least one number")
-            values[key] = tuple(number(where, entry, quantities[key]) for entry in value)
+                raise ValueError(f"{where} = {value!r} must be a list of at least one {of}")
+            values[key] = tuple(
+                number(where, entry, quantities[key]) if key in quantities else entry
+                for entry in value
+            )
+        elif key not in quantities:
+            values[key] = text(where, value)
         else:
             values[key] = number(where, value, quantities[key])
     return values
@@ -196,17 +183,10 @@ def number(where: str, value: object, quantity: Quantity) -> float:
     """Return a TOML value in SI units, or raise if it breaks the limits."""
     found: float
     if isinstance(value, str):
-        digits, _, unit = value.strip().partition(" ")
-        units = {quantity.unit: 1.0, **UNITS.get(quantity.unit, {})}
-        if unit not in units:
-            raise ValueError(
-                f"{where} = {value!r} must be a number in {quantity.unit}, "
-                f"or a number and one of: {', '.join(units)}"
-            )
         try:
-            found = float(digits) * units[unit]
-        except ValueError:
-            raise ValueError(f"{where} = {value!r} does not begin with a number") from None
+            found = in_si(value, quantity.unit)
+        except ValueError as error:
+            raise ValueError(f"{where} = {value!r} {error}") from None
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         try:
             found = float(value)

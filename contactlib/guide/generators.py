@@ -30,9 +30,9 @@ from sphinx.util.docutils import SphinxDirective
 import contactlib as cl
 import contactlib.figures
 from contactlib.base.quantities import Limits
+from contactlib.base.units import UNITS
 from contactlib.files import sections
 from contactlib.files.model import VEHICLE_SECTIONS
-from contactlib.files.reading import UNITS
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, TOLERANCE
 from contactlib.runs.sweep.axes import COMMON, DISTRIBUTIONS, KEYS, SPACINGS
 from contactlib.runs.sweep.loading import NEEDED, NOISES, OPTIONAL, STEP

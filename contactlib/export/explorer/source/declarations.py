@@ -7,9 +7,9 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from contactlib.base.quantities import Parameters
+from contactlib.base.units import SPELLINGS, UNITS
 from contactlib.contact import kernel
 from contactlib.files.model import RUNS, VEHICLE_SECTIONS
-from contactlib.files.reading import UNITS
 
 SECTIONS: dict[str, type[Parameters]] = {
     **{n: s for n, s in VEHICLE_SECTIONS.items() if n != "law"},
@@ -35,6 +35,7 @@ def declarations() -> dict[str, Any]:
     """Values of the units, keys of the sections that every model file has, and the law's limit."""
     return {
         "units": UNITS,
+        "spellings": SPELLINGS,
         "sections": {name: _keys(section) for name, section in SECTIONS.items()},
         "process_zone_limit": kernel.process_zone_limit(),
     }

@@ -19,10 +19,12 @@ export interface Key extends Limit {
 type ByName<Value> = Readonly<Record<string, Value>>;
 
 export const {
-  units: UNITS, sections: SECTIONS, process_zone_limit: PROCESS_ZONE_LIMIT,
+  units: UNITS, spellings: SPELLINGS, sections: SECTIONS, process_zone_limit: PROCESS_ZONE_LIMIT,
 } = embeddedData("declarations") as {
   /** Values of units in SI units, by the SI unit. */
   units: ByName<ByName<number>>;
+  /** Expressions that turn a spelling of a unit into that above, and what they put there. */
+  spellings: readonly (readonly [string, string])[];
   /** Keys of a model file by their section. */
   sections: ByName<ByName<Key>>;
   /** Largest weakening zone over the semi-width for which the limit law is good [1]. */

@@ -3,7 +3,7 @@
 import { parse, TomlError } from "smol-toml";
 
 import { allows, limitText } from "../physics/limits";
-import { type Limit, SECTIONS, UNITS } from "./declared";
+import { type Limit, SECTIONS, SPELLINGS, UNITS } from "./declared";
 
 /** A model file that cannot be used; one line says where and why. */
 export class ModelError extends Error {
@@ -17,6 +17,7 @@ export type Table = Readonly<Record<string, unknown>>;
 export type Numbers = Record<string, number | null>;
 
 const LARGEST_FILE = 1_000_000; // characters
+const NUMBER = /^[+-]?([0-9][0-9_]*\.?[0-9_]*|\.[0-9_]+)(e[+-]?[0-9_]+)?/i;
 const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 /** A number in decimal digits; NaN for any other text. */
@@ -75,23 +76,34 @@ export function tableOf(name: string, value: unknown): Table {
   throw new ModelError(`${name} = ${shown(value)} must be a section: [${name}]`);
 }
 
+/** Value of a unit, in any spelling, in another; undefined if it is no such unit. */
+function unitValue(unit: string, si: string): number | undefined {
+  const known: Record<string, number> = { [si]: 1, ...UNITS[si] };
+  let plain = unit.trim();
+  if (plain === "") return undefined;
+  for (const [spelling, meant] of SPELLINGS) {
+    if (!Object.hasOwn(known, plain)) plain = plain.replace(new RegExp(spelling, "gu"), meant);
+  }
+  return Object.hasOwn(known, plain) ? known[plain] : undefined;
+}
+
 /** A value in SI units and within its limit. */
 function numberOf(where: string, value: unknown, limit: Limit): number {
   let found: number;
   if (typeof value === "string") {
-    const [digits = "", ...rest] = value.trim().split(" ");
-    const units: Record<string, number> = { [limit.unit]: 1, ...UNITS[limit.unit] };
-    const unit = rest.join(" ");
-    if (rest.length === 0 || !Object.hasOwn(units, unit)) {
-      throw new ModelError(
-        `${where} = ${shown(value)} must be a number in ${limit.unit}, or a number and one of: ` +
-          Object.keys(units).join(", "),
-      );
-    }
-    found = decimal(digits.replace(/(?<=\d)_(?=\d)/g, "")) * (units[unit] ?? NaN);
+    const text = value.trim(), digits = NUMBER.exec(text)?.[0] ?? "";
+    const factor = unitValue(text.slice(digits.length), limit.unit);
+    found = decimal(digits.replace(/(?<=\d)_(?=\d)/g, ""));
     if (Number.isNaN(found)) {
       throw new ModelError(`${where} = ${shown(value)} does not begin with a number`);
     }
+    if (factor === undefined) {
+      throw new ModelError(
+        `${where} = ${shown(value)} must be a number in ${limit.unit}, or a number and one of: ` +
+          Object.keys({ [limit.unit]: 1, ...UNITS[limit.unit] }).join(", "),
+      );
+    }
+    found *= factor;
   } else if (typeof value === "number" || typeof value === "bigint") {
     found = Number(value);
   } else {

@@ -1,0 +1,102 @@
+"""Units as people write them: which spellings are known, and what each is in SI.
+
+pint, tried for this, reads "24 kNm" as a textile unit, "1,5 %" as 0.15 and never returns from
+"9**9**9 m", so the units that the files need stand here.
+"""
+
+from __future__ import annotations
+
+import re
+
+STANDARD_GRAVITY = 9.80665  # m/s2
+# Value of each further unit in the SI unit of a quantity.
+UNITS = {
+    "1": {"%": 1e-2},
+    "m": {"km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "s": {"ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "1/s": {"1/min": 1.0 / 60.0},
+    "kg": {"t": 1e3},
+    "kg.m2": {"t.m2": 1e3},
+    "N": {"kN": 1e3, "MN": 1e6},
+    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6, "kN/mm2": 1e9},
+    "m/s": {"km/h": 1.0 / 3.6, "mph": 0.44704},
+    "s/m": {"h/km": 3.6},
+    "N.m": {"kN.m": 1e3, "MN.m": 1e6},
+    "N.s": {"kN.s": 1e3},
+    "N/m": {"kN/m": 1e3, "N/mm": 1e3, "kN/mm": 1e6, "MN/m": 1e6},
+    "N.s/m": {"kN.s/m": 1e3},
+    "N.m/s": {"kN.m/s": 1e3},
+    "N.m/rad": {"kN.m/rad": 1e3, "MN.m/rad": 1e6},
+    "N.m.s/rad": {"kN.m.s/rad": 1e3},
+    "1/(N.m)": {"1/(kN.m)": 1e-3},
+}
+# What turns other spellings into those above, in this order; Python and the explorer's page read
+# the expressions alike.
+SPELLINGS = (
+    (r"[\u00b5\u03bc]", "u"),
+    (r"\u00b2", "2"),
+    (r"\*\*|\^", ""),
+    (r"\s*/\s*", "/"),
+    (r"\s*[*\u00b7\u22c5]\s*|\s+", "."),  # a product
+    (r"(?<=N)(?=ms?\b|s\b)", "."),  # kNm, Nms, Ns
+    (r"(?<=N\.m)(?=s\b)", "."),
+    (r"(?<=kg)(?=m2)|(?<=\bt)(?=m2)", "."),
+    (r"^(?:kph|kmh|kmph|km/hr)$", "km/h"),
+    (r"\bsec\b", "s"),
+    (r"^tonnes?$", "t"),
+    (r"^(?:percent|per\.cent)$", "%"),
+    (r"^-?$", "1"),
+)
+NUMBER = re.compile(r"[+-]?(?:[0-9][0-9_]*\.?[0-9_]*|\.[0-9_]+)(?:[eE][+-]?[0-9_]+)?")
+
+
+def unit_value(unit: str, si: str) -> float | None:
+    """Value of a unit, in any spelling, in the SI unit `si`; None if it is no such unit.
+
+    Examples
+    --------
+    >>> unit_value("kN m", "N.m"), unit_value("mm", "N.m")
+    (1000.0, None)
+    """
+    known = {si: 1.0, **UNITS.get(si, {})}
+    plain = unit.strip()
+    for pattern, replacement in SPELLINGS:
+        if plain not in known:
+            plain = re.sub(pattern, replacement, plain)
+    return known.get(plain)
+
+
+def in_si(text: str, si: str) -> float:
+    """Value of a text such as ``"24 kNm"`` in the SI unit `si`.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a number and a unit of the same dimension; the message is the end of a
+        sentence that begins with the text.
+
+    Examples
+    --------
+    >>> in_si("24 kNm", "N.m"), in_si("1.5%", "1")
+    (24000.0, 0.015)
+    """
+    text = text.strip()
+    found = NUMBER.match(text)
+    try:
+        number = float(found[0]) if found else None
+    except ValueError:  # underscores that are not between digits
+        number = None
+    if found is None or number is None:
+        raise ValueError("does not begin with a number")
+    unit = text[found.end() :]
+    if unit.startswith(","):
+        raise ValueError("has a decimal comma: a file takes a decimal point")
+    value = unit_value(unit, si) if unit else None
+    if value is not None:
+        return number * value
+    mass = unit_value(unit, "kg") if unit and si == "N" else None
+    if mass is not None:
+        weight = number * mass * STANDARD_GRAVITY / 1e3
+        raise ValueError(f'is a mass; its weight is "{weight:.4g} kN"')
+    known = ", ".join([si, *UNITS.get(si, {})])
+    raise ValueError(f"must be a number in {si}, or a number and one of: {known}")
