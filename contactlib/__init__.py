@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # the public names and their modules; each is imported at its first use
     from contactlib import stability as stability
     from contactlib import traction as traction
+    from contactlib.base.quantities import ImplausibleWarning as ImplausibleWarning
     from contactlib.contact.element import ForceElement as ForceElement
     from contactlib.contact.element import ProcessZoneWarning as ProcessZoneWarning
     from contactlib.contact.element import friction_with_k_hat as friction_with_k_hat

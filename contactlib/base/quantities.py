@@ -76,6 +76,10 @@ class Quantity(Limits):
     percent: bool = field(default=False, kw_only=True)
 
 
+class ImplausibleWarning(UserWarning):
+    """A number is allowed, but no vehicle has it: perhaps its unit was forgotten."""
+
+
 FINITE = Limits()
 POSITIVE = Limits(above=0.0)
 NOT_NEGATIVE = Limits(at_least=0.0)

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+import codecs
+import csv
 import os
-from collections.abc import Iterator
+import re
+import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import FINITE, POSITIVE, FloatArray, checked
+from contactlib.base.quantities import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    ImplausibleWarning,
+    checked,
+    shown,
+)
+from contactlib.base.text import harmless_line, known_names
+from contactlib.base.units import unit_value
 
-COLUMNS = ("creepage", "traction_coefficient", "speed")
+SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
+COLUMNS = tuple(SI)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -73,70 +86,227 @@ class TractionData:
 
     @classmethod
     def from_csv(
-        cls, path: str | os.PathLike[str], *, speed: ArrayLike | None = None
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        columns: Sequence[str | int] | None = None,
+        creepage_unit: str | None = None,
+        speed: ArrayLike | None = None,
     ) -> TractionData:
-        """Read a CSV file.
+        """Read a CSV file as it is.
 
-        Lines that begin with ``#`` are comments. The first other line names the columns creepage,
-        traction_coefficient and, optionally, speed, in any order.
+        The first line names the columns; a column that is not asked for is ignored. Commas,
+        semicolons, tabs or blanks separate the columns, numbers have a decimal point or a decimal
+        comma, and cells may be quoted. Empty lines and lines that begin with ``#`` are skipped. A
+        unit may stand behind a name, as in ``slip [%]``, or in a row of units below the names.
 
         Parameters
         ----------
         path : path
             The file.
+        columns : sequence of str or int, optional
+            Creepage, traction coefficient and, optionally, speed: each by its name or by its
+            number, counted from 1. Numbers are needed if no line names the columns. Default:
+            creepage, traction_coefficient and, if there is one, speed.
+        creepage_unit : str, optional
+            ``"1"`` or ``"%"``. Default: that of the file, or else ``"1"``.
         speed : array_like, optional
-            Running speed [m/s], if the file has no such column.
+            Running speed [m/s], if no column gives it.
 
         Raises
         ------
         ValueError
-            If the file has another content; the message is one line that names file and line.
+            If the file has another content; the message is one line that names file, line and
+            column.
         OSError
             If the file cannot be read.
+
+        Warns
+        -----
+        ImplausibleWarning
+            If creepage or traction coefficient are so large that they seem to be in per cent.
         """
+        if creepage_unit not in (None, "1", "%"):
+            raise ValueError(f"creepage_unit = {shown(creepage_unit)} must be '1' or '%'")
+        if columns is not None:
+            _check_columns(columns)
         place = os.fspath(path)
-        text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
-        lines = (
-            (number, line)
-            for number, line in enumerate(text.splitlines(), start=1)
-            if line.strip() and not line.startswith("#")
+        try:
+            found = _read_columns(_decoded(Path(path).read_bytes()), columns, creepage_unit)
+            if "speed" in found and speed is not None:
+                raise ValueError("the file has a speed column, so speed must not be given")
+        except ValueError as error:
+            raise ValueError(f"{place}: {harmless_line(str(error))}") from None
+        for name, most in (("creepage", 2.0), ("traction_coefficient", 1.5)):
+            largest = float(np.abs(found[name]).max())
+            if largest > most:
+                warnings.warn(
+                    f"{place}: the largest {name} is {largest:g}, and above {most:g} is unusual; "
+                    "is it in per cent? then say so with "
+                    + ("creepage_unit" if name == "creepage" else "a row of units"),
+                    ImplausibleWarning,
+                    stacklevel=2,
+                )
+        return cls(found["creepage"], found["traction_coefficient"], found.get("speed", speed))
+
+
+def _check_columns(columns: Sequence[str | int]) -> None:
+    names = [] if isinstance(columns, str) else list(columns)
+    right = all(
+        isinstance(c, (str, int)) and not isinstance(c, bool) and (isinstance(c, str) or c >= 1)
+        for c in names
+    )
+    if not right or len(names) not in (2, 3) or len(set(names)) < len(names):
+        raise ValueError(
+            f"columns = {shown(columns)} must be two or three different names, or numbers from 1 "
+            "on: creepage, traction coefficient and, optionally, speed"
         )
-        number, head = next(lines, (1, ""))
-        names = [name.strip() for name in head.split(",")]
-        if sorted(names) not in (sorted(COLUMNS[:2]), sorted(COLUMNS)):
-            raise ValueError(
-                f"{place}: line {number}: the columns are {head!r}; they must be creepage, "
-                "traction_coefficient and, optionally, speed"
-            )
-        if "speed" in names and speed is not None:
-            raise ValueError(
-                f"{place}: line {number}: the file has a speed column, so speed must not be given"
-            )
-        rows = list(_rows(place, names, lines))
-        if not rows:
-            raise ValueError(f"{place}: line {number}: no data after the columns' names")
-        columns: dict[str, Any] = dict(zip(names, np.array(rows).T, strict=True))
-        return cls(**{"speed": speed, **columns})
 
 
-def _rows(place: str, names: list[str], lines: Iterator[tuple[int, str]]) -> Iterator[list[float]]:
-    for number, line in lines:
-        cells = line.split(",")
-        if len(cells) != len(names):
-            raise ValueError(
-                f"{place}: line {number}: {len(cells)} values for {len(names)} columns"
-            )
-        row = []
-        for name, cell in zip(names, cells, strict=True):
-            try:
-                value = float(cell)
-            except ValueError:
+def _decoded(data: bytes) -> str:
+    """Text in UTF-8, or in the other encodings that spreadsheets write."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace").lstrip("\ufeff")
+    try:
+        return data.decode("utf-8").lstrip("\ufeff")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row, without comments and empty rows."""
+    lines = text.splitlines()
+    kept = [
+        (number, line)
+        for number, line in enumerate(lines, start=1)
+        if line.strip(" \t;,") and not line.lstrip().startswith(("#", "sep="))
+    ]
+    if not kept:
+        return
+    bare = re.sub('"[^"]*"', "", kept[0][1])
+    sign = next((sign for sign in "\t;," if sign in bare), " ")
+    for number, line in kept:
+        try:
+            line = line.strip() if sign == " " else line
+            row = next(csv.reader([line], delimiter=sign, skipinitialspace=True, strict=True))
+        except csv.Error as error:
+            raise ValueError(f"line {number}: {error}") from None
+        yield number, [cell.strip() for cell in row]
+
+
+def _named(cell: str) -> tuple[str, str]:
+    """Name and unit of a column: ``slip [%]`` is slip in per cent."""
+    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\]]*)\]|\(([^)]*)\))", cell)
+    return (found[1], found[2] or found[3] or "") if found else (cell, "")
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell.replace(",", ".", 1))
+    except ValueError:
+        return None
+
+
+def _read_columns(
+    text: str, columns: Sequence[str | int] | None, creepage_unit: str | None
+) -> dict[str, FloatArray]:
+    """Columns in SI units by the names of `COLUMNS`."""
+    rows = list(_rows(text))
+    if not rows:
+        raise ValueError("line 1: the file is empty: it needs a line that names the columns")
+    line, head = rows[0]
+    names = [_named(cell)[0] for cell in head]
+    headless = any(_number(cell) is not None for cell in head)
+    if columns is None:
+        columns = COLUMNS if "speed" in names else COLUMNS[:2]
+    places = [_place(line, head, names, column, headless) for column in columns]
+    units = ["" if headless else _named(head[place])[1] for place in places]
+    body = rows if headless else rows[1:]
+    if body and not headless:
+        first = [body[0][1][place] if place < len(body[0][1]) else "" for place in places]
+        if all(first) and all(_number(cell) is None for cell in first) and _are_units(first):
+            units = [cell.strip("[]()") for cell in first]
+            body = body[1:]
+    if not body:
+        raise ValueError(f"line {line}: no data after the columns' names")
+    shown_names = [f"column {p + 1}" if headless else head[p] for p in places]
+    table = _numbers(body, len(head), places, shown_names)
+    found: dict[str, FloatArray] = {}
+    for kind, name, unit, column in zip(COLUMNS, shown_names, units, table.T, strict=False):
+        if kind == "creepage" and creepage_unit is not None:
+            if unit and unit_value(unit, "1") != unit_value(creepage_unit, "1"):
                 raise ValueError(
-                    f"{place}: line {number}: {name} = {cell.strip()!r} is not a number"
-                ) from None
-            try:
-                checked(name, value, POSITIVE if name == "speed" else FINITE)
-            except ValueError as error:
-                raise ValueError(f"{place}: line {number}: {error}") from None
-            row.append(value)
-        yield row
+                    f"line {line}: {name} is in {unit!r}, but creepage_unit = {creepage_unit!r}"
+                )
+            unit = creepage_unit
+        factor = unit_value(unit, SI[kind]) if unit else 1.0
+        if factor is None:
+            raise ValueError(
+                f"line {line}: {name} is in {unit!r}, which is not a unit in {SI[kind]}"
+            )
+        limits = POSITIVE if kind == "speed" else FINITE
+        bad = np.flatnonzero(~limits.allows(factor * column))
+        if bad.size:
+            number, value = body[int(bad[0])][0], float(column[bad[0]])
+            raise ValueError(f"line {number}: {name} = {value!r} is out of range: must be {limits}")
+        found[kind] = factor * column
+    return found
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return all(
+        unit_value(cell.strip("[]()"), si) is not None
+        for cell, si in zip(cells, SI.values(), strict=False)
+    )
+
+
+def _place(
+    line: int, head: Sequence[str], names: Sequence[str], column: str | int, headless: bool
+) -> int:
+    """Where a column stands, from zero."""
+    if isinstance(column, int):
+        if column > len(head):
+            raise ValueError(f"line {line}: there is no column {column}: there are {len(head)}")
+        return column - 1
+    if headless:
+        raise ValueError(
+            f"line {line}: the first row holds numbers, not the columns' names; say which columns "
+            "to take, such as columns = [1, 2] for creepage and traction coefficient"
+        )
+    found = [p for p, cell in enumerate(head) if column in (cell, names[p])]
+    if not found:
+        hint = "; say which to take with columns" if column in COLUMNS else ""
+        raise ValueError(f"line {line}: no column {column!r}; {known_names(column, names)}{hint}")
+    if len(found) > 1:
+        raise ValueError(f"line {line}: {len(found)} columns {column!r}: take one by its number")
+    return found[0]
+
+
+def _numbers(
+    body: Sequence[tuple[int, list[str]]],
+    width: int,
+    places: Sequence[int],
+    names: Sequence[str],
+) -> FloatArray:
+    """Numbers of the wanted columns, a row for each line."""
+    table = np.empty((len(body), len(places)))
+    signs: dict[str, int] = {}  # line of the first decimal sign of each kind
+    for i, (line, cells) in enumerate(body):
+        if len(cells) < width or any(cells[width:]):
+            hint = "; are there decimal commas? they need another separator than the comma"
+            raise ValueError(
+                f"line {line}: {len(cells)} values for {width} columns"
+                + (hint if len(cells) == 2 * width else "")
+            )
+        for j, (place, name) in enumerate(zip(places, names, strict=True)):
+            value = _number(cells[place])
+            if value is None:
+                raise ValueError(f"line {line}: {name} = {cells[place]!r} is not a number")
+            signs.update({s: signs.get(s, line) for s in ".," if s in cells[place]})
+            if len(signs) > 1:
+                raise ValueError(
+                    f"line {line}: {name} = {cells[place]!r}, but line {min(signs.values())} has "
+                    "another decimal sign"
+                )
+            table[i, j] = value
+    return table

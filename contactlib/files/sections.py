@@ -25,7 +25,7 @@ from contactlib.vehicle.track import Profile, Track
 
 
 class LawKind(NamedTuple):
-    """Kind of law: its meaning, the keys that it needs, and the keys that change its table."""
+    """Kind of law: meaning, keys that it needs, keys that change its table, and optional keys."""
 
     meaning: str
     keys: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ LAWS = {
         "A curve through measured points, as it was measured at the contact's nominal load. It "
         "replaces `[friction]`, and `saturation_creepage` and `slope_reduction` in `[wheelset]`.",
         keys=("file",),
-        optional_keys=("load_exponent",),
+        optional_keys=("load_exponent", "columns", "creepage_unit"),
     ),
 }
 LONGEST = 1e6  # duration of a run [s]
@@ -135,13 +135,15 @@ class LawSection(Parameters):
     kalker_coefficient: Annotated[float | None, Quantity("1", above=0.0)] = None
     file: str | None = None
     load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
+    columns: tuple[str | int, ...] = ()
+    creepage_unit: str | None = None
 
     def check_keys(self) -> None:
         """Refuse an unknown kind, and keys that the kind would ignore."""
         if self.kind not in LAWS:
             raise ValueError(f"kind = {self.kind!r} must be one of: {', '.join(LAWS)}")
         wanted, optional = LAWS[self.kind].keys, LAWS[self.kind].optional_keys
-        given = [f.name for f in fields(self)[1:] if getattr(self, f.name) is not None]
+        given = [f.name for f in fields(self)[1:] if getattr(self, f.name) not in (None, ())]
         if [name for name in given if name not in optional] != list(wanted):
             what = f"the keys {', '.join((*wanted, *optional))}" if wanted else "no other key"
             raise ValueError(f"kind = {self.kind!r} takes {what}, not {given}")
@@ -151,7 +153,10 @@ class LawSection(Parameters):
         name = self.file or ""
         with in_file(f"file {name}"):
             path = file_beside("file", name, folder, "the model")
-        return CreepForceTable.from_law(MeasuredCurve.from_csv(path))
+        curve = MeasuredCurve.from_csv(
+            path, columns=self.columns or None, creepage_unit=self.creepage_unit
+        )
+        return CreepForceTable.from_law(curve)
 
     def build(
         self,

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import contactlib as cl
 from contactlib import TractionData
 from contactlib.base.writing import package_folder
 
@@ -30,15 +32,15 @@ def test_columns_come_in_any_order_and_with_comments(tmp_path: Path) -> None:
     assert data.speed is not None
     assert (data.speed.tolist(), data.creepage.tolist()) == ([10.0, 5.0], [0.01, -1.0])
     assert data.traction_coefficient.tolist() == [0.2, 0.1]
-    with pytest.raises(ValueError, match="line 3: the file has a speed"):
+    with pytest.raises(ValueError, match="the file has a speed"):
         TractionData.from_csv(path, speed=10.0)
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "line 1: the columns are ''"),
-        ("# only\ncreepage,force\n1,2\n", "line 2: the columns are 'creepage,force'"),
+        ("", "line 1: the file is empty"),
+        ("# only\ncreepage,force\n1,2\n", "line 2: no column 'traction_coef.*: creepage, force"),
         ("creepage,traction_coefficient\n", "line 1: no data"),
         ("creepage,traction_coefficient\n1,2\n#\n1,2,3\n", "line 4: 3 values for 2 columns"),
         ("creepage,traction_coefficient\n1,two\n", "line 2: traction_coefficient = 'two' is not"),
@@ -54,6 +56,97 @@ def test_a_bad_file_is_one_line_with_its_place(tmp_path: Path, text: str, messag
         TractionData.from_csv(path)
     assert str(info.value).startswith(f"{path}: ")
     assert "\n" not in str(info.value)
+
+
+NAMES = "slip_percent;mu;v\n"
+AS_IT_IS: dict[str, tuple[str, dict[str, Any]]] = {
+    "percent": ("slip_percent,mu,v\n1.5,0.25,36\n3,0.2,36\n", {}),
+    "semicolons and decimal commas": (f"{NAMES}1,5;0,25;36\n3;0,2;36,0\n", {}),
+    "tabs": ("slip_percent\tmu\tv\n1,5\t0,25\t36\n3\t0,2\t36\n", {}),
+    "blanks": ("  slip_percent   mu v\n 1.5   0.25 36\n 3.0  0.20  36\n", {}),
+    "quoted": ('"slip_percent","mu","v"\n"1,5","0,25","36"\n"3","0,2","36"\n', {}),
+    "comments and empty lines": (
+        f"# rig 3\nsep=;\n\n{NAMES}# day 2\n1,5;0,25;36\n;;\n3;0,2;36\n",
+        {},
+    ),
+    "byte order mark": (f"\ufeff{NAMES}1,5;0,25;36\n3;0,2;36\n", {}),
+    "other columns": ("t,slip_percent,mu,v,who\n0,1.5,0.25,36,me\n1,3,0.2,36,\n", {}),
+    "a unit behind the name": (
+        "slip [%],mu (-),v [km/h]\n1.5,0.25,36\n3,0.2,36\n",
+        {"columns": ("slip", "mu", "v"), "creepage_unit": None},
+    ),
+    "a row of units": (
+        f"{NAMES}[%];[-];[km/h]\n1,5;0,25;36\n3;0,2;36\n",
+        {"creepage_unit": None},
+    ),
+    "no names": ("1.5 0.25 36\n3 0.2 36\n", {"columns": (1, 2, 3)}),
+    "trailing separators": (f"{NAMES}1,5;0,25;36;;\n3;0,2;36;;\n", {}),
+}
+
+
+@pytest.mark.parametrize("name", AS_IT_IS)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_a_file_is_read_as_it_is(name: str, encoding: str, tmp_path: Path) -> None:
+    text, options = AS_IT_IS[name]
+    path = tmp_path / "rig.csv"
+    path.write_text(text, encoding=encoding)
+    given: dict[str, Any] = {"columns": ("slip_percent", "mu", "v"), "creepage_unit": "%"}
+    data = TractionData.from_csv(path, **given | options)
+    assert data.creepage.tolist() == pytest.approx([0.015, 0.03], rel=1e-15)
+    assert data.traction_coefficient.tolist() == [0.25, 0.2]
+    assert data.speed is not None
+    speed = 10.0 if "km/h" in text else 36.0
+    assert data.speed.tolist() == pytest.approx([speed, speed], rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "slip_per_cent;mu\n1;2\n",
+            r"line 1: no column 'slip_percent'; did you mean 'slip_per_cent'",
+        ),
+        ("slip_percent,mu\n1,5,0,25\n", "line 2: 4 values for 2 columns; are there decimal commas"),
+        ("slip_percent;mu\n1;0.2\n1,5;0.2\n", "line 3: slip_percent = '1,5', but line 2 has anoth"),
+        ("slip_percent;mu;mu\n1;0.2;3\n", "line 1: 2 columns 'mu': take one by its number"),
+        ("1,0.2\n2,0.1\n", r"line 1: the first row holds numbers.* columns = \[1, 2\]"),
+        (
+            "slip_percent [km],mu\n1,0.2\n",
+            "line 1: slip_percent .km. is in 'km', but creepage_unit",
+        ),
+        ("slip_percent,mu [kN]\n1,0.2\n", "line 1: mu .kN. is in 'kN', which is not a unit in 1"),
+        ('slip_percent,mu\n1,"0.2\n', "line 2: unexpected end of data"),
+        ("slip_percent,mu\n1,\n", "line 2: mu = '' is not a number"),
+    ],
+)
+def test_a_mistake_names_line_and_column(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "rig.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message) as info:
+        TractionData.from_csv(path, columns=("slip_percent", "mu"), creepage_unit="%")
+    assert str(info.value).startswith(f"{path}: line ")
+
+
+def test_options_are_checked(tmp_path: Path) -> None:
+    columns: Any
+    path = tmp_path / "rig.csv"
+    path.write_text("a,b\n1,0.2\n")
+    for columns in ("ab", ("a",), ("a", "a"), (0, 1), ("a", 1.0), ("a", True)):
+        with pytest.raises(ValueError, match=r"columns = .* must be two or three different names"):
+            TractionData.from_csv(path, columns=columns)
+    with pytest.raises(ValueError, match="there is no column 3: there are 2"):
+        TractionData.from_csv(path, columns=(1, 3))
+    with pytest.raises(ValueError, match="creepage_unit = 'percent' must be '1' or '%'"):
+        TractionData.from_csv(path, columns=("a", "b"), creepage_unit="percent")
+
+
+def test_creepage_that_seems_to_be_in_per_cent_warns(tmp_path: Path) -> None:
+    path = tmp_path / "rig.csv"
+    path.write_text("creepage,traction_coefficient\n1.5,0.25\n8,0.2\n")
+    with pytest.warns(cl.ImplausibleWarning, match="largest creepage is 8, .* creepage_unit"):
+        data = TractionData.from_csv(path)
+    assert data.creepage[1] == 8.0
+    assert TractionData.from_csv(path, creepage_unit="%").creepage[1] == 0.08
 
 
 def test_bad_arrays_are_refused() -> None:

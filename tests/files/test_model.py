@@ -310,6 +310,12 @@ def test_wheels_share_the_load(tmp_path: Path) -> None:
         ),
         ('file = "x.csv"', r"law.kind = 'carter_griffith' takes no other key"),
         ("kind = 3", r"law.kind = 3 must be a string"),
+        ('kind = "measured"\nfile = "x.csv"\ncolumns = "mu"', r"law.columns = 'mu' must be a list"),
+        (
+            'kind = "measured"\nfile = "eurosprinter_engel1998.csv"\ncolumns = ["slip", "mu"]',
+            r"csv: line \d+: no column 'slip'; known: creepage, traction_coefficient",
+        ),
+        ('columns = ["slip", "mu"]', r"law.kind = 'carter_griffith' takes no other key"),
         ('kind = "measured"\nfile = "no_such.csv"', "no_such.csv"),
     ],
 )

@@ -16,6 +16,7 @@ differences, each with a given sign; the best place is taken.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -126,13 +127,22 @@ class MeasuredCurve:
         object.__setattr__(self, "_curve", curve)
 
     @classmethod
-    def from_csv(cls, path: str | os.PathLike[str], **options: Any) -> MeasuredCurve:
+    def from_csv(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        columns: Sequence[str | int] | None = None,
+        creepage_unit: str | None = None,
+        **options: Any,
+    ) -> MeasuredCurve:
         """Smooth the points of a CSV file as `contactlib.TractionData.from_csv` reads it.
 
         Parameters
         ----------
         path : path
             The file.
+        columns, creepage_unit : optional
+            As for `contactlib.TractionData.from_csv`.
         **options
             Keywords of `MeasuredCurve`.
 
@@ -143,7 +153,7 @@ class MeasuredCurve:
         OSError
             If the file cannot be read.
         """
-        data = TractionData.from_csv(path)
+        data = TractionData.from_csv(path, columns=columns, creepage_unit=creepage_unit)
         try:
             return cls(data.creepage, data.traction_coefficient, **options)
         except ValueError as error:

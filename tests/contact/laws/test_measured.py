@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -160,7 +161,7 @@ def test_default_smoothing_is_the_strongest_that_costs_nothing(locomotive: Measu
         ({"smoothing": 0.0}, r"smoothing = 0\.0"),
     ],
 )
-def test_bad_options_are_refused_and_name_the_file(options: dict[str, float], message: str) -> None:
+def test_bad_options_are_refused_and_name_the_file(options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=rf"engel1998\.csv: MeasuredCurve\.{message}"):
         MeasuredCurve.from_csv(EUROSPRINTER, **options)
 
