@@ -70,10 +70,19 @@ def _digits(bound: float) -> str:
 
 @dataclass(frozen=True)
 class Quantity(Limits):
-    """Unit and limits of a number, for use in ``Annotated``; `percent`: shown in per cent."""
+    """Unit and limits of a number, for use in ``Annotated``.
+
+    `percent`: it is shown in per cent. `usual`: lowest and highest value that a vehicle or a rig
+    has; a file's value beyond them is allowed, and warned of.
+    """
 
     unit: str
     percent: bool = field(default=False, kw_only=True)
+    usual: tuple[float, float] | None = field(default=None, kw_only=True)
+
+    def is_usual(self, value: float) -> bool:
+        """Whether a number is in the usual range, if there is one."""
+        return self.usual is None or self.usual[0] <= value <= self.usual[1]
 
 
 class ImplausibleWarning(UserWarning):

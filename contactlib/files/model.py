@@ -18,7 +18,7 @@ from contactlib.files.reading import (
     IS_SWEEP,
     ModelError,
     check_keys,
-    in_file,
+    loading,
     model_path,
     named,
     parse,
@@ -156,8 +156,13 @@ def load_model(
         If the file is not a valid model; one line names file, key, value and limit.
     OSError
         If the file cannot be read.
+
+    Warns
+    -----
+    ImplausibleWarning
+        If a number is allowed but no vehicle has it.
     """
-    with in_file(path):
+    with loading(path):
         file = model_path(path)
         return build_model({"name": file.stem, **parse(file)}, file.parent, table, progress)
 

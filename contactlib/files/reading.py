@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import os
 import tomllib
+import warnings
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import MISSING, fields
 from pathlib import Path, PureWindowsPath
 from typing import Any, Literal, TypeVar
 
-from contactlib.base.quantities import Parameters, Quantity
+from contactlib.base.quantities import ImplausibleWarning, Parameters, Quantity
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder
@@ -39,15 +41,48 @@ def model_path(name: str | os.PathLike[str]) -> Path:
     return shipped if meant and not path.exists() and shipped.is_file() else path
 
 
+# What `number` found implausible in the file that is being read, by key and value, as a scenario
+# repeats what it changes in its vehicle; None if no file is being read.
+_IMPLAUSIBLE: ContextVar[dict[str, str] | None] = ContextVar("implausible", default=None)
+
+
 @contextmanager
 def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     """Turn any ValueError raised inside (TOML, encoding or range) into a `ModelError`."""
+    place, outer = os.fspath(path), _IMPLAUSIBLE.get()
+    found: dict[str, str] = {}
+    token = _IMPLAUSIBLE.set(None if outer is None else found)
     try:
         yield
     except ValueError as error:
-        raise ModelError(harmless_line(f"{os.fspath(path)}: {error}")) from None
+        raise ModelError(harmless_line(f"{place}: {error}")) from None
     except ArithmeticError:  # each number is within its limits, but they do not fit together
-        raise ModelError(f"{os.fspath(path)}: its numbers are too far apart") from None
+        raise ModelError(f"{place}: its numbers are too far apart") from None
+    finally:
+        _IMPLAUSIBLE.reset(token)
+    if outer is not None:
+        for key, text in found.items():
+            outer.setdefault(key, f"{place}: {text}")
+
+
+@contextmanager
+def loading(path: str | os.PathLike[str]) -> Iterator[None]:
+    """`in_file` for a function that a user calls: warns of implausible numbers, once for each key.
+
+    Warns
+    -----
+    ImplausibleWarning
+        If nothing was wrong, but a number is not one that a vehicle has.
+    """
+    found: dict[str, str] = {}
+    token = _IMPLAUSIBLE.set(found)
+    try:
+        with in_file(path):
+            yield
+    finally:
+        _IMPLAUSIBLE.reset(token)
+    for text in found.values():
+        warnings.warn(harmless_line(text), ImplausibleWarning, stacklevel=4)
 
 
 def parse(file: Path) -> dict[str, Any]:
@@ -196,6 +231,15 @@ def number(where: str, value: object, quantity: Quantity) -> float:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
     if not quantity.allow(found):
         raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
+    implausible = _IMPLAUSIBLE.get()
+    if implausible is not None and quantity.usual is not None and not quantity.is_usual(found):
+        low, high = quantity.usual
+        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+        implausible.setdefault(
+            f"{'.'.join(where.split('.')[-2:])} = {found}",
+            f"{where} = {found:g}{unit} is implausible: {low:g} to {high:g}{unit} is usual; is its "
+            "unit missing or wrong?",
+        )
     return found
 
 

@@ -22,6 +22,7 @@ from contactlib.files.reading import (
     check_keys,
     file_beside,
     in_file,
+    loading,
     model_path,
     named,
     parse,
@@ -243,8 +244,13 @@ def load_scenario(
         If the file or its vehicle is not valid; one line names file, key, value and limit.
     OSError
         If a file cannot be read.
+
+    Warns
+    -----
+    ImplausibleWarning
+        If a number is allowed but no vehicle has it.
     """
-    with in_file(path):
+    with loading(path):
         found = read_contents(path)
         return build_scenario(found.data, found.build_vehicle(table, progress))
 

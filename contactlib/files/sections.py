@@ -54,7 +54,7 @@ LAWS = {
     ),
 }
 LONGEST = 1e6  # duration of a run [s]
-SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0)
+SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
 Values = tuple[float, ...]
 
 
@@ -66,14 +66,14 @@ class ContactSection(Parameters):
     radii or the semi-axes, in the rolling direction x and across it.
     """
 
-    semi_width: Annotated[float | None, Quantity("m", above=0.0)] = None
-    radius: Annotated[float | None, Quantity("m", above=0.0)] = None
-    radius_x: Annotated[float | None, Quantity("m", above=0.0)] = None
-    radius_y: Annotated[float | None, Quantity("m", above=0.0)] = None
-    semi_axis_x: Annotated[float | None, Quantity("m", above=0.0)] = None
-    semi_axis_y: Annotated[float | None, Quantity("m", above=0.0)] = None
-    normal_load: Annotated[float, Quantity("N", above=0.0)]
-    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    semi_width: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
+    radius: Annotated[float | None, Quantity("m", above=0.0, usual=(0.005, 5.0))] = None
+    radius_x: Annotated[float | None, Quantity("m", above=0.0, usual=(0.005, 5.0))] = None
+    radius_y: Annotated[float | None, Quantity("m", above=0.0, usual=(0.005, 1e3))] = None
+    semi_axis_x: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
+    semi_axis_y: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
+    normal_load: Annotated[float, Quantity("N", above=0.0, usual=(100.0, 1e6))]
+    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, usual=(1e6, 1e12))]
     poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
 
     def build(self) -> Contact:
@@ -102,12 +102,12 @@ class ContactSection(Parameters):
 class FrictionSection(Parameters):
     """``[friction]``: give one of `weakening_length` and `k_hat`."""
 
-    static: Annotated[float, Quantity("1", above=0.0)]
-    kinetic: Annotated[float, Quantity("1", above=0.0)]
-    weakening_length: Annotated[float | None, Quantity("m", at_least=0.0)] = None
+    static: Annotated[float, Quantity("1", above=0.0, usual=(0.005, 2.0))]
+    kinetic: Annotated[float, Quantity("1", above=0.0, usual=(0.005, 2.0))]
+    weakening_length: Annotated[float | None, Quantity("m", at_least=0.0, usual=(0.0, 1e-3))] = None
     k_hat: Annotated[float | None, Quantity("1", at_least=0.0, at_most=2.0)] = None
     slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
-    slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0)] = 0.0
+    slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0, usual=(0.0, 10.0))] = 0.0
 
     def build(self, contact: Contact) -> Friction:
         """Build the friction, with the weakening length given or from `k_hat`."""
@@ -183,14 +183,18 @@ class WheelsetSection(Parameters):
     and `wheels`, the number of wheels that each carry the contact's `normal_load`.
     """
 
-    radius: Annotated[float, Quantity("m", above=0.0)]
-    inertia: Annotated[float | None, Quantity("kg.m2", above=0.0)] = None
-    wheels: Annotated[float | None, Quantity("1", at_least=1.0, at_most=1000.0)] = None
-    mass: Annotated[float | None, Quantity("kg", above=0.0)] = None
-    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
-    saturation_creepage: Annotated[float | None, Quantity("1", above=0.0, percent=True)] = None
+    radius: Annotated[float, Quantity("m", above=0.0, usual=(0.01, 2.0))]
+    inertia: Annotated[float | None, Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))] = None
+    wheels: Annotated[
+        float | None, Quantity("1", at_least=1.0, at_most=1000.0, usual=(1.0, 100.0))
+    ] = None
+    mass: Annotated[float | None, Quantity("kg", above=0.0, usual=(200.0, 3e6))] = None
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e5))] = 0.0
+    saturation_creepage: Annotated[
+        float | None, Quantity("1", above=0.0, percent=True, usual=(1e-4, 0.3))
+    ] = None
     slope_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
-    minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
+    minimum_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(1e-4, 5.0))] = 0.1
 
     def reduction(self, contact: Contact, friction: Friction) -> float:
         """Slope reduction as given, or from the saturation creepage."""
@@ -211,7 +215,7 @@ class TorqueSection(Parameters):
     """``[torque_control]``: breakpoints of the drive torque."""
 
     time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
-    torque: Annotated[tuple[float, ...], Quantity("N.m")]
+    torque: Annotated[tuple[float, ...], Quantity("N.m", usual=(-3e5, 3e5))]
 
     def build(self) -> TorqueControl:
         """Build the controller."""
@@ -223,11 +227,13 @@ class CreepSection(Parameters):
     """``[creep_control]``: breakpoints of the creepage, gains and torque limits."""
 
     time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
-    creepage: Annotated[tuple[float, ...], Quantity("1", above=-1.0, percent=True)]
+    creepage: Annotated[
+        tuple[float, ...], Quantity("1", above=-1.0, percent=True, usual=(-1.0, 1.0))
+    ]
     proportional_gain: Annotated[float, Quantity("N.m", above=0.0)]
     integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0)]
-    torque_min: Annotated[float, Quantity("N.m")]
-    torque_max: Annotated[float, Quantity("N.m")]
+    torque_min: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
+    torque_max: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
 
     def build(self) -> CreepControl:
         """Build the controller."""
@@ -244,21 +250,21 @@ class CreepSection(Parameters):
 class RunSection(Parameters):
     """``[run]``: initial state of both runs of a model."""
 
-    initial_speed: Annotated[float, Quantity("m/s", above=0.0)] = 10.0
+    initial_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.0, 170.0))] = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotorSection(Parameters):
     """``[motor]``: time constant with which the drive torque follows its command."""
 
-    lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG)] = 0.0
+    lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG, usual=(0.0, 1.0))] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxationSection(Parameters):
     """``[contact_relaxation]``: distance over which the creep force follows the creepage."""
 
-    length: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+    length: Annotated[float, Quantity("m", at_least=0.0, usual=(0.0, 0.2))] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,7 +285,7 @@ class DemandSection(Parameters):
     """``[demand]``: breakpoints of the driver's torque demand."""
 
     time: Annotated[Values, Quantity("s", at_least=0.0)]
-    torque: Annotated[Values, Quantity("N.m")]
+    torque: Annotated[Values, Quantity("N.m", usual=(-3e5, 3e5))]
 
     def build(self) -> Profile:
         """Build the demand over time."""
@@ -303,11 +309,11 @@ class TrackSection(Parameters):
     """``[track]``: factors on friction over distance, common or per side, and over time."""
 
     distance: Annotated[Values, Quantity("m")] = ()
-    friction: Annotated[Values, Quantity("1", above=0.0)] = ()
-    friction_left: Annotated[Values, Quantity("1", above=0.0)] = ()
-    friction_right: Annotated[Values, Quantity("1", above=0.0)] = ()
+    friction: Annotated[Values, Quantity("1", above=0.0, usual=(0.01, 10.0))] = ()
+    friction_left: Annotated[Values, Quantity("1", above=0.0, usual=(0.01, 10.0))] = ()
+    friction_right: Annotated[Values, Quantity("1", above=0.0, usual=(0.01, 10.0))] = ()
     time: Annotated[Values, Quantity("s", at_least=0.0)] = ()
-    friction_over_time: Annotated[Values, Quantity("1", above=0.0)] = ()
+    friction_over_time: Annotated[Values, Quantity("1", above=0.0, usual=(0.01, 10.0))] = ()
 
     def build(self) -> Track:
         """Build the track."""

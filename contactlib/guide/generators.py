@@ -29,7 +29,7 @@ from sphinx.util.docutils import SphinxDirective
 
 import contactlib as cl
 import contactlib.figures
-from contactlib.base.quantities import Limits
+from contactlib.base.quantities import Limits, Quantity
 from contactlib.base.units import UNITS
 from contactlib.files import sections
 from contactlib.files.model import VEHICLE_SECTIONS
@@ -93,6 +93,13 @@ def limits_in_words(limits: Limits) -> str:
     return f"{low}, {high}".strip(", ").replace(" ", "\u00a0")
 
 
+def usual_in_words(quantity: Quantity) -> str:
+    """Usual range, beyond which a file's value is warned of."""
+    if quantity.usual is None:
+        return ""
+    return "{:g} to {:g}".format(*quantity.usual).replace(" ", "\u00a0")
+
+
 def units_in_words(unit: str) -> str:
     """The unit and those that a file may name."""
     words = ", ".join([unit, *UNITS.get(unit, {})])
@@ -133,10 +140,13 @@ OTHERS: dict[str, dict[str, tuple[str, str, str]]] = {
 }
 
 
-def key_rows(section: str) -> list[tuple[str, str, str, str, str]]:
-    """Key, unit, limits, default and meaning, which may be empty, of all keys of a section."""
+def key_rows(section: str) -> list[tuple[str, str, str, str, str, str]]:
+    """Key, unit, limits, usual range, default and meaning of all keys; parts may be empty."""
     if section in OTHERS:
-        return [(key, *known, "") for key, known in OTHERS[section].items()]
+        return [
+            (key, unit, limits, "", default, "")
+            for key, (unit, limits, default) in OTHERS[section].items()
+        ]
     kind, others = SECTIONS[section]
     said: dict[str, str] = {}
     for documented in (*reversed(others), *reversed(kind.__mro__)):
@@ -154,6 +164,7 @@ def key_rows(section: str) -> list[tuple[str, str, str, str, str]]:
                 field.name,
                 f"list of {unit}" if field.name in lists else unit,
                 "" if quantity is None else limits_in_words(quantity),
+                "" if quantity is None else usual_in_words(quantity),
                 "designed" if needed and designed else default_in_words(field.default),
                 tidy(said.get(field.name, "")),
             )
@@ -203,14 +214,14 @@ class Generated(SphinxDirective):
     def keys(self, section: str, typed: dict[str, str]) -> str:
         """Table of a section's keys; takes the meanings that it uses out of `typed`."""
         rows = []
-        for key, unit, limits, default, meaning in key_rows(section):
+        for key, *columns, meaning in key_rows(section):
             meaning = typed.pop(key, meaning)
             if not meaning:
                 LOGGER.warning(
                     "no docstring says what %s.%s means", section, key, location=self.get_location()
                 )
-            rows.append((f"`{key}`", unit, limits, default, meaning))
-        return table(("key", "unit", "limits", "default", "meaning"), rows)
+            rows.append((f"`{key}`", *columns, meaning))
+        return table(("key", "unit", "limits", "usual", "default", "meaning"), rows)
 
 
 class Keys(Generated):

@@ -62,9 +62,9 @@ class Sensors(Parameters):
         If a value is out of range or the seed is not whole.
     """
 
-    wheel_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
-    vehicle_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
-    delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
+    wheel_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    vehicle_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    delay: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
     seed: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0**53)] = 0.0
 
     def __post_init__(self) -> None:

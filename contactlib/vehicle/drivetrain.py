@@ -32,7 +32,7 @@ class Axle(Parameters):
         middle.
     """
 
-    stiffness: Annotated[float, Quantity("N.m/rad", above=0.0)]
+    stiffness: Annotated[float, Quantity("N.m/rad", above=0.0, usual=(1e3, 1e10))]
     damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
     drive_share: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.5
 

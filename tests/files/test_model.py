@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -383,3 +385,30 @@ def test_the_model_file_s_cohesive_law(
     assert asked == ["line", pytest.approx(0.45 / 0.21)]
     assert "... Building the table of the law\n" in shown.output
     assert (tmp_path / "t.bin").read_bytes() == table.data
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            '\n[wheelset]\nradius = "500 mm"',
+            "\n[wheelset]\nradius = 500",
+            "wheelset.radius = 500 m",
+        ),
+        ('"110.325 kN"', '"22.5 N"', "contact.normal_load = 22.5 N is implausible: 100 to 1e"),
+        ('"210 GPa"', "210", "contact.youngs_modulus = 210 Pa"),
+        ("inertia = 250.0", "inertia = 1e6", "wheelset.inertia = 1e.06 kg.m2"),
+        ("static = 0.45", "static = 45", "friction.static = 45 is"),
+        ("initial_speed = 10.0", "initial_speed = 360", "run.initial_speed = 360 m/s"),
+    ],
+)
+def test_a_number_that_no_vehicle_has_warns_once(
+    old: str, new: str, said: str, tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        load_changed(tmp_path, table, {old: new})
+    messages = [str(w.message) for w in caught if w.category is cl.ImplausibleWarning]
+    assert len(messages) == 1
+    assert re.match(rf"{re.escape(str(tmp_path))}.*changed\.toml: {said}", messages[0])
+    assert {w.filename for w in caught if w.category is cl.ImplausibleWarning} == {__file__}

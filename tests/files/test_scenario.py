@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 import tomllib
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -471,3 +472,21 @@ def test_a_scenario_made_in_python_is_checked_too(table: cl.CreepForceTable) -> 
         replace(scenario, duration=-1.0)
     with pytest.raises(ValueError, match="at least one controller"):
         replace(scenario, controllers={})
+
+
+def test_an_implausible_change_of_the_vehicle_warns_once(
+    tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    text = (MODELS / "dry_wet_dry.toml").read_text()
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        text.replace(
+            "[vehicle_changes.friction]", "[vehicle_changes.friction]\nstatic = 45.0"
+        ).replace('lag = "10 ms"', "lag = 10")
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warnings.simplefilter("ignore", cl.ProcessZoneWarning)
+        cl.load_scenario(path, table=table)
+    said = [str(w.message).partition("mine.toml: ")[2].partition(" is ")[0] for w in caught]
+    assert said == ["vehicle_changes.friction.static = 45", "motor.lag = 10 s"]

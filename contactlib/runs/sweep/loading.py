@@ -19,6 +19,7 @@ from contactlib.files.reading import (
     check_keys,
     file_beside,
     in_file,
+    loading,
     model_path,
     number,
     parse_text,
@@ -80,6 +81,11 @@ def load_sweep(
     OSError
         If a file cannot be read.
 
+    Warns
+    -----
+    ImplausibleWarning
+        If a number is allowed but no vehicle has it.
+
     Examples
     --------
     >>> sweep = load_sweep("wet_patch_sweep.toml")
@@ -89,7 +95,7 @@ def load_sweep(
     'patch_friction = 0.3, patch_end = 85 m'
     """
     file = model_path(path)
-    with in_file(path):
+    with loading(path):
         content = file.read_bytes().decode("utf-8-sig")
         return _build_sweep(parse_text(content), content, file, progress)
 
