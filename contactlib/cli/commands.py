@@ -93,10 +93,53 @@ def simulate(
 
 @main.command()
 @click.argument("model")
-@_output_option("creep_table.bin", "Table file.")
-@click.option("--rebuild", is_flag=True, help="Solve the law instead of reading its shipped table.")
-def table(model: str, output: Path, rebuild: bool) -> None:
-    """Write the table of the law that MODEL uses."""
+@_output_option(
+    "creep_table.bin",
+    "File: .csv, .mat, .npz or .nc for a table of the creep force, .bin for the kernel's table.",
+)
+@click.option("--load", help="Loads, as 50kN,100kN, or a range, as 50kN:150kN. Default: nominal.")
+@click.option("--speed", help="Speeds likewise, as 5,20 or '18 km/h:72 km/h'. Default: 10 m/s.")
+@click.option("--friction-scale", help="Factors on friction likewise, as 0.5:1. Default: 1.")
+@click.option("--largest-creepage", type=float, help="End of the creepages. Default: 1.")
+@click.option(
+    "--error",
+    type=float,
+    help="Largest error of interpolation over the largest force. Default: 1e-3, cubic 1e-5.",
+)
+@click.option("--interpolation", type=click.Choice(["linear", "cubic"]), help="Default: linear.")
+@click.option(
+    "--rebuild", is_flag=True, help="For .bin: solve the law instead of reading its shipped table."
+)
+def table(model: str, output: Path, rebuild: bool, **options: Any) -> None:
+    """Write the creep force of MODEL as a table, or the table of its law.
+
+    The points of the first are chosen so that interpolation between them keeps the error, which
+    the file states.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    if output.suffix != ".bin":
+        from contactlib.export.lookup import lookup_table
+        from contactlib.export.lookup_files import known_format, write_lookup_table
+
+        known_format(output)
+        if rebuild:
+            raise ValueError(f"--rebuild is for a file that ends in .bin, not {output.suffix}")
+        for name, unit in (("load", "N"), ("speed", "m/s"), ("friction_scale", "1")):
+            if name in given:
+                given[name] = _numbers(f"--{name.replace('_', '-')}", given[name], unit)
+        if "load" in given:
+            given["normal_load"] = given.pop("load")
+        found = lookup_table(_load(model), **given)
+        sizes = " x ".join(f"{size} {name}" for name, size in found.sizes.items())
+        say(
+            f"{write_lookup_table(found, output)}: {sizes}, largest error of "
+            f"{found.attrs['interpolation'].split()[0]} interpolation found "
+            f"{found.attrs['largest_error_found']:.2g} of the largest force"
+        )
+        return
+    if given:
+        name = next(iter(given)).replace("_", "-")
+        raise ValueError(f"--{name} is for a file that ends in .csv, .mat, .npz or .nc")
     made = _load(model).wheelset.element.table
     if rebuild and made.law.startswith("CarterGriffith"):
         from contactlib.contact.law_tables import build_carter_griffith_table
@@ -108,6 +151,30 @@ def table(model: str, output: Path, rebuild: bool) -> None:
         f"traction ratio and {made.max_slope_error:.2g} in its slope, at "
         f"{made.certificate_points} points"
     )
+
+
+def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
+    """Numbers of an option: one, several, or a range."""
+    from contactlib.base.units import in_si
+
+    parts = text.replace(":", ",").split(",")
+    try:
+        values = [in_si(f"{part} {unit}" if _plain(part) else part, unit) for part in parts]
+    except ValueError as error:
+        raise ValueError(f"{option} = {text!r} {error}") from None
+    if ":" in text:
+        if len(values) != 2 or "," in text:
+            raise ValueError(f"{option} = {text!r} must be a range of two numbers, as 0.5:1")
+        return slice(*values)
+    return values if len(values) > 1 else values[0]
+
+
+def _plain(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 @main.command()

@@ -229,6 +229,12 @@ def _read_columns(
             body = body[1:]
     if not body:
         raise ValueError(f"line {line}: no data after the columns' names")
+    for name in ("normal_load", "friction_scale"):  # of a table for several
+        at = names.index(name) if name in names else 0
+        if name in names and len({cells[at] for _, cells in body if at < len(cells)}) > 1:
+            raise ValueError(
+                f"line {line}: {name} varies, but a creep curve is of one: keep its rows"
+            )
     shown_names = [f"column {p + 1}" if headless else head[p] for p in places]
     table = _numbers(body, len(head), places, shown_names)
     found: dict[str, FloatArray] = {}

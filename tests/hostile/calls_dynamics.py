@@ -251,6 +251,13 @@ def exported(function: Callable[..., Any]) -> Callable[[], tuple[Any, dict[str, 
     return lambda: (to_folder, {"fmi_version": 2, "relaxation_length": 0.1})
 
 
+LOOKUP = {
+    "normal_load": 2e5,
+    "speed": 10.0,
+    "friction_scale": 0.9,
+    "largest_creepage": 0.5,
+    "error": 0.01,
+}
 SEEKING = {
     "radius": 0.5,
     "inertia": 250.0,
@@ -687,6 +694,12 @@ CALLS: list[Call] = [
         infinite=True,
     ),
     # ---- files
+    Call(
+        name="lookup_table",
+        make=lambda: (partial(cl.lookup_table, rig().element), dict(LOOKUP)),
+        numbers=("normal_load", "speed", "friction_scale", "largest_creepage", "error"),
+        optional=("normal_load", "error"),
+    ),
     Call(
         name="export_fmu",
         make=exported(cl.export_fmu),

@@ -27,6 +27,7 @@ from click.testing import CliRunner
 import contactlib as cl
 from contactlib import figures
 from contactlib.cli.commands import main
+from contactlib.export.lookup_files import write_lookup_table
 from contactlib.figures.style import new_figure
 from contactlib.runs.outcomes import Metrics, write_comparison
 from contactlib.runs.result import Result
@@ -59,6 +60,7 @@ def writers() -> dict[str, Writer]:
         "table.bin": model.wheelset.element.table.save,
         "element.fmu": lambda path: cl.export_fmu(model, path),
         "system.ssp": lambda path: cl.export_ssp(model, path),
+        "curve.csv": lambda path: write_lookup_table(cl.lookup_table(model), path),
         "results.nc": lambda path: write_dataset(dataset, path),
         "000000000.chunk": chunk,
         "run.csv": run.to_csv,

@@ -25,8 +25,8 @@ from contactlib.runs.sweep.store import ChunkStore, discard, locked
 posix = pytest.mark.skipif(os.name != "posix", reason="limits, rights and signals of POSIX")
 HERE = Path(__file__).parent
 OUTPUTS = [
-    "table.bin", "element.fmu", "system.ssp", "results.nc", "000000000.chunk", "run.csv",
-    "metrics.txt", "figure.png", "figure.svg", "figure.pdf", "page.html",
+    "table.bin", "element.fmu", "system.ssp", "curve.csv", "results.nc", "000000000.chunk",
+    "run.csv", "metrics.txt", "figure.png", "figure.svg", "figure.pdf", "page.html",
 ]  # fmt: skip
 COMMANDS = [
     "command.bin", "command.fmu", "command.ssp", "command.html", "torque.csv",

@@ -1,0 +1,209 @@
+"""The creep force as a table: few points, the stated error between them, and the way back."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+from click.testing import CliRunner
+from falling_friction import falling
+from scipy.integrate import quad_vec
+from scipy.interpolate import CubicHermiteSpline, RegularGridInterpolator
+from scipy.io import loadmat
+
+import contactlib as cl
+from contactlib.cli.commands import main
+from contactlib.export.lookup_files import FORMATS, write_lookup_table
+
+FINE = np.concatenate([np.linspace(0.0, 0.1, 100_001), np.linspace(0.1, 1.0, 90_001)])
+
+
+def interpolated(found: xarray.Dataset, zeta: Any) -> Any:
+    """Force of a table at creepages, as its attributes say."""
+    creepage, force = found.creepage.values, found.creep_force.values
+    if found.attrs["interpolation"] == "linear":
+        return np.interp(zeta, creepage, force)
+    return CubicHermiteSpline(creepage, force, found.slope.values)(zeta)
+
+
+@pytest.mark.parametrize("error", [1e-2, 1e-3, 1e-5])
+@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
+def test_interpolation_keeps_the_error(rig: cl.Model, interpolation: str, error: float) -> None:
+    found = cl.lookup_table(rig, error=error, interpolation=interpolation)
+    law = rig.wheelset.element.at_creepage(FINE, speed=10.0)["creep_force"]
+    worst = np.abs(interpolated(found, FINE) - law).max() / law.max()
+    assert 0.5 * error < worst <= error * (1.0 + 1e-6)
+    assert found.attrs["largest_error_found"] == pytest.approx(worst, rel=0.02)
+
+
+def test_few_points_do_it(rig: cl.Model) -> None:
+    # Where the curve bends by f'', a chord of the length h errs by f'' h**2/8.
+    error = 1e-5
+    found = cl.lookup_table(rig, error=error)
+    element, top = rig.wheelset.element, float(found.creep_force.max())
+
+    def density(zeta: float) -> Any:
+        slope = [
+            element.at_creepage(x, speed=10.0)["force_gradient"] * 10.0
+            for x in (zeta * (1.0 - 1e-5), zeta * (1.0 + 1e-5))
+        ]
+        return np.sqrt(abs(slope[1] - slope[0]) / (2e-5 * zeta * 8.0 * error * top))
+
+    needed = sum(
+        quad_vec(density, *cell, epsrel=1e-3)[0] for cell in pairwise([1e-6, 0.03, 0.2, 1])
+    )
+    assert needed < found.sizes["creepage"] < 1.05 * needed + 5
+
+
+def test_peak_and_end_of_sticking_are_points(rig: cl.Model) -> None:
+    element = rig.wheelset.element
+    peak = cl.CarterGriffith(k_hat=element.k_hat).peak
+    found = cl.lookup_table(rig).creepage.values
+    for x in (1.0, peak.normalized_creepage):
+        assert np.abs(found / element.saturation_creepage - x).min() < 1e-9
+
+
+def test_the_limit_to_static_friction_is_a_point(rig: cl.Model) -> None:
+    friction = cl.friction_with_k_hat(
+        rig.wheelset.element.contact, k_hat=0.3, static=0.23, kinetic=0.21
+    )
+    with pytest.warns(cl.ProcessZoneWarning):
+        element = cl.ForceElement(
+            rig.wheelset.element.contact, friction, table=rig.wheelset.element.table, radius=0.5
+        )
+    for interpolation in ("linear", "cubic"):
+        found = cl.lookup_table(element, interpolation=interpolation)
+        held = np.flatnonzero(np.isclose(found.traction_coefficient, 0.23, rtol=1e-8))
+        assert held.size >= 2
+        law = element.at_creepage(FINE, speed=10.0)["creep_force"]
+        worst = np.abs(interpolated(found, FINE) - law).max() / law.max()
+        assert worst <= found.attrs["error"] * (1.0 + 1e-6)
+        assert found.sizes["creepage"] < 60
+
+
+def test_chosen_axes_keep_the_error(rig: cl.Model) -> None:
+    ends = {"normal_load": (50e3, 300e3), "friction_scale": (0.3, 1.0)}
+    load, scale = (slice(*e) for e in ends.values())
+    found = cl.lookup_table(rig, normal_load=load, friction_scale=scale, error=5e-3)
+    assert found.creep_force.dims == ("normal_load", "friction_scale", "creepage")
+    axes = [found[name].values for name in found.creep_force.dims]
+    assert [(axis[0], axis[-1]) for axis in axes] == [*ends.values(), (0.0, 1.0)]
+    force = RegularGridInterpolator(axes, found.creep_force.values)
+    random = np.random.default_rng(3)
+    zeta = np.linspace(0.0, 0.2, 2001)
+    for load, scale in zip(
+        random.uniform(*ends["normal_load"], 50),
+        random.uniform(*ends["friction_scale"], 50),
+        strict=True,
+    ):
+        law = rig.wheelset.element.at_creepage(
+            zeta, speed=10.0, normal_load=load, friction_scale=scale
+        )["creep_force"]
+        got = force(np.stack(np.broadcast_arrays(load, scale, zeta), axis=-1))
+        assert np.abs(got - law).max() <= 5e-3 * law.max()
+
+
+def test_given_axes_are_kept_and_the_error_between_them_is_told(rig: cl.Model) -> None:
+    element = falling(rig.wheelset.element)
+    found = cl.lookup_table(element, speed=[5.0, 10.0, 20.0], normal_load=100e3)
+    assert found.creep_force.dims == ("speed", "creepage")
+    assert found.speed.values.tolist() == [5.0, 10.0, 20.0]
+    assert float(found.normal_load) == 100e3
+    assert "between the given points of the other axes it is up to 0." in found.attrs["error_is"]
+    for speed in (5.0, 10.0, 20.0):
+        law = element.at_creepage(FINE, speed=speed, normal_load=100e3)["creep_force"]
+        got = np.interp(FINE, found.creepage, found.creep_force.sel(speed=speed))
+        assert np.abs(got - law).max() <= 1e-3 * law.max() * (1.0 + 1e-6)
+
+
+def test_a_table_is_a_measured_curve(rig: cl.Model, tmp_path: Path) -> None:
+    write_lookup_table(cl.lookup_table(rig, error=1e-4), tmp_path / "curve.csv")
+    (tmp_path / "back.toml").write_text(
+        '[contact]\nradius = 0.5\nsemi_width = "5 mm"\nnormal_load = "110.325 kN"\n'
+        'youngs_modulus = "210 GPa"\npoisson_ratio = 0.3\n'
+        '[law]\nkind = "measured"\nfile = "curve.csv"\n[wheelset]\nradius = 0.5\nwheels = 2\n'
+    )
+    back = cl.load_model(tmp_path / "back.toml").wheelset.element
+    law, got = (
+        e.at_creepage(FINE, speed=10.0)["creep_force"] for e in (rig.wheelset.element, back)
+    )
+    assert np.abs(got - law).max() < 2e-3 * law.max()  # the smoothing's error
+
+
+def test_a_table_for_several_loads_is_no_measured_curve(rig: cl.Model, tmp_path: Path) -> None:
+    found = cl.lookup_table(rig, normal_load=[50e3, 100e3], error=0.05)
+    path = write_lookup_table(found, tmp_path / "curve.csv")
+    with pytest.raises(ValueError, match=r"curve\.csv: line \d+: normal_load varies"):
+        cl.TractionData.from_csv(path)
+
+
+def test_all_formats_hold_the_same_and_state_the_error(rig: cl.Model, tmp_path: Path) -> None:
+    found = cl.lookup_table(rig, normal_load=[50e3, 100e3], error=0.05)
+    paths = {kind: write_lookup_table(found, tmp_path / f"curve{kind}") for kind in FORMATS}
+    with xarray.open_dataset(paths[".nc"], engine="scipy") as read:
+        xarray.testing.assert_identical(read.load(), found)
+    arrays = np.load(paths[".npz"])
+    matrices = loadmat(paths[".mat"])
+    for name in ("normal_load", "creepage", "creep_force", "traction_coefficient", "slope"):
+        assert (arrays[name] == found[name].values).all()
+        assert (matrices[name].squeeze() == found[name].values).all()
+    assert matrices["error"].item() == arrays["error"].item() == 0.05
+    lines = paths[".csv"].read_text().splitlines()
+    assert "# error: 0.05" in lines
+    head = next(i for i, line in enumerate(lines) if not line.startswith("#"))
+    columns = np.loadtxt(lines[head + 1 :], delimiter=",").T
+    assert lines[head] == "normal_load,creepage,traction_coefficient,creep_force,slope"
+    assert (columns[3] == found.creep_force.values.ravel()).all()
+    for kind, path in paths.items():  # no date, no other chance
+        again = write_lookup_table(found, tmp_path / f"again{kind}")
+        assert again.read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"interpolation": "spline"}, r"interpolation = 'spline' must be one of: linear, cubic"),
+        ({"error": 0.0}, r"error = 0\.0 is out of range"),
+        ({"normal_load": -1.0}, r"normal_load = -1\.0 is out of range"),
+        ({"normal_load": [2e3, 1e3]}, r"normal_load = .* must be a number, or numbers that rise"),
+        ({"speed": slice(1.0, 2.0, 3.0)}, r"speed = slice.* must be slice\(lowest, highest\)"),
+        ({"speed": 0.01}, r"speed = 0\.01 is out of range: .*>= 0\.1"),
+        ({"largest_creepage": 0.0}, r"largest_creepage = 0\.0 is out of range"),
+        ({"normal_load": range(1, 100_002)}, r"the table would have .* must be <= 10000000"),
+    ],
+)
+def test_bad_options_are_refused(rig: cl.Model, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        cl.lookup_table(rig, **options)
+
+
+def test_the_command_writes_it(tmp_path: Path) -> None:
+    path = tmp_path / "curve.csv"
+    options = ["--load", "100 kN:200kN", "--friction-scale", "0.5,1", "--error", "0.02"]
+    shown = CliRunner().invoke(main, ["table", "roller_rig.toml", "-o", str(path), *options])
+    assert shown.exit_code == 0, shown.stderr
+    assert "largest error of linear interpolation found 0.0" in shown.stdout
+    assert "normal_load,friction_scale,creepage" in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["-o", "x.csv", "--load", "22.5 t"], "--load = '22.5 t' is a mass; its weight is"),
+        (["-o", "x.csv", "--speed", "1:2:3"], "--speed = '1:2:3' must be a range of two numbers"),
+        (["-o", "x.csv", "--rebuild"], "--rebuild is for a file that ends in .bin"),
+        (["-o", "x.bin", "--speed", "5"], "--speed is for a file that ends in .csv, .mat"),
+        (["-o", "x.txt"], "x.txt: the ending must be one of: .csv, .mat, .npz, .nc, .bin"),
+    ],
+)
+def test_the_command_tells_a_mistake(
+    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shown = CliRunner().invoke(main, ["table", "roller_rig.toml", *arguments])
+    assert (shown.exit_code, shown.stdout) == (2, "")
+    assert message in shown.stderr
