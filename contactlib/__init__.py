@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the public names and their modules; each is imported at its first use
+    __version__: str
+
     from contactlib import stability as stability
     from contactlib import traction as traction
     from contactlib.base.quantities import ImplausibleWarning as ImplausibleWarning
@@ -87,6 +89,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.traction import CreepPI as CreepPI
     from contactlib.traction import Measurement as Measurement
     from contactlib.traction import OpenLoop as OpenLoop
+    from contactlib.traction import SampledController as SampledController
     from contactlib.traction import Sensors as Sensors
     from contactlib.traction import SlopeSeeking as SlopeSeeking
     from contactlib.traction import ThresholdControl as ThresholdControl
@@ -120,6 +123,8 @@ __all__ = sorted(_HOMES)
 if not TYPE_CHECKING:  # to whom every name but those above is a mistake
 
     def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            return import_module("importlib.metadata").version(__name__)
         if name not in _HOMES:
             message = f"module {__name__!r} has no attribute {name!r}"
             raise AttributeError(message, name=name)

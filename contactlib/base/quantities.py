@@ -8,16 +8,36 @@ a model file may use.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
-from functools import partial
+from functools import cache, cached_property, partial
 from numbers import Real
-from typing import Annotated, Any, ClassVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
+Value = TypeVar("Value")
+
+
+class ReadOnly(Mapping[str, Value]):
+    """Mapping that cannot be changed but, unlike Python's own, can be copied and pickled."""
+
+    def __init__(self, given: Mapping[str, Value]) -> None:
+        self._given = dict(given)
+
+    def __getitem__(self, name: str) -> Value:
+        return self._given[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._given)
+
+    def __len__(self) -> int:
+        return len(self._given)
+
+    def __repr__(self) -> str:
+        return repr(self._given)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +127,17 @@ def shown(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
+def as_number(value: object, kinds: str = "iuf") -> float | None:
+    """Return one number of these kinds of numpy's as a float; None for anything else."""
+    if type(value) is float:
+        return value
+    try:
+        array: Any = np.asarray(value)
+    except ValueError:  # rows of unequal lengths
+        return None
+    return float(array) if array.ndim == 0 and array.dtype.kind in kinds else None
+
+
 def checked(name: str, value: ArrayLike, limits: Limits, *, copy: bool = True) -> FloatArray:
     """Return `value` as a float64 array of the same shape, or raise.
 
@@ -189,6 +220,13 @@ def common_shape(arrays: Mapping[str, FloatArray]) -> tuple[int, ...]:
         raise ValueError(f"the shapes must broadcast together: {shapes}") from None
 
 
+@cache
+def cached_names(kind: Any) -> frozenset[str]:
+    """Names of a class's cached properties."""
+    members = [item for base in kind.__mro__ for item in vars(base).items()]
+    return frozenset(name for name, member in members if isinstance(member, cached_property))
+
+
 class Parameters:
     """Base of the frozen, keyword-only dataclasses: checks every declared quantity."""
 
@@ -235,6 +273,12 @@ class Parameters:
         given = {key: getattr(self, key) for key, _, _ in self._declared()}
         for name in names:
             derived(f"{type(self).__name__}.{name}", partial(getattr, self, name), given, limits)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy or a pickle keeps: not what is derived, such as structs of the kernel."""
+        kind: Any = type(self)
+        left_out = cached_names(kind)
+        return {name: value for name, value in vars(self).items() if name not in left_out}
 
     def __post_init__(self) -> None:
         for key, limits, optional in self._declared():

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import traceback
 from collections.abc import Collection, Sequence
+from pathlib import PurePath
 
 LONGEST_LINE = 1000  # characters
 
@@ -29,6 +31,14 @@ def harmless_line(text: str) -> str:
     """
     line = harmless(text[: LONGEST_LINE + 1]).replace("\n", r"\n").replace("\t", r"\t")
     return line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]} ..."
+
+
+def explained(what: str, error: Exception) -> RuntimeError:
+    """One line for an error in a user's function, with the line of its file; `what` failed."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = frames[min(1, len(frames) - 1)]  # the first one is the caller's
+    where = f"{PurePath(place.filename).name}, line {place.lineno}"
+    return RuntimeError(f"{what}: {type(error).__name__}: {harmless_line(str(error))} ({where})")
 
 
 def known_names(word: str, known: Collection[str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -390,7 +389,3 @@ def explore(model: str | None, shown: bool, output: Path) -> None:
     if shown and not open_in_browser(written):
         say("No browser could be opened here; open the file in any browser.")
     say(f"The page is {written}")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

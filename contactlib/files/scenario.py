@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any
 
-from contactlib.base.quantities import Parameters, Quantity
+from contactlib.base.quantities import Parameters, Quantity, ReadOnly
 from contactlib.base.text import known_names
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.model import VEHICLE_SECTIONS, BuildCache, build_model
@@ -40,6 +39,7 @@ from contactlib.files.sections import (
     TrackSection,
 )
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
+from contactlib.traction.interface import Controller, checked_controller
 from contactlib.vehicle.drivetrain import Axle, Drivetrain
 from contactlib.vehicle.track import Profile, Track
 from contactlib.vehicle.wheelset import Wheelset
@@ -84,17 +84,22 @@ class ControllerDesign:
         return kind.for_drivetrain(drivetrain, speed=speed, sensors=sensors, **self.given)
 
 
-def read_controllers(sections: object) -> dict[str, ControllerDesign]:
-    """Read the controllers by name; results are written to files of these names."""
-    named_sections = subsection("controllers", sections)
-    for name in named_sections:
+def check_names(names: Collection[str]) -> None:
+    """Refuse names of controllers of which results could not be written to files."""
+    for name in names:
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", name) or name.lower() in RESERVED:
             raise ValueError(
                 f"controllers.{name!r} is not a name for a controller: it must be of 1 to 64 ASCII "
                 f"letters, digits, _ and -, and none of: {', '.join(RESERVED)}"
             )
-    if len({name.lower() for name in named_sections}) < len(named_sections):
+    if len({name.lower() for name in names}) < len(names):
         raise ValueError("controllers: two names differ by capital letters only, as files must not")
+
+
+def read_controllers(sections: object) -> dict[str, ControllerDesign]:
+    """Read the controllers by name."""
+    named_sections = subsection("controllers", sections)
+    check_names(named_sections)
     return {
         name: _read_design(f"controllers.{name}", section)
         for name, section in named_sections.items()
@@ -180,8 +185,8 @@ class Scenario(Parameters):
     design_speed: Annotated[float, Quantity("m/s", above=0.0)]
     duration: Annotated[float, Quantity("s", above=0.0, at_most=LONGEST)]
     sensors: Sensors
-    controllers: Mapping[str, TractionController | ControllerDesign]
-    _designed: Mapping[str, TractionController] = field(
+    controllers: Mapping[str, Controller | ControllerDesign]
+    _designed: Mapping[str, Controller] = field(
         init=False, repr=False, compare=False, default_factory=dict
     )
 
@@ -197,17 +202,19 @@ class Scenario(Parameters):
             )
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
-        designed: dict[str, TractionController] = {}
+        designed: dict[str, Controller] = {}
         for name, found in self.controllers.items():
+            if not isinstance(found, ControllerDesign):
+                found = checked_controller(f"controllers.{name}", found)
             with named(f"controllers.{name}"):
                 if isinstance(found, ControllerDesign):
                     found = found.build(self.drivetrain, self.design_speed, self.sensors)
                 self.sensors.samples_of_delay(found.sample_time)
             designed[name] = found
-        object.__setattr__(self, "controllers", MappingProxyType(dict(self.controllers)))
-        object.__setattr__(self, "_designed", MappingProxyType(designed))
+        object.__setattr__(self, "controllers", ReadOnly(self.controllers))
+        object.__setattr__(self, "_designed", ReadOnly(designed))
 
-    def controller(self, name: str) -> TractionController:
+    def controller(self, name: str) -> Controller:
         """Return the controller of this name, designed for this scenario.
 
         Raises
@@ -311,7 +318,7 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
 def build_scenario(
     data: Mapping[str, Any],
     wheelset: Wheelset,
-    controllers: Mapping[str, TractionController | ControllerDesign] | None = None,
+    controllers: Mapping[str, Controller | ControllerDesign] | None = None,
     cache: BuildCache | None = None,
 ) -> Scenario:
     """Build a scenario from a file's contents, with its own controllers or the given ones.

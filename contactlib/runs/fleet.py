@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contactlib.base.quantities import MOST_ROWS, POSITIVE, FloatArray, checked_number
+from contactlib.base.quantities import MOST_ROWS, POSITIVE, FloatArray, checked_number, shown
 from contactlib.contact import kernel
 from contactlib.files.scenario import Scenario
 from contactlib.runs.signals import Block
 from contactlib.runs.start import start
 from contactlib.traction import Measurement, SensorReader, TractionController
+from contactlib.traction.interface import Controller
 from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.track import Profile
 
@@ -79,7 +80,7 @@ class Timing(NamedTuple):
 
 def timing(
     scenario: Scenario,
-    control: TractionController,
+    control: Controller,
     step: float | None = None,
     *,
     longest: float = LONGEST_STEP,
@@ -90,7 +91,7 @@ def timing(
     ----------
     scenario : Scenario
         Its duration and axle matter.
-    control : TractionController
+    control : SampledController or TractionController
         Its sample time matters.
     step : float, optional
         Longest time between rows [s]. Default: the sample time, but at most `longest` and a
@@ -231,7 +232,17 @@ class Runs:
             measured = Measurement(demand, *self._reader.read(rim, states["speed"]))
             if row == 0:
                 self._memory = self._control.start(measured, self._torque)
-            self._torque, self._memory = self._control.sample(measured, self._memory)
+            answer: Any = self._control.sample(measured, self._memory)
+            if row == 0 and not (
+                isinstance(answer, tuple)
+                and len(answer) == 2
+                and np.shape(answer[0]) in ((), demand.shape)
+            ):
+                raise ValueError(
+                    f"{type(self._control).__name__}.sample returned {shown(answer)}: it must "
+                    f"return the torques, an array of the shape {demand.shape}, and the memory"
+                )
+            self._torque, self._memory = answer
         inputs["commanded_torque"] = self._torque
         self._advance(inputs, row, self._timing.step if row < self._timing.rows - 1 else 0.0)
 

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import html
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, ReadOnly
+from contactlib.base.text import known_names
 from contactlib.base.writing import write_whole
 from contactlib.vehicle.continuous_control import ContinuousController
 from contactlib.vehicle.wheelset import Wheelset
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
     from xarray import Dataset
 
 UNITS = {
@@ -57,9 +59,11 @@ class Event(NamedTuple):
     drive_torque: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Result:
     """Time series of one run.
+
+    Results are equal if all of their numbers are; nan equals nan.
 
     Attributes
     ----------
@@ -76,9 +80,46 @@ class Result:
     units: Mapping[str, str]
     events: tuple[Event, ...] = ()
 
+    def __post_init__(self) -> None:
+        for name in ("signals", "units"):
+            object.__setattr__(self, name, ReadOnly(getattr(self, name)))
+
     def __getitem__(self, name: str) -> FloatArray:
         """Return one signal."""
+        if name not in self.signals:
+            raise KeyError(f"no signal {name!r}; {known_names(str(name), self.signals)}")
         return self.signals[name]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Result):
+            return NotImplemented
+        mine, theirs = ((list(r.signals), r.units, r.events) for r in (self, other))
+        return mine == theirs and all(
+            np.array_equal(*pair, equal_nan=True)
+            for pair in zip(
+                (self.time, *self.signals.values()),
+                (other.time, *other.signals.values()),
+                strict=True,
+            )
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        ends = f" from {self.time[0]:g} to {self.time[-1]:g} s" if self.time.size else ""
+        events = "".join(f", {event.name} at {event.time:.4g} s" for event in self.events[:3])
+        more = f", {len(self.events) - 3} more events" if len(self.events) > 3 else ""
+        what = f"{self.time.size} rows{ends} of {len(self.signals)} signals"
+        return f"<contactlib.Result: {what}{events}{more}>"
+
+    def _repr_html_(self) -> str:
+        """Table of the signals, for a notebook."""
+        frame = self.to_pandas()
+        table = frame.agg(["min", "max"]).T if len(frame) else frame.T
+        for place, name, row in ((0, "start", 0), (1, "end", -1)) if len(frame) else ():
+            table.insert(place, name, frame.iloc[row])
+        table.insert(0, "unit", [self.units[name] for name in self.signals])
+        return f"<p>{html.escape(repr(self))}</p>{table.to_html(float_format='{:.5g}'.format)}"
 
     def first(self, name: str) -> Event | None:
         """Return the first event of a name, or None."""
@@ -90,6 +131,14 @@ class Result:
         columns = np.column_stack([self.time, *self.signals.values()]).tolist()
         lines = [head, *(",".join(map(repr, row)) for row in columns)]
         return write_whole(path, ("\n".join(lines) + "\n").encode())
+
+    def to_pandas(self) -> DataFrame:
+        """Convert to a `pandas.DataFrame` over time [s], with the units in ``attrs["units"]``."""
+        from pandas import DataFrame, Index
+
+        frame = DataFrame(dict(self.signals), index=Index(self.time, name="time"))
+        frame.attrs["units"] = {"time": "s", **self.units}
+        return frame
 
     def to_xarray(self) -> Dataset:
         """Convert to an `xarray.Dataset` over time, each variable with its ``units``."""
@@ -148,7 +197,7 @@ def make_result(
         units |= WORK_UNITS
     return Result(
         columns["time"],
-        MappingProxyType({name: signals[name] for name in units}),
-        MappingProxyType(units),
+        {name: signals[name] for name in units},
+        units,
         events,
     )

@@ -2,32 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
-from types import MappingProxyType
+import re
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from contactlib.base.quantities import FINITE, FloatArray, Quantity, checked, checked_number
+from contactlib.base.quantities import (
+    FINITE,
+    FloatArray,
+    Quantity,
+    as_number,
+    checked,
+    checked_number,
+    shown,
+)
+from contactlib.base.text import explained
 from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.fleet import Runs, Timing, timing
 from contactlib.runs.observers import Seen, Vehicles
-from contactlib.runs.outcomes import observers
+from contactlib.runs.outcomes import OUTCOMES, observers
 from contactlib.runs.result import Result
-from contactlib.runs.signals import UNITS
-from contactlib.traction import TractionController, stacked, structure
+from contactlib.runs.signals import UNITS, Block
+from contactlib.traction import stacked, structure
+from contactlib.traction.interface import Controller, checked_controller
 from contactlib.traction.sensors import INDEX, checked_indices, checked_whole
 
 TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
 DEFAULT_TOLERANCE = 1e-4
 LONGEST_STEP = 10e-3  # default limit of the time between rows of many runs [s]
 FLEET = 2048  # runs side by side: their states and memories fit into a core's cache
+KEPT = 500_000  # rows of runs side by side that are kept for metrics, of 0.2 kB each
 FAILED = "failed"
+Metric = Callable[[Result], float]
+
+
+class Kept:
+    """Keeps all signals of all rows of runs."""
+
+    def __init__(self, when: Timing) -> None:
+        self._when, self._done = when, 0
+        self._parts: dict[str, list[FloatArray]] = {name: [] for name in UNITS}
+
+    def see(self, block: Block) -> float:
+        """Take in the next rows; return the fraction of all rows that there are."""
+        for name, parts in self._parts.items():
+            parts.append(np.array(block[name]))
+        self._done += block.time.size
+        return self._done / self._when.rows
+
+    def results(self) -> Iterator[Result]:
+        """Result of each run."""
+        whole = {name: np.concatenate(parts).T.copy() for name, parts in self._parts.items()}
+        for i in range(len(whole["speed"])):
+            signals = {name: rows[i] for name, rows in whole.items()}
+            yield Result(self._when.times(0, self._when.rows), signals, UNITS)
 
 
 def run_scenario(
     scenario: Scenario,
-    controller: str | TractionController,
+    controller: str | Controller,
     *,
     initial_creepage: float | None = None,
     index: int = 0,
@@ -41,9 +75,9 @@ def run_scenario(
     ----------
     scenario : Scenario
         Vehicle, track, demand and sensors.
-    controller : str or TractionController
-        Name of one of the scenario's controllers, or a sampled controller; for the continuous
-        `TorqueControl` and `CreepControl` see `simulate`.
+    controller : str, SampledController or TractionController
+        Name of one of the scenario's controllers, or an object of your own, of which the run works
+        on a copy; for the continuous `TorqueControl` and `CreepControl` see `simulate`.
     initial_creepage : float, optional
         Creepage at the start [1]. Default: steady under the first demand; zero at standstill and
         backward.
@@ -69,11 +103,11 @@ def run_scenario(
     ValueError
         If a value is out of range, the scenario has no controller of this name, the delay is not a
         whole number of samples, no steady state holds the first demand, or the controller's torque
-        is not finite.
+        is not what it must be.
     RuntimeError
-        If the integrator gives up.
+        If the integrator gives up, or the controller raises an error.
     """
-    control = scenario.controller(controller) if isinstance(controller, str) else controller
+    control = _chosen(scenario, controller)
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     index = checked_whole("index", index, INDEX)
     element, speed = scenario.drivetrain.wheelset.element, abs(scenario.initial_speed)
@@ -81,37 +115,41 @@ def run_scenario(
         reachable = creepage_limits(element, max(speed, element.minimum_speed), REFERENCE_SPEED)
         initial_creepage = checked_number("initial_creepage", initial_creepage, reachable)
     when = timing(scenario, control, step)
+    whole = stacked([control])
     runs = Runs(
-        [scenario], control, when, index=[index], tolerance=tolerance, creepage=initial_creepage
+        [scenario], whole, when, index=[index], tolerance=tolerance, creepage=initial_creepage
     )
     for error in runs.refused.values():
         raise error
-    found: dict[str, list[FloatArray]] = {name: [] for name in UNITS}
-    done = 0
+    kept = Kept(when)
     for block in runs.blocks():
         if runs.failed[0]:
             name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"
             checked(name, block["commanded_torque"], FINITE)
             raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
-        for name, parts in found.items():
-            parts.append(np.array(block[name][:, 0]))
-        done += block.time.size
-        progress(done / when.rows)
-    signals = {name: np.concatenate(parts) for name, parts in found.items()}
-    return Result(when.times(0, when.rows), MappingProxyType(signals), MappingProxyType(UNITS))
+        progress(kept.see(block))
+    return next(kept.results())
+
+
+def _chosen(scenario: Scenario, controller: object) -> Controller:
+    """Return the scenario's controller of a name, or the given one."""
+    if isinstance(controller, str):
+        return scenario.controller(controller)
+    return checked_controller("controller", controller)
 
 
 def run_many(
     scenarios: Sequence[Scenario],
-    controller: str,
-    outcomes: Sequence[str],
+    controller: str | Controller,
+    outcomes: Sequence[str] = (),
     *,
+    metrics: Mapping[str, Metric] | None = None,
     index: Sequence[int] | None = None,
     step: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     progress: Callable[[float], object] = lambda part: None,
 ) -> dict[str, FloatArray]:
-    """Run many scenarios, each under its controller of the given name.
+    """Run many scenarios, each under its controller of the given name or a copy of the given one.
 
     Scenarios may differ in every parameter. The result of a run does not depend on the other runs,
     to the last bit. Runs with equal sample time, step, duration, sensor delay, table of the law,
@@ -122,10 +160,13 @@ def run_many(
     ----------
     scenarios : sequence of Scenario
         n scenarios; shared parts, such as a drivetrain, are processed once.
-    controller : str
-        Name of a controller that every scenario has.
-    outcomes : sequence of str
+    controller : str, SampledController or TractionController
+        Name of a controller that every scenario has, or an object of your own.
+    outcomes : sequence of str, optional
         Names of `contactlib.runs.outcomes.OUTCOMES`; only the signals they need are computed.
+    metrics : mapping, optional
+        Outcomes of your own by name: functions of a `Result` that return one number. They need all
+        signals of a run, which takes longer.
     index : sequence of int, optional
         Indices of the runs; the noise of a run is drawn from its seed and index. Default: 0 to
         n - 1.
@@ -141,14 +182,17 @@ def run_many(
     Returns
     -------
     dict
-        Outcomes by name, shape (n,), nan for failed runs; and ``"failed"``, one for runs for which
-        no steady state holds the first demand, the integrator gave up, or numbers overflowed.
+        Outcomes and metrics by name, shape (n,), nan for failed runs; and ``"failed"``, one for
+        runs for which no steady state holds the first demand, the integrator gave up, or numbers
+        overflowed.
 
     Raises
     ------
     ValueError
-        If an outcome is unknown, a value is out of range, a scenario has no such controller, or
-        the numbers of indices and scenarios differ.
+        If an outcome is unknown, a value is out of range, a scenario has no such controller, the
+        numbers of indices and scenarios differ, or a controller or metric returns what it must not.
+    RuntimeError
+        If a controller or metric of your own raises an error.
 
     Examples
     --------
@@ -162,13 +206,14 @@ def run_many(
     """
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     observers(outcomes, Vehicles.of([]))
+    metrics = checked_metrics(metrics, (*OUTCOMES, FAILED))
     index = range(len(scenarios)) if index is None else checked_indices(index)
     if len(index) != len(scenarios):
         raise ValueError(f"index has {len(index)} entries for {len(scenarios)} scenarios")
-    found = {name: np.full(len(scenarios), np.nan) for name in outcomes}
+    found = {name: np.full(len(scenarios), np.nan) for name in (*outcomes, *metrics)}
     found[FAILED] = np.zeros(len(scenarios))
-    controls = [one.controller(controller) for one in scenarios]
-    groups = list(_groups(scenarios, controls, step))
+    controls = [_chosen(one, controller) for one in scenarios]
+    groups = list(_groups(scenarios, controls, step, KEPT if metrics else None))
     work = sum(when.rows * len(places) for when, places in groups)
     done = 0
 
@@ -185,15 +230,51 @@ def run_many(
             index=[index[i] for i in places],
             tolerance=tolerance,
         )
-        for name, values in _watch(runs, outcomes, report).items():
+        kept = Kept(when) if metrics else None
+        for name, values in _watch(runs, outcomes, kept, report).items():
             found[name][places] = np.where(runs.failed, np.nan, values)
         found[FAILED][places] = runs.failed
-        del runs  # free the memory before the next group
+        for i, result in enumerate(kept.results() if kept else ()):
+            for name, metric in metrics.items() if not runs.failed[i] else ():
+                found[name][places[i]] = _measured(name, metric, result)
+        del runs, kept  # free the memory before the next group
     return found
 
 
+def checked_metrics(
+    metrics: Mapping[str, Metric] | None, taken: Collection[str]
+) -> Mapping[str, Metric]:
+    """Return metrics of a user, or raise a ValueError if a name is taken or cannot be one."""
+    for name, metric in (metrics or {}).items():
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", name) or name in taken:
+            raise ValueError(
+                f"metrics: {name!r} is not a name for a metric: it must be of 1 to 64 ASCII "
+                "letters, digits and _, begin with a letter, and not be taken by an outcome or axis"
+            )
+        if not callable(metric):
+            raise ValueError(
+                f"metrics: {name} = {shown(metric)} must be a function of a contactlib.Result"
+            )
+    return metrics or {}
+
+
+def _measured(name: str, metric: Metric, result: Result) -> float:
+    try:
+        found: object = metric(result)
+    except Exception as error:
+        raise explained(f"metric {name}", error) from error
+    number = as_number(found, "biuf")
+    if number is None:
+        hint = "; a return is missing" if found is None else ""
+        raise ValueError(
+            f"metric {name} returned {shown(found)}: it must return one number, nan if there is "
+            f"none{hint}"
+        )
+    return number
+
+
 def _watch(
-    runs: Runs, outcomes: Sequence[str], report: Callable[[int], object]
+    runs: Runs, outcomes: Sequence[str], kept: Kept | None, report: Callable[[int], object]
 ) -> dict[str, FloatArray]:
     """Run to the end and return the outcomes."""
     vehicles = Vehicles.of(runs.trains)
@@ -203,14 +284,22 @@ def _watch(
             rows = Seen(block, vehicles)
             for observer in watching.values():
                 observer.see(rows)
+            if kept is not None:
+                kept.see(block)
             report(block.time.size * len(runs.trains))
     return {name: observer.value() for name, observer in watching.items()}
 
 
 def _groups(
-    scenarios: Sequence[Scenario], controls: Sequence[TractionController], step: float | None
+    scenarios: Sequence[Scenario],
+    controls: Sequence[Controller],
+    step: float | None,
+    rows: int | None,
 ) -> Iterator[tuple[Timing, list[int]]]:
-    """Yield timing and positions of at most `FLEET` runs that can go side by side."""
+    """Yield timing and positions of runs that can go side by side.
+
+    At most `FLEET` do, and no more than have this number of rows.
+    """
     groups: dict[tuple[float, Timing, int, Hashable], list[int]] = {}
     kinds = {id(control): structure(control) for control in controls}
     delays: dict[Hashable, int] = {}
@@ -227,5 +316,6 @@ def _groups(
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)
     for (_, when, *_), places in groups.items():
-        for start in range(0, len(places), FLEET):
-            yield when, places[start : start + FLEET]
+        most = FLEET if rows is None else max(1, min(FLEET, rows // when.rows))
+        for start in range(0, len(places), most):
+            yield when, places[start : start + most]

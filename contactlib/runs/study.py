@@ -220,7 +220,7 @@ def as_scenario_run(
         }
     return Result(
         result.time,
-        MappingProxyType({name: known[name] for name in UNITS}),
-        MappingProxyType(UNITS),
+        {name: known[name] for name in UNITS},
+        UNITS,
         result.events,
     )

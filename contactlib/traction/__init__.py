@@ -2,8 +2,9 @@
 
 Traction controllers run in scenarios (`run_scenario`, `run_many`). They see a driver's demand, a
 measured wheel speed and a measured vehicle speed, and never the friction, the load or the true
-creepage. They are pure functions of arrays, so that many wheelsets run side by side. The continuous
-controllers for `simulate`, which see the true creepage, are in `vehicle.continuous_control`.
+creepage. The shipped ones are pure functions of arrays, so that many wheelsets run side by side;
+one of your own is easier derived from `SampledController`. The continuous controllers for
+`simulate`, which see the true creepage, are in `vehicle.continuous_control`.
 """
 
 from collections.abc import Mapping
@@ -14,12 +15,12 @@ from contactlib.traction.design import total_delay
 from contactlib.traction.interface import (
     Measurement,
     OpenLoop,
+    SampledController,
     TractionController,
-    stacked,
-    structure,
 )
 from contactlib.traction.sensors import SensorReader, Sensors
 from contactlib.traction.slope_seeking import SlopeSeeking
+from contactlib.traction.stacking import stacked, structure
 from contactlib.traction.threshold import ThresholdControl
 
 CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(
@@ -36,6 +37,7 @@ __all__ = [
     "CreepPI",
     "Measurement",
     "OpenLoop",
+    "SampledController",
     "SensorReader",
     "Sensors",
     "SlopeSeeking",

@@ -115,7 +115,9 @@ class SlipLimiter(Parameters):
     def _tracker_gains(self) -> tuple[float, float]:
         return tracker_gains(self.sample_time, self.speed_filter_time)
 
-    def start_limiter(self, measurement: Measurement, torque: ArrayLike) -> LimiterMemory:
+    def start_limiter(
+        self, measurement: Measurement[FloatArray], torque: ArrayLike
+    ) -> LimiterMemory:
         """Memory of a drive at `torque` [N.m]."""
         vehicle = np.array(measurement.vehicle_speed, dtype=np.float64)
         size = np.abs(torque) + np.zeros_like(vehicle)
@@ -126,7 +128,7 @@ class SlipLimiter(Parameters):
             np.asarray(np.asarray(measurement.demand) < 0.0),
         )
 
-    def slip(self, measurement: Measurement, vehicle: Tracked) -> tuple[Slip, Tracked]:
+    def slip(self, measurement: Measurement[FloatArray], vehicle: Tracked) -> tuple[Slip, Tracked]:
         """Measured slip, and the filtered vehicle speed to which it refers."""
         vehicle = track(vehicle, measurement.vehicle_speed, self._tracker_gains)
         braking = measurement.demand < 0.0
@@ -239,12 +241,12 @@ class CreepPI(SlipLimiter):
         }
         return cls(**{**known, **given})
 
-    def start(self, measurement: Measurement, torque: ArrayLike) -> LimiterMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> LimiterMemory:
         """Memory of a drive at `torque` [N.m]."""
         return self.start_limiter(plausible(measurement), torque)
 
     def sample(
-        self, measurement: Measurement, memory: LimiterMemory
+        self, measurement: Measurement[FloatArray], memory: LimiterMemory
     ) -> tuple[FloatArray, LimiterMemory]:
         """Torque [N.m] and new memory."""
         slip, vehicle = self.slip(plausible(measurement), memory.vehicle)

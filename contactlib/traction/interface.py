@@ -1,21 +1,22 @@
-"""Interface of sampled traction controllers, the open loop, and stacking for many wheelsets.
-
-A stacked controller has arrays in place of fields that differ, one element for each wheelset. As
-controllers are elementwise, its torques equal those of the single ones to the last bit. Derived
-values are stacked too instead of being computed again.
-"""
+"""Interfaces of sampled traction controllers, of one wheelset and of many, and the open loop."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
-from functools import cache, cached_property
-from typing import Annotated, Any, NamedTuple, Protocol, Self
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Annotated, Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
+from contactlib.base.quantities import (
+    POSITIVE,
+    FloatArray,
+    Parameters,
+    Quantity,
+    checked_number,
+    shown,
+)
 from contactlib.traction.sensors import Sensors
 from contactlib.vehicle.drivetrain import Drivetrain
 
@@ -23,39 +24,90 @@ FASTEST = 300.0  # limit of measured speeds [m/s]
 STRONGEST = 1e7  # limit of the demand [N.m]
 
 
-class Measurement(NamedTuple):
-    """Inputs of a controller at a sample; arrays of one shape.
+Number = TypeVar("Number")
+
+
+class Measurement(NamedTuple, Generic[Number]):
+    """Inputs of a controller at a sample.
 
     Attributes
     ----------
-    demand : ndarray
+    demand : float or ndarray
         The driver's demand of axle torque [N.m]; negative in braking.
-    wheel_speed : ndarray
+    wheel_speed : float or ndarray
         Measured radius times angular velocity, mean of the wheels [m/s].
-    vehicle_speed : ndarray
+    vehicle_speed : float or ndarray
         Measured vehicle speed [m/s].
     """
 
-    demand: FloatArray
-    wheel_speed: FloatArray
-    vehicle_speed: FloatArray
+    demand: Number
+    wheel_speed: Number
+    vehicle_speed: Number
+
+
+class SampledController(ABC):
+    """Base class of a traction controller of your own: numbers in, a number out, state in `self`.
+
+    Every run works on a deep copy of the object, made when the run begins: what one run leaves in
+    `self` meets no other run, and not the object itself.
+
+    Attributes
+    ----------
+    sample_time : float
+        Time from one call of `torque` to the next [s]; of the class or of the object.
+
+    Examples
+    --------
+    >>> import contactlib as cl
+    >>> class Cautious(cl.SampledController):
+    ...     sample_time = 0.01
+    ...
+    ...     def torque(self, measurement):
+    ...         slip = measurement.wheel_speed - measurement.vehicle_speed
+    ...         return measurement.demand if abs(slip) < 0.1 else 0.5 * measurement.demand
+    >>> run = cl.run_scenario(cl.load_scenario("dry_wet_dry.toml"), Cautious())
+    >>> f"{run['creepage'].max():.3f}"
+    '0.017'
+    """
+
+    sample_time: float
+
+    def reset(self, measurement: Measurement[float], torque: float) -> None:  # noqa: B027
+        """Begin a run; without this method it begins with what `__init__` has set.
+
+        Parameters
+        ----------
+        measurement : Measurement
+            The first measurement, which `torque` then gets again.
+        torque : float
+            Torque that the drive has been giving [N.m].
+        """
+
+    @abstractmethod
+    def torque(self, measurement: Measurement[float]) -> float:
+        """Torque until the next sample [N.m], from zero to the measurement's demand."""
+
+    def __repr__(self) -> str:
+        given = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
+        return f"{type(self).__qualname__}({given})"
 
 
 class TractionController(Protocol):
-    """Interface of a sampled controller: measurement and memory give the torque of the next sample.
+    """Interface of a controller of many wheelsets: a function of measurement and memory.
 
     A controller is pure: its state is in the memory. All arrays have the shape (n,) of many
-    wheelsets, or (), and their elements are independent of each other.
+    wheelsets, or (), and their elements are independent of each other. Many runs are several times
+    as fast as under a `SampledController`, which Python calls for each wheelset.
     """
 
     @property
     def sample_time(self) -> float:
         """Sample time [s]."""
 
-    def start(self, measurement: Measurement, torque: ArrayLike) -> Any:
+    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> Any:
         """Memory of a drive at a steady `torque` [N.m]."""
 
-    def sample(self, measurement: Measurement, memory: Any) -> tuple[FloatArray, Any]:
+    def sample(self, measurement: Measurement[FloatArray], memory: Any) -> tuple[FloatArray, Any]:
         """Torque [N.m], of the demand's sign and at most of its size, and the new memory."""
 
     @classmethod
@@ -77,7 +129,7 @@ class TractionController(Protocol):
         """
 
 
-def plausible(measurement: Measurement) -> Measurement:
+def plausible(measurement: Measurement[FloatArray]) -> Measurement[FloatArray]:
     """Limit a measurement to what is possible for a vehicle, so that arithmetic cannot overflow."""
     return Measurement(
         np.minimum(np.maximum(measurement.demand, -STRONGEST), STRONGEST),
@@ -110,73 +162,49 @@ class OpenLoop(Parameters):
         checked_number("speed", speed, POSITIVE)
         return cls(**given)
 
-    def start(self, measurement: Measurement, torque: ArrayLike) -> NoMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> NoMemory:
         """Empty memory."""
         return NoMemory()
 
-    def sample(self, measurement: Measurement, memory: NoMemory) -> tuple[FloatArray, NoMemory]:
+    def sample(
+        self, measurement: Measurement[FloatArray], memory: NoMemory
+    ) -> tuple[FloatArray, NoMemory]:
         """The demand, and the empty memory."""
         return np.array(measurement.demand, dtype=np.float64), memory
 
 
-def structure(value: Any) -> Hashable:
-    """Key that is equal for values that can be stacked: everything but their numbers."""
-    kind: Any = type(value)
-    if kind is float or value is None:
-        return (kind,)
-    if isinstance(value, tuple):
-        return kind, *map(structure, value)
-    if is_dataclass(value):
-        return kind, *map(structure, _parts(value).values())
-    return value if isinstance(value, Hashable) else id(value)
+Controller = SampledController | TractionController
 
 
-def stacked(controllers: Sequence[TractionController]) -> TractionController:
-    """Stack the controllers of many wheelsets into one.
-
-    Parameters
-    ----------
-    controllers : sequence of TractionController
-        Checked controllers of one `structure` and one sample time.
-    """
-    first = controllers[0]
-    whole: TractionController = _stacked(controllers)
-    if whole is not first:
-        object.__setattr__(whole, "sample_time", first.sample_time)
-    return whole
-
-
-def _stacked(values: Sequence[Any]) -> Any:
-    first = values[0]
-    if all(value is first for value in values):
-        return first
-    if isinstance(first, float):
-        same = all(value == first for value in values)
-        return first if same else np.array(values, dtype=np.float64)
-    if isinstance(first, tuple):
-        return tuple(_stacked(parts) for parts in zip(*values, strict=True))
-    if is_dataclass(first):
-        whole: Any = object.__new__(type(first))
-        parts = [_parts(value) for value in values]
-        for name in parts[0]:
-            # Bypass the checks, which refuse arrays: each element has been checked.
-            whole.__dict__[name] = _stacked([part[name] for part in parts])
-        return whole
-    return first
-
-
-def _parts(value: Any) -> dict[str, Any]:
-    """Fields and derived values of a dataclass, by name."""
-    kind: Any = type(value)
-    return {name: getattr(value, name) for name in _names(kind)}
-
-
-@cache
-def _names(kind: Any) -> tuple[str, ...]:
-    derived = {
-        name
-        for base in kind.__mro__
-        for name, member in vars(base).items()
-        if isinstance(member, cached_property)
-    }
-    return *(field.name for field in fields(kind)), *sorted(derived)
+def checked_controller(name: str, found: object) -> Controller:
+    """Return a sampled controller, or raise a ValueError that says what it lacks."""
+    kind = found.__qualname__ if isinstance(found, type) else type(found).__qualname__
+    sampled = isinstance(found, SampledController)
+    if isinstance(found, type):
+        raise ValueError(f"{name} is the class {kind}: give an object of it, such as {kind}()")
+    if hasattr(found, "asks_for"):
+        raise ValueError(
+            f"{name} is a {kind}, a continuous controller, which simulate runs; a scenario needs a "
+            "sampled one"
+        )
+    lacking = [key for key in ("start", "sample") if not callable(getattr(found, key, None))]
+    if lacking and not sampled:
+        what = getattr(found, "__name__", shown(found))
+        raise ValueError(
+            f"{name} = {what} is no controller: it must be an object of a class derived from "
+            "contactlib.SampledController, which has the method torque(self, measurement)"
+        )
+    if not hasattr(found, "sample_time"):
+        raise ValueError(
+            f"{name}: {kind}.sample_time is missing: it must be a time in seconds, as in "
+            "sample_time = 0.01"
+        )
+    checked_number(f"{kind}.sample_time", found.sample_time, POSITIVE)
+    for key in ("reset", "torque") if sampled else ():
+        if not callable(getattr(found, key)):
+            raise ValueError(
+                f"{name}: {kind}.{key} must be a method, but self.{key} = "
+                f"{shown(getattr(found, key))} hides it: take another name for that value"
+            )
+    control: Controller = found  # type: ignore[assignment]
+    return control

@@ -174,7 +174,7 @@ class SlopeSeeking(SlipLimiter):
         )
         return cls(**{**known, **given, "slip_noise": noise})
 
-    def start(self, measurement: Measurement, torque: ArrayLike) -> SeekingMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> SeekingMemory:
         """Memory of a drive at `torque` [N.m]."""
         known = plausible(measurement)
         limiter = self.start_limiter(known, torque)
@@ -189,7 +189,7 @@ class SlopeSeeking(SlipLimiter):
         )
 
     def sample(
-        self, measurement: Measurement, memory: SeekingMemory
+        self, measurement: Measurement[FloatArray], memory: SeekingMemory
     ) -> tuple[FloatArray, SeekingMemory]:
         """Torque [N.m] and new memory."""
         known = plausible(measurement)

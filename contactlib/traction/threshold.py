@@ -149,7 +149,7 @@ class ThresholdControl(Parameters):
             speed * math.sqrt(2.0 / (2.0 - speed)) * wheel / self.sample_time,
         )
 
-    def start(self, measurement: Measurement, torque: ArrayLike) -> ThresholdMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> ThresholdMemory:
         """Memory of a drive at `torque` [N.m]."""
         known = plausible(measurement)
         vehicle, wheel = np.array(known.vehicle_speed), np.array(known.wheel_speed)
@@ -167,7 +167,7 @@ class ThresholdControl(Parameters):
         )
 
     def sample(
-        self, measurement: Measurement, memory: ThresholdMemory
+        self, measurement: Measurement[FloatArray], memory: ThresholdMemory
     ) -> tuple[FloatArray, ThresholdMemory]:
         """Torque [N.m] and new memory."""
         known = plausible(measurement)

@@ -19,6 +19,7 @@ from wet_patch import CONTROLLER, many, wet_patch
 from wheelset_batch import drive
 
 import contactlib as cl
+from contactlib.traction import stacked
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +58,10 @@ def test_closed_form_and_table_of_the_batch_are_the_law() -> None:
 
 def test_controller_of_the_batch_is_the_shipped_one() -> None:
     scenario = wet_patch(10.0)
-    shipped, run = scenario.controller(CONTROLLER), rival.records([scenario], CONTROLLER)[0]
+    shipped, run = (
+        stacked([scenario.controller(CONTROLLER)]),
+        rival.records([scenario], CONTROLLER)[0],
+    )
     random = np.random.default_rng(5)
     vehicle = 10.0 + 0.003 * np.arange(400) + 0.02 * random.standard_normal(400)
     wheel = vehicle + np.abs(np.cumsum(0.05 * random.standard_normal(400)))

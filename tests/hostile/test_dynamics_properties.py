@@ -19,6 +19,7 @@ import contactlib as cl
 from contactlib import stability
 from contactlib.files.scenario import ControllerDesign
 from contactlib.stability import torsion
+from contactlib.traction import stacked
 
 
 @cache
@@ -402,7 +403,7 @@ def test_equal_wheels_stay_equal_and_energy_is_kept(case: cl.Scenario, name: str
 def test_torque_is_between_zero_and_the_demand_whatever_is_measured(
     rows: list[tuple[float, float, float]], name: str
 ) -> None:
-    control = scenario().controller(name)
+    control = stacked([scenario().controller(name)])
     measured = [cl.Measurement(*(np.array([value]) for value in row)) for row in rows]
     memory = control.start(measured[0], 0.0)
     for measurement in measured:

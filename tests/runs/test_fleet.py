@@ -12,6 +12,7 @@ from falling_friction import with_falling
 import contactlib as cl
 from contactlib.runs.fleet import ManyProfiles, Runs, timing
 from contactlib.stability.quasi_steady import steady_creepage
+from contactlib.traction import stacked
 from contactlib.vehicle.available_force import AvailableForce, friction_levels
 
 STEP = cl.Profile((30.0, 30.0, 60.0, 60.0), (1.0, 0.5, 0.5, 1.0))
@@ -64,7 +65,7 @@ def test_levels_of_friction_are_where_it_does_not_change() -> None:
 
 
 def begun(scenarios: list[cl.Scenario]) -> Runs:
-    control = scenarios[0].controller("open_loop")
+    control = stacked([scenarios[0].controller("open_loop")])
     when = timing(scenarios[0], control)
     return Runs(scenarios, control, when, index=range(len(scenarios)), tolerance=1e-6)
 

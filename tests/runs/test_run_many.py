@@ -160,11 +160,11 @@ class Broken:
     sample_time: float
     last: float
 
-    def start(self, measurement: cl.Measurement, torque: Any) -> NDArray[np.float64]:
+    def start(self, measurement: cl.Measurement[Any], torque: Any) -> NDArray[np.float64]:
         return np.zeros_like(measurement.demand)
 
     def sample(
-        self, measurement: cl.Measurement, memory: NDArray[np.float64]
+        self, measurement: cl.Measurement[Any], memory: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return np.where(memory > self.last, np.nan, measurement.demand), memory + 1.0
 
@@ -232,6 +232,7 @@ def test_a_stacked_controller_is_each_of_them(scenarios: list[cl.Scenario], name
     controls = [one.controller(name) for one in late]
     assert len({structure(control) for control in controls}) == 1
     together, n = stacked(controls), len(controls)
+    single = [stacked([control]) for control in controls]
     rng = np.random.default_rng(4)
     rows = [
         cl.Measurement(
@@ -244,11 +245,11 @@ def test_a_stacked_controller_is_each_of_them(scenarios: list[cl.Scenario], name
     memory = together.start(rows[0], rows[0].demand)
     memories = [
         control.start(cl.Measurement(*(x[[i]] for x in rows[0])), rows[0].demand[[i]])
-        for i, control in enumerate(controls)
+        for i, control in enumerate(single)
     ]
     for row in rows:
         torque, memory = together.sample(row, memory)
-        for i, control in enumerate(controls):
+        for i, control in enumerate(single):
             alone, memories[i] = control.sample(cl.Measurement(*(x[[i]] for x in row)), memories[i])
             assert torque[i] == alone[0]
 
@@ -302,7 +303,7 @@ def test_it_is_what_another_solver_finds(
     names = ["final_speed", "distance", "slip_work", "drive_work"]
     found = run_many([case, case], "creep_pi", names, step=step, tolerance=tolerance)
 
-    control = case.controller("creep_pi")
+    control = stacked([case.controller("creep_pi")])
     begin = cl.run_scenario(case, "creep_pi", tolerance=tolerance)
     davis = body.resistance
     mass = body.mass or math.nan

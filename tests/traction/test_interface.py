@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ import contactlib as cl
 from contactlib.traction import TractionController
 
 
-def sequence(count: int, samples: int, seed: int) -> list[cl.Measurement]:
+def sequence(count: int, samples: int, seed: int) -> list[cl.Measurement[Any]]:
     """Measurements all over: slip and skid, both directions, through standstill."""
     rng = np.random.default_rng(seed)
     demand = 3e4 * np.sin(0.02 * np.arange(samples)[:, None] + rng.uniform(0.0, 6.0, count))
@@ -26,7 +27,7 @@ def sequence(count: int, samples: int, seed: int) -> list[cl.Measurement]:
 
 
 def torques(
-    controller: TractionController, measurements: Sequence[cl.Measurement], start: float = 0.5
+    controller: TractionController, measurements: Sequence[cl.Measurement[Any]], start: float = 0.5
 ) -> list[np.ndarray]:
     memory = controller.start(measurements[0], start * measurements[0].demand)
     found = []

@@ -24,7 +24,8 @@ from contactlib.files.sections import (
 )
 from contactlib.runs.analysis import SWEEP_OUTCOMES
 from contactlib.runs.sweep.sampling import Choice, Distribution, LogUniform, Normal, Uniform, Whole
-from contactlib.traction import CONTROLLERS, Sensors, TractionController
+from contactlib.traction import CONTROLLERS, Sensors
+from contactlib.traction.interface import Controller
 from contactlib.vehicle.drivetrain import Axle
 
 SECTIONS: dict[str, type[Parameters]] = {
@@ -341,7 +342,7 @@ def whole(name: str, value: object, least: int, most: int) -> int:
 def read_axes(
     sections: object,
     contents: ScenarioContents,
-    controllers: Mapping[str, TractionController | ControllerDesign],
+    controllers: Mapping[str, Controller | ControllerDesign],
     *,
     grid: bool,
 ) -> Iterator[Axis]:
@@ -380,7 +381,7 @@ def read_axes(
 
 def _of_controllers(
     target: Target,
-    controllers: Mapping[str, TractionController | ControllerDesign],
+    controllers: Mapping[str, Controller | ControllerDesign],
     factor: bool,
 ) -> Target:
     """Return the target; its base is the designed number if it is in a designed controller."""

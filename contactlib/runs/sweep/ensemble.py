@@ -21,7 +21,12 @@ from contactlib.contact.element import ProcessZoneWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
 from contactlib.runs.fleet import timing
-from contactlib.runs.scenario_runs import FAILED, LONGEST_STEP, run_scenario
+from contactlib.runs.scenario_runs import (
+    FAILED,
+    LONGEST_STEP,
+    Metric,
+    run_scenario,
+)
 from contactlib.runs.sweep.execution import (
     Results,
     Workers,
@@ -29,9 +34,10 @@ from contactlib.runs.sweep.execution import (
     run_chunks,
     thread_workers,
 )
-from contactlib.runs.sweep.loading import load_sweep
+from contactlib.runs.sweep.loading import load_sweep, with_own
 from contactlib.runs.sweep.plan import Sweep, made_with
 from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan, discard, locked
+from contactlib.traction.interface import Controller
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -81,7 +87,12 @@ def make_dataset(sweep: Sweep, results: Mapping[str, FloatArray], digest: str) -
         return dims, values.reshape(sweep.shape), described
 
     data = {name: variable(name, SWEEP_OUTCOMES[name].attributes) for name in plan.outcomes}
-    what = "run could not be done" if of_runs(plan.outcomes) else "parameters are not valid"
+    for name, metric in plan.metrics.items():
+        text = (getattr(metric, "__doc__", None) or name.replace("_", " ")).strip().split("\n")[0]
+        described = {"units": getattr(metric, "units", ""), "long_name": text.rstrip(".")}
+        data[name] = variable(name, described)
+    driven = of_runs(plan.outcomes) or plan.metrics
+    what = "run could not be done" if driven else "parameters are not valid"
     data[FAILED] = variable(FAILED, {"units": "1", "long_name": what})
     found = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
     found[FAILED] = found[FAILED].astype(np.int8)
@@ -120,7 +131,7 @@ def report(sweep: Sweep, dataset: Dataset) -> list[str]:
     last = [WHEELSET] if analysed else []
     names = list(sweep.plan.controllers)
     rows = [["outcome", "unit", *names, *last]]
-    for name in sweep.plan.outcomes:
+    for name in (*sweep.plan.outcomes, *sweep.plan.metrics):
         found = dataset[name]
         driven = "controller" in found.dims
         # An outcome of the analysis has failed where the runs of all controllers have.
@@ -194,6 +205,8 @@ def read_dataset(path: Path) -> Dataset:
 def ensemble(
     sweep: Sweep | str | os.PathLike[str],
     *,
+    controllers: Mapping[str, Controller] | None = None,
+    metrics: Mapping[str, Metric] | None = None,
     executor: Executor | Workers | None = None,
     workers: int | None = None,
     output: str | os.PathLike[str] | None = None,
@@ -207,6 +220,12 @@ def ensemble(
     ----------
     sweep : Sweep or path
         A sweep that `load_sweep` has read, or the file that it shall read.
+    controllers : mapping, optional
+        Controllers of your own by name, beside those of the sweep or in place of one. Processes
+        and clusters need a class that they can import, from a module or a script.
+    metrics : mapping, optional
+        Outcomes of your own by name: functions of a `Result` that return one number, nan if there
+        is none. A metric's unit is the function's attribute `units`, if it has one.
     executor : concurrent.futures.Executor or Workers, optional
         Executor of the chunks, such as ``distributed.Client(address).get_executor()``, or the
         workers that `process_workers` or `cluster_workers` yields. Default: threads. Results do
@@ -216,7 +235,8 @@ def ensemble(
         time. Default: one for each processor.
     output : path, optional
         Folder for the NetCDF file and, until it is complete, for finished chunks: if the process
-        is killed, the same call continues from there. Default: nothing is written.
+        is killed, the same call continues from there; with a controller or metric whose code or
+        numbers have changed since, it refuses. Default: nothing is written.
     chunk : int, optional
         Number of runs in a chunk; ignored if the output folder already has chunks.
     restart : bool, optional
@@ -228,21 +248,24 @@ def ensemble(
     Returns
     -------
     xarray.Dataset
-        Outcomes with the dimensions (controller, axis, ...) of a grid or (controller, run) of a
-        sample; every variable and coordinate has ``units`` and ``long_name``.
+        Outcomes and metrics with the dimensions (controller, axis, ...) of a grid or (controller,
+        run) of a sample; every variable and coordinate has ``units`` and ``long_name``.
 
     Raises
     ------
     ModelError
         If a file is not valid.
     ValueError
-        If the folder has results of another plan, or a number is out of range.
+        If the folder has results of another plan, a number is out of range, or a controller or
+        metric is none, or returns what it must not.
     RuntimeError
-        If a worker died, or another process is running the sweep to the same folder.
+        If a worker died, a controller or metric raises an error, or another process is running the
+        sweep to the same folder.
     OSError
         If a file cannot be read or written.
     """
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
+    sweep = with_own(sweep, controllers or {}, metrics or {})
     for name, number in (("workers", workers), ("chunk", chunk)):
         if number is not None and number < 1:
             raise ValueError(f"{name} = {number!r} is out of range: must be >= 1")

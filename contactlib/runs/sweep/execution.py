@@ -63,8 +63,9 @@ def run_chunk(
     Returns
     -------
     dict
-        Outcomes of runs, shape (controllers, n), and of the analysis, shape (n,); nan where a run
-        failed or its parameters do not give a valid scenario, which ``failed`` marks with ones.
+        Outcomes of runs and metrics, shape (controllers, n), and outcomes of the analysis, shape
+        (n,); nan where a run failed or its parameters do not give a valid scenario, which
+        ``failed`` marks with ones.
 
     Raises
     ------
@@ -79,9 +80,11 @@ def run_chunk(
         if stopped():
             raise StoppedError
 
-    builder, n, runs = ScenarioBuilder(plan), len(values), of_runs(plan.outcomes)
+    builder, n, outcomes = ScenarioBuilder(plan), len(values), of_runs(plan.outcomes)
+    runs = [*outcomes, *plan.metrics]
     shape = (len(plan.controllers), n) if runs else (n,)
-    found = {name: np.full(shape if name in runs else n, np.nan) for name in plan.outcomes}
+    names = (*plan.outcomes, *plan.metrics)
+    found = {name: np.full(shape if name in runs else n, np.nan) for name in names}
     found[FAILED] = np.zeros(shape)
     scenarios: list[Scenario | None] = []
     for i, row in enumerate(values):
@@ -103,7 +106,8 @@ def run_chunk(
         by_name = run_many(
             filled,
             controller,
-            runs,
+            outcomes,
+            metrics=plan.metrics,
             index=[plan.index_of(first + i) for i in range(n)],
             step=plan.step,
             tolerance=plan.tolerance,
@@ -260,8 +264,13 @@ def run_chunks(
         for job in flying:
             job.cancel()
         if isinstance(error, BrokenProcessPool):
+            own = {**plan.controllers, **plan.metrics}.values()
+            here = any(getattr(one, "__module__", "") == "__main__" for one in own)
             raise RuntimeError(
-                "a worker process died, perhaps for lack of memory; finished chunks are kept if "
-                "there is an output folder: start the same sweep again to continue"
+                "a worker process died, perhaps for lack of memory"
+                + (", or because it cannot import what a notebook defines" if here else "")
+                + "; finished chunks are kept if there is an output folder: start the same sweep "
+                "again to continue"
+                + (", or put controllers and metrics into a module" if here else "")
             ) from None
         raise

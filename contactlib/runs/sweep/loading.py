@@ -29,12 +29,19 @@ from contactlib.files.reading import (
 from contactlib.files.scenario import (
     ControllerDesign,
     build_scenario,
+    check_names,
     read_contents,
     read_controllers,
 )
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
 from contactlib.runs.fleet import timing
-from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, TOLERANCE
+from contactlib.runs.scenario_runs import (
+    DEFAULT_TOLERANCE,
+    FAILED,
+    TOLERANCE,
+    Metric,
+    checked_metrics,
+)
 from contactlib.runs.sweep.axes import read_axes, whole
 from contactlib.runs.sweep.plan import (
     PLACEHOLDER,
@@ -46,7 +53,7 @@ from contactlib.runs.sweep.plan import (
     table_axes,
 )
 from contactlib.runs.sweep.sampling import KINDS, MOST_RUNS, draw, extreme_runs
-from contactlib.traction import TractionController
+from contactlib.traction.interface import Controller, checked_controller
 
 NEEDED = ("name", "source", "scenario", "outcomes", "axes")
 OPTIONAL = ("controllers", "sampling", "noise", "redesign", "step", "tolerance")
@@ -123,7 +130,7 @@ def _build_sweep(
     with in_file(f"scenario {scenario_file}"):
         wheelset = contents.build_vehicle(None, progress)
         scenario = build_scenario(contents.data, wheelset, chosen or PLACEHOLDER)
-    controllers: dict[str, TractionController | ControllerDesign] = {
+    controllers: dict[str, Controller | ControllerDesign] = {
         name: chosen[name] if redesign else scenario.controller(name) for name in chosen
     }
     kind, runs, seed = _sampling(data.get("sampling", {}))
@@ -149,6 +156,47 @@ def _build_sweep(
     sweep = Sweep(name, source, file.stem, content, kind, seed, scenario, plan, values)
     _check_ends(sweep)
     return sweep
+
+
+def with_own(
+    sweep: Sweep, controllers: Mapping[str, Controller], metrics: Mapping[str, Metric]
+) -> Sweep:
+    """Add controllers and metrics of a user's own to a sweep.
+
+    Raises
+    ------
+    ValueError
+        If a name is taken, or an object is not a controller or a metric.
+    """
+    plan, axes = sweep.plan, sweep.plan.axes
+    taken = {*SWEEP_OUTCOMES, "controller", "run", FAILED, *(axis.name for axis in axes)}
+    checked_metrics(metrics, taken)
+    for name, found in controllers.items():
+        checked_controller(f"controllers[{name!r}]", found)
+        varied = [
+            t.path for axis in axes for t in axis.targets if t.section == ("controllers", name)
+        ]
+        if varied:
+            raise ValueError(
+                f"controllers[{name!r}]: an axis varies {varied[0]}; take another name"
+            )
+    every = {**plan.controllers, **controllers}
+    check_names(every)
+    if controllers and not (metrics or of_runs(plan.outcomes)):
+        raise ValueError(
+            "controllers: none runs, as all outcomes come from the analysis: add metrics"
+        )
+    if metrics and not every:
+        raise ValueError("metrics: no controller runs in this sweep: pass controllers")
+    if not controllers and not metrics:
+        return sweep
+    plan = replace(plan, controllers=every, metrics=metrics)
+    scenario = replace(sweep.scenario, controllers=every)
+    made = replace(sweep, plan=plan, scenario=scenario)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ProcessZoneWarning)  # shown when the sweep was read
+        _check_ends(made)
+    return made
 
 
 def _check_ends(sweep: Sweep) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -14,16 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, Parameters
 from contactlib.contact import kernel
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.model import BuildCache, build_wheelset
 from contactlib.files.reading import in_file
 from contactlib.files.scenario import ControllerDesign, Scenario, ScenarioContents, build_scenario
 from contactlib.files.sections import LAWS
+from contactlib.runs.scenario_runs import Metric
 from contactlib.runs.sweep.axes import Axis, Target, change
+from contactlib.runs.sweep.fingerprint import fingerprint
 from contactlib.runs.sweep.sampling import Distribution, grid_shape
-from contactlib.traction import OpenLoop, TractionController
+from contactlib.traction import OpenLoop
+from contactlib.traction.interface import Controller
 from contactlib.vehicle.wheelset import Wheelset
 
 PLACEHOLDER = {"open_loop": OpenLoop()}  # for scenarios that are only analysed
@@ -70,11 +73,13 @@ class Plan:
         The law's table by the values of those axes.
     package, token : str
         Version of contactlib, and digest of the kernel's sources.
+    metrics : mapping
+        Outcomes of the user's own by name: functions of a `Result`.
     """
 
     contents: ScenarioContents
     axes: tuple[Axis, ...]
-    controllers: dict[str, TractionController | ControllerDesign]
+    controllers: dict[str, Controller | ControllerDesign]
     outcomes: tuple[str, ...]
     noise: str
     step: float | None
@@ -83,6 +88,7 @@ class Plan:
     tables: dict[tuple[float, ...], bytes]
     package: str
     token: str
+    metrics: Mapping[str, Metric] = dataclasses.field(default_factory=dict)
 
     @property
     def spreads(self) -> list[Distribution]:
@@ -119,6 +125,11 @@ class Plan:
         tables = known.pop("tables")
         axes = known.pop("axes")
         known["contents"] = [self.contents.data, self.contents.vehicle]
+        known["controllers"] = {
+            name: repr(c) if type(c).__module__.startswith("contactlib.") else fingerprint(c)
+            for name, c in self.controllers.items()
+        }
+        known["metrics"] = {name: fingerprint(metric) for name, metric in self.metrics.items()}
         known["axes"] = [(axis.name, axis.factor, axis.targets) for axis in axes]
         found = hashlib.sha256(json.dumps(known, sort_keys=True, default=repr).encode())
         for key, table in sorted(tables.items()):
@@ -168,7 +179,7 @@ class ScenarioBuilder:
 
     def _contents(
         self, row: Sequence[float]
-    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, TractionController | ControllerDesign]]:
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Controller | ControllerDesign]]:
         """Contents of scenario and vehicle, and controllers, of a run."""
         plan = self._plan
         data, vehicle = plan.contents.data, plan.contents.vehicle
@@ -191,7 +202,7 @@ class ScenarioBuilder:
 
     def _section(
         self, section: tuple[str, ...], *values: float
-    ) -> dict[str, Any] | TractionController | ControllerDesign:
+    ) -> dict[str, Any] | Controller | ControllerDesign:
         """Section of a file, or controller, with the values of its axes."""
         plan, changes = self._plan, self._changed[section]
         new = [
@@ -210,13 +221,19 @@ class ScenarioBuilder:
 
 
 def _changed(
-    found: TractionController | ControllerDesign, changes: dict[str, Any]
-) -> TractionController | ControllerDesign:
+    found: Controller | ControllerDesign, changes: dict[str, Any]
+) -> Controller | ControllerDesign:
     """Copy of a controller, or of its design, with some fields changed."""
     if isinstance(found, ControllerDesign):
         return dataclasses.replace(found, given={**found.given, **changes})
-    changed: TractionController = dataclasses.replace(found, **changes)  # type: ignore[type-var]
+    changed: Controller = dataclasses.replace(found, **changes)  # type: ignore[type-var]
     return changed
+
+
+def _same(one: object, other: object) -> bool:
+    """Whether these are one object, or equal parameters."""
+    comparable = type(one) is type(other) and isinstance(one, Parameters | ControllerDesign)
+    return one is other or (comparable and one == other)
 
 
 @dataclass(frozen=True)
@@ -252,6 +269,15 @@ class Sweep:
     scenario: Scenario
     plan: Plan
     values: FloatArray
+
+    def __post_init__(self) -> None:
+        for name, found in self.scenario.controllers.items():
+            planned = (self.plan.controllers or PLACEHOLDER).get(name)
+            if not any(_same(planned, one) for one in (found, self.scenario.controller(name))):
+                raise ValueError(
+                    f"scenario: the sweep's plan does not run this controllers.{name}: pass it to "
+                    f"ensemble(sweep, controllers={{{name!r}: ...}}) instead"
+                )
 
     def scenario_of(self, run: int) -> Scenario:
         """Build the scenario of a run, with its controllers in the sweep.

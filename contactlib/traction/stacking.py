@@ -1,0 +1,167 @@
+"""Controllers of many wheelsets made of single ones.
+
+A stacked controller has arrays in place of fields that differ, one element for each wheelset. As
+controllers are elementwise, its torques equal those of the single ones to the last bit. Derived
+values are stacked too instead of being computed again. Controllers with a state of their own are
+copied instead, one for each wheelset.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Hashable, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.base.quantities import FloatArray, Parameters, as_number, cached_names, shown
+from contactlib.base.text import explained
+from contactlib.traction.interface import (
+    Controller,
+    Measurement,
+    SampledController,
+    TractionController,
+)
+
+ROUNDING = 1e-9  # torque beyond the demand / demand that counts as rounding
+
+
+def structure(value: Any) -> Hashable:
+    """Key that is equal for values that can be stacked: everything but their numbers."""
+    kind: Any = type(value)
+    if isinstance(value, SampledController):
+        return (SampledController,)
+    if kind is float or value is None:
+        return (kind,)
+    if isinstance(value, tuple):
+        return kind, *map(structure, value)
+    if is_dataclass(value):
+        return kind, *map(structure, _parts(value).values())
+    return value if isinstance(value, Hashable) else id(value)
+
+
+def stacked(controllers: Sequence[Controller]) -> TractionController:
+    """Stack the controllers of many wheelsets into one.
+
+    Parameters
+    ----------
+    controllers : sequence of SampledController or TractionController
+        Checked controllers of one `structure` and one sample time.
+
+    Raises
+    ------
+    ValueError
+        If a controller that is not one of contactlib's cannot be copied.
+    """
+    first = controllers[0]
+    whole: Any
+    if isinstance(first, SampledController):
+        whole = Copies(controllers)
+    else:
+        whole = _stacked(controllers)
+        if whole is not first:
+            object.__setattr__(whole, "sample_time", first.sample_time)
+        elif not isinstance(first, Parameters):  # it may keep something in itself
+            whole = _copy(first)
+    stacked: TractionController = whole
+    return stacked
+
+
+def _stacked(values: Sequence[Any]) -> Any:
+    first = values[0]
+    if all(value is first for value in values):
+        return first
+    if isinstance(first, float):
+        same = all(value == first for value in values)
+        return first if same else np.array(values, dtype=np.float64)
+    if isinstance(first, tuple):
+        return tuple(_stacked(parts) for parts in zip(*values, strict=True))
+    if is_dataclass(first):
+        whole: Any = object.__new__(type(first))
+        parts = [_parts(value) for value in values]
+        for name in parts[0]:
+            # Bypass the checks, which refuse arrays: each element has been checked.
+            whole.__dict__[name] = _stacked([part[name] for part in parts])
+        return whole
+    return first
+
+
+def _parts(value: Any) -> dict[str, Any]:
+    """Fields and derived values of a dataclass, by name."""
+    kind: Any = type(value)
+    names = (*(field.name for field in fields(kind)), *sorted(cached_names(kind)))
+    return {name: getattr(value, name) for name in names}
+
+
+class Own(NamedTuple):
+    """Memory of sampled controllers: a copy for each wheelset, and the number of the sample."""
+
+    controllers: list[SampledController]
+    sample: int
+
+
+class Copies:
+    """Sampled controllers of many wheelsets as one `TractionController`."""
+
+    def __init__(self, controllers: Sequence[Any]) -> None:
+        self._controllers: Sequence[SampledController] = controllers
+        self.sample_time = float(controllers[0].sample_time)
+
+    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> Own:
+        """Copy the controllers and reset the copies."""
+        copies = [_copy(control) for control in self._controllers]
+        torques = np.broadcast_to(np.asarray(torque, dtype=np.float64), len(copies)).tolist()
+        for control, seen, given in zip(copies, _each(measurement), torques, strict=True):
+            try:
+                control.reset(seen, given)
+            except Exception as error:
+                raise explained(f"{type(control).__qualname__}.reset", error) from error
+        return Own(copies, 0)
+
+    def sample(self, measurement: Measurement[FloatArray], memory: Own) -> tuple[FloatArray, Own]:
+        """Torques [N.m] of the copies, and the memory."""
+        time = memory.sample * self.sample_time
+        torques = [
+            _torque(control, seen, time)
+            for control, seen in zip(memory.controllers, _each(measurement), strict=True)
+        ]
+        return np.array(torques), memory._replace(sample=memory.sample + 1)
+
+
+def _copy(control: Any) -> Any:
+    try:
+        return copy.deepcopy(control)
+    except Exception as error:
+        raise ValueError(
+            f"{type(control).__qualname__} cannot be copied, and every run works on a copy: {error}"
+            "; what cannot be copied must not be kept in the object"
+        ) from error
+
+
+def _each(measurement: Measurement[FloatArray]) -> list[Measurement[float]]:
+    rows = (np.atleast_1d(part).tolist() for part in measurement)
+    return [Measurement(*one) for one in zip(*rows, strict=True)]
+
+
+def _torque(control: SampledController, seen: Measurement[float], time: float) -> float:
+    """Torque of one controller [N.m], checked; zero for a run whose numbers have overflowed."""
+    if not all(map(math.isfinite, seen)):
+        return 0.0
+    what, demand = f"{type(control).__qualname__}.torque", seen.demand
+    try:
+        found: Any = control.torque(seen)
+    except Exception as error:
+        raise explained(f"{what} at {time:.6g} s", error) from error
+    number = as_number(found)
+    low, high = min(demand, 0.0), max(demand, 0.0)
+    slack = ROUNDING * max(high - low, 1.0)
+    if number is None or not low - slack <= number <= high + slack:
+        hint = "; a return is missing" if found is None else ""
+        raise ValueError(
+            f"{what} at {time:.6g} s returned {shown(found)}: it must return one number between 0 "
+            f"and the demand, {demand:.6g} N.m{hint}"
+        )
+    return min(max(number, low), high)
