@@ -7,6 +7,8 @@ import traceback
 from collections.abc import Collection, Sequence
 from pathlib import PurePath
 
+from contactlib.base.writing import PACKAGE
+
 LONGEST_LINE = 1000  # characters
 
 
@@ -34,11 +36,11 @@ def harmless_line(text: str) -> str:
 
 
 def explained(what: str, error: Exception) -> RuntimeError:
-    """One line for an error in a user's function, with the line of its file; `what` failed."""
+    """One line for an error in a user's function, with its place in his file; `what` failed."""
     frames = traceback.extract_tb(error.__traceback__)
-    place = frames[min(1, len(frames) - 1)]  # the first one is the caller's
-    where = f"{PurePath(place.filename).name}, line {place.lineno}"
-    return RuntimeError(f"{what}: {type(error).__name__}: {harmless_line(str(error))} ({where})")
+    own = [f for f in frames if not f.filename.startswith((str(PACKAGE), "<frozen"))]
+    where = f" ({PurePath(own[0].filename).name}, line {own[0].lineno})" if own else ""
+    return RuntimeError(f"{what}: {type(error).__name__}: {harmless_line(str(error))}{where}")
 
 
 def known_names(word: str, known: Collection[str]) -> str:

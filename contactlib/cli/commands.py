@@ -61,6 +61,12 @@ def demo(output: Path) -> None:
 @main.command()
 @click.argument("model")
 @click.option("--control", help="Name of a controller in the file. Default: the first.")
+@click.option(
+    "--controller",
+    metavar="FILE.py:NAME",
+    help="Run FILE.py, and a scenario under the controller of your own that it calls NAME, a class "
+    "or an object.",
+)
 @click.option("--compare", is_flag=True, help="Run all controllers and compare them.")
 @click.option(
     "--seed", type=click.IntRange(0), help="Seed of the sensor noise. Default: the file's."
@@ -72,7 +78,12 @@ def demo(output: Path) -> None:
     help="Folder for metrics, time series and figures. Default: contactlib-NAME, for NAME.toml.",
 )
 def simulate(
-    model: str, control: str | None, compare: bool, seed: int | None, output: Path | None
+    model: str,
+    control: str | None,
+    controller: str | None,
+    compare: bool,
+    seed: int | None,
+    output: Path | None,
 ) -> None:
     """Run MODEL, a scenario or a model, and write a report.
 
@@ -83,7 +94,17 @@ def simulate(
 
     if compare and control is not None:
         raise ValueError(f"--control {control} cannot be combined with --compare, which runs all")
-    study = with_progress(lambda progress: open_study(model, seed=seed, progress=progress))
+    if controller is not None and control is not None:
+        raise ValueError("--control cannot be combined with --controller; --compare runs all")
+    own = {}
+    if controller is not None:
+        from contactlib.cli.own_controller import load_controller
+
+        control, found = load_controller(controller)
+        own = {control: found}
+    study = with_progress(
+        lambda progress: open_study(model, seed=seed, controllers=own, progress=progress)
+    )
     runs = study.chosen(control, every=compare)
     folder = output or Path(f"contactlib-{Path(model).stem}")
     write_report(study, runs, folder, ConsoleReporter())

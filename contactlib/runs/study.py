@@ -14,12 +14,13 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.files.model import Model, load_model
 from contactlib.files.reading import file_kind
-from contactlib.files.scenario import Scenario, load_scenario
+from contactlib.files.scenario import Scenario, check_names, load_scenario
 from contactlib.runs.result import Result
 from contactlib.runs.scenario_runs import run_scenario
 from contactlib.runs.signals import UNITS
 from contactlib.runs.simulation import simulate
 from contactlib.stability import controllability, worst_pole
+from contactlib.traction.interface import Controller
 from contactlib.vehicle.available_force import available_force
 from contactlib.vehicle.continuous_control import ContinuousController, CreepControl
 from contactlib.vehicle.drivetrain import Drivetrain
@@ -74,6 +75,7 @@ def open_study(
     path: str | os.PathLike[str],
     *,
     seed: int | None = None,
+    controllers: Mapping[str, Controller] = MappingProxyType({}),
     progress: Callable[[float], object] = lambda part: None,
 ) -> Study:
     """Read a scenario or model file.
@@ -84,6 +86,8 @@ def open_study(
         A TOML file, or the name of a shipped one.
     seed : int, optional
         Seed of the sensors' noise. Default: the file's. A model has no noise.
+    controllers : mapping, optional
+        Controllers of the user's own by name, beside those of a scenario.
     progress : callable, optional
         As for `contactlib.load_model`.
 
@@ -91,6 +95,8 @@ def open_study(
     ------
     ModelError
         If the file is not valid; one line names file, key, value and limit.
+    ValueError
+        If the scenario has a controller of such a name, or the file is a model.
     OSError
         If the file cannot be read.
     """
@@ -98,7 +104,13 @@ def open_study(
         scenario = load_scenario(path, progress=progress)
         if seed is not None:
             scenario = replace(scenario, sensors=replace(scenario.sensors, seed=float(seed)))
-        return _of_scenario(scenario)
+        if taken := set(controllers) & set(scenario.controllers):
+            raise ValueError(f"{path} has a controller {min(taken)} itself: take another name")
+        every = {**scenario.controllers, **controllers}
+        check_names(every)
+        return _of_scenario(replace(scenario, controllers=every))
+    if controllers:
+        raise ValueError(f"{path} is a model: a controller of your own runs in a scenario")
     return _of_model(load_model(path, progress=progress))
 
 

@@ -89,7 +89,7 @@ class SampledController(ABC):
 
     def __repr__(self) -> str:
         given = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
-        return f"{type(self).__qualname__}({given})"
+        return f"{type(self).__name__}({given})"
 
 
 class TractionController(Protocol):
@@ -178,7 +178,7 @@ Controller = SampledController | TractionController
 
 def checked_controller(name: str, found: object) -> Controller:
     """Return a sampled controller, or raise a ValueError that says what it lacks."""
-    kind = found.__qualname__ if isinstance(found, type) else type(found).__qualname__
+    kind = found.__name__ if isinstance(found, type) else type(found).__name__
     sampled = isinstance(found, SampledController)
     if isinstance(found, type):
         raise ValueError(f"{name} is the class {kind}: give an object of it, such as {kind}()")

@@ -118,7 +118,7 @@ class Copies:
             try:
                 control.reset(seen, given)
             except Exception as error:
-                raise explained(f"{type(control).__qualname__}.reset", error) from error
+                raise explained(f"{type(control).__name__}.reset", error) from error
         return Own(copies, 0)
 
     def sample(self, measurement: Measurement[FloatArray], memory: Own) -> tuple[FloatArray, Own]:
@@ -136,7 +136,7 @@ def _copy(control: Any) -> Any:
         return copy.deepcopy(control)
     except Exception as error:
         raise ValueError(
-            f"{type(control).__qualname__} cannot be copied, and every run works on a copy: {error}"
+            f"{type(control).__name__} cannot be copied, and every run works on a copy: {error}"
             "; what cannot be copied must not be kept in the object"
         ) from error
 
@@ -150,7 +150,7 @@ def _torque(control: SampledController, seen: Measurement[float], time: float) -
     """Torque of one controller [N.m], checked; zero for a run whose numbers have overflowed."""
     if not all(map(math.isfinite, seen)):
         return 0.0
-    what, demand = f"{type(control).__qualname__}.torque", seen.demand
+    what, demand = f"{type(control).__name__}.torque", seen.demand
     try:
         found: Any = control.torque(seen)
     except Exception as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
 import pickle
 import pydoc
 import subprocess
@@ -60,6 +61,13 @@ def test_every_name_is_there(name: str) -> None:
         assert value.__module__.startswith("contactlib.")
         assert value.__name__ == name
         assert pickle.loads(pickle.dumps(value)) is value  # noqa: S301
+
+
+def test_version_is_that_of_the_installed_package() -> None:
+    assert cl.__version__ == importlib.metadata.version("contactlib")
+    command = [sys.executable, "-m", "contactlib", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == f"contactlib, version {cl.__version__}"
 
 
 def test_names_are_listed() -> None:

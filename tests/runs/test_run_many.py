@@ -10,13 +10,14 @@ from typing import Any, Self
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from own_controller import SlipPI, largest_slip
 from scipy.integrate import solve_ivp
 
 import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs import scenario_runs as ensemble_run
 from contactlib.runs.outcomes import OUTCOMES, Metrics
-from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, LONGEST_STEP, run_many
 from contactlib.traction import stacked, structure
 
 SHORT = 1.6  # of most of these runs [s]
@@ -184,6 +185,57 @@ def test_a_controller_that_breaks_fails_its_runs(scenarios: list[cl.Scenario]) -
     assert found["distance"][1] == found["distance"][2]
     with pytest.raises(ValueError, match=r"torque of Broken before .* s = nan is out of range"):
         cl.run_scenario(cases[0], "broken")
+
+
+def test_an_own_controller_s_runs_do_not_know_each_other(
+    scenarios: list[cl.Scenario], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One object for all, or one for each; many side by side, or few; again and again."""
+    metrics = {"largest": largest_slip}
+    control = SlipPI()
+    together = run_many(scenarios, control, ["distance"], metrics=metrics)
+    each = [
+        dataclasses.replace(one, controllers={"mine": SlipPI(0.1 if i % 2 else 0.3)})
+        for i, one in enumerate(scenarios)
+    ]
+    own = run_many(each, "mine", ["distance"], metrics=metrics)
+    assert (own["largest"][1::2] != together["largest"][1::2]).any()
+    assert (own["distance"][::2] == together["distance"][::2]).all()
+    monkeypatch.setattr(ensemble_run, "KEPT", 300)  # rows: one run or two at a time
+    again = run_many(scenarios, control, ["distance"], metrics=metrics)
+    assert all((again[name] == together[name]).all() for name in together)
+    for i, one in enumerate(scenarios):
+        alone = cl.run_scenario(
+            one, control, index=i, step=LONGEST_STEP, tolerance=DEFAULT_TOLERANCE
+        )
+        assert largest_slip(alone) == together["largest"][i]
+        assert alone["distance"][-1] == together["distance"][i]
+
+
+def test_metrics_of_failed_runs_are_not_asked_for(scenarios: list[cl.Scenario]) -> None:
+    greedy = dataclasses.replace(scenarios[0], demand=cl.Profile.of(1e6))
+    asked: list[cl.Result] = []
+
+    def metric(result: cl.Result) -> float:
+        asked.append(result)
+        return 1.0
+
+    found = run_many([greedy, scenarios[0]], "open_loop", metrics={"one": metric})
+    assert list(found) == ["one", FAILED]
+    assert same(found["one"], np.array([np.nan, 1.0]))
+    assert len(asked) == 1
+
+
+class Wordy(Broken):
+    def sample(self, measurement: cl.Measurement[Any], memory: Any) -> Any:
+        return {"nothing": None, "shape": (np.zeros(2), memory)}[str(self.last)]
+
+
+def test_an_answer_of_a_controller_of_many_is_checked(scenarios: list[cl.Scenario]) -> None:
+    for last in ("nothing", "shape"):
+        control = Wordy(0.01, last)  # type: ignore[arg-type]
+        with pytest.raises(ValueError, match=r"^Wordy\.sample returned .* and the memory$"):
+            cl.run_scenario(scenarios[0], control)
 
 
 def test_refusals(scenarios: list[cl.Scenario]) -> None:

@@ -11,6 +11,7 @@ import pytest
 from designed import LIMITED, designed
 from hypothesis import given
 from hypothesis import strategies as st
+from own_controller import SlipPI
 from strategies import examples
 
 import contactlib as cl
@@ -143,3 +144,60 @@ def test_bounds_of_the_reference_are_in_order() -> None:
     designed = cl.load_scenario("dry_wet_dry.toml").controller("slope_seeking")
     with pytest.raises(ValueError, match=r"least_reference = 1\.0 is out of range: must be <="):
         dataclasses.replace(designed, least_reference=1.0)  # type: ignore[type-var]
+
+
+class NoTime(cl.SampledController):
+    def torque(self, measurement: cl.Measurement[float]) -> float:
+        return measurement.demand
+
+
+class Hidden(SlipPI):
+    def __init__(self) -> None:
+        self.torque = 0.0  # type: ignore[method-assign,assignment]
+
+
+def timed(sample_time: Any) -> SlipPI:
+    control = SlipPI()
+    control.sample_time = sample_time
+    return control
+
+
+def torque_of(measurement: cl.Measurement[float]) -> float:
+    return measurement.demand
+
+
+@pytest.mark.parametrize(
+    ("found", "message"),
+    [
+        (SlipPI, r" is the class SlipPI: give an object of it, such as SlipPI\(\)$"),
+        (cl.OpenLoop, r" is the class OpenLoop: give an object"),
+        (torque_of, r" = torque_of is no controller: .* derived from contactlib.SampledController"),
+        (3.0, r" = 3.0 is no controller"),
+        (None, r" = None is no controller"),
+        (cl.TorqueControl(cl.Profile.of(1e4)), r" is a TorqueControl, .* which simulate runs"),
+        (NoTime(), r": NoTime.sample_time is missing: .* as in sample_time = 0.01"),
+        (timed(0.0), r"SlipPI.sample_time = 0.0 is out of range"),
+        (timed("10 ms"), r"SlipPI.sample_time = '10 ms' is not a number"),
+        (Hidden(), r": Hidden.torque must be a method, but self.torque = 0.0 hides it"),
+    ],
+)
+def test_what_is_no_controller_is_one_line(found: Any, message: str) -> None:
+    scenario = cl.load_scenario("dry_wet_dry.toml")
+    calls: list[tuple[str, Callable[[], object]]] = [
+        ("controller", lambda: cl.run_scenario(scenario, found)),
+        ("controller", lambda: cl.run_many([scenario], found, ["distance"])),
+        ("controllers.mine", lambda: dataclasses.replace(scenario, controllers={"mine": found})),
+    ]
+    for name, call in calls:
+        with pytest.raises(ValueError, match=message) as caught:
+            call()
+        assert str(caught.value).startswith((name, "SlipPI.sample_time"))
+        assert "\n" not in str(caught.value)
+
+
+def test_a_controller_without_torque_cannot_be_made() -> None:
+    class Empty(cl.SampledController):
+        sample_time = 0.01
+
+    with pytest.raises(TypeError, match="abstract method"):
+        Empty()  # type: ignore[abstract]

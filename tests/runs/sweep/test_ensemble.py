@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import re
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from own_controller import SlipPI, largest_slip
 from scipy.io import netcdf_file
 from sweep_files import AXES, RANDOM, SCENARIO, SWEEP, scenarios_of, write_sweep
 
@@ -181,3 +183,173 @@ def test_numbers_of_workers_and_runs_are_checked(tmp_path: Path) -> None:
         cl.ensemble(path, workers=0)
     with pytest.raises(ValueError, match="chunk = 0 is out of range"):
         cl.ensemble(path, chunk=0)
+
+
+# ---- controllers and metrics of a user's own ----------------------------------------------
+
+ANALYSED = SWEEP.replace('controllers = ["creep_pi", "open_loop"]\n', "").replace(
+    '"slip_work", ', ""
+)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_sweep(tmp_path_factory.mktemp("sweep"))
+
+
+def test_own_controllers_and_metrics_stand_beside_the_shipped(path: Path) -> None:
+    sweep, own = cl.load_sweep(path), SlipPI()
+    found = cl.ensemble(
+        sweep, controllers={"mine": own}, metrics={"largest": largest_slip}, workers=1, chunk=5
+    )
+    assert found.controller.values.tolist() == ["creep_pi", "open_loop", "mine"]
+    assert found["largest"].dims == found["slip_work"].dims
+    assert found["largest"].attrs == {"units": "m/s", "long_name": "Largest slip speed"}
+    assert (found["failed"] == 0).all()
+    without = cl.ensemble(sweep, workers=1)
+    for name in without.data_vars:
+        if "controller" in without[name].dims:
+            same = found[name].sel(controller=["creep_pi", "open_loop"])
+            assert (same == without[name]).all()
+    for run in range(sweep.runs):  # each is that of a run by itself
+        for name, control in (("mine", own), ("creep_pi", "creep_pi")):
+            one = cl.run_scenario(
+                sweep.scenario_of(run),
+                control,
+                index=sweep.plan.index_of(run),
+                step=0.01,
+                tolerance=sweep.plan.tolerance,
+            )
+            assert found["largest"].sel(controller=name).values.flat[run] == largest_slip(one)
+
+
+def test_own_controllers_go_to_processes_and_results_to_a_file(path: Path, tmp_path: Path) -> None:
+    own: dict[str, Any] = {"controllers": {"mine": SlipPI()}, "metrics": {"largest": largest_slip}}
+    with sweeps.process_workers(2) as pool:
+        found = cl.ensemble(path, executor=pool, chunk=2, output=tmp_path, **own)
+    assert found.identical(cl.ensemble(path, workers=1, **own))
+    again = cl.ensemble(path, output=tmp_path, **own)  # as read from the file
+    assert again.identical(found)
+
+
+def test_metrics_alone_need_no_outcome_of_runs(tmp_path: Path) -> None:
+    path = write_sweep(tmp_path, ANALYSED)
+    found = cl.ensemble(path, controllers={"mine": SlipPI()}, metrics={"largest": largest_slip})
+    assert found["largest"].dims[0] == "controller"
+    assert found["critical_torque"].dims == ("patch", "inertia")
+    assert (found["largest"] > 0.0).all()
+    with pytest.raises(ValueError, match="controllers: none runs"):
+        cl.ensemble(path, controllers={"mine": SlipPI()})
+    with pytest.raises(ValueError, match="metrics: no controller runs in this sweep"):
+        cl.ensemble(path, metrics={"largest": largest_slip})
+
+
+def test_an_own_controller_takes_the_place_of_one_of_its_name(path: Path) -> None:
+    found = cl.ensemble(path, controllers={"creep_pi": SlipPI(), "mine": SlipPI()}, workers=1)
+    assert found.controller.values.tolist() == ["creep_pi", "open_loop", "mine"]
+    work = found["slip_work"]
+    assert (work.sel(controller="creep_pi") == work.sel(controller="mine")).all()
+
+
+def no_number(result: cl.Result) -> Any:
+    return result["speed"]
+
+
+def no_answer(result: cl.Result) -> Any:
+    return None
+
+
+def no_such_signal(result: cl.Result) -> float:
+    return float(result["creepge"].max())
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "message"),
+    [
+        ({"metrics": {"m": no_number}}, ValueError, r"metric m returned array\(.* one number"),
+        (
+            {"metrics": {"m": no_answer}},
+            ValueError,
+            "metric m returned None.*; a return is",
+        ),
+        (
+            {"metrics": {"m": no_such_signal}},
+            RuntimeError,
+            r"metric m: KeyError: .*did you mean 'creepage'.* \(test_ensemble.py, line \d+\)",
+        ),
+        ({"metrics": {"m": 3.0}}, ValueError, "metrics: m = 3.0 must be a function"),
+        ({"metrics": {"jerk": largest_slip}}, ValueError, "metrics: 'jerk' is not a name"),
+        ({"metrics": {"inertia": largest_slip}}, ValueError, "metrics: 'inertia' is not a name"),
+        ({"metrics": {"a/b": largest_slip}}, ValueError, "metrics: 'a/b' is not a name"),
+        (
+            {"controllers": {"mine": SlipPI}},
+            ValueError,
+            r"controllers\['mine'\] is the class",
+        ),
+        ({"controllers": {"a b": SlipPI()}}, ValueError, r"controllers\.'a b' is not a name"),
+    ],
+)
+def test_mistakes_are_one_line(
+    path: Path, given: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message) as caught:
+        cl.ensemble(path, workers=1, **given)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_sample_time_that_does_not_fit_the_sensors_is_told_at_once(path: Path) -> None:
+    slow = SlipPI()
+    slow.sample_time = 0.007
+    with pytest.raises(ValueError, match=r"controllers\.slow.* not a whole number of samples"):
+        cl.ensemble(path, controllers={"slow": slow})
+
+
+def test_an_axis_of_a_controller_that_is_replaced_is_refused(tmp_path: Path) -> None:
+    axis = '\n[axes.held]\nparameter = "controllers.creep_pi.reference"\nvalues = [0.01, 0.02]\n'
+    path = write_sweep(tmp_path, SWEEP + axis)
+    with pytest.raises(ValueError, match=r"an axis varies controllers\.creep_pi\.reference"):
+        cl.ensemble(path, controllers={"creep_pi": SlipPI()})
+
+
+def test_a_controller_in_the_scenario_of_a_sweep_is_not_ignored(path: Path) -> None:
+    sweep = cl.load_sweep(path)
+    for name in ("mine", "creep_pi"):
+        every = {**sweep.scenario.controllers, name: SlipPI()}
+        scenario = dataclasses.replace(sweep.scenario, controllers=every)
+        with pytest.raises(ValueError, match=rf"ensemble\(sweep, controllers={{'{name}': \.\.\.}}"):
+            dataclasses.replace(sweep, scenario=scenario)
+
+
+def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_path: Path) -> None:
+    def stop(part: float) -> None:
+        if part > 0.4:
+            raise KeyboardInterrupt
+
+    def start(slip: float, **given: Any) -> Any:
+        own = {"mine": SlipPI(slip)}
+        return cl.ensemble(path, output=tmp_path, chunk=2, workers=1, controllers=own, **given)
+
+    with pytest.raises(KeyboardInterrupt):
+        start(0.3, progress=stop)
+    for _ in range(2):  # it is in parts, then finished
+        with pytest.raises(ValueError, match="of another plan"):
+            start(0.2)
+        with pytest.raises(ValueError, match="of another plan"):
+            start(0.3, metrics={"largest": largest_slip})
+        parts: list[float] = []
+        start(0.3, progress=parts.append)
+        assert parts[0] > 0.3
+    changed = start(0.2, restart=True)
+    assert changed.identical(cl.ensemble(path, controllers={"mine": SlipPI(0.2)}, workers=1))
+
+
+def test_numbers_of_a_metric_are_those_of_arrays(path: Path) -> None:
+    def half(result: cl.Result) -> Any:
+        return np.float32(0.5) if result.time.size else None
+
+    def slipped(result: cl.Result) -> Any:
+        return result["creepage"].max() > 1e-3
+
+    found = cl.ensemble(path, metrics={"half": half, "slipped": slipped}, workers=2)
+    assert (found["half"] == 0.5).all()
+    assert (found["slipped"] == 1.0).all()

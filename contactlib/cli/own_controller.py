@@ -1,0 +1,65 @@
+"""A controller from a Python file that the user names on the command line."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+from contactlib.base.text import explained, known_names
+from contactlib.traction.interface import Controller, checked_controller
+
+
+def load_controller(place: str) -> tuple[str, Controller]:
+    """Run a Python file and return the name and the controller that `place` names in it.
+
+    Parameters
+    ----------
+    place : str
+        ``FILE.py:NAME``, the name of an object, or of a class that needs no arguments.
+
+    Raises
+    ------
+    ValueError
+        If `place` names no controller.
+    OSError
+        If the file cannot be read.
+    RuntimeError
+        If the file or the class raises an error.
+    """
+    file, _, name = place.rpartition(":")
+    if not file or not name.isidentifier():
+        raise ValueError(
+            f"--controller {place} must be FILE.py:NAME, such as my_file.py:MyController"
+        )
+    known = vars(_run(Path(file)))
+    if name not in known:
+        own = [key for key, value in known.items() if getattr(value, "__module__", "") == STEM]
+        raise ValueError(f"--controller {place}: the file has no {name}; {known_names(name, own)}")
+    found = known[name]
+    if isinstance(found, type):
+        try:
+            found = found()
+        except Exception as error:
+            line = explained(f"--controller {place}", error)
+            raise RuntimeError(f"{line}; or name an object that the file makes of it") from error
+    return name, checked_controller(f"--controller {place}", found)
+
+
+STEM = "contactlib_own_controller"  # name under which the file's module is known
+
+
+def _run(file: Path) -> ModuleType:
+    """Run a file as a module; as for a script, it may import what lies beside it."""
+    file.open("rb").close()  # an OSError that names it
+    spec = importlib.util.spec_from_file_location(STEM, file)
+    if spec is None or spec.loader is None:
+        raise ValueError(f"--controller: {file} must be a Python file, whose name ends with .py")
+    module = sys.modules[STEM] = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(file.resolve().parent))
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise explained(f"--controller {file}", error) from error
+    return module

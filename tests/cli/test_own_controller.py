@@ -1,0 +1,126 @@
+"""A controller from a user's Python file on the command line."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from sweep_files import SCENARIO
+
+from contactlib.cli.commands import main
+from contactlib.cli.own_controller import load_controller
+from contactlib.runs.study import open_study
+
+FILE = """
+import contactlib as cl
+from beside import HALF
+
+class Mine(cl.SampledController):
+    sample_time = 0.01
+
+    def __init__(self, share=HALF):
+        self.share = share
+
+    def torque(self, measurement):
+        return self.share * measurement.demand
+
+class Greedy(Mine):
+    def torque(self, measurement):
+        return 2.0 * measurement.demand
+
+class NeedsGain(Mine):
+    def __init__(self, gain):
+        self.gain = gain
+
+quarter = Mine(0.25)
+
+def function(measurement):
+    return measurement.demand
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    (tmp_path / "s.toml").write_text(SCENARIO)
+    (tmp_path / "mine.py").write_text(FILE)
+    (tmp_path / "beside.py").write_text("HALF = 0.5\n")
+    (tmp_path / "broken.py").write_text("x = 1\ny = (\n")
+    (tmp_path / "fails.py").write_text("import nothing_of_this_name\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    yield tmp_path
+    sys.modules.pop("beside", None)
+
+
+def simulated(*given: str, scenario: str = "s.toml") -> Result:
+    return CliRunner().invoke(main, ["simulate", scenario, "-o", "out", *given])
+
+
+def torques(name: str) -> list[float]:
+    with open(f"out/{name}.csv", encoding="ascii") as file:
+        return [float(row["commanded_torque [N.m]"]) for row in csv.DictReader(file)]
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_controller_of_a_file_runs() -> None:
+    result = simulated("--controller", "mine.py:Mine")
+    assert result.exit_code == 0, result.output
+    assert torques("Mine")[-1] == 0.5 * 23e3
+    assert "... Quick: Mine" in result.output
+    assert "creep_pi" not in result.output
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_class_or_an_object_stands_beside_the_scenario_s_own() -> None:
+    for given, share in (("Mine", 0.5), ("quarter", 0.25)):
+        name, found = load_controller(f"mine.py:{given}")
+        study = open_study("s.toml", controllers={name: found})
+        assert list(study.runs) == ["open_loop", "threshold", "creep_pi", name]
+        run = study.runs[name](lambda part: None)
+        assert run["commanded_torque"][-1] == share * 23e3
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ("mine.py", "--controller mine.py must be FILE.py:NAME, such as my_file.py:MyController"),
+        (":Mine", "--controller :Mine must be FILE.py:NAME, such as my_file.py:MyController"),
+        ("none.py:Mine", "[Errno 2] No such file or directory: 'none.py'"),
+        ("s.toml:Mine", "--controller: s.toml must be a Python file, whose name ends with .py"),
+        ("mine.py:Mime", "--controller mine.py:Mime: the file has no Mime; did you mean 'Mine'?"),
+        ("broken.py:Mine", "--controller broken.py: SyntaxError: '(' was never closed"),
+        (
+            "fails.py:Mine",
+            "--controller fails.py: ModuleNotFoundError: No module named 'nothing_of_this_name' "
+            "(fails.py, line 1)",
+        ),
+        ("mine.py:function", "--controller mine.py:function = function is no controller"),
+        ("mine.py:NeedsGain", "--controller mine.py:NeedsGain: TypeError: "),
+        ("mine.py:Greedy", "Greedy.torque at 0 s returned 20000.0: it must return one number"),
+    ],
+)
+@pytest.mark.usefixtures("folder")
+def test_mistakes_are_one_line_and_status_2(place: str, message: str) -> None:
+    result = simulated("--controller", place)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert result.stderr.startswith(f"contactlib: {message}")
+
+
+@pytest.mark.usefixtures("folder")
+def test_what_cannot_be_combined_is_told() -> None:
+    own = ("--controller", "mine.py:Mine")
+    for given, scenario, message in (
+        (("--control", "creep_pi"), "s.toml", "--control cannot be combined with --controller"),
+        ((), "roller_rig.toml", "roller_rig.toml is a model: a controller of your own runs in a"),
+    ):
+        result = simulated(*own, *given, scenario=scenario)
+        assert result.exit_code == 2
+        assert message in result.stderr
+    Path("s.toml").write_text(SCENARIO.replace("controllers.creep_pi", "controllers.Mine"))
+    result = simulated(*own)
+    assert result.stderr == ("contactlib: s.toml has a controller Mine itself: take another name\n")

@@ -1,0 +1,139 @@
+"""Sampled controllers of a user: copies with a state of their own, and what breaks the contract."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from own_controller import SlipPI
+
+import contactlib as cl
+from contactlib.traction import stacked
+
+
+def answering(answer: Callable[[cl.Measurement[float]], Any]) -> cl.SampledController:
+    """Controller of which only the answer matters."""
+
+    class Asked(cl.SampledController):
+        sample_time = 0.01
+
+        def torque(self, measurement: cl.Measurement[float]) -> Any:
+            return answer(measurement)
+
+    return Asked()
+
+
+def asked(control: cl.SampledController, demand: list[float]) -> list[float]:
+    """Torques at the second sample of wheelsets that do not slip."""
+    seen = cl.Measurement(np.array(demand), np.full(len(demand), 10.0), np.full(len(demand), 10.0))
+    whole = stacked([control] * len(demand))
+    _, memory = whole.sample(seen, whole.start(seen, seen.demand))
+    torque, _ = whole.sample(seen, memory)
+    return [float(one) for one in torque]
+
+
+def test_every_wheelset_has_a_copy_and_the_object_stays_as_it_was() -> None:
+    control = SlipPI()
+    before = repr(control)
+    rng = np.random.default_rng(1)
+    rows = [
+        cl.Measurement(np.full(3, 2e4), 10.0 + rng.uniform(0.0, 0.6, 3), np.full(3, 10.0))
+        for _ in range(50)
+    ]
+
+    def torques(wheelset: slice) -> np.ndarray:
+        whole = stacked([control] * 3 if wheelset == slice(None) else [control])
+        seen = [cl.Measurement(*(part[wheelset] for part in row)) for row in rows]
+        memory, found = whole.start(seen[0], seen[0].demand), []
+        for row in seen:
+            torque, memory = whole.sample(row, memory)
+            found.append(torque)
+        return np.array(found)
+
+    together = torques(slice(None))
+    assert np.unique(together).size > 50
+    for i in range(3):
+        assert (torques(slice(i, i + 1))[:, 0] == together[:, i]).all()
+    assert repr(control) == before == "SlipPI(slip=0.3, integral=0.0)"
+
+
+@pytest.mark.parametrize("demand", [2e4, -2e4, 0.0])
+def test_any_kind_of_number_from_zero_to_the_demand_is_a_torque(demand: float) -> None:
+    for kind in (float, int, np.float64, np.float32, np.array, np.int64):
+        control = answering(lambda seen, kind=kind: kind(0.5 * seen.demand))  # type: ignore[misc]
+        assert asked(control, [demand, demand]) == [0.5 * demand] * 2
+    for part in (1e-12, -1e-12):  # rounding is no mistake, and does not get beyond the demand
+        beyond = answering(lambda seen, part=part: (1.0 + part) * seen.demand)  # type: ignore[misc]
+        assert abs(asked(beyond, [demand])[0]) <= abs(demand)
+
+
+@pytest.mark.parametrize(
+    ("answer", "shown"),
+    [
+        (lambda seen: None, "None"),
+        (lambda seen: -1.0, r"-1\.0"),
+        (lambda seen: 1.5 * seen.demand, r"30000\.0"),
+        (lambda seen: float("nan"), "nan"),
+        (lambda seen: float("-inf"), "-inf"),
+        (lambda seen: np.array([1.0]), r"array\(\[1\.\]\)"),
+        (lambda seen: [1.0, [2.0]], r"\[1\.0, \[2\.0\]\]"),
+        (lambda seen: "1", "'1'"),
+        (lambda seen: True, "True"),
+        (lambda seen: 10**400, "1000"),
+    ],
+)
+def test_what_is_no_torque_is_one_line(answer: Callable[..., Any], shown: str) -> None:
+    line = rf"^Asked\.torque at 0 s returned {shown}.*: it must return one number between 0 and "
+    with pytest.raises(ValueError, match=line) as caught:
+        asked(answering(answer), [2e4])
+    message = str(caught.value)
+    assert "\n" not in message
+    assert "the demand, 20000 N.m" in message
+    assert message.endswith("; a return is missing") == (shown == "None")
+
+
+def test_an_error_of_the_user_s_is_told_with_its_place() -> None:
+    def fail(seen: cl.Measurement[float]) -> float:
+        raise KeyError("slip")
+
+    with pytest.raises(
+        RuntimeError, match=r"Asked\.torque at 0 s: KeyError: 'slip' \(test_stacking\.py, line \d+"
+    ) as caught:
+        asked(answering(fail), [2e4])
+    assert isinstance(caught.value.__cause__, KeyError)
+
+
+def test_wheelsets_whose_numbers_overflowed_are_not_asked() -> None:
+    control = answering(lambda seen: seen.demand)
+    assert asked(control, [2e4, float("nan")]) == [2e4, 0.0]
+
+
+def test_what_cannot_be_copied_is_told() -> None:
+    control = SlipPI()
+    control.lock = threading.Lock()  # type: ignore[attr-defined]
+    with pytest.raises(ValueError, match=r"SlipPI cannot be copied, and every run works on a copy"):
+        asked(control, [2e4])
+
+
+class Counts:
+    """Impure, against the protocol: counts its samples in itself."""
+
+    sample_time = 0.01
+    samples = 0
+
+    def start(self, measurement: Any, torque: Any) -> None:
+        return None
+
+    def sample(self, measurement: cl.Measurement[Any], memory: None) -> tuple[Any, None]:
+        self.samples += 1
+        return measurement.demand / self.samples, None
+
+
+def test_an_object_that_keeps_something_runs_twice_alike() -> None:
+    scenario, control = cl.load_scenario("torque_step.toml"), Counts()
+    first, second = (cl.run_scenario(scenario, control) for _ in range(2))  # type: ignore[arg-type]
+    assert first == second
+    assert control.samples == 0
