@@ -17,7 +17,7 @@ import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs import scenario_runs as ensemble_run
 from contactlib.runs.outcomes import OUTCOMES, Metrics
-from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, LONGEST_STEP, run_many
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
 from contactlib.traction import stacked, structure
 
 SHORT = 1.6  # of most of these runs [s]
@@ -191,23 +191,21 @@ def test_an_own_controller_s_runs_do_not_know_each_other(
     scenarios: list[cl.Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One object for all, or one for each; many side by side, or few; again and again."""
-    metrics = {"largest": largest_slip}
+    given: dict[str, Any] = {"metrics": {"largest": largest_slip}, "step": 5e-3}
     control = SlipPI()
-    together = run_many(scenarios, control, ["distance"], metrics=metrics)
+    together = run_many(scenarios, control, ["distance"], **given)
     each = [
         dataclasses.replace(one, controllers={"mine": SlipPI(0.1 if i % 2 else 0.3)})
         for i, one in enumerate(scenarios)
     ]
-    own = run_many(each, "mine", ["distance"], metrics=metrics)
+    own = run_many(each, "mine", ["distance"], **given)
     assert (own["largest"][1::2] != together["largest"][1::2]).any()
     assert (own["distance"][::2] == together["distance"][::2]).all()
     monkeypatch.setattr(ensemble_run, "KEPT", 300)  # rows: one run or two at a time
-    again = run_many(scenarios, control, ["distance"], metrics=metrics)
+    again = run_many(scenarios, control, ["distance"], **given)
     assert all((again[name] == together[name]).all() for name in together)
     for i, one in enumerate(scenarios):
-        alone = cl.run_scenario(
-            one, control, index=i, step=LONGEST_STEP, tolerance=DEFAULT_TOLERANCE
-        )
+        alone = cl.run_scenario(one, control, index=i, step=5e-3, tolerance=DEFAULT_TOLERANCE)
         assert largest_slip(alone) == together["largest"][i]
         assert alone["distance"][-1] == together["distance"][i]
 
