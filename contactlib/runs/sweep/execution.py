@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 import warnings
@@ -243,9 +244,19 @@ def run_chunks(
 
     Raises
     ------
+    ValueError
+        If a controller or metric of a user's own cannot be sent to a process.
     RuntimeError
         If a worker process dies; results finished before have been passed on.
     """
+    if isinstance(workers.executor, ProcessPoolExecutor):
+        try:
+            pickle.dumps((plan.controllers, plan.metrics))
+        except Exception as error:  # pickle raises anything
+            raise ValueError(
+                f"controllers and metrics cannot be sent to processes: {error}; define them at the "
+                "top of a module, or use threads"
+            ) from error
     left, flying = iter(chunks), dict[Future[Results], int]()
     asked = () if workers.stopped is go_on else (workers.stopped,)
     try:
@@ -266,11 +277,10 @@ def run_chunks(
         if isinstance(error, BrokenProcessPool):
             own = {**plan.controllers, **plan.metrics}.values()
             here = any(getattr(one, "__module__", "") == "__main__" for one in own)
+            why = "as it cannot import what a notebook defines" if here else "for lack of memory"
+            more = ", with controllers and metrics in a module" if here else ""
             raise RuntimeError(
-                "a worker process died, perhaps for lack of memory"
-                + (", or because it cannot import what a notebook defines" if here else "")
-                + "; finished chunks are kept if there is an output folder: start the same sweep "
-                "again to continue"
-                + (", or put controllers and metrics into a module" if here else "")
+                f"a worker process died, perhaps {why}; finished chunks are "
+                f"kept if there is an output folder: start the same sweep again to continue{more}"
             ) from None
         raise

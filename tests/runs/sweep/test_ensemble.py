@@ -6,6 +6,7 @@ import dataclasses
 import json
 import math
 import re
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -230,6 +231,18 @@ def test_own_controllers_go_to_processes_and_results_to_a_file(path: Path, tmp_p
     assert found.identical(cl.ensemble(path, workers=1, **own))
     again = cl.ensemble(path, output=tmp_path, **own)  # as read from the file
     assert again.identical(found)
+
+
+def test_what_processes_cannot_import_is_told(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with sweeps.process_workers(1) as pool:
+        metrics = {"local": lambda result: 1.0}
+        with pytest.raises(ValueError, match=r"cannot be sent to processes: .* top of a module"):
+            cl.ensemble(path, executor=pool, metrics=metrics)
+        # As of a notebook: the worker has no such class in its own main module.
+        monkeypatch.setattr(sys.modules["__main__"], "SlipPI", SlipPI, raising=False)
+        monkeypatch.setattr(SlipPI, "__module__", "__main__")
+        with pytest.raises(RuntimeError, match=r"cannot import what a notebook .* in a module"):
+            cl.ensemble(path, executor=pool, controllers={"mine": SlipPI()})
 
 
 def test_metrics_alone_need_no_outcome_of_runs(tmp_path: Path) -> None:
