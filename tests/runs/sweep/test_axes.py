@@ -24,7 +24,7 @@ def test_paths_reach_every_section(tmp_path: Path) -> None:
     assert [s.sensors.seed for s in of("sensors.seed", "3, 4")] == [3.0, 4.0]
     assert [s.duration for s in of("run.duration", "0.5, 1.0")] == [0.5, 1.0]
     references = of("controllers.creep_pi.reference", '"1 %", 0.02')
-    assert [s.controller("creep_pi").reference for s in references] == [0.01, 0.02]  # type: ignore[attr-defined]
+    assert [s.controller("creep_pi").reference for s in references] == [0.01, 0.02]  # type: ignore[union-attr]
 
 
 def test_one_axis_sets_several_parameters(tmp_path: Path) -> None:
@@ -42,8 +42,8 @@ def test_a_factor_multiplies_what_the_file_has(tmp_path: Path) -> None:
     designed = cl.load_sweep(write_sweep(tmp_path)).scenario.controller("creep_pi")
     axis = 'factor_on = "controllers.creep_pi.proportional_gain"\nvalues = [2.0]'
     (changed,) = axis_values(tmp_path, axis)
-    gain = changed.controller("creep_pi").proportional_gain  # type: ignore[attr-defined]
-    assert gain == 2.0 * designed.proportional_gain  # type: ignore[attr-defined]
+    gain = changed.controller("creep_pi").proportional_gain  # type: ignore[union-attr]
+    assert gain == 2.0 * designed.proportional_gain  # type: ignore[union-attr]
 
 
 def test_controllers_do_not_know_what_varies_unless_redesigned(tmp_path: Path) -> None:
@@ -52,7 +52,7 @@ def test_controllers_do_not_know_what_varies_unless_redesigned(tmp_path: Path) -
     once = scenarios_of(cl.load_sweep(write_sweep(tmp_path, head + axis)))
     anew = scenarios_of(cl.load_sweep(write_sweep(tmp_path, "redesign = true\n" + head + axis)))
     (a, b), (c, d) = (
-        [s.controller("creep_pi").proportional_gain for s in found]  # type: ignore[attr-defined]
+        [s.controller("creep_pi").proportional_gain for s in found]  # type: ignore[union-attr]
         for found in (once, anew)
     )
     assert a == b == d
