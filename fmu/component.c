@@ -259,12 +259,14 @@ static result evaluate(component *self) {
 #define DOUBLES_TO(last, first)                                                       \
     ((offsetof(force_element_output, last) - offsetof(force_element_output, first)) / \
      sizeof(double))
-ASSERT_LAYOUT(all_flags, DOUBLES_TO(force_limited, falling_branch) + 1 == FLAG_COUNT);
-ASSERT_LAYOUT(all_margins, DOUBLES_TO(force_margin, falling_margin) + 1 == FLAG_COUNT);
+ASSERT_LAYOUT(all_flags, DOUBLES_TO(unloaded, falling_branch) + 1 == FLAG_COUNT);
+ASSERT_LAYOUT(all_margins, DOUBLES_TO(load_margin, falling_margin) + 1 == FLAG_COUNT);
 ASSERT_LAYOUT(second_margin, DOUBLES_TO(speed_regularized, falling_branch) ==
                                  DOUBLES_TO(speed_margin, falling_margin));
 ASSERT_LAYOUT(third_margin, DOUBLES_TO(k_hat_limited, falling_branch) ==
                                 DOUBLES_TO(k_hat_margin, falling_margin));
+ASSERT_LAYOUT(fourth_margin, DOUBLES_TO(force_limited, falling_branch) ==
+                                 DOUBLES_TO(force_margin, falling_margin));
 
 static double *flags_of(model_values *values) { return &values->output.falling_branch; }
 

@@ -13,25 +13,23 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
     *scales = scaled(contact_scales_of(&there), friction_scale);
 }
 
-/* Without contact there is no force. Its derivative by the load is that of a fully sliding patch.
- */
-static void evaluate_unloaded(const creep_table *table, const force_element_parameters *p,
-                              const force_element_input *in, force_element_output *out) {
-    creep_value q;
+/* Without load or friction there is no force. Its derivative by a load that begins is that of a
+ * patch that slides all over. */
+static void evaluate_without_grip(const creep_table *table, const force_element_parameters *p,
+                                  const force_element_input *in, force_element_output *out) {
     force_state at = begin_force(table, p, contact_scales_of(p), in, decay_at(p, slip_of(p, in)));
     *out =
         (force_element_output){.falling_margin = -1.0, .k_hat_margin = -1.0, .force_margin = -1.0};
     set_kinematics(p, in, &at, out);
     relaxation_rate(p, in, at.slip, 0.0, 0.0, out);
-    creep_table_evaluate(table, copysign(1e30, at.acting), table->one_axis ? 1.0 : table->k_max,
-                         &q);
-    out->force_by_load = at.acting == 0.0 ? 0.0 : at.kinetic * q.traction_ratio;
+    if (in->normal_load >= 0.0 && has_friction(in))
+        out->force_by_load = sliding_coefficient(table, at.acting, at.kinetic);
 }
 
 void force_element_evaluate(const creep_table *table, const force_element_parameters *parameters,
                             const force_element_input *in, force_element_output *out) {
-    if (!is_loaded(parameters, in->normal_load)) {
-        evaluate_unloaded(table, parameters, in, out);
+    if (!can_grip(parameters, in)) {
+        evaluate_without_grip(table, parameters, in, out);
         return;
     }
     creep_value q;

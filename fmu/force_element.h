@@ -25,8 +25,8 @@ typedef struct {
 typedef struct {
     double omega;            /* angular velocity [rad/s] */
     double speed;            /* forward velocity [m/s] */
-    double normal_load;      /* [N] */
-    double friction_scale;   /* multiplies f_s and f_d [1] */
+    double normal_load;      /* a negative load counts as none [N] */
+    double friction_scale;   /* multiplies f_s and f_d; none below LEAST_FRICTION_SCALE [1] */
     double relaxed_creepage; /* state, if there is a relaxation length [1] */
 } force_element_input;
 
@@ -45,10 +45,12 @@ typedef struct {
     double speed_regularized;    /* 1 if |speed| < minimum_speed, without relaxation */
     double k_hat_limited;        /* 1 if k_hat is held at the table's largest value */
     double force_limited;        /* 1 if the force is held at f_s times the load */
+    double unloaded;             /* 1 if there is no load, and so no force */
     double falling_margin;       /* each of these flags is 1 where its margin is > 0 [1] */
     double speed_margin;         /* [m/s] */
     double k_hat_margin;         /* [1] */
     double force_margin;         /* of the friction coefficient [1] */
+    double load_margin;          /* [N] */
     double force_by_omega;       /* partial derivatives of the creep force [N.s] */
     double force_by_speed;       /* [N.s/m] */
     double force_by_load;        /* [1] */
@@ -59,6 +61,9 @@ typedef struct {
     double rate_by_speed;        /* [1/m] */
     double rate_by_relaxed;      /* [1/s] */
 } force_element_output;
+
+/* A smaller friction scale counts as none: the scales of its contact would overflow. */
+#define LEAST_FRICTION_SCALE 1e-6
 
 /* Largest process zone ratio for which the law's limit of a vanishing weakening zone is good. */
 #define PROCESS_ZONE_LIMIT 0.5

@@ -15,6 +15,15 @@ ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
     return !(load <= 1e-100 * p->nominal_load); /* true for NaN, so that it shows in the output */
 }
 
+ALWAYS_INLINE int has_friction(const force_element_input *in) {
+    return !(in->friction_scale < LEAST_FRICTION_SCALE);
+}
+
+/* Whether there can be a force. */
+ALWAYS_INLINE int can_grip(const force_element_parameters *p, const force_element_input *in) {
+    return is_loaded(p, in->normal_load) & has_friction(in);
+}
+
 /* Growth of semi-width and peak pressure with a ratio of loads; Hertz's powers for a line contact
  * and an ellipse need no logarithm. */
 static inline double growth_with_load(double ratio, double exponent) {
@@ -89,7 +98,7 @@ typedef struct {
 } force_state;
 
 /* The nominal load of the parameters must be the input's load, scales must belong to the
- * parameters, and decay is exp(-B w). */
+ * parameters, and decay is exp(-B w). Without friction the state is that of friction scale 1. */
 ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_element_parameters *p,
                                       contact_scales scales, const force_element_input *in,
                                       double decay) {
@@ -101,7 +110,8 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     at.creepage = at.slip * at.inverse_speed;
     at.acting = p->relaxation_length > 0.0 ? in->relaxed_creepage : at.creepage;
     /* g has a kink at zero slip; the force has none, as it is zero there. */
-    double g = slip_rate_factor(p, decay, &passing), friction_scale = g * in->friction_scale;
+    double g = slip_rate_factor(p, decay, &passing);
+    double friction_scale = g * (has_friction(in) ? in->friction_scale : 1.0);
     double log_g = p->slip_rate_decay * passing / g;
     at.log_g_by_slip = at.slip == 0.0 ? 0.0 : -copysign(log_g, at.slip);
     at.kinetic = friction_scale * p->kinetic_friction;
@@ -112,7 +122,7 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     return at;
 }
 
-/* Outputs that depend on the velocities alone. */
+/* Outputs that depend on the velocities or the load alone. */
 ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force_element_input *in,
                                   const force_state *at, force_element_output *out) {
     double below = p->minimum_speed - fabs(in->speed);
@@ -122,6 +132,16 @@ ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force
     /* The relaxation needs no regularised speed. */
     out->speed_margin = p->relaxation_length > 0.0 ? -1.0 : below;
     out->speed_regularized = out->speed_margin > 0.0 ? 1.0 : 0.0;
+    out->load_margin = 1e-100 - in->normal_load; /* an indicator must not stay at zero */
+    out->unloaded = out->load_margin > 0.0 ? 1.0 : 0.0;
+}
+
+/* Friction coefficient of a patch that slides all over, with the sign of its force. */
+static inline double sliding_coefficient(const creep_table *table, double acting, double kinetic) {
+    creep_value q;
+    double k_hat = table->one_axis ? 1.0 : table->k_max;
+    creep_table_evaluate(table, copysign(1e30, acting), k_hat, &q);
+    return acting == 0.0 ? 0.0 : kinetic * q.traction_ratio;
 }
 
 /* All outputs except those of the relaxation, from the table's value. */
@@ -212,6 +232,7 @@ static inline void force_tangent(const creep_table *table, const force_element_p
     *dout = (force_element_output){0};
     double dmagnitude = in->speed == 0.0 ? 0.0 : copysign(1.0, in->speed) * din->speed;
     if (!relaxed) dout->speed_margin = dp->minimum_speed - dmagnitude;
+    dout->load_margin = -din->normal_load;
     dout->creepage = (dslip - out->creepage * dreference) / reference;
     double acting = relaxed ? in->relaxed_creepage : out->creepage;
     double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
@@ -223,12 +244,13 @@ static inline void force_tangent(const creep_table *table, const force_element_p
     double dlog_g = (dp->slip_rate_residual * (1.0 - part) -
                      passing * (w * dp->slip_rate_decay + p->slip_rate_decay * dw)) /
                     g;
-    double scale = g * in->friction_scale, kinetic = scale * p->kinetic_friction;
-    double dlog_scale = dlog_g + din->friction_scale / in->friction_scale;
+    double friction = has_friction(in) ? in->friction_scale : 1.0;
+    double scale = g * friction, kinetic = scale * p->kinetic_friction;
+    double dlog_scale = dlog_g + din->friction_scale / friction;
     double dlog_kinetic = dlog_scale + dp->kinetic_friction / p->kinetic_friction;
 
     double zeta0 = out->saturation_creepage, dlog_zeta0 = 0.0;
-    if (is_loaded(p, in->normal_load)) {
+    if (can_grip(p, in)) {
         double drop = p->static_friction - p->kinetic_friction;
         double ddrop = dp->static_friction - dp->kinetic_friction;
         double dlog_drop = dlog_scale + (drop > 0.0 ? ddrop / drop : 0.0);
@@ -306,6 +328,10 @@ static inline void force_tangent(const creep_table *table, const force_element_p
         double dsliding = kinetic * (in->normal_load * dlog_kinetic + din->normal_load);
         dout->force_gradient =
             dsliding * (elastic + through_g) + kinetic * in->normal_load * (delastic + dthrough_g);
+    } else if (is_loaded(p, in->normal_load)) { /* as soon as there is friction, all slides */
+        dout->traction_coefficient =
+            sliding_coefficient(table, acting, kinetic) * din->friction_scale;
+        dout->creep_force = in->normal_load * dout->traction_coefficient;
     } else {
         dout->creep_force = out->force_by_load * din->normal_load;
     }

@@ -91,7 +91,8 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     if (error != NULL) return error;
     double end = radius * state.omega - state.speed;
     /* Under a small load the rounding of this difference may exceed the force. */
-    double most = contact->static_friction * v->input.friction_scale * v->input.normal_load;
+    double load = fmax(0.0, v->input.normal_load);
+    double most = contact->static_friction * v->input.friction_scale * load;
     memory.force = fmin(most, fmax(-most, (a - (end - begin) / step) / m));
     memory.known = 1.0;
     memory.slip = slip;

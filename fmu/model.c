@@ -50,9 +50,10 @@ const char TRUTH[] = "Boolean";
      1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_RELAXED, NULL}
 
 #define CONTACT_INPUTS \
-    GIVEN(INPUT, "normal_load", "N", "normal load", 0.0, 1e12, input.normal_load), \
-    GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients", 1e-6, 1e3, \
-          input.friction_scale)
+    GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
+          input.normal_load), \
+    GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients; below " \
+          TEXT(LEAST_FRICTION_SCALE) " there is no friction", 0.0, 1e3, input.friction_scale)
 
 /* Variables that the contact's outputs depend on (syntax: variable.h). Everything that scales with
  * friction depends on the slip velocity, with which friction falls. */
@@ -100,7 +101,8 @@ const char TRUTH[] = "Boolean";
     ROW(speed_regularized, speed, "m/s", "speed is below minimum_speed", \
         "speed/ minimum_speed/"), \
     ROW(k_hat_limited, k_hat, "1", "k_hat is held at the largest value of the table", IF_K_HAT), \
-    ROW(force_limited, force, "1", "the force is held at static friction times load", RATIO)
+    ROW(force_limited, force, "1", "the force is held at static friction times load", RATIO), \
+    ROW(unloaded, load, "N", "there is no load, and so no force", "normal_load")
 #define FLAG(flag, margin, unit, text, depends) \
     {#flag, TRUTH, text, 0.0, 1.0, AT(output.flag), OUTPUT, ALWAYS, depends}
 #define INDICATOR_OF(flag, margin, unit, text, depends) \

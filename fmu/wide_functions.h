@@ -46,7 +46,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
             force_element_output *out = &output[first + i];
             creep_value q = {
                 .traction_ratio = ratio[i], .slope = slope[i], .log_k_derivative = log_k[i]};
-            if (!is_loaded(parameters, in[i].normal_load)) {
+            if (!can_grip(parameters, &in[i])) {
                 force_element_evaluate(table, parameters, &in[i], out);
                 continue;
             }

@@ -62,7 +62,10 @@ def _model(rig: cl.Model, element: cl.ForceElement) -> cl.Model:
 
 
 def random_points(description: Description, count: int, seed: int) -> Iterator[dict[str, float]]:
-    """Start values all over both branches, in traction and braking, at speeds from zero on."""
+    """Start values all over both branches, in traction and braking, at speeds from zero on.
+
+    One in nine has a load below zero.
+    """
     rng = np.random.default_rng(seed)
     element = description.model.wheelset.element
     ratio = element.friction.ratio
@@ -77,7 +80,7 @@ def random_points(description: Description, count: int, seed: int) -> Iterator[d
         point = {
             "omega": (speed + max(abs(speed), at_rest) * creepage) / element.radius,
             "speed": speed,
-            "normal_load": element.contact.normal_load * rng.uniform(0.3, 2.0),
+            "normal_load": element.contact.normal_load * (rng.uniform(0.3, 2.0) if i % 9 else -0.5),
             "friction_scale": rng.uniform(0.5, 1.2),
             "slip_rate_residual": rng.uniform(0.3, 0.9),
             "slip_rate_decay": rng.uniform(0.1, 0.8),
@@ -166,3 +169,23 @@ def test_declared_dependencies_are_those_that_there_are(
         spare = {"static_friction"} if law == "polach" else set()
         there = found[unknown.variable.name]
         assert there <= declared <= there | spare, unknown.variable.name
+
+
+@pytest.mark.parametrize("kind", ["force_element", "wheelset"])
+@pytest.mark.parametrize("name", ["normal_load", "friction_scale"])
+def test_derivatives_where_grip_begins_are_those_of_a_patch_that_slides(
+    models: dict[str, cl.Model], kind: str, name: str
+) -> None:
+    description = Description(models["line"], kind)
+    unknowns = ["creep_force", *[v.name for v in description.of_role("derivative")]]
+    for omega in (19.0, 20.5):
+        model = native(description, omega=omega, **{name: 0.0})
+        assert model.get("creep_force") == [0.0]
+        exact = np.array(model.tangent(unknowns, {name: 1.0}))
+        start = np.array(model.get(*unknowns))
+        step = {"normal_load": 1e-3, "friction_scale": 2e-6}[name]  # the contact is tiny then
+        model.set(**{name: step})
+        model.evaluate()
+        found = (np.array(model.get(*unknowns)) - start) / step
+        np.testing.assert_allclose(exact, found, rtol=1e-4)
+        assert abs(exact[0]) > 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -20,16 +21,29 @@ def process_zone_limit() -> float:
     return float(library().process_zone_limit())
 
 
+# An FMU takes what a tool's solver passes through, such as the load of a wheel that lifts off. In
+# Python a load below zero, or no friction, is a mistake.
+LEAST = {"normal_load": 0.0, "friction_scale": 1e-6}
+
+
+def _limits(kind: str, *roles: str) -> dict[str, Limits]:
+    return {
+        v.name: replace(v.limits, at_least=LEAST.get(v.name, v.limits.at_least))
+        for v in model_variables(kind)
+        if v.role in roles
+    }
+
+
 @cache
 def force_input_limits() -> Mapping[str, Limits]:
-    """Limits of the force element's inputs, by name."""
-    return {v.name: v.limits for v in model_variables("force_element") if v.role == "input"}
+    """Limits of the force element's inputs in Python, by name."""
+    return _limits("force_element", "input")
 
 
 @cache
 def wheelset_limits() -> Mapping[str, Limits]:
-    """Limits of the wheelset's inputs and states, by name."""
-    return {v.name: v.limits for v in model_variables("wheelset") if v.role in ("input", "state")}
+    """Limits of the wheelset's inputs and states in Python, by name."""
+    return _limits("wheelset", "input", "state")
 
 
 @cache
