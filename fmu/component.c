@@ -169,6 +169,7 @@ void component_reset(component *self) {
     self->now.tolerance = DEFAULT_TOLERANCE;
     self->now.stage = INSTANTIATED;
     self->now.stale = 1;
+    self->doubted = 0;
 }
 
 result component_open(component *self, int model_exchange, const char *token,
@@ -306,10 +307,28 @@ result component_get(component *self, unsigned reference, int boolean, double *v
     return RESULT_OK;
 }
 
+/* What to do if a step was so long that the value ran off; else nothing. */
+static const char *advice(const component *self, const model_variable *v, char *text) {
+    const slip_memory *last = &self->now.values.memory;
+    text[0] = '\0';
+    if (v->role == INPUT && last->stable > 0.0 && last->step > last->stable)
+        snprintf(text, MESSAGE_SIZE,
+                 "; the last step of %s s was longer than the largest stable one of %s s: take "
+                 "steps of at most step_size_hint, or set implicit = true",
+                 SHOWN(last->step), SHOWN(last->stable));
+    if (v->role == STATE && (RUNNING >> self->now.stage & 1u) && self->model->has_contact)
+        snprintf(text, MESSAGE_SIZE,
+                 "; an explicit solver runs off if its steps are longer than %s s: take shorter "
+                 "steps or an implicit solver",
+                 SHOWN(model_explicit_step(self->model, &self->table, &self->now.values)));
+    return text;
+}
+
 static result check_range(component *self, const model_variable *v, double value) {
+    char text[MESSAGE_SIZE];
     if (is_in_range(v, value)) return RESULT_OK;
-    component_log(self, RESULT_DISCARD, "%s = %s is out of range: must be from %s to %s", v->name,
-                  SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum));
+    component_log(self, RESULT_DISCARD, "%s = %s is out of range: must be from %s to %s%s", v->name,
+                  SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum), advice(self, v, text));
     return RESULT_DISCARD;
 }
 
@@ -331,6 +350,21 @@ result component_check(component *self, unsigned reference, int boolean, double 
 void component_put(component *self, unsigned reference, double value) {
     model_set(&self->model->variables[reference], &self->now.values, value);
     self->now.stale = 1;
+}
+
+/* Say it once if the steps tell that parallel_exchange is wrong. */
+static void check_exchange(component *self) {
+    if (self->doubted || self->now.values.memory.doubtful < DOUBTFUL_STEPS) return;
+    int parallel = self->now.values.parallel_exchange != 0.0;
+    self->doubted = 1;
+    component_log(
+        self, RESULT_WARNING,
+        "parallel_exchange = %s does not fit this coupling: the force swings from step to "
+        "step, as the tool applies it %s; set parallel_exchange = %s%s",
+        parallel ? "true" : "false",
+        parallel ? "in the step for which it is calculated" : "one step later",
+        parallel ? "false" : "true",
+        self->now.values.implicit != 0.0 ? "" : ", and keep to step_size_hint");
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */
@@ -359,15 +393,22 @@ result component_step(component *self, double point, double step) {
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     const model_values before = *values;
     const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
-    if (error == NULL && !states_in_range(self)) {
-        *values = before;
-        error = "a state leaves its range";
-    }
+    double longest = values->substep;
     if (error != NULL) {
-        component_log(self, RESULT_DISCARD, "the step of %s s from %s s: %s", SHOWN(step),
-                      SHOWN(point), error);
+        *values = before;
+        component_log(self, RESULT_DISCARD,
+                      "the step of %s s from %s s: %s; take steps of at most %s s, or a larger "
+                      "tolerance",
+                      SHOWN(step), SHOWN(point), error, SHOWN(longest));
         return RESULT_DISCARD;
     }
+    if (!states_in_range(self)) {
+        *values = before;
+        component_log(self, RESULT_DISCARD, "the step of %s s from %s s: a state leaves its range",
+                      SHOWN(step), SHOWN(point));
+        return RESULT_DISCARD;
+    }
+    check_exchange(self);
     values->time = end;
     if (self->states > 0) self->now.stale = 1; /* without states the outputs still hold */
     return RESULT_OK;

@@ -50,6 +50,7 @@ typedef struct {
     void *table_bytes;
     size_t states; /* number of continuous states */
     int model_exchange;
+    int doubted;     /* 1 once it was said that parallel_exchange is wrong */
     unsigned logged; /* one bit for each category */
     component_logger *logger;
     void *shell;

@@ -54,6 +54,34 @@ void tangent_force(const creep_table *table, const model_values *v, const model_
     change->step_size_hint = by_gradient * hint * relative;
 }
 
+/* The memory at the start of a step, with the last step judged. Both hypotheses of which force
+ * acted in it, the last one or the one before, give a slip acceleration by everything else. What
+ * drives the slip does not know of our steps: if it follows their swings under the declared
+ * hypothesis and not under the other one, the declaration is wrong. A drive that swings by itself,
+ * at any frequency, makes both rough. */
+static slip_memory judged(const model_values *v) {
+    static const double FADING = 0.8, LEAST_SWING = 0.1, LEAST_CONTRAST = 30.0;
+    slip_memory memory = v->memory;
+    double m = v->effective_inverse_mass, friction = v->contact.static_friction;
+    double slip = v->contact.radius * v->input.omega - v->input.speed;
+    double swing = LEAST_SWING * m * friction * v->input.friction_scale * v->input.normal_load;
+    double rate = (slip - memory.slip) / memory.step;
+    if (memory.known == 0.0) return memory;
+    int parallel = v->parallel_exchange != 0.0;
+    double force[2] = {parallel ? memory.previous : memory.force,
+                       parallel ? memory.force : memory.previous};
+    for (int i = 0; i < 2; i++) {
+        double external = rate + m * force[i], change = external - memory.external[i];
+        memory.external[i] = external;
+        memory.roughness[i] = FADING * memory.roughness[i] + change * change;
+        if (!(memory.roughness[i] < 1e100)) memory.roughness[i] = memory.external[i] = 0.0;
+    }
+    int rough = memory.roughness[0] > swing * swing && swing > 0.0;
+    int doubtful = rough && memory.roughness[0] > LEAST_CONTRAST * memory.roughness[1];
+    memory.doubtful = doubtful ? fmin(memory.doubtful + 1.0, DOUBTFUL_STEPS) : 0.0;
+    return memory;
+}
+
 /* The implicit mode. During a step the slip velocity w obeys dw/dt = a - m Q(w), where m is the
  * effective inverse mass and a the slip acceleration by everything except the creep force. The
  * value of a in the step before follows from the slip at its ends and the force that acted; it is
@@ -65,7 +93,7 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     const force_element_parameters *contact = &v->contact;
     double m = v->effective_inverse_mass, radius = contact->radius;
     double slip = radius * v->input.omega - v->input.speed, a;
-    slip_memory memory = v->memory;
+    slip_memory memory = judged(v);
     if (memory.known == 0.0) { /* assume a steady slip */
         memory.force = v->output.creep_force;
         a = m * memory.force;
@@ -89,6 +117,7 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     const char *error =
         wheelset_advance(table, contact, &body, &given, &state, step, tolerance, &v->substep);
     if (error != NULL) return error;
+    memory.previous = memory.force;
     double end = radius * state.omega - state.speed;
     /* Under a small load the rounding of this difference may exceed the force. */
     double load = fmax(0.0, v->input.normal_load);
@@ -111,9 +140,26 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     return NULL;
 }
 
+/* A held or relaxed force has nothing to solve: remember the step, to say what is wrong with it. */
+static void remember(model_values *v, double step) {
+    int relaxed = v->contact.relaxation_length > 0.0, first = v->memory.known == 0.0;
+    double force = v->output.creep_force;
+    /* A relaxed force is known at the end of its step only. */
+    if (relaxed) v->memory.previous = v->memory.force, v->memory.force = force;
+    slip_memory memory = judged(v);
+    if (!relaxed) memory.previous = first ? force : memory.force, memory.force = force;
+    double stable = 2.0 * v->step_size_hint;
+    if (memory.stable == 0.0 || stable < memory.stable) memory.stable = stable;
+    memory.known = 1.0;
+    memory.slip = v->contact.radius * v->input.omega - v->input.speed;
+    memory.step = step;
+    v->memory = memory;
+}
+
 const char *advance_force(const creep_table *table, model_values *v, double step,
                           double tolerance) {
     if (v->implicit != 0.0) return step_slip(table, v, step, tolerance);
+    remember(v, step);
     if (v->contact.relaxation_length > 0.0) {
         double limit = v->output.saturation_creepage;
         v->input.relaxed_creepage = force_element_relax(&v->contact, &v->input, limit, step);

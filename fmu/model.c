@@ -1,3 +1,4 @@
+#include <math.h>
 #include <string.h>
 
 #include "model_functions.h"
@@ -250,6 +251,23 @@ const model *model_of(const char *kind) {
     for (size_t i = 0; i < sizeof MODELS / sizeof MODELS[0]; i++)
         if (strcmp(kind, MODELS[i].kind) == 0) return &MODELS[i];
     return NULL;
+}
+
+/* With relaxation the slip w and the force's creepage z obey dw/dt = -lambda v z and
+ * sigma dz/dt = w - v z. Euler's method is stable below 1 / lambda where they swing, and below
+ * 2 sigma / v where both decay; half of that allows for sigma, which shrinks in a sliding patch. */
+double model_explicit_step(const model *m, const creep_table *table, const model_values *values) {
+    model_values v = *values;
+    const force_element_parameters *p = &v.contact;
+    if (!m->has_contact) return INFINITY;
+    v.input.omega = v.input.speed / p->radius;
+    v.input.relaxed_creepage = v.memory.known = 0.0;
+    m->evaluate(table, &v);
+    double inertia = v.body.inertia, inverse_mass = v.effective_inverse_mass;
+    if (inertia > 0.0) inverse_mass = p->radius * p->radius / inertia + v.body.inverse_mass;
+    double pole = v.output.force_gradient * inverse_mass;
+    if (p->relaxation_length == 0.0) return 2.0 / pole;
+    return fmin(1.0 / pole, p->relaxation_length / fabs(v.input.speed));
 }
 
 void model_evaluate(const model *m, const creep_table *table, model_values *values) {

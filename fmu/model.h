@@ -8,14 +8,25 @@
 #include "variable.h"
 #include "wheelset.h"
 
-/* The last step of the implicit force element. */
+/* What the force element keeps of the steps before. */
 typedef struct {
-    double known;   /* 1 after the first step */
-    double slip;    /* slip velocity at its start, as the tool gave it [m/s] */
-    double step;    /* its length [s] */
-    double applied; /* creep force on the tool's body during the step [N] */
-    double force;   /* mean creep force that the step resulted in [N] */
+    double known;    /* 1 after the first step */
+    double slip;     /* slip velocity at the start of the last step, as the tool gave it [m/s] */
+    double step;     /* length of the last step [s] */
+    double applied;  /* creep force on the tool's body during the last step [N] */
+    double force;    /* creep force of the last step; the mean one, if implicit [N] */
+    double previous; /* that of the step before [N] */
+    double stable;   /* least of the largest stable steps so far; 0 if none was limited [s] */
+    /* Slip acceleration by everything but the creep force in the last step, if both sides of the
+     * exchange step as parallel_exchange says and if they do not, and how it changes: sums of
+     * squares in which older steps count less. */
+    double external[2];  /* [m/s2] */
+    double roughness[2]; /* [m2/s4] */
+    double doubtful;     /* steps in a row that say that parallel_exchange is wrong [1] */
 } slip_memory;
+
+/* So many of them are no accident. */
+#define DOUBTFUL_STEPS 12
 
 /* All numbers of all models. The states of the wheelset are the contact's input. */
 typedef struct {
@@ -32,7 +43,7 @@ typedef struct {
     double step_size_hint;
     wheelset_rates rates;
     slip_memory memory;
-    double substep; /* length that the integrator tries next */
+    double substep; /* length that the integrator tries next [s] */
 } model_values;
 
 typedef struct {
@@ -46,7 +57,8 @@ typedef struct {
     void (*tangent)(const creep_table *table, const model_values *values,
                     const model_values *direction, model_values *change);
     /* Step the states, and outputs that belong to a step, to the next communication point with the
-     * inputs held. Returns NULL, or why the step failed; values are then unchanged. */
+     * inputs held. Returns NULL, or why the step failed; values are then unchanged, but for
+     * substep, which is the longest step that could be made. */
     const char *(*advance)(const creep_table *table, model_values *values, double step,
                            double tolerance);
 } model;
@@ -59,6 +71,11 @@ CONTACTLIB_API int model_has(const model_variable *variable, const model_values 
 
 CONTACTLIB_API double model_get(const model_variable *variable, const model_values *values);
 CONTACTLIB_API void model_set(const model_variable *variable, model_values *values, double value);
+
+/* Largest step with which Euler's method is stable at zero slip, where the slip is stiffest, and up
+ * to twice the saturation creepage [s]. */
+CONTACTLIB_API double model_explicit_step(const model *m, const creep_table *table,
+                                          const model_values *values);
 
 /* The model's functions for Python, which cannot call the struct's members. */
 CONTACTLIB_API void model_evaluate(const model *m, const creep_table *table, model_values *values);

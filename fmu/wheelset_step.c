@@ -74,7 +74,10 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
                        .left = {step},
                        .h = {*substep > 0.0 ? *substep : step}};
     while (run.left[0] > 0.0) {
-        if (run.count[0] >= MOST_SUBSTEPS) return "the tolerance is not met within 100000 substeps";
+        if (run.count[0] >= MOST_SUBSTEPS) {
+            *substep = step - run.left[0];
+            return "the tolerance is not met within 100000 substeps";
+        }
         rosenbrock_substep(&problem, &run, tolerance);
     }
     *substep = run.h[0];

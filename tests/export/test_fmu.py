@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
+import re
 import shutil
 import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -318,11 +322,58 @@ def test_step_that_cannot_be_done_is_discarded(rig: cl.Model, tmp_path: Path, ve
     with pytest.raises(FMICallException) as raised:
         tool.step(1e-3, 1e4)
     assert raised.value.status == 2
-    assert "within 100000 substeps" in tool.said
+    found = re.search(r"within 100000 substeps; take steps of at most ([\d.e-]+) s", tool.said)
+    assert found
     assert tool.get("omega", "speed", "creep_force", "time") == before
-    tool.step(1e-3, 1e-3)
-    assert tool.get("omega") > before[:1]
+    tool.step(1e-3, 0.99 * float(found[1]))
+    assert tool.get("omega") != before[:1]
     tool.fmu.freeInstance()
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_value_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_holds(
+    rig: cl.Model, tmp_path: Path, version: int
+) -> None:
+    folder = exported(rig, tmp_path, "force_element", version)
+    with Instance(folder).start() as tool:
+        (hint,) = tool.get("step_size_hint")
+        for step, advised in ((1.9 * hint, False), (2.1 * hint, True)):
+            tool.step(tool.get("time")[0], step)
+            for value in (np.nan, 1e10):
+                with pytest.raises(FMICallException):
+                    tool.set(omega=value)
+                assert (f"largest stable one of {2.0 * hint:.6g} s" in tool.said) == advised
+                assert ("set implicit = true" in tool.said) == advised
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_state_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_holds(
+    rig: cl.Model, tmp_path: Path, version: int
+) -> None:
+    folder = exported(rig, tmp_path, "force_element-relaxed", version)
+
+    def run(step: float) -> list[tuple[str, str]]:
+        with Instance(folder, exchange=True).start(omega=20.2) as tool:
+            call, state, rate = tool.fmu, (ctypes.c_double * 1)(), (ctypes.c_double * 1)()
+            event, rates = {
+                2: ("newDiscreteStates", "getDerivatives"),
+                3: ("updateDiscreteStates", "getContinuousStateDerivatives"),
+            }[version]
+            getattr(call, event)()
+            call.enterContinuousTimeMode()
+            with suppress(FMICallException):
+                for _ in range(2000):
+                    call.getContinuousStates(state, 1)
+                    getattr(call, rates)(rate, 1)
+                    state[0] += step * rate[0]
+                    call.setContinuousStates(state, 1)
+            return tool.log
+
+    ((category, text),) = run(5e-3)
+    assert category == "logStatusDiscard"
+    found = re.search(r"steps are longer than ([\d.e-]+) s: take shorter", text)
+    assert found
+    assert run(0.98 * float(found[1])) == []
 
 
 def test_bad_experiments_are_refused(unpacked: Path) -> None:
@@ -727,6 +778,75 @@ def test_exchange_is_stable_up_to_twice_the_inverse_slip_pole(rig: cl.Model) -> 
         )
         away = np.abs(run["omega"] - point.omega)
         assert (away[-1] > away[0]) == grows
+
+
+def coupled(
+    tool: Instance, model: cl.Model, *, speed: float, step: float, parallel: bool, count: int = 300
+) -> None:
+    """Step a wheelset and the force element, one after the other or both at once.
+
+    The torque rises, runs the wheel away, and falls again.
+    """
+    wheelset = model.wheelset
+    omega = speed / wheelset.radius
+    (force,) = tool.get("creep_force")
+    for i in range(count):
+        torque = (18e3, 29e3, 9e3)[3 * i // count]
+        before = force
+        tool.set(omega=omega, speed=speed)
+        tool.step(i * step, step)
+        (force,) = tool.get("creep_force")
+        contact = kernel.contact_with_force(before if parallel else force)
+        rates = wheelset.native.motion(omega, speed, torque, 0.0, contact)
+        omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
+
+
+@pytest.mark.parametrize("says", [False, True])
+@pytest.mark.parametrize("does", [False, True])
+@pytest.mark.parametrize(
+    "name", ["force_element", "force_element-relaxed", "force_element-implicit"]
+)
+def test_wrong_parallel_exchange_is_said_once(
+    locomotive: cl.Model, tmp_path: Path, name: str, does: bool, says: bool
+) -> None:
+    options = {**EXPORTS[name], "parallel_exchange": says}
+    fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", **options)
+    folder = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "x")))
+    start = {"omega": 5.0 / locomotive.wheelset.radius, "speed": 5.0}
+    with Instance(folder).start(**start) as tool:
+        # A held force swings in both ways of coupling here, but tells which one it is.
+        coupled(tool, locomotive, speed=5.0, step=5e-3, parallel=does)
+        if says == does:
+            assert tool.log == []
+            return
+        ((category, text),) = tool.log
+        assert category == "logStatusWarning"
+        assert f"parallel_exchange = {str(says).lower()} does not fit" in text
+        assert f"set parallel_exchange = {str(does).lower()}" in text
+        tool.fmu.terminate()
+        tool.fmu.reset()
+        tool.start(**start)
+        coupled(tool, locomotive, speed=5.0, step=5e-3, parallel=does)
+        assert len(tool.log) == 2
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("name", EXPORTS)
+def test_reference_run_is_silent(
+    locomotive: cl.Model, tmp_path: Path, name: str, parallel: bool
+) -> None:
+    options = {**EXPORTS[name], "parallel_exchange": parallel and "force" in name}
+    fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", **options)
+    folder = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "x")))
+    csv = folder / "documentation" / "reference_run.csv"
+    rows: Any = np.genfromtxt(csv, delimiter=",", names=True, dtype=np.float64)
+    with Instance(folder).initialize() as tool:
+        inputs = [v.name for v in tool.description.modelVariables if v.causality == "input"]
+        tool.fmu.exitInitializationMode()
+        for row, following in pairwise(rows):
+            tool.set(**{n: float(row[n]) for n in inputs})
+            tool.step(float(row["time"]), float(following["time"] - row["time"]))
+        assert tool.log == []
 
 
 @pytest.mark.parametrize("version", VERSIONS)
