@@ -253,21 +253,21 @@ const model *model_of(const char *kind) {
     return NULL;
 }
 
-/* With relaxation the slip w and the force's creepage z obey dw/dt = -lambda v z and
+/* With relaxation a wheelset's slip w and its force's creepage z obey dw/dt = -lambda v z and
  * sigma dz/dt = w - v z. Euler's method is stable below 1 / lambda where they swing, and below
  * 2 sigma / v where both decay; half of that allows for sigma, which shrinks in a sliding patch. */
 double model_explicit_step(const model *m, const creep_table *table, const model_values *values) {
     model_values v = *values;
     const force_element_parameters *p = &v.contact;
-    if (!m->has_contact) return INFINITY;
+    int relaxed = p->relaxation_length > 0.0;
+    double longest = relaxed ? p->relaxation_length / fabs(v.input.speed) : INFINITY;
+    if (!m->has_contact || v.body.inertia == 0.0) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;
-    v.input.relaxed_creepage = v.memory.known = 0.0;
+    v.input.relaxed_creepage = 0.0;
     m->evaluate(table, &v);
-    double inertia = v.body.inertia, inverse_mass = v.effective_inverse_mass;
-    if (inertia > 0.0) inverse_mass = p->radius * p->radius / inertia + v.body.inverse_mass;
+    double inverse_mass = p->radius * p->radius / v.body.inertia + v.body.inverse_mass;
     double pole = v.output.force_gradient * inverse_mass;
-    if (p->relaxation_length == 0.0) return 2.0 / pole;
-    return fmin(1.0 / pole, p->relaxation_length / fabs(v.input.speed));
+    return fmin(longest, (relaxed ? 1.0 : 2.0) / pole);
 }
 
 void model_evaluate(const model *m, const creep_table *table, model_values *values) {

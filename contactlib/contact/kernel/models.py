@@ -101,6 +101,10 @@ class NativeModel:
             raise RuntimeError(ffi.string(error).decode())
         self.evaluate()
 
+    def explicit_step(self) -> float:
+        """Largest step with which an explicit solver is stable at zero slip [s]."""
+        return float(library().model_explicit_step(self._model, self._table.struct, self._values))
+
     def tangent(self, unknowns: Sequence[str], direction: Mapping[str, float]) -> list[float]:
         """Changes of the unknowns when the other variables change along a direction."""
         lib = library()

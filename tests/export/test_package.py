@@ -1,0 +1,93 @@
+"""The default experiment and the reference run of an FMU."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from fmu_instance import EXPORTS
+from native_models import native
+
+import contactlib as cl
+from contactlib.contact import kernel
+from contactlib.export.description import Description
+from contactlib.export.package import experiment, reference_run
+
+
+def golden(description: Description) -> Any:
+    """The reference run as an array with a field for each column."""
+    text = io.StringIO(reference_run(description).decode())
+    return np.genfromtxt(text, delimiter=",", names=True, deletechars="", dtype=np.float64)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("speed", [0.2, 10.0, 60.0])
+@pytest.mark.parametrize("relaxation_length", [0.0, 8e-3])
+def test_step_of_a_held_force_is_stable_at_the_start_and_through_the_reference_run(
+    locomotive: cl.Model, relaxation_length: float, speed: float, parallel: bool
+) -> None:
+    description = Description(
+        replace(locomotive, initial_speed=speed),
+        "force_element",
+        relaxation_length=relaxation_length,
+        parallel_exchange=parallel,
+    )
+    stop, step = experiment(description)
+    # The hint is half of the largest stable step.
+    assert step <= native(description).get("step_size_hint")[0]
+    run = golden(description)
+    assert (step <= 2.0 * run["step_size_hint"]).all()
+    assert run["time"][-1] == pytest.approx(stop, rel=1e-12)
+    assert f"{step:.0e}"[0] in "125"
+    assert step == pytest.approx(float(f"{step:.0e}"), rel=1e-12)
+    if step * speed * run.size > 5.0 * relaxation_length:  # else the force has no way to build up
+        assert {*run["falling_branch"].tolist()} == {0.0, 1.0}
+
+
+@pytest.mark.parametrize("sigma", [1e-3, 4e-3, 0.1])
+@pytest.mark.parametrize("speed", [1.0, 10.0])
+@pytest.mark.parametrize("name", EXPORTS)
+def test_explicit_solver_follows_the_reference_run_in_the_same_steps(
+    locomotive: cl.Model, name: str, speed: float, sigma: float
+) -> None:
+    relaxed = "relaxation_length" in EXPORTS[name]
+    if not relaxed and sigma != 4e-3:
+        return
+    options = {**EXPORTS[name], "relaxation_length": sigma if relaxed else 0.0}
+    description = Description(replace(locomotive, initial_speed=speed), **options)
+    run = golden(description)
+    step = experiment(description).step
+    inputs = [v.name for v in description.of_role("input")]
+    states = [v.name for v in description.of_role("state")]
+    rates = [v.name for v in description.of_role("derivative")]
+    model, rows = native(description), []
+    y = np.array(model.get(*states))
+    for row in run:
+        model.set(**dict(zip(states, y.tolist(), strict=True)), **{n: row[n] for n in inputs})
+        model.evaluate()
+        rows.append(y)
+        y = y + step * np.array(model.get(*rates))
+    for name, values in zip(states, np.array(rows).T, strict=True):
+        assert np.abs(values - run[name]).max() < 0.1 * np.ptp(run[name]), name
+
+
+def test_explicit_solver_with_its_own_wheelset_takes_the_step(locomotive: cl.Model) -> None:
+    # In model exchange the implicit mode is not at work, so its step is that of a held force.
+    wheelset = locomotive.wheelset
+    description = Description(locomotive, "force_element", implicit=True)
+    step = experiment(description).step
+    held = Description(locomotive, "force_element")
+    assert experiment(held).step == step
+    torque = 0.9 * wheelset.radius * wheelset.element.friction.kinetic * 220e3
+    omega, speed, model, forces = 20.0, 10.0, native(held), []
+    for _ in range(400):
+        model.set(omega=omega, speed=speed)
+        model.evaluate()
+        forces += model.get("creep_force")
+        contact = kernel.contact_with_force(forces[-1])
+        rates = wheelset.native.motion(omega, speed, torque, 0.0, contact)
+        omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
+    assert np.ptp(forces[200:]) < 1e-2 * forces[-1]
