@@ -88,10 +88,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
 
 
 def reference_run(description: Description) -> bytes:
-    """documentation/reference_run.csv: inputs and outputs at the communication points.
-
-    The outputs of a row belong to its inputs; each step uses the inputs of the previous row.
-    """
+    """documentation/reference_run.csv; the README.txt beside it says what its rows are."""
     inputs = reference_inputs(description)
     time = inputs.pop("time")
     element = description.element
@@ -164,6 +161,7 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     files["documentation/index.html"] = page.index_page(description)
     files["documentation/licenses/license.txt"] = page.licence_text()
     files["documentation/reference_run.csv"] = reference_run(description)
+    files["documentation/README.txt"] = page.reference_run_text(description, STEPS, step)
     return zipped(files)
 
 

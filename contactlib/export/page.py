@@ -284,6 +284,27 @@ def readable_table(table: CreepForceTable) -> bytes:
     return "\n".join([*rows, ""]).encode("ascii")
 
 
+def reference_run_text(description: Description, count: int, step: float) -> bytes:
+    """What the rows of the reference run are, and how those of other tools compare."""
+    states = [v.name for v in description.of_role("state")]
+    if description.start_values.get("implicit"):
+        outputs = "This element is implicit: from row 1 on its outputs are those of the last step."
+        tool = "Their rows equal these."
+    elif states:
+        outputs = f"The states, {' and '.join(states)}, are those at the end of the step."
+        tool = (
+            "In their rows the states equal these; other outputs belong to the same states and "
+            "to the\ninputs of the row before."
+        )
+    else:
+        outputs = "There are no states."
+        tool = "Their row k has the outputs of row k - 1 here: they lag by one row."
+    text = fragment(
+        "reference_run.txt", count=str(count), step=f"{step:g}", outputs=outputs, tool=tool
+    )
+    return text.encode("ascii")
+
+
 def licence_text() -> bytes:
     """The project's licence, from a checkout or from an installed package.
 

@@ -72,6 +72,7 @@ def test_fmu_holds_all_that_a_person_or_a_tool_looks_for(
         "modelDescription.xml",
         "documentation/index.html",
         "documentation/licenses/license.txt",
+        "documentation/README.txt",
         "documentation/reference_run.csv",
         "resources/creep_table.csv",
         "resources/start_values.bin",

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import io
+import zipfile
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
 from fmu_instance import EXPORTS
@@ -91,3 +94,43 @@ def test_explicit_solver_with_its_own_wheelset_takes_the_step(locomotive: cl.Mod
         rates = wheelset.native.motion(omega, speed, torque, 0.0, contact)
         omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
     assert np.ptp(forces[200:]) < 1e-2 * forces[-1]
+
+
+@pytest.mark.parametrize("name", [name for name in EXPORTS if "body" not in name])
+def test_readme_says_how_the_rows_of_fmpy_compare(
+    locomotive: cl.Model, tmp_path: Path, name: str
+) -> None:
+    fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", **EXPORTS[name])
+    description = fmpy.read_model_description(str(fmu))
+    with zipfile.ZipFile(fmu) as archive:
+        text = archive.read("documentation/README.txt").decode("ascii")
+        csv = io.StringIO(archive.read("documentation/reference_run.csv").decode())
+    assert "$" not in text
+    assert max(map(len, text.splitlines())) < 100
+    here: Any = np.genfromtxt(csv, delimiter=",", names=True, deletechars="", dtype=np.float64)
+    step = float(description.defaultExperiment.stepSize)
+    assert f"{here.size - 1} steps of {step:g} s" in text
+    inputs = [v.name for v in description.modelVariables if v.causality == "input"]
+    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    there = fmpy.simulate_fmu(
+        str(fmu),
+        fmi_type="CoSimulation",
+        stop_time=float(here["time"][-1]),
+        output_interval=step,
+        input=here[["time", *inputs]],
+        output=outputs,
+    )
+    states = {u.variable.derivative.name for u in description.derivatives}
+    implicit = "Their rows equal these." in text
+    lagging = "they lag by one row" in text
+    assert [implicit, bool(states), lagging].count(True) == 1
+    assert all(name in text for name in states)
+    for output in outputs:
+        column = here[output]
+        if implicit or output in states:
+            expected = column[1:]
+        elif lagging:
+            expected = column[:-1]
+        else:
+            continue
+        np.testing.assert_allclose(there[output][1:], expected, rtol=1e-9, err_msg=output)

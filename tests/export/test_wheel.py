@@ -146,7 +146,7 @@ def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     assert inside(wheel, tables) == tree(tables, ".bin")
     guide = "contactlib/guide"
     assert inside(wheel, guide) >= tree(guide, ".md", ".py")
-    assets = tree("contactlib/export/assets", ".html", ".css", ".svg", ".png")
+    assets = tree("contactlib/export/assets", ".html", ".css", ".svg", ".png", ".txt")
     assert inside(wheel, "contactlib/export/assets") == assets
     folders = r"contactlib/(fmu|models|contact/tables|export/assets|guide|_native)/|.*\.pyi?$"
     rest = {n for n in inside(wheel, "contactlib") if not re.match(folders, f"contactlib/{n}")}
