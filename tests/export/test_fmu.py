@@ -797,7 +797,8 @@ def coupled(
         tool.set(omega=omega, speed=speed)
         tool.step(i * step, step)
         (force,) = tool.get("creep_force")
-        contact = kernel.contact_with_force(before if parallel else force)
+        applied = before if parallel else force  # of each wheel
+        contact = kernel.contact_with_force(wheelset.element.wheels * applied)
         rates = wheelset.native.motion(omega, speed, torque, 0.0, contact)
         omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
 

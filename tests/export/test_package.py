@@ -84,13 +84,14 @@ def test_explicit_solver_with_its_own_wheelset_takes_the_step(locomotive: cl.Mod
     step = experiment(description).step
     held = Description(locomotive, "force_element")
     assert experiment(held).step == step
+    wheels = wheelset.element.wheels
     torque = 0.9 * wheelset.radius * wheelset.element.friction.kinetic * 220e3
     omega, speed, model, forces = 20.0, 10.0, native(held), []
     for _ in range(400):
         model.set(omega=omega, speed=speed)
         model.evaluate()
         forces += model.get("creep_force")
-        contact = kernel.contact_with_force(forces[-1])
+        contact = kernel.contact_with_force(wheels * forces[-1])
         rates = wheelset.native.motion(omega, speed, torque, 0.0, contact)
         omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
     assert np.ptp(forces[200:]) < 1e-2 * forces[-1]

@@ -34,6 +34,7 @@ def coupled(
         relaxation_length=SIGMA if relaxed else 0.0,
         implicit=implicit,
         parallel_exchange=parallel,
+        whole_wheelset=True,
     )
     omega = (1.0 + creepage) * speed / wheelset.radius
     start = {"omega": omega, "speed": speed, "relaxed_creepage": creepage if relaxed else 0.0}
@@ -184,6 +185,7 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, relaxe
         "force_element",
         relaxation_length=SIGMA if relaxed else 0.0,
         parallel_exchange=parallel,
+        whole_wheelset=True,
     )
     at = {"omega": point.omega, "speed": speed, "relaxed_creepage": creepage if relaxed else 0.0}
     model = native(description, **at)

@@ -12,7 +12,7 @@ from contactlib.export.description import Description
 
 
 def test_relaxation_over_a_step_is_exact(rig: cl.Model) -> None:
-    description = Description(rig, "force_element", relaxation_length=SIGMA)
+    description = Description(rig, "force_element", relaxation_length=SIGMA, whole_wheelset=True)
     rng = np.random.default_rng(2)
     radius, zeta0 = rig.wheelset.radius, rig.wheelset.element.saturation_creepage
     for _ in range(120):
@@ -43,7 +43,9 @@ def test_force_follows_by_one_minus_one_over_e_in_a_relaxation_length(rig: cl.Mo
     creepage, speed = 1e-6, 7.0
     omega = (1.0 + creepage) * speed / rig.wheelset.radius
     model = native(
-        Description(rig, "force_element", relaxation_length=SIGMA), omega=omega, speed=speed
+        Description(rig, "force_element", relaxation_length=SIGMA, whole_wheelset=True),
+        omega=omega,
+        speed=speed,
     )
     model.advance(SIGMA / speed)
     whole = float(rig.wheelset.element.force(omega=omega, speed=speed))
@@ -55,7 +57,9 @@ def test_relaxed_force_comes_to_that_of_the_element(rig: cl.Model, creepage: flo
     element, speed = rig.wheelset.element, 2.0
     omega = (1.0 + creepage) * speed / element.radius
     model = native(
-        Description(rig, "force_element", relaxation_length=SIGMA), omega=omega, speed=speed
+        Description(rig, "force_element", relaxation_length=SIGMA, whole_wheelset=True),
+        omega=omega,
+        speed=speed,
     )
     model.advance(1.0)
     expected = float(element.force(omega=omega, speed=speed))
@@ -63,7 +67,7 @@ def test_relaxed_force_comes_to_that_of_the_element(rig: cl.Model, creepage: flo
 
 
 def test_relaxed_wheel_holds_its_force_at_standstill(rig: cl.Model) -> None:
-    description = Description(rig, "force_element", relaxation_length=SIGMA)
+    description = Description(rig, "force_element", relaxation_length=SIGMA, whole_wheelset=True)
     model = native(description, omega=0.0, speed=0.0, relaxed_creepage=0.01)
     before = model.get("creep_force", "relaxed_creepage")
     model.advance(100.0)
@@ -73,7 +77,7 @@ def test_relaxed_wheel_holds_its_force_at_standstill(rig: cl.Model) -> None:
 
 def test_wheel_that_spins_at_standstill_winds_up_no_spring(rig: cl.Model) -> None:
     # Turned back, it must give its force up within microns, however long it span.
-    description = Description(rig, "force_element", relaxation_length=SIGMA)
+    description = Description(rig, "force_element", relaxation_length=SIGMA, whole_wheelset=True)
     element = rig.wheelset.element
     model = native(description, omega=2.0, speed=0.0)
     model.advance(10.0)
