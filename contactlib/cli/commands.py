@@ -219,6 +219,8 @@ def _plain(text: str) -> bool:
 @click.option(
     "--parallel-exchange", is_flag=True, help="Both sides of the coupling step in parallel."
 )
+@click.option("--author", help="Author of the exported model.")
+@click.option("--version", help="Version of the exported model.")
 @click.option(
     "--ssp",
     is_flag=True,
@@ -239,6 +241,8 @@ def fmu(
     relaxation_length: float | None,
     implicit: bool,
     parallel_exchange: bool,
+    author: str | None,
+    version: str | None,
     ssp: bool,
     output: Path | None,
 ) -> None:
@@ -252,6 +256,8 @@ def fmu(
         "fmi_version": int(fmi),
         "platforms": None if platforms is None else [p.strip() for p in platforms.split(",")],
         "relaxation_length": relaxation_length,
+        "author": author,
+        "version": version,
     }
     if ssp:
         chosen = {"kind": kind, "implicit": implicit, "parallel-exchange": parallel_exchange}

@@ -28,6 +28,8 @@ def export_fmu(
     relaxation_length: float | None = None,
     implicit: bool = False,
     parallel_exchange: bool = False,
+    author: str | None = None,
+    version: str | None = None,
 ) -> Path:
     """Write `model` as an FMU for model exchange and co-simulation.
 
@@ -52,6 +54,9 @@ def export_fmu(
         its own slip over a step, and whether both sides of the coupling step in parallel. Default:
         False.
 
+    author, version : str, optional
+        Of the exported model, for its description. Default: not stated.
+
     Returns
     -------
     Path
@@ -63,5 +68,13 @@ def export_fmu(
         If an argument is invalid or does not apply to the kind, or a platform's library is not
         built; the message names the command that builds it.
     """
-    description = describe(model, kind, relaxation_length, implicit, parallel_exchange)
+    description = describe(
+        model,
+        kind,
+        relaxation_length,
+        implicit,
+        parallel_exchange,
+        author=author,
+        version=version,
+    )
     return write_whole(path, fmu(description, fmi_version, platforms))

@@ -115,6 +115,8 @@ class Description:
         Whether the force element is that of all wheels of the wheelset. Default: that of one wheel.
     starts : mapping of str to float, optional
         Start values by name, in place of the model's; names that are not of this kind are ignored.
+    author, version : str or None, optional
+        Of the exported model. Default: not stated.
     """
 
     model: Model
@@ -124,6 +126,8 @@ class Description:
     parallel_exchange: bool = False
     whole_wheelset: bool = False
     starts: Mapping[str, float] = field(default_factory=dict)
+    author: str | None = None
+    version: str | None = None
 
     @property
     def model_name(self) -> str:
@@ -140,7 +144,7 @@ class Description:
         digest = hashlib.sha256()
         if self.has_contact:
             digest.update(self.element.table.data)
-        digest.update(repr((self.text, self.start_values)).encode())
+        digest.update(repr((self.text, self.start_values, self.author, self.version)).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
     @cached_property
@@ -263,8 +267,13 @@ class Description:
             "wheel_torque": element.radius * force,
             "drive_torque": element.radius * force,
             "creepage": zeta0,
+            "normalized_creepage": 1.0,
+            "saturation_creepage": zeta0,
             "traction_coefficient": friction.kinetic,
             "force_gradient": force / (zeta0 * speed),
+            "k_hat": element.k_hat or 1.0,
+            "process_zone_ratio": 1.0,
+            "step_size_hint": 1e-3,
         }
 
     def of_role(self, *roles: str) -> list[Variable]:

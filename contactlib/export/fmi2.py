@@ -12,6 +12,7 @@ from contactlib.export.markup import (
     add_units,
     dependency_attributes,
     document,
+    metadata,
     type_attributes,
     types_of,
     value_attributes,
@@ -33,13 +34,9 @@ def model_description(
     indicators = description.of_role("indicator")
     root = Element(
         "fmiModelDescription",
+        metadata(description),
         fmiVersion="2.0",
-        modelName=description.model_name,
         guid=description.token,
-        description=description.text,
-        license="MIT",
-        generationTool="contactlib",
-        variableNamingConvention="structured",
         numberOfEventIndicators=str(len(indicators)),
     )
     own = {

@@ -12,6 +12,7 @@ from contactlib.export.markup import (
     add_units,
     dependency_attributes,
     document,
+    metadata,
     type_attributes,
     types_of,
     value_attributes,
@@ -66,13 +67,9 @@ def model_description(description: Description, stop: float, step: float) -> byt
     """modelDescription.xml; `stop` and `step` are those of the experiment [s]."""
     root = Element(
         "fmiModelDescription",
+        metadata(description),
         fmiVersion="3.0",
-        modelName=description.model_name,
         instantiationToken=description.token,
-        description=description.text,
-        license="MIT",
-        generationTool="contactlib",
-        variableNamingConvention="structured",
     )
     own = {
         "ModelExchange": {"needsCompletedIntegratorStep": "false"},

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from contactlib.export.description import Description, Unknown, Variable
+from contactlib.export.page import version
 from contactlib.export.units import UNITS, Type
 
 CATEGORIES = {
@@ -27,6 +28,19 @@ def document(root: Element) -> bytes:
     return bytes(ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True))
 
 
+def metadata(description: Description) -> dict[str, str]:
+    """What a description says of the FMU as a whole, but for its version of FMI and its token."""
+    given = {"author": description.author, "version": description.version}
+    return {
+        "modelName": description.model_name,
+        "description": description.text,
+        **{key: value for key, value in given.items() if value is not None},
+        "license": "MIT",
+        "generationTool": f"contactlib {version()}",
+        "variableNamingConvention": "structured",
+    }
+
+
 def types_of(description: Description) -> list[Type]:
     """Types in use, sorted by name."""
     return sorted({v.type for v in description.variables if v.type is not None})
@@ -37,16 +51,15 @@ def add_units(root: Element, description: Description) -> None:
     parent = SubElement(root, "UnitDefinitions")
     for name in sorted({kind.unit for kind in types_of(description)}):
         unit = SubElement(parent, "Unit", name=name)
-        base, display = UNITS[name]
+        base, displays = UNITS[name]
         SubElement(unit, "BaseUnit", {key: str(power) for key, power in base.items()})
-        if display is not None:
+        for display in displays:
             SubElement(unit, "DisplayUnit", name=display.name, factor=number(display.factor))
 
 
 def type_attributes(kind: Type) -> dict[str, str]:
     """Attributes of a type's definition."""
-    display = UNITS[kind.unit].display
-    shown = {"displayUnit": display.name} if kind.displayed and display is not None else {}
+    shown = {} if kind.display is None else {"displayUnit": kind.display.name}
     return {"quantity": kind.name, "unit": kind.unit, **shown}
 
 

@@ -111,6 +111,9 @@ def describe(
     relaxation_length: float | None,
     implicit: bool,
     parallel_exchange: bool,
+    *,
+    author: str | None = None,
+    version: str | None = None,
 ) -> Description:
     """Check the parameters of `contactlib.export_fmu` and return a description."""
     if kind not in kernel.MODEL_KINDS:
@@ -125,12 +128,18 @@ def describe(
     if (implicit or parallel_exchange) and kind != "force_element":
         name = "implicit" if implicit else "parallel_exchange"
         raise ValueError(f"{name} = True needs kind = 'force_element', not {kind!r}")
+    for name, text in (("author", author), ("version", version)):
+        printable = isinstance(text, str) and text.strip() and text.isprintable()
+        if text is not None and not printable:
+            raise ValueError(f"{name} = {shown(text)} must be text in one line")
     return Description(
         model,
         kind,
         relaxation_length=relaxation_length or 0.0,
         implicit=implicit,
         parallel_exchange=parallel_exchange,
+        author=author,
+        version=version,
     )
 
 

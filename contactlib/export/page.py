@@ -20,6 +20,7 @@ from contactlib.contact import kernel
 from contactlib.contact.table import CreepForceTable
 from contactlib.export.curve_svg import curve_svg, sample_curve
 from contactlib.export.description import MODEL_NAMES, Description, Variable
+from contactlib.export.units import WEAKENING
 from contactlib.files.model import Missing
 
 ASSETS = PACKAGE / "export" / "assets"
@@ -144,15 +145,20 @@ def variable_tables(variables: Sequence[Variable]) -> str:
 
 
 def _cells(v: Variable) -> list[str]:
-    low, high = ("" if limit is None else f"{limit:.6g}" for limit in (v.minimum, v.maximum))
+    unit, factor = v.unit, 1.0
+    if v.type == WEAKENING and v.type.display is not None:
+        unit, factor = v.type.display
+    low, high = (
+        "" if limit is None else f"{factor * limit:.6g}" for limit in (v.minimum, v.maximum)
+    )
     between = f"{low} &#8230; {high}" if low and high else (low and f"&#8805; {low}")
     limits = "" if v.unit == "Boolean" else between or (high and f"&#8804; {high}")
     if v.start is None:
         start = ""
     else:
-        start = str(v.start).lower() if isinstance(v.start, bool) else f"{v.start:.6g}"
+        start = str(v.start).lower() if isinstance(v.start, bool) else f"{factor * v.start:.6g}"
     name = f"<code>{escape(v.name)}</code>"
-    return [name, escape(v.unit), limits, start, escape(v.description)]
+    return [name, escape(unit), limits, start, escape(v.description)]
 
 
 def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str) -> str:
@@ -247,7 +253,7 @@ def index_page(description: Description) -> bytes:
         "Coupling": coupling(description),
         "Loading it": tools(kind, variables),
         "Limits and validation": asset("limits.html") if contact else "",
-        "Licence and versions": _licence(table),
+        "Licence and versions": _licence(description),
     }
     shown = {heading: text for heading, text in sections.items() if text}
     anchors = {heading: heading.lower().replace(" ", "-") for heading in shown}
@@ -334,11 +340,14 @@ def version() -> str:
         return "unreleased"
 
 
-def _licence(table: CreepForceTable) -> str:
+def _licence(description: Description) -> str:
+    table = description.element.table
     cells = " by ".join(str(n) for n in table.cells)
     size = f", {cells} cells" if any(table.cells) else ""
+    given = {"Version": description.version, "Author:": description.author}
+    stated = "".join(f"{key} {escape(text)}. " for key, text in given.items() if text is not None)
     return (
-        f"<p>contactlib {version()}; library <code>{escape(kernel.token())}</code>; table of "
-        f"<code>{escape(table.law)}</code>{size}.</p>\n"
+        f"<p>{stated}contactlib {version()}; library <code>{escape(kernel.token())}</code>; "
+        f"table of <code>{escape(table.law)}</code>{size}.</p>\n"
         f"<pre>{escape(licence_text().decode())}</pre>"
     )

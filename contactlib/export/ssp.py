@@ -22,9 +22,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 from contactlib.base.writing import write_whole
 from contactlib.export.description import Description, Variable
-from contactlib.export.markup import document, number
+from contactlib.export.markup import TOLERANCE, document, number
 from contactlib.export.package import describe, fmu, zipped
-from contactlib.export.page import asset, fragment, version
+from contactlib.export.page import asset, fragment
+from contactlib.export.page import version as tool_version
 from contactlib.export.units import UNITS
 from contactlib.stability import quasi_steady_torque
 
@@ -57,8 +58,8 @@ SCHEMAS = {
     "xmlns:ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
     "xmlns:ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
     "xmlns:osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
+    "xmlns:oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
 }
-METADATA = {"version": "1.0", "license": "MIT", "generationTool": "contactlib"}
 
 
 def export_ssp(
@@ -68,6 +69,8 @@ def export_ssp(
     fmi_version: int = 2,
     platforms: Sequence[str] | None = None,
     relaxation_length: float | None = None,
+    author: str | None = None,
+    version: str | None = None,
 ) -> Path:
     """Write `model` as an SSP 1.0 package of two coupled FMUs that is ready to run.
 
@@ -89,6 +92,8 @@ def export_ssp(
     relaxation_length : float, optional
         Rolling distance over which the force follows the creepage [m]; it adds a state to
         `contact`. Default: the force follows at once.
+    author, version : str, optional
+        As for `export_fmu`, of the package and of both FMUs.
 
     Returns
     -------
@@ -102,9 +107,10 @@ def export_ssp(
         command that builds it.
     """
     starts = operating_point(model)
-    contact = describe(model, "force_element", relaxation_length, True, True)
+    given = {"author": author, "version": version}
+    contact = describe(model, "force_element", relaxation_length, True, True, **given)
     contact = replace(contact, whole_wheelset=True)
-    body = describe(model, "wheelset_body", None, False, False)
+    body = describe(model, "wheelset_body", None, False, False, **given)
     parts = {CONTACT: replace(contact, starts=starts), BODY: replace(body, starts=starts)}
     files = {
         "SystemStructure.ssd": _structure(SYSTEM_NAME, model, parts, closed=True),
@@ -141,10 +147,22 @@ def _values_path(name: str) -> str:
     return f"resources/{name}.ssv"
 
 
+def _metadata(part: Description) -> dict[str, str]:
+    """What a file says of itself: the version is that of the standard."""
+    given = {"author": part.author, "fileversion": part.version}
+    return {
+        "version": "1.0",
+        **{key: value for key, value in given.items() if value is not None},
+        "license": "MIT",
+        "generationTool": f"contactlib {tool_version()}",
+    }
+
+
 def _structure(name: str, model: Model, parts: dict[str, Description], *, closed: bool) -> bytes:
     """The system structure, either closed or with connectors to a larger system."""
     outside, visible = ({}, {}) if closed else (INPUTS, OUTPUTS)
-    root = Element("ssd:SystemStructureDescription", {**SCHEMAS, **METADATA, "name": name})
+    about = _metadata(parts[CONTACT])
+    root = Element("ssd:SystemStructureDescription", {**SCHEMAS, **about, "name": name})
     root.set("description", f"{model.name}: wheel on rail")
     system = SubElement(root, "ssd:System", name="system")
     if not closed:
@@ -161,6 +179,7 @@ def _structure(name: str, model: Model, parts: dict[str, Description], *, closed
         for part, names in group.items():
             for v in names:
                 _connect(connections, v, **{side: part})
+    _add_master(system)
     exchanged = [v for group in (outside, OUTPUTS) for v in _variables(parts, group)]
     _add_units(SubElement(root, "ssd:Units"), exchanged)
     experiment = SubElement(root, "ssd:DefaultExperiment", startTime="0", stopTime=number(STOP))
@@ -207,6 +226,25 @@ def _add_units(parent: Element, variables: Iterable[Variable]) -> None:
         SubElement(unit, "ssc:BaseUnit", exponents)
 
 
+def _add_master(system: Element) -> None:
+    """Add what OMSimulator needs to know the kind of a system: a master that steps all at once.
+
+    It reads only the first annotation of a system.
+    """
+    annotations = SubElement(system, "ssd:Annotations")
+    annotation = SubElement(annotations, "ssc:Annotation", type="org.openmodelica")
+    information = SubElement(SubElement(annotation, "oms:Annotations"), "oms:SimulationInformation")
+    tolerance = number(TOLERANCE)
+    SubElement(
+        information,
+        "oms:FixedStepMaster",
+        description="oms-ma",
+        stepSize=number(STEP),
+        absoluteTolerance=tolerance,
+        relativeTolerance=tolerance,
+    )
+
+
 def _add_algorithm(experiment: Element) -> None:
     """Add the step that libcosim uses by default; without it libcosim ends the program."""
     annotations = SubElement(experiment, "ssd:Annotations")
@@ -220,7 +258,7 @@ def _values(name: str, part: Description) -> bytes:
     variables = [part.by_name[v] for v in PARAMETERS[name]]
     spaces = {key: SCHEMAS[key] for key in ("xmlns:ssv", "xmlns:ssc")}
     # Both components' sets have the same name, by which ecos applies them.
-    root = Element("ssv:ParameterSet", {**spaces, **METADATA, "name": "parameters"})
+    root = Element("ssv:ParameterSet", {**spaces, **_metadata(part), "name": "parameters"})
     parameters = SubElement(root, "ssv:Parameters")
     for v in variables:
         parameter = SubElement(parameters, "ssv:Parameter", name=v.name, description=v.description)
@@ -249,7 +287,7 @@ def _page(model: Model, parts: dict[str, Description]) -> bytes:
         "ssp.html",
         model_name=escape(model.name),
         source=escape(model.source),
-        version=version(),
+        version=tool_version(),
         style=asset("page.css"),
         icon=asset("icon.svg"),
         speed=f"{model.initial_speed:.5g}",

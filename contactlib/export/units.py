@@ -14,25 +14,25 @@ class Display(NamedTuple):
 
 
 class Unit(NamedTuple):
-    """Exponents of the SI base units, and the customary display unit."""
+    """Exponents of the SI base units, and customary display units, the usual one first."""
 
     base: dict[str, int]
-    display: Display | None = None
+    displays: tuple[Display, ...] = ()
 
 
 UNITS: dict[str, Unit] = {
-    "1": Unit({}, Display("%", 100.0)),
-    "s": Unit({"s": 1}, Display("ms", 1e3)),
-    "m": Unit({"m": 1}, Display("mm", 1e3)),
-    "N": Unit({"kg": 1, "m": 1, "s": -2}, Display("kN", 1e-3)),
-    "Pa": Unit({"kg": 1, "m": -1, "s": -2}, Display("MPa", 1e-6)),
-    "m/s": Unit({"m": 1, "s": -1}, Display("km/h", 3.6)),
+    "1": Unit({}, (Display("%", 100.0),)),
+    "s": Unit({"s": 1}, (Display("ms", 1e3),)),
+    "m": Unit({"m": 1}, (Display("mm", 1e3), Display("um", 1e6))),
+    "N": Unit({"kg": 1, "m": 1, "s": -2}, (Display("kN", 1e-3),)),
+    "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (Display("MPa", 1e-6),)),
+    "m/s": Unit({"m": 1, "s": -1}, (Display("km/h", 3.6),)),
     "s/m": Unit({"m": -1, "s": 1}),
     "m/s2": Unit({"m": 1, "s": -2}),
     "1/s": Unit({"s": -1}),
-    "rad/s": Unit({"rad": 1, "s": -1}, Display("rpm", 30.0 / math.pi)),
+    "rad/s": Unit({"rad": 1, "s": -1}, (Display("rpm", 30.0 / math.pi),)),
     "rad/s2": Unit({"rad": 1, "s": -2}),
-    "N.m": Unit({"kg": 1, "m": 2, "s": -2}, Display("kN.m", 1e-3)),
+    "N.m": Unit({"kg": 1, "m": 2, "s": -2}, (Display("kN.m", 1e-3),)),
     "N.s/m": Unit({"kg": 1, "s": -1}),
     "N.s2/m2": Unit({"kg": 1, "m": -1}),
     "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
@@ -42,18 +42,24 @@ UNITS: dict[str, Unit] = {
 
 
 class Type(NamedTuple):
-    """A physical type: its unit, and whether tools show it in the display unit."""
+    """A physical type: its unit, and the index of the display unit that tools show; none if -1."""
 
     name: str
     unit: str
-    displayed: bool = True
+    shown_in: int = 0
+
+    @property
+    def display(self) -> Display | None:
+        """Display unit, if there is one."""
+        displays = UNITS[self.unit].displays
+        return displays[self.shown_in] if 0 <= self.shown_in < len(displays) else None
 
 
 # Types by unit; for unit 1 the variable's name decides.
 TYPES = {
     kind.unit: kind
     for kind in (
-        Type("Time", "s", displayed=False),
+        Type("Time", "s", shown_in=-1),
         Type("Length", "m"),
         Type("Force", "N"),
         Type("Pressure", "Pa"),
@@ -71,8 +77,9 @@ TYPES = {
         Type("InverseMass", "1/kg"),
     )
 }
-NUMBER = Type("Number", "1", displayed=False)
+NUMBER = Type("Number", "1", shown_in=-1)
 CREEPAGE = Type("Creepage", "1")
+WEAKENING = Type("WeakeningLength", "m", shown_in=1)
 CREEPAGES = ("creepage", "saturation_creepage", "relaxed_creepage")
 
 
@@ -80,4 +87,4 @@ def type_of(name: str, unit: str) -> Type:
     """Type of a variable."""
     if unit == "1":
         return CREEPAGE if name in CREEPAGES else NUMBER
-    return TYPES[unit]
+    return WEAKENING if name == "weakening_length" else TYPES[unit]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -135,3 +136,40 @@ def test_readme_says_how_the_rows_of_fmpy_compare(
         else:
             continue
         np.testing.assert_allclose(there[output][1:], expected, rtol=1e-9, err_msg=output)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", EXPORTS)
+def test_description_says_who_made_what(
+    locomotive: cl.Model, tmp_path: Path, name: str, version: int
+) -> None:
+    options = {**EXPORTS[name], "fmi_version": version}
+    author = "\u00c5sa <\u00c5ngstr\u00f6m> & daughter"
+    fmu = cl.export_fmu(locomotive, tmp_path / "a.fmu", author=author, version="2.3", **options)
+    again = cl.export_fmu(locomotive, tmp_path / "b.fmu", author=author, version="2.3", **options)
+    assert again.read_bytes() == fmu.read_bytes()  # no date
+    found = fmpy.read_model_description(str(fmu))
+    assert (found.author, found.version) == (author, "2.3")
+    assert found.generationTool == f"contactlib {metadata.version('contactlib')}"
+    plain = fmpy.read_model_description(
+        str(cl.export_fmu(locomotive, tmp_path / "c.fmu", **options))
+    )
+    assert (plain.author, plain.version) == (None, None)
+    for v in found.modelVariables:
+        if v.causality == "output" and v.type != "Boolean":
+            assert float(v.nominal) > 0.0, v.name
+        if v.name == "weakening_length":
+            kind = v.declaredType
+            assert (kind.unit, kind.displayUnit) == ("m", "um")
+            (metre,) = (u for u in found.unitDefinitions if u.name == "m")
+            assert {d.name: d.factor for d in metre.displayUnits}["um"] == 1e6
+
+
+@pytest.mark.parametrize("name", ["author", "version"])
+@pytest.mark.parametrize("text", ["", " ", "two\nlines", "\x00", "\ud800", 3])
+def test_text_that_xml_cannot_hold_is_refused(
+    locomotive: cl.Model, tmp_path: Path, name: str, text: Any
+) -> None:
+    for export in (cl.export_fmu, cl.export_ssp):
+        with pytest.raises(ValueError, match=f"^{name} = .* must be text in one line$"):
+            export(locomotive, tmp_path / "x", **{name: text})

@@ -30,6 +30,7 @@ from contactlib.export.ssp import operating_point
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
+OMS = "{https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 STRUCTURES = ("SystemStructure.ssd", "Subsystem.ssd")
 SIGNALS = (
@@ -208,6 +209,34 @@ def test_parameters_are_start_values_of_the_fmus(package: Path, locomotive: cl.M
     assert float(found["normal_load"]) == wheelset.element.normal_load
     assert float(found["friction_scale"]) == 1.0
     assert float(found["resistance_force"]) == 0.0
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_omsimulator_finds_its_master(package: Path, structure: str) -> None:
+    # As it writes it itself. It reads the first annotation of a system and no other.
+    (annotations,) = root_of(package / structure).findall(f"{SSD}System/{SSD}Annotations")
+    (annotation,) = annotations.findall(f"{SSC}Annotation")
+    assert annotation.get("type") == "org.openmodelica"
+    master = annotation.find(f"{OMS}Annotations/{OMS}SimulationInformation/{OMS}FixedStepMaster")
+    assert master is not None
+    assert master.get("description") == "oms-ma"  # both step at once, as the element expects
+    assert float(master.get("stepSize", "")) == DEFAULT_STEP
+    text = (package / structure).read_text(encoding="utf-8")
+    assert "<oms:FixedStepMaster " in text  # it knows prefixes, not namespaces
+
+
+def test_package_says_who_made_what(locomotive: cl.Model, tmp_path: Path) -> None:
+    path = cl.export_ssp(locomotive, tmp_path / "it.ssp", author="A. B.", version="7")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    for name in (*STRUCTURES, "resources/contact.ssv", "resources/body.ssv"):
+        root = root_of(tmp_path / name)
+        assert [root.get(key) for key in ("version", "author", "fileversion")] == [
+            *("1.0", "A. B.", "7")
+        ]
+        assert root.get("generationTool", "").startswith("contactlib ")
+    for fmu in (tmp_path / "resources").glob("*.fmu"):
+        assert fmpy.read_model_description(str(fmu)).author == "A. B."
 
 
 @pytest.mark.parametrize("law", ["carter_griffith", "falling_friction", "polach", "measured"])
@@ -504,11 +533,16 @@ def test_unwritable_place_leaves_nothing_behind(locomotive: cl.Model, tmp_path: 
 
 def test_command_writes_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(main, ["fmu", "locomotive.toml", "--ssp"])
+    model, stated = cl.load_model("locomotive.toml"), {"author": "A. B.", "version": "1.2"}
+    options = ["--author", "A. B.", "--version", "1.2"]
+    result = CliRunner().invoke(main, ["fmu", "locomotive.toml", "--ssp", *options])
     assert result.exit_code == 0, result.output
     assert result.output == "CreepForceSystem.ssp\n"
-    same = cl.export_ssp(cl.load_model("locomotive.toml"), tmp_path / "same.ssp")
+    same = cl.export_ssp(model, tmp_path / "same.ssp", **stated)
     assert (tmp_path / "CreepForceSystem.ssp").read_bytes() == same.read_bytes()
+    assert CliRunner().invoke(main, ["fmu", "locomotive.toml", *options]).exit_code == 0
+    same = cl.export_fmu(model, tmp_path / "same.fmu", **stated)
+    assert (tmp_path / "CreepForceElement.fmu").read_bytes() == same.read_bytes()
 
 
 @pytest.mark.parametrize(
