@@ -533,7 +533,8 @@ def test_unwritable_place_leaves_nothing_behind(locomotive: cl.Model, tmp_path: 
 
 def test_command_writes_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    model, stated = cl.load_model("locomotive.toml"), {"author": "A. B.", "version": "1.2"}
+    model = cl.load_model("locomotive.toml")
+    stated: dict[str, Any] = {"author": "A. B.", "version": "1.2"}
     options = ["--author", "A. B.", "--version", "1.2"]
     result = CliRunner().invoke(main, ["fmu", "locomotive.toml", "--ssp", *options])
     assert result.exit_code == 0, result.output
