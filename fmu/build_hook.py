@@ -8,7 +8,8 @@ each platform's library can be built on any other:
     python fmu/build_hook.py --check              # only compile, with warnings as errors
 
 For release wheels, CONTACTLIB_HOST names the wheel's platform, and CONTACTLIB_PLATFORMS names
-further platforms whose libraries the wheel contains.
+further platforms whose libraries the wheel contains. An installed package compiles others by the
+same functions, for which it needs no hatchling.
 """
 
 from __future__ import annotations
@@ -27,8 +28,6 @@ from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
-
-from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 SOURCES = Path(__file__).resolve().parent
 NATIVE = SOURCES.parent / "contactlib" / "_native"
@@ -168,17 +167,20 @@ def check_sources() -> None:
         compile_library(host(), Path(scratch) / "checked", "-Werror")
 
 
-class NativeLibraryHook(BuildHookInterface[Any]):
-    """Hatchling's hook: a wheel is for one platform and contains at least its library."""
+if importlib.util.find_spec("hatchling") is not None:
+    from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile before the wheel (or the editable install) is assembled."""
-        beside = os.environ.get("CONTACTLIB_PLATFORMS", "").replace(",", " ").split()
-        for name in named([host(), *beside]):
-            library = build_library(name)
-            build_data["artifacts"].append(library.relative_to(NATIVE.parent.parent).as_posix())
-        build_data["pure_python"] = False
-        build_data["tag"] = f"py3-none-{TARGETS[host()].wheel_tag}"
+    class NativeLibraryHook(BuildHookInterface[Any]):
+        """Hatchling's hook: a wheel is for one platform and contains at least its library."""
+
+        def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+            """Compile before the wheel (or the editable install) is assembled."""
+            beside = os.environ.get("CONTACTLIB_PLATFORMS", "").replace(",", " ").split()
+            for name in named([host(), *beside]):
+                library = build_library(name)
+                build_data["artifacts"].append(library.relative_to(NATIVE.parent.parent).as_posix())
+            build_data["pure_python"] = False
+            build_data["tag"] = f"py3-none-{TARGETS[host()].wheel_tag}"
 
 
 if __name__ == "__main__":

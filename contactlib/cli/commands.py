@@ -251,10 +251,14 @@ def fmu(
     The FMU supports model exchange and co-simulation.
     """
     from contactlib.export import MODEL_NAMES, SYSTEM_NAME, export_fmu, export_ssp
+    from contactlib.export.platforms import to_compile
 
+    names = None if platforms is None else [p.strip() for p in platforms.split(",")]
+    if missing := to_compile(names):
+        ConsoleReporter().line(f"Compiling for {', '.join(missing)}: minutes, the first time only")
     common: dict[str, Any] = {
         "fmi_version": int(fmi),
-        "platforms": None if platforms is None else [p.strip() for p in platforms.split(",")],
+        "platforms": names,
         "relaxation_length": relaxation_length,
         "author": author,
         "version": version,

@@ -45,7 +45,9 @@ def export_fmu(
         Creep force for given velocities (default); wheelset with its creep force, for a given
         drive torque; or wheelset for a given creep force.
     platforms : sequence of str, optional
-        FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``. Default: this machine's.
+        FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``. A library that the
+        installation lacks is compiled, which takes some seconds, and cached. Default: this
+        machine's.
     relaxation_length : float, optional
         Rolling distance over which the force follows the creepage [m]; it adds a state. Default:
         the force follows at once.
@@ -65,8 +67,8 @@ def export_fmu(
     Raises
     ------
     ValueError
-        If an argument is invalid or does not apply to the kind, or a platform's library is not
-        built; the message names the command that builds it.
+        If an argument is invalid or does not apply to the kind, or a platform's library is missing
+        and there is no compiler; the message names the command that installs it.
     """
     description = describe(
         model,

@@ -4,13 +4,26 @@ FMI 3 has one folder for each platform, named by the platform's tuple. FMI 2 (fr
 these tuples too, besides its older folders ``linux64``, ``win64`` and ``darwin64``, which mean
 x86_64. Most importers do not know the tuples and use the older folders on an Arm processor as well,
 so an Arm library is put into both folders where that is possible.
+
+An installation holds this machine's library, a release wheel those of all platforms. What is
+missing is compiled from the C sources in the installation, by the compiler that the extra
+``platforms`` brings, and kept in the user's cache.
 """
 
 from __future__ import annotations
 
+import hashlib
+import importlib.util
 import struct
+import subprocess
+import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
+from importlib import metadata
+from pathlib import Path
+from typing import Any
 
+from contactlib.base.writing import package_folder, write_whole
 from contactlib.contact import kernel
 
 PLATFORMS = ("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
@@ -25,6 +38,7 @@ FMI2_FOLDERS = {
     "aarch64-darwin": ("aarch64-darwin",),
 }
 
+_HOOK = package_folder("fmu") / "build_hook.py"
 UNIVERSAL_MAGIC = 0xCAFEBABE
 SLICE_ALIGNMENT = 14  # exponent of two: the page size of macOS on Arm
 
@@ -52,8 +66,8 @@ def binaries(
     Raises
     ------
     ValueError
-        If a platform is unknown, or its library is missing or was built from other sources; the
-        message names the command that builds it.
+        If a platform is unknown, or its library is missing and there is no compiler; the message
+        names the command that installs it.
     """
     libraries = _libraries(_wanted(platforms))
     members = {}
@@ -81,27 +95,77 @@ def _wanted(platforms: Sequence[str] | None) -> list[str]:
 
 
 def _libraries(names: list[str]) -> dict[str, bytes]:
-    """Library of each platform, all built from the same sources as this machine's."""
-    paths = {name: kernel.library_path(name) for name in names}
-    missing = [name for name, path in paths.items() if not path.is_file()]
-    if missing:
-        raise ValueError(_refusal(missing, "not built", missing))
-    found = {name: path.read_bytes() for name, path in paths.items()}
+    """Library of each platform, all of the same sources as this machine's."""
+    lacking = to_compile(names)
+    found = {name: _compiled(name) if name in lacking else _found(name) for name in names}
+    return {name: data for name, data in found.items() if data is not None}
+
+
+def to_compile(platforms: Sequence[str] | None) -> list[str]:
+    """Platforms whose library an export has to compile first.
+
+    Raises
+    ------
+    ValueError
+        If a platform is unknown, or there is no compiler.
+    """
+    names = [name for name in _wanted(platforms) if _found(name) is None]
+    if names and not _has_compiler():
+        raise ValueError(
+            f"platforms holds {', '.join(map(repr, names))}, whose library is not in this "
+            "installation; pip install 'contactlib[platforms]' brings the compiler that builds it"
+        )
+    return names
+
+
+def _found(name: str) -> bytes | None:
+    installed = _read(kernel.library_path(name))
+    return _read(_cache(name)) if installed is None and _has_compiler() else installed
+
+
+def _read(path: Path) -> bytes | None:
+    """A library that is there and was built from the same sources as this machine's."""
+    data = path.read_bytes() if path.is_file() else b""
     # A library of another platform cannot run here, but contains the token as a string.
-    stale = [name for name, data in found.items() if kernel.token().encode() not in data]
-    if stale:
-        # Either of the two may be the old one, so both are built.
-        both = list(dict.fromkeys([kernel.platform_name(), *stale]))
-        raise ValueError(_refusal(stale, "built from other C sources than this machine's", both))
-    return found
+    return data if kernel.token().encode() in data else None
 
 
-def _refusal(names: list[str], fault: str, to_build: list[str]) -> str:
-    listed = ", ".join(repr(name) for name in names)
-    return (
-        f"platforms holds {listed}, whose library is {fault}; in a checkout, "
-        f"'python fmu/build_hook.py {' '.join(to_build)}' builds it"
-    )
+def _has_compiler() -> bool:
+    return all(importlib.util.find_spec(module) for module in ("platformdirs", "ziglang"))
+
+
+def _cache(name: str) -> Path:
+    """Where the user's cache has the library: another compiler or other flags give another file."""
+    import platformdirs
+
+    compiler = metadata.version("ziglang").encode() + _HOOK.read_bytes()
+    key = f"{kernel.token()}-{hashlib.sha256(compiler).hexdigest()[:16]}"
+    folder = platformdirs.user_cache_path("contactlib", appauthor=False) / "libraries"
+    return folder / key / name / kernel.library_path(name).name
+
+
+def _compiled(name: str) -> bytes:
+    """Compile a library and keep it in the user's cache, if that can be written."""
+    spec: Any = importlib.util.spec_from_file_location("build_hook", _HOOK)
+    build = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(build)
+    if build.source_token() != kernel.token():
+        raise ValueError(
+            f"the C sources in {_HOOK.parent} are not those of this machine's library; "
+            f"'python {_HOOK}' builds it again"
+        )
+    with tempfile.TemporaryDirectory() as scratch:
+        library = Path(scratch) / kernel.library_path(name).name
+        try:
+            build.compile_library(name, library)
+        except subprocess.CalledProcessError as error:
+            raise RuntimeError(f"the library for {name} cannot be compiled: {error}") from None
+        data = library.read_bytes()
+    with suppress(OSError):
+        path = _cache(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, data)
+    return data
 
 
 def universal(slices: Sequence[bytes]) -> bytes:

@@ -103,8 +103,8 @@ def export_ssp(
     Raises
     ------
     ValueError
-        If an argument is invalid, or a platform's library is not built; the message names the
-        command that builds it.
+        If an argument is invalid, or a platform's library is missing and there is no compiler; the
+        message names the command that installs it.
     """
     starts = operating_point(model)
     given = {"author": author, "version": version}

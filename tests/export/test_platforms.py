@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import shutil
 import struct
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -12,8 +16,9 @@ from typing import Any
 import fmpy
 import pytest
 
-from contactlib.base.writing import package_folder
+from contactlib.base.writing import PACKAGE, package_folder
 from contactlib.contact import kernel
+from contactlib.export import platforms
 from contactlib.export.platforms import PLATFORMS, binaries, universal
 
 X86_64, ARM64 = 0x01000007, 0x0100000C  # as macOS counts processors
@@ -115,7 +120,7 @@ def test_one_library_is_not_wrapped() -> None:
 
 
 @pytest.mark.parametrize(
-    ("platforms", "message"),
+    ("names", "message"),
     [
         (["x86_64-linux", "pdp11-unix"], r"'pdp11-unix', must be one of x86_64-linux, .* or all"),
         ("linux64", "'linux64', must be one of"),
@@ -123,32 +128,107 @@ def test_one_library_is_not_wrapped() -> None:
         ([], "platforms is empty, must be one of x86_64-linux"),
     ],
 )
-def test_unknown_platforms_are_refused(platforms: Any, message: str) -> None:
+def test_unknown_platforms_are_refused(names: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        binaries(platforms, 2, "Wheel")
+        binaries(names, 2, "Wheel")
 
 
-def test_libraries_that_are_not_built_are_named_with_their_command(
-    libraries: dict[str, Path],
+# ---- what is missing ------------------------------------------------------------------------
+
+
+@pytest.fixture
+def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A compiler that writes stand-ins, with a cache of its own; returns its log."""
+    log, cache = tmp_path / "log", tmp_path / "cache"
+    hook = tmp_path / "fmu" / "build_hook.py"
+    hook.parent.mkdir()
+    hook.write_text(
+        "from pathlib import Path\n"
+        f"def source_token(): return {kernel.token()!r}\n"
+        "def compile_library(name, library):\n"
+        f"    with open({str(log)!r}, 'a') as file: file.write(name + ' ')\n"
+        "    Path(library).write_bytes(name.encode() + source_token().encode())\n"
+    )
+    pytest.importorskip("ziglang")
+    monkeypatch.setattr(platforms, "_HOOK", hook)
+    folders = pytest.importorskip("platformdirs")
+    monkeypatch.setattr(folders, "user_cache_path", lambda *_, **__: cache)
+    log.write_text("")
+    return log
+
+
+def test_missing_libraries_are_compiled_once_and_kept(
+    libraries: dict[str, Path], compiler: Path
+) -> None:
+    for name in ("x86_64-windows", "aarch64-linux"):
+        libraries[name].unlink()
+    assert platforms.to_compile("all") == ["aarch64-linux", "x86_64-windows"]
+    first = binaries("all", 3, "Wheel")
+    expected = f"x86_64-windows{kernel.token()}".encode()
+    assert first["binaries/x86_64-windows/Wheel.dll"] == expected
+    assert platforms.to_compile("all") == []
+    assert binaries("all", 3, "Wheel") == first
+    assert compiler.read_text().split() == ["aarch64-linux", "x86_64-windows"]
+
+
+def test_libraries_of_other_sources_or_flags_are_compiled_again(
+    libraries: dict[str, Path], compiler: Path
+) -> None:
+    name = next(name for name in PLATFORMS if name != kernel.platform_name())
+    libraries[name].write_bytes(stand_in(name, "0" * 32))
+    binaries([name], 3, "Wheel")
+    hook = compiler.parent / "fmu" / "build_hook.py"
+    hook.write_text(hook.read_text() + "# other flags\n")
+    binaries([name], 3, "Wheel")
+    for path in (compiler.parent / "cache").rglob("contactlib.*"):
+        path.write_bytes(b"of another release")
+    binaries([name], 3, "Wheel")
+    assert compiler.read_text().split() == [name] * 3
+
+
+def test_cache_that_cannot_be_written_costs_time_alone(
+    libraries: dict[str, Path], compiler: Path
+) -> None:
+    libraries["x86_64-windows"].unlink()
+    (compiler.parent / "cache").write_text("a file where the folder should be")
+    for _ in range(2):
+        assert len(binaries("all", 3, "Wheel")) == len(PLATFORMS)
+    assert compiler.read_text().split() == ["x86_64-windows"] * 2
+
+
+@pytest.mark.parametrize("lacking", ["ziglang", "platformdirs"])
+def test_without_the_extra_one_command_is_named(
+    libraries: dict[str, Path], compiler: Path, monkeypatch: pytest.MonkeyPatch, lacking: str
 ) -> None:
     libraries["x86_64-windows"].unlink()
     libraries["aarch64-linux"].unlink()
-    with pytest.raises(ValueError, match=r"python fmu/build_hook\.py x86_64-windows'"):
-        binaries(["x86_64-linux", "x86_64-windows"], 2, "Wheel")
-    with pytest.raises(ValueError, match=r"build_hook\.py aarch64-linux x86_64-windows'"):
+    monkeypatch.setitem(sys.modules, lacking, None)
+    with pytest.raises(ValueError, match="'aarch64-linux', 'x86_64-windows', whose") as told:
         binaries("all", 3, "Wheel")
+    assert str(told.value).count("pip install 'contactlib[platforms]'") == 1
+    assert "python" not in str(told.value)
     assert len(binaries(["x86_64-linux", "x86_64-darwin"], 3, "Wheel")) == 2
+    assert compiler.read_text() == ""
 
 
-def test_libraries_of_other_sources_are_refused(libraries: dict[str, Path]) -> None:
-    here = kernel.platform_name()
-    fresh, stale = [name for name in PLATFORMS if name != here][:2]
-    libraries[stale].write_bytes(stand_in(stale, "0" * 32))
-    with pytest.raises(ValueError, match=f"'{stale}', whose library is .* other C sources") as told:
-        binaries("all", 2, "Wheel")
-    # Either may be the old one.
-    assert f"'python fmu/build_hook.py {here} {stale}'" in str(told.value)
-    assert binaries([fresh], 3, "Wheel")
+def test_changed_sources_ask_for_a_new_library_here_first(
+    libraries: dict[str, Path], compiler: Path
+) -> None:
+    libraries["x86_64-windows"].unlink()
+    hook = compiler.parent / "fmu" / "build_hook.py"
+    hook.write_text(hook.read_text().replace(kernel.token(), "0" * 32))
+    with pytest.raises(ValueError, match=r"'python .*build_hook\.py' builds it again"):
+        binaries("all", 3, "Wheel")
+
+
+def test_failure_of_the_compiler_is_one_line(libraries: dict[str, Path], compiler: Path) -> None:
+    libraries["x86_64-windows"].unlink()
+    hook = compiler.parent / "fmu" / "build_hook.py"
+    fails = "import subprocess\ndef compile_library(*_):\n    "
+    fails += "raise subprocess.CalledProcessError(1, ['zig'])\n"
+    hook.write_text(hook.read_text() + fails)
+    with pytest.raises(RuntimeError, match=r"library for x86_64-windows cannot be compiled: .*zig"):
+        binaries("all", 3, "Wheel")
 
 
 # ---- the build ------------------------------------------------------------------------------
@@ -221,3 +301,36 @@ def test_a_release_wheel_carries_all_libraries_and_its_platform_s_tag(wheel: Whe
 def test_the_build_refuses_unknown_platforms(wheel: Wheel, environment: dict[str, str]) -> None:
     with pytest.raises(SystemExit, match=r"'vax'; known: x86_64-linux, .*"):
         wheel(**environment)
+
+
+@pytest.mark.tools
+@pytest.mark.skipif(sys.platform == "win32", reason="folders keep their rights")
+def test_installed_package_in_a_folder_that_cannot_be_written_compiles_the_same_bits(
+    hook: ModuleType, tmp_path: Path
+) -> None:
+    """As a wheel holds it: the sources inside, no other platform's library, and no hatchling."""
+    name = next(
+        name for name in PLATFORMS if name.endswith("linux") if name != kernel.platform_name()
+    )
+    package = tmp_path / "site-packages" / "contactlib"
+    ignored = shutil.ignore_patterns("__pycache__", name, "source")
+    shutil.copytree(PACKAGE, package, ignore=ignored)
+    for folder in ("fmu", "models"):
+        shutil.copytree(package_folder(folder), package / folder, dirs_exist_ok=True)
+    for path in (package, package.parent, package / "fmu", package / "_native"):
+        path.chmod(0o555)
+    script = (
+        "import sys; sys.modules['hatchling'] = None\n"
+        "from contactlib.export import platforms\n"
+        "sys.stdout.buffer.write(platforms._libraries(sys.argv[1:])[sys.argv[1]])\n"
+    )
+    environment = {"PYTHONPATH": str(package.parent), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    run = [sys.executable, "-c", script, name]
+    done = subprocess.run(
+        run, cwd=tmp_path, env=os.environ | environment, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr.decode()
+    hook.compile_library(name, tmp_path / "contactlib.so")
+    assert done.stdout == (tmp_path / "contactlib.so").read_bytes()
+    for path in (package.parent, package, package / "fmu", package / "_native"):
+        path.chmod(0o755)
