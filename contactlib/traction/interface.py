@@ -64,10 +64,10 @@ class SampledController(ABC):
     ...
     ...     def torque(self, measurement):
     ...         slip = measurement.wheel_speed - measurement.vehicle_speed
-    ...         return measurement.demand if abs(slip) < 0.1 else 0.5 * measurement.demand
+    ...         return measurement.demand if abs(slip) < 0.2 else 0.1 * measurement.demand
     >>> run = cl.run_scenario(cl.load_scenario("dry_wet_dry.toml"), Cautious())
     >>> f"{run['creepage'].max():.3f}"
-    '0.017'
+    '0.063'
     """
 
     sample_time: float

@@ -83,10 +83,10 @@ HELD: dict[type, tuple[str, ...]] = {
 }
 
 
-def _names(code: CodeType) -> Iterator[str]:
+def _names(function: CodeType) -> Iterator[str]:
     """Names that a function and those inside it use."""
-    yield from code.co_names
-    for constant in code.co_consts:
+    yield from function.co_names
+    for constant in function.co_consts:
         if isinstance(constant, CodeType):
             yield from _names(constant)
 
