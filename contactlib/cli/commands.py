@@ -137,7 +137,7 @@ def table(model: str, output: Path, rebuild: bool, **options: Any) -> None:
     the file states.
     """
     given = {name: value for name, value in options.items() if value is not None}
-    if output.suffix != ".bin":
+    if output.suffix not in ("", ".bin"):
         from contactlib.export.lookup import lookup_table
         from contactlib.export.lookup_files import known_format, write_lookup_table
 

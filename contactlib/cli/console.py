@@ -1,4 +1,4 @@
-"""What the commands show on a terminal: lines, progress bars, and errors in one line."""
+"""What the commands show on a terminal: lines, progress bars, and a line for each mistake."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def complain(text: str) -> None:
 
 
 class Group(click.Group):
-    """Commands whose users' errors become one line on stderr and exit status 2."""
+    """Commands whose users' errors become lines on stderr, one for each, and exit status 2."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the shipped files below the commands; only this help text has to read them."""
@@ -70,7 +70,8 @@ class Group(click.Group):
         except (ValueError, OSError, RuntimeError) as error:
             if isinstance(error, BrokenPipeError) and error.filename is None:
                 raise  # the reader has gone, as behind "| head": click ends quietly
-            complain(f"contactlib: {error}")
+            for line in getattr(error, "lines", [str(error)]):
+                complain(f"contactlib: {line}")
             ctx.exit(2)
 
 

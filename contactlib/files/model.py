@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
+from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar, cast
+from typing import Any, NamedTuple, NoReturn, TypeVar, cast
 
 from contactlib.base.quantities import Parameters
 from contactlib.contact.element import ForceElement
@@ -16,6 +17,7 @@ from contactlib.contact.hertz import Contact
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.reading import (
     IS_SWEEP,
+    Mistakes,
     ModelError,
     check_keys,
     loading,
@@ -74,8 +76,14 @@ class BuildCache:
 
     def section(self, name: str, kind: type[Section], data: Mapping[str, Any]) -> Section:
         """Section of a file as the parameters `kind`; all defaults if the file omits it."""
+        if name not in data and _needed(kind):
+            raise ValueError(f"{name} is missing")
         found: Section = self(("section", name), _read, name, kind, data.get(name, EMPTY))
         return found
+
+
+def _needed(kind: type[Any]) -> bool:
+    return any(field.default is MISSING for field in fields(kind))
 
 
 def _differ(one: Any, other: Any) -> bool:
@@ -153,7 +161,8 @@ def load_model(
     Raises
     ------
     ModelError
-        If the file is not a valid model; one line names file, key, value and limit.
+        If the file is not a valid model; a line for each mistake names file, key,
+        value and limit.
     OSError
         If the file cannot be read.
 
@@ -173,7 +182,14 @@ def build_model(
     table: CreepForceTable | None,
     progress: Callable[[float], object],
 ) -> Model:
-    """Build a model from the contents of a file in `folder`; errors are one-line ValueErrors."""
+    """Build a model from the contents of a file in `folder`; errors are `ModelError`."""
+    cache = BuildCache()
+    given = read_model(data, cache)
+    return Model(**given, wheelset=build_wheelset(data, folder, table, progress, cache))
+
+
+def read_model(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
+    """Read all sections, so that all mistakes come at once: the model's parts but the wheelset."""
     if "axes" in data:
         raise ValueError(IS_SWEEP)
     if "vehicle" in data:
@@ -181,23 +197,52 @@ def build_model(
             f"is a scenario of the vehicle {data['vehicle']!r}, not a model: "
             "contactlib.load_scenario reads it and the command 'contactlib simulate' runs it"
         )
-    known = ["name", "source", *VEHICLE_SECTIONS, *RUNS]
-    check_keys("", data, known, ["contact", "wheelset"])
-    given: dict[str, Any] = {}
     kinds: dict[str, Any] = {"torque_control": TorqueSection, "creep_control": CreepSection}
-    for key, kind in kinds.items():
-        given[key] = Missing(f"[{key}] is missing: a run of the model needs it")
-        if key in data:
-            section = read_section(key, kind, data)
-            with named(key):
-                given[key] = section.build()
-    return Model(
-        name=text("name", data.get("name", "Unnamed")),
-        source=text("source", data.get("source", "not stated")),
-        wheelset=build_wheelset(data, folder, table, progress),
-        initial_speed=read_section("run", RunSection, {"run": EMPTY, **data}).initial_speed,
-        **given,
-    )
+    with Mistakes(data) as mistakes:
+        mistakes.of(check_keys, "", data, ["name", "source", *VEHICLE_SECTIONS, *RUNS], [])
+        given: dict[str, Any] = {
+            "name": mistakes.of(text, "name", data.get("name", "Unnamed")),
+            "source": mistakes.of(text, "source", data.get("source", "not stated")),
+        }
+        for key, kind in kinds.items():
+            given[key] = Missing(f"[{key}] is missing: a run of the model needs it")
+            if key in data:
+                section = mistakes.of(read_section, key, kind, data)
+                given[key] = section and mistakes.of(_built, key, section)
+        run = mistakes.of(read_section, "run", RunSection, {"run": EMPTY, **data})
+        mistakes.of(_read_vehicle, data, cache)
+    return {**given, "initial_speed": run.initial_speed}
+
+
+class _Vehicle(NamedTuple):
+    """Sections of a wheelset, and what is built from them without a table."""
+
+    contact: Contact
+    law: LawSection
+    body: WheelsetSection
+    friction: Friction | None  # none for a measured curve
+    reduction: float
+    resistance: Resistance
+    poisson_ratio: float
+
+
+def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
+    friction, reduction = None, 1.0
+    with Mistakes(data) as mistakes:
+        section = mistakes.of(cache.section, "contact", ContactSection, data)
+        contact = section and mistakes.of(cache, "contact", partial(_built, "contact"), section)
+        law = mistakes.of(cache.section, "law", LawSection, data)
+        if law:
+            mistakes.of(_check_law, law)  # even if the table is given
+        body = mistakes.of(cache.section, "wheelset", WheelsetSection, data)
+        if not (law and law.kind == "measured"):
+            rubbing = mistakes.of(cache.section, "friction", FrictionSection, data)
+            if rubbing and contact:
+                friction = mistakes.of(cache, "friction", _friction, rubbing, contact)
+            if friction and body:
+                reduction = mistakes.of(_reduction, body, contact, friction)
+        resistance = mistakes.of(cache.section, "resistance", Resistance, data)
+    return _Vehicle(contact, law, body, friction, reduction, resistance, section.poisson_ratio)
 
 
 def build_wheelset(
@@ -209,27 +254,18 @@ def build_wheelset(
 ) -> Wheelset:
     """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
     cache = cache or BuildCache()
-    contact_section = cache.section("contact", ContactSection, data)
-    law = cache.section("law", LawSection, data)
-    body = cache.section("wheelset", WheelsetSection, data)
-    contact = cache("contact", _contact, contact_section)
-    with named("law"):
-        law.check_keys()  # even if the table is given
+    contact, law, body, friction, reduction, resistance, poisson_ratio = _read_vehicle(data, cache)
     sizes = body.radius, body.minimum_speed, body.wheels or 1.0
-    if law.kind == "measured":
+    if friction is None:
         with named("law"):
             table = table or law.measured(folder)
         _warn_of_unused(data)
         element = cache("element", _measured, contact, table, law, *sizes)
     else:
-        friction_section = cache.section("friction", FrictionSection, data)
-        friction = cache("friction", _friction, friction_section, contact)
         with named("law"):
-            table = table or law.build(contact, friction, contact_section.poisson_ratio, progress)
+            table = table or law.build(contact, friction, poisson_ratio, progress)
         with named("wheelset"):
-            reduction = body.reduction(contact, friction)
             element = cache("element", _element, contact, friction, table, reduction, *sizes)
-    resistance = cache.section("resistance", Resistance, data)
     return cache("wheelset", _wheelset, element, body, resistance)
 
 
@@ -245,9 +281,19 @@ def _warn_of_unused(data: Mapping[str, Any]) -> None:
         )
 
 
-def _contact(section: ContactSection) -> Contact:
-    with named("contact"):
+def _built(name: str, section: Any) -> Any:
+    with named(name):
         return section.build()
+
+
+def _check_law(law: LawSection) -> None:
+    with named("law"):
+        law.check_keys()
+
+
+def _reduction(body: WheelsetSection, contact: Contact, friction: Friction) -> float:
+    with named("wheelset"):
+        return body.reduction(contact, friction)
 
 
 def _friction(section: FrictionSection, contact: Contact) -> Friction:

@@ -1,21 +1,22 @@
 """Reading TOML files and their sections into checked parameters.
 
 Numbers are in SI units; a string such as ``"5 mm"`` names its unit, which must have the same
-dimension. An unknown key, a missing key, a wrong type or a value out of range is a one-line
-`ValueError` that names key, value and limit; `in_file` prepends the file.
+dimension. An unknown key, a missing key, a wrong type or a value out of range is a line of a
+`ModelError` that names key, value and limit; `in_file` prepends the file. `Mistakes` collects all.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 import warnings
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, fields
 from pathlib import Path, PureWindowsPath
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, Self, TypeVar, cast
 
 from contactlib.base.quantities import ImplausibleWarning, Parameters, Quantity
 from contactlib.base.text import harmless_line, known_names
@@ -29,8 +30,77 @@ IS_SWEEP = (
 )
 
 
+MOST_LINES = 50  # of mistakes that are told
+
+
 class ModelError(ValueError):
-    """A model, scenario or sweep file that cannot be used; one line says where and why."""
+    """A model, scenario or sweep file that cannot be used.
+
+    Attributes
+    ----------
+    lines : tuple of str
+        A line for each mistake, in the order of the file: where it is, and what is wrong.
+    """
+
+    def __init__(self, *lines: str) -> None:
+        super().__init__("\n".join(lines))
+        self.lines = lines
+
+
+def lines_of(error: ValueError) -> tuple[str, ...]:
+    """Mistakes of which an error tells; a text of several lines is one mistake."""
+    return error.lines if isinstance(error, ModelError) else (str(error),)
+
+
+class Mistakes:
+    """Collects the mistakes of a file or section: leaving its block raises them all at once.
+
+    Parameters
+    ----------
+    data : mapping, optional
+        The file's contents, whose keys set the order of the mistakes; missing keys come last.
+    """
+
+    def __init__(self, data: Mapping[str, Any] | None = None) -> None:
+        self._order = {key: place for place, key in enumerate(data or ())}
+        self._lines: list[str] = []
+
+    def of(self, function: Callable[..., Made], *given: Any) -> Made:
+        """Result of a function; without one it is None, and leaving the block raises."""
+        if len(self._lines) > MOST_LINES:  # enough is told; a stranger's file takes no longer
+            return cast(Made, None)
+        try:
+            return function(*given)
+        except ValueError as error:
+            self._lines += lines_of(error)
+        return cast(Made, None)
+
+    def __bool__(self) -> bool:
+        return bool(self._lines)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, ValueError):
+            self._lines += lines_of(error)
+        elif error is not None:
+            return
+        if self._lines:
+            last = len(self._order)
+            heads = [re.split(r"[. :]", line, maxsplit=1)[0] for line in self._lines]
+            places = [self._order.get(head, last) for head in heads]
+            order = sorted(range(len(places)), key=places.__getitem__)
+            lines = dict.fromkeys(self._lines[i] for i in order)
+            raise ModelError(*(line for line in lines if not _is_renamed(line, lines))) from None
+
+
+def _is_renamed(line: str, lines: Collection[str]) -> bool:
+    """Whether a line misses a key that another line takes for misspelt."""
+    where, missing, _ = line.partition(" is missing")
+    key = re.split(r"[. ]", where)[-1]
+    section, meant = where.removesuffix(key), f"did you mean {key!r}?"
+    return bool(missing) and any(o.startswith(section) and meant in o for o in lines)
 
 
 def model_path(name: str | os.PathLike[str]) -> Path:
@@ -48,14 +118,20 @@ _IMPLAUSIBLE: ContextVar[dict[str, str] | None] = ContextVar("implausible", defa
 
 @contextmanager
 def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Turn any ValueError raised inside (TOML, encoding or range) into a `ModelError`."""
+    """Turn any ValueError raised inside (TOML, encoding or range) into a `ModelError`.
+
+    Each of its lines begins with the file.
+    """
     place, outer = os.fspath(path), _IMPLAUSIBLE.get()
     found: dict[str, str] = {}
     token = _IMPLAUSIBLE.set(None if outer is None else found)
     try:
         yield
     except ValueError as error:
-        raise ModelError(harmless_line(f"{place}: {error}")) from None
+        lines = list(lines_of(error))
+        if len(lines) > MOST_LINES:
+            lines[MOST_LINES:] = ["there are more mistakes"]
+        raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
     except ArithmeticError:  # each number is within its limits, but they do not fit together
         raise ModelError(f"{place}: its numbers are too far apart") from None
     finally:
@@ -128,24 +204,33 @@ def named(section: str) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        message = str(error)
-        name, dot, rest = message.partition(".")
-        if dot and name.isidentifier() and name[0].isupper():  # Class.argument: the key
-            message = rest
-        raise ValueError(f"{section}.{message}") from None
+        lines = []
+        for line in lines_of(error):
+            name, dot, rest = line.partition(".")
+            # Class.argument: the key
+            is_class = dot and name.isidentifier() and name[0].isupper()
+            lines.append(f"{section}.{rest if is_class else line}")
+        raise ModelError(*lines) from None
 
 
+Made = TypeVar("Made")
 Section = TypeVar("Section", bound=Parameters)
 
 
 def read_section(name: str, kind: type[Section], data: Mapping[str, Any]) -> Section:
     """Read section `name` of a file as the parameters `kind`."""
-    given = read_given(name, kind, data[name])
-    for field in fields(kind):  # type: ignore[arg-type]
-        if field.default is MISSING and field.name not in given:
-            raise ValueError(f"{name}.{field.name} is missing")
+    with Mistakes() as mistakes:
+        given = mistakes.of(read_given, name, kind, data[name])
+        table = data[name] if isinstance(data[name], dict) else {}
+        for field in fields(kind) if table or not mistakes else ():  # type: ignore[arg-type]
+            if field.default is MISSING and field.name not in table:
+                mistakes.of(_is_missing, f"{name}.{field.name}")
     with named(name):
         return kind(**given)
+
+
+def _is_missing(key: str) -> None:
+    raise ValueError(f"{key} is missing")
 
 
 def read_given(
@@ -165,27 +250,33 @@ def read_given(
         Further keys that are allowed but not returned.
     """
     table = subsection(name, table)
-    declared = [field.name for field in fields(kind)]
-    check_keys(f"{name}.", table, [*others, *declared], [])
-    quantities, lists = kind.quantities(), kind.list_names()
+    known = [*others, *(field.name for field in fields(kind))]
     values: dict[str, Any] = {}
-    for key, value in table.items():
-        where = f"{name}.{key}"
-        if key in others:
-            continue
-        if key in lists:
-            of = "number" if key in quantities else "name"
-            if not isinstance(value, list) or not value:
-                raise ValueError(f"{where} = {value!r} must be a list of at least one {of}")
-            values[key] = tuple(
-                number(where, entry, quantities[key]) if key in quantities else entry
-                for entry in value
-            )
-        elif key not in quantities:
-            values[key] = text(where, value)
-        else:
-            values[key] = number(where, value, quantities[key])
+    with Mistakes(table) as mistakes:
+        for key, value in table.items():
+            if key not in others:
+                values[key] = mistakes.of(_read_value, f"{name}.", key, value, kind, known)
     return values
+
+
+def _read_value(
+    prefix: str,
+    key: str,
+    value: object,
+    kind: type[Any],
+    known: Collection[str],
+) -> Any:
+    """Value of one key, checked, in SI units."""
+    check_keys(prefix, {key: value}, known, [])
+    where, quantity = f"{prefix}{key}", kind.quantities().get(key)
+    if key in kind.list_names():
+        of = "name" if quantity is None else "number"
+        if not isinstance(value, list) or not value:
+            raise ValueError(f"{where} = {value!r} must be a list of at least one {of}")
+        if quantity is not None:
+            return tuple(number(where, entry, quantity) for entry in value)
+        return tuple(value)
+    return text(where, value) if quantity is None else number(where, value, quantity)
 
 
 def subsection(name: str, table: object) -> dict[str, Any]:
@@ -198,13 +289,12 @@ def subsection(name: str, table: object) -> dict[str, Any]:
 def check_keys(
     prefix: str, table: Mapping[str, Any], known: Collection[str], needed: Collection[str]
 ) -> None:
-    """Refuse an unknown key, and the lack of a needed one."""
-    for key in table:
-        if key not in known:
-            raise ValueError(f"{prefix}{key} is not a known key; {known_names(key, known)}")
-    for key in needed:
-        if key not in table:
-            raise ValueError(f"{prefix}{key} is missing")
+    """Refuse all unknown keys, and the lack of needed ones."""
+    unknown = [key for key in table if key not in known][: MOST_LINES + 1]
+    lines = [f"{prefix}{key} is not a known key; {known_names(key, known)}" for key in unknown]
+    lines += [f"{prefix}{key} is missing" for key in needed if key not in table]
+    if lines:
+        raise ModelError(*lines)
 
 
 def text(where: str, value: object) -> str:

@@ -15,9 +15,10 @@ from typing import Annotated, Any
 from contactlib.base.quantities import Parameters, Quantity, ReadOnly
 from contactlib.base.text import known_names
 from contactlib.contact.table import CreepForceTable
-from contactlib.files.model import VEHICLE_SECTIONS, BuildCache, build_model
+from contactlib.files.model import VEHICLE_SECTIONS, BuildCache, build_model, read_model
 from contactlib.files.reading import (
     IS_SWEEP,
+    Mistakes,
     check_keys,
     file_beside,
     in_file,
@@ -29,15 +30,8 @@ from contactlib.files.reading import (
     subsection,
     text,
 )
-from contactlib.files.sections import (
-    LONGEST,
-    DemandSection,
-    HeldSpeedSection,
-    MotorSection,
-    RelaxationSection,
-    ScenarioRunSection,
-    TrackSection,
-)
+from contactlib.files.scenario_sections import read_sections, speeds
+from contactlib.files.sections import LONGEST, MotorSection, RelaxationSection
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.vehicle.drivetrain import Axle, Drivetrain
@@ -100,10 +94,11 @@ def read_controllers(sections: object) -> dict[str, ControllerDesign]:
     """Read the controllers by name."""
     named_sections = subsection("controllers", sections)
     check_names(named_sections)
-    return {
-        name: _read_design(f"controllers.{name}", section)
-        for name, section in named_sections.items()
-    }
+    with Mistakes(named_sections) as mistakes:
+        return {
+            name: mistakes.of(_read_design, f"controllers.{name}", section)
+            for name, section in named_sections.items()
+        }
 
 
 def _read_design(where: str, section: object) -> ControllerDesign:
@@ -124,10 +119,13 @@ def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[s
     name = text("vehicle", data["vehicle"])
     changes = subsection("vehicle_changes", data.get("vehicle_changes", {}))
     check_keys("vehicle_changes.", changes, VEHICLE_SECTIONS, ())
-    given = {
-        section: read_given(f"vehicle_changes.{section}", VEHICLE_SECTIONS[section], keys)
-        for section, keys in changes.items()
-    }
+    with Mistakes(changes) as mistakes:
+        given = {
+            section: mistakes.of(
+                read_given, f"vehicle_changes.{section}", VEHICLE_SECTIONS[section], keys
+            )
+            for section, keys in changes.items()
+        }
     label = f"vehicle {name} changed" if given else f"vehicle {name}"
     with in_file(label):
         file = file_beside("vehicle", name, folder, "the scenario")
@@ -248,7 +246,8 @@ def load_scenario(
     Raises
     ------
     ModelError
-        If the file or its vehicle is not valid; one line names file, key, value and limit.
+        If the file or its vehicle is not valid; a line for each mistake names file, key,
+        value and limit.
     OSError
         If a file cannot be read.
 
@@ -310,9 +309,22 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
             "is a model, not a scenario: contactlib.load_model reads it; a scenario names its "
             "model file with the key 'vehicle'"
         )
-    check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
-    label, vehicle, folder = vehicle_contents(data, file.parent)
+    with Mistakes(data) as mistakes:
+        mistakes.of(check_keys, "", data, [*NEEDED, *OPTIONAL], NEEDED)
+        if "vehicle" in data:
+            found = mistakes.of(vehicle_contents, data, file.parent)
+            if found:
+                mistakes.of(_check_vehicle, *found[:2])
+        mistakes.of(read_sections, data, BuildCache())
+        if "controllers" in data:
+            mistakes.of(read_controllers, data["controllers"])
+    label, vehicle, folder = found
     return ScenarioContents(data, vehicle, label, str(folder))
+
+
+def _check_vehicle(label: str, vehicle: dict[str, Any]) -> None:
+    with in_file(label):
+        read_model(vehicle, BuildCache())
 
 
 def build_scenario(
@@ -326,19 +338,15 @@ def build_scenario(
     Raises
     ------
     ValueError
-        In one line, if a section or key is wrong.
+        In a line for each mistake, if sections or keys are wrong.
     """
     cache = cache or BuildCache()
-    name, source = (text(key, data[key]) for key in ("name", "source"))
-    axle = cache.section("axle", Axle, data) if "axle" in data else None
-    motor = cache.section("motor", MotorSection, data)
-    relaxation = cache.section("contact_relaxation", RelaxationSection, data)
-    drivetrain = cache("drivetrain", _drivetrain, wheelset, axle, motor, relaxation)
-    run = cache.section("run", ScenarioRunSection, data)
-    demand = cache("demand", _demand, cache.section("demand", DemandSection, data))
-    track = cache("track", _track, cache.section("track", TrackSection, data))
-    held = cache.section("held_speed", HeldSpeedSection, data) if "held_speed" in data else None
-    initial_speed, held_speed = cache("speeds", _speeds, run, held, wheelset.speed_held)
+    sections = read_sections(data, cache)
+    run = sections.run
+    drivetrain = cache(
+        "drivetrain", _drivetrain, wheelset, sections.axle, sections.motor, sections.relaxation
+    )
+    initial_speed, held_speed = cache("speeds", speeds, run, sections.held, wheelset.speed_held)
     design_speed = initial_speed if run.design_speed is None else run.design_speed
     if design_speed < wheelset.element.minimum_speed:
         given = "is missing, and the initial speed" if run.design_speed is None else "="
@@ -347,16 +355,16 @@ def build_scenario(
             f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
         )
     return Scenario(
-        name=name,
-        source=source,
+        name=data["name"],
+        source=data["source"],
         drivetrain=drivetrain,
-        track=track,
-        demand=demand,
+        track=sections.track,
+        demand=sections.demand,
         held_speed=held_speed,
         initial_speed=initial_speed,
         design_speed=design_speed,
         duration=run.duration,
-        sensors=cache.section("sensors", Sensors, data),
+        sensors=sections.sensors,
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
     )
 
@@ -365,30 +373,3 @@ def _drivetrain(
     wheelset: Wheelset, axle: Axle | None, motor: MotorSection, relaxation: RelaxationSection
 ) -> Drivetrain:
     return Drivetrain(wheelset, axle=axle, motor_lag=motor.lag, relaxation_length=relaxation.length)
-
-
-def _demand(section: DemandSection) -> Profile:
-    with named("demand"):
-        return section.build()
-
-
-def _track(section: TrackSection) -> Track:
-    with named("track"):
-        return section.build()
-
-
-def _speeds(
-    run: ScenarioRunSection, section: HeldSpeedSection | None, speed_held: bool
-) -> tuple[float, Profile | None]:
-    """Speed at the start, and the speed over time that a roller rig holds."""
-    if section is not None and not speed_held:
-        raise ValueError("held_speed needs a vehicle without wheelset.mass: a roller rig")
-    if (section is None) == (run.initial_speed is None):
-        both = "both are" if section is not None else "none is"
-        raise ValueError(f"run.initial_speed and held_speed: give one of them; {both} given")
-    if section is None:
-        initial = float(run.initial_speed or 0.0)
-        return initial, Profile.of(initial) if speed_held else None
-    with named("held_speed"):
-        held = section.build()
-    return float(held(0.0)), held

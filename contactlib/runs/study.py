@@ -94,7 +94,8 @@ def open_study(
     Raises
     ------
     ModelError
-        If the file is not valid; one line names file, key, value and limit.
+        If the file is not valid; a line for each mistake names file, key,
+        value and limit.
     ValueError
         If the scenario has a controller of such a name, or the file is a model.
     OSError

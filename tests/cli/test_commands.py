@@ -75,13 +75,16 @@ def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]
     assert value("fmu", "against_solver") <= 1e-3
 
 
-def test_bad_model_is_one_line_and_status_2(tmp_path: Path) -> None:
+def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> None:
     path = tmp_path / "bad.toml"
     path.write_text('name = "x"\nsource = "y"\n')
     for command in ("simulate", "table", "fmu"):
         result = CliRunner().invoke(main, [command, str(path), "-o", str(tmp_path / "out")])
         assert result.exit_code == 2
-        assert result.stderr == f"contactlib: {path}: contact is missing\n"
+        assert result.stderr.splitlines() == [  # all mistakes at once
+            f"contactlib: {path}: {section} is missing"
+            for section in ("contact", "wheelset", "friction")
+        ]
         assert not (tmp_path / "out").exists()
     result = CliRunner().invoke(main, ["simulate", "no_such.toml"])
     assert result.exit_code == 2

@@ -412,3 +412,42 @@ def test_a_number_that_no_vehicle_has_warns_once(
     assert len(messages) == 1
     assert re.match(rf"{re.escape(str(tmp_path))}.*changed\.toml: {said}", messages[0])
     assert {w.filename for w in caught if w.category is cl.ImplausibleWarning} == {__file__}
+
+
+def test_all_mistakes_come_at_once_in_the_order_of_the_file(
+    tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    changes = {
+        'normal_load = "110.325 kN"': 'normal_load = "22.5 t"',
+        "static = 0.45": "statc = 0.45",
+        "k_hat = 0.3": 'k_hat = "big"',
+        "[resistance]": "[resistence]",
+        "wheels = 2": "wheels = 2\ninertia = -1.0 # twice",
+        "inertia = 250.0": "",
+        "time = [0.0, 2.0, 10.0, 20.0]": "time = [0.0, 2.0]",
+        "torque_max = 35.0e3": "",
+    }
+    with pytest.raises(cl.ModelError) as caught:
+        load_changed(tmp_path, table, changes)
+    said = [line.partition("changed.toml: ")[2] for line in caught.value.lines]
+    assert str(caught.value).split("\n") == list(caught.value.lines)
+    expected = [
+        r"contact\.normal_load = '22\.5 t' is a mass; its weight is \"220\.6 kN\"",
+        r"friction\.statc is not a known key; did you mean 'static'\?",
+        r"friction\.k_hat = 'big' does not begin with a number",
+        r"wheelset\.inertia = -1\.0 is out of range: must be finite and > 0",
+        r"resistence is not a known key; did you mean 'resistance'\?",
+        r"creep_control\.torque_max is missing",
+    ]
+    assert len(said) == len(expected), said
+    for line, pattern in zip(said, expected, strict=True):
+        assert re.match(pattern, line), line
+
+
+def test_a_flood_of_mistakes_ends(tmp_path: Path) -> None:
+    path = tmp_path / "flood.toml"
+    path.write_text("".join(f"x{i} = {i}\n" for i in range(20_000)))
+    with pytest.raises(cl.ModelError) as caught:
+        cl.load_model(path)
+    assert len(caught.value.lines) == 51
+    assert caught.value.lines[-1] == f"{path}: there are more mistakes"

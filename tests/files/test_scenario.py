@@ -490,3 +490,32 @@ def test_an_implausible_change_of_the_vehicle_warns_once(
         cl.load_scenario(path, table=table)
     said = [str(w.message).partition("mine.toml: ")[2].partition(" is ")[0] for w in caught]
     assert said == ["vehicle_changes.friction.static = 45", "motor.lag = 10 s"]
+
+
+def test_all_mistakes_of_scenario_and_vehicle_come_at_once(
+    tmp_path: Path, table: cl.CreepForceTable
+) -> None:
+    vehicle = (MODELS / "locomotive.toml").read_text()
+    vehicle = vehicle.replace('mass = "142.5 t"', 'mas = "142.5 t"').replace("0.45", "-0.45")
+    (tmp_path / "loco.toml").write_text(vehicle)
+    text = TEXT.replace("locomotive.toml", "loco.toml").replace('"1 min"', '"1 m"')
+    text = text.replace("time = [0.0, 1.0]", "time = [1.0, 0.0]").replace("open_loop", "opn_loop")
+    (tmp_path / "mine.toml").write_text(text + "[motr]\nlag = 1\n")
+    with pytest.raises(cl.ModelError) as caught:
+        cl.load_scenario(tmp_path / "mine.toml", table=table)
+    heads = [
+        line.partition("mine.toml: ")[2].split(" = ")[0].split(" is ")[0]
+        for line in caught.value.lines
+    ]
+    assert sorted(heads) == sorted(
+        [
+            "vehicle loco.toml: friction.static",
+            "vehicle loco.toml: wheelset.mas",
+            "run.duration",
+            "demand.time",
+            "controllers.first.kind",
+            "motr",
+        ]
+    )
+    assert heads[:2] == ["vehicle loco.toml: friction.static", "vehicle loco.toml: wheelset.mas"]
+    assert heads[-1] == "motr"

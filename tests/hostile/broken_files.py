@@ -47,9 +47,11 @@ def refusal(kind: str, path: Path) -> str | None:
             READERS[kind](path)
         except (ValueError, OSError) as error:
             message = str(error)
-            assert message.isprintable(), repr(message)
-            assert len(message) <= LONGEST + len(str(path))
-            assert path.name in message, message
+            lines = getattr(error, "lines", [message])
+            for line in lines:  # one for each mistake
+                assert line.isprintable(), repr(line)
+                assert len(line) <= LONGEST + len(str(path))
+                assert path.name in line, line
             return message
     return None
 

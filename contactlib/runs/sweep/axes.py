@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.base.text import known_names
 from contactlib.files.model import VEHICLE_SECTIONS
-from contactlib.files.reading import check_keys, in_file, number, subsection, text
+from contactlib.files.reading import Mistakes, check_keys, in_file, number, subsection, text
 from contactlib.files.scenario import ControllerDesign, ScenarioContents
 from contactlib.files.sections import (
     DemandSection,
@@ -223,13 +223,7 @@ class Axis:
         return not self.factor and self.targets[0].quantity.percent
 
     def check(self, values: FloatArray) -> None:
-        """Refuse values that are out of range for any of the targets.
-
-        Raises
-        ------
-        ValueError
-            If there are any; the message names the first.
-        """
+        """Refuse values that are out of range for any of the targets; names the first."""
         for target in self.targets:
             bases = target.scaled if self.factor else (1.0,)
             for base in bases:
@@ -342,11 +336,13 @@ def whole(name: str, value: object, least: int, most: int) -> int:
 def read_axes(
     sections: object,
     contents: ScenarioContents,
-    controllers: Mapping[str, Controller | ControllerDesign],
+    controllers: Mapping[str, Controller | ControllerDesign] | None,
     *,
     grid: bool,
-) -> Iterator[Axis]:
+) -> tuple[Axis, ...]:
     """Read the axes of a sweep file in order; no two of them may set the same number.
+
+    Without controllers, as long as they are not designed, the numbers in them are not looked for.
 
     Raises
     ------
@@ -357,7 +353,8 @@ def read_axes(
     if not table:
         raise ValueError("axes: give at least one, [axes.NAME]")
     owner: dict[tuple[Any, ...], str] = {}
-    for name, section in table.items():
+
+    def read(name: str, section: object) -> Axis:
         known = TAKEN.fullmatch(name) or name in SWEEP_OUTCOMES
         if known or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", name):
             raise ValueError(
@@ -367,16 +364,20 @@ def read_axes(
             )
         with in_file(f"axes.{name}"):
             axis = read_axis(name, section, contents, grid=grid)
-            targets = tuple(_of_controllers(t, controllers, axis.factor) for t in axis.targets)
+            targets = axis.targets
+            if controllers is not None:
+                targets = tuple(_of_controllers(t, controllers, axis.factor) for t in targets)
             for target in targets:
-                for index in (
-                    range(len(target.base or (0,))) if target.whole_list else [target.index]
-                ):
+                size = len(target.base or (0,))
+                for index in range(size) if target.whole_list else [target.index]:
                     place = (target.section, target.key, index)
                     if place in owner:
                         raise ValueError(f"{target.path} is set by axes.{owner[place]} already")
                     owner[place] = name
-        yield replace(axis, targets=targets)
+        return replace(axis, targets=targets)
+
+    with Mistakes(table) as mistakes:
+        return tuple(mistakes.of(read, name, section) for name, section in table.items())
 
 
 def _of_controllers(

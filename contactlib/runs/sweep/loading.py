@@ -6,16 +6,18 @@ import os
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from contactlib.base.quantities import Quantity
+from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.base.text import known_names
 from contactlib.contact import kernel
 from contactlib.contact.element import ProcessZoneWarning
 from contactlib.files.reading import (
+    Mistakes,
     check_keys,
     file_beside,
     in_file,
@@ -28,6 +30,7 @@ from contactlib.files.reading import (
 )
 from contactlib.files.scenario import (
     ControllerDesign,
+    ScenarioContents,
     build_scenario,
     check_names,
     read_contents,
@@ -42,7 +45,7 @@ from contactlib.runs.scenario_runs import (
     Metric,
     checked_metrics,
 )
-from contactlib.runs.sweep.axes import read_axes, whole
+from contactlib.runs.sweep.axes import Axis, read_axes, whole
 from contactlib.runs.sweep.plan import (
     PLACEHOLDER,
     Plan,
@@ -84,7 +87,8 @@ def load_sweep(
     Raises
     ------
     ModelError
-        If a file is not valid; one line names file, axis or key, value and limit.
+        If a file is not valid; a line for each mistake names file, axis or key, value
+        and limit.
     OSError
         If a file cannot be read.
 
@@ -116,43 +120,56 @@ def _build_sweep(
             f"is a {what}, not a sweep: the command 'contactlib simulate' runs it; a sweep names "
             "a scenario and the axes along which it varies"
         )
-    check_keys("", data, [*NEEDED, *OPTIONAL], NEEDED)
-    name, source = (text(key, data[key]) for key in ("name", "source"))
-    outcomes = _names("outcomes", data["outcomes"], SWEEP_OUTCOMES)
-    redesign = data.get("redesign", False)
-    if not isinstance(redesign, bool):
-        raise ValueError(f"redesign = {redesign!r} must be true or false")
-    scenario_file = text("scenario", data["scenario"])
-    with in_file(f"scenario {scenario_file}"):
-        contents = read_contents(file_beside("scenario", scenario_file, file.parent, "the sweep"))
-        designs = read_controllers(contents.data["controllers"])
+    read: Any = None
+    kind = "grid"
+    with Mistakes(data) as mistakes:
+        of = mistakes.of
+        of(check_keys, "", data, [*NEEDED, *OPTIONAL], NEEDED)
+        for key in ("name", "source"):
+            of(text, key, data.get(key, ""))
+        outcomes = of(_names, "outcomes", data.get("outcomes", ["slip_work"]), SWEEP_OUTCOMES)
+        redesign = data.get("redesign", False)
+        of(_check_switch, "redesign", redesign)
+        sampling = of(_sampling, data.get("sampling", {}))
+        if sampling:
+            kind, runs, seed = sampling
+        noise = of(_noise, data, kind)
+        step = of(number, "step", data["step"], STEP) if "step" in data else None
+        tolerance = of(number, "tolerance", data.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE)
+        if "scenario" in data:
+            read = of(_read_scenario, data["scenario"], file.parent)
+        if read and outcomes:
+            of(_controllers, data, read[1], outcomes)
+        if read and "axes" in data:
+            of(partial(read_axes, grid=kind == "grid"), data["axes"], read[0], None)
+    scenario_file, (contents, designs) = data["scenario"], read
     chosen = _controllers(data, designs, outcomes)
-    with in_file(f"scenario {scenario_file}"):
-        wheelset = contents.build_vehicle(None, progress)
-        scenario = build_scenario(contents.data, wheelset, chosen or PLACEHOLDER)
-    controllers: dict[str, Controller | ControllerDesign] = {
-        name: chosen[name] if redesign else scenario.controller(name) for name in chosen
-    }
-    kind, runs, seed = _sampling(data.get("sampling", {}))
-    axes = tuple(read_axes(data["axes"], contents, controllers, grid=kind == "grid"))
-    values = draw(kind, [axis.spread for axis in axes], runs, seed)
-    for axis, column in zip(axes, values.T, strict=True):
-        with in_file(f"axes.{axis.name}"):
-            axis.check(np.unique(column))
+    with Mistakes(data) as mistakes:
+        with in_file(f"scenario {scenario_file}"):
+            wheelset = contents.build_vehicle(None, progress)
+            scenario = build_scenario(contents.data, wheelset, chosen or PLACEHOLDER)
+        controllers: dict[str, Controller | ControllerDesign] = {
+            name: chosen[name] if redesign else scenario.controller(name) for name in chosen
+        }
+        axes = read_axes(data["axes"], contents, controllers, grid=kind == "grid")
+        values = draw(kind, [axis.spread for axis in axes], runs, seed)
+        for axis, column in zip(axes, values.T, strict=True):
+            mistakes.of(_check_axis, axis, np.unique(column))
     plan = Plan(
         contents=contents,
         axes=axes,
         controllers=controllers,
         outcomes=outcomes,
-        noise=_noise(data, kind),
-        step=number("step", data["step"], STEP) if "step" in data else None,
-        tolerance=number("tolerance", data.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE),
+        noise=noise,
+        step=step,
+        tolerance=tolerance,
         table_axes=table_axes(axes, contents),
         tables={},
         package=package_version(),
         token=kernel.token(),
     )
     plan = replace(plan, tables=law_tables(plan, values, wheelset.element.table, progress))
+    name, source = data["name"], data["source"]
     sweep = Sweep(name, source, file.stem, content, kind, seed, scenario, plan, values)
     _check_ends(sweep)
     return sweep
@@ -197,6 +214,25 @@ def with_own(
         warnings.simplefilter("ignore", ProcessZoneWarning)  # shown when the sweep was read
         _check_ends(made)
     return made
+
+
+def _read_scenario(
+    name: object, folder: Path
+) -> tuple[ScenarioContents, dict[str, ControllerDesign]]:
+    file = text("scenario", name)
+    with in_file(f"scenario {file}"):
+        contents = read_contents(file_beside("scenario", file, folder, "the sweep"))
+        return contents, read_controllers(contents.data["controllers"])
+
+
+def _check_switch(key: str, value: object) -> None:
+    if not isinstance(value, bool):
+        raise ValueError(f"{key} = {value!r} must be true or false")
+
+
+def _check_axis(axis: Axis, values: FloatArray) -> None:
+    with in_file(f"axes.{axis.name}"):
+        axis.check(values)
 
 
 def _check_ends(sweep: Sweep) -> None:

@@ -76,7 +76,7 @@ CASES = {
     'parameter = "vehicle.wheelset.inertia"\nvalues = [0.0]': "inertia = 0.0 is out of range",
     'parameter = "vehicle.wheelset.inertia"\nvalues = [2.0, 2.0]': "a number twice",
     'parameter = "vehicle.wheelset.inertia"\nvalues = []': "at least one number",
-    'parameter = "vehicle.wheelset.inertia"': "from is missing",
+    'parameter = "vehicle.wheelset.inertia"\nto = 2.0\ncount = 2': "from is missing",
     'parameter = "vehicle.wheelset.inertia"\nfrom = 1.0\nto = 2.0\ncount = 0': "count = 0",
     'parameter = "vehicle.wheelset.inertia"\nfrom = 1.0\nto = 1.0\ncount = 2': "would be the same",
     'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncount = 2\nspacing = "log"': "above zero",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from sweep_files import AXES, SWEEP, write_sweep
+from sweep_files import AXES, SCENARIO, SWEEP, write_sweep
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
@@ -102,3 +102,22 @@ def test_shipped_sweeps_load_and_their_ends_can_run(name: str) -> None:
         sweep = cl.load_sweep(name)
     assert sweep.source
     assert sweep.runs <= 1000
+
+
+@pytest.mark.parametrize("broken", ["its scenario", "its axes"])
+def test_all_mistakes_of_a_sweep_come_at_once(broken: str, tmp_path: Path) -> None:
+    bad = SCENARIO.replace("duration = 0.6", 'duration = "0.6 m"').replace("seed", "sed")
+    (tmp_path / "s.toml").write_text(bad if broken == "its scenario" else SCENARIO)
+    text = SWEEP.replace('"slip_work"', '"slip_wrk"').replace("to = 300.0", 'to = "300 kg"')
+    path = tmp_path / "quick.toml"
+    path.write_text(f"redesig = true\ntolerance = -1\n{text}")
+    with pytest.raises(cl.ModelError) as caught:
+        cl.load_sweep(path)
+    said = [line.partition("quick.toml: ")[2] for line in caught.value.lines]
+    expected = {
+        "its scenario": ["scenario s.toml: run.dur", "scenario s.toml: sensors.sed", "outcomes:"],
+        "its axes": ["outcomes:", "axes.inertia: to"],
+    }[broken]
+    assert len(said) == 2 + len(expected), said
+    for line, start in zip(said, ["redesig", "tolerance", *expected], strict=True):
+        assert line.startswith(start), line
