@@ -163,7 +163,9 @@ RUNS = {
 # What starts or loads something, where it does, and why that is no stranger's.
 KNOWN = {
     "importlib.import_module": {"__init__.py"},  # the package's own public names
-    "spec.loader": {"cli/own_controller.py"},  # the Python file that the user names as such
+    # The Python file that the user names as such; the package's own build of its C sources.
+    "spec.loader": {"cli/own_controller.py", "export/platforms.py"},
+    "subprocess": {"export/platforms.py"},  # names the error of that build
     "pickle": {"runs/sweep/execution.py"},  # writes what it sends to its own processes
     "ffi.dlopen": {"contact/kernel/library.py"},  # the package's own library
     "webbrowser": {"export/explorer/__init__.py"},  # the page that was written
