@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
 
     from contactlib import stability as stability
     from contactlib import traction as traction
-    from contactlib.base.quantities import ImplausibleWarning as ImplausibleWarning
+    from contactlib.base.quantities import InputWarning as InputWarning
     from contactlib.contact.element import ForceElement as ForceElement
     from contactlib.contact.element import ProcessZoneWarning as ProcessZoneWarning
     from contactlib.contact.element import friction_with_k_hat as friction_with_k_hat

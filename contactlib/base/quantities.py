@@ -105,8 +105,8 @@ class Quantity(Limits):
         return self.usual is None or self.usual[0] <= value <= self.usual[1]
 
 
-class ImplausibleWarning(UserWarning):
-    """A number is allowed, but no vehicle has it: perhaps its unit was forgotten."""
+class InputWarning(UserWarning):
+    """A file gives a number that no vehicle has, or a key that it does not use."""
 
 
 FINITE = Limits()

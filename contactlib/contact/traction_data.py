@@ -18,7 +18,7 @@ from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
     FloatArray,
-    ImplausibleWarning,
+    InputWarning,
     checked,
     shown,
 )
@@ -123,7 +123,7 @@ class TractionData:
 
         Warns
         -----
-        ImplausibleWarning
+        InputWarning
             If creepage or traction coefficient are so large that they seem to be in per cent.
         """
         if creepage_unit not in (None, "1", "%"):
@@ -144,7 +144,7 @@ class TractionData:
                     f"{place}: the largest {name} is {largest:g}, and above {most:g} is unusual; "
                     "is it in per cent? then say so with "
                     + ("creepage_unit" if name == "creepage" else "a row of units"),
-                    ImplausibleWarning,
+                    InputWarning,
                     stacklevel=2,
                 )
         return cls(found["creepage"], found["traction_coefficient"], found.get("speed", speed))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import partial
@@ -20,6 +19,7 @@ from contactlib.files.reading import (
     Mistakes,
     ModelError,
     check_keys,
+    doubt,
     loading,
     model_path,
     named,
@@ -94,10 +94,6 @@ def _read(name: str, kind: type[Section], table: object) -> Section:
     return read_section(name, kind, {name: table})
 
 
-class UnusedKeyWarning(UserWarning):
-    """A file gives keys that its law does not use."""
-
-
 class Missing:
     """Stands for a part that a file does not describe: any use of it says what the file lacks."""
 
@@ -168,7 +164,7 @@ def load_model(
 
     Warns
     -----
-    ImplausibleWarning
+    InputWarning
         If a number is allowed but no vehicle has it.
     """
     with loading(path):
@@ -273,11 +269,10 @@ def _warn_of_unused(data: Mapping[str, Any]) -> None:
     replaced = ["friction", *(f"wheelset.{key}" for key in REPLACED if key in data["wheelset"])]
     unused = [name for name in replaced if "." in name or name in data]
     if unused:
-        warnings.warn(
+        doubt(
+            "law",
             f"law.kind = 'measured' makes no use of {' and '.join(unused)}: the curve is taken as "
             "it was measured",
-            UnusedKeyWarning,
-            stacklevel=3,
         )
 
 

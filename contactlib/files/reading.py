@@ -18,7 +18,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path, PureWindowsPath
 from typing import Any, Literal, Self, TypeVar, cast
 
-from contactlib.base.quantities import ImplausibleWarning, Parameters, Quantity
+from contactlib.base.quantities import InputWarning, Parameters, Quantity
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder
@@ -111,9 +111,16 @@ def model_path(name: str | os.PathLike[str]) -> Path:
     return shipped if meant and not path.exists() and shipped.is_file() else path
 
 
-# What `number` found implausible in the file that is being read, by key and value, as a scenario
-# repeats what it changes in its vehicle; None if no file is being read.
-_IMPLAUSIBLE: ContextVar[dict[str, str] | None] = ContextVar("implausible", default=None)
+# Doubts about the file that is being read, by key and value, as a scenario repeats what it changes
+# in its vehicle; None if no file is being read.
+_DOUBTS: ContextVar[dict[str, str] | None] = ContextVar("doubts", default=None)
+
+
+def doubt(key: str, text: str) -> None:
+    """Warn of something once the file that is being read has been read, once for each key."""
+    doubts = _DOUBTS.get()
+    if doubts is not None:
+        doubts.setdefault(key, text)
 
 
 @contextmanager
@@ -122,9 +129,9 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
 
     Each of its lines begins with the file.
     """
-    place, outer = os.fspath(path), _IMPLAUSIBLE.get()
+    place, outer = os.fspath(path), _DOUBTS.get()
     found: dict[str, str] = {}
-    token = _IMPLAUSIBLE.set(None if outer is None else found)
+    token = _DOUBTS.set(None if outer is None else found)
     try:
         yield
     except ValueError as error:
@@ -135,7 +142,7 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     except ArithmeticError:  # each number is within its limits, but they do not fit together
         raise ModelError(f"{place}: its numbers are too far apart") from None
     finally:
-        _IMPLAUSIBLE.reset(token)
+        _DOUBTS.reset(token)
     if outer is not None:
         for key, text in found.items():
             outer.setdefault(key, f"{place}: {text}")
@@ -143,22 +150,22 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
 
 @contextmanager
 def loading(path: str | os.PathLike[str]) -> Iterator[None]:
-    """`in_file` for a function that a user calls: warns of implausible numbers, once for each key.
+    """`in_file` for a function that a user calls: it warns of what is probably not meant.
 
     Warns
     -----
-    ImplausibleWarning
-        If nothing was wrong, but a number is not one that a vehicle has.
+    InputWarning
+        If nothing was wrong, but a number is not one that a vehicle has, or a key is not used.
     """
     found: dict[str, str] = {}
-    token = _IMPLAUSIBLE.set(found)
+    token = _DOUBTS.set(found)
     try:
         with in_file(path):
             yield
     finally:
-        _IMPLAUSIBLE.reset(token)
+        _DOUBTS.reset(token)
     for text in found.values():
-        warnings.warn(harmless_line(text), ImplausibleWarning, stacklevel=4)
+        warnings.warn(harmless_line(text), InputWarning, stacklevel=4)
 
 
 def parse(file: Path) -> dict[str, Any]:
@@ -321,11 +328,10 @@ def number(where: str, value: object, quantity: Quantity) -> float:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
     if not quantity.allow(found):
         raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
-    implausible = _IMPLAUSIBLE.get()
-    if implausible is not None and quantity.usual is not None and not quantity.is_usual(found):
+    if not quantity.is_usual(found) and quantity.usual is not None:
         low, high = quantity.usual
         unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-        implausible.setdefault(
+        doubt(
             f"{'.'.join(where.split('.')[-2:])} = {found}",
             f"{where} = {found:g}{unit} is implausible: {low:g} to {high:g}{unit} is usual; is its "
             "unit missing or wrong?",

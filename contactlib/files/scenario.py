@@ -253,7 +253,7 @@ def load_scenario(
 
     Warns
     -----
-    ImplausibleWarning
+    InputWarning
         If a number is allowed but no vehicle has it.
     """
     with loading(path):

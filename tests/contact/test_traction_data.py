@@ -143,7 +143,7 @@ def test_options_are_checked(tmp_path: Path) -> None:
 def test_creepage_that_seems_to_be_in_per_cent_warns(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     path.write_text("creepage,traction_coefficient\n1.5,0.25\n8,0.2\n")
-    with pytest.warns(cl.ImplausibleWarning, match="largest creepage is 8, .* creepage_unit"):
+    with pytest.warns(cl.InputWarning, match="largest creepage is 8, .* creepage_unit"):
         data = TractionData.from_csv(path)
     assert data.creepage[1] == 8.0
     assert TractionData.from_csv(path, creepage_unit="%").creepage[1] == 0.08

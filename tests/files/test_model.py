@@ -14,7 +14,6 @@ from click.testing import CliRunner
 import contactlib as cl
 from contactlib.base.writing import package_folder
 from contactlib.cli import commands as cli
-from contactlib.files.model import UnusedKeyWarning
 
 SHIPPED = [package_folder("models") / name for name in ("locomotive.toml", "roller_rig.toml")]
 
@@ -211,7 +210,7 @@ def test_a_measured_curve_is_reproduced_as_measured(tmp_path: Path, shape: str) 
     # It is steeper than clean Hertzian steel, and its peak is above `static`.
     (tmp_path / "steep.csv").write_text(STEEP)
     law = '\n[law]\nkind = "measured"\nfile = "steep.csv"\n\n[run]'
-    with pytest.warns(UnusedKeyWarning, match=r"friction and wheelset\.saturation_creepage"):
+    with pytest.warns(cl.InputWarning, match=r"friction and wheelset\.saturation_creepage"):
         element = load_changed(tmp_path, None, {SHAPE: shape, "\n[run]": law})
     curve = cl.MeasuredCurve.from_csv(tmp_path / "steep.csv")
     assert curve.peak.traction_ratio * curve.kinetic > 0.45  # of the file's [friction]
@@ -408,10 +407,10 @@ def test_a_number_that_no_vehicle_has_warns_once(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         load_changed(tmp_path, table, {old: new})
-    messages = [str(w.message) for w in caught if w.category is cl.ImplausibleWarning]
+    messages = [str(w.message) for w in caught if w.category is cl.InputWarning]
     assert len(messages) == 1
     assert re.match(rf"{re.escape(str(tmp_path))}.*changed\.toml: {said}", messages[0])
-    assert {w.filename for w in caught if w.category is cl.ImplausibleWarning} == {__file__}
+    assert {w.filename for w in caught if w.category is cl.InputWarning} == {__file__}
 
 
 def test_all_mistakes_come_at_once_in_the_order_of_the_file(

@@ -42,7 +42,7 @@ def refusal(kind: str, path: Path) -> str | None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", ProcessZoneWarning)
-        warnings.simplefilter("ignore", cl.ImplausibleWarning)
+        warnings.simplefilter("ignore", cl.InputWarning)
         try:
             READERS[kind](path)
         except (ValueError, OSError) as error:

@@ -469,7 +469,7 @@ CALLS: list[Call] = [
 EXEMPT: dict[str, str] = {
     "ConvergenceError": "an exception",
     "ProcessZoneWarning": "a warning",
-    "ImplausibleWarning": "a warning",
+    "InputWarning": "a warning",
     "Weakening": "an abstract class",
     "Weakening.fraction": "abstract",
     "Weakening.slope": "abstract",

@@ -126,7 +126,7 @@ def test_only_plain_files_are_opened(tmp_path: Path) -> None:
             file_beside("file", name, tmp_path, "the model")
 
 
-@pytest.mark.filterwarnings("ignore::contactlib.files.model.UnusedKeyWarning")
+@pytest.mark.filterwarnings("ignore::contactlib.InputWarning")
 def test_files_beside_and_below_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Wherever the command runs; in a folder that is itself reached by a link."""
     real, elsewhere = tmp_path / "real", tmp_path / "elsewhere"

@@ -94,7 +94,7 @@ def load_sweep(
 
     Warns
     -----
-    ImplausibleWarning
+    InputWarning
         If a number is allowed but no vehicle has it.
 
     Examples
