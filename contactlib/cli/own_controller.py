@@ -52,7 +52,7 @@ STEM = "contactlib_own_controller"  # name under which the file's module is know
 
 def _run(file: Path) -> ModuleType:
     """Run a file as a module; as for a script, it may import what lies beside it."""
-    file.read_bytes()  # an OSError names the file
+    file.stat()  # an OSError that names it
     spec = importlib.util.spec_from_file_location(STEM, file)
     if spec is None or spec.loader is None:
         raise ValueError(f"--controller: {file} must be a Python file, whose name ends with .py")
