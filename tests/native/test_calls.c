@@ -600,21 +600,24 @@ static void test_parallel_exchange(void) {
 static void test_wrong_exchange(void) {
     if (!has("parallel_exchange")) return;
     unsigned omega = reference_of("omega"), force = reference_of("creep_force");
+    unsigned known[2] = {reference_of("effective_inverse_mass"), reference_of("radius")};
     for (int implicit = 0; implicit < 2; implicit++) {
         const unsigned mode = reference_of("implicit");
         fmi2Component c = instance2(fmi2CoSimulation);
-        double spin = 20.1, now, last, step = 5e-3;
+        double spin = 20.1, now, last, step = 5e-3, numbers[2];
         FINE(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0));
         FINE(fmi2EnterInitializationMode(c));
         FINE(fmi2SetBoolean(c, &mode, 1, &implicit));
         FINE(fmi2ExitInitializationMode(c));
         FINE(fmi2GetReal(c, &force, 1, &last));
+        FINE(fmi2GetReal(c, known, 2, numbers));
+        double inverse_mass = numbers[0], radius = numbers[1], drive = 0.9 * inverse_mass * 23e3;
         int before = said;
         for (int i = 0; i < 300; i++) {
             FINE(fmi2SetReal(c, &omega, 1, &spin));
             FINE(fmi2DoStep(c, step * i, step, 1));
             FINE(fmi2GetReal(c, &force, 1, &now));
-            spin += step * (20e3 - 0.5 * last) / 250.0;
+            spin += step * (drive - inverse_mass * last) / radius;
             last = now;
         }
         CHECK(said == before || said == before + 1);
