@@ -344,8 +344,8 @@ def _licence(description: Description) -> str:
     table = description.element.table
     cells = " by ".join(str(n) for n in table.cells)
     size = f", {cells} cells" if any(table.cells) else ""
-    given = {"Version": description.version, "Author:": description.author}
-    stated = "".join(f"{key} {escape(text)}. " for key, text in given.items() if text is not None)
+    given = {"Model version": description.version, "author": description.author}
+    stated = "".join(f"{key} {escape(text)}; " for key, text in given.items() if text is not None)
     return (
         f"<p>{stated}contactlib {version()}; library <code>{escape(kernel.token())}</code>; "
         f"table of <code>{escape(table.law)}</code>{size}.</p>\n"
