@@ -46,9 +46,9 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.export import export_ssp as export_ssp
     from contactlib.export.explorer import write_explorer as write_explorer
     from contactlib.export.lookup import lookup_table as lookup_table
+    from contactlib.files.mistakes import ModelError as ModelError
     from contactlib.files.model import Model as Model
     from contactlib.files.model import load_model as load_model
-    from contactlib.files.reading import ModelError as ModelError
     from contactlib.files.reading import model_path as model_path
     from contactlib.files.scenario import Scenario as Scenario
     from contactlib.files.scenario import load_scenario as load_scenario

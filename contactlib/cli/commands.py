@@ -136,65 +136,30 @@ def table(model: str, output: Path, rebuild: bool, **options: Any) -> None:
     The points of the first are chosen so that interpolation between them keeps the error, which
     the file states.
     """
-    given = {name: value for name, value in options.items() if value is not None}
-    if output.suffix not in ("", ".bin"):
-        from contactlib.export.lookup import lookup_table
-        from contactlib.export.lookup_files import known_format, write_lookup_table
+    from contactlib.cli.new_files import write_table
 
-        known_format(output)
-        if rebuild:
-            raise ValueError(f"--rebuild is for a file that ends in .bin, not {output.suffix}")
-        for name, unit in (("load", "N"), ("speed", "m/s"), ("friction_scale", "1")):
-            if name in given:
-                given[name] = _numbers(f"--{name.replace('_', '-')}", given[name], unit)
-        if "load" in given:
-            given["normal_load"] = given.pop("load")
-        found = lookup_table(_load(model), **given)
-        sizes = " x ".join(f"{size} {name}" for name, size in found.sizes.items())
-        say(
-            f"{write_lookup_table(found, output)}: {sizes}, largest error of "
-            f"{found.attrs['interpolation'].split()[0]} interpolation found "
-            f"{found.attrs['largest_error_found']:.2g} of the largest force"
-        )
-        return
-    if given:
-        name = next(iter(given)).replace("_", "-")
-        raise ValueError(f"--{name} is for a file that ends in .csv, .mat, .npz or .nc")
-    made = _load(model).wheelset.element.table
-    if rebuild and made.law.startswith("CarterGriffith"):
-        from contactlib.contact.law_tables import build_carter_griffith_table
-
-        with ConsoleReporter().step("Building the table of the law") as progress:
-            made = build_carter_griffith_table(made.options["contact"], progress)
-    say(
-        f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} in the "
-        f"traction ratio and {made.max_slope_error:.2g} in its slope, at "
-        f"{made.certificate_points} points"
-    )
+    write_table(partial(_load, model), output, rebuild, options)
 
 
-def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
-    """Numbers of an option: one, several, or a range."""
-    from contactlib.base.units import in_si
+@main.command()
+@click.argument("kind", type=click.Choice(["model", "force", "scenario", "sweep"]), default="model")
+@click.option("--list", "shipped", is_flag=True, help="List the shipped files instead.")
+@click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="File. Default: my_KIND.toml."
+)
+def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
+    """Write a commented file to start from, ready to run.
 
-    parts = text.replace(":", ",").split(",")
-    try:
-        values = [in_si(f"{part} {unit}" if _plain(part) else part, unit) for part in parts]
-    except ValueError as error:
-        raise ValueError(f"{option} = {text!r} {error}") from None
-    if ":" in text:
-        if len(values) != 2 or "," in text:
-            raise ValueError(f"{option} = {text!r} must be a range of two numbers, as 0.5:1")
-        return slice(*values)
-    return values if len(values) > 1 else values[0]
+    KIND is model (a wheelset and two runs, the default), force (only a wheel's creep force, for an
+    FMU or a table), scenario or sweep.
+    """
+    from contactlib.cli.new_files import say_shipped, write_template
 
-
-def _plain(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    if shipped:
+        say_shipped()
+    else:
+        write_template(kind, output, overwrite)
 
 
 @main.command()

@@ -14,10 +14,9 @@ from contactlib.contact.element import ForceElement
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import Contact
 from contactlib.contact.table import CreepForceTable
+from contactlib.files.mistakes import Mistakes, ModelError
 from contactlib.files.reading import (
     IS_SWEEP,
-    Mistakes,
-    ModelError,
     check_keys,
     doubt,
     loading,

@@ -7,21 +7,22 @@ dimension. An unknown key, a missing key, a wrong type or a value out of range i
 
 from __future__ import annotations
 
+import difflib
 import os
-import re
 import tomllib
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, fields
 from pathlib import Path, PureWindowsPath
-from typing import Any, Literal, Self, TypeVar, cast
+from typing import Any, Literal, TypeVar
 
 from contactlib.base.quantities import InputWarning, Parameters, Quantity
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder
+from contactlib.files.mistakes import MOST_LINES, Mistakes, ModelError, lines_of
 from contactlib.vehicle.track import Profile
 
 IS_SWEEP = (
@@ -30,85 +31,31 @@ IS_SWEEP = (
 )
 
 
-MOST_LINES = 50  # of mistakes that are told
-
-
-class ModelError(ValueError):
-    """A model, scenario or sweep file that cannot be used.
-
-    Attributes
-    ----------
-    lines : tuple of str
-        A line for each mistake, in the order of the file: where it is, and what is wrong.
-    """
-
-    def __init__(self, *lines: str) -> None:
-        super().__init__("\n".join(lines))
-        self.lines = lines
-
-
-def lines_of(error: ValueError) -> tuple[str, ...]:
-    """Mistakes of which an error tells; a text of several lines is one mistake."""
-    return error.lines if isinstance(error, ModelError) else (str(error),)
-
-
-class Mistakes:
-    """Collects the mistakes of a file or section: leaving its block raises them all at once.
-
-    Parameters
-    ----------
-    data : mapping, optional
-        The file's contents, whose keys set the order of the mistakes; missing keys come last.
-    """
-
-    def __init__(self, data: Mapping[str, Any] | None = None) -> None:
-        self._order = {key: place for place, key in enumerate(data or ())}
-        self._lines: list[str] = []
-
-    def of(self, function: Callable[..., Made], *given: Any) -> Made:
-        """Result of a function; without one it is None, and leaving the block raises."""
-        if len(self._lines) > MOST_LINES:  # enough is told; a stranger's file takes no longer
-            return cast(Made, None)
-        try:
-            return function(*given)
-        except ValueError as error:
-            self._lines += lines_of(error)
-        return cast(Made, None)
-
-    def __bool__(self) -> bool:
-        return bool(self._lines)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, ValueError):
-            self._lines += lines_of(error)
-        elif error is not None:
-            return
-        if self._lines:
-            last = len(self._order)
-            heads = [re.split(r"[. :]", line, maxsplit=1)[0] for line in self._lines]
-            places = [self._order.get(head, last) for head in heads]
-            order = sorted(range(len(places)), key=places.__getitem__)
-            lines = dict.fromkeys(self._lines[i] for i in order)
-            raise ModelError(*(line for line in lines if not _is_renamed(line, lines))) from None
-
-
-def _is_renamed(line: str, lines: Collection[str]) -> bool:
-    """Whether a line misses a key that another line takes for misspelt."""
-    where, missing, _ = line.partition(" is missing")
-    key = re.split(r"[. ]", where)[-1]
-    section, meant = where.removesuffix(key), f"did you mean {key!r}?"
-    return bool(missing) and any(o.startswith(section) and meant in o for o in lines)
-
-
 def model_path(name: str | os.PathLike[str]) -> Path:
-    """Path of a file or, if there is none, of a shipped one: ``x.toml`` or ``models/x.toml``."""
+    """Path of a file or, if there is none, of a shipped one: ``x.toml`` or ``models/x.toml``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is neither; the message names the file of the closest name.
+    """
     path = Path(name)
     shipped = package_folder("models") / path.name
     meant = path in (Path(path.name), Path("models") / path.name)
-    return shipped if meant and not path.exists() and shipped.is_file() else path
+    if meant and not path.exists() and shipped.is_file():
+        return shipped
+    if not path.exists():
+        raise FileNotFoundError(f"{path}: no such file{near_files(path.name, path.parent)}")
+    return path
+
+
+def near_files(name: str, folder: Path) -> str:
+    """End of a message on a file that is not there: that of the closest name, or nothing."""
+    ending = Path(name).suffix or ".toml"
+    places = (folder, package_folder("models"))
+    known = {file.name for place in places if place.is_dir() for file in place.glob(f"*{ending}")}
+    close = difflib.get_close_matches(name, sorted(known), 1)
+    return f"; did you mean {close[0]}?" if close else ""
 
 
 # Doubts about the file that is being read, by key and value, as a scenario repeats what it changes
@@ -387,4 +334,5 @@ def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
             if not (place / name).resolve().is_relative_to(place.resolve()):
                 raise ValueError(f"{what} must lie beside {of} or below: a link leads elsewhere")
             return place / name
-    raise ValueError(f"no such file, neither beside {of} nor among the shipped models")
+    near = near_files(meant.name, folder)
+    raise ValueError(f"no such file, neither beside {of} nor among the shipped models{near}")

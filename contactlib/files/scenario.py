@@ -15,10 +15,10 @@ from typing import Annotated, Any
 from contactlib.base.quantities import Parameters, Quantity, ReadOnly
 from contactlib.base.text import known_names
 from contactlib.contact.table import CreepForceTable
+from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import VEHICLE_SECTIONS, BuildCache, build_model, read_model
 from contactlib.files.reading import (
     IS_SWEEP,
-    Mistakes,
     check_keys,
     file_beside,
     in_file,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import BuildCache
-from contactlib.files.reading import Mistakes, named, text
+from contactlib.files.reading import named, text
 from contactlib.files.sections import (
     DemandSection,
     HeldSpeedSection,

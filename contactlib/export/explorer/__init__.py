@@ -13,8 +13,9 @@ import webbrowser
 from pathlib import Path
 
 from contactlib.base.writing import PACKAGE, write_whole
+from contactlib.files.mistakes import ModelError
 from contactlib.files.model import Missing, load_model
-from contactlib.files.reading import ModelError, in_file, model_path, parse
+from contactlib.files.reading import in_file, model_path, parse
 
 PAGE = PACKAGE / "export" / "explorer" / "page.html"
 PLACE = '<script type="application/json" id="given-model">{}</script>'  # of a model's text

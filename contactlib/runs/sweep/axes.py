@@ -11,8 +11,9 @@ import numpy as np
 
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.base.text import known_names
+from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import VEHICLE_SECTIONS
-from contactlib.files.reading import Mistakes, check_keys, in_file, number, subsection, text
+from contactlib.files.reading import check_keys, in_file, number, subsection, text
 from contactlib.files.scenario import ControllerDesign, ScenarioContents
 from contactlib.files.sections import (
     DemandSection,

@@ -16,8 +16,8 @@ from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.base.text import known_names
 from contactlib.contact import kernel
 from contactlib.contact.element import ProcessZoneWarning
+from contactlib.files.mistakes import Mistakes
 from contactlib.files.reading import (
-    Mistakes,
     check_keys,
     file_beside,
     in_file,

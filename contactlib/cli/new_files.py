@@ -1,0 +1,104 @@
+"""What the commands `new` and `table` write: files to start from, and tables for other tools."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from contactlib.base.text import fixed_width
+from contactlib.base.units import in_si
+from contactlib.base.writing import write_whole
+from contactlib.cli.console import ConsoleReporter, say
+from contactlib.contact.law_tables import build_carter_griffith_table
+from contactlib.export.lookup import lookup_table
+from contactlib.export.lookup_files import known_format, write_lookup_table
+from contactlib.files.model import Model
+from contactlib.files.reading import model_path, parse, shipped_files
+
+TEMPLATES = Path(__file__).parents[1] / "files" / "templates"
+NEXT = {"force": "fmu", "model": "simulate", "scenario": "simulate", "sweep": "sweep"}
+
+
+def write_template(kind: str, output: Path | None, overwrite: bool) -> None:
+    """Write a commented file of a kind, and say what to do with it.
+
+    Raises
+    ------
+    ValueError
+        If the file is there and must not be overwritten.
+    """
+    path = output or Path(f"my_{kind}.toml")
+    if path.exists() and not overwrite:
+        raise ValueError(f"{path} is there already: --overwrite replaces it")
+    text = (TEMPLATES / f"{kind}.toml").read_text(encoding="ascii")
+    write_whole(path, text.replace(f"my_{kind}.toml", path.name).encode())
+    say(f"{path}: to try it, contactlib {NEXT[kind]} {path}")
+
+
+def say_shipped() -> None:
+    """List the shipped files: kind, name and title."""
+    rows = [
+        (name, kind, str(parse(model_path(name))["name"]))
+        for kind, names in shipped_files().items()
+        for name in names
+    ]
+    say(fixed_width([(name, f"{kind:8}  {title}") for name, kind, title in rows]))
+
+
+def write_table(
+    load: Callable[[], Model], output: Path, rebuild: bool, options: dict[str, Any]
+) -> None:
+    """Write the creep force as a table, or the table of the law, as the file's ending says."""
+    given = {name: value for name, value in options.items() if value is not None}
+    if output.suffix not in ("", ".bin"):
+        known_format(output)
+        if rebuild:
+            raise ValueError(f"--rebuild is for a file that ends in .bin, not {output.suffix}")
+        for name, unit in (("load", "N"), ("speed", "m/s"), ("friction_scale", "1")):
+            if name in given:
+                given[name] = _numbers(f"--{name.replace('_', '-')}", given[name], unit)
+        if "load" in given:
+            given["normal_load"] = given.pop("load")
+        found = lookup_table(load(), **given)
+        sizes = " x ".join(f"{size} {name}" for name, size in found.sizes.items())
+        say(
+            f"{write_lookup_table(found, output)}: {sizes}, largest error of "
+            f"{found.attrs['interpolation'].split()[0]} interpolation found "
+            f"{found.attrs['largest_error_found']:.2g} of the largest force"
+        )
+        return
+    if given:
+        name = next(iter(given)).replace("_", "-")
+        raise ValueError(f"--{name} is for a file that ends in .csv, .mat, .npz or .nc")
+    made = load().wheelset.element.table
+    if rebuild and made.law.startswith("CarterGriffith"):
+        with ConsoleReporter().step("Building the table of the law") as progress:
+            made = build_carter_griffith_table(made.options["contact"], progress)
+    say(
+        f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} in the "
+        f"traction ratio and {made.max_slope_error:.2g} in its slope, at "
+        f"{made.certificate_points} points"
+    )
+
+
+def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
+    """Numbers of an option: one, several, or a range."""
+    parts = text.replace(":", ",").split(",")
+    try:
+        values = [in_si(f"{part} {unit}" if _plain(part) else part, unit) for part in parts]
+    except ValueError as error:
+        raise ValueError(f"{option} = {text!r} {error}") from None
+    if ":" in text:
+        if len(values) != 2 or "," in text:
+            raise ValueError(f"{option} = {text!r} must be a range of two numbers, as 0.5:1")
+        return slice(*values)
+    return values if len(values) > 1 else values[0]
+
+
+def _plain(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,120 @@
+"""Files to start from are complete and run, and a name that is nearly right finds its file."""
+
+from __future__ import annotations
+
+import tomllib
+import warnings
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+import contactlib as cl
+from contactlib.cli.commands import main
+from contactlib.cli.new_files import TEMPLATES
+from contactlib.files.reading import file_kind, shipped_files
+
+
+@pytest.fixture(autouse=True)
+def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def contactlib(*arguments: str) -> Result:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a template has no implausible numbers
+        return CliRunner().invoke(main, arguments)
+
+
+def written(kind: str) -> str:
+    done = contactlib("new", kind)
+    assert done.exit_code == 0, done.stderr
+    assert done.stdout.startswith(f"my_{kind}.toml: to try it, contactlib ")
+    return f"my_{kind}.toml"
+
+
+def test_a_force_is_enough_for_an_fmu_and_a_table() -> None:
+    path = written("force")
+    for arguments in (("fmu", path), ("table", path, "-o", "curve.csv")):
+        done = contactlib(*arguments)
+        assert (done.exit_code, done.stderr) == (0, "")
+    assert {"CreepForceElement.fmu", "curve.csv"} < {p.name for p in Path.cwd().iterdir()}
+    assert set(tomllib.loads(Path(path).read_text())) == {
+        *("name", "source", "contact", "friction", "wheelset")
+    }
+
+
+def test_the_measured_alternative_of_a_force_runs_too() -> None:
+    text = Path(written("force")).read_text()
+    kept, _, rest = text.partition("[friction]")
+    law = rest[rest.index("# [law]") : rest.index("\n\n[wheelset]")].replace("# [", "[")
+    law = law.replace("\n# ", "\n")
+    Path("mine.toml").write_text(kept + law + rest[rest.index("\n\n[wheelset]") :])
+    Path("my_curve.csv").write_text("slip;mu\n0,5;0,15\n1;0,25\n1,5;0,28\n2;0,28\n4;0,26\n8;0,22\n")
+    element = cl.load_model("mine.toml").wheelset.element
+    found = element.at_creepage(0.02, speed=10.0)["traction_coefficient"]
+    assert float(found) == pytest.approx(0.28, abs=0.01)
+
+
+def test_the_model_runs_and_slips_away() -> None:
+    model = cl.load_model(written("model"))
+    for control in (model.torque_control, model.creep_control):
+        run = cl.simulate(model.wheelset, control, initial_speed=model.initial_speed)
+        names = [event.name for event in run.events]
+        assert names == ["peak_passed", "slip_away"][: 2 if control is model.torque_control else 1]
+
+
+def test_the_scenario_runs_with_all_its_controllers() -> None:
+    scenario = cl.load_scenario(written("scenario"))
+    done = {name: cl.run_scenario(scenario, name) for name in scenario.controllers}
+    used = {n: cl.metrics(r, scenario.drivetrain).adhesion_utilisation for n, r in done.items()}
+    assert used["open_loop"] < 0.7 < 0.9 < min(used["threshold"], used["creep_pi"])
+
+
+def test_the_sweep_runs() -> None:
+    found = cl.ensemble(written("sweep"))
+    assert dict(found.sizes) == {"controller": 2, "patch_friction": 4, "inertia": 3}
+    assert bool(found.adhesion_utilisation.notnull().all())
+
+
+def test_every_kind_has_a_template_that_the_command_names() -> None:
+    assert {path.stem for path in TEMPLATES.iterdir()} == {"force", "model", "scenario", "sweep"}
+    for kind in ("force", "model", "scenario", "sweep"):
+        assert file_kind(written(kind)) == (kind if kind != "force" else "model")
+    assert contactlib("new", "-o", "other.toml").exit_code == 0
+    assert Path("other.toml").read_text().count("simulate other.toml") == 2
+
+
+def test_nothing_is_overwritten_unless_asked() -> None:
+    Path("my_model.toml").write_text("mine")
+    done = contactlib("new", "model")
+    assert (done.exit_code, Path("my_model.toml").read_text()) == (2, "mine")
+    assert done.stderr == "contactlib: my_model.toml is there already: --overwrite replaces it\n"
+    assert contactlib("new", "model", "--overwrite").exit_code == 0
+    assert cl.load_model("my_model.toml").name == "My wheelset"
+
+
+def test_the_shipped_files_are_listed_with_their_titles() -> None:
+    lines = contactlib("new", "--list").stdout.splitlines()
+    names = [name for names in shipped_files().values() for name in names]
+    assert [line.split()[0] for line in lines] == names
+    assert "dry_wet_dry.toml" in names
+    assert lines[names.index("dry_wet_dry.toml")].endswith("scenario  Wet patch on dry rails")
+
+
+@pytest.mark.parametrize("command", ["simulate", "fmu", "table", "sweep", "explore"])
+def test_every_command_finds_the_file_that_is_meant(command: str) -> None:
+    Path("my_wheel.toml").write_text("")
+    names = {"dry_wet_dy.toml": "dry_wet_dry.toml", "my_whel.toml": "my_wheel.toml"}
+    for name, meant in names.items():
+        done = contactlib(command, name)
+        assert done.exit_code == 2
+        assert done.stderr == f"contactlib: {name}: no such file; did you mean {meant}?\n"
+    assert "did you mean" not in contactlib(command, "unheard.toml").stderr
+
+
+def test_a_vehicle_that_is_meant_is_found() -> None:
+    text = Path(written("scenario")).read_text().replace("locomotive.toml", "locomotiv.toml")
+    Path("mine.toml").write_text(text)
+    with pytest.raises(cl.ModelError, match=r"did you mean locomotive\.toml\?"):
+        cl.load_scenario("mine.toml")
