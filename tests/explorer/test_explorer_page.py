@@ -77,6 +77,25 @@ def test_a_slow_ramp_runs_away_at_the_critical_torque(
     assert "slip_away" in visitor.simulate(5.0, until="slip_away").names
 
 
+@pytest.mark.parametrize("model", ["roller_rig", "locomotive"])
+@pytest.mark.parametrize("part", [0.0, 0.9, 0.95, 1.05])
+def test_reset_returns_to_grip(visitor: Visitor, model: str, part: float) -> None:
+    """Under the present torque, or under nine tenths of the critical one if it has no grip."""
+    visitor.choose(model)
+    fold = visitor.state("shown.fold")
+    visitor.enter(rate=1e5, torque=1.05e-3 * fold["drive_torque"])
+    assert "slip_away" in visitor.simulate(4.0).names
+    visitor.enter(torque=1e-3 * part * fold["drive_torque"])
+    visitor.press("Reset")
+    if part > 1.0:
+        assert "No grip holds that torque" in visitor.toast()
+        visitor.wait(10_000)
+    assert 0.0 <= visitor.state("run.creepage") < fold["creepage"]
+    torque = (part if part < 1.0 else 0.9) * fold["drive_torque"]
+    assert visitor.state("run.driveTorque") == pytest.approx(torque, rel=1e-3)
+    assert visitor.simulate(1.0).highest < fold["creepage"]
+
+
 def longest_delay(wheelset: cl.Wheelset, creepage: float, **here: Any) -> float:
     """Delay in whole samples beyond which Python finds no gain above the least one [s]."""
     point = wheelset.balanced(creepage=creepage, **here)
@@ -158,6 +177,14 @@ def test_a_wet_patch_is_survived_up_to_the_clearing_time_shown(
     assert "will run away" in said
     assert "slip_away" in happened
     assert "returned" not in happened
+
+
+@pytest.mark.parametrize("model", ["roller_rig", "locomotive"])
+def test_a_wheel_without_torque_survives_any_wet_patch(visitor: Visitor, model: str) -> None:
+    visitor.choose(model)
+    begin_at(visitor, 0.0)
+    visitor.look()
+    assert "survives a patch of any length" in visitor.text("clearing")
 
 
 # ---- numbers --------------------------------------------------------------------------------
@@ -633,6 +660,32 @@ def test_a_field_refuses_what_is_out_of_range(visitor: Visitor, entry: str, type
     assert field.get_attribute("aria-invalid") != "true"
 
 
+def test_a_refused_entry_takes_its_error_with_it(visitor: Visitor) -> None:
+    """Entry and error stay together where the focus goes, and go together."""
+
+    def refused() -> tuple[str, str]:
+        field = visitor.page.locator("#k-hat-field")
+        problem = visitor.text("k-hat-problem")
+        assert (field.get_attribute("aria-invalid") == "true") == bool(problem)
+        return field.input_value(), problem
+
+    for leave in (
+        lambda: visitor.press("Reset"),
+        lambda: visitor.enter(k_hat=0.3),
+        lambda: visitor.enter(inertia=251.0),
+        lambda: visitor.choose("locomotive"),
+        lambda: visitor.page.locator("#speed-slider").press("ArrowRight"),
+    ):
+        RIG.set_up(visitor)
+        visitor.enter(k_hat=9.0)
+        assert refused() == ("9.0", "drop of friction K must be finite and >= 0 and <= 2")
+        visitor.page.locator("#k-hat-field").press("Tab")
+        assert refused()[0] == "9.0"
+        assert refused()[1]
+        leave()
+        assert refused() == ("0.3", "")
+
+
 # ---- address and files ----------------------------------------------------------------------
 
 
@@ -665,6 +718,28 @@ def test_a_wrong_address_is_told_of(visitor: Visitor) -> None:
     assert settings["vehicle"]["mass"] is None
     visitor.wait(10_000)
     assert visitor.text("toast") == ""
+
+
+@pytest.mark.parametrize(
+    ("fragment", "told"),
+    [
+        ("peak_pressure=1e-300", ["peak_pressure = 1e-300", ">= 1000000"]),
+        ("radius=1e300&inertia=1e-12", ["radius = 1e+300", "<= 10", "inertia = 1e-12", ">= 0.001"]),
+        ("vehicle=locomotive&mass=1&linear=1e5", ["all of mass=1, linear=100000", "no grip"]),
+    ],
+)
+def test_the_page_starts_with_any_address(fragment: str, told: list[str]) -> None:
+    with explorer_page(fragment=fragment) as opened:
+        visitor = Visitor(opened)
+        said = visitor.toast()
+        assert all(part in said for part in told), said
+        assert visitor.simulate(0.1).time >= 0.1
+    with explorer_page(clock_stands=True) as opened:
+        visitor = Visitor(opened)
+        visitor.call("(fragment) => { location.hash = `#${fragment}`; }", fragment)
+        said = visitor.toast()
+        assert all(part in said for part in told), said
+        assert visitor.simulate(0.1).time == pytest.approx(0.1)
 
 
 def open_text(visitor: Visitor, name: str, text: str) -> str:
@@ -862,6 +937,93 @@ def test_it_loads_and_nothing_overlaps(width: int, rig: cl.Model) -> None:
         visitor.page.emulate_media(color_scheme="dark" if scheme == "light" else "light")
         visitor.look()
         assert visitor.call("() => document.documentElement.dataset.theme") != scheme
+
+
+# Remembers where each canvas has text; then one line for each that is cut or overprints another.
+WATCH_TEXTS = """() => {
+  const texts = new Map(), { clearRect, fillText } = CanvasRenderingContext2D.prototype;
+  Object.assign(CanvasRenderingContext2D.prototype, {
+    clearRect(...box) {
+      texts.set(this.canvas, []);
+      return clearRect.apply(this, box);
+    },
+    fillText(text, x, y) {
+      const m = this.measureText(text), to = this.getTransform();
+      const corners = [-m.actualBoundingBoxLeft, m.actualBoundingBoxRight].flatMap((dx) =>
+        [-m.actualBoundingBoxAscent, m.actualBoundingBoxDescent].map((dy) =>
+          to.transformPoint({ x: x + dx, y: y + dy })));
+      if (text !== "") texts.get(this.canvas)?.push({ text, corners });
+      return fillText.call(this, text, x, y);
+    },
+  });
+  const placed = (canvas, found) => {
+    const frame = canvas.getBoundingClientRect(), scale = frame.width / canvas.width;
+    return (texts.get(canvas) ?? []).map(({ text, corners }) => {
+      const xs = corners.map(({ x }) => scale * x), ys = corners.map(({ y }) => scale * y);
+      const [left, right] = [Math.min(...xs), Math.max(...xs)];
+      const [top, bottom] = [Math.min(...ys), Math.max(...ys)];
+      if (left < -0.5 || right > frame.width + 0.5 || top < -0.5 || bottom > frame.height + 0.5) {
+        found.push(`${text}: cut`);
+      }
+      return { text, left: frame.left + left, right: frame.left + right,
+        top: frame.top + top, bottom: frame.top + bottom };
+    });
+  };
+  globalThis.overprinted = () => [...document.querySelectorAll("figure")].flatMap((figure) => {
+    const found = [];
+    const boxes = [...figure.querySelectorAll("canvas")].flatMap((one) => placed(one, found));
+    boxes.forEach((a, i) => boxes.slice(0, i).forEach((b) => {
+      const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const up = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      if (across > 0.5 && up > 0.5) found.push(`${b.text} over ${a.text}`);
+    }));
+    if (boxes.length < 3) found.push(`${boxes.length} texts on ${figure.id}`);
+    return found;
+  });
+}"""
+
+
+@pytest.mark.parametrize("size", [(360, 740), (768, 1024), (1181, 640), (1440, 900)])
+@pytest.mark.parametrize("model", ["roller_rig", "locomotive"])
+def test_no_label_overprints_another(size: tuple[int, int], model: str) -> None:
+    with explorer_page(*size, clock_stands=True) as opened:
+        visitor = Visitor(opened)
+        visitor.call(WATCH_TEXTS)
+        flaws = {}
+
+        def look(at: str) -> None:
+            visitor.look()
+            flaws[at] = visitor.call("() => overprinted()")
+
+        if visitor.page.get_by_role("button", name="More").is_visible():
+            visitor.press("More")
+        visitor.choose(model)
+        critical = 1e-3 * visitor.state("shown.fold.drive_torque")
+        for part in (0.0, 0.3, 0.9, 0.99, 0.9999):
+            begin_at(visitor, 1e3 * part * critical)
+            look(f"{part} of the critical torque")
+            visitor.press("Put a wet patch under it")
+            visitor.simulate(0.31)
+            look(f"{part} of the critical torque, on a wet patch")
+        visitor.choose(model)
+        visitor.enter(rate=100.0, torque=1.05 * critical)
+        for i in range(12):
+            visitor.simulate(0.2)
+            look(f"running away, {i}")
+        for reference in (0.1, 1.0, 1.5, 2.4):
+            visitor.choose(model)
+            visitor.check("Creep control")
+            visitor.enter(reference=reference)
+            for i in range(3):
+                look(f"held at {reference}, {i}")
+                visitor.simulate(0.5)
+        visitor.check("Ellipse")
+        visitor.enter(k_hat=0.9, load=100.0)
+        look("an ellipse")
+        visitor.choose(model)
+        visitor.enter(k_hat=0.0)
+        look("no fall of friction")
+        assert {at: found for at, found in flaws.items() if found} == {}
 
 
 def test_the_theme_can_be_chosen(visitor: Visitor) -> None:

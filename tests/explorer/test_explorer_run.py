@@ -385,7 +385,7 @@ def test_it_stops_where_it_makes_no_sense(
 @pytest.mark.parametrize(
     ("control", "steps", "said"),
     [
-        ({"drive_torque": 4e4}, [], "control.drive_torque = 40000 .* no stable creepage"),
+        ({"drive_torque": 4e4}, [], "control.drive_torque = 40000 .* no grip"),
         ({"torque_rate": -1.0}, [], "control.torque_rate = -1 .* >= 0"),
         ({"delay": 0.6}, [], "control.delay = 0.6 .* <= 0.5"),
         ({}, [["setSpeed", 0.05]], "speed = 0.05 .* >= 0.1"),

@@ -39,17 +39,38 @@ export function vehicleField(key: string): string {
   return key === "static" || key === "kinetic" ? `${key}_friction` : key;
 }
 
-// Where a name occurs twice the last one is meant: a vehicle's radius is the wheelset's. Below it
-// stand numbers that no model file has, and those of which the page allows less.
-const SETTING_LIMITS: ByName<Limit> = {
-  ...Object.fromEntries(
-    ["contact", "creep_control", ...OF_VEHICLE].flatMap((section) =>
-      Object.entries(SECTIONS[section]!).map(([key, limit]) => [vehicleField(key), limit]),
-    ),
+// Where a name occurs twice the last one is meant: a vehicle's radius is the wheelset's.
+const DECLARED: ByName<Limit> = Object.fromEntries(
+  ["contact", "creep_control", ...OF_VEHICLE].flatMap((section) =>
+    Object.entries(SECTIONS[section]!).map(([key, limit]) => [vehicleField(key), limit]),
   ),
-  peak_pressure: { unit: "Pa", above: 0 },
-  load: { unit: "N", above: 0, at_most: 1e8 },
-  speed: { unit: "m/s", above: 0, at_most: 1e3 },
+);
+
+// Far beyond any vehicle, and less than what no run can be computed with: least and largest.
+const RUNS: ByName<[number, number]> = {
+  semi_width: [1e-6, 1],
+  normal_load: [1, 1e8],
+  youngs_modulus: [1e9, 1e13],
+  static_friction: [1e-4, 10],
+  kinetic_friction: [1e-4, 10],
+  radius: [0.01, 10],
+  inertia: [1e-3, 1e9],
+  mass: [1, 1e9],
+  damping: [0, 1e6],
+  slope_reduction: [1e-3, 1],
+  constant: [0, 1e6],
+  linear: [0, 1e5],
+  quadratic: [0, 1e4],
+};
+
+// Below the others stand numbers that no model file has, and those of which the page allows less.
+const SETTING_LIMITS: ByName<Limit> = {
+  ...DECLARED,
+  ...Object.fromEntries(Object.entries(RUNS).map(([key, [at_least, at_most]]) =>
+    [key, { unit: DECLARED[key]!.unit, at_least, at_most }])),
+  peak_pressure: { unit: "Pa", at_least: 1e6, at_most: 1e11 },
+  load: { unit: "N", at_least: 1, at_most: 1e8 },
+  speed: { unit: "m/s", above: 0, at_most: 100 },
   drive_torque: { unit: "N.m", at_least: 0, at_most: 1e7 },
   torque_rate: { unit: "N.m/s", at_least: 0, at_most: 1e8 },
   creepage: { unit: "1", at_least: 0, at_most: 10 },

@@ -88,12 +88,23 @@ export class App {
     return this.run.control;
   }
 
-  /** Take other settings and begin again. */
+  /** Take other settings and begin again. With those that cannot run all stays as it is, and the
+   * error is thrown. */
   use(settings: Settings): void {
     this.endStory();
+    const before = { ...this.settings, control: { ...this.control } };
+    try {
+      this.take(settings);
+    } catch (error) {
+      if (before.vehicle !== settings.vehicle) this.take(before);
+      throw error;
+    }
+  }
+
+  private take(settings: Settings): void {
     this.settings = settings;
-    Object.assign(this.run.control, settings.control);
-    this.settings.control = this.run.control;
+    Object.assign(this.control, settings.control);
+    settings.control = this.control;
     this.restart();
   }
 
@@ -121,7 +132,7 @@ export class App {
       this.control.mode = "torque";
       this.control.drive_torque = 0.9 * next.most.torque;
       this.run.start(vehicle, normalLoad, speed);
-      this.stage.toast("No steady state at that torque: the run starts at nine tenths of the critical one.");
+      this.stage.toast("No grip holds that torque: the run starts at nine tenths of the critical one.");
     }
     this.playing = true;
     this.show(next);

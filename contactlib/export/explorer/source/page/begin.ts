@@ -1,6 +1,6 @@
 /* Puts the page together: charts, controls, files, address and keys. */
 
-import { fromAddress, toAddress } from "../files/settings";
+import { fromAddress, type Settings, toAddress } from "../files/settings";
 import type { Kernel } from "../kernel/kernel";
 import { App } from "./app";
 import type { View } from "./chart";
@@ -52,7 +52,7 @@ export function begin(kernel: Kernel): App {
   const changed = (): void => {
     if (rows === null) return;
     spanRows(rows, app);
-    for (const row of Object.values(rows).flat()) row.show();
+    for (const row of Object.values(rows).flat()) row.settle();
     const { mode } = app.control;
     if (mode !== modeShown) { // otherwise a row would lose the focus
       const drive = mode === "torque" ? rows.torque : rows.creep;
@@ -83,12 +83,12 @@ export function begin(kernel: Kernel): App {
   const { settings, problems } = fromAddress(location.hash);
   const fresh = given !== null && location.hash === "";
   if (!fresh) choose(settings.preset);
-  const app = new App(kernel, fresh ? given : settings, {
+  const app = orPreset(fresh ? given : settings, problems, (chosen) => new App(kernel, chosen, {
     views, numbers: find("numbers"), warning: find("warning"), clearing: find("clearing"),
     clock: find("clock"), say, toast, changed,
     moved: () => rows?.following.forEach((row) => row.show()),
     speak: (text) => (find("spoken").textContent = text),
-  });
+  }));
   for (const { place } of views) place.setAttribute("role", "img");
   new ResizeObserver(() => app.redraw()).observe(find("charts"));
   rows = makeRows(app);
@@ -100,7 +100,7 @@ export function begin(kernel: Kernel): App {
   say("");
   wire(app, toast, changed);
   beginTheme(find("theme"), () => app.repaint());
-  if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);
+  if (problems.length > 0) toast(`In the ${fresh ? "model" : "address"}: ${problems.join("; ")}`);
   changed();
 
   const frame = (now: number): void => {
@@ -113,6 +113,20 @@ export function begin(kernel: Kernel): App {
   };
   requestAnimationFrame(frame);
   return app;
+}
+
+/** Begin with settings or, if nothing runs with all of their numbers, with their preset. */
+function orPreset<Begun>(
+  settings: Settings, problems: string[], start: (settings: Settings) => Begun,
+): Begun {
+  const changes = decodeURIComponent(toAddress(settings)).split("&").slice(1).join(", ");
+  try {
+    return start(settings);
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    problems.push(`nothing runs with all of ${changes} (${error.message})`);
+    return start(choose(settings.preset));
+  }
 }
 
 function check(name: string, value: string): void {
@@ -194,7 +208,7 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
   addEventListener("hashchange", () => {
     const { settings, problems } = fromAddress(location.hash);
     choose(settings.preset);
-    app.use(settings);
+    orPreset(settings, problems, (chosen) => app.use(chosen));
     if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);
   });
   document.addEventListener("keydown", (event) => key(app, event));

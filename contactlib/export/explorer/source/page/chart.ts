@@ -81,7 +81,9 @@ export class Chart {
   draw(paint: (pen: Pen) => void): void {
     const { clientWidth: width, clientHeight: height } = this.plot.over;
     const c = emptied(this.over, width, height);
-    paint(new Pen(c, this.plot, this.spec.turned ?? false, width, height));
+    const pen = new Pen(c, this.plot, this.spec.turned ?? false, width, height);
+    paint(pen);
+    pen.write();
   }
 
   /** Values of both axes under a pointer. */

@@ -56,9 +56,10 @@ export class Row {
     });
     this.field.addEventListener("change", () => this.typed());
     this.field.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") this.restore();
+      if (event.key === "Escape") this.settle(true);
     });
-    this.field.addEventListener("blur", () => this.show(true)); // the problem stays
+    // What was refused stays with its problem, so that both can be read.
+    this.field.addEventListener("blur", () => this.refused || this.show(true));
     this.show();
   }
 
@@ -68,17 +69,18 @@ export class Row {
     this.show();
   }
 
-  /** Drop what is being typed. */
-  private restore(): void {
-    this.refuse("");
-    this.show(true);
+  /** Show what holds now, in place of what was refused; `anyhow`: also of what is being typed. */
+  settle(anyhow = false): void {
+    if (anyhow || document.activeElement !== this.field) this.refuse("");
+    this.show(anyhow);
   }
 
-  /** Show the present value; `anyhow`: also in place of what is being typed. */
+  /** Show the present value; `anyhow`: also in place of what was refused or is being typed. */
   show(anyhow = false): void {
     const { spec } = this, value = spec.read();
     const shown = plain(value / spec.scale);
-    if (anyhow || document.activeElement !== this.field) this.field.value = shown;
+    const kept = this.refused || document.activeElement === this.field;
+    if (anyhow || !kept) this.field.value = shown;
     const place = Math.min(Math.max(this.place(value), 0), 1);
     this.slider.value = String(Math.round(STEPS * place));
     this.slider.setAttribute("aria-valuetext", `${shown} ${spec.unit}`.trim());
@@ -119,6 +121,10 @@ export class Row {
     }
     this.refuse("");
     return true;
+  }
+
+  private get refused(): boolean {
+    return this.problem.textContent !== "";
   }
 
   private refuse(why: string): void {

@@ -52,9 +52,9 @@ export class TimeHistory extends View {
     }
     // The axis grows and shrinks with what it shows.
     this.creepage.show([rows.time, creepage], window, [100 * least, roundUp(1.05 * most)]);
-    const torques: [number, number] = [
-      Math.min(0.72e-3 * shown.most.torque, low - 0.03 * high), Math.max(1.1e-3 * shown.most.torque, high + 0.22 * (high - low))];
-    this.chart.show([rows.time, drive, taken], window, torques);
+    const bottom = Math.min(0.72e-3 * shown.most.torque, low - 0.03 * high);
+    const top = Math.max(1.1e-3 * shown.most.torque, high + 0.28 * (high - bottom)); // clear of the words
+    this.chart.show([rows.time, drive, taken], window, [bottom, top]);
     const wet = (chart: Chart, paint: (pen: Pen) => void): void =>
       chart.draw((pen) => {
         this.wet(pen, rows.time, rows.friction);
@@ -70,9 +70,7 @@ export class TimeHistory extends View {
       if (shown.fold !== null) {
         const at = 1e-3 * shown.fold.drive_torque;
         pen.rule("up", at, "line", 1.2, [4, 4]);
-        const above = pen.width > 330;
-        pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) + (above ? -9 : 9), "soft",
-          "right");
+        pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) - 9, "soft", "right");
       }
       pen.words("drive", 6, 10, "torque", "left", true);
       pen.words("needed to keep \u03b6", 46, 10, "soft", "left", true);

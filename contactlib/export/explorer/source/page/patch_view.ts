@@ -43,7 +43,7 @@ export class PatchView extends View {
   constructor(place: HTMLElement, private readonly above: HTMLCanvasElement) {
     super(place, {
       x: { label: "", hidden: true, size: 6 },
-      y: { label: "q / (f_d p\u2080)  [1]", size: 40 },
+      y: { label: "q / (f_d p\u2080)", size: 40 },
       curves: [
         { colour: "unstable", fill: "shade", width: 2.2 },
         { colour: "stable", fill: "shade", width: 2.2 },
@@ -115,14 +115,17 @@ export class PatchView extends View {
     this.drawBoundary(c, strips, eta, across, half);
     const loaded = atLoad(plant.vehicle, plant.normalLoad), b = lateralSemiAxis(loaded);
     const along = `2a = ${digits(2e3 * loaded.semi_width)} mm`;
-    const size = line ? `from above, ${along}` : `${along}, 2b = ${digits(2e3 * b)} mm, not to scale`;
+    const both = `${along}, 2b = ${digits(2e3 * b)} mm`, rolling = "rolling \u2192";
     c.font = FONT;
     c.textBaseline = "bottom";
     c.fillStyle = colour("soft");
-    c.textAlign = "left";
-    c.fillText(size, 4, height - 2);
     c.textAlign = "right";
-    c.fillText("rolling \u2192", width - 4, height - 2);
+    c.fillText(rolling, width - 4, height - 2);
+    c.textAlign = "left";
+    const free = width - 20 - c.measureText(rolling).width;
+    const size = (line ? [`from above, ${along}`] : [`${both}, not to scale`, both])
+      .find((text) => c.measureText(text).width < free) ?? along;
+    c.fillText(size, 4, height - 2);
   }
 
   /** Traction of all strips as pixels; beyond a strip its end value goes on, and is clipped. */

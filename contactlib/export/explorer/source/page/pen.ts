@@ -18,8 +18,37 @@ export function emptied(canvas: HTMLCanvasElement, width: number, height: number
   return context;
 }
 
-/** A pen over a chart. */
+interface Text {
+  text: string;
+  left: number;
+  y: number;
+  width: number;
+  ink: Colour;
+  font: string;
+}
+
+/** A part of a canvas: its centre and half its size [px]. */
+interface Box {
+  x: number;
+  y: number;
+  wide: number;
+  high: number;
+}
+
+const HIGH = 8; // half the height of a line of text [px]
+const FARTHEST = 96; // way that a text moves to a place of its own [px]
+
+// Ways to try, the shortest first.
+const WAYS = Array.from({ length: 65 * 33 }, (_, i) => [8 * ((i % 65) - 32), 4 * (Math.floor(i / 65) - 16)])
+  .map(([dx, dy]) => ({ dx: dx!, dy: dy!, far: Math.hypot(dx!, dy!) }))
+  .filter(({ far }) => far <= FARTHEST).sort((a, b) => a.far - b.far);
+
+/** A pen over a chart. Its texts are written last, each in a free place near the one it is meant for;
+ * one that finds none is left out. */
 export class Pen {
+  private readonly texts: Text[] = []; // those first that matter most
+  private readonly taken: Box[] = [];
+
   constructor(
     readonly context: CanvasRenderingContext2D,
     private readonly plot: uPlot,
@@ -78,6 +107,7 @@ export class Pen {
   /** A dot, hollow for an unstable state. */
   dot(x: number, y: number, ink: Colour, hollow = false, radius = 4.5): void {
     const c = this.context;
+    this.taken.push({ x: this.across(x), y: this.up(y), wide: radius, high: radius });
     c.beginPath();
     c.arc(this.across(x), this.up(y), radius, 0, 2 * Math.PI);
     c.fillStyle = colour(hollow ? "card" : ink);
@@ -95,6 +125,7 @@ export class Pen {
     const beyondY = py < 0 ? 1 : py > this.height ? -1 : 0;
     const cx = Math.min(Math.max(px, r + 2), this.width - r - 2);
     const cy = Math.min(Math.max(py, r + 2), this.height - r - 2);
+    this.taken.push({ x: cx, y: cy, wide: r, high: r });
     c.beginPath();
     c.arc(cx, cy, r, 0, 2 * Math.PI);
     c.fillStyle = colour(ink);
@@ -107,6 +138,7 @@ export class Pen {
     const below = cy < 40;
     this.words(outside, cx - beyondX * 14, cy + (below ? 22 : -14), ink,
       beyondX > 0 ? "right" : beyondX < 0 ? "left" : cx > this.width - 60 ? "right" : "left", true);
+    this.texts.unshift(this.texts.pop()!);
   }
 
   /** Triangle inside a dot [px] that points in a direction. */
@@ -137,6 +169,7 @@ export class Pen {
   /** A handle at the upper end of a vertical line. */
   handle(value: number, ink: Colour): void {
     const c = this.context, x = this.across(value), y = 11;
+    this.taken.push({ x, y, wide: 11, high: 8 });
     c.beginPath();
     c.roundRect(x - 11, y - 8, 22, 16, 6);
     c.fillStyle = colour(ink);
@@ -151,29 +184,52 @@ export class Pen {
     }
   }
 
-  /** Text at a point, shifted by so many px and kept inside the chart. */
+  /** Text at a point, shifted by so many px. */
   label(text: string, x: number, y: number, dx: number, dy: number, ink: Colour = "ink",
     align: CanvasTextAlign = "left"): void {
     this.words(text, this.across(x) + dx, this.up(y) + dy, ink, align);
   }
 
-  /** Text at a place [px], with a rim of the card's colour that keeps it legible over lines. */
+  /** Text at a place [px]. */
   words(text: string, x: number, y: number, ink: Colour, align: CanvasTextAlign = "left",
     bold = false): void {
-    const c = this.context;
-    c.font = bold ? `600 ${FONT}` : FONT;
-    c.textAlign = align;
-    c.textBaseline = "middle";
-    const width = c.measureText(text).width;
+    const c = this.context, font = bold ? `600 ${FONT}` : FONT;
+    c.font = font;
+    const width = c.measureText(text).width + 6; // with a margin
     const left = align === "left" ? x : align === "right" ? x - width : x - 0.5 * width;
-    const held = Math.min(Math.max(left, 3), Math.max(3, this.width - width - 3));
-    const at = x + held - left, py = Math.min(Math.max(y, 8), this.height - 8);
+    this.texts.push({ text, left, y, width, ink, font });
+  }
+
+  /** Write all texts, with a rim of the card's colour that keeps them legible over lines. */
+  write(): void {
+    const c = this.context;
+    c.textAlign = "center";
+    c.textBaseline = "middle";
     c.lineWidth = 4;
     c.lineJoin = "round";
     c.strokeStyle = colour("card");
-    c.strokeText(text, at, py);
-    c.fillStyle = colour(ink);
-    c.fillText(text, at, py);
+    for (const text of this.texts) {
+      const place = this.placeOf(text);
+      if (place === undefined) continue;
+      this.taken.push(place);
+      c.font = text.font;
+      c.strokeText(text.text, place.x, place.y);
+      c.fillStyle = colour(text.ink);
+      c.fillText(text.text, place.x, place.y);
+    }
+  }
+
+  /** The free place inside the chart that is nearest to where a text is meant to be. */
+  private placeOf({ left, y, width }: Text): Box | undefined {
+    const within = (at: number, size: number, room: number): number =>
+      Math.min(Math.max(at, size), Math.max(size, room - size));
+    const wide = 0.5 * width, x = within(left + wide, wide, this.width);
+    const up = within(y, HIGH, this.height);
+    const way = WAYS.find(({ dx, dy }) => within(x + dx, wide, this.width) === x + dx &&
+      within(up + dy, HIGH, this.height) === up + dy &&
+      this.taken.every((other) => Math.abs(other.x - x - dx) >= other.wide + wide ||
+        Math.abs(other.y - up - dy) >= other.high + HIGH));
+    return way && { x: x + way.dx, y: up + way.dy, wide, high: HIGH };
   }
 
   /** A band between two values of the horizontal axis. */

@@ -84,9 +84,7 @@ export class SteadyStates extends View {
         }
       }
       if (control.mode === "creep") {
-        const y = pen.up(100 * control.creepage) - 10;
-        if (pen.across(acting) > 0) pen.words("reference", 6, y, "torque", "left", true);
-        else pen.words("reference", pen.width - 6, y, "torque", "right", true); // clear of the wheel
+        pen.words("reference", 6, pen.up(100 * control.creepage) - 10, "torque", "left", true);
       }
       pen.wheel(acting, 100 * Math.max(run.creepage, 1e-3 * least), "ink",
         `${digits(acting)} kN m, ${percent(run.creepage)}`);

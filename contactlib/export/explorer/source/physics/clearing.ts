@@ -7,7 +7,7 @@ import type { Kernel, Structs } from "../kernel/kernel";
 import { Motion } from "./motion";
 import type { Plant } from "./plant";
 import { root } from "./roots";
-import { type SteadyState, statesOf } from "./stability";
+import { gripOf, type SteadyState, statesOf } from "./stability";
 import { type TorqueCurve, torqueCurve } from "./torque_curve";
 
 /** The longest patch that is survived: time [s] and length [m]; infinite: of any length. */
@@ -26,7 +26,7 @@ const LONGEST = 1e4; // time on the patch that is integrated at most [s]
 
 /**
  * Clearing time under a drive torque [N.m] from a speed [m/s], with friction times `patchFriction`
- * on the patch; null if even good friction does not hold the torque.
+ * on the patch; null if even good friction does not hold the torque, or if it brakes.
  */
 export function clearing(
   plant: Plant,
@@ -35,9 +35,9 @@ export function clearing(
   patchFriction: number,
 ): Clearing | null {
   const good = torqueCurve(plant, speed);
-  const [grip, unstable] = statesOf(good, driveTorque);
-  if (grip === undefined || !(grip.creepage <= (good.turns[0]?.creepage ?? Infinity))) return null;
-  const start = grip.creepage;
+  const start = driveTorque < 0 ? null : gripOf(good, driveTorque);
+  if (start === null) return null;
+  const unstable = statesOf(good, driveTorque).find(({ stable }) => !stable);
   const border = unstable?.creepage ?? Infinity;
   const survived = { time: Infinity, distance: Infinity, start, border };
   if (unstable === undefined || !growsFasterThanSpeed(plant, unstable, speed)) return survived;

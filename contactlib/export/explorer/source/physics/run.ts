@@ -7,7 +7,8 @@ import { checkControl, type Control, SAMPLE, TorqueSource } from "./control";
 import { demand } from "./limits";
 import { Motion, type Patch } from "./motion";
 import { type History, Recorder, type RunEvent, Watch } from "./recorder";
-import { steadyStates } from "./stability";
+import { gripOf } from "./stability";
+import { torqueCurve } from "./torque_curve";
 import { saturationCreepage, type Vehicle } from "./vehicle";
 
 export { type Control, SAMPLE } from "./control";
@@ -45,9 +46,9 @@ export class Run {
   }
 
   /**
-   * Begin again at a speed [m/s] under a load [N]. In torque mode it begins at the stable steady state
-   * of least creepage under the torque demand, or rolls if the demand is less than rolling takes; in
-   * creep mode it begins at the creepage demand.
+   * Begin again at a speed [m/s] under a load [N]. In torque mode it begins with the grip that it has
+   * under the torque demand, or rolls if the demand is less than rolling takes; in creep mode it begins
+   * at the creepage demand.
    */
   start(vehicle: Vehicle, normalLoad: number, speed: number): void {
     const { control, motion } = this;
@@ -55,7 +56,7 @@ export class Run {
     demand("speed", speed, { at_least: vehicle.minimum_speed });
     motion.configure(vehicle, normalLoad);
     const creeping = control.mode === "creep";
-    const creepage = creeping ? control.creepage : this.stableCreepage(speed);
+    const creepage = creeping ? control.creepage : this.grip(speed);
     const torque = creeping
       ? Math.min(Math.max(motion.plant.torque(creepage, speed), 0), control.torque_max)
       : control.drive_torque;
@@ -181,15 +182,12 @@ export class Run {
     return this.motion.patch;
   }
 
-  private stableCreepage(speed: number): number {
-    const { plant } = this.motion;
+  private grip(speed: number): number {
     const torque = this.control.drive_torque;
-    if (torque <= plant.torque(0, speed)) return 0;
-    const states = steadyStates(plant, torque, speed);
-    const state = states.find(({ stable }) => stable);
-    if (state !== undefined) return state.creepage;
+    const creepage = gripOf(torqueCurve(this.motion.plant, speed), torque);
+    if (creepage !== null) return creepage;
     throw new RangeError(
-      `control.drive_torque = ${torque} is out of range: no stable creepage has it at ${speed} m/s`,
+      `control.drive_torque = ${torque} is out of range: no grip holds it at ${speed} m/s`,
     );
   }
 

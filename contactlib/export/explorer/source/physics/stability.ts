@@ -72,6 +72,17 @@ export function statesOf(curve: TorqueCurve, driveTorque: number): SteadyState[]
   });
 }
 
+/**
+ * Creepage at which the wheel grips under a torque [N.m]: before the curve's first turn, or zero if
+ * rolling takes more than the torque; null if grip does not hold it.
+ */
+export function gripOf(curve: TorqueCurve, driveTorque: number): number | null {
+  const { plant, speed, friction, turns } = curve;
+  if (driveTorque <= plant.torque(0, speed, friction)) return 0;
+  const creepage = statesOf(curve, driveTorque)[0]?.creepage ?? Infinity;
+  return creepage <= (turns[0]?.creepage ?? Infinity) ? creepage : null;
+}
+
 const NEAR_POINTS = 220;
 const FAR_POINTS = 180;
 const BEYOND = 1.15; // torque at the curve's end over the fold's [1]
