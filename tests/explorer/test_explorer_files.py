@@ -114,6 +114,7 @@ def loaded(path: Path, text: str) -> cl.Model | str:
     path.write_text(text, encoding="utf-8")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ProcessZoneWarning)
+        warnings.simplefilter("ignore", cl.ImplausibleWarning)
         try:
             return cl.load_model(path)
         except cl.ModelError as error:
@@ -240,13 +241,29 @@ KEYS: dict[str, tuple[str, list[float]]] = {
 }
 
 
+# Units in other spellings: right for some keys, and refused for the others.
+SPELT = [
+    "2kNm",
+    "2 kN * m",
+    "2 kN m",
+    "3 \u00b5m",
+    "3um",
+    "50 cm",
+    "80kph",
+    "9 km / h",
+    "1.5%",
+    "-",
+]
+SPELT += ["1,5 m", "m 1", "1 m m", "2 t", "2 tonnes", "7 sec", "1e3 N", "1e 3", ".5 s", "5. s"]
+
+
 def cases_of(where: str) -> Iterator[tuple[object, str]]:
     """Values of a key, and the roller rig's file with each of them."""
     section, key = where.split(".")
     before = RIG[section].get(key)
     unit, bounds = KEYS[where]
     edges = [bound + way for bound in bounds for way in (0.0, 1e-9, -1e-9)]
-    for value in (*ANY_NUMBER, *edges, *NO_NUMBER, f"1 {unit}", f"1_0  {unit}"):
+    for value in (*ANY_NUMBER, *edges, *NO_NUMBER, *SPELT, f"1 {unit}", f"1_0  {unit}"):
         listed = isinstance(before, list) and value is not None
         yield value, toml(changed(where, [value] * len(before) if listed else value))
 

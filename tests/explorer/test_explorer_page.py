@@ -669,13 +669,14 @@ def test_a_refused_entry_takes_its_error_with_it(visitor: Visitor) -> None:
         assert (field.get_attribute("aria-invalid") == "true") == bool(problem)
         return field.input_value(), problem
 
-    for leave in (
+    ways: tuple[Callable[[], object], ...] = (
         lambda: visitor.press("Reset"),
         lambda: visitor.enter(k_hat=0.3),
         lambda: visitor.enter(inertia=251.0),
         lambda: visitor.choose("locomotive"),
         lambda: visitor.page.locator("#speed-slider").press("ArrowRight"),
-    ):
+    )
+    for leave in ways:
         RIG.set_up(visitor)
         visitor.enter(k_hat=9.0)
         assert refused() == ("9.0", "drop of friction K must be finite and >= 0 and <= 2")
