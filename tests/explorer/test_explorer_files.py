@@ -114,7 +114,7 @@ def loaded(path: Path, text: str) -> cl.Model | str:
     path.write_text(text, encoding="utf-8")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ProcessZoneWarning)
-        warnings.simplefilter("ignore", cl.ImplausibleWarning)
+        warnings.simplefilter("ignore", cl.InputWarning)
         try:
             return cl.load_model(path)
         except cl.ModelError as error:

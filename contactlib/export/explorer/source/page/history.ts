@@ -67,13 +67,13 @@ export class TimeHistory extends View {
       }
     });
     wet(this.chart, (pen) => {
+      pen.words("drive", 6, 10, "torque", "left", true);
+      pen.words("needed to keep \u03b6", 46, 10, "soft", "left", true);
       if (shown.fold !== null) {
         const at = 1e-3 * shown.fold.drive_torque;
         pen.rule("up", at, "line", 1.2, [4, 4]);
         pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) - 9, "soft", "right");
       }
-      pen.words("drive", 6, 10, "torque", "left", true);
-      pen.words("needed to keep \u03b6", 46, 10, "soft", "left", true);
     });
   }
 
