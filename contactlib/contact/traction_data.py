@@ -195,9 +195,9 @@ def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _named(cell: str) -> tuple[str, str]:
-    """Name and unit of a column: ``slip [%]`` is slip in per cent."""
-    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\]]*)\]|\(([^)]*)\))", cell)
-    return (found[1], found[2] or found[3] or "") if found else (cell, "")
+    """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
+    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s(%))", cell)
+    return (found[1], found[2] or found[3] or found[4] or "") if found else (cell, "")
 
 
 def _number(cell: str) -> float | None:
@@ -245,6 +245,8 @@ def _read_columns(
                     f"line {line}: {name} is in {unit!r}, but creepage_unit = {creepage_unit!r}"
                 )
             unit = creepage_unit
+        elif kind == "creepage" and not unit and re.search("percent|pct", name, re.IGNORECASE):
+            raise ValueError(f"line {line}: is {name} in per cent? say so with creepage_unit = '%'")
         factor = unit_value(unit, SI[kind]) if unit else 1.0
         if factor is None:
             raise ValueError(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 import tomllib
 import warnings
 from collections.abc import Collection, Iterator, Mapping
@@ -124,6 +125,12 @@ def parse_text(text: str) -> dict[str, Any]:
     """Contents of TOML text."""
     try:
         return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+),", str(error))
+        line = text.split("\n")[int(place[1]) - 1] if place else ""
+        comma = re.search(r"=[^\"\[]*\d,\d", line)
+        hint = ": is there a decimal comma? a number has a decimal point" if comma else ""
+        raise ValueError(f"{error}{hint}") from None
     except RecursionError:
         raise ValueError("its lists or tables are nested too deeply") from None
 

@@ -153,9 +153,13 @@ class LawSection(Parameters):
         name = self.file or ""
         with in_file(f"file {name}"):
             path = file_beside("file", name, folder, "the model")
-        curve = MeasuredCurve.from_csv(
-            path, columns=self.columns or None, creepage_unit=self.creepage_unit
-        )
+        try:
+            curve = MeasuredCurve.from_csv(
+                path, columns=self.columns or None, creepage_unit=self.creepage_unit
+            )
+        except ValueError as error:
+            place = str(error).removeprefix(f"{path}: ")
+            raise ValueError(f"file = {name!r}: {place}") from None
         return CreepForceTable.from_law(curve)
 
     def build(

@@ -75,6 +75,10 @@ AS_IT_IS: dict[str, tuple[str, dict[str, Any]]] = {
         "slip [%],mu (-),v [km/h]\n1.5,0.25,36\n3,0.2,36\n",
         {"columns": ("slip", "mu", "v"), "creepage_unit": None},
     ),
+    "a sign behind the name": (
+        "slip %;mu;v [km/h]\n1,5;0,25;36\n3;0,2;36\n",
+        {"columns": ("slip %", "mu", "v"), "creepage_unit": None},
+    ),
     "a row of units": (
         f"{NAMES}[%];[-];[km/h]\n1,5;0,25;36\n3;0,2;36\n",
         {"creepage_unit": None},
@@ -138,6 +142,15 @@ def test_options_are_checked(tmp_path: Path) -> None:
         TractionData.from_csv(path, columns=(1, 3))
     with pytest.raises(ValueError, match="creepage_unit = 'percent' must be '1' or '%'"):
         TractionData.from_csv(path, columns=("a", "b"), creepage_unit="percent")
+
+
+def test_a_name_that_says_per_cent_wants_the_unit(tmp_path: Path) -> None:
+    path = tmp_path / "rig.csv"
+    path.write_text("slip_percent,mu\n0.5,0.2\n1,0.3\n")
+    with pytest.raises(ValueError, match=r"is slip_percent in per cent.* creepage_unit = '%'"):
+        TractionData.from_csv(path, columns=("slip_percent", "mu"))
+    data = TractionData.from_csv(path, columns=("slip_percent", "mu"), creepage_unit="1")
+    assert data.creepage.tolist() == [0.5, 1.0]
 
 
 def test_creepage_that_seems_to_be_in_per_cent_warns(tmp_path: Path) -> None:
