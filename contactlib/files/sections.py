@@ -171,12 +171,15 @@ class LawSection(Parameters):
     ) -> CreepForceTable:
         """Build the table of a law that is not measured."""
         shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
-        if self.kind == "cohesive":
-            return cohesive_table(shape, friction.ratio, friction.weakening, progress)
-        if self.kind == "polach":
-            values = {name: getattr(self, name) for name in LAWS[self.kind].keys}
-            return CreepForceTable.from_law(Polach(**values, poisson_ratio=poisson_ratio))
-        return carter_griffith_table(shape)
+        given = {key: getattr(self, key) for key in LAWS[self.kind].keys}
+        builders: dict[str, Callable[[], CreepForceTable]] = {
+            "carter_griffith": lambda: carter_griffith_table(shape),
+            "cohesive": lambda: cohesive_table(shape, friction.ratio, friction.weakening, progress),
+            "polach": lambda: CreepForceTable.from_law(
+                Polach(**given, poisson_ratio=poisson_ratio)
+            ),
+        }
+        return builders[self.kind]()
 
 
 @dataclass(frozen=True, kw_only=True)
