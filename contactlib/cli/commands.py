@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from contactlib.cli.console import ConsoleReporter, Group, Pace, complain, say, with_progress
+from contactlib.cli.console import (
+    ConsoleReporter,
+    Group,
+    Pace,
+    complain,
+    drawing_options,
+    say,
+    with_progress,
+)
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
@@ -71,6 +79,7 @@ def demo(output: Path) -> None:
 @click.option(
     "--seed", type=click.IntRange(0), help="Seed of the sensor noise. Default: the file's."
 )
+@drawing_options
 @click.option(
     "-o",
     "--output",
@@ -84,6 +93,7 @@ def simulate(
     compare: bool,
     seed: int | None,
     output: Path | None,
+    formats: tuple[str, ...],
 ) -> None:
     """Run MODEL, a scenario or a model, and write a report.
 
@@ -107,7 +117,7 @@ def simulate(
     )
     runs = study.chosen(control, every=compare)
     folder = output or Path(f"contactlib-{Path(model).stem}")
-    write_report(study, runs, folder, ConsoleReporter())
+    write_report(study, runs, folder, ConsoleReporter(), formats)
     say(f"Metrics, time series and figures are in {folder}")
 
 
@@ -265,6 +275,7 @@ def fmu(
 )
 @click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT and start again.")
 @click.option("--no-maps", is_flag=True, help="Do not draw maps.")
+@drawing_options
 @click.option(
     "-o",
     "--output",
@@ -280,6 +291,7 @@ def sweep(
     restart: bool,
     no_maps: bool,
     output: Path | None,
+    formats: tuple[str, ...],
 ) -> None:
     """Run SWEEP, a scenario over many values of its parameters.
 
@@ -325,7 +337,7 @@ def sweep(
         from contactlib.figures import draw_maps
 
         with reporter.step("Drawing the maps"):
-            draw_maps(found, folder)
+            draw_maps(found, folder, formats)
     beside = "" if no_maps or all_failed else ", and maps beside it"
     reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}{beside}")
     if all_failed:
@@ -345,9 +357,10 @@ def sweep(
     flag_value=EXAMPLE,
     help=f"Stability figures of the wheelset of MODEL. Default: {EXAMPLE}.",
 )
+@drawing_options
 @_output_option("contactlib-figures", "Folder for the figures.")
-def figures(paper: bool, model: str | None, output: Path) -> None:
-    """Draw the laws or a wheelset's stability, as PNG and SVG."""
+def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ...]) -> None:
+    """Draw the laws or a wheelset's stability."""
     from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save_pictures
 
     if not paper and model is None:
@@ -364,9 +377,8 @@ def figures(paper: bool, model: str | None, output: Path) -> None:
             wanted[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
     output.mkdir(parents=True, exist_ok=True)
     for name, (draw, title) in wanted.items():
-        drawn = draw()
-        paths = save_pictures(drawn, output, name)
-        say(f"{paths[0]}, {paths[1].name}: {title}")
+        first, *others = save_pictures(draw(), output, name, formats)
+        say(f"{', '.join([str(first), *(path.name for path in others)])}: {title}")
 
 
 @main.command()

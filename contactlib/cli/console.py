@@ -39,6 +39,40 @@ def complain(text: str) -> None:
     click.echo(harmless_line(text), err=True)
 
 
+def drawing_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options of a command that draws figures; their `formats` become an argument of it."""
+
+    def formats(_context: click.Context, _option: object, listed: str) -> tuple[str, ...]:
+        from contactlib.figures import file_formats
+
+        return file_formats(listed, "--format")
+
+    def without_captions(context: click.Context, _option: object, chosen: bool) -> None:
+        from contactlib.figures import captions
+
+        context.with_resource(captions(not chosen))
+
+    for add in (
+        click.option(
+            "--no-caption",
+            is_flag=True,
+            expose_value=False,
+            callback=without_captions,
+            help="Draw figures without captions.",
+        ),
+        click.option(
+            "--format",
+            "formats",
+            default="png,svg",
+            show_default=True,
+            callback=formats,
+            help="Formats of the figures, with commas: any that matplotlib writes, such as pdf.",
+        ),
+    ):
+        command = add(command)
+    return command
+
+
 class Group(click.Group):
     """Commands whose users' errors become lines on stderr, one for each, and exit status 2."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
@@ -25,7 +25,11 @@ class Reporter(Protocol):
 
 
 def write_report(
-    study: Study, runs: Mapping[str, Run], folder: str | os.PathLike[str], reporter: Reporter
+    study: Study,
+    runs: Mapping[str, Run],
+    folder: str | os.PathLike[str],
+    reporter: Reporter,
+    formats: Sequence[str] = ("png", "svg"),
 ) -> dict[str, Metrics]:
     """Run, show the metrics, and write metrics, time series and figures to a folder.
 
@@ -40,6 +44,8 @@ def write_report(
         figure for each run, and for more than one run a figure that compares them.
     reporter : Reporter
         Shows progress, events and metrics.
+    formats : sequence of str, optional
+        Of the figures, each one that matplotlib writes.
 
     Returns
     -------
@@ -86,8 +92,8 @@ def write_report(
                 results, found, title=study.name, caption=caption
             )
         if len(runs) == 1:
-            for suffix in ("png", "svg"):
+            for suffix in formats:
                 (output / f"comparison.{suffix}").unlink(missing_ok=True)  # from earlier runs
         for name, figure in drawn.items():
-            figures.save_pictures(figure, output, name)
+            figures.save_pictures(figure, output, name, formats)
     return found

@@ -16,13 +16,20 @@ from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import comparison, run_name, scenario_run
 from contactlib.figures.stability import STABILITY_FIGURES
-from contactlib.figures.style import drivetrain_setting, save, save_pictures
+from contactlib.figures.style import (
+    captions,
+    drivetrain_setting,
+    file_formats,
+    save,
+    save_pictures,
+)
 
 __all__ = [
     "CONTACT_PATCH",
     "PAPER_FIGURES",
     "STABILITY_FIGURES",
     "PaperFigure",
+    "captions",
     "comparison",
     "contact_patch",
     "contact_patches",
@@ -35,6 +42,7 @@ __all__ = [
     "figure_4",
     "figure_5",
     "figure_6",
+    "file_formats",
     "fold_diagram",
     "map_figure",
     "run_name",

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -26,17 +25,14 @@ from contactlib.contact.laws.polach import Polach
 from contactlib.contact.traction_data import TractionData
 from contactlib.figures import patch
 from contactlib.figures.style import (
-    BLUE,
     DASHED,
     DOTTED,
-    GREEN,
-    GREY,
-    ORANGE,
-    STYLE,
     add_caption,
     mark,
     new_figure,
+    paint,
     percent_axis,
+    styled,
 )
 
 # The paper's parameters; it does not give static friction, which is chosen.
@@ -104,27 +100,33 @@ def figure_1() -> Figure:
     near = c + np.geomspace(1e-7, 0.1, 200)
     xi = np.unique(np.concatenate([np.linspace(-1.0, 1.0, 801), near]))
     laws = (
-        (CarterGriffith(k_hat=K_HAT), GRIFFITH, ORANGE, "-", 2.0),
-        (CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC), COHESIVE, BLUE, "-", 1.1),
-        (CarterGriffith(k_hat=0.0), CARTER, "black", DASHED, 1.6),
+        (CarterGriffith(k_hat=K_HAT), GRIFFITH, paint.orange, "-", 2.0),
+        (
+            CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC),
+            COHESIVE,
+            paint.blue,
+            "-",
+            1.1,
+        ),
+        (CarterGriffith(k_hat=0.0), CARTER, paint.ink, DASHED, 1.6),
     )
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, axes = new_figure(7.2, 5.0)
         for law, name, color, style, width in laws:
             traction = law.shear_traction(xi, creepage_of(law, c))
             axes.plot(xi, traction, color=color, ls=style, lw=width, label=_named(name, law))
-        axes.axvline(c, color=GREY, lw=0.8, ls=DOTTED)
+        axes.axvline(c, color=paint.grey, lw=0.8, ls=DOTTED)
         axes.set_xlim(-1.05, 1.05)
         axes.set_ylim(0.0, 2.4)
         for text, x in (("slip", -0.75), ("stick", 0.25)):
-            axes.text(x, 0.08, text, ha="center", color=GREY)
+            axes.text(x, 0.08, text, ha="center", color=paint.grey)
         axes.annotate(
             "rolling direction",
             (0.98, 1.35),
             xytext=(0.42, 1.35),
             va="center",
-            color=GREY,
-            arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 1.3},
+            color=paint.grey,
+            arrowprops={"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3},
         )
         axes.set_xlabel(r"position $\xi/a$  [1], leading edge at 1")
         axes.set_ylabel(r"shear traction $q(\xi)/(f_d\,p_0)$  [1]")
@@ -135,20 +137,20 @@ def figure_1() -> Figure:
 
 def figure_2() -> Figure:
     """Creep force over the stick boundary."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, axes = new_figure(7.2, 4.8)
         carter, griffith = CarterGriffith(k_hat=0.0), CarterGriffith(k_hat=K_HAT)
         states = line_states(carter)
         axes.plot(
             states.stick_boundary,
             states.traction_ratio,
-            color=GREY,
+            color=paint.grey,
             lw=1.2,
             label=_named(CARTER, carter),
         )
         states = line_states(griffith)
         _branches(axes, states.stick_boundary, states, griffith)
-        axes.axhline(1.0, color=GREY, lw=0.8, ls=DOTTED)
+        axes.axhline(1.0, color=paint.grey, lw=0.8, ls=DOTTED)
         axes.set_xlim(-1.0, 1.05)
         axes.set_ylim(0.0, 1.25)
         axes.set_xlabel("stick boundary $c/a$  [1]: full stick at -1, full slip at 1")
@@ -160,9 +162,12 @@ def figure_2() -> Figure:
 
 def figure_3() -> Figure:
     """Creepage over the stick boundary."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, axes = new_figure(7.2, 4.8)
-        for k_hat, name, color, width in ((0.0, CARTER, GREY, 1.2), (K_HAT, GRIFFITH, BLUE, 2.0)):
+        for k_hat, name, color, width in (
+            (0.0, CARTER, paint.grey, 1.2),
+            (K_HAT, GRIFFITH, paint.blue, 2.0),
+        ):
             law = CarterGriffith(k_hat=k_hat)
             states = line_states(law)
             axes.plot(
@@ -186,14 +191,16 @@ def figure_3() -> Figure:
 def figure_4() -> Figure:
     """Creep force over creepage."""
     far = 3.0
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, axes = new_figure(7.2, 4.8)
         carter, griffith = CarterGriffith(k_hat=0.0), CarterGriffith(k_hat=K_HAT)
         x = np.append(line_states(carter).creepage, far)
-        axes.plot(x, carter.traction_ratio(x), color=GREY, lw=1.2, label=_named(CARTER, carter))
+        axes.plot(
+            x, carter.traction_ratio(x), color=paint.grey, lw=1.2, label=_named(CARTER, carter)
+        )
         states = line_states(griffith)
         _branches(axes, states.creepage, states, griffith)
-        axes.plot([0.0, 0.6], [0.0, 1.2], color="black", lw=1.0, ls=DOTTED, label="slope 2")
+        axes.plot([0.0, 0.6], [0.0, 1.2], color=paint.ink, lw=1.0, ls=DOTTED, label="slope 2")
         axes.set_xlim(0.0, far)
         axes.set_ylim(0.0, 1.25)
         axes.set_xlabel(r"creepage $\zeta/\zeta_0$  [1]")
@@ -205,9 +212,9 @@ def figure_4() -> Figure:
 
 def figure_5() -> Figure:
     """Creep force over creepage for an ellipse and a line contact."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, axes = new_figure(7.2, 4.8)
-        for k_hat, name, color in ((0.0, CARTER, "black"), (K_HAT, GRIFFITH, BLUE)):
+        for k_hat, name, color in ((0.0, CARTER, paint.ink), (K_HAT, GRIFFITH, paint.blue)):
             ellipse = CarterGriffith(k_hat=k_hat, contact="elliptic")
             line = CarterGriffith(k_hat=k_hat, contact="line")
             for law, shape, style in ((ellipse, "ellipse", "-"), (line, "line", DASHED)):
@@ -251,19 +258,25 @@ def figure_6() -> Figure:
         return np.asarray(KINETIC * law.traction_ratio(zeta / SATURATION))
 
     curves = (
-        ("Polach, fitted to the points", polach.traction_coefficient(zeta, 10.0), GREEN, "-", 2.0),
-        (GRIFFITH, of(griffith), ORANGE, "-", 2.0),
+        (
+            "Polach, fitted to the points",
+            polach.traction_coefficient(zeta, 10.0),
+            paint.green,
+            "-",
+            2.0,
+        ),
+        (GRIFFITH, of(griffith), paint.orange, "-", 2.0),
         (
             COHESIVE,
             of(CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC)),
-            BLUE,
+            paint.blue,
             DASHED,
             1.6,
         ),
-        (CARTER, of(CarterGriffith(k_hat=0.0)), "black", DASHED, 1.2),
-        ("Coulomb", np.full(zeta.shape, KINETIC), "black", DOTTED, 1.2),
+        (CARTER, of(CarterGriffith(k_hat=0.0)), paint.ink, DASHED, 1.2),
+        ("Coulomb", np.full(zeta.shape, KINETIC), paint.ink, DOTTED, 1.2),
     )
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, grid = new_figure(9.6, 5.2, ncols=2, sharey=True)
         for axes, shown, title in zip(
             grid, (0.05, far), ("Small creepages", "All creepages"), strict=True
@@ -272,7 +285,7 @@ def figure_6() -> Figure:
                 data.creepage,
                 data.traction_coefficient,
                 "o",
-                color="#B8B8B8",
+                color=paint.mixed(71),
                 ms=3.5,
                 label="Engel, Beck & Alders 1998, 10 m/s",
             )
@@ -298,8 +311,8 @@ def _branches(axes: Axes, x: FloatArray, states: LineStates, law: CarterGriffith
     """Force of a law, solid up to the peak and dashed where a constant load runs away."""
     peak = law.peak.normalized_creepage
     parts = (
-        (states.creepage <= peak, BLUE, "-", _named(GRIFFITH, law)),
-        (states.creepage >= peak, ORANGE, DASHED, "unstable at constant load"),
+        (states.creepage <= peak, paint.blue, "-", _named(GRIFFITH, law)),
+        (states.creepage >= peak, paint.orange, DASHED, "unstable at constant load"),
     )
     for part, color, style, label in parts:
         axes.plot(x[part], states.traction_ratio[part], color=color, ls=style, label=label)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
@@ -15,7 +14,7 @@ from matplotlib.figure import Figure
 from contactlib.base.quantities import POSITIVE, FloatArray, checked
 from contactlib.contact.laws.carter_griffith import CarterGriffith
 from contactlib.contact.laws.cohesive import CohesiveZone
-from contactlib.figures.style import GREY, STYLE, add_caption, new_figure
+from contactlib.figures.style import add_caption, new_figure, paint, styled
 
 Law = CarterGriffith | CohesiveZone
 
@@ -88,7 +87,7 @@ def contact_patch(
     ValueError
         If the law's contact is not an ellipse, or a number is not above zero.
     """
-    with mpl.rc_context(STYLE):
+    with styled({"hatch.linewidth": 0.5}):
         figure, axes = new_figure(4.6, 5.6)
         _draw(figure, [axes], law, [normalized_creepage], axes_ratio, clip)
         axes.set_title(_creepage(normalized_creepage), loc="left")
@@ -103,7 +102,7 @@ def contact_patches(law: Law, *, axes_ratio: float = 2.0, clip: float = 2.2) -> 
     """
     headings = {0.6: "Before the peak", 1.0: "At the peak", 1.6: "Past the peak"}
     creepages = [share * law.peak.normalized_creepage for share in headings]
-    with mpl.rc_context(STYLE):
+    with styled({"hatch.linewidth": 0.5}):
         figure, grid = new_figure(9.6, 5.9, ncols=3, sharey=True)
         _draw(figure, grid, law, creepages, axes_ratio, clip)
         for axes, heading, x in zip(grid, headings.values(), creepages, strict=True):
@@ -156,12 +155,10 @@ def _draw_patch(axes: Axes, patch: Patch, axes_ratio: float, largest: float) -> 
     sticks = patch.stick_boundary < lead - 1e-3
     shown = np.convolve(sticks, np.ones(3), "same") > 0.0  # and the neighbouring strips
     edge = np.where(shown, patch.stick_boundary, np.nan)
-    with mpl.rc_context({"hatch.linewidth": 0.5}):
-        axes.fill_betweenx(
-            across, edge, lead, facecolor="none", edgecolor="white", hatch="//", lw=0.0
-        )
+    axes.fill_betweenx(across, edge, lead, facecolor="none", edgecolor="white", hatch="//", lw=0.0)
     axes.plot(edge, across, color="white", lw=1.6, label="stick boundary")
-    axes.plot(np.append(trail, lead[::-1]), np.append(across, across[::-1]), "k", lw=1.2)
+    rim = np.append(trail, lead[::-1]), np.append(across, across[::-1])
+    axes.plot(*rim, color=paint.ink, lw=1.2)
     axes.set_aspect("equal")
     axes.set_xlim(-1.4, 1.4)
     axes.set_ylim(-1.35 * axes_ratio, 1.2 * axes_ratio)
@@ -179,13 +176,17 @@ def _draw_patch(axes: Axes, patch: Patch, axes_ratio: float, largest: float) -> 
         (0.9, -1.2 * axes_ratio),
         xytext=(-0.9, -1.2 * axes_ratio),
         va="center",
-        color=GREY,
-        arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 1.3},
+        color=paint.grey,
+        arrowprops={"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3},
     )
     return colours
 
 
 def _name(axes: Axes, text: str, point: tuple[float, float], place: tuple[float, float]) -> None:
     axes.annotate(
-        text, point, xytext=place, textcoords="data", arrowprops={"arrowstyle": "-", "shrinkB": 0.0}
+        text,
+        point,
+        xytext=place,
+        textcoords="data",
+        arrowprops={"arrowstyle": "-", "color": paint.ink, "shrinkB": 0.0},
     )

@@ -5,7 +5,6 @@ Stable branches are solid and unstable ones dashed, so that a figure can be read
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,16 +15,14 @@ from numpy.typing import NDArray
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
-    BLUE,
     DASHED,
-    GREY,
-    ORANGE,
-    STYLE,
     by_stability,
     mark,
     new_figure,
+    paint,
     percent_axis,
     plain_log,
+    styled,
 )
 from contactlib.runs.result import Result
 from contactlib.stability import Fold, find_fold, quasi_steady_torque
@@ -42,22 +39,24 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     mu = record["traction_coefficient"]
     kinetic = element.friction.kinetic * element.friction.slip_rate_factor(zeta * speed)
     carter = element.table.traction_ratio(record["normalized_creepage"], 0.0)
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, axes = new_figure(7.2, 4.4)
-        axes.plot(zeta, kinetic * carter, color=GREY, lw=1.2, label="Carter (Coulomb friction)")
+        axes.plot(
+            zeta, kinetic * carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)"
+        )
         by_stability(axes, zeta, mu, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
         for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
             if creepage <= far:
                 height = float(np.interp(creepage, zeta, mu))
                 mark(axes, creepage, height, text, (0, 9), ha="center")
-        axes.plot(zeta, kinetic, color=GREY, lw=0.8, ls=":")
+        axes.plot(zeta, kinetic, color=paint.grey, lw=0.8, ls=":")
         axes.annotate(
             f"kinetic friction $f_d$ = {kinetic[-1]:.3g}",
             (far, kinetic[-1]),
             xytext=(0, -13),
             textcoords="offset points",
             ha="right",
-            color=GREY,
+            color=paint.grey,
         )
         axes.set_xlim(0.0, far)
         axes.set_ylim(0.0, 1.12 * float(mu.max()))
@@ -84,7 +83,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         ("Torque control: the wheelset runs away", torque_run),
         ("Creep control: the wheelset holds", creep_run),
     )
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, grid = new_figure(9.6, 6.8, nrows=3, ncols=2, sharex="col")
         for column, (heading, run) in enumerate(columns):
             for row, (name, scale, label) in enumerate(rows):
@@ -93,7 +92,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
                 axes.set_ylabel(label)
                 event = run.first("peak_passed")
                 if event is not None:
-                    axes.axvline(event.time, color="black", lw=1.0, ls=":")
+                    axes.axvline(event.time, color=paint.ink, lw=1.0, ls=":")
                     if row == 0:
                         axes.annotate(
                             "passes the peak",
@@ -108,11 +107,15 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         grid[1, 0].set_yscale("log")
         plain_log(grid[1, 0].yaxis, 1.0)
         grid[1, 1].plot(
-            creep_run.time, 100.0 * creep_run["reference"], color="black", lw=0.9, label="reference"
+            creep_run.time,
+            100.0 * creep_run["reference"],
+            color=paint.ink,
+            lw=0.9,
+            label="reference",
         )
         grid[1, 1].legend(loc="lower right")
         grid[1, 1].set_ylim(bottom=0.0)
-        lines = (("rising branch", BLUE, "-"), ("falling branch", ORANGE, DASHED))
+        lines = (("rising branch", paint.blue, "-"), ("falling branch", paint.orange, DASHED))
         handles = [Line2D([], [], color=color, ls=ls, label=label) for label, color, ls in lines]
         figure.legend(handles=handles, loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.005))
         figure.suptitle(title, x=0.01, ha="left")
@@ -128,14 +131,14 @@ def fold_diagram(
     top = max(10.0, 1.3 * float(torque_run["creepage"].max()))
     zeta = _with_fold(np.geomspace(bottom, top, 2000), fold)
     torque = quasi_steady_torque(wheelset, zeta, speed=speed) / 1e3
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, axes = new_figure(7.6, 5.2)
         by_stability(axes, torque, zeta, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
         shown = torque_run["creepage"] > bottom
         axes.plot(
             np.where(shown, torque_run["drive_torque"], np.nan) / 1e3,
             torque_run["creepage"],
-            color=GREY,
+            color=paint.grey,
             lw=1.3,
             label="torque ramped up and down",
         )
@@ -191,5 +194,5 @@ def _arrow(axes: Axes, run: Result, part: float) -> None:
         "",
         (run["drive_torque"][j] / 1e3, run["creepage"][j]),
         (run["drive_torque"][i] / 1e3, run["creepage"][i]),
-        arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 1.3},
+        arrowprops={"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3},
     )

@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -22,21 +21,19 @@ from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
-    BLUE,
     DASHED,
     DOTTED,
-    ORANGE,
-    SHADE,
-    STYLE,
     by_stability,
     new_figure,
+    paint,
     plain_log,
+    sized,
+    styled,
     typeset,
 )
 from contactlib.runs.outcomes import Metrics
 from contactlib.runs.result import Result
 
-BAND_COLOR = "#CFCFCF"
 BINS = 200  # time intervals in which a band is drawn
 SWINGS, MANY = 3.0, 0.2  # a band needs so many crossings per bin, in this fraction of the bins
 LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
@@ -61,7 +58,7 @@ def run_name(key: str) -> str:
 def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) -> Figure:
     """Force, creepage, torque and speed over the time of one run."""
     twisted = bool(np.any(result["axle_torque"]))
-    with mpl.rc_context(STYLE):
+    with styled():
         rows = 5 if twisted else 4
         figure, grid = new_figure(8.0, 1.7 * rows + 1.4, nrows=rows, sharex=True)
         _force(grid[0], result)
@@ -77,7 +74,7 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
         figure.align_ylabels(grid)
         grid[-1].set_xlabel("time  [s]")
         grid[-1].set_xlim(time[0], time[-1])
-        grid[0].set_title(_summary(metrics), loc="left", fontsize=9)
+        grid[0].set_title(_summary(metrics), loc="left", fontsize=sized(9))
         _legend(figure, result, caption)
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
@@ -88,7 +85,7 @@ def comparison(
 ) -> Figure:
     """Force, creepage and torque over time, with one column per controller and common axes."""
     count = len(results)
-    with mpl.rc_context(STYLE):
+    with styled():
         common: dict[str, Any] = {"sharex": True, "sharey": "row", "squeeze": False}
         figure, grid = new_figure(max(5.0, 3.1 * count), 7.2, nrows=3, ncols=count, **common)
         for column, (name, result) in enumerate(results.items()):
@@ -98,7 +95,7 @@ def comparison(
             for axes in grid[:, column]:
                 _shade_low_friction(axes, result)
             grid[0, column].set_title(
-                f"{run_name(name)}\n{_summary(metrics[name])}", loc="left", fontsize=9
+                f"{run_name(name)}\n{_summary(metrics[name])}", loc="left", fontsize=sized(9)
             )
             grid[2, column].set_xlabel("time  [s]")
             grid[2, column].set_xlim(0.0, max(run.time[-1] for run in results.values()))
@@ -133,7 +130,7 @@ def by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
     low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
     at, all_rise = result.time[starts], np.minimum.reduceat(rises, starts)
     at[-1] = result.time[-1]
-    axes.fill_between(at, low, high, color=BAND_COLOR, lw=0.0)
+    axes.fill_between(at, low, high, color=paint.mixed(48), lw=0.0)
     for edge in (low, high):
         by_stability(axes, at, edge, all_rise, lw=1.3)
 
@@ -150,7 +147,7 @@ def _vibrates(values: FloatArray, starts: NDArray[np.int_]) -> bool:
 def _force(axes: Axes, result: Result) -> None:
     sign = np.sign(result["demand"])
     available = np.where(sign == 0.0, np.nan, sign) * result["available_force"]
-    axes.plot(result.time, 1e-3 * available, color="black", lw=1.2, ls=DOTTED)
+    axes.plot(result.time, 1e-3 * available, color=paint.ink, lw=1.2, ls=DOTTED)
     by_branch(axes, result, 1e-3 * result["creep_force"])
     _from_zero(axes)
     axes.set_ylabel("creep force  [kN]")
@@ -166,7 +163,7 @@ def _creepage(axes: Axes, result: Result) -> None:
 
 
 def _torque(axes: Axes, result: Result) -> None:
-    axes.plot(result.time, 1e-3 * result["demand"], color="black", lw=1.2, ls=DOTTED)
+    axes.plot(result.time, 1e-3 * result["demand"], color=paint.ink, lw=1.2, ls=DOTTED)
     by_branch(axes, result, 1e-3 * result["drive_torque"])
     _from_zero(axes)
     axes.set_ylabel("drive torque  [kN m]")
@@ -174,8 +171,8 @@ def _torque(axes: Axes, result: Result) -> None:
 
 def _speed(axes: Axes, result: Result) -> None:
     rim, speed = result["speed"] + result["slip_velocity"], result["speed"]
-    axes.plot(result.time, rim, color=ORANGE, lw=0.9, label="wheel rim")
-    axes.plot(result.time, speed, color="black", lw=1.3, label="vehicle")
+    axes.plot(result.time, rim, color=paint.orange, lw=0.9, label="wheel rim")
+    axes.plot(result.time, speed, color=paint.ink, lw=1.3, label="vehicle")
     top = FASTEST_RIM * float(speed.max())
     if rim.max() > top > 0.0:
         axes.set_ylim(min(0.0, 1.05 * float(speed.min())), top)
@@ -208,7 +205,7 @@ def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
         textcoords="offset points",
         ha="left" if early else "right",
         va="top",
-        fontsize=9,
+        fontsize=sized(9),
     )
 
 
@@ -234,7 +231,7 @@ def _shade_low_friction(axes: Axes, result: Result) -> None:
         axes.axvspan(
             result.time[start],
             result.time[min(end, result.time.size - 1)],
-            color=SHADE,
+            color=paint.shade,
             zorder=0,
             lw=0,
         )
@@ -243,19 +240,19 @@ def _shade_low_friction(axes: Axes, result: Result) -> None:
 def _legend(figure: Figure, result: Result, caption: str) -> None:
     """Caption under the figure, and a key to the lines below it."""
     handles: list[Any] = [
-        Line2D([], [], color=BLUE, label="rising branch"),
-        Line2D([], [], color=ORANGE, ls=DASHED, label="falling branch"),
+        Line2D([], [], color=paint.blue, label="rising branch"),
+        Line2D([], [], color=paint.orange, ls=DASHED, label="falling branch"),
         Line2D(
-            [], [], color="black", ls=DOTTED, lw=1.2, label="available (force), demanded (torque)"
+            [], [], color=paint.ink, ls=DOTTED, lw=1.2, label="available (force), demanded (torque)"
         ),
     ]
     if _low_friction(result).any():
-        handles.append(Patch(color=SHADE, label="low friction"))
+        handles.append(Patch(color=paint.shade, label="low friction"))
     figure.legend(
         handles=handles,
         loc="outside lower left",
         ncols=len(handles) if figure.get_figwidth() > 7.0 else 2,
         title=typeset(figure, caption),
-        title_fontsize=9,
+        title_fontsize=sized(9),
         alignment="left",
     )

@@ -7,6 +7,8 @@ import math
 import os
 import re
 import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
@@ -24,12 +27,7 @@ from contactlib.base.writing import write_whole
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
 
-# Colours that colour-blind readers can tell apart (Okabe & Ito).
-BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#6E6E6E"
-SHADE = "#EDEDED"
 DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 1.5))
-# Three lines that differ in width as well, so that they can be told apart in grey.
-THREE = ((BLUE, 1.2), (ORANGE, 2.0), (GREEN, 2.9))
 AT_CONSTANT_TORQUE = ("stable at constant torque", "unstable at constant torque")
 # Captions are plain text; under a figure their symbols are typeset as on its axes.
 SYMBOLS = {
@@ -39,55 +37,180 @@ SYMBOLS = {
     "f_d": "$f_d$",
     "c/a": "$c/a$",
 }
-# File formats, and the metadata that leaves out the date: a figure always gives the same bytes.
-UNDATED: dict[str, dict[str, None]] = {
-    "png": {},
-    "svg": {"Date": None},
-    "pdf": {"CreationDate": None},
-}
+PICTURES = ("png", "svg")  # formats of the figures that commands write, if none are asked for
+# Metadata that leaves the date out of a file: a figure always gives the same bytes.
+UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+# Colours that colour-blind readers can tell apart (Okabe & Ito): blue, orange, green.
+CYCLE = ("#0072B2", "#D55E00", "#009E73")
 STYLE: dict[Any, Any] = {
-    "font.size": 10,
-    "axes.titlesize": 11,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
-    "grid.color": "#E3E3E3",
     "grid.linewidth": 0.8,
     "legend.frameon": False,
     "lines.linewidth": 2.0,
+    "savefig.dpi": 150,
     "svg.fonttype": "none",
     "svg.hashsalt": "contactlib",
 }
-HATCHED: dict[Any, Any] = {**STYLE, "hatch.linewidth": 0.6, "hatch.color": "#BDBDBD"}
+
+
+def _unchanged(name: Any) -> bool:
+    return bool(mpl.rcParams[name] == mpl.rcParamsDefault[name])
+
+
+@contextmanager
+def styled(more: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """The style of contactlib, and `more`, beneath what the user has changed of the defaults."""
+    own = {**STYLE, "grid.color": paint.mixed(28), "axes.titlesize": sized(11)}
+    if _unchanged("axes.grid") and to_rgb(mpl.rcParams["grid.color"]) == to_rgb(paint.ink):
+        own["grid.alpha"] = 0.2  # a style without a grid, as dark_background, need not mute it
+    own |= more or {}
+    with mpl.rc_context({name: value for name, value in own.items() if _unchanged(name)}):
+        yield
+
+
+class _Paint:
+    """Colours in the style that holds: black and white are those of text and axes."""
+
+    @property
+    def ink(self) -> str:
+        return str(mpl.rcParams["text.color"])
+
+    @property
+    def paper(self) -> str:
+        return str(mpl.rcParams["axes.facecolor"])
+
+    @property
+    def blue(self) -> str:
+        return self._cycle(0)
+
+    @property
+    def orange(self) -> str:
+        return self._cycle(1)
+
+    @property
+    def green(self) -> str:
+        return self._cycle(2)
+
+    @property
+    def grey(self) -> str:
+        return self.mixed(145)
+
+    @property
+    def shade(self) -> str:
+        return self.mixed(18)
+
+    @property
+    def three(self) -> tuple[tuple[str, float], ...]:
+        """Colour and width of three lines, so that they can be told apart in grey."""
+        return ((self.blue, 1.2), (self.orange, 2.0), (self.green, 2.9))
+
+    @property
+    def hatched(self) -> dict[str, Any]:
+        """Settings of a figure whose shades are hatched."""
+        return {"hatch.linewidth": 0.6, "hatch.color": self.mixed(66)}
+
+    def mixed(self, part: int) -> str:
+        """Ink, `part` of 255, on paper."""
+        ink, paper = np.array(to_rgb(self.ink)), np.array(to_rgb(self.paper))
+        share = part / 255.0
+        if paper.sum() < ink.sum():
+            share **= 0.7  # a little light on a dark ground is seen less
+        return to_hex(paper + share * (ink - paper)).upper()
+
+    def _cycle(self, number: int) -> str:
+        colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", CYCLE)
+        if _unchanged("axes.prop_cycle"):
+            colours = CYCLE
+        return to_hex(colours[number % len(colours)]).upper()
+
+
+paint = _Paint()
+
+
+def sized(size: float) -> float:
+    """A size of text, as drawn where matplotlib's ``font.size`` is 10, in the size that holds."""
+    return 0.1 * size * float(mpl.rcParams["font.size"])
+
+
+class captions:  # noqa: N801
+    """Whether figures are drawn with their captions.
+
+    As a statement it holds from then on; in a ``with`` statement it holds inside only.
+
+    Parameters
+    ----------
+    shown : bool
+        Without captions if false.
+
+    Examples
+    --------
+    >>> with captions(False):
+    ...     figure = new_figure(4.0, 3.0)[0]
+    ...     add_caption(figure, "A caption.")
+    >>> figure.get_supxlabel()
+    ''
+    """
+
+    shown = True  # now
+
+    def __init__(self, shown: bool) -> None:
+        self._before = captions.shown
+        captions.shown = bool(shown)
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, *_: object) -> None:
+        captions.shown = self._before
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to `path`; the suffix (png, svg, pdf) sets the format.
+    """Write a figure to `path`; the suffix sets the format, any that matplotlib writes.
+
+    Files in png, svg and pdf hold no date: the same figure gives the same bytes.
 
     Raises
     ------
     ValueError
-        If the suffix is none of these.
+        If matplotlib writes no format of that suffix.
     OSError
         If the file cannot be written.
     """
     path, buffer = Path(path), io.BytesIO()
-    kind = path.suffix[1:].lower()
-    if kind not in UNDATED:
-        raise ValueError(f"{path}: the suffix must be one of: {', '.join(UNDATED)}")
-    with mpl.rc_context(STYLE):
-        figure.savefig(buffer, format=kind, dpi=150, metadata=UNDATED[kind])
+    (kind,) = file_formats(path.suffix[1:], f"{path}: the suffix")
+    with styled():
+        figure.savefig(buffer, format=kind, metadata=UNDATED.get(kind))
     return write_whole(path, buffer.getvalue())
 
 
-def save_pictures(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write a figure as PNG and SVG; the layout, half of the work, is computed once."""
-    png = save(figure, folder / f"{name}.png")
-    engine = figure.get_layout_engine()
-    figure.set_layout_engine("none")
-    svg = save(figure, folder / f"{name}.svg")
+def file_formats(listed: str, what: str = "formats") -> tuple[str, ...]:
+    """Formats that are listed with commas, if matplotlib writes them all.
+
+    Raises
+    ------
+    ValueError
+        If it does not write one; `what` names it in the message.
+    """
+    known = FigureCanvasAgg.get_supported_filetypes()
+    formats = tuple(name.strip().lower() for name in listed.split(","))
+    for name in formats:
+        if name not in known:
+            raise ValueError(f"{what} must be one of: {', '.join(sorted(known))}; got {name!r}")
+    return formats
+
+
+def save_pictures(
+    figure: Figure, folder: Path, name: str, formats: Sequence[str] = PICTURES
+) -> list[Path]:
+    """Write a figure in some formats; the layout, half of the work, is computed once."""
+    engine, written = figure.get_layout_engine(), []
+    for kind in formats:
+        written.append(save(figure, folder / f"{name}.{kind}"))
+        figure.set_layout_engine("none")
     figure.set_layout_engine(engine)
-    return [png, svg]
+    return written
 
 
 def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
@@ -129,34 +252,43 @@ def by_stability(
     """Draw a curve solid where it is stable and dashed elsewhere, in one colour or in two."""
     # A point beside a change belongs to both lines, so that they meet.
     meets = ~stable | np.append(~stable[1:], False) | np.append(False, ~stable[:-1])
-    axes.plot(x, np.where(stable, y, np.nan), color=color or BLUE, label=labels[0], **style)
-    dashed: dict[str, Any] = {"color": color or ORANGE, "ls": DASHED, "label": labels[1]}
+    axes.plot(x, np.where(stable, y, np.nan), color=color or paint.blue, label=labels[0], **style)
+    dashed: dict[str, Any] = {"color": color or paint.orange, "ls": DASHED, "label": labels[1]}
     axes.plot(x, np.where(meets, y, np.nan), **dashed, **style)
 
 
 def dot(axes: Axes, x: float, y: float, *, stable: bool) -> None:
     """Mark a state: filled if it is stable, hollow if it is not."""
-    axes.plot([x], [y], "o", color="black", mfc="black" if stable else "white", ms=6.5, zorder=5)
+    face = paint.ink if stable else paint.paper
+    axes.plot([x], [y], "o", color=paint.ink, mfc=face, ms=6.5, zorder=5)
 
 
 def mark(
     axes: Axes, x: float, y: float, text: str, offset: tuple[float, float], **style: Any
 ) -> None:
     """Mark a point and name it."""
-    axes.plot([x], [y], "o", color="black", ms=6, zorder=5)
+    axes.plot([x], [y], "o", color=paint.ink, ms=6, zorder=5)
     axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", **style)
 
 
+def line_length(figure: Figure, per_inch: float) -> int:
+    """Characters in a line across a figure, of which an inch holds so many in the usual size."""
+    return int(per_inch * figure.get_figwidth() / sized(1.0))
+
+
 def typeset(figure: Figure, caption: str) -> str:
-    """Wrap a caption to the figure's width and typeset its symbols as on the axes."""
-    width = int(14.5 * figure.get_figwidth())
-    lines = textwrap.fill(caption, width, break_on_hyphens=False)
+    """Wrap a caption to the figure's width and typeset its symbols; empty if captions are off."""
+    if not captions.shown:
+        return ""
+    lines = textwrap.fill(caption, line_length(figure, 14.5), break_on_hyphens=False)
     return re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
 
 
 def add_caption(figure: Figure, caption: str) -> None:
     """Set a caption under a figure."""
-    figure.supxlabel(typeset(figure, caption), x=0.01, ha="left", size=9, linespacing=1.4)
+    if captions.shown:
+        look: dict[str, Any] = {"ha": "left", "size": sized(9), "linespacing": 1.4}
+        figure.supxlabel(typeset(figure, caption), x=0.01, **look)
 
 
 def setting(wheelset: Wheelset, speed: float | None = None) -> str:

@@ -13,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.figure import Figure
 from rich.console import Console
+from sweep_files import write_sweep
 
 import contactlib as cl
 from contactlib import figures
@@ -137,6 +138,49 @@ def test_figures_command_draws_a_models_stability(
     assert result.output == f"{path}.png, {path.name}.svg: {quick['poles'].title}\n"
     held = "held" in path.with_suffix(".svg").read_text()
     assert held == (model == "")  # on the roller rig
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["figures", "--stability"],
+        ["simulate", "roller_rig.toml", "--control", "creep"],
+        ["sweep", "SWEEP", "--workers", "1"],
+    ],
+    ids=lambda command: command[0],
+)
+def test_figures_have_the_formats_and_captions_that_are_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str]
+) -> None:
+    monkeypatch.setattr(figures, "STABILITY_FIGURES", {"poles": STABILITY_FIGURES["poles"]})
+    command = [str(write_sweep(tmp_path)) if word == "SWEEP" else word for word in command]
+
+    def lines_of_text(*options: str) -> list[int]:
+        folder = tmp_path / f"out{len(options)}"
+        asked = [*command, "--format", "SVG, eps", "-o", str(folder), *options]
+        made = CliRunner().invoke(main, asked)
+        assert made.exit_code == 0, made.output
+        drawn = sorted(folder.glob("*.svg"))
+        assert drawn
+        assert [path.stem for path in sorted(folder.glob("*.eps"))] == [p.stem for p in drawn]
+        assert not list(folder.glob("*.png"))
+        return [path.read_text().count("<text") for path in drawn]
+
+    usual, bare = lines_of_text(), lines_of_text("--no-caption")
+    assert all(few < many for few, many in zip(bare, usual, strict=True))
+    assert figures.captions.shown
+
+
+@pytest.mark.parametrize("command", [["figures", "--paper"], ["simulate", "x"], ["sweep", "x"]])
+def test_a_format_that_matplotlib_does_not_write_is_refused(
+    tmp_path: Path, command: list[str]
+) -> None:
+    asked = [*command, "--format", "png,docx", "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, asked)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("contactlib: --format must be one of: ")
+    assert result.stderr.endswith("got 'docx'\n")
+    assert not (tmp_path / "out").exists()
 
 
 def test_figures_command_refuses_what_is_no_model(tmp_path: Path) -> None:

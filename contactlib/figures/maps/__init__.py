@@ -7,6 +7,7 @@ random samples are drawn as a distribution, with the parameters that matter most
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ from contactlib.figures.maps.layout import FAILED, RUN, layout
 from contactlib.figures.maps.meaning import words
 from contactlib.figures.maps.planes import plane_figure
 from contactlib.figures.maps.samples import sample_figure
-from contactlib.figures.style import save_pictures
+from contactlib.figures.style import PICTURES, save_pictures
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -30,8 +31,10 @@ MARKED = (
 )
 
 
-def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
-    """Draw each outcome of a sweep, as PNG and SVG.
+def draw_maps(
+    dataset: Dataset, folder: str | os.PathLike[str], formats: Sequence[str] = PICTURES
+) -> list[Path]:
+    """Draw each outcome of a sweep.
 
     Parameters
     ----------
@@ -39,6 +42,8 @@ def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
         As for `map_figure`.
     folder : path
         Folder for the files, created if missing. A file has the name of its outcome.
+    formats : sequence of str, optional
+        Suffixes of the files, each a format that matplotlib writes. Default: PNG and SVG.
 
     Returns
     -------
@@ -48,7 +53,7 @@ def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
     Raises
     ------
     ValueError
-        If an outcome's name is not an identifier.
+        If an outcome's name is not an identifier, or matplotlib does not write a format.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -58,7 +63,7 @@ def draw_maps(dataset: Dataset, folder: str | os.PathLike[str]) -> list[Path]:
             if not str(outcome).isidentifier():  # it may come from any file
                 raise ValueError(f"outcome {outcome!r} must be an identifier: it names a file")
             figure = map_figure(dataset, str(outcome))
-            written += save_pictures(figure, folder, str(outcome))
+            written += save_pictures(figure, folder, str(outcome), formats)
     return written
 
 

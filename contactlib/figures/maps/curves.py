@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -23,25 +22,21 @@ from contactlib.figures.maps.layout import (
 )
 from contactlib.figures.maps.meaning import finite, meaning, wide, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import (
-    BLUE,
-    DASHED,
-    DOTTED,
-    GREEN,
-    GREY,
-    ORANGE,
-    STYLE,
-    plain_log,
-)
+from contactlib.figures.style import DASHED, DOTTED, paint, plain_log, sized, styled
 from contactlib.runs.analysis import MARGIN
 
-# Lines that differ in dashes and marks as well as in colour.
-LOOKS: tuple[dict[str, Any], ...] = (
-    {"color": BLUE, "ls": "-", "marker": "o"},
-    {"color": ORANGE, "ls": DASHED, "marker": "s"},
-    {"color": GREEN, "ls": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
-    {"color": "black", "ls": DOTTED, "marker": "D"},
-)
+LOOKS = 4  # lines that differ
+
+
+def look_of(number: int) -> dict[str, Any]:
+    """Look of a line by its number: its dashes and marks differ as well as its colour."""
+    looks: tuple[dict[str, Any], ...] = (
+        {"color": paint.blue, "ls": "-", "marker": "o"},
+        {"color": paint.orange, "ls": DASHED, "marker": "s"},
+        {"color": paint.green, "ls": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
+        {"color": paint.ink, "ls": DOTTED, "marker": "D"},
+    )
+    return looks[number % LOOKS]
 
 
 def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
@@ -51,13 +46,13 @@ def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
     apart = bool(names) and chosen.further is not None
     count = len(names) if apart else 1
     columns = in_rows(count)
-    with mpl.rc_context({**STYLE, "lines.markersize": 4.5}):
+    with styled({"lines.markersize": 4.5}):
         figure, drawn = panels(count, columns, 3.4 if apart else 6.4, 2.9)
         along(drawn[0], "x", x)
         handles: dict[str, Any] = {}
         for index, case in enumerate(chosen.cases):
             panel, turn = (index % count, index // count) if apart else (0, index)
-            look = LOOKS[turn % len(LOOKS)] | {"lw": 2.0 if turn < len(LOOKS) else 1.0}
+            look = look_of(turn) | {"lw": 2.0 if turn < LOOKS else 1.0}
             text = case.further if apart or case.controller is None else title_of(case)
             axes, at = drawn[panel], words(x).factor * x.values
             values = shown.factor * case.values
@@ -67,7 +62,7 @@ def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
             handles |= _beyond(axes, at[np.isposinf(values)], means.infinite, look, 1.0)
             handles |= _beyond(axes, at[case.failed], "failed", look, 0.0)
             if apart:
-                axes.set_title(run_name(names[panel]), loc="left", fontsize=10)
+                axes.set_title(run_name(names[panel]), loc="left", fontsize=sized(10))
         _height(drawn, shown.factor * finite(chosen.outcome.values), means.yes_or_no)
         label_outside(drawn, columns, words(x).label, shown.lines(30))
         if chosen.further is None:
@@ -86,7 +81,7 @@ def _beyond(
     across = axes.get_xaxis_transform()
     edge = np.full(at.shape, height)
     axes.plot(at, edge, color=look["color"], transform=across, clip_on=False, **mark)
-    return {name: Line2D([], [], color="black", label=name, **mark)}
+    return {name: Line2D([], [], color=paint.ink, label=name, **mark)}
 
 
 def _border(drawn: list[Axes], at: FloatArray, margin: FloatArray | None) -> dict[str, Any]:
@@ -96,7 +91,7 @@ def _border(drawn: list[Axes], at: FloatArray, margin: FloatArray | None) -> dic
     changes = np.flatnonzero(margin[1:] * margin[:-1] < 0.0)
     if not changes.size:
         return {}
-    look: dict[str, Any] = {"color": GREY, "lw": 1.4, "ls": DOTTED}
+    look: dict[str, Any] = {"color": paint.grey, "lw": 1.4, "ls": DOTTED}
     for i in changes:
         part = margin[i] / (margin[i] - margin[i + 1])
         for axes in drawn:
@@ -116,4 +111,4 @@ def _height(drawn: list[Axes], values: FloatArray, yes_or_no: tuple[str, str] | 
         plain_log(drawn[0].yaxis, 1.0, 3.0)
     elif values.size and values.min() < 0.0 < values.max():
         for axes in drawn:
-            axes.axhline(0.0, color=GREY, lw=1.0, zorder=1)
+            axes.axhline(0.0, color=paint.grey, lw=1.0, zorder=1)

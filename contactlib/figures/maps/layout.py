@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.maps.meaning import geometric, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import new_figure, plain_log, typeset
+from contactlib.figures.style import line_length, new_figure, plain_log, sized, typeset
 from contactlib.runs.analysis import MARGIN
 
 if TYPE_CHECKING:
@@ -198,16 +198,17 @@ def along(axes: Axes, which: Literal["x", "y"], coordinate: DataArray) -> None:
 
 def frame(figure: Figure, title: str, handles: dict[str, Any], caption: str) -> None:
     """Set the title above, and below it the caption and a legend in as many columns as fit."""
-    lines = textwrap.fill(title, int(CHARACTERS * figure.get_figwidth()))
-    figure.suptitle(lines, x=0.01, ha="left", fontsize=12)
+    width = line_length(figure, CHARACTERS)
+    lines = textwrap.fill(title, width)
+    figure.suptitle(lines, x=0.01, ha="left", fontsize=sized(12))
     longest = max((len(text) for text in handles), default=0)
-    columns = int(CHARACTERS * figure.get_figwidth() / (longest + 5))
+    columns = width // (longest + 5)
     figure.legend(
         handles=list(handles.values()),
         loc="outside lower left",
         ncols=min(max(1, columns), max(1, len(handles))),
         title=typeset(figure, caption),
-        title_fontsize=9,
+        title_fontsize=sized(9),
         alignment="left",
         handlelength=1.6,
         columnspacing=1.4,

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -44,7 +43,7 @@ from contactlib.figures.maps.meaning import (
     words,
 )
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import DASHED, STYLE, plain_log
+from contactlib.figures.style import DASHED, paint, plain_log, sized, styled
 from contactlib.runs.analysis import MARGIN
 from contactlib.runs.outcomes import Outcome
 
@@ -134,7 +133,7 @@ def draw_categories(
     colours = ListedColormap(SHADES[: len(names)])
     cells = axes.pcolormesh(*edges, values, cmap=colours, vmin=-0.5, vmax=len(names) - 0.5)
     cells.set_rasterized(values.size > CELLS)
-    look: dict[str, Any] = {"ec": "black", "lw": 0.6}
+    look: dict[str, Any] = {"ec": paint.ink, "lw": 0.6}
     there = [index for index in range(len(names)) if np.any(values == index)]
     return {names[i]: Patch(fc=SHADES[i], label=names[i], **look) for i in there}
 
@@ -156,7 +155,7 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
     at = [words(v).factor * v.values for v in (x, y)]
     edges = [cell_edges(v) for v in at]
     scale = _scale(shown.factor * finite(outcome.values), means)
-    with mpl.rc_context({**STYLE, "axes.grid": False, "hatch.linewidth": 0.5}):
+    with styled({"axes.grid": False, "hatch.linewidth": 0.5}):
         figure, drawn = panels(count, columns, 3.4, 2.7)
         along(drawn[0], "x", x)
         along(drawn[0], "y", y)
@@ -168,7 +167,7 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
                 _values(axes, at, edges, shown.factor * case.values, scale, noisy=bool(names))
             handles |= mark_cells(axes, edges, case, means)
             handles |= _borders(axes, at, case, means)
-            axes.set_title(title_of(case), loc="left", fontsize=10)
+            axes.set_title(title_of(case), loc="left", fontsize=sized(10))
         if first is not None:
             over = first.transpose(y.name, x.name).values
             handles |= _winners(drawn[-1], edges, over, outcome)
@@ -204,7 +203,7 @@ def _winners(
 ) -> dict[str, Any]:
     """Draw which controller does best in each cell."""
     most = "most" if meaning(outcome.name).wanted > 0 else "least"
-    axes.set_title(f"controller with the {most}", loc="left", fontsize=10)
+    axes.set_title(f"controller with the {most}", loc="left", fontsize=sized(10))
     texts = [f"best two within {100.0 * ALIKE:g} % of the scale"]
     texts += [f"{most}: {run_name(name)}" for name in controllers(outcome)]
     return draw_categories(axes, edges, first, texts)
@@ -235,7 +234,8 @@ def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -
     look: dict[str, Any] = {"colors": "white", "linewidths": 1.0, "linestyles": "-"}
     lines = axes.contour(*at, numbers, levels=others, **look)
     lines.set_path_effects([withStroke(linewidth=1.8, foreground="#00000080")])
-    for text in axes.clabel(lines, fontsize=8, inline_spacing=1, fmt=lambda value: f"{value:g}"):
+    look = {"fontsize": sized(8), "inline_spacing": 1, "fmt": lambda value: f"{value:g}"}
+    for text in axes.clabel(lines, **look):
         text.set_rotation(0.0)
         text.set_path_effects([withStroke(linewidth=1.8, foreground="black")])
 
@@ -255,7 +255,7 @@ def _numbers(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale)
     for row, column in np.argwhere(_coloured(values, scale)):
         value = values[row, column]
         dark = float(scale.norm(value)) < 0.6
-        look: dict[str, Any] = {"color": "white" if dark else "black", "fontsize": 7}
+        look: dict[str, Any] = {"color": "white" if dark else "black", "fontsize": sized(7)}
         place: dict[str, Any] = {"ha": "center", "va": "center"}
         axes.text(at[0][column], at[1][row], f"{value:#.3g}".rstrip("."), **place, **look)
 
@@ -271,10 +271,10 @@ def _borders(axes: Axes, at: list[FloatArray], case: Case, means: Outcome) -> di
     for values, text, dashes in kinds:
         numbers = np.ma.masked_invalid(np.nan if values is None else values)
         if min(case.values.shape) > 1 and numbers.count() and numbers.min() < 0.0 < numbers.max():
-            axes.contour(*at, numbers, levels=[0.0], colors="white", linewidths=4.0)
-            look: dict[str, Any] = {"colors": "black", "linewidths": 2.2, "linestyles": [dashes]}
+            axes.contour(*at, numbers, levels=[0.0], colors=paint.paper, linewidths=4.0)
+            look: dict[str, Any] = {"colors": paint.ink, "linewidths": 2.2, "linestyles": [dashes]}
             axes.contour(*at, numbers, levels=[0.0], **look)
-            handles[text] = Line2D([], [], color="black", lw=2.2, ls=dashes, label=text)
+            handles[text] = Line2D([], [], color=paint.ink, lw=2.2, ls=dashes, label=text)
     return handles
 
 

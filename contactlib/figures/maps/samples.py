@@ -6,7 +6,6 @@ import math
 import textwrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,11 +14,11 @@ from matplotlib.patches import Patch
 from scipy.stats import norm, spearmanr
 
 from contactlib.base.quantities import FloatArray
-from contactlib.figures.maps.curves import LOOKS
+from contactlib.figures.maps.curves import look_of
 from contactlib.figures.maps.layout import CONTROLLER, FAILED, RUN, controllers, frame
 from contactlib.figures.maps.meaning import Words, finite, meaning, wide, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import GREY, SHADE, STYLE, new_figure, plain_log
+from contactlib.figures.style import new_figure, paint, plain_log, sized, styled
 from contactlib.runs.outcomes import Outcome
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def sample_figure(dataset: Dataset, outcome: str, *, title: str, caption: str) -
     drawn = _drawn(dataset)
     strength = {str(p.name): [rank_correlation(p.values, g.values) for g in groups] for p in drawn}
     drawn.sort(key=lambda p: -np.nan_to_num(np.abs(strength[str(p.name)])).max())
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, grid = new_figure(9.6, 7.6, nrows=2, ncols=2)
         handles = _distribution(grid[0, 0], groups, shown, meaning(outcome))
         handles |= _influence(grid[0, 1], drawn[:BARS], strength, groups)
@@ -103,14 +102,14 @@ def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Outcome)
         known = group.values[~np.isnan(group.values)]
         if not known.size:
             continue
-        look = {**LOOKS[index % len(LOOKS)], "marker": None}
+        look = look_of(index) | {"marker": None}
         shares = np.linspace(0.0, 1.0, min(known.size, STEPS) + 1)
         at = np.quantile(known, shares, method="inverted_cdf")
         inside = np.isfinite(at)
         axes.plot(at[inside], 100.0 * shares[inside], drawstyle="steps-post", **look)
         marks = np.quantile(known, QUANTILES, method="inverted_cdf")
         inside = np.isfinite(marks)
-        marker = {**LOOKS[index % len(LOOKS)], "ls": "none"}
+        marker = look_of(index) | {"ls": "none"}
         axes.plot(marks[inside], 100.0 * np.array(QUANTILES)[inside], **marker)
         low, middle, high = (f"{v:.3g}" if np.isfinite(v) else "\N{INFINITY}" for v in marks)
         text = f"{middle} ({low} to {high}){'' if shown.unit == '1' else f' {shown.unit}'}"
@@ -134,26 +133,26 @@ def _influence(
     count = min(int(np.count_nonzero(~np.isnan(group.values))) for group in groups)
     # For independent quantities the variance is 1/(n - 1).
     chance = min(1.0, float(norm.ppf(0.5 + 0.5 * CHANCE)) / math.sqrt(max(1, count - 1)))
-    axes.axvspan(-chance, chance, color=SHADE, lw=0.0, zorder=0)
+    axes.axvspan(-chance, chance, color=paint.shade, lw=0.0, zorder=0)
     height = 0.8 / len(groups)
     for index, _ in enumerate(groups):
         at = np.arange(len(drawn)) + (index - 0.5 * (len(groups) - 1)) * height
         bars = np.nan_to_num([strength[str(parameter.name)][index] for parameter in drawn])
-        look = {"color": LOOKS[index % len(LOOKS)]["color"], "ec": "white", "lw": 0.0}
+        look = {"color": look_of(index)["color"], "ec": paint.paper, "lw": 0.0}
         axes.barh(at, bars, height=height, hatch=HATCHES[index % len(HATCHES)], **look)
     lines: dict[str, Any] = {"width": 24, "max_lines": 2, "placeholder": " ..."}
     names = [textwrap.fill(words(parameter).name, **lines) for parameter in drawn]
-    axes.set_yticks(np.arange(len(drawn)), names, fontsize=8)
+    axes.set_yticks(np.arange(len(drawn)), names, fontsize=sized(8))
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_axisbelow(True)
-    axes.axvline(0.0, color=GREY, lw=1.0)
+    axes.axvline(0.0, color=paint.grey, lw=1.0)
     axes.set_xlim(-1.0, 1.0)
     axes.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     axes.set_xlabel("rank correlation  [1]")
     axes.set_title("Which parameters matter most", loc="left")
     text = f"{100.0 * CHANCE:.0f} % band of chance alone"
-    return {text: Patch(color=SHADE, label=text)}
+    return {text: Patch(color=paint.shade, label=text)}
 
 
 def _scatter(axes: Axes, parameter: DataArray, groups: list[Group], shown: Words) -> None:
@@ -161,7 +160,7 @@ def _scatter(axes: Axes, parameter: DataArray, groups: list[Group], shown: Words
     x = of_axis.factor * parameter.values
     every = max(1, math.ceil(x.size / POINTS))
     for index, group in enumerate(groups):
-        look = LOOKS[index % len(LOOKS)]
+        look = look_of(index)
         point: dict[str, Any] = {"ls": "none", "marker": look["marker"], "color": look["color"]}
         point["rasterized"] = x.size > MANY
         y = np.where(np.isfinite(group.values), group.values, np.nan)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,21 +12,17 @@ from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
-    BLUE,
     DASHED,
     DOTTED,
-    GREY,
-    HATCHED,
-    ORANGE,
-    SHADE,
-    STYLE,
-    THREE,
     add_caption,
     by_stability,
     new_figure,
+    paint,
     percent_axis,
     plain_log,
     setting,
+    sized,
+    styled,
 )
 from contactlib.stability import (
     ReducedPlant,
@@ -66,7 +61,7 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Window of stabilising gains over the delay, and over the creepage to be held."""
     worst = worst_pole(wheelset, speed=speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
-    with mpl.rc_context(HATCHED):
+    with styled(paint.hatched):
         figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
         _over_delay(left, plant)
         _over_creepage(right, wheelset, speed)
@@ -105,12 +100,12 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
         proportional_window(plant.pole, plant.gain, delay=float(r) / plant.pole) for r in RATIOS
     ]
     low, high = (unit * np.array(ends) for ends in zip(*windows, strict=True))
-    axes.fill_between(RATIOS, low, high, facecolor=SHADE, hatch="//", lw=0.0)
-    axes.plot(RATIOS, high, color=BLUE, label="largest gain")
-    axes.plot(RATIOS, low, color="black", label="smallest gain")
+    axes.fill_between(RATIOS, low, high, facecolor=paint.shade, hatch="//", lw=0.0)
+    axes.plot(RATIOS, high, color=paint.blue, label="largest gain")
+    axes.plot(RATIOS, low, color=paint.ink, label="smallest gain")
     sampled = unit * np.array([sampled_window(plant, float(r)).highest for r in SAMPLED_RATIOS])
-    axes.plot(SAMPLED_RATIOS, sampled, color=ORANGE, ls=DASHED, label="largest gain, sampled")
-    axes.axvline(ROBUST, color=GREY, lw=1.4, ls=DOTTED)
+    axes.plot(SAMPLED_RATIOS, sampled, color=paint.orange, ls=DASHED, label="largest gain, sampled")
+    axes.axvline(ROBUST, color=paint.grey, lw=1.4, ls=DOTTED)
     top = 20.0 * float(low[0])
     axes.annotate(
         rf"robust below $p\tau$ = {ROBUST}",
@@ -123,7 +118,7 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
         "holds",
         (0.12, 1.8 * float(low[0])),
         ha="center",
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 2.0},
+        bbox={"facecolor": paint.paper, "edgecolor": "none", "pad": 2.0},
     )
     axes.set_xlim(0.0, 1.0)
     axes.set_yscale("log")
@@ -141,14 +136,14 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     zeta = np.linspace(find_fold(wheelset, speed=speed).creepage, FAR * scale, 201)
     points = [wheelset.balanced(creepage=float(z), speed=speed) for z in zeta]
     least = np.array([creep_control_gain(wheelset, point) for point in points])
-    axes.plot(zeta, 1e-3 * least, color="black", label="smallest gain")
+    axes.plot(zeta, 1e-3 * least, color=paint.ink, label="smallest gain")
     if not wheelset.speed_held:
         bounds: FloatArray = 1e-3 * np.array([gain_bounds(wheelset, point) for point in points])
         names = ("determinant vanishes", "trace vanishes")
         for values, name, style in zip(bounds.T, names, (DASHED, DOTTED), strict=True):
-            axes.plot(zeta, values, color=ORANGE, lw=1.4, ls=style, label=name)
+            axes.plot(zeta, values, color=paint.orange, lw=1.4, ls=style, label=name)
     steepest = worst_pole(wheelset, speed=speed).pole
-    for ratio, (color, width) in zip((0.3, 0.6, 0.9), THREE, strict=True):
+    for ratio, (color, width) in zip((0.3, 0.6, 0.9), paint.three, strict=True):
         delay = ratio / steepest
         largest = [
             proportional_window(*reduced_plant(wheelset, float(z), speed=speed), delay=delay)
@@ -164,7 +159,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_xlabel(r"creepage to be held $\zeta$  [%]")
     axes.set_ylabel(r"gain $K_p$  [kN m]")
     axes.set_title("Smallest gain, and largest gain for three delays", loc="left")
-    axes.legend(loc="upper right", ncols=2, fontsize=9)
+    axes.legend(loc="upper right", ncols=2, fontsize=sized(9))
 
 
 def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
@@ -176,7 +171,7 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     gain = math.sqrt(window.lowest * window.highest)
     point = wheelset.balanced(creepage=worst.creepage, speed=speed)
     loop = creep_loop(wheelset, point, proportional_gain=gain, delay=delay)
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, (left, right) = new_figure(11.0, 5.4, ncols=2)
         _locus(left, locus_around_breaks(loop), loop, gain, plant.pole)
         _nyquist(right, nyquist(loop), margins(loop), complex(loop(0.0)).real)
@@ -202,15 +197,15 @@ def locus_around_breaks(loop: StateSpace) -> RootLocus:
 
 def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: float) -> None:
     left, right, top = -8.0 * pole, 5.0 * pole, 8.0 * pole
-    axes.axvspan(0.0, right, color=SHADE, lw=0.0, zorder=0)
-    axes.axvline(0.0, color="black", lw=0.9)
+    axes.axvspan(0.0, right, color=paint.shade, lw=0.0, zorder=0)
+    axes.axvline(0.0, color=paint.ink, lw=0.9)
     stable = locus.growth < 0.0
     labels = ("gains that hold", "gains that do not")
     for i, branch in enumerate(locus.poles.T):
         shown = (branch.real > 1.3 * left) & (np.abs(branch.imag) < 1.3 * top)
         y = np.where(shown, branch.imag, np.nan)
         by_stability(axes, branch.real, y, stable, labels=(None, None) if i else labels)
-    axes.plot([pole], [0.0], "x", color="black", ms=9, mew=2.0, zorder=5)
+    axes.plot([pole], [0.0], "x", color=paint.ink, ms=9, mew=2.0, zorder=5)
     axes.annotate(
         "open loop",
         (pole, 0.0),
@@ -220,11 +215,11 @@ def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: fl
     one = int(np.abs(locus.gains - 1.0).argmin())
     for root in locus.poles[one]:
         if root.real > left and abs(root.imag) < top:
-            axes.plot([root.real], [root.imag], "o", color="black", ms=6, zorder=5)
+            axes.plot([root.real], [root.imag], "o", color=paint.ink, ms=6, zorder=5)
     for critical in locus.critical_gains:
         at_critical = root_locus(loop, [critical]).poles[0]
         root = min(at_critical[at_critical.imag >= 0.0], key=lambda pole: abs(pole.real))
-        axes.plot([0.0], [root.imag], "o", color="black", mfc="white", ms=7, zorder=5)
+        axes.plot([0.0], [root.imag], "o", color=paint.ink, mfc=paint.paper, ms=7, zorder=5)
         text = f"{1e-3 * critical * gain:.4g} kN m"
         offset = (8, -4) if root.imag > 0.1 * top else (-8, -16)
         axes.annotate(
@@ -245,18 +240,18 @@ def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: fl
 def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
     response = curve.response
     reach = 1.25 * max(1.0, abs(start))
-    axes.plot(response.real, response.imag, color=BLUE, label="loop, rising frequency")
-    axes.plot(response.real, -response.imag, color=BLUE, lw=0.9)
+    axes.plot(response.real, response.imag, color=paint.blue, label="loop, rising frequency")
+    axes.plot(response.real, -response.imag, color=paint.blue, lw=0.9)
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
-    axes.plot(np.cos(angle), np.sin(angle), color=GREY, lw=0.9, ls=":", label="unit circle")
+    axes.plot(np.cos(angle), np.sin(angle), color=paint.grey, lw=0.9, ls=":", label="unit circle")
     distance = 1.0 / found.sensitivity_peak
-    circle: dict[str, Any] = {"color": ORANGE, "lw": 1.1, "ls": "--"}
+    circle: dict[str, Any] = {"color": paint.orange, "lw": 1.1, "ls": "--"}
     name = f"distance to -1: $1/M_s$ = {distance:.2f}"
     axes.plot(distance * np.cos(angle) - 1.0, distance * np.sin(angle), label=name, **circle)
     _direction(axes, response)
-    axes.plot([-1.0], [0.0], "+", color="black", ms=11, mew=2.0, zorder=5)
+    axes.plot([-1.0], [0.0], "+", color=paint.ink, ms=11, mew=2.0, zorder=5)
     upper = 1.0 / found.gain_upper if math.isfinite(found.gain_upper) else 0.0
-    line: dict[str, Any] = {"arrowstyle": "-", "color": "black", "lw": 0.8}
+    line: dict[str, Any] = {"arrowstyle": "-", "color": paint.ink, "lw": 0.8}
     for x, text, place in (
         (
             -1.0 / found.gain_lower,
@@ -265,11 +260,17 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
         ),
         (-upper, f"rise to\n{found.gain_upper:.2g} times", -1.45),
     ):
-        axes.plot([x], [0.0], "o", color="black", ms=6, zorder=5)
+        axes.plot([x], [0.0], "o", color=paint.ink, ms=6, zorder=5)
         side, start = ("left", 0.0) if place > 0.0 else ("center", 0.5)
         line["relpos"] = (start, 0.0 if place > 0.0 else 1.0)
         axes.annotate(
-            text, (x, 0.0), xytext=(x, place), ha=side, va="center", fontsize=9, arrowprops=line
+            text,
+            (x, 0.0),
+            xytext=(x, place),
+            ha=side,
+            va="center",
+            fontsize=sized(9),
+            arrowprops=line,
         )
     axes.text(
         0.98,
@@ -282,7 +283,7 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
         transform=axes.transAxes,
         ha="right",
         va="bottom",
-        fontsize=9,
+        fontsize=sized(9),
     )
     axes.set_aspect("equal")
     axes.set_xlim(-reach, 1.6)
@@ -291,13 +292,13 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
     axes.set_xlabel("real part of the loop gain  [1]")
     axes.set_ylabel("imaginary part  [1]")
     axes.set_title("Nyquist curve", loc="left")
-    axes.legend(loc="upper right", fontsize=9)
+    axes.legend(loc="upper right", fontsize=sized(9))
 
 
 def _direction(axes: Axes, response: NDArray[np.complex128]) -> None:
     size = np.abs(response)
     i = int(np.abs(size - 0.75 * size.max()).argmin())
     j = min(i + 5, response.size - 1)
-    arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 1.5, "mutation_scale": 16}
+    arrow = {"arrowstyle": "-|>", "color": paint.blue, "lw": 1.5, "mutation_scale": 16}
     tip, tail = response[j], response[i]
     axes.annotate("", (tip.real, tip.imag), (tail.real, tail.imag), arrowprops=arrow)

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
-    BLUE,
     DASHED,
-    HATCHED,
-    ORANGE,
-    SHADE,
     add_caption,
     by_stability,
     dot,
     new_figure,
+    paint,
     percent,
     percent_axis,
     setting,
+    styled,
 )
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
@@ -48,7 +45,7 @@ def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Where a constant torque leads from each creepage (and speed), and simulated runs."""
     torque = LOAD * find_fold(wheelset, speed=speed).drive_torque
     border = basin(wheelset, drive_torque=torque, speed=speed)
-    with mpl.rc_context(HATCHED):
+    with styled(paint.hatched):
         figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
         if wheelset.speed_held:
             _rate(left, wheelset, torque, speed, border)
@@ -72,8 +69,8 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     lever = wheelset.radius / (wheelset.inertia * speed)
     rate = 100.0 * lever * (torque - quasi_steady_torque(wheelset, zeta, speed=speed))
     stable = creepage_pole(wheelset, zeta, speed=speed) < 0.0
-    axes.axvspan(0.0, border.highest, facecolor=SHADE, hatch="//", lw=0.0, zorder=0)
-    axes.axhline(0.0, color="black", lw=0.9)
+    axes.axvspan(0.0, border.highest, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
+    axes.axhline(0.0, color=paint.ink, lw=0.9)
     labels = ("small changes decay", "small changes grow")
     by_stability(axes, zeta, rate, stable, labels=labels)
     dot(axes, border.creepage, 0.0, stable=True)
@@ -86,7 +83,7 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
             xytext=(at, -0.32 * around),
             ha="center",
             va="top",
-            arrowprops={"arrowstyle": "-", "color": "black", "lw": 0.8, "shrinkB": 4.0},
+            arrowprops={"arrowstyle": "-", "color": paint.ink, "lw": 0.8, "shrinkB": 4.0},
         )
     middle = 0.5 * (border.creepage + border.highest)
     ways = ((0.3, 0.7, border.creepage), (1.0, 0.0, 0.0), (1.15, 1.65, border.highest))
@@ -95,7 +92,7 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
         if scale == 0.0:
             half = 0.3 * (border.highest - border.creepage)
             tail, tip = middle + half, middle - half
-        arrow = {"arrowstyle": "-|>", "color": "black", "lw": 1.6, "mutation_scale": 15}
+        arrow = {"arrowstyle": "-|>", "color": paint.ink, "lw": 1.6, "mutation_scale": 15}
         axes.annotate("", (tip, 0.0), (tail, 0.0), arrowprops=arrow)
     axes.set_xlim(0.0, far)
     axes.set_ylim(-0.75 * around, around)
@@ -111,21 +108,23 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
     speeds = speed * np.linspace(0.7, 1.6, 19)
     edge = separatrix(wheelset, drive_torque=torque, speed=speeds)
     far = FAR * border.highest
-    axes.fill_betweenx(speeds, 0.0, edge, facecolor=SHADE, hatch="//", lw=0.0, zorder=0)
-    axes.plot(edge, speeds, color="black", lw=1.8, ls=DASHED, label="separatrix")
+    axes.fill_betweenx(speeds, 0.0, edge, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
+    axes.plot(edge, speeds, color=paint.ink, lw=1.8, ls=DASHED, label="separatrix")
     grip, rest = [], []
     for v in speeds:
         states = steady_states(wheelset, drive_torque=torque, speed=float(v))
         inside = states.creepage[(states.creepage > 0.0) & (states.creepage < far)]
         grip.append(inside[0])
         rest.append(inside[1] if inside.size > 1 else np.nan)
-    axes.plot(grip, speeds, color="black", lw=1.8, label="grip, quasi-steady")
+    axes.plot(grip, speeds, color=paint.ink, lw=1.8, label="grip, quasi-steady")
     for v in speed * np.array([0.75, 1.0, 1.25]):
         own = float(np.interp(v, speeds, edge))
         for part in (0.1, 0.9, 1.1):
             run = _run(wheelset, torque, float(v), part * own, 0.4 * speed, far)
             away = bool(run["creepage"][-1] > own)
-            line: dict[str, Any] = {"color": ORANGE, "ls": DASHED} if away else {"color": BLUE}
+            line: dict[str, Any] = (
+                {"color": paint.orange, "ls": DASHED} if away else {"color": paint.blue}
+            )
             axes.plot(run["creepage"], run["speed"], lw=1.1, **line)
             axes.plot(run["creepage"][0], run["speed"][0], ".", color=line["color"], ms=7)
             _arrow(axes, run["creepage"], run["speed"], line["color"], far)
@@ -143,8 +142,8 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     far = FAR * border.highest
     pole = float(creepage_pole(wheelset, border.highest, speed=speed))
     end = 10.0 / pole
-    axes.axhspan(0.0, border.highest, facecolor=SHADE, hatch="//", lw=0.0, zorder=0)
-    axes.axhline(border.highest, color="black", lw=1.1, ls=DASHED)
+    axes.axhspan(0.0, border.highest, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
+    axes.axhline(border.highest, color=paint.ink, lw=1.1, ls=DASHED)
     axes.annotate(
         f"border {percent(border.highest)}",
         (1e3 * end, border.highest),
@@ -152,11 +151,13 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
         textcoords="offset points",
         ha="right",
     )
-    axes.axhline(border.creepage, color="black", lw=1.1)
+    axes.axhline(border.creepage, color=paint.ink, lw=1.1)
     for part in STARTS:
         run = _run(wheelset, torque, speed, part * border.highest, end, far)
         away = part > 1.0
-        line: dict[str, Any] = {"color": ORANGE, "ls": DASHED} if away else {"color": BLUE}
+        line: dict[str, Any] = (
+            {"color": paint.orange, "ls": DASHED} if away else {"color": paint.blue}
+        )
         labels = {0.5: "returns to grip", 1.2: "runs away"}
         axes.plot(1e3 * run.time, run["creepage"], lw=1.4, label=labels.get(part), **line)
     axes.set_xlim(0.0, 1e3 * end)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,20 +12,18 @@ from scipy.optimize import brentq
 
 from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
-    BLUE,
     DASHED,
-    GREY,
-    SHADE,
-    STYLE,
-    THREE,
     add_caption,
     by_stability,
     dot,
     new_figure,
+    paint,
     percent,
     percent_axis,
     plain_log,
     setting,
+    sized,
+    styled,
 )
 from contactlib.stability import (
     Fold,
@@ -52,7 +49,7 @@ def s_curve_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Steady creepages over torque, at one speed; then at three speeds and three frictions."""
     fold = find_fold(wheelset, speed=speed)
     curve = s_curve(wheelset, speed=speed)
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, grid = new_figure(11.0, 6.2, nrows=2, ncols=2, width_ratios=[1.7, 1.0])
         for axes in grid[:, 0]:
             axes.remove()
@@ -85,9 +82,9 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
     width = highest - back
     ends = (("fold", highest, fold.creepage, 10), ("return", back, fold.return_creepage, -10))
     for name, at, height, offset in ends:
-        axes.plot([at, at], [low, min(height, top)], color=GREY, lw=0.9, ls=":")
+        axes.plot([at, at], [low, min(height, top)], color=paint.grey, lw=0.9, ls=":")
         if math.isfinite(height):
-            axes.plot([at], [height], "D", color="black", ms=6, zorder=5)
+            axes.plot([at], [height], "D", color=paint.ink, ms=6, zorder=5)
             axes.annotate(
                 f"{name}\n{at:.4g} kN m\n{percent(height)}",
                 (at, height),
@@ -97,7 +94,7 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
                 va="center",
             )
     level = 1.45 * low
-    arrow = {"arrowstyle": "<|-|>", "color": "black", "lw": 1.1, "shrinkA": 0.0, "shrinkB": 0.0}
+    arrow = {"arrowstyle": "<|-|>", "color": paint.ink, "lw": 1.1, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", (back, level), (highest, level), arrowprops=arrow)
     axes.annotate(
         f"hysteresis {100.0 * fold.hysteresis:.1f} %",
@@ -108,7 +105,7 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
     )
     chosen = fold.return_torque + BETWEEN * (fold.drive_torque - fold.return_torque)
     states = steady_states(wheelset, drive_torque=chosen, speed=speed)
-    axes.plot([1e-3 * chosen] * 2, [2.2 * low, top], color=GREY, lw=0.9)
+    axes.plot([1e-3 * chosen] * 2, [2.2 * low, top], color=paint.grey, lw=0.9)
     for z, stable in zip(states.creepage, states.stable, strict=True):
         if low < z < top:
             dot(axes, 1e-3 * chosen, float(z), stable=bool(stable))
@@ -131,7 +128,7 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
 
 def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
     folds = [curve.fold for curve in curves.values() if curve.fold is not None]
-    for (name, curve), (color, width) in zip(curves.items(), THREE, strict=True):
+    for (name, curve), (color, width) in zip(curves.items(), paint.three, strict=True):
         torque = 1e-3 * curve.drive_torque
         by_stability(
             axes,
@@ -153,7 +150,7 @@ def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
     axes.set_ylim(0.2 * min(fold.creepage for fold in folds), 1.5 * float(np.max(tops)))
     _creepage_axis(axes)
     axes.set_title(title, loc="left")
-    axes.legend(loc="upper left", fontsize=9)
+    axes.legend(loc="upper left", fontsize=sized(9))
 
 
 def _creepage_axis(axes: Axes) -> None:
@@ -166,7 +163,7 @@ def _creepage_axis(axes: Axes) -> None:
 
 def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Fast pole over creepage, and the longest delay of a loop over speed."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
         _over_creepage(left, wheelset, [factor * speed for factor in (0.3, 1.0, 3.0)])
         _over_speed(right, wheelset, RANGE[0] * speed, RANGE[1] * speed)
@@ -182,13 +179,13 @@ def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
 def _over_creepage(axes: Axes, wheelset: Wheelset, speeds: list[float]) -> None:
     zeta = wheelset.element.saturation_creepage * np.linspace(0.0, FAR, 1501)
     highest = max(worst_pole(wheelset, speed=v).pole for v in speeds)
-    for v, (color, width) in zip(speeds, THREE, strict=True):
+    for v, (color, width) in zip(speeds, paint.three, strict=True):
         pole = fast_pole(wheelset, zeta, speed=v)
         labels = (f"{v:.3g} m/s", None)
         by_stability(axes, zeta, pole, pole < 0.0, color=color, labels=labels, lw=width)
     top = 1.25 * highest
-    axes.axhspan(0.0, top, color=SHADE, lw=0.0, zorder=0)
-    axes.axhline(0.0, color="black", lw=0.9)
+    axes.axhspan(0.0, top, color=paint.shade, lw=0.0, zorder=0)
+    axes.axhline(0.0, color=paint.ink, lw=0.9)
     axes.text(
         0.98, 0.97, "runs away at constant torque", transform=axes.transAxes, ha="right", va="top"
     )
@@ -212,21 +209,21 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
     held = ~np.isfinite(found)  # where a constant torque holds every creepage
     found[held], sound[held] = np.nan, np.nan
     low, high = 0.5e3 * float(np.nanmin(sound)), 2.5e3 * float(np.nanmax(found))
-    axes.fill_between(speeds, 1e3 * found, high, color=SHADE, lw=0.0, zorder=0)
-    axes.plot(speeds, 1e3 * found, color="black", label=r"$1/p$: no gain holds above")
-    axes.plot(speeds, 1e3 * sound, color=BLUE, ls=DASHED, label=r"$0.3/p$: robust below")
+    axes.fill_between(speeds, 1e3 * found, high, color=paint.shade, lw=0.0, zorder=0)
+    axes.plot(speeds, 1e3 * found, color=paint.ink, label=r"$1/p$: no gain holds above")
+    axes.plot(speeds, 1e3 * sound, color=paint.blue, ls=DASHED, label=r"$0.3/p$: robust below")
     first, last = float(speeds[len(speeds) * 2 // 5]), float(speeds[-1])  # leaves room for the text
     for delay in [d for d in DELAYS if limit(first) < d < limit(last)][:2]:
         v = brentq(lambda v, d=delay: limit(v) - d, first, last)
-        axes.axhline(1e3 * delay, color=GREY, lw=0.9, ls=":")
-        axes.plot([v], [1e3 * delay], "o", color="black", ms=6, zorder=5)
+        axes.axhline(1e3 * delay, color=paint.grey, lw=0.9, ls=":")
+        axes.plot([v], [1e3 * delay], "o", color=paint.ink, ms=6, zorder=5)
         axes.annotate(
             f"{1e3 * delay:g} ms: no gain below {v:.2g} m/s",
             (v, 1e3 * delay),
             xytext=(-9, 4),
             textcoords="offset points",
             ha="right",
-            fontsize=9,
+            fontsize=sized(9),
         )
     axes.set_xscale("log")
     axes.set_yscale("log")

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,18 +15,16 @@ from scipy.optimize import brentq
 
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
-    BLUE,
     DASHED,
-    GREY,
-    STYLE,
-    THREE,
     add_caption,
     by_stability,
     new_figure,
+    paint,
     percent,
     percent_axis,
     plain_log,
     setting,
+    styled,
 )
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
@@ -52,7 +49,7 @@ CLOSE = 1.02  # ratio of the two simulated times that enclose the critical one
 def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Creepage over time at three overloads, and the time over the overload."""
     end = FAR * wheelset.element.saturation_creepage
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, (left, right) = new_figure(11.0, 4.8, ncols=2)
         _histories(left, wheelset, speed, end)
         _times(right, wheelset, speed, end)
@@ -67,12 +64,12 @@ def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
 
 def _histories(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     fold = find_fold(wheelset, speed=speed)
-    for overload, (color, width) in zip(SHOWN, THREE, strict=True):
+    for overload, (color, width) in zip(SHOWN, paint.three, strict=True):
         run = _run(wheelset, speed, overload, end)
         zeta, labels = run["creepage"], (f"{100.0 * overload:g} % overload", None)
         grips = zeta <= fold.creepage
         by_stability(axes, 1e3 * run.time, zeta, grips, color=color, labels=labels, lw=width)
-    axes.axhline(fold.creepage, color="black", lw=0.9, ls=":")
+    axes.axhline(fold.creepage, color=paint.ink, lw=0.9, ls=":")
     axes.annotate(
         f"fold {percent(fold.creepage)}",
         (1.0, fold.creepage),
@@ -102,11 +99,13 @@ def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     ]
     simulated = [float(_run(wheelset, speed, part, end).time[-1]) for part in SIMULATED]
     ms = 1e3
-    axes.plot(100.0 * OVERLOADS, ms * np.array(exact), color=BLUE, label="integral")
-    line: dict[str, Any] = {"color": GREY, "ls": DASHED, "lw": 1.6}
+    axes.plot(100.0 * OVERLOADS, ms * np.array(exact), color=paint.blue, label="integral")
+    line: dict[str, Any] = {"color": paint.grey, "ls": DASHED, "lw": 1.6}
     axes.plot(100.0 * OVERLOADS, ms * np.array(closed), label="closed form", **line)
     points = 100.0 * np.array(SIMULATED)
-    axes.plot(points, ms * np.array(simulated), "o", color="black", mfc="white", label="simulated")
+    axes.plot(
+        points, ms * np.array(simulated), "o", color=paint.ink, mfc=paint.paper, label="simulated"
+    )
     axes.set_xscale("log")
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
@@ -138,7 +137,7 @@ def _run(wheelset: Wheelset, speed: float, overload: float, end: float) -> Resul
 
 def clearing_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Critical duration over the friction of the patch, critical length over speed."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure, (left, right) = new_figure(11.0, 4.8, ncols=2)
         _durations(left, wheelset, speed)
         _lengths(right, wheelset, speed)
@@ -198,7 +197,7 @@ def _frictions(wheelset: Wheelset, speed: float, torque: float) -> FloatArray:
 
 
 def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
-    for part, (color, width) in zip(LOADS, THREE, strict=True):
+    for part, (color, width) in zip(LOADS, paint.three, strict=True):
         torque = torque_between(wheelset, speed, part)
         frictions = _frictions(wheelset, speed, torque)
         times = np.array(
@@ -213,8 +212,8 @@ def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     chosen = _frictions(wheelset, speed, torque)[list(CLEARED)]
     points = [simulated_clearing(wheelset, speed, torque, float(m)) for m in chosen]
     line: dict[str, Any] = {
-        "color": "black",
-        "mfc": "white",
+        "color": paint.ink,
+        "mfc": paint.paper,
         "ls": "none",
         "marker": "o",
         "zorder": 4,
@@ -232,7 +231,7 @@ def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
 
 def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     speeds = speed * SPEEDS
-    for part, (color, width) in zip(LOADS, THREE, strict=True):
+    for part, (color, width) in zip(LOADS, paint.three, strict=True):
         lengths = [
             clearing(
                 wheelset,

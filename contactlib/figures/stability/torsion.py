@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,17 +13,14 @@ from scipy.optimize import brentq
 from contactlib.base.quantities import FloatArray
 from contactlib.contact import kernel
 from contactlib.figures.style import (
-    BLUE,
     DASHED,
-    HATCHED,
-    ORANGE,
-    SHADE,
-    THREE,
     add_caption,
     dot,
     new_figure,
+    paint,
     percent_axis,
     setting,
+    styled,
 )
 from contactlib.stability import worst_pole
 from contactlib.stability.torsion import (
@@ -49,7 +45,7 @@ TIGHT = 0.3  # gain of the mean creepage's control / gain that corrects an error
 def torsion_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Effective slope over the amplitude; persistent amplitudes over the mean creepage."""
     drivetrain = Drivetrain(wheelset, axle=drawn_axle(wheelset))
-    with mpl.rc_context(HATCHED):
+    with styled(paint.hatched):
         figure, (left, right) = new_figure(11.0, 5.2, ncols=2)
         both = bistable_range(drivetrain, speed=speed)
         _slopes(left, drivetrain, speed, both)
@@ -120,7 +116,7 @@ def _slopes(
         means = (steepest, 0.5 * (both[0] + both[1]), 1.15 * both[1])
     amplitude = np.linspace(0.0, 2.2 * means[1], 241)
     limit = -1e-3 * torsional_threshold(drivetrain, speed=speed)
-    for mean, (color, width) in zip(means, THREE, strict=True):
+    for mean, (color, width) in zip(means, paint.three, strict=True):
         point = wheelset.balanced(creepage=mean, speed=speed)
         fall = -1e-3 * effective_slope(wheelset, point, amplitude)
         name = f"at {100.0 * mean:.2g} % mean creepage"
@@ -128,7 +124,7 @@ def _slopes(
         for cycle in torsional_state(drivetrain, point).limit_cycles:
             if cycle.amplitude < amplitude[-1]:
                 dot(axes, cycle.amplitude, limit, stable=cycle.stable)
-    axes.axhline(limit, color="black", lw=1.2, ls=DASHED)
+    axes.axhline(limit, color=paint.ink, lw=1.2, ls=DASHED)
     axes.annotate(
         r"$2 D \omega_t$: the amplitude grows above",
         (1.0, limit),
@@ -137,7 +133,7 @@ def _slopes(
         textcoords="offset points",
         ha="right",
     )
-    axes.axhline(0.0, color="black", lw=0.9)
+    axes.axhline(0.0, color=paint.ink, lw=0.9)
     top = -0.65e-3 * wheelset.balanced(creepage=steepest, speed=speed).creep_force_slope
     axes.set_ylim(-0.55 * top, top)
     axes.set_xlim(0.0, float(amplitude[-1]))
@@ -164,19 +160,27 @@ def _amplitudes(
     if both is not None:
         low, high = both
         axes.axvspan(
-            low, min(high, far), facecolor=SHADE, hatch="//", lw=0.0, zorder=0, label="bistable"
+            low,
+            min(high, far),
+            facecolor=paint.shade,
+            hatch="//",
+            lw=0.0,
+            zorder=0,
+            label="bistable",
         )
     states = [
         torsional_state(drivetrain, wheelset.balanced(creepage=float(z), speed=speed))
         for z in means
     ]
     rest = np.array([state.equilibrium_stable for state in states])
-    axes.plot(means, np.where(rest, 0.0, np.nan), color=BLUE, lw=3.0, clip_on=False)
-    axes.plot(means, np.where(rest, np.nan, 0.0), color=ORANGE, lw=3.0, ls=DASHED, clip_on=False)
+    axes.plot(means, np.where(rest, 0.0, np.nan), color=paint.blue, lw=3.0, clip_on=False)
+    axes.plot(
+        means, np.where(rest, np.nan, 0.0), color=paint.orange, lw=3.0, ls=DASHED, clip_on=False
+    )
     largest = 0.0
     for kept, color, style, name in (
-        (True, BLUE, "-", "stable"),
-        (False, ORANGE, DASHED, "unstable"),
+        (True, paint.blue, "-", "stable"),
+        (False, paint.orange, DASHED, "unstable"),
     ):
         sizes = np.array([_size(state.limit_cycles, kept) for state in states])
         there = np.isfinite(sizes)
@@ -187,7 +191,7 @@ def _amplitudes(
     kicks = centres * np.tile(KICKS, len(SIMULATED))
     points = [wheelset.balanced(creepage=float(z), speed=speed) for z in centres]
     found = simulated_amplitudes(drivetrain, points, kicks)
-    line: dict[str, Any] = {"ls": "none", "marker": "o", "color": "black", "mfc": "none", "ms": 7}
+    line: dict[str, Any] = {"ls": "none", "marker": "o", "color": paint.ink, "mfc": "none", "ms": 7}
     axes.plot(centres, found, label="simulated", clip_on=False, zorder=6, **line)
     axes.set_xlim(float(means[0]), float(means[-1]))
     axes.set_ylim(0.0, 1.35 * max(largest, float(found.max())))

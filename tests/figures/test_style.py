@@ -1,0 +1,227 @@
+"""The user's own matplotlib settings, captions, dark backgrounds and file formats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import map_data
+import matplotlib as mpl
+import matplotlib.style
+import numpy as np
+import pytest
+from cycler import cycler
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import same_color, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.lines import Line2D
+from matplotlib.text import Annotation, Text
+
+import contactlib as cl
+from contactlib import figures
+from contactlib.figures import PAPER_FIGURES, STABILITY_FIGURES
+from contactlib.figures.style import add_caption, new_figure, styled
+
+
+def line(figure: Figure, label: str) -> Line2D:
+    (found,) = [one for one in figure.axes[0].lines if str(one.get_label()).startswith(label)]
+    return found
+
+
+def written(figure: Figure) -> list[Text]:
+    """Texts that are there to be read, with arrows of their own."""
+    figure.draw_without_rendering()
+    return [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+
+
+DRAWN: dict[str, Callable[[cl.Model], Figure]] = {
+    **{f"paper {n}": lambda _, n=n: PAPER_FIGURES[n].draw() for n in (1, 4, 5, 6)},  # type: ignore[misc]
+    "patch": lambda _: figures.CONTACT_PATCH.draw(),
+    **{
+        name: lambda model, name=name: STABILITY_FIGURES[name].draw(model.wheelset, 10.0)  # type: ignore[misc]
+        for name in ("s_curve", "poles", "gains", "loop")
+    },
+    "creep curve": lambda model: figures.creep_curve(model.wheelset, speed=10.0),
+    "lines": lambda _: figures.map_figure(
+        map_data.compared().isel(length=0), "adhesion_utilisation"
+    ),
+    "samples": lambda _: figures.map_figure(map_data.sampled(), "clearing_time"),
+}
+
+
+# ---- the user's settings ----------------------------------------------------------------------
+
+HERS: dict[Any, Any] = {
+    "font.size": 15.0,
+    "lines.linewidth": 3.5,
+    "axes.grid.axis": "x",
+    "axes.spines.left": False,
+    "grid.color": "#00AA00",
+    "axes.prop_cycle": cycler(color=["#111122", "#AA0000"]),
+    "savefig.dpi": 40,
+}
+
+
+def test_the_user_s_settings_go_before_those_of_contactlib(tmp_path: Path) -> None:
+    with mpl.rc_context(HERS):
+        figure = PAPER_FIGURES[4].draw()
+        path = figures.save(figure, tmp_path / "x.png")
+    (axes,) = figure.axes
+    stable, unstable = line(figure, "Carter-Griffith"), line(figure, "unstable")
+    assert stable.get_linewidth() == 3.5
+    assert same_color(stable.get_color(), "#111122")
+    assert same_color(unstable.get_color(), "#AA0000")
+    assert not axes.spines["left"].get_visible()
+    assert not axes.spines["right"].get_visible()  # which she has not set
+    assert all(same_color(grid.get_color(), "#00AA00") for grid in axes.get_xgridlines())
+    assert not any(grid.get_visible() for grid in axes.get_ygridlines())
+    caption = figure._supxlabel  # type: ignore[attr-defined]
+    assert caption.get_fontsize() == pytest.approx(0.9 * 15.0)
+    pixels = imread(path)
+    assert pixels.shape[:2] == tuple((40.0 * figure.get_size_inches()[::-1]).astype(int))
+
+
+def test_her_text_keeps_its_place(rig: cl.Model) -> None:
+    """A caption in larger letters has more lines, none of them beyond the page."""
+    with mpl.rc_context({"font.size": 13.0}):
+        figure = STABILITY_FIGURES["s_curve"].draw(rig.wheelset, 10.0)
+        figure.draw_without_rendering()
+        box = figure._supxlabel.get_window_extent()  # type: ignore[attr-defined]
+    assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1
+
+
+def test_a_style_sheet_is_hers_too() -> None:
+    with mpl.style.context("fivethirtyeight"):
+        wanted = mpl.rcParams["lines.linewidth"], mpl.rcParams["axes.facecolor"]
+        figure = PAPER_FIGURES[4].draw()
+    assert line(figure, "Carter-Griffith").get_linewidth() == wanted[0]
+    assert same_color(figure.axes[0].get_facecolor(), wanted[1])
+
+
+def test_nothing_of_the_style_is_left_behind() -> None:
+    before = dict(mpl.rcParams)
+    with styled({"axes.grid": False}):
+        pass
+    PAPER_FIGURES[2].draw()
+    assert dict(mpl.rcParams) == before
+
+
+# ---- captions ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def with_captions() -> Iterator[None]:
+    with figures.captions(True):
+        yield
+
+
+@pytest.mark.usefixtures("with_captions")
+@pytest.mark.parametrize("name", ["paper 4", "patch", "s_curve", "lines", "samples"])
+def test_captions_can_be_left_out(name: str, rig: cl.Model) -> None:
+    usual = DRAWN[name](rig)
+    with figures.captions(False):
+        bare = DRAWN[name](rig)
+    removed = {text.get_text() for text in written(usual)} - {
+        text.get_text() for text in written(bare)
+    }
+    (caption,) = [text for text in removed if len(text) > 60]
+    assert caption.rstrip().endswith(".")
+    assert not bare.get_supxlabel()
+
+
+@pytest.mark.usefixtures("with_captions")
+def test_captions_are_off_until_they_are_on() -> None:
+    def caption() -> str:
+        figure, _ = new_figure(4.0, 3.0)
+        add_caption(figure, "A caption.")
+        return figure.get_supxlabel()
+
+    figures.captions(False)
+    assert caption() == ""
+    with figures.captions(True):
+        assert caption() == "A caption."
+    assert caption() == ""
+    figures.captions(True)
+    assert caption() == "A caption."
+
+
+# ---- dark backgrounds -------------------------------------------------------------------------
+
+
+def light(colour: Any) -> float:
+    return float(np.dot(to_rgba(colour)[:3], [0.299, 0.587, 0.114]))
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_marks_stand_out_from_a_dark_background(name: str, rig: cl.Model) -> None:
+    with mpl.style.context("dark_background"):
+        figure = DRAWN[name](rig)
+        texts = written(figure)
+        drawn = [one for axes in figure.axes for one in axes.lines if one.get_visible()]
+    assert light(figure.get_facecolor()) == 0.0
+    faint = [text.get_text() for text in texts if light(text.get_color()) < 0.35]
+    faint += [f"{one}" for one in drawn if light(one.get_color()) < 0.35]
+    for text in texts:
+        arrow = text.arrow_patch if isinstance(text, Annotation) else None
+        if arrow is not None and light(arrow.get_edgecolor()) < 0.35:
+            faint.append(f"arrow of {text.get_text()!r}")
+    assert faint == []
+    hollow = [one for one in drawn if one.get_marker() == "o" and one.get_fillstyle() == "full"]
+    for one in hollow:  # filled like its rim, or with the ground
+        face = one.get_markerfacecolor()
+        if face != "none":
+            assert same_color(face, one.get_color()) or light(face) == 0.0
+
+
+def test_a_grid_stays_behind_on_a_dark_background() -> None:
+    with mpl.style.context("dark_background"):
+        figure = PAPER_FIGURES[4].draw()
+        written(figure)
+        (first, *_) = figure.axes[0].get_xgridlines()
+    assert first.get_visible()
+    alpha = first.get_alpha()
+    assert alpha is not None
+    assert alpha < 0.3
+
+
+# ---- files ------------------------------------------------------------------------------------
+
+STARTS = {
+    "eps": b"%!PS-Adobe-3.0 EPSF",
+    "jpg": b"\xff\xd8",
+    "pdf": b"%PDF",
+    "png": b"\x89PNG",
+    "ps": b"%!PS",
+    "svg": b"<?xml",
+    "svgz": b"\x1f\x8b",
+    "tiff": b"II*\0",
+    "webp": b"RIFF",
+}
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_a_figure_is_written_in_any_format_of_matplotlib(tmp_path: Path, kind: str) -> None:
+    figure, axes = new_figure(3.0, 2.0)
+    axes.plot([0.0, 1.0], [0.0, 0.5])
+    for suffix in (kind, kind.upper()):
+        data = figures.save(figure, tmp_path / f"x.{suffix}").read_bytes()
+        assert data.startswith(STARTS[kind])
+
+
+def test_no_other_format_is_written(tmp_path: Path) -> None:
+    figure, _ = new_figure(3.0, 2.0)
+    known = ", ".join(sorted(FigureCanvasAgg.get_supported_filetypes()))
+    for name in ("x", "x.docx", "x.PNG.exe"):
+        with pytest.raises(ValueError, match=f"{name}: the suffix must be one of: {known}; got "):
+            figures.save(figure, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_sweep_s_maps_have_the_formats_that_are_asked_for(tmp_path: Path) -> None:
+    data = map_data.analysed()[["critical_torque"]]
+    assert figures.draw_maps(data, tmp_path, ("pdf", "eps")) == [
+        tmp_path / "critical_torque.pdf",
+        tmp_path / "critical_torque.eps",
+    ]
