@@ -5,6 +5,8 @@ Stable branches are solid and unstable ones dashed, so that a figure can be read
 
 from __future__ import annotations
 
+import textwrap
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -125,7 +127,11 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
 def fold_diagram(
     wheelset: Wheelset, torque_run: Result, creep_run: Result, *, speed: float, title: str
 ) -> Figure:
-    """Creepage against drive torque: steady states, fold, hysteresis loop, and creep control."""
+    """Creepage against drive torque: steady states, fold, hysteresis loop, and creep control.
+
+    A ramp that falls fast comes back below the return: the inertia of the wheel that slows down
+    drives the contact as well, J domega/dt beside the torque.
+    """
     fold = find_fold(wheelset, speed=speed)
     bottom = 0.2 * min(wheelset.element.saturation_creepage, fold.creepage)
     top = max(10.0, 1.3 * float(torque_run["creepage"].max()))
@@ -163,6 +169,7 @@ def fold_diagram(
         percent_axis(axes.yaxis)
         low = min(fold.return_torque, float(torque_run["drive_torque"].min())) / 1e3
         high = max(fold.drive_torque, float(torque_run["drive_torque"].max())) / 1e3
+        _lag(axes, torque_run, fold, low)
         margin = 0.06 * (high - low)
         axes.set_xlim(low - margin, high + margin)
         axes.set_xlabel("drive torque  [kN m]")
@@ -184,6 +191,25 @@ def _stable(zeta: FloatArray, fold: Fold) -> NDArray[np.bool_]:
     Only damping stabilises the creepages above the return, as its torque rises with the speed.
     """
     return (zeta <= fold.creepage) | (zeta >= fold.return_creepage)
+
+
+def _lag(axes: Axes, run: Result, fold: Fold, low: float) -> None:
+    """Say where a falling torque comes back to grip, if that is below the return."""
+    farthest = int(run["creepage"].argmax())
+    grips = farthest + int(np.argmax(run["creepage"][farthest:] < fold.creepage))
+    torque = 1e-3 * float(run["drive_torque"][grips])
+    behind = 1e-3 * fold.return_torque - torque
+    if grips == farthest or behind < 0.01 * torque:
+        return
+    left = behind < torque - low  # there is more room than between ramp and return
+    text = f"grip at {torque:.3g}\N{NO-BREAK SPACE}kN\N{NO-BREAK SPACE}m: the spinning wheel lags"
+    axes.annotate(
+        textwrap.fill(f"{text} behind the ramp", 14 if left else 26),
+        (torque, 3.0 * fold.creepage),
+        xytext=(-6 if left else 6, 0),
+        textcoords="offset points",
+        ha="right" if left else "left",
+    )
 
 
 def _arrow(axes: Axes, run: Result, part: float) -> None:
