@@ -43,7 +43,7 @@ def drawing_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options of a command that draws figures; their `formats` become an argument of it."""
 
     def formats(_context: click.Context, _option: object, listed: str) -> tuple[str, ...]:
-        from contactlib.figures import file_formats
+        from contactlib.figures.style import file_formats
 
         return file_formats(listed, "--format")
 

@@ -19,7 +19,6 @@ from contactlib.figures.stability import STABILITY_FIGURES
 from contactlib.figures.style import (
     captions,
     drivetrain_setting,
-    file_formats,
     save,
     save_pictures,
 )
@@ -42,7 +41,6 @@ __all__ = [
     "figure_4",
     "figure_5",
     "figure_6",
-    "file_formats",
     "fold_diagram",
     "map_figure",
     "run_name",

@@ -63,8 +63,8 @@ def _unchanged(name: Any) -> bool:
 def styled(more: Mapping[str, Any] | None = None) -> Iterator[None]:
     """The style of contactlib, and `more`, beneath what the user has changed of the defaults."""
     own = {**STYLE, "grid.color": paint.mixed(28), "axes.titlesize": sized(11)}
-    if _unchanged("axes.grid") and to_rgb(mpl.rcParams["grid.color"]) == to_rgb(paint.ink):
-        own["grid.alpha"] = 0.2  # a style without a grid, as dark_background, need not mute it
+    if to_rgb(mpl.rcParams["grid.color"]) == to_rgb(paint.ink):
+        own["grid.alpha"] = 0.2  # as in dark_background, which draws no grid by itself
     own |= more or {}
     with mpl.rc_context({name: value for name, value in own.items() if _unchanged(name)}):
         yield

@@ -175,8 +175,9 @@ def test_marks_stand_out_from_a_dark_background(name: str, rig: cl.Model) -> Non
             assert same_color(face, one.get_color()) or light(face) == 0.0
 
 
-def test_a_grid_stays_behind_on_a_dark_background() -> None:
-    with mpl.style.context("dark_background"):
+@pytest.mark.parametrize("grid", [False, True])
+def test_a_grid_stays_behind_on_a_dark_background(grid: bool) -> None:
+    with mpl.style.context(["dark_background", {"axes.grid": grid}]):
         figure = PAPER_FIGURES[4].draw()
         written(figure)
         (first, *_) = figure.axes[0].get_xgridlines()
