@@ -33,6 +33,8 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.contact.hertz import EllipticContact as EllipticContact
     from contactlib.contact.hertz import LineContact as LineContact
     from contactlib.contact.hertz import Material as Material
+    from contactlib.contact.kalker import KalkerCoefficients as KalkerCoefficients
+    from contactlib.contact.kalker import kalker_coefficients as kalker_coefficients
     from contactlib.contact.law_tables import carter_griffith_table as carter_griffith_table
     from contactlib.contact.law_tables import cohesive_table as cohesive_table
     from contactlib.contact.laws.carter_griffith import CarterGriffith as CarterGriffith

@@ -1,0 +1,179 @@
+"""Steady rolling in full stick of an elliptic contact: the problem behind Kalker's coefficients.
+
+It is solved to make the shipped table of `contactlib.contact.kalker`, and by tests; no
+simulation needs it.
+
+Both bodies are half-spaces of one material. By Cerruti's solution the tractions p on the ellipse
+displace their surfaces against each other by
+
+    pi G u_x = int [ ((1-nu)/r + nu dx**2/r**3) p_x + nu dx dy/r**3 p_y ] dA
+    pi G u_y = int [ nu dx dy/r**3 p_x + ((1-nu)/r + nu dy**2/r**3) p_y ] dA
+
+Where nothing slips, a surface point collects the creepages xi, eta and the spin phi while it
+passes through: du_x/dx = xi - phi y and du_y/dx = eta + phi x. Integrated,
+
+    u_x = xi x - phi x y + f_x(y),    u_y = eta x + phi x**2/2 + f_y(y),
+
+where f_x and f_y, unknown constants of each row y, leave the tractions free to vanish where the
+material enters, x = +w(y). Forces and moment are then, with a b = 1 and G = 1,
+
+    F_x = -c11 xi,    F_y = -c22 eta - c23 phi,    M_z = c23 eta - c33 phi.
+
+In the coordinates X = x/a and Y = y/b, in which the ellipse is the unit circle, w = sqrt(1-Y**2)
+and the tractions are
+
+    p = (w - X)/sqrt(w**2 - X**2) * (polynomial in X and Y + w * another one).
+
+The factor in front vanishes at the leading edge and has the trailing edge's singularity. The
+second polynomial is what makes the series converge fast: where the two edges meet the traction
+has terms that are odd in w. The integrals are sums over chords through the point, with
+Gauss-Chebyshev quadrature along each chord, which takes up the root, and the trapezoidal rule over
+the angle. The displacements are matched by least squares at more points than there are unknowns.
+Poisson's ratio does not enter the integrals.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+from numpy.typing import NDArray
+
+from contactlib.base.quantities import FloatArray
+from contactlib.base.writing import write_whole
+from contactlib.contact.kalker import TABLE, nodes
+
+BoolArray = NDArray[np.bool_]
+DEGREE = 16  # of the polynomials
+CHORDS, CHORD_POINTS = 240, 64
+
+
+class Influence(NamedTuple):
+    """What the base functions of the tractions do on one ellipse with a b = 1.
+
+    `kernels` holds the integrals of p/r, p dx**2/r**3 and p dx dy/r**3 at points x, y: its shape
+    is (3, rows, points of a row, functions). `moments` holds the integrals of p, x p and y p, and
+    `even` tells the functions that are even in y.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    kernels: FloatArray
+    moments: FloatArray
+    even: BoolArray
+
+
+class StickCoefficients(NamedTuple):
+    """Kalker's coefficients; c32 is c23 as found from the moment."""
+
+    c11: float
+    c22: float
+    c23: float
+    c32: float
+    c33: float
+
+
+def influence(a_over_b: float, degree: int = DEGREE) -> Influence:
+    """Integrate the base functions over the ellipse; takes some seconds."""
+    a, b = np.sqrt(a_over_b), 1.0 / np.sqrt(a_over_b)
+    # Chebyshev points of X/w on each row; rows of Y < 0 follow from the symmetry.
+    y = np.cos((np.arange(3 * degree) + 0.5) * np.pi / (6 * degree))[:, np.newaxis]
+    x = np.sqrt(1.0 - y * y) * np.cos((np.arange(2 * degree) + 0.5) * np.pi / (2 * degree))
+    y = np.broadcast_to(y, x.shape)
+    # The angle phi lies between those of the circle and of the ellipse, so that neither
+    # crowds: the direction is (cos/sqrt(a), sin/sqrt(b))/n there and (sqrt(a) cos, sqrt(b) sin)/m
+    # here, and d(angle)/r = d(phi)/(m n) per length along the chord.
+    phi = (np.arange(CHORDS) + 0.5) * np.pi / CHORDS
+    m = np.hypot(np.sqrt(a) * np.cos(phi), np.sqrt(b) * np.sin(phi))
+    n = np.hypot(np.cos(phi) / np.sqrt(a), np.sin(phi) / np.sqrt(b))
+    along_x, along_y = np.cos(phi) / (np.sqrt(a) * n), np.sin(phi) / (np.sqrt(b) * n)
+    cos, sin = np.sqrt(a) * np.cos(phi) / m, np.sqrt(b) * np.sin(phi) / m
+    weights = np.stack((np.ones(CHORDS), cos * cos, cos * sin)) * np.pi / (CHORDS * m * n)
+    gauss = np.cos((np.arange(CHORD_POINTS) + 0.5) * np.pi / CHORD_POINTS)
+
+    # Base function (i, j, k): (w - X) T_i(X) T_j(Y) w**k.
+    of_x, of_y, of_w = np.array(
+        [
+            (i, j, k)
+            for i in range(degree)
+            for j in range(degree - i)
+            for k in (0, 1)
+            if i + j + k < degree
+        ]
+    ).T
+
+    def functions_summed(at_x: FloatArray, at_y: FloatArray, weight: FloatArray) -> FloatArray:
+        """Sums of the base functions over the last axis of points."""
+        at_x, at_y = np.clip(at_x, -1.0, 1.0), np.clip(at_y, -1.0, 1.0)  # rounding
+        w = np.sqrt(1.0 - at_y * at_y)
+        in_x = chebvander(at_x, degree - 1) * (weight * (w - at_x))[..., np.newaxis]
+        in_y = chebvander(at_y, degree - 1)
+        in_y = np.concatenate((in_y, in_y * w[..., np.newaxis]), axis=-1)
+        products = np.swapaxes(in_x, -1, -2) @ in_y
+        return np.asarray(products[..., of_x, of_y + degree * of_w])
+
+    kernels = np.empty((3, *x.shape, of_x.size))
+    for place in np.ndindex(x.shape):
+        middle = x[place] * along_x + y[place] * along_y
+        middle_x, middle_y = x[place] - middle * along_x, y[place] - middle * along_y
+        half = np.sqrt(1.0 - middle_x**2 - middle_y**2)[:, np.newaxis] * gauss
+        chords = functions_summed(
+            middle_x[:, np.newaxis] + half * along_x[:, np.newaxis],
+            middle_y[:, np.newaxis] + half * along_y[:, np.newaxis],
+            np.full(half.shape, np.pi / CHORD_POINTS),
+        )
+        kernels[:, *place] = weights @ chords
+
+    angle = (np.arange(CHORDS) + 0.5) * np.pi / CHORDS  # Y = cos(angle): dY = sin(angle) d(angle)
+    on_y = np.repeat(np.cos(angle)[:, np.newaxis], CHORD_POINTS, axis=1)
+    on_x = np.sin(angle)[:, np.newaxis] * gauss
+    area = np.sin(angle)[:, np.newaxis] * np.full(on_x.shape, np.pi**2 / (CHORDS * CHORD_POINTS))
+    moments = [functions_summed(on_x, on_y, area * of) for of in (1.0, a * on_x, b * on_y)]
+    return Influence(a * x, b * y, kernels, np.stack(moments).sum(axis=1), of_y % 2 == 0)
+
+
+def stick_coefficients(of: Influence, poisson_ratio: float) -> StickCoefficients:
+    """Solve for the tractions of unit creepages and spin, and sum them to forces and moment."""
+    nu = poisson_ratio
+    unit, xx, xy = of.kernels / np.pi
+    even, odd = of.even, ~of.even
+
+    def solve(
+        in_x: BoolArray, in_y: BoolArray, *given: tuple[FloatArray, FloatArray]
+    ) -> list[FloatArray]:
+        """Tractions of displacements, with p_x of the functions in_x and p_y of those in_y."""
+        columns = [
+            np.concatenate(((1.0 - nu) * unit + nu * xx, nu * xy))[..., in_x],
+            np.concatenate((nu * xy, unit - nu * xx))[..., in_y],
+            np.stack([np.concatenate(u) for u in given], axis=-1),
+        ]
+        system = np.concatenate(columns, axis=-1)
+        system -= system.mean(axis=1, keepdims=True)  # least squares over f_x and f_y
+        system = system.reshape(-1, system.shape[-1])
+        matrix, sides = system[:, : -len(given)], system[:, -len(given) :]
+        scale = np.linalg.norm(matrix, axis=0)
+        tractions = np.linalg.lstsq(matrix / scale, sides, rcond=1e-13)[0] / scale[:, np.newaxis]
+        return np.split(tractions, [np.count_nonzero(in_x)])
+
+    x, y, zero = of.x, of.y, np.zeros_like(of.x)
+    force, about_x, about_y = of.moments
+    along, _ = solve(even, odd, (x, zero))
+    p_x, p_y = solve(odd, even, (zero, x), (-x * y, 0.5 * x * x))
+    f_y = force[even] @ p_y
+    m_z = about_x[even] @ p_y - about_y[odd] @ p_x
+    return StickCoefficients(
+        *(float(c) for c in (-(force[even] @ along)[0], -f_y[0], -f_y[1], m_z[0], -m_z[1]))
+    )
+
+
+def write_table() -> None:
+    """Solve at all nodes and write the shipped table; takes two minutes."""
+    lines = ["a_over_b,poisson_ratio,c11,c22,c23,c33"]
+    a_over_b, poisson_ratio = nodes()
+    for g in a_over_b:
+        on_ellipse = influence(g)
+        for nu in poisson_ratio:
+            c = stick_coefficients(on_ellipse, nu)
+            lines.append(",".join(f"{v:.9g}" for v in (g, nu, c.c11, c.c22, c.c23, c.c33)))
+    write_whole(TABLE, ("\n".join(lines) + "\n").encode())
