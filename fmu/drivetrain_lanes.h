@@ -96,8 +96,8 @@ static void wheel(group *g, int side, rows y) {
         TAKE(contact_scales, scales, g->scales[side]);
         force_state at = begin_force(g->table, &p, scales, &in, slip_decay(&p, slip_of(&p, &in)));
         put(state, l, FIELDS(force_state), (const double *)&at);
-        x[l] = at.x;
-        k_hat[l] = at.k_hat;
+        x[l] = at.place.x;
+        k_hat[l] = at.place.k_hat;
     }
     evaluate_points(g->table, LANES, x, k_hat, ratio, slope, log_k);
     EACH_LANE (l) {

@@ -23,7 +23,7 @@ static void evaluate_without_grip(const creep_table *table, const force_element_
     set_kinematics(p, in, &at, out);
     relaxation_rate(p, in, at.slip, 0.0, 0.0, out);
     if (in->normal_load >= 0.0 && has_friction(in))
-        out->force_by_load = sliding_coefficient(table, at.acting, at.kinetic);
+        out->force_by_load = sliding_coefficient(table, p, at.acting, at.kinetic);
 }
 
 void force_element_evaluate(const creep_table *table, const force_element_parameters *parameters,
@@ -36,7 +36,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     force_element_parameters p = force_element_at_load(parameters, in->normal_load);
     force_state at =
         begin_force(table, &p, contact_scales_of(&p), in, decay_at(&p, slip_of(&p, in)));
-    creep_table_evaluate(table, at.x, at.k_hat, &q);
+    creep_table_evaluate(table, at.place.x, at.place.k_hat, &q);
     finish_force(table, &p, in, &at, q, out);
     if (p.relaxation_length > 0.0)
         relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_slip, out);

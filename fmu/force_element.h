@@ -13,7 +13,8 @@ typedef struct {
     double slope_reduction;    /* initial slope over the elastic one, as by a third body [1] */
     double semi_width;         /* a at nominal load [m] */
     double peak_pressure;      /* p0 at nominal load [Pa] */
-    double contact_modulus;    /* E* [Pa] */
+    double contact_modulus;    /* E* of rolling: an ellipse on a half-space is stiffer [Pa] */
+    double softening;          /* part of that stiffness lost as its stick area shrinks [1] */
     double nominal_load;       /* P [N] */
     double load_exponent;      /* a and p0 grow like the load to this power [1] */
     double minimum_speed;      /* below it the creepage's reference speed is regularised [m/s] */

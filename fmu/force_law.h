@@ -66,6 +66,44 @@ ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction) {
                             s.process_zone_ratio * inverse};
 }
 
+/* Where an ellipse on a half-space reads its table: it grows softer as the stick area shrinks, by
+ * the softening times the creepage, up to saturation. zeta0 and k_hat know the modulus as in Eqs.
+ * (15) and (17). Without softening the place is x and k_hat. */
+typedef struct {
+    double x, k_hat;           /* arguments of the table */
+    double held, held_by_size; /* creepage up to saturation, and its derivative */
+    double x_by_x;             /* derivatives by the creepage */
+    double log_k_by_x;
+} softened_place;
+
+ALWAYS_INLINE softened_place softened_at(double softening, double x, double k_hat) {
+    double size = fabs(x), begin = 1.0 / (1.0 - softening) - 0.5; /* saturation is half a unit on */
+    double t = smaller(larger(size - begin, 0.0), 1.0);
+    double held = smaller(size, begin) + t * (1.0 + t * t * (0.5 * t - 1.0));
+    double held_by_size = 1.0 - t * t * (3.0 - 2.0 * t);
+    double left = 1.0 - softening * held, loss = softening * held_by_size;
+    return (softened_place){.x = x * left,
+                            .k_hat = k_hat * sqrt(left),
+                            .held = held,
+                            .held_by_size = held_by_size,
+                            .x_by_x = left - loss * size,
+                            .log_k_by_x = -copysign(0.5 * loss / left, x)};
+}
+
+/* The table's value at a softened place, with its slope by the creepage itself. */
+ALWAYS_INLINE creep_value at_softened_place(softened_place place, creep_value q) {
+    q.slope = q.slope * place.x_by_x + q.log_k_derivative * place.log_k_by_x;
+    return q;
+}
+
+ALWAYS_INLINE creep_value law_value(const creep_table *table, double softening, double x,
+                                    double k_hat) {
+    creep_value q;
+    softened_place place = softened_at(softening, x, k_hat);
+    creep_table_evaluate(table, place.x, place.k_hat, &q);
+    return at_softened_place(place, q);
+}
+
 ALWAYS_INLINE double slip_of(const force_element_parameters *p, const force_element_input *in) {
     return p->radius * in->omega - in->speed;
 }
@@ -94,7 +132,8 @@ typedef struct {
     double log_g_by_slip;      /* d(ln g)/d(slip), g being the factor on friction [s/m] */
     double inverse_saturation; /* one over zeta0 [1] */
     contact_scales scales;
-    double x, k_hat; /* arguments of the table */
+    double x, k_hat; /* normalized creepage, and k_hat up to the table's largest */
+    softened_place place;
 } force_state;
 
 /* The nominal load of the parameters must be the input's load, scales must belong to the
@@ -119,6 +158,7 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     at.inverse_saturation = 1.0 / at.scales.saturation_creepage;
     at.x = at.acting * at.inverse_saturation;
     at.k_hat = smaller(at.scales.k_hat, k_max);
+    at.place = softened_at(p->softening, at.x, at.k_hat);
     return at;
 }
 
@@ -137,10 +177,11 @@ ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force
 }
 
 /* Friction coefficient of a patch that slides all over, with the sign of its force. */
-static inline double sliding_coefficient(const creep_table *table, double acting, double kinetic) {
-    creep_value q;
+static inline double sliding_coefficient(const creep_table *table,
+                                         const force_element_parameters *p, double acting,
+                                         double kinetic) {
     double k_hat = table->one_axis ? 1.0 : table->k_max;
-    creep_table_evaluate(table, copysign(1e30, acting), k_hat, &q);
+    creep_value q = law_value(table, p->softening, copysign(1e30, acting), k_hat);
     return acting == 0.0 ? 0.0 : kinetic * q.traction_ratio;
 }
 
@@ -149,6 +190,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
                                 const force_element_input *in, const force_state *at, creep_value q,
                                 force_element_output *out) {
     double zeta0 = at->scales.saturation_creepage, x = at->x;
+    q = at_softened_place(at->place, q);
     int relaxed = p->relaxation_length > 0.0;
     double k_margin = at->scales.k_hat - table->k_max;
     out->k_hat_margin = table->one_axis ? -1.0 : k_margin;
@@ -200,17 +242,30 @@ static inline double decay_at(const force_element_parameters *p, double slip) {
 
 /* ---- directional derivative ---------------------------------------------------------------- */
 
-/* Change of slope and of k dq/dk along (dx, dlog_k), by central differences of the table's first
- * derivatives. */
-static inline void second_derivatives(const creep_table *table, double x, double k_hat, double dx,
-                                      double dlog_k, double *dslope, double *dlog_k_derivative) {
-    double pace = fabs(dx) / (fabs(x) + 1e-2) + fabs(dlog_k);
+/* dq/d(softening). */
+static inline double by_softening(const creep_table *table, double softening, double x,
+                                  double k_hat) {
+    softened_place place = softened_at(softening, x, k_hat);
+    double end = 1.0 / (1.0 - softening), left = 1.0 - softening * place.held;
+    double left_by = -place.held - softening * end * end * (1.0 - place.held_by_size);
+    creep_value q;
+    creep_table_evaluate(table, place.x, place.k_hat, &q);
+    return left_by * (q.slope * x + 0.5 * q.log_k_derivative / left);
+}
+
+/* Change of slope and of k dq/dk along (dx, dlog_k, dsoftening), by central differences of the
+ * law's first derivatives. */
+static inline void second_derivatives(const creep_table *table, double softening, double x,
+                                      double k_hat, double dx, double dlog_k, double dsoftening,
+                                      double *dslope, double *dlog_k_derivative) {
+    double pace = fabs(dx) / (fabs(x) + 1e-2) + fabs(dlog_k) + fabs(dsoftening);
     *dslope = *dlog_k_derivative = 0.0;
     if (!(pace > 1e-300)) return; /* e would overflow */
     double e = 1e-6 / pace, most = table->one_axis ? INFINITY : table->k_max;
-    creep_value ahead, behind;
-    creep_table_evaluate(table, x + e * dx, fmin(k_hat * exponential(e * dlog_k), most), &ahead);
-    creep_table_evaluate(table, x - e * dx, fmin(k_hat * exponential(-e * dlog_k), most), &behind);
+    creep_value ahead = law_value(table, softening + e * dsoftening, x + e * dx,
+                                  fmin(k_hat * exponential(e * dlog_k), most));
+    creep_value behind = law_value(table, softening - e * dsoftening, x - e * dx,
+                                   fmin(k_hat * exponential(-e * dlog_k), most));
     *dslope = (ahead.slope - behind.slope) / (2.0 * e);
     *dlog_k_derivative = (ahead.log_k_derivative - behind.log_k_derivative) / (2.0 * e);
 }
@@ -288,10 +343,13 @@ static inline void force_tangent(const creep_table *table, const force_element_p
 
         double x = out->normalized_creepage, dx = dacting / zeta0 - x * dlog_zeta0;
         dout->normalized_creepage = dx;
-        creep_value q;
-        double dslope = 0.0, dlog_k_derivative = 0.0;
-        creep_table_evaluate(table, x, out->k_hat, &q);
+        creep_value q = law_value(table, p->softening, x, out->k_hat);
         double dratio = q.slope * dx + q.log_k_derivative * dlog_k, side = copysign(1.0, x);
+        double dslope = 0.0, dlog_k_derivative = 0.0;
+        if (dp->softening != 0.0)
+            dratio += by_softening(table, p->softening, x, out->k_hat) * dp->softening;
+        second_derivatives(table, p->softening, x, out->k_hat, dx, dlog_k, dp->softening, &dslope,
+                           &dlog_k_derivative);
         double most = p->static_friction / p->kinetic_friction;
         double dmost = (dp->static_friction - most * dp->kinetic_friction) / p->kinetic_friction;
         dout->force_margin = p->kinetic_friction * side * dratio +
@@ -299,8 +357,7 @@ static inline void force_tangent(const creep_table *table, const force_element_p
         if (out->force_limited > 0.0) {
             q = (creep_value){.traction_ratio = side * most};
             dratio = side * dmost;
-        } else {
-            second_derivatives(table, x, out->k_hat, dx, dlog_k, &dslope, &dlog_k_derivative);
+            dslope = dlog_k_derivative = 0.0;
         }
         dout->traction_coefficient = kinetic * (q.traction_ratio * dlog_kinetic + dratio);
         dout->creep_force = in->normal_load * dout->traction_coefficient +
@@ -330,7 +387,7 @@ static inline void force_tangent(const creep_table *table, const force_element_p
             dsliding * (elastic + through_g) + kinetic * in->normal_load * (delastic + dthrough_g);
     } else if (is_loaded(p, in->normal_load)) { /* as soon as there is friction, all slides */
         dout->traction_coefficient =
-            sliding_coefficient(table, acting, kinetic) * din->friction_scale;
+            sliding_coefficient(table, p, acting, kinetic) * din->friction_scale;
         dout->creep_force = in->normal_load * dout->traction_coefficient;
     } else {
         dout->creep_force = out->force_by_load * din->normal_load;

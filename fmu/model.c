@@ -39,8 +39,10 @@ const char TRUTH[] = "Boolean";
     FIXED("semi_width", "m", "contact semi-width at nominal load", 1e-9, 1e3, contact.semi_width), \
     FIXED("peak_pressure", "Pa", "peak contact pressure at nominal load", 1e-3, 1e15, \
           contact.peak_pressure), \
-    FIXED("contact_modulus", "Pa", "composite contact modulus", 1e-3, 1e15, \
-          contact.contact_modulus), \
+    FIXED("contact_modulus", "Pa", "composite contact modulus; of an ellipse on a half-space, " \
+          "that of rolling", 1e-3, 1e15, contact.contact_modulus), \
+    FIXED("softening", "1", "part of the stiffness that an ellipse on a half-space loses up to " \
+          "saturation", 0.0, 0.4, contact.softening), \
     FIXED("nominal_load", "N", "load of the given semi-width and peak pressure", 1e-6, 1e12, \
           contact.nominal_load), \
     FIXED("load_exponent", "1", "semi-width and pressure grow like load to this power", 0.0, 1.0, \
@@ -68,7 +70,7 @@ const char TRUTH[] = "Boolean";
                  "*kinetic_friction *normal_load *nominal_load *load_exponent *peak_pressure " \
                  "*contact_modulus *static_friction *weakening_length *semi_width "
 #define X ZETA0 "minimum_speed/relaxed_creepage "
-#define RATIO X "*weakening_length *semi_width static_friction "
+#define RATIO X "*weakening_length *semi_width static_friction softening "
 #define GRADIENT RATIO "minimum_speed "
 
 #define CONTACT_OUTPUTS \

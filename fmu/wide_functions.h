@@ -38,8 +38,8 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                 scales = contact_scales_of(&p);
             }
             at[i] = begin_force(table, &p, scales, &in[i], slip_decay(&p, slip_of(&p, &in[i])));
-            x[i] = at[i].x;
-            k_hat[i] = at[i].k_hat;
+            x[i] = at[i].place.x;
+            k_hat[i] = at[i].place.k_hat;
         }
         evaluate_points(table, count, x, k_hat, ratio, slope, log_k);
         for (size_t i = 0; i < count; i++) {

@@ -52,7 +52,7 @@ def _contact_parameters(
         "slope_reduction": slope_reduction,
         "semi_width": contact.semi_width,
         "peak_pressure": contact.peak_pressure,
-        "contact_modulus": contact.contact_modulus,
+        "contact_modulus": contact.tangential_modulus,
         "nominal_load": contact.normal_load,
         "load_exponent": contact.load_exponent,
     }
@@ -70,8 +70,9 @@ def saturation_creepage(
 ) -> float:
     """zeta0 = 2 f_d p0/E* at the nominal load, over the slope reduction [1], Eq. (15).
 
-    For a line contact this is f_d a/R. All scales in this module are at zero slip speed; friction
-    that has fallen to the fraction g multiplies zeta0 by g.
+    For a line contact this is f_d a/R; for an ellipse E* is its `tangential_modulus`. All scales in
+    this module are at zero slip speed; friction that has fallen to the fraction g multiplies zeta0
+    by g.
     """
     reduction = checked_number(
         "slope_reduction", slope_reduction, ForceElement.quantities()["slope_reduction"]
@@ -229,8 +230,8 @@ class ForceElement(Parameters):
         if self.table.is_limit and zone > limit:
             warnings.warn(
                 f"process zone ratio {zone:.2f} is above {limit}: the law is the limit of a short "
-                "weakening zone and is inaccurate in this contact's tail; the cohesive-zone law is "
-                "not",
+                "weakening zone and is inaccurate in this contact's tail; use the cohesive-zone "
+                "law, in a file [law] kind = 'cohesive'",
                 ProcessZoneWarning,
                 stacklevel=3,
             )
@@ -316,6 +317,8 @@ class ForceElement(Parameters):
             "radius": self.radius,
             "minimum_speed": self.minimum_speed,
             **_contact_parameters(self.contact, self.friction, self.slope_reduction),
+            # Only the laws of strips feel how the half-space softens.
+            "softening": self.contact.softening if "contact" in self.table.options else 0.0,
             **({} if self.load_exponent is None else {"load_exponent": self.load_exponent}),
             "nominal_load": self.normal_load,
         }

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 from scipy.optimize import brentq
 from scipy.special import elliprd
@@ -22,8 +22,11 @@ from contactlib.base.quantities import (
     checked_number,
     derived,
 )
+from contactlib.contact.kalker import HalfSpaceScales, half_space_scales
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
+THEORIES = ("half_space", "strips")
+LONGEST = 20.0  # largest a/b of an ellipse on a half-space
 RADII = Limits(at_least=1e-60, at_most=1e60)  # ratio of the principal radii
 
 
@@ -91,6 +94,7 @@ class LineContact(Parameters):
     length: Annotated[float, Quantity("m", above=0.0)] = 1.0
 
     load_exponent = 0.5
+    softening = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -142,6 +146,11 @@ class LineContact(Parameters):
         """Largest pressure at the nominal load, p0 [Pa]."""
         return 2.0 * self.normal_load_per_length / (math.pi * self.semi_width)  # Eq. (5)
 
+    @property
+    def tangential_modulus(self) -> float:
+        """Modulus of the stiffness against creepage: E* [Pa]."""
+        return self.contact_modulus
+
 
 @dataclass(frozen=True, kw_only=True)
 class EllipticContact(Parameters):
@@ -155,6 +164,13 @@ class EllipticContact(Parameters):
         Relative principal radii of the two surfaces in the rolling direction x and across it [m].
     contact_modulus : float
         E*, Eq. (4) [Pa].
+    poisson_ratio : float, optional
+        nu of both bodies [1], from 0 to 0.5; it enters the stiffness against creepage only.
+        Default: 0.3, steel's.
+    theory : str, optional
+        ``"half_space"``: the ellipse rolls as on an elastic half-space, see `half_space_scales`.
+        ``"strips"``: its strips along the rolling direction do not feel each other, as in the
+        paper; the ratio of its axes then does not enter. Default: ``"half_space"``.
 
     Notes
     -----
@@ -178,20 +194,41 @@ class EllipticContact(Parameters):
     radius_x: Annotated[float, Quantity("m", above=0.0)]
     radius_y: Annotated[float, Quantity("m", above=0.0)]
     contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)] = 0.3
+    theory: str = "half_space"
 
     load_exponent = 1.0 / 3.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.theory not in THEORIES:
+            raise ValueError(
+                f"EllipticContact.theory = {self.theory!r} must be one of: {', '.join(THEORIES)}"
+            )
         radii = {"radius_x": self.radius_x, "radius_y": self.radius_y}
         derived("radius_y/radius_x", lambda: self.radius_y / self.radius_x, radii, RADII)
         self._check_derived("semi_axis_x", "semi_axis_y", "peak_pressure")
+        aspect = self.semi_axis_x / self.semi_axis_y
+        if self.theory == "half_space" and aspect > LONGEST * (1.0 + 1e-9):
+            raise ValueError(
+                f"semi_axis_x/semi_axis_y = {aspect:.6g} is out of range: must be <= "
+                f"{LONGEST:g} for theory = 'half_space'"
+            )
+        self._check_derived("tangential_modulus")
 
     @classmethod
     def from_semi_axes(
-        cls, *, semi_axis_x: float, semi_axis_y: float, normal_load: float, contact_modulus: float
+        cls,
+        *,
+        semi_axis_x: float,
+        semi_axis_y: float,
+        normal_load: float,
+        contact_modulus: float,
+        **others: Any,
     ) -> EllipticContact:
         """Make the contact with the semi-axes a along and b across rolling [m] under a load [N].
+
+        `others` are `poisson_ratio` and `theory`.
 
         Examples
         --------
@@ -219,6 +256,7 @@ class EllipticContact(Parameters):
             radius_x=derived("radius_x", lambda: radius(a, b), given),
             radius_y=derived("radius_y", lambda: radius(b, a), given),
             contact_modulus=modulus,
+            **others,
         )
 
     @cached_property
@@ -256,6 +294,22 @@ class EllipticContact(Parameters):
     def peak_pressure(self) -> float:
         """Largest pressure at the nominal load, p0 [Pa]."""
         return 1.5 * self.normal_load / (math.pi * self.semi_axis_x * self.semi_axis_y)  # Eq. (20)
+
+    @cached_property
+    def _scales(self) -> HalfSpaceScales:
+        if self.theory == "strips":
+            return HalfSpaceScales(1.0, 1.0, 0.0, 0.0)
+        return half_space_scales(self.semi_axis_x / self.semi_axis_y, self.poisson_ratio)
+
+    @property
+    def tangential_modulus(self) -> float:
+        """E* times the stiffness of the rolling ellipse over that of its strips [Pa]."""
+        return self.contact_modulus * self._scales.stiffness_x
+
+    @property
+    def softening(self) -> float:
+        """Part of that stiffness that is lost as the stick area shrinks, up to saturation [1]."""
+        return self._scales.softening_x
 
 
 Contact = LineContact | EllipticContact

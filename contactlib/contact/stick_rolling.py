@@ -1,7 +1,7 @@
 """Steady rolling in full stick of an elliptic contact: the problem behind Kalker's coefficients.
 
-It is solved to make the shipped table of `contactlib.contact.kalker`, and by tests; no
-simulation needs it.
+It is solved to make the polynomials in `fmu/creep_coefficients.h`, and by tests; no simulation
+needs it.
 
 Both bodies are half-spaces of one material. By Cerruti's solution the tractions p on the ellipse
 displace their surfaces against each other by
@@ -37,12 +37,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebvander
+from numpy.polynomial.chebyshev import chebfit, chebvander
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
-from contactlib.base.writing import write_whole
-from contactlib.contact.kalker import TABLE, nodes
+from contactlib.base.writing import package_folder, write_whole
 
 BoolArray = NDArray[np.bool_]
 DEGREE = 16  # of the polynomials
@@ -167,13 +166,31 @@ def stick_coefficients(of: Influence, poisson_ratio: float) -> StickCoefficients
     )
 
 
-def write_table() -> None:
-    """Solve at all nodes and write the shipped table; takes two minutes."""
-    lines = ["a_over_b,poisson_ratio,c11,c22,c23,c33"]
-    a_over_b, poisson_ratio = nodes()
-    for g in a_over_b:
-        on_ellipse = influence(g)
-        for nu in poisson_ratio:
-            c = stick_coefficients(on_ellipse, nu)
-            lines.append(",".join(f"{v:.9g}" for v in (g, nu, c.c11, c.c22, c.c23, c.c33)))
-    write_whole(TABLE, ("\n".join(lines) + "\n").encode())
+NODES = (24, 12)  # Chebyshev points of ln(a/b) from -3 to 3, and of Poisson's ratio
+TERMS = (18, 10)  # of the polynomials in them that are kept, which loses less than 3e-6
+
+
+def write_polynomials() -> None:
+    """Solve at all nodes and write the header with the polynomials; takes two minutes."""
+    in_g, in_nu = (np.cos((np.arange(n) + 0.5) * np.pi / n) for n in NODES)
+    g, nu = np.exp(3.0 * in_g), 0.25 * (1.0 + in_nu)
+    solved = np.array(
+        [[stick_coefficients(of, v) for v in nu] for of in (influence(float(at)) for at in g)]
+    )
+    lines = [
+        "/* Chebyshev coefficients of the logarithms of c11, c22, c23 and c33 in ln(a/b)/3 and",
+        " * 4 nu - 1. Written by write_polynomials in contactlib/contact/stick_rolling.py. */",
+        "#ifndef CREEP_COEFFICIENTS_H",
+        "#define CREEP_COEFFICIENTS_H",
+        "",
+        f"enum {{ ASPECT_TERMS = {TERMS[0]}, POISSON_TERMS = {TERMS[1]} }};",
+        "",
+        "/* clang-format off */",
+        "static const double CREEP_COEFFICIENTS[4][ASPECT_TERMS][POISSON_TERMS] = {",
+    ]
+    for values in np.log(np.moveaxis(solved[..., [0, 1, 2, 4]], -1, 0)):
+        of_g = chebfit(in_g, values, NODES[0] - 1)[: TERMS[0]]
+        rows = chebfit(in_nu, of_g.T, NODES[1] - 1)[: TERMS[1]].T
+        lines += ["{"] + ["{" + ", ".join(f"{v:.8e}" for v in row) + "}," for row in rows] + ["},"]
+    lines += ["};", "/* clang-format on */", "", "#endif", ""]
+    write_whole(package_folder("fmu") / "creep_coefficients.h", "\n".join(lines).encode())

@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 from contactlib.base.quantities import Parameters, Quantity
 from contactlib.contact.element import friction_with_k_hat, saturation_creepage
 from contactlib.contact.friction import Friction
-from contactlib.contact.hertz import Contact, EllipticContact, LineContact, Material
+from contactlib.contact.hertz import THEORIES, Contact, EllipticContact, LineContact, Material
 from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive_table
 from contactlib.contact.laws.measured import MeasuredCurve
 from contactlib.contact.laws.polach import Polach
@@ -63,7 +63,8 @@ class ContactSection(Parameters):
     """``[contact]``: contact of two bodies of one material under its nominal load.
 
     A line contact takes `semi_width` and `radius`; an elliptic contact takes either the relative
-    radii or the semi-axes, in the rolling direction x and across it.
+    radii or the semi-axes, in the rolling direction x and across it, and a `theory`:
+    ``"half_space"`` (default) or ``"strips"``.
     """
 
     semi_width: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
@@ -75,6 +76,7 @@ class ContactSection(Parameters):
     normal_load: Annotated[float, Quantity("N", above=0.0, usual=(100.0, 1e6))]
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, usual=(1e6, 1e12))]
     poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+    theory: str | None = None
 
     def build(self) -> Contact:
         """Build the contact."""
@@ -91,10 +93,15 @@ class ContactSection(Parameters):
                 f"{pairs}: give exactly one of these pairs, not {' and '.join(given) or 'nothing'}"
             )
         material = Material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
+        others = {key: getattr(self, key) for key in given}
+        if given[0] != "semi_width":
+            others |= {"poisson_ratio": self.poisson_ratio, "theory": self.theory or THEORIES[0]}
+        elif self.theory is not None:
+            raise ValueError(f"theory = {self.theory!r} is for an ellipse, not for a line contact")
         return makers[given](
             normal_load=self.normal_load,
             contact_modulus=material.contact_modulus_with(material),
-            **{key: getattr(self, key) for key in given},
+            **others,
         )
 
 

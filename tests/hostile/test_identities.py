@@ -49,8 +49,8 @@ lines = st.builds(
 ellipses = st.builds(
     cl.EllipticContact,
     normal_load=magnitude(1e-3, 1e7),
-    radius_x=magnitude(1e-3, 1e2),
-    radius_y=magnitude(1e-3, 1e2),
+    radius_x=magnitude(1e-3, 1.0),
+    radius_y=magnitude(1e-2, 1e2),
     contact_modulus=magnitude(1e6, 1e12),
 )
 frictions = st.builds(
@@ -239,14 +239,21 @@ def test_size_does_not_matter_at_one_pressure(
     wheel: Wheel, factor: float, x: float, speed: float
 ) -> None:
     element, contact = wheel.element(), wheel.contact
-    lengths = {"normal_load_per_length": 1, "normal_load": 2, "contact_modulus": 0}
+    lengths = {
+        "normal_load_per_length": 1,
+        "normal_load": 2,
+        "contact_modulus": 0,
+        "poisson_ratio": 0,
+    }
     larger: Any = dataclasses.replace(
         contact,
         **{
             field.name: getattr(contact, field.name) * factor ** lengths.get(field.name, 1)
             for field in dataclasses.fields(contact)
+            if field.name != "theory"
         },
     )
+    assume(larger.normal_load < 1e12)
     assert larger.peak_pressure == pytest.approx(contact.peak_pressure, rel=1e-9)
     friction = dataclasses.replace(
         element.friction, weakening_length=factor * element.friction.weakening_length

@@ -11,6 +11,7 @@ from contactlib.contact.kernel.bodies import contact_with_force as contact_with_
 from contactlib.contact.kernel.bodies import force_input_dtype as force_input_dtype
 from contactlib.contact.kernel.bodies import force_input_limits as force_input_limits
 from contactlib.contact.kernel.bodies import force_output_dtype as force_output_dtype
+from contactlib.contact.kernel.bodies import half_space_scales as half_space_scales
 from contactlib.contact.kernel.bodies import process_zone_limit as process_zone_limit
 from contactlib.contact.kernel.bodies import wheelset_limits as wheelset_limits
 from contactlib.contact.kernel.drivetrains import NativeFleet as NativeFleet

@@ -119,3 +119,11 @@ def contact_with_force(creep_force: float) -> Any:
     """Output struct of a force element in which only the creep force is set."""
     library()
     return ffi.new("force_element_output *", {"creep_force": creep_force})
+
+
+def half_space_scales(a_over_b: float, poisson_ratio: float) -> Any:
+    """Struct of Kalker's coefficients and the scales of an ellipse; the kernel checks nothing."""
+    lib = library()
+    scales = ffi.new("half_space_scales *")
+    lib.half_space_scales_of(a_over_b, poisson_ratio, scales)
+    return scales

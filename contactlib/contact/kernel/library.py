@@ -19,6 +19,7 @@ HEADERS = (
     "variable.h",
     "creep_table.h",
     "force_element.h",
+    "half_space.h",
     "wheelset.h",
     "wheelset_step.h",
     "track.h",

@@ -28,6 +28,7 @@ const HOLD = 20; // length of the runs of a file that is written [s]
 const LAW = "carter_griffith"; // the law whose tables the page has
 const SHOWN = "this page shows models";
 const ALTERNATIVES = ["weakening_length", "saturation_creepage"]; // keys that a vehicle does not have
+const THEORIES = ["half_space", "strips"];
 const PAIRS = [
   ["semi_width", "radius"],
   ["radius_x", "radius_y"],
@@ -36,7 +37,7 @@ const PAIRS = [
 
 /** Read a model file. Throws a ModelError of one line that names key, value and limit. */
 export function readModel(text: string): Model {
-  const data = parseToml(text);
+  const { data, theory } = withoutTheory(parseToml(text));
   refuseOthers(data);
   checkKeys("", data, ["name", "source", "law", ...Object.keys(SECTIONS)], NEEDED);
   checkLaw(data);
@@ -51,10 +52,14 @@ export function readModel(text: string): Model {
     name: textOf("name", data["name"] ?? "Unnamed"),
     source: textOf("source", data["source"] ?? "not stated"),
     ...contactOf(readSection("contact", data).numbers),
+    theory: theory ?? THEORIES[0],
     ...Object.fromEntries(keys.map(([key, value]) => [vehicleField(key), value])),
     k_hat: 0,
     slope_reduction: 1,
   } as Vehicle;
+  if (theory !== undefined && vehicle.contact === "line") {
+    throw new ModelError(`contact.theory = ${shown(theory)} is for an ellipse, not a line contact`);
+  }
   for (const key of ["inertia", "wheels"]) {
     if (wheelset[key] === null) {
       throw new ModelError(`wheelset.${key} is missing: this page shows wheelsets`);
@@ -64,6 +69,16 @@ export function readModel(text: string): Model {
   vehicle.k_hat = kHatOf(vehicle, friction);
   vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
   return { vehicle, control: readRuns(data) };
+}
+
+/** A file's contents, and the only text of [contact], taken out of it. */
+function withoutTheory(data: Table): { data: Table; theory: string | undefined } {
+  if (data["contact"] === undefined) return { data, theory: undefined };
+  const { theory, ...contact } = tableOf("contact", data["contact"]);
+  if (theory !== undefined && !THEORIES.includes(textOf("contact.theory", theory))) {
+    throw new ModelError(`contact.theory = ${shown(theory)} must be one of: ${THEORIES.join(", ")}`);
+  }
+  return { data: { ...data, contact }, theory: theory as string | undefined };
 }
 
 function refuseOthers(data: Table): void {
@@ -184,7 +199,7 @@ export function writeModel(vehicle: Vehicle, normalLoad: number, control: Contro
   const { drive_torque, creepage, proportional_gain, integral_gain, torque_max } = control;
   const shape = v.contact === "line"
     ? { semi_width: a, radius: (a * contactModulus(v)) / (2 * p0) } // Eq. (5)
-    : { semi_axis_x: a, semi_axis_y: lateralSemiAxis(v) };
+    : { semi_axis_x: a, semi_axis_y: lateralSemiAxis(v), theory: v.theory };
   const section = (name: string): Table => {
     const known = Object.keys(SECTIONS[name]!).map((key) => [key, fields.get(vehicleField(key))]);
     return Object.fromEntries(known.filter(([, value]) => value != null));

@@ -78,6 +78,7 @@ export function givenModel(): string | null {
 const TEXTS = ["name", "source"]; // of a vehicle
 const CHOICES: Readonly<Record<string, string[]>> = {
   contact: ["line", "elliptic"],
+  theory: ["half_space", "strips"],
   mode: ["torque", "creep"],
 };
 const LONGEST = 4000; // characters of an address

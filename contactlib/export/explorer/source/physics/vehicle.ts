@@ -1,5 +1,6 @@
 /** A wheelset as a model file describes it, and the kernel's parameters that follow from it. */
 import type { Contact, Structs } from "../kernel/kernel";
+import { halfSpaceScales, type Scales } from "./half_space";
 
 const GRAVITY = 9.80665; // standard gravity [m/s2]
 
@@ -8,6 +9,8 @@ export interface Vehicle {
   name: string;
   source: string;
   contact: Contact;
+  /** Of an ellipse: whether its strips along rolling feel each other. */
+  theory: "half_space" | "strips";
   /** Half the contact's length along rolling, a, at the nominal load [m]. */
   semi_width: number;
   /** Largest pressure p0 at the nominal load [Pa]. */
@@ -52,6 +55,16 @@ export function contactModulus(v: Vehicle): number {
   return v.youngs_modulus / (2 * (1 - v.poisson_ratio ** 2)); // Eq. (4)
 }
 
+function scalesOf(v: Vehicle): Scales {
+  if (v.contact === "line" || v.theory === "strips") return { stiffness: 1, softening: 0 };
+  return halfSpaceScales(v.semi_width / lateralSemiAxis(v), v.poisson_ratio);
+}
+
+/** Modulus of the stiffness against creepage [Pa]. */
+function tangentialModulus(v: Vehicle): number {
+  return contactModulus(v) * scalesOf(v).stiffness;
+}
+
 /** Weakening length Delta that gives the vehicle's k_hat [m]. */
 export function weakeningLength(v: Vehicle): number {
   if (v.k_hat === 0) return 0;
@@ -63,12 +76,12 @@ export function weakeningLength(v: Vehicle): number {
     );
   }
   const toughness = Math.PI * (v.k_hat * v.kinetic_friction) ** 2 * v.semi_width * v.peak_pressure;
-  return toughness / (contactModulus(v) * drop); // Eq. (17) for Delta
+  return toughness / (tangentialModulus(v) * drop); // Eq. (17) for Delta
 }
 
 /** zeta0 at the nominal load and no slip speed [1]. */
 export function saturationCreepage(v: Vehicle): number {
-  const clean = (2 * v.kinetic_friction * v.peak_pressure) / contactModulus(v); // Eq. (15)
+  const clean = (2 * v.kinetic_friction * v.peak_pressure) / tangentialModulus(v); // Eq. (15)
   return clean / v.slope_reduction;
 }
 
@@ -87,7 +100,8 @@ export function forceParameters(v: Vehicle): Structs["force_element_parameters"]
     slope_reduction: v.slope_reduction,
     semi_width: v.semi_width,
     peak_pressure: v.peak_pressure,
-    contact_modulus: contactModulus(v),
+    contact_modulus: tangentialModulus(v),
+    softening: scalesOf(v).softening,
     nominal_load: v.normal_load,
     load_exponent: loadExponent(v),
     minimum_speed: v.minimum_speed,

@@ -1,0 +1,68 @@
+#include "half_space.h"
+
+#include <math.h>
+
+#include "branch_free.h"
+#include "creep_coefficients.h"
+
+static const double PI = 3.14159265358979324;
+
+/* Chebyshev's polynomials from T_0 on at -1 <= x <= 1. */
+static void chebyshev(int n, double x, double value[]) {
+    value[0] = 1.0;
+    value[1] = x;
+    for (int i = 2; i < n; i++) value[i] = 2.0 * x * value[i - 1] - value[i - 2];
+}
+
+/* Creepages along and across rolling at which the stick area vanishes, over zeta0 of strips. They
+ * are the largest strains under Hertz's traction in full slip, with g = a/b:
+ *
+ *     x = g^2/(2 (1 - nu)) int (1 - nu sin^2) sin^2 / (cos^2 + g^2 sin^2)^(3/2)
+ *     y = g^2/2 int (1 - nu cos^2) sin^2 / (cos^2 + g^2 sin^2)^(3/2)
+ *
+ * over half a turn of t. With tan(phi) = sqrt(g) tan(t) the integrands are smooth for any g, and
+ * the trapezoidal rule over phi converges geometrically. */
+static void saturation(double g, double nu, double *x, double *y) {
+    enum { HALVINGS = 6, POINTS = 1 << HALVINGS };
+    double c1 = -1.0, c = 1.0, s = 0.0, whole = 0.0, along = 0.0;
+    for (int i = 0; i < HALVINGS; i++) c1 = sqrt(0.5 * (1.0 + c1));
+    double s1 = sqrt(1.0 - c1 * c1);
+    for (int i = 0; i < POINTS; i++) {
+        double circle = g * c * c + s * s, ellipse = c * c + g * s * s;
+        double part = 0.5 * g * s * s / (sqrt(circle * ellipse) * ellipse);
+        whole += part;
+        along += part * s * s / circle; /* sin(t)^2 is sin(phi)^2/circle */
+        double next = c * c1 - s * s1;
+        s = s * c1 + c * s1;
+        c = next;
+    }
+    *x = (whole - nu * along) * (PI / POINTS) / (1.0 - nu);
+    *y = (whole - nu * (whole - along)) * (PI / POINTS);
+}
+
+/* Softening that makes a stiffness vanish where the stick area does. */
+static double softening(double stiffness, double saturation) {
+    double at = stiffness * saturation;
+    return (1.0 - 1.0 / at) / at;
+}
+
+void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scales *scales) {
+    double g = smaller(larger(a_over_b, LEAST_ASPECT), MOST_ASPECT), nu = poisson_ratio;
+    double along[ASPECT_TERMS], across[POISSON_TERMS], log_of[4] = {0.0};
+    chebyshev(ASPECT_TERMS, logarithm(g) / 3.0, along);
+    chebyshev(POISSON_TERMS, 4.0 * nu - 1.0, across);
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < ASPECT_TERMS; i++)
+            for (int j = 0; j < POISSON_TERMS; j++)
+                log_of[k] += CREEP_COEFFICIENTS[k][i][j] * along[i] * across[j];
+    scales->c11 = exponential(log_of[0]);
+    scales->c22 = exponential(log_of[1]);
+    scales->c23 = exponential(log_of[2]);
+    scales->c33 = exponential(log_of[3]);
+    scales->stiffness_x = scales->c11 * (1.0 - nu) * 4.0 / (PI * PI);
+    scales->stiffness_y = scales->c22 * 4.0 / (PI * PI);
+    double x, y;
+    saturation(g, nu, &x, &y);
+    scales->softening_x = softening(scales->stiffness_x, x);
+    scales->softening_y = softening(scales->stiffness_y, y);
+}

@@ -1,0 +1,26 @@
+/* Stiffness of an ellipse that rolls on an elastic half-space against creepage. */
+#ifndef HALF_SPACE_H
+#define HALF_SPACE_H
+
+#include "export.h"
+
+typedef struct {
+    double c11; /* Kalker's creep coefficients [1] */
+    double c22;
+    double c23;
+    double c33;
+    double stiffness_x; /* along and across rolling, over those of strips [1] */
+    double stiffness_y;
+    double softening_x; /* parts of them lost as the stick area shrinks, up to saturation [1] */
+    double softening_y;
+} half_space_scales;
+
+/* Range of the ratio of semi-axes, along over across rolling. */
+#define LEAST_ASPECT 0.05
+#define MOST_ASPECT 20.0
+
+/* Scales of an ellipse; the ratio is held within its range, and 0 <= poisson_ratio <= 0.5. */
+CONTACTLIB_API void half_space_scales_of(double a_over_b, double poisson_ratio,
+                                         half_space_scales *scales);
+
+#endif
