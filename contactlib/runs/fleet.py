@@ -24,6 +24,7 @@ from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.track import Profile
 
 LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
+FRACTIONS = 50  # of a sample time that are tried for a step that is common to controllers
 BLOCK = 16_384  # rows times runs in a block
 AHEAD = 256  # rows whose profiles are evaluated at once
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
@@ -78,13 +79,28 @@ class Timing(NamedTuple):
         return self.step * np.arange(first, first + count, dtype=np.float64)
 
 
-def timing(
-    scenario: Scenario,
-    control: Controller,
-    step: float | None = None,
-    *,
-    longest: float = LONGEST_STEP,
-) -> Timing:
+def default_step(scenario: Scenario, longest: float = LONGEST_STEP) -> float:
+    """Longest time between rows if none is given [s]: `longest`, or what shows the axle's swing."""
+    if scenario.drivetrain.axle is None:
+        return longest
+    return min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
+
+
+def common_step(longest: float, controls: Sequence[Controller]) -> float:
+    """Time between rows that is the same under several controllers [s]: at most `longest`.
+
+    It is a whole fraction of every sample time, or of the shortest if `FRACTIONS` tries find none.
+    """
+    times = [control.sample_time for control in controls]
+    least = max(1, math.ceil(min(times) / longest * (1.0 - 1e-9)))
+    steps = [min(times) / n for n in range(least, least + FRACTIONS)]
+    for step in steps:
+        if all(abs(time / step - round(time / step)) < 1e-6 for time in times):
+            return step
+    return steps[0]
+
+
+def timing(scenario: Scenario, control: Controller, step: float | None = None) -> Timing:
     """Timing of a scenario under a controller.
 
     Parameters
@@ -94,20 +110,15 @@ def timing(
     control : SampledController or TractionController
         Its sample time matters.
     step : float, optional
-        Longest time between rows [s]. Default: the sample time, but at most `longest` and a
-        twentieth of the axle's vibration period.
-    longest : float, optional
-        Limit of the default step [s].
+        Longest time between rows [s]. Default: `default_step`.
 
     Raises
     ------
     ValueError
         If the step is out of range, or there would be too many rows.
     """
-    longest = min(control.sample_time, longest) if step is None else step
-    if step is None and scenario.drivetrain.axle is not None:
-        longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
-    longest = checked_number("step", longest, POSITIVE)
+    step = default_step(scenario) if step is None else step
+    longest = checked_number("step", step, POSITIVE)
     if control.sample_time / longest > MOST_ROWS:
         raise ValueError(
             f"step = {longest!r} is out of range: must be >= {control.sample_time / MOST_ROWS:.6g},"

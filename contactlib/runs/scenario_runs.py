@@ -19,7 +19,7 @@ from contactlib.base.quantities import (
 from contactlib.base.text import explained
 from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
-from contactlib.runs.fleet import Runs, Timing, timing
+from contactlib.runs.fleet import Runs, Timing, default_step, timing
 from contactlib.runs.observers import Seen, Vehicles
 from contactlib.runs.outcomes import OUTCOMES, observers
 from contactlib.runs.result import Result
@@ -85,8 +85,8 @@ def run_scenario(
         Index of the run among many; the sensors' noise is drawn from their seed and this index.
     step : float, optional
         Time between rows, over which friction is held [s]; rounded down to a whole fraction of
-        the sample time. Default: the sample time, but at most 5 ms and a twentieth of the axle's
-        vibration period.
+        the sample time. Default: 5 ms, or a twentieth of the axle's vibration period if that
+        is less.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].
     progress : callable, optional
@@ -145,7 +145,7 @@ def run_many(
     *,
     metrics: Mapping[str, Metric] | None = None,
     index: Sequence[int] | None = None,
-    step: float | None = None,
+    step: float | Sequence[float] | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     progress: Callable[[float], object] = lambda part: None,
 ) -> dict[str, FloatArray]:
@@ -170,9 +170,11 @@ def run_many(
     index : sequence of int, optional
         Indices of the runs; the noise of a run is drawn from its seed and index. Default: 0 to
         n - 1.
-    step : float, optional
-        Longest time between rows [s]. Default: the sample time, but at most 10 ms and a twentieth
-        of the axle's vibration period.
+    step : float or sequence of float, optional
+        Longest time between rows [s], of all runs or of each; rounded down to a whole fraction of
+        the sample time. Default: 10 ms, or a twentieth of the axle's vibration period if that is
+        less. A metric that depends on it can only be compared between controllers of different
+        sample times if they get a step that is a fraction of both.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. With the default, a run on a wet
         patch under creep control is accurate to 1e-5 at 10 m/s and to 1e-3 at 1 m/s.
@@ -208,12 +210,14 @@ def run_many(
     observers(outcomes, Vehicles.of([]))
     metrics = checked_metrics(metrics, (*OUTCOMES, FAILED))
     index = range(len(scenarios)) if index is None else checked_indices(index)
-    if len(index) != len(scenarios):
-        raise ValueError(f"index has {len(index)} entries for {len(scenarios)} scenarios")
+    steps = list(step) if isinstance(step, Sequence) else [step] * len(scenarios)
+    for name, given in (("index", index), ("step", steps)):
+        if len(given) != len(scenarios):
+            raise ValueError(f"{name} has {len(given)} entries for {len(scenarios)} scenarios")
     found = {name: np.full(len(scenarios), np.nan) for name in (*outcomes, *metrics)}
     found[FAILED] = np.zeros(len(scenarios))
     controls = [_chosen(one, controller) for one in scenarios]
-    groups = list(_groups(scenarios, controls, step, KEPT if metrics else None))
+    groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
     work = sum(when.rows * len(places) for when, places in groups)
     done = 0
 
@@ -293,7 +297,7 @@ def _watch(
 def _groups(
     scenarios: Sequence[Scenario],
     controls: Sequence[Controller],
-    step: float | None,
+    steps: Sequence[float | None],
     rows: int | None,
 ) -> Iterator[tuple[Timing, list[int]]]:
     """Yield timing and positions of runs that can go side by side.
@@ -304,10 +308,11 @@ def _groups(
     kinds = {id(control): structure(control) for control in controls}
     delays: dict[Hashable, int] = {}
     whens: dict[Hashable, Timing] = {}
-    for i, (one, control) in enumerate(zip(scenarios, controls, strict=True)):
-        timed = control.sample_time, one.duration, one.drivetrain.torsional_frequency
+    for i, (one, control, step) in enumerate(zip(scenarios, controls, steps, strict=True)):
+        step = default_step(one, LONGEST_STEP) if step is None else step
+        timed = control.sample_time, one.duration, step
         if timed not in whens:
-            whens[timed] = timing(one, control, step, longest=LONGEST_STEP)
+            whens[timed] = timing(one, control, step)
         late = control.sample_time, one.sensors.delay
         if late not in delays:
             delays[late] = one.sensors.samples_of_delay(control.sample_time)

@@ -10,7 +10,7 @@ import pytest
 from falling_friction import with_falling
 
 import contactlib as cl
-from contactlib.runs.fleet import ManyProfiles, Runs, timing
+from contactlib.runs.fleet import ManyProfiles, Runs, common_step, timing
 from contactlib.stability.quasi_steady import steady_creepage
 from contactlib.traction import stacked
 from contactlib.vehicle.available_force import AvailableForce, friction_levels
@@ -59,6 +59,27 @@ def test_levels_of_friction_are_where_it_does_not_change() -> None:
     assert found == [(0.4, 0.4), (0.5, 0.5), (0.8, 0.8), (1.0, 1.0)]
     both = cl.Track(friction_left=STEP, friction_right=RAMP)
     assert friction_levels(both) == [(0.5, 0.5), (1.0, 0.5), (1.0, 1.0)]
+
+
+# ---- rows -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("longest", "times", "step"),
+    [
+        (0.01, [0.01], 0.01),
+        (0.01, [0.01, 0.005], 0.005),
+        (0.01, [0.025, 0.01], 0.005),
+        (0.01, [0.003, 0.01], 0.001),
+        (0.004, [0.02, 0.01], 0.01 / 3),
+        (0.01, [0.01, 0.01 * np.sqrt(2.0)], 0.01),  # nothing in common
+    ],
+)
+def test_a_common_step_is_a_fraction_of_all_sample_times(
+    longest: float, times: list[float], step: float
+) -> None:
+    controls = [cl.OpenLoop(sample_time=time) for time in times]
+    assert common_step(longest, controls) == pytest.approx(step, rel=1e-12)
 
 
 # ---- starts ---------------------------------------------------------------------------------

@@ -245,6 +245,8 @@ def test_refusals(scenarios: list[cl.Scenario]) -> None:
         run_many(scenarios, "creep_pi", ["slip_work"], tolerance=1.0)
     with pytest.raises(ValueError, match=r"index has 3 entries for 10 scenarios"):
         run_many(scenarios, "creep_pi", ["slip_work"], index=range(3))
+    with pytest.raises(ValueError, match=r"step has 2 entries for 10 scenarios"):
+        run_many(scenarios, "creep_pi", ["slip_work"], step=[0.01, 0.005])
     with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
         run_many(scenarios[:1], "creep_pi", ["slip_work"], index=[-1])
     with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):

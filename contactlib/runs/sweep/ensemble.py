@@ -20,13 +20,7 @@ from contactlib.base.writing import write_whole
 from contactlib.contact.element import ProcessZoneWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
-from contactlib.runs.fleet import timing
-from contactlib.runs.scenario_runs import (
-    FAILED,
-    LONGEST_STEP,
-    Metric,
-    run_scenario,
-)
+from contactlib.runs.scenario_runs import FAILED, Metric, run_scenario
 from contactlib.runs.sweep.execution import (
     Results,
     Workers,
@@ -170,9 +164,8 @@ def _first_failure(sweep: Sweep, dataset: Dataset) -> str:
         if plan.controllers:
             name = list(plan.controllers)[controller]
             where += f" under {name}"
-            index, step, tolerance = plan.index_of(run), plan.step, plan.tolerance
-            when = timing(scenario, scenario.controller(name), step, longest=LONGEST_STEP)
-            run_scenario(scenario, name, index=index, step=when.step, tolerance=tolerance)
+            index, step = plan.index_of(run), plan.step_of(scenario)
+            run_scenario(scenario, name, index=index, step=step, tolerance=plan.tolerance)
     except (ValueError, RuntimeError) as error:
         return f"{where}: {error}"
     return f"{where} failed among others, but not alone"
@@ -225,7 +218,9 @@ def ensemble(
         and clusters need a class that they can import, from a module or a script.
     metrics : mapping, optional
         Outcomes of your own by name: functions of a `Result` that return one number, nan if there
-        is none. A metric's unit is the function's attribute `units`, if it has one.
+        is none. A metric's unit is the function's attribute `units`, if it has one. The rows of
+        a run are equally far apart under all controllers, whatever their sample times: 10 ms, or
+        the sweep's `step`, or the longest shorter fraction that all sample times have in common.
     executor : concurrent.futures.Executor or Workers, optional
         Executor of the chunks, such as ``distributed.Client(address).get_executor()``, or the
         workers that `process_workers` or `cluster_workers` yields. Default: threads. Results do

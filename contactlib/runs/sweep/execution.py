@@ -110,7 +110,7 @@ def run_chunk(
             outcomes,
             metrics=plan.metrics,
             index=[plan.index_of(first + i) for i in range(n)],
-            step=plan.step,
+            step=[plan.step_of(scenario) for scenario in filled],
             tolerance=plan.tolerance,
             progress=go_on_or_stop,
         )

@@ -245,7 +245,7 @@ def _check_ends(sweep: Sweep) -> None:
                 # Without a shared cache, as scenarios that share their vehicle warn only once.
                 scenario = ScenarioBuilder(sweep.plan).build(sweep.values[run].tolist())
                 for name in sweep.plan.controllers:
-                    timing(scenario, scenario.controller(name), sweep.plan.step)
+                    timing(scenario, scenario.controller(name), sweep.plan.step_of(scenario))
     found = [w.message for w in caught if isinstance(w.message, ProcessZoneWarning)]
     if found:
         warnings.warn(

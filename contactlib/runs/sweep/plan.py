@@ -21,7 +21,8 @@ from contactlib.files.model import BuildCache, build_wheelset
 from contactlib.files.reading import in_file
 from contactlib.files.scenario import ControllerDesign, Scenario, ScenarioContents, build_scenario
 from contactlib.files.sections import LAWS
-from contactlib.runs.scenario_runs import Metric
+from contactlib.runs.fleet import common_step, default_step
+from contactlib.runs.scenario_runs import LONGEST_STEP, Metric
 from contactlib.runs.sweep.axes import Axis, Target, change
 from contactlib.runs.sweep.fingerprint import fingerprint
 from contactlib.runs.sweep.sampling import Distribution, grid_shape
@@ -98,6 +99,14 @@ class Plan:
     def index_of(self, run: int) -> int:
         """Index of a run's noise, for `contactlib.run_scenario`."""
         return 0 if self.noise == "common" else run
+
+    def step_of(self, scenario: Scenario) -> float:
+        """Time between the rows of a run [s], for `contactlib.run_scenario`.
+
+        It is the same under all of the sweep's controllers, so that metrics can be compared.
+        """
+        longest = default_step(scenario, LONGEST_STEP) if self.step is None else self.step
+        return common_step(longest, [scenario.controller(name) for name in self.controllers])
 
     @property
     def made_with(self) -> str:
@@ -282,8 +291,8 @@ class Sweep:
     def scenario_of(self, run: int) -> Scenario:
         """Build the scenario of a run, with its controllers in the sweep.
 
-        `contactlib.run_scenario` repeats the run with ``index=sweep.plan.index_of(run)`` and the
-        sweep's step and tolerance.
+        `contactlib.run_scenario` repeats the run with ``index=sweep.plan.index_of(run)``,
+        ``step=sweep.plan.step_of(scenario)`` and ``tolerance=sweep.plan.tolerance``.
 
         Raises
         ------

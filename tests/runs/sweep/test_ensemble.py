@@ -224,6 +224,17 @@ def test_own_controllers_and_metrics_stand_beside_the_shipped(path: Path) -> Non
             assert found["largest"].sel(controller=name).values.flat[run] == largest_slip(one)
 
 
+def test_rows_are_equally_far_apart_under_all_controllers(path: Path) -> None:
+    fast = SlipPI()
+    fast.sample_time = 0.0025
+    spacing = {"spacing": lambda result: np.diff(result.time).mean()}
+    found = cl.ensemble(path, controllers={"fast": fast, "mine": SlipPI()}, metrics=spacing)
+    assert np.ptp(found["spacing"].values) < 1e-12
+    assert found["spacing"].values.flat[0] == pytest.approx(0.0025)
+    sweep = cl.load_sweep(path)
+    assert sweep.plan.step_of(sweep.scenario_of(0)) == 0.01
+
+
 def test_own_controllers_go_to_processes_and_results_to_a_file(path: Path, tmp_path: Path) -> None:
     own: dict[str, Any] = {"controllers": {"mine": SlipPI()}, "metrics": {"largest": largest_slip}}
     with sweeps.process_workers(2) as pool:
