@@ -48,8 +48,9 @@ class Measurement(NamedTuple, Generic[Number]):
 class SampledController(ABC):
     """Base class of a traction controller of your own: numbers in, a number out, state in `self`.
 
-    Every run works on a deep copy of the object, made when the run begins: what one run leaves in
-    `self` meets no other run, and not the object itself.
+    Every run works on a deep copy of the object, made when the run begins, with a copy of the lists
+    and the like that stand in its class: what one run leaves in `self` meets no other run, and not
+    the object itself.
 
     Attributes
     ----------

@@ -11,6 +11,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Hashable, Sequence
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
@@ -132,13 +133,22 @@ class Copies:
 
 
 def _copy(control: Any) -> Any:
+    """Copy an object, and into the copy what stands in its class and may change."""
+    known: dict[int, Any] = {}
     try:
-        return copy.deepcopy(control)
+        copied = copy.deepcopy(control, known)
     except Exception as error:
         raise ValueError(
             f"{type(control).__name__} cannot be copied, and every run works on a copy: {error}"
             "; what cannot be copied must not be kept in the object"
         ) from error
+    held = {name: one for kind in type(control).__mro__[::-1] for name, one in vars(kind).items()}
+    for name, value in held.items() if hasattr(copied, "__dict__") else ():
+        if not (name.startswith("__") or hasattr(value, "__get__")):
+            with suppress(Exception):  # what cannot be copied, such as a lock, stays in the class
+                if (own := copy.deepcopy(value, known)) is not value:
+                    vars(copied).setdefault(name, own)
+    return copied
 
 
 def _each(measurement: Measurement[FloatArray]) -> list[Measurement[float]]:

@@ -118,6 +118,30 @@ def test_what_cannot_be_copied_is_told() -> None:
         asked(control, [2e4])
 
 
+class Listed(cl.SampledController):
+    """Keeps its state in a list that stands in the class."""
+
+    sample_time = 0.01
+    history: Any = []  # noqa: RUF012 - the mistake
+
+    def torque(self, measurement: cl.Measurement[float]) -> float:
+        self.history.append(measurement.wheel_speed)
+        return measurement.demand / len(self.history)
+
+
+class Reset(Listed):
+    history = None
+
+    def reset(self, measurement: cl.Measurement[float], torque: float) -> None:
+        self.history = self.history or []
+
+
+def test_what_stands_in_a_class_is_of_each_run_too() -> None:
+    for kind in (Listed, Reset):
+        assert asked(kind(), [2e4, 1e4]) == asked(kind(), [2e4, 1e4]) == [1e4, 5e3]
+    assert Listed.history == []
+
+
 class Counts:
     """Impure, against the protocol: counts its samples in itself."""
 
