@@ -44,7 +44,7 @@ Writer = Callable[[Path], object]
 
 
 def chunk(path: Path) -> None:
-    ChunkStore(path.parent, "d", "this one", runs=4, chunk=4).save(0, {"a": np.arange(4.0)})
+    ChunkStore(path.parent, "d", runs=4, chunk=4).save(0, {"a": np.arange(4.0)})
 
 
 def writers() -> dict[str, Writer]:

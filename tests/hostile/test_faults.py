@@ -165,7 +165,7 @@ def test_ctrl_c_before_the_rename_leaves_the_old_file_alone(found: Found, name: 
 
 def test_what_kills_left_among_the_chunks_is_removed_with_them(tmp_path: Path) -> None:
     folder = tmp_path / "x.chunks"
-    ChunkStore(folder, "d", "this one", runs=4, chunk=2)
+    ChunkStore(folder, "d", runs=4, chunk=2)
     for name in (".plan.json.0123456789abcdef", ".000000000.chunk.0123456789abcdef"):
         (folder / name).touch()
     discard(folder)

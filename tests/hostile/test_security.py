@@ -268,7 +268,7 @@ def test_no_pickle_is_opened(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["object array", "bare pickle"])
 def test_a_chunk_with_the_right_checksum_runs_nothing(tmp_path: Path, kind: str) -> None:
     """Whoever knows the sweep can make one."""
-    sprung, store = tmp_path / "sprung", ChunkStore(tmp_path / "c", "plan", "it", runs=4, chunk=4)
+    sprung, store = tmp_path / "sprung", ChunkStore(tmp_path / "c", "plan", runs=4, chunk=4)
     buffer = io.BytesIO()
     if kind == "object array":
         np.savez(buffer, slip=np.array([Trap(sprung)], dtype=object))

@@ -130,7 +130,7 @@ class Listed(cl.SampledController):
 
 
 class Reset(Listed):
-    history = None
+    history: Any = None
 
     def reset(self, measurement: cl.Measurement[float], torque: float) -> None:
         self.history = self.history or []

@@ -29,7 +29,7 @@ from contactlib.runs.sweep.execution import (
     thread_workers,
 )
 from contactlib.runs.sweep.loading import load_sweep, with_own
-from contactlib.runs.sweep.plan import Sweep, made_with
+from contactlib.runs.sweep.plan import Sweep
 from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan, discard, locked
 from contactlib.traction.interface import Controller
 
@@ -284,7 +284,7 @@ def ensemble(
             discard(folder)
             progress(1.0)
             return known
-        store = ChunkStore(folder, digest, sweep.plan.made_with, runs=sweep.runs, chunk=chunk)
+        store = ChunkStore(folder, digest, runs=sweep.runs, chunk=chunk)
         results = _run(sweep, store, store.chunk, executor, count, progress)
         dataset = make_dataset(sweep, results, digest)
         write_dataset(dataset, path)
@@ -296,8 +296,7 @@ def _finished(sweep: Sweep, digest: str, path: Path) -> Dataset:
     """Read the dataset of a finished sweep, and update its name, source and labels."""
     known = read_dataset(path)
     if known.attrs.get("plan_digest") != digest:
-        found = made_with(*map(known.attrs.get, ("contactlib_version", "kernel_token")))
-        raise another_plan(f"{path} is", found, sweep.plan.made_with)
+        raise another_plan(f"{path} is", known.attrs.get("plan_digest"), digest)
     rows = (-1, sweep.runs)
     results = {
         name: v.values.reshape(rows if "controller" in v.dims else sweep.runs)

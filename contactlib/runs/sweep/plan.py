@@ -39,11 +39,6 @@ def package_version() -> str:
     return version("contactlib")
 
 
-def made_with(package: object, token: object) -> str:
-    """Describe the contactlib that made a plan."""
-    return f"contactlib {package} with kernel {token}"
-
-
 @dataclass(frozen=True)
 class Plan:
     """Everything that the runs of a sweep have in common.
@@ -111,7 +106,7 @@ class Plan:
     @property
     def made_with(self) -> str:
         """Description of the contactlib that made the plan."""
-        return made_with(self.package, self.token)
+        return f"contactlib {self.package} with kernel {self.token}"
 
     def check_machine(self) -> None:
         """Refuse to run with another contactlib.
@@ -121,30 +116,41 @@ class Plan:
         RuntimeError
             If version or kernel differ from those of the plan.
         """
-        here = package_version(), kernel.token()
-        if here != (self.package, self.token):
+        here = dataclasses.replace(self, package=package_version(), token=kernel.token()).made_with
+        if here != self.made_with:
             raise RuntimeError(
-                f"a worker has {made_with(*here)}, the sweep was planned with {self.made_with}: "
+                f"a worker has {here}, the sweep was planned with {self.made_with}: "
                 "install the same on all machines"
             )
 
     def digest(self, values: FloatArray) -> str:
-        """Digest of everything on which the results depend; `values` are those of all runs."""
-        known = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        tables = known.pop("tables")
-        axes = known.pop("axes")
-        known["contents"] = [self.contents.data, self.contents.vehicle]
-        known["controllers"] = {
-            name: repr(c) if type(c).__module__.startswith("contactlib.") else fingerprint(c)
-            for name, c in self.controllers.items()
+        """Digest of each part on which results depend, as JSON; `values` are those of all runs."""
+        parts: dict[str, object] = {
+            "scenario": self.contents.data,
+            "vehicle": self.contents.vehicle,
+            "axes": [
+                [(axis.name, axis.factor, axis.targets) for axis in self.axes],
+                (values.shape, hashlib.sha256(values.tobytes()).hexdigest()),
+            ],
+            "controllers": list(self.controllers),
+            "tables": [
+                (key, hashlib.sha256(table).hexdigest())
+                for key, table in sorted(self.tables.items())
+            ],
+            **{name: getattr(self, name) for name in ("outcomes", "noise", "step", "tolerance")},
         }
-        known["metrics"] = {name: fingerprint(metric) for name, metric in self.metrics.items()}
-        known["axes"] = [(axis.name, axis.factor, axis.targets) for axis in axes]
-        found = hashlib.sha256(json.dumps(known, sort_keys=True, default=repr).encode())
-        for key, table in sorted(tables.items()):
-            found.update(repr(key).encode() + table)
-        found.update(repr(values.shape).encode() + values.tobytes())
-        return found.hexdigest()
+        for name, found in self.controllers.items():
+            shipped = type(found).__module__.startswith("contactlib.")
+            parts[f"controller {name}"] = repr(found) if shipped else fingerprint(found)
+        for name, metric in self.metrics.items():
+            parts[f"metric {name}"] = fingerprint(metric)
+        written = {
+            name: json.dumps(part, sort_keys=True, default=repr) for name, part in parts.items()
+        }
+        digests = {
+            name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()
+        }
+        return json.dumps({"contactlib": self.made_with, **digests})
 
 
 class ScenarioBuilder:

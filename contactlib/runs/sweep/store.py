@@ -14,6 +14,7 @@ import platform
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -129,9 +130,7 @@ class ChunkStore:
     folder : Path
         Folder, which is created if needed.
     digest : str
-        Digest of the plan and its runs.
-    made_with : str
-        Description of the contactlib that made the plan.
+        Digest of the plan and its runs: JSON with an entry for each part.
     runs, chunk : int
         Number of runs, and number of runs in a chunk; an existing folder overrides the latter.
 
@@ -148,20 +147,18 @@ class ChunkStore:
         If the folder cannot be created or written.
     """
 
-    def __init__(self, folder: Path, digest: str, made_with: str, *, runs: int, chunk: int) -> None:
+    def __init__(self, folder: Path, digest: str, *, runs: int, chunk: int) -> None:
         self.folder, self._digest, self._runs, self.chunk = folder, digest, runs, chunk
         folder.mkdir(parents=True, exist_ok=True)
         plan = folder / "plan.json"
         if plan.exists():
-            known = _read_plan(plan)
+            known = _parsed(plan.read_bytes())
             found = known.get("chunk")
             if known.get("digest") != digest or not isinstance(found, int) or found < 1:
-                raise another_plan(
-                    f"{folder} has chunks", known.get("made_with", "another contactlib"), made_with
-                )
+                raise another_plan(f"{folder} has chunks", known.get("digest"), digest)
             self.chunk = found
         else:
-            made = {"digest": digest, "made_with": made_with, "runs": runs, "chunk": chunk}
+            made = {"digest": digest, "runs": runs, "chunk": chunk}
             write_whole(plan, json.dumps(made, indent=1).encode())
 
     def load(self, first: int) -> dict[str, FloatArray] | None:
@@ -201,17 +198,19 @@ def discard(folder: Path) -> None:
 
 
 def another_plan(what: str, found: object, here: str) -> ValueError:
-    """Error for results of another plan, which `found` made; `here` made the present one."""
-    if found != here:
-        why = f"made with {found}, this is {here}"
+    """Error for results of another plan, whose digest is `found`; `here` is the present one's."""
+    known, mine = _parsed(found), _parsed(here)
+    if (made := known.get("contactlib", "another contactlib")) != mine.get("contactlib"):
+        why = f"made with {made}, this is {mine.get('contactlib')}"
     else:
-        why = "the sweep, its scenario or vehicle is not the same"
+        other = (name for name in {**mine, **known} if known.get(name) != mine.get(name))
+        why = f"not the same: {', '.join(other)}"
     return ValueError(f"{what} of another plan: {why}; {OTHERWISE}")
 
 
-def _read_plan(path: Path) -> dict[str, object]:
+def _parsed(text: Any) -> dict[str, object]:
     try:
-        known = json.loads(path.read_bytes())
-    except ValueError:
+        known = json.loads(text)
+    except (TypeError, ValueError):
         return {}
     return known if isinstance(known, dict) else {}

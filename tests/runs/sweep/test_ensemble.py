@@ -356,9 +356,9 @@ def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_p
     with pytest.raises(KeyboardInterrupt):
         start(0.3, progress=stop)
     for _ in range(2):  # it is in parts, then finished
-        with pytest.raises(ValueError, match="of another plan"):
+        with pytest.raises(ValueError, match="of another plan: not the same: controller mine;"):
             start(0.2)
-        with pytest.raises(ValueError, match="of another plan"):
+        with pytest.raises(ValueError, match="of another plan: not the same: metric largest;"):
             start(0.3, metrics={"largest": largest_slip})
         parts: list[float] = []
         start(0.3, progress=parts.append)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from contactlib.runs.sweep import store as lock
-from contactlib.runs.sweep.store import _read_plan, locked
+from contactlib.runs.sweep.store import ChunkStore, locked
 
 PLACEHOLDER = 2**22 + 1  # Linux gives no such number
 
@@ -77,6 +77,8 @@ def test_a_stale_lock_that_is_removed_meanwhile_is_no_error(
     assert not tmp_path.exists()
 
 
-def test_a_damaged_plan_is_no_plan(tmp_path: Path) -> None:
-    (tmp_path / "plan.json").write_text('{"kind": ')
-    assert _read_plan(tmp_path / "plan.json") == {}
+@pytest.mark.parametrize("text", ['{"kind": ', "[]", '{"digest": 3}'])
+def test_a_damaged_plan_is_no_plan(tmp_path: Path, text: str) -> None:
+    (tmp_path / "plan.json").write_text(text)
+    with pytest.raises(ValueError, match="of another plan: made with another contactlib, this is"):
+        ChunkStore(tmp_path, '{"contactlib": "this"}', runs=4, chunk=4)
