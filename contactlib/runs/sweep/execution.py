@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -21,6 +22,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.synchronize import Event
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -277,8 +279,13 @@ def run_chunks(
         if isinstance(error, BrokenProcessPool):
             own = {**plan.controllers, **plan.metrics}.values()
             here = any(getattr(one, "__module__", "") == "__main__" for one in own)
-            why = "as it cannot import what a notebook defines" if here else "for lack of memory"
-            more = ", with controllers and metrics in a module" if here else ""
+            script = getattr(sys.modules["__main__"], "__file__", None)
+            why, more = "for lack of memory", ""
+            if script and "__name__" not in Path(script).read_text(errors="replace"):
+                why = f"as {script} lacks the line if __name__ == '__main__': before what it does"
+            elif here and not script:
+                why = "as it cannot import what a notebook defines"
+                more = ", with controllers and metrics in a module"
             raise RuntimeError(
                 f"a worker process died, perhaps {why}; finished chunks are "
                 f"kept if there is an output folder: start the same sweep again to continue{more}"

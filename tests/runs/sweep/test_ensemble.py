@@ -8,6 +8,8 @@ import math
 import re
 import sys
 import tomllib
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
@@ -251,9 +253,38 @@ def test_what_processes_cannot_import_is_told(path: Path, monkeypatch: pytest.Mo
             cl.ensemble(path, executor=pool, metrics=metrics)
         # As of a notebook: the worker has no such class in its own main module.
         monkeypatch.setattr(sys.modules["__main__"], "SlipPI", SlipPI, raising=False)
+        monkeypatch.delattr(sys.modules["__main__"], "__file__", raising=False)
         monkeypatch.setattr(SlipPI, "__module__", "__main__")
         with pytest.raises(RuntimeError, match=r"cannot import what a notebook .* in a module"):
             cl.ensemble(path, executor=pool, controllers={"mine": SlipPI()})
+
+
+class Dying(ProcessPoolExecutor):
+    """Processes that die when they begin, as those of a script without a guard."""
+
+    def submit(self, *given: Any, **named: Any) -> Any:
+        raise BrokenProcessPool
+
+
+def test_a_script_that_starts_processes_without_a_guard_is_told(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = tmp_path / "mine.py"
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", str(script), raising=False)
+    for text, why in (
+        ("cl.ensemble(path)", r"mine.py lacks the line if __name__ == '__main__':"),
+        ("if __name__ == '__main__':\n    cl.ensemble(path)", "perhaps for lack of memory"),
+    ):
+        script.write_text(text)
+        with Dying(1) as pool, pytest.raises(RuntimeError, match=why):
+            cl.ensemble(path, executor=pool)
+
+
+def test_a_random_sweep_can_be_cut_short(tmp_path: Path) -> None:
+    text = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 6, 2) + AXES
+    sweep = cl.load_sweep(write_sweep(tmp_path, text))
+    short = dataclasses.replace(sweep, values=sweep.values[:2])
+    assert cl.ensemble(short, workers=1).equals(cl.ensemble(sweep, workers=1).isel(run=[0, 1]))
 
 
 def test_metrics_alone_need_no_outcome_of_runs(tmp_path: Path) -> None:
