@@ -29,10 +29,9 @@ def load_controller(place: str) -> tuple[str, Controller]:
         If the file or the class raises an error.
     """
     file, _, name = place.rpartition(":")
-    if not file or not name.isidentifier():
-        raise ValueError(
-            f"--controller {place} must be FILE.py:NAME, such as my_file.py:MyController"
-        )
+    if not (file.endswith(".py") and name.isidentifier()):
+        like = f"{Path(file).with_suffix('.py')}:{name}" if file else "my_file.py:MyController"
+        raise ValueError(f"--controller {place} must be FILE.py:NAME, such as {like}")
     known = vars(_run(Path(file)))
     if name not in known:
         own = [key for key, value in known.items() if getattr(value, "__module__", "") == STEM]
@@ -54,12 +53,10 @@ def _run(file: Path) -> ModuleType:
     """Run a file as a module; as for a script, it may import what lies beside it."""
     file.stat()  # an OSError that names it
     spec = importlib.util.spec_from_file_location(STEM, file)
-    if spec is None or spec.loader is None:
-        raise ValueError(f"--controller: {file} must be a Python file, whose name ends with .py")
-    module = sys.modules[STEM] = importlib.util.module_from_spec(spec)
+    module = sys.modules[STEM] = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
     sys.path.insert(0, str(file.resolve().parent))
     try:
-        spec.loader.exec_module(module)
+        spec.loader.exec_module(module)  # type: ignore[union-attr]
     except Exception as error:
         raise explained(f"--controller {file}", error) from error
     return module

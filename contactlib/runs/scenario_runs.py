@@ -131,8 +131,12 @@ def run_scenario(
     return next(kept.results())
 
 
-def _chosen(scenario: Scenario, controller: object) -> Controller:
+def _chosen(scenario: object, controller: object) -> Controller:
     """Return the scenario's controller of a name, or the given one."""
+    if not isinstance(scenario, Scenario):
+        raise ValueError(
+            f"scenario = {shown(scenario)} is none: contactlib.load_scenario reads one from a file"
+        )
     if isinstance(controller, str):
         return scenario.controller(controller)
     return checked_controller("controller", controller)
@@ -209,6 +213,8 @@ def run_many(
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     observers(outcomes, Vehicles.of([]))
     metrics = checked_metrics(metrics, (*OUTCOMES, FAILED))
+    if isinstance(scenarios, Scenario):
+        raise ValueError("scenarios must be a list, such as [scenario]")
     index = range(len(scenarios)) if index is None else checked_indices(index)
     steps = list(step) if isinstance(step, Sequence) else [step] * len(scenarios)
     for name, given in (("index", index), ("step", steps)):
@@ -249,6 +255,8 @@ def checked_metrics(
     metrics: Mapping[str, Metric] | None, taken: Collection[str]
 ) -> Mapping[str, Metric]:
     """Return metrics of a user, or raise a ValueError if a name is taken or cannot be one."""
+    if not isinstance(metrics or {}, Mapping):
+        raise ValueError("metrics must be functions by name, such as {'comfort': function}")
     for name, metric in (metrics or {}).items():
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", name) or name in taken:
             raise ValueError(

@@ -97,7 +97,7 @@ def open_study(
         If the file is not valid; a line for each mistake names file, key,
         value and limit.
     ValueError
-        If the scenario has a controller of such a name, or the file is a model.
+        If the scenario has a controller of such a name, or the file is no scenario.
     OSError
         If the file cannot be read.
     """
@@ -111,7 +111,7 @@ def open_study(
         check_names(every)
         return _of_scenario(replace(scenario, controllers=every))
     if controllers:
-        raise ValueError(f"{path} is a model: a controller of your own runs in a scenario")
+        raise ValueError(f"{path} is no scenario: a controller of your own runs in one")
     return _of_model(load_model(path, progress=progress))
 
 

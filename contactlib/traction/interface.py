@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, Any, Generic, NamedTuple, Protocol, Self, TypeVar
@@ -190,7 +191,8 @@ def checked_controller(name: str, found: object) -> Controller:
         )
     lacking = [key for key in ("start", "sample") if not callable(getattr(found, key, None))]
     if lacking and not sampled:
-        what = getattr(found, "__name__", shown(found))
+        plain = type(found).__repr__ is object.__repr__
+        what = getattr(found, "__name__", f"object of {kind}" if plain else shown(found))
         raise ValueError(
             f"{name} = {what} is no controller: it must be an object of a class derived from "
             "contactlib.SampledController, which has the method torque(self, measurement)"
@@ -201,11 +203,20 @@ def checked_controller(name: str, found: object) -> Controller:
             "sample_time = 0.01"
         )
     checked_number(f"{kind}.sample_time", found.sample_time, POSITIVE)
-    for key in ("reset", "torque") if sampled else ():
+    for key, given in (("reset", "measurement, torque"), ("torque", "measurement")):
+        if not sampled:
+            break
         if not callable(getattr(found, key)):
             raise ValueError(
                 f"{name}: {kind}.{key} must be a method, but self.{key} = "
                 f"{shown(getattr(found, key))} hides it: take another name for that value"
             )
+        try:
+            inspect.signature(getattr(found, key)).bind(*given.split())
+        except TypeError:
+            form = f"{key}(self, {given})"
+            raise ValueError(f"{name}: {kind}.{key} must be of the form {form}") from None
+        except ValueError:  # of a function in C, which does not tell its arguments
+            continue
     control: Controller = found  # type: ignore[assignment]
     return control

@@ -90,8 +90,9 @@ class Sensors(Parameters):
         nearest = round(samples) * step
         if abs(nearest - self.delay) > 1e-6 * step:
             raise ValueError(
-                f"Sensors.delay = {self.delay!r} is not a whole number of samples of "
-                f"sample_time = {step!r} s: take {nearest:.6g} s"
+                f"sample_time = {step!r} s: the sensors' delay, {self.delay!r} s, is not a whole "
+                f"number of samples: take {self.delay / max(1, round(samples)):.6g} s, or a delay "
+                f"of {nearest:.6g} s"
             )
         return round(samples)
 

@@ -90,7 +90,8 @@ def test_a_class_or_an_object_stands_beside_the_scenario_s_own() -> None:
         ("mine.py", "--controller mine.py must be FILE.py:NAME, such as my_file.py:MyController"),
         (":Mine", "--controller :Mine must be FILE.py:NAME, such as my_file.py:MyController"),
         ("none.py:Mine", "[Errno 2] No such file or directory: 'none.py'"),
-        ("s.toml:Mine", "--controller: s.toml must be a Python file, whose name ends with .py"),
+        ("s.toml:Mine", "--controller s.toml:Mine must be FILE.py:NAME, such as s.py:Mine"),
+        ("mine:Mine", "--controller mine:Mine must be FILE.py:NAME, such as mine.py:Mine"),
         ("mine.py:Mime", "--controller mine.py:Mime: the file has no Mime; did you mean 'Mine'?"),
         ("broken.py:Mine", "--controller broken.py: SyntaxError: '(' was never closed"),
         (
@@ -116,7 +117,11 @@ def test_what_cannot_be_combined_is_told() -> None:
     own = ("--controller", "mine.py:Mine")
     for given, scenario, message in (
         (("--control", "creep_pi"), "s.toml", "--control cannot be combined with --controller"),
-        ((), "roller_rig.toml", "roller_rig.toml is a model: a controller of your own runs in a"),
+        (
+            (),
+            "roller_rig.toml",
+            "roller_rig.toml is no scenario: a controller of your own runs in one",
+        ),
     ):
         result = simulated(*own, *given, scenario=scenario)
         assert result.exit_code == 2

@@ -243,6 +243,13 @@ def test_refusals(scenarios: list[cl.Scenario]) -> None:
         run_many(scenarios, "pid", ["slip_work"])
     with pytest.raises(ValueError, match=r"tolerance = 1.0 is out of range"):
         run_many(scenarios, "creep_pi", ["slip_work"], tolerance=1.0)
+    for call, message in (
+        (lambda: cl.run_scenario("x.toml", "creep_pi"), "'x.toml' is none: contactlib.load_scen"),  # type: ignore[arg-type]
+        (lambda: run_many(scenarios[0], "creep_pi"), r"a list, such as \[scenario\]"),  # type: ignore[arg-type]
+        (lambda: run_many(scenarios, "creep_pi", metrics=[len]), "metrics must be functions by"),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()
     with pytest.raises(ValueError, match=r"index has 3 entries for 10 scenarios"):
         run_many(scenarios, "creep_pi", ["slip_work"], index=range(3))
     with pytest.raises(ValueError, match=r"step has 2 entries for 10 scenarios"):

@@ -156,6 +156,15 @@ class Hidden(SlipPI):
         self.torque = 0.0  # type: ignore[method-assign,assignment]
 
 
+class Apart(SlipPI):
+    def torque(self, demand: float, wheel: float, vehicle: float) -> float:  # type: ignore[override]
+        return demand
+
+
+class NotDerived:
+    sample_time = 0.01
+
+
 def timed(sample_time: Any) -> SlipPI:
     control = SlipPI()
     control.sample_time = sample_time
@@ -178,6 +187,8 @@ def torque_of(measurement: cl.Measurement[float]) -> float:
         (NoTime(), r": NoTime.sample_time is missing: .* as in sample_time = 0.01"),
         (timed(0.0), r"SlipPI.sample_time = 0.0 is out of range"),
         (timed("10 ms"), r"SlipPI.sample_time = '10 ms' is not a number"),
+        (Apart(), r": Apart.torque must be of the form torque\(self, measurement\)"),
+        (NotDerived(), r" = object of NotDerived is no controller"),
         (Hidden(), r": Hidden.torque must be a method, but self.torque = 0.0 hides it"),
     ],
 )
