@@ -274,6 +274,7 @@ def fmu(
     "--chunk", type=click.IntRange(1), help="Runs per chunk, the most that a kill can lose."
 )
 @click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT and start again.")
+@click.option("--controller", hidden=True)
 @click.option("--no-maps", is_flag=True, help="Do not draw maps.")
 @drawing_options
 @click.option(
@@ -289,6 +290,7 @@ def sweep(
     cluster: str | None,
     chunk: int | None,
     restart: bool,
+    controller: str | None,
     no_maps: bool,
     output: Path | None,
     formats: tuple[str, ...],
@@ -300,6 +302,10 @@ def sweep(
     """
     from contactlib.runs import sweep as sweeps
 
+    if controller is not None:
+        raise ValueError(
+            "--controller: own controllers are run by contactlib.ensemble(sweep, controllers={...})"
+        )
     if cluster is not None and (processes or workers is not None):
         raise ValueError("--cluster cannot be combined with --processes or --workers")
     loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))

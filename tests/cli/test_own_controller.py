@@ -112,6 +112,13 @@ def test_mistakes_are_one_line_and_status_2(place: str, message: str) -> None:
     assert result.stderr.startswith(f"contactlib: {message}")
 
 
+def test_a_sweep_takes_own_controllers_in_python() -> None:
+    result = CliRunner().invoke(main, ["sweep", "x.toml", "--controller", "mine.py:Mine"])
+    assert result.exit_code == 2
+    assert result.stderr.startswith("contactlib: --controller: own controllers are run by contact")
+    assert result.stderr.count("\n") == 1
+
+
 @pytest.mark.usefixtures("folder")
 def test_what_cannot_be_combined_is_told() -> None:
     own = ("--controller", "mine.py:Mine")
