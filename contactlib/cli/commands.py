@@ -366,7 +366,10 @@ def sweep(
 @drawing_options
 @_output_option("contactlib-figures", "Folder for the figures.")
 def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ...]) -> None:
-    """Draw the laws or a wheelset's stability."""
+    """Draw the laws or a wheelset's stability.
+
+    A figure that cannot be drawn gives a line and exit status 1, after all others are drawn.
+    """
     from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save_pictures
 
     if not paper and model is None:
@@ -382,9 +385,18 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
         for name, figure_of in STABILITY_FIGURES.items():
             wanted[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
     output.mkdir(parents=True, exist_ok=True)
+    failed = False
     for name, (draw, title) in wanted.items():
-        first, *others = save_pictures(draw(), output, name, formats)
+        try:
+            figure = draw()
+        except (ValueError, RuntimeError) as error:
+            failed = True
+            complain(f"contactlib: no {name}: {error}")
+            continue
+        first, *others = save_pictures(figure, output, name, formats)
         say(f"{', '.join([str(first), *(path.name for path in others)])}: {title}")
+    if failed:
+        click.get_current_context().exit(1)
 
 
 @main.command()

@@ -183,6 +183,24 @@ def test_a_format_that_matplotlib_does_not_write_is_refused(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_figure_that_cannot_be_drawn_leaves_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> Figure:
+        raise ValueError("nothing to see")
+
+    poles = STABILITY_FIGURES["poles"]
+    both = {"refused": poles._replace(draw=refuse), "poles": poles}
+    monkeypatch.setattr(figures, "STABILITY_FIGURES", both)
+    result = CliRunner().invoke(main, ["figures", "--stability", "-o", str(tmp_path)])
+    assert result.exit_code == 1
+    assert result.stderr == "contactlib: no stability_refused: nothing to see\n"
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "stability_poles.png",
+        "stability_poles.svg",
+    }
+
+
 def test_figures_command_refuses_what_is_no_model(tmp_path: Path) -> None:
     asked = ["figures", "--stability", "no_such_model.toml", "-o", str(tmp_path / "out")]
     result = CliRunner().invoke(main, asked)

@@ -336,3 +336,22 @@ def test_figures_without_return_and_with_falling_friction(
     figure = STABILITY_FIGURES["s_curve"].draw(with_falling(locomotive.wheelset), V)
     checks.check_layout(figure)
     assert "slip-rate" in figure.get_supxlabel()
+
+
+@pytest.mark.parametrize("damping", [0.0, 10.0])
+def test_a_speed_that_nothing_brings_back_is_taken_as_constant(
+    locomotive: cl.Model, damping: float
+) -> None:
+    """A constant resistance leaves an eigenvalue of zero; with damping no gain holds the speed."""
+    drifting = replace(locomotive.wheelset, resistance=cl.Resistance(constant=1e3), damping=damping)
+    held = replace(drifting, mass=None)
+    axes = STABILITY_FIGURES["gains"].draw(drifting, V).axes[1]
+    zeta, least, _ = checks.lines(axes, "smallest gain")
+    expected = [
+        cl.creep_control_gain(held, held.balanced(creepage=float(z), speed=V)) for z in zeta[::50]
+    ]
+    assert_allclose(1e3 * least[::50], expected)
+    figure = STABILITY_FIGURES["loop"].draw(drifting, V)
+    assert "Constant vehicle speed" in figure.get_supxlabel()
+    x, _, _ = checks.lines(figure.axes[1], "loop, rising frequency")
+    assert 1.0 < np.abs(x).max() < 10.0

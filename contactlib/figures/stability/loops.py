@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,7 +59,14 @@ GAINS = np.geomspace(0.2, 8.0, 400)  # gains of the locus / the loop's gain
 
 
 def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
-    """Window of stabilising gains over the delay, and over the creepage to be held."""
+    """Window of stabilising gains over the delay, and over the creepage to be held.
+
+    If the resistance does not grow with speed, nothing brings the speed of a free vehicle back, so
+    that it is taken as constant.
+    """
+    given = wheelset
+    if wheelset.resistance.linear == wheelset.resistance.quadratic == 0.0:
+        wheelset = replace(wheelset, mass=None)
     worst = worst_pole(wheelset, speed=speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
     with styled(paint.hatched):
@@ -71,8 +79,8 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
             f"the falling branch, {100.0 * worst.creepage:.3g} %, with pole $p$ "
             f"{plant.pole:.3g} 1/s and $g=r/(JV)$ = {plant.gain:.3g} 1/(N\u00a0m\u00a0s). Sampled: "
             "each reading acts one sample later, so $\\tau$ is 1.5 samples. The left panel and the "
-            "largest gains assume a constant vehicle speed: $g/(s-p)$. "
-            f"{setting(wheelset, speed)}",
+            f"{'' if wheelset is given else 'smallest and '}largest gains assume a constant "
+            f"vehicle speed: $g/(s-p)$. {setting(given, speed)}",
         )
     return figure
 
@@ -163,7 +171,11 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
 
 
 def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
-    """Closed-loop poles over the gain; Nyquist curve of one gain, with its margins."""
+    """Closed-loop poles over the gain; Nyquist curve of one gain, with its margins.
+
+    A free vehicle hardly changes its speed in the time of the loop: it is taken as constant.
+    """
+    given, wheelset = wheelset, replace(wheelset, mass=None)
     worst = worst_pole(wheelset, speed=speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
     delay = DELAY_RATIO / plant.pole
@@ -180,7 +192,8 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
             f"Proportional creep control of {100.0 * worst.creepage:.3g} %, the steepest point of "
             f"the falling branch: open-loop pole $p$ {plant.pole:.3g} 1/s, delay "
             f"{1e3 * delay:.3g} ms ($p\\tau$ {DELAY_RATIO:g}, Pade approximant of order 6), gain "
-            f"{1e-3 * gain:.3g} kN m. {setting(wheelset, speed)}",
+            f"{1e-3 * gain:.3g} kN m. {'' if given.speed_held else 'Constant vehicle speed. '}"
+            f"{setting(given, speed)}",
         )
     return figure
 
