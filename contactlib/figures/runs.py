@@ -70,7 +70,7 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
             rf"$\zeta_0$ = {100 * element.saturation_creepage:.2g} %, $V$ = {speed:.3g} m/s",
             loc="left",
         )
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.08))
+        axes.legend()
     return figure
 
 
@@ -96,12 +96,14 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
                 if event is not None:
                     axes.axvline(event.time, color=paint.ink, lw=1.0, ls=":")
                     if row == 0:
+                        late = 2.0 * event.time > run.time[0] + run.time[-1]
                         axes.annotate(
                             "passes the peak",
                             (event.time, 0.04),
                             xycoords=("data", "axes fraction"),
-                            xytext=(5, 0),
+                            xytext=(-5 if late else 5, 0),
                             textcoords="offset points",
+                            ha="right" if late else "left",
                         )
             grid[0, column].set_title(heading, loc="left")
             grid[2, column].set_xlabel("time  [s]")
@@ -115,11 +117,11 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
             lw=0.9,
             label="reference",
         )
-        grid[1, 1].legend(loc="lower right")
+        grid[1, 1].legend()
         grid[1, 1].set_ylim(bottom=0.0)
         lines = (("rising branch", paint.blue, "-"), ("falling branch", paint.orange, DASHED))
         handles = [Line2D([], [], color=color, ls=ls, label=label) for label, color, ls in lines]
-        figure.legend(handles=handles, loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.005))
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
         figure.suptitle(title, x=0.01, ha="left")
     return figure
 
@@ -150,15 +152,8 @@ def fold_diagram(
         )
         for part in (0.3, 0.75):
             _arrow(axes, torque_run, part)
-        mark(
-            axes,
-            float(creep_run["drive_torque"][-1]) / 1e3,
-            float(creep_run["creepage"][-1]),
-            "held by creep control",
-            (-14, -4),
-            ha="right",
-            va="top",
-        )
+        held = creep_run["drive_torque"][-1] / 1e3, creep_run["creepage"][-1]
+        axes.plot(*held, "o", color=paint.ink, ms=6, zorder=5, label="held by creep control")
         mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
         if np.isfinite(fold.return_creepage):
             mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
@@ -175,7 +170,7 @@ def fold_diagram(
         axes.set_xlabel("drive torque  [kN m]")
         axes.set_ylabel(r"creepage $\zeta$  [%]")
         axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s", loc="left")
-        axes.legend(loc="lower right")
+        axes.legend()
     return figure
 
 

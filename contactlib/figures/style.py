@@ -47,7 +47,7 @@ STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "axes.grid": True,
     "grid.linewidth": 0.8,
-    "legend.frameon": False,
+    "legend.edgecolor": "none",
     "lines.linewidth": 2.0,
     "savefig.dpi": 150,
     "svg.fonttype": "none",
@@ -214,8 +214,11 @@ def save_pictures(
 
 
 def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
-    """Make a figure of a width and height in inches; return it and its axes."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    """Make a figure, so wide and high in inches where text has 10 points; return it and its axes.
+
+    It grows with the text, so that what fits beside each other fits in any size of text.
+    """
+    figure = Figure(figsize=(sized(width), sized(height)), layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(**grid)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import figure_checks
 import map_data
 import matplotlib as mpl
 import matplotlib.style
@@ -83,13 +84,26 @@ def test_the_user_s_settings_go_before_those_of_contactlib(tmp_path: Path) -> No
     assert pixels.shape[:2] == tuple((40.0 * figure.get_size_inches()[::-1]).astype(int))
 
 
-def test_her_text_keeps_its_place(rig: cl.Model) -> None:
-    """A caption in larger letters has more lines, none of them beyond the page."""
-    with mpl.rc_context({"font.size": 13.0}):
-        figure = STABILITY_FIGURES["s_curve"].draw(rig.wheelset, 10.0)
-        figure.draw_without_rendering()
-        box = figure._supxlabel.get_window_extent()  # type: ignore[attr-defined]
-    assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1
+@pytest.mark.parametrize(
+    "name", ["creep_curve", "time_histories", "fold_diagram", *STABILITY_FIGURES]
+)
+def test_no_text_covers_another_in_the_size_of_slides(rig: cl.Model, name: str) -> None:
+    wheelset, speed = rig.wheelset, rig.initial_speed
+    with mpl.style.context(["dark_background", {"font.size": 16.0}]):
+        if name == "creep_curve":
+            figure = figures.creep_curve(wheelset, speed=speed)
+        elif name in STABILITY_FIGURES:
+            figure = STABILITY_FIGURES[name].draw(wheelset, speed)
+        else:
+            runs = [
+                cl.simulate(wheelset, control, initial_speed=speed)
+                for control in (rig.torque_control, rig.creep_control)
+            ]
+            if name == "time_histories":
+                figure = figures.time_histories(*runs, title=rig.name)
+            else:
+                figure = figures.fold_diagram(wheelset, *runs, speed=speed, title=rig.name)
+        figure_checks.check_layout(figure)
 
 
 def test_a_style_sheet_is_hers_too() -> None:

@@ -65,7 +65,7 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
     that it is taken as constant.
     """
     given = wheelset
-    if wheelset.resistance.linear == wheelset.resistance.quadratic == 0.0:
+    if not (wheelset.speed_held or wheelset.resistance.linear or wheelset.resistance.quadratic):
         wheelset = replace(wheelset, mass=None)
     worst = worst_pole(wheelset, speed=speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
@@ -136,7 +136,7 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
     axes.set_xlabel(rf"pole times delay $p\tau$  [1];  1 means a delay of {in_ms:.3g} ms")
     axes.set_ylabel(r"gain $K_p$  [kN m]")
     axes.set_title("Gains that hold the steepest point", loc="left")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.84))
+    axes.legend()
 
 
 def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
@@ -167,7 +167,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_xlabel(r"creepage to be held $\zeta$  [%]")
     axes.set_ylabel(r"gain $K_p$  [kN m]")
     axes.set_title("Smallest gain, and largest gain for three delays", loc="left")
-    axes.legend(loc="upper right", ncols=2, fontsize=sized(9))
+    axes.legend(ncols=2, fontsize=sized(9))
 
 
 def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
@@ -247,7 +247,7 @@ def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: fl
     axes.set_xlabel("real part  [1/s]")
     axes.set_ylabel("imaginary part  [1/s]")
     axes.set_title("Root locus; dots: the chosen gain", loc="left")
-    axes.legend(loc="lower left")
+    axes.legend()
 
 
 def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
@@ -305,7 +305,7 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
     axes.set_xlabel("real part of the loop gain  [1]")
     axes.set_ylabel("imaginary part  [1]")
     axes.set_title("Nyquist curve", loc="left")
-    axes.legend(loc="upper right", fontsize=sized(9))
+    axes.legend(fontsize=sized(9))
 
 
 def _direction(axes: Axes, response: NDArray[np.complex128]) -> None:

@@ -100,7 +100,7 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     axes.set_xlabel(r"creepage $\zeta$  [%]")
     axes.set_ylabel(r"rate of change of creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]")
     axes.set_title("Where the creepage goes", loc="left")
-    axes.legend(loc="upper right")
+    axes.legend()
 
 
 def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
@@ -134,7 +134,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
     axes.set_xlabel(r"creepage $\zeta$  [%]")
     axes.set_ylabel(r"speed $V$  [m/s]")
     axes.set_title("Creepage and speed", loc="left")
-    axes.legend(loc="upper right")
+    axes.legend()
 
 
 def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
@@ -166,7 +166,7 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     axes.set_xlabel("time  [ms]")
     axes.set_ylabel(r"creepage $\zeta$  [%]")
     axes.set_title(f"Runs from both sides of the border, at {speed:.3g} m/s", loc="left")
-    axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.55))
+    axes.legend()
 
 
 def _run(

@@ -123,7 +123,7 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
     axes.set_title(
         f"At {speed:.3g} m/s; dots: the steady states at {1e-3 * chosen:.4g} kN m", loc="left"
     )
-    axes.legend(loc="upper left")
+    axes.legend()
 
 
 def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
@@ -150,7 +150,7 @@ def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
     axes.set_ylim(0.2 * min(fold.creepage for fold in folds), 1.5 * float(np.max(tops)))
     _creepage_axis(axes)
     axes.set_title(title, loc="left")
-    axes.legend(loc="upper left", fontsize=sized(9))
+    axes.legend(fontsize=sized(9))
 
 
 def _creepage_axis(axes: Axes) -> None:
@@ -195,7 +195,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speeds: list[float]) -> None:
     axes.set_xlabel(r"creepage $\zeta$  [%]")
     axes.set_ylabel(r"fast pole $p$  [1/s]")
     axes.set_title("Growth rate of a small change in creepage", loc="left")
-    axes.legend(loc="lower right")
+    axes.legend()
 
 
 def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) -> None:
@@ -236,7 +236,7 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
     axes.set_xlabel(r"speed $V$  [m/s]")
     axes.set_ylabel(r"delay of the loop $\tau$  [ms]")
     axes.set_title("Delays at which a gain can hold it", loc="left")
-    axes.legend(loc="upper left")
+    axes.legend()
 
 
 def _inverse(milliseconds: object) -> np.ndarray:

@@ -84,7 +84,7 @@ def _histories(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None
     axes.set_xlabel("time  [ms]")
     axes.set_ylabel(r"creepage $\zeta$  [%]")
     axes.set_title("Runs; dashed beyond the fold", loc="left")
-    axes.legend(loc="upper left")
+    axes.legend()
 
 
 def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
@@ -113,7 +113,7 @@ def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     axes.set_xlabel("overload: torque above that of the fold  [%]")
     axes.set_ylabel("slip-away time  [ms]")
     axes.set_title("Time to run away", loc="left")
-    axes.legend(loc="upper right")
+    axes.legend()
 
 
 def _run(wheelset: Wheelset, speed: float, overload: float, end: float) -> Result:
@@ -226,7 +226,7 @@ def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_xlabel("friction of the patch / good friction  [1]")
     axes.set_ylabel("critical duration  [ms]")
     axes.set_title(f"Longest duration, at {speed:.3g} m/s", loc="left")
-    axes.legend(loc="upper left")
+    axes.legend()
 
 
 def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
@@ -250,4 +250,4 @@ def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_xlabel(r"speed $V$  [m/s]")
     axes.set_ylabel("critical length  [m]")
     axes.set_title(f"Longest patch with {PATCH:g} of the good friction", loc="left")
-    axes.legend(loc="upper left")
+    axes.legend()

@@ -147,7 +147,7 @@ def _slopes(
     axes.set_xlabel("amplitude of a wheel's creepage  [%]")
     axes.set_ylabel("effective fall of a wheel's force $-N$  [kN]")
     axes.set_title("Effective slope; dots: limit cycles", loc="left")
-    axes.legend(loc="upper right")
+    axes.legend()
 
 
 def _amplitudes(
@@ -200,7 +200,7 @@ def _amplitudes(
     axes.set_xlabel("mean creepage  [%]")
     axes.set_ylabel("amplitude of a wheel's creepage  [%]")
     axes.set_title("Amplitudes that persist", loc="left")
-    axes.legend(loc="upper left", frameon=True, edgecolor="none", framealpha=1.0)
+    axes.legend()
 
 
 def _means(
