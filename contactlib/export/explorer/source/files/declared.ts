@@ -80,7 +80,7 @@ const SETTING_LIMITS: ByName<Limit> = {
   friction_ratio: { unit: "1", at_least: 1, at_most: 100 },
   patch_friction: { unit: "1", at_least: 1e-3, at_most: 2 },
   patch_length: { unit: "m", at_least: 1e-6, at_most: 1e4 },
-  patch_time: { unit: "s" },
+  patch_time: { unit: "s", at_least: 1e-5, at_most: 100 },
   playback: { unit: "1", above: 0, at_most: 10 },
 };
 

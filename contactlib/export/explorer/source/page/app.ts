@@ -68,6 +68,7 @@ export class App {
   private step = 0; // of the story
   private since = 0; // simulated time at which the step began [s]
   private before: Settings | null = null; // the visitor's, before the story
+  private given = 0; // drive torque of the model, as it was chosen [N.m]
   private rests: SteadyState[] = [];
   private stale = true; // the charts are out of date
   private unshown = true; // the charts do not have the curves yet
@@ -94,6 +95,7 @@ export class App {
     this.endStory();
     const before = { ...this.settings, control: { ...this.control } };
     try {
+      this.given = settings.control.drive_torque;
       this.take(settings);
     } catch (error) {
       if (before.vehicle !== settings.vehicle) this.take(before);
@@ -113,6 +115,7 @@ export class App {
     const { before } = this;
     this.endStory();
     if (before !== null) this.putBack(before);
+    this.stage.toast("");
     this.restart();
   }
 
@@ -129,10 +132,12 @@ export class App {
       this.run.start(vehicle, normalLoad, speed);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
+      const critical = next.most.torque, grips = this.given < critical;
       this.control.mode = "torque";
-      this.control.drive_torque = 0.9 * next.most.torque;
+      this.control.drive_torque = grips ? this.given : 0.9 * critical;
       this.run.start(vehicle, normalLoad, speed);
-      this.stage.toast("No grip holds that torque: the run starts at nine tenths of the critical one.");
+      this.stage.toast("No grip holds that torque: the run starts at " +
+        `${grips ? "the model's" : "nine tenths of the critical one"}.`);
     }
     this.playing = true;
     this.show(next);
@@ -188,6 +193,7 @@ export class App {
 
   tell(story: Story): void {
     const before = this.before ?? structuredClone({ ...this.settings, control: { ...this.control } });
+    const another = this.story !== null;
     this.endStory();
     this.putBack(before); // no story starts from another's settings
     const why = story.cannot(this);
@@ -196,7 +202,8 @@ export class App {
       this.story = story;
       this.beginStep(0);
     } else {
-      this.stage.toast(why);
+      if (another) this.restart(); // not in the state to which that has led
+      this.stage.say(why);
     }
     this.stage.changed();
   }
@@ -223,9 +230,9 @@ export class App {
   /** The visitor takes over, and keeps what the story has set. */
   endStory(): void {
     this.before = null;
+    this.stage.say("");
     if (this.story === null) return;
     this.story = null;
-    this.stage.say("");
     this.stage.changed();
   }
 

@@ -4,7 +4,7 @@ import { fromAddress, type Settings, toAddress } from "../files/settings";
 import type { Kernel } from "../kernel/kernel";
 import { App } from "./app";
 import type { View } from "./chart";
-import { choose, offer, open, save, showChoice, takeGiven } from "./choices";
+import { choose, chooseLinked, offer, open, save, showChoice, takeGiven } from "./choices";
 import { CreepCurve } from "./creep_curve";
 import { fillHelp, find, made, plot } from "./elements";
 import { TimeHistory } from "./history";
@@ -82,7 +82,7 @@ export function begin(kernel: Kernel): App {
   const given = takeGiven();
   const { settings, problems } = fromAddress(location.hash);
   const fresh = given !== null && location.hash === "";
-  if (!fresh) choose(settings.preset);
+  if (!fresh) chooseLinked(settings);
   const app = orPreset(fresh ? given : settings, problems, (chosen) => new App(kernel, chosen, {
     views, numbers: find("numbers"), warning: find("warning"), clearing: find("clearing"),
     clock: find("clock"), say, toast, changed,
@@ -207,7 +207,7 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
   });
   addEventListener("hashchange", () => {
     const { settings, problems } = fromAddress(location.hash);
-    choose(settings.preset);
+    chooseLinked(settings);
     orPreset(settings, problems, (chosen) => app.use(chosen));
     if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);
   });

@@ -137,7 +137,8 @@ export class Chart {
       label: axis.hidden ? "" : axis.label,
       labelSize: axis.hidden ? 0 : 16,
       labelGap: upright ? 2 : 0,
-      size: axis.size ?? (upright ? 46 : 24),
+      size: (_, values) => Math.max(axis.size ?? (upright ? 46 : 24), // or as wide as its numbers
+        upright ? 12 + 7 * Math.max(0, ...(values ?? []).map((text) => text.length)) : 0),
       gap: 4,
       space: axis.space ?? (upright ? 26 : 52),
       stroke: () => colour("soft"),

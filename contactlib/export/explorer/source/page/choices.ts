@@ -35,6 +35,16 @@ export function choose(key: string): Settings {
   return structuredClone(choices.get(key) as Settings);
 }
 
+/** Choose the model of an address: one of that name or, if there is none, that of the link. */
+export function chooseLinked(settings: Settings): void {
+  const { name } = settings.vehicle;
+  const same = [...choices].find(([, { vehicle }]) => vehicle.name === name);
+  choice = same?.[0] ?? "link";
+  if (same !== undefined) return;
+  choices.set(choice, structuredClone(settings));
+  offer();
+}
+
 /** Show the choices in the page. */
 export function offer(): void {
   find("preset").replaceChildren(...[...choices].map(([key, { vehicle }]) =>
@@ -63,11 +73,13 @@ export async function open(app: App, file: File, toast: (text: string) => void):
 /** Save the present model as a file, or say why no file can hold it. */
 export function save(app: App, toast: (text: string) => void): void {
   const { vehicle, normalLoad, speed, control } = app.settings;
+  const file = choice !== "given" && choice !== "link" ? choice.replace(/\.toml$/, "")
+    : vehicle.name.toLowerCase().replace(/[^a-z0-9]+/g, "_");
   try {
     const text = writeModel({ ...vehicle, initial_speed: speed }, normalLoad, control);
     const link = made("a", {
       href: URL.createObjectURL(new Blob([text], { type: "application/toml" })),
-      download: `${choice.replace(/\.toml$/, "")}_explored.toml`,
+      download: `${file}_explored.toml`,
     });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);

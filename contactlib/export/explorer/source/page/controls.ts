@@ -103,7 +103,9 @@ export class Row {
 
   private typed(): void {
     const { label, unit, scale, limit } = this.spec, value = scale * number(this.field.value);
-    if (!allows(limit, value)) {
+    if (Number.isNaN(value)) {
+      this.refuse(`${label}: "${this.field.value}" is not a number`);
+    } else if (!allows(limit, value)) {
       this.refuse(`${label} must be ${limitText(inUnits(limit, scale))} ${unit}`.trim());
     } else if (this.take(value)) {
       this.show(true);

@@ -29,7 +29,7 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const contact = plant.force(run.creepage, run.speed, run.friction);
   const where = held ? "at the reference" : "here";
   const empty = !(lowest < highest);
-  const mega = (v: number): string => digits(1e-6 * v);
+  const mega = (v: number): string => v < 1e3 ? "0" : digits(1e-6 * v);
   return [
     { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.creepage), unit: "" },
     { label: "drive torque T", help: "acting on the wheelset",

@@ -94,7 +94,7 @@ export function makeRows(app: App): Rows {
         "At a given K it changes the length of the weakening zone"),
         ratio, (value) => setFriction(app.settings.vehicle.kinetic_friction, value)),
       row("kinetic_friction", shape("kinetic", "kinetic friction f_d", "", 1, 0.03, 0.6,
-        "f_s keeps its ratio to it"),
+        "K and f_s / f_d stay: f_s and the weakening length change with it"),
         () => app.settings.vehicle.kinetic_friction, (value) => setFriction(value, ratio())),
       row("load", shape("load", "load P", "kN", KILO, 2e4, 4e5,
         "Normal load of both wheels; the contact grows with it"),

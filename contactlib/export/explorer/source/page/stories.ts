@@ -8,7 +8,8 @@ import type { App, Story } from "./app";
 import { digits, duration, percent } from "./format";
 
 const OVER = 1.015; // torque over the fold's with which Hysteresis drives the wheel away
-const RESTING = 0.9; // torque over the fold's at which the wheel meets a wet patch
+const RESTING = 0.9; // torque over the fold's at which the wheel meets a wet patch, if it is above the return's
+const WETTEST = 0.1; // friction at which a patch lets a wheel run away, if any does
 
 /** Every story needs a fold. */
 function noFold(app: App): string | null {
@@ -49,11 +50,24 @@ function noLanding(app: App): string | null {
     "drive, or less speed, would catch it.";
 }
 
+/** Part of the critical torque that a patch of some friction takes away; null if there is none. */
+function parting({ shown }: App, friction: number): number | null {
+  const { plant, speed, fold } = shown, back = fold!.return_torque / fold!.drive_torque;
+  return [RESTING, 0.5 * (1 + back)].find((part) => Number.isFinite(
+    clearing(plant, part * fold!.drive_torque, speed, friction)?.time ?? Infinity)) ?? null;
+}
+
 function noClearing(app: App): string | null {
-  const { plant, speed } = app.shown, { friction } = app.settings.patch;
-  const found = clearing(plant, RESTING * critical(app).drive_torque, speed, friction);
-  return found !== null && Number.isFinite(found.time) ? null
-    : `The wheel survives a patch of any length with ${digits(friction, 2)} times the dry friction: lower it.`;
+  const { friction } = app.settings.patch;
+  if (parting(app, friction) !== null) return null;
+  return parting(app, WETTEST) === null ? "Here the wheel survives a wet patch of any length."
+    : `The wheel survives a patch of any length with ${digits(friction, 2)} times the dry friction: ` +
+      "lower the wet friction.";
+}
+
+/** Begin again at rest under a torque that the patch takes away. */
+function restBeforePatch(app: App): void {
+  rest(app, parting(app, app.settings.patch.friction) ?? RESTING, 0.01);
 }
 
 /** Begin again at rest under a part of the critical torque. */
@@ -177,7 +191,7 @@ export const STORIES: Story[] = [
     cannot: (app) => noFold(app) ?? noClearing(app),
     steps: [
       {
-        begin: (app) => rest(app, RESTING, 0.01),
+        begin: restBeforePatch,
         say: (app) => `A wet patch is coming, with ${digits(app.settings.patch.friction, 2)} times the friction. ` +
           "On it the wheel speeds up; what counts is whether it crosses the border before the end.",
         until: 0.004,
@@ -190,7 +204,7 @@ export const STORIES: Story[] = [
       },
       {
         begin: (app) => {
-          rest(app, RESTING, 0.01);
+          restBeforePatch(app);
           patchStory(app, 1.1);
         },
         say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.speed)}, eleven tenths: it crosses the ` +
