@@ -151,8 +151,15 @@ def table(model: str, output: Path, rebuild: bool, **options: Any) -> None:
     write_table(partial(_load, model), output, rebuild, options)
 
 
+class _KindOrFile(click.Choice[str]):
+    """One of the choices, or the name of the file to write."""
+
+    def convert(self, value: Any, *context: Any) -> Any:
+        return value if str(value).endswith(".toml") else super().convert(value, *context)
+
+
 @main.command()
-@click.argument("kind", type=click.Choice(["model", "force", "scenario", "sweep"]), default="model")
+@click.argument("kind", type=_KindOrFile(["model", "force", "scenario", "sweep"]), default="model")
 @click.option("--list", "shipped", is_flag=True, help="List the shipped files instead.")
 @click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
 @click.option(
@@ -162,10 +169,14 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     """Write a commented file to start from, ready to run.
 
     KIND is model (a wheelset and two runs, the default), force (only a wheel's creep force, for an
-    FMU or a table), scenario or sweep.
+    FMU or a table), scenario or sweep; a name such as my_wheelset.toml writes a model there.
     """
     from contactlib.cli.new_files import say_shipped, write_template
 
+    if kind.endswith(".toml"):
+        if output is not None:
+            raise ValueError(f"new: give one file to write, not {kind} and {output}")
+        kind, output = "model", Path(kind)
     if shipped:
         say_shipped()
     else:
@@ -371,6 +382,7 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
     A figure that cannot be drawn gives a line and exit status 1, after all others are drawn.
     """
     from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save_pictures
+    from contactlib.stability import find_fold
 
     if not paper and model is None:
         raise ValueError("figures: pass --paper or --stability, or both")
@@ -382,6 +394,7 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
     if model is not None:
         loaded = _load(model)
         given = loaded.wheelset, loaded.initial_speed
+        find_fold(loaded.wheelset, speed=loaded.initial_speed)  # without which there is nothing
         for name, figure_of in STABILITY_FIGURES.items():
             wanted[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
     output.mkdir(parents=True, exist_ok=True)

@@ -161,7 +161,7 @@ class Friction(Parameters):
         if self.static < self.kinetic:
             raise ValueError(
                 f"Friction.static = {self.static!r} is out of range: "
-                f"must be >= Friction.kinetic = {self.kinetic!r}"
+                f"must be >= kinetic = {self.kinetic!r}"
             )
         self._check_derived("ratio")
 

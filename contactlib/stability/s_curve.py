@@ -77,10 +77,13 @@ def find_fold(
     slopes = slope(grid)
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
     if falling.size == 0:
+        friction = wheelset.element.friction
+        level = friction.ratio == 1.0 and friction.slip_rate_decay == 0.0
         raise ValueError(
             f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, "
             f"friction_scale = {at.friction_scale!r}, damping = {wheelset.damping!r}: the "
             "torque has no maximum over creepage, so there is no fold"
+            f"{f'; friction does not fall, as static = kinetic = {friction.kinetic!r}' * level}"
         )
 
     def root(i: int) -> float:

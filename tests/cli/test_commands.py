@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import time
 import warnings
 from pathlib import Path
@@ -208,6 +209,19 @@ def test_figures_command_refuses_what_is_no_model(tmp_path: Path) -> None:
     assert result.stderr.count("\n") == 1
     assert "no_such_model.toml" in result.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_friction_that_does_not_fall_is_one_line(tmp_path: Path) -> None:
+    text = Path("models/roller_rig.toml").read_text()
+    model = tmp_path / "level.toml"
+    model.write_text(
+        re.sub("k_hat = .*", "k_hat = 0", re.sub("static = .*", "static = 0.21", text))
+    )
+    asked = ["figures", "--stability", str(model), "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, asked)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert result.stderr.endswith("friction does not fall, as static = kinetic = 0.21\n")
 
 
 def test_figures_command_asks_which(tmp_path: Path) -> None:

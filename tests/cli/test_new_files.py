@@ -44,6 +44,16 @@ def test_a_force_is_enough_for_an_fmu_and_a_table() -> None:
     }
 
 
+def test_a_file_may_be_named_instead_of_a_kind() -> None:
+    done = contactlib("new", "my_wheelset.toml")
+    assert done.stdout == "my_wheelset.toml: to try it, contactlib simulate my_wheelset.toml\n"
+    assert cl.load_model("my_wheelset.toml").wheelset.mass == 60e3
+    done = contactlib("new", "mine.toml", "-o", "yours.toml")
+    assert done.exit_code == 2
+    assert done.stderr == "contactlib: new: give one file to write, not mine.toml and yours.toml\n"
+    assert contactlib("new", "modle").exit_code == 2
+
+
 def test_the_measured_alternative_of_a_force_runs_too() -> None:
     text = Path(written("force")).read_text()
     kept, _, rest = text.partition("[friction]")

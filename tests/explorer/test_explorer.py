@@ -73,6 +73,12 @@ def test_command_does_not_open_it_if_told_so(tmp_path: Path, opened: list[str]) 
     assert opened == []
 
 
+def test_page_is_not_written_into_another_kind_of_file(tmp_path: Path) -> None:
+    said = explore("--no-open", "-o", str(tmp_path / "x.pdf"), status=2)
+    assert said.endswith("x.pdf: the explorer is a page, whose file ends in .html\n")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_page_has_a_name_if_none_is_given(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opened: list[str]
 ) -> None:

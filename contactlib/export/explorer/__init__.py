@@ -43,9 +43,13 @@ def write_explorer(
     ------
     ModelError
         If `model` is no model file, or its law is not Carter and Griffith's.
+    ValueError
+        If `path` ends like another kind of file.
     OSError
         If a file cannot be read or written; what stood at `path` is unchanged.
     """
+    if Path(path).suffix.lower() not in ("", ".html", ".htm"):
+        raise ValueError(f"{path}: the explorer is a page, whose file ends in .html")
     page = PAGE.read_bytes()
     if model is not None:
         text = json.dumps(_checked_text(model)).replace("<", r"\u003c")  # which ends no element
