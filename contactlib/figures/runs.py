@@ -22,6 +22,7 @@ from contactlib.figures.style import (
     mark,
     new_figure,
     paint,
+    percent,
     percent_axis,
     plain_log,
     styled,
@@ -39,7 +40,9 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     zeta = _with_fold(np.linspace(0.0, far, 1200), fold)
     record = element.at_creepage(zeta, speed=speed)
     mu = record["traction_coefficient"]
-    kinetic = element.friction.kinetic * element.friction.slip_rate_factor(zeta * speed)
+    friction = element.friction
+    kinetic = friction.kinetic * friction.slip_rate_factor(zeta * speed)
+    fallen = f", {kinetic[-1]:.3g} at this slip speed" * (friction.slip_rate_decay > 0.0)
     carter = element.table.traction_ratio(record["normalized_creepage"], 0.0)
     with styled():
         figure, axes = new_figure(7.2, 4.4)
@@ -50,10 +53,12 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
         for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
             if creepage <= far:
                 height = float(np.interp(creepage, zeta, mu))
+                if text == "fold":
+                    text += f": {height:.3g} at {percent(creepage)}"
                 mark(axes, creepage, height, text, (0, 9), ha="center")
         axes.plot(zeta, kinetic, color=paint.grey, lw=0.8, ls=":")
         axes.annotate(
-            f"kinetic friction $f_d$ = {kinetic[-1]:.3g}",
+            f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}",
             (far, kinetic[-1]),
             xytext=(0, -13),
             textcoords="offset points",
@@ -132,7 +137,8 @@ def fold_diagram(
     """Creepage against drive torque: steady states, fold, hysteresis loop, and creep control.
 
     A ramp that falls fast comes back below the return: the inertia of the wheel that slows down
-    drives the contact as well, J domega/dt beside the torque.
+    drives the contact as well, J domega/dt beside the torque. The steady states are those at
+    `speed`; if the runs leave it, the title says so.
     """
     fold = find_fold(wheelset, speed=speed)
     bottom = 0.2 * min(wheelset.element.saturation_creepage, fold.creepage)
@@ -148,7 +154,7 @@ def fold_diagram(
             torque_run["creepage"],
             color=paint.grey,
             lw=1.3,
-            label="torque ramped up and down",
+            label=_ramped(torque_run["drive_torque"]),
         )
         for part in (0.3, 0.75):
             _arrow(axes, torque_run, part)
@@ -157,6 +163,14 @@ def fold_diagram(
         mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
         if np.isfinite(fold.return_creepage):
             mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
+        else:
+            axes.annotate(
+                f"no return at any creepage\nabove {1e-3 * fold.return_torque:.4g} kN m",
+                (1e-3 * fold.return_torque, top),
+                xytext=(9, -9),
+                textcoords="offset points",
+                va="top",
+            )
         axes.set_yscale("log")
         axes.set_ylim(bottom, top)
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
@@ -169,7 +183,10 @@ def fold_diagram(
         axes.set_xlim(low - margin, high + margin)
         axes.set_xlabel("drive torque  [kN m]")
         axes.set_ylabel(r"creepage $\zeta$  [%]")
-        axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s", loc="left")
+        reached = np.concatenate([torque_run["speed"], creep_run["speed"]])
+        least, most = reached.min(), reached.max()
+        runs = f"\nruns at $V$ = {least:.3g} to {most:.3g} m/s" * bool(most > 1.01 * least)
+        axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s{runs}", loc="left")
         axes.legend()
     return figure
 
@@ -186,6 +203,13 @@ def _stable(zeta: FloatArray, fold: Fold) -> NDArray[np.bool_]:
     Only damping stabilises the creepages above the return, as its torque rises with the speed.
     """
     return (zeta <= fold.creepage) | (zeta >= fold.return_creepage)
+
+
+def _ramped(torque: FloatArray) -> str:
+    """Name of a run in the legend: the ways in which its torque went."""
+    ways = {"up": torque.max() > torque[0], "down": torque[-1] < torque.max()}
+    there = " and ".join(way for way, gone in ways.items() if gone)
+    return f"torque ramped {there}" if there else "constant torque"
 
 
 def _lag(axes: Axes, run: Result, fold: Fold, low: float) -> None:

@@ -1,11 +1,14 @@
-"""The figures of a run: what the ramp of a fold diagram says of itself."""
+"""The figures of a run: what they say of the ramp, the speed, the peak and the return."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from falling_friction import with_falling
+from matplotlib.figure import Figure
 
 import contactlib as cl
 from contactlib import figures
@@ -38,3 +41,67 @@ def test_a_fast_ramp_says_why_it_returns_late(
 
 def test_a_slow_ramp_returns_at_the_return(rig: cl.Model) -> None:
     assert told(rig, slower=10.0) == ""
+
+
+def fold_diagram(wheelset: cl.Wheelset, model: cl.Model, *torque: float) -> Figure:
+    """Of a ramp through these torques [N.m], one each second."""
+    ramp = cl.TorqueControl(cl.Profile(tuple(map(float, range(len(torque)))), torque))
+    run = cl.simulate(wheelset, ramp, initial_speed=10.0)
+    held = cl.simulate(wheelset, model.creep_control, initial_speed=10.0, duration=1.0)
+    return figures.fold_diagram(wheelset, run, held, speed=10.0, title="Mine")
+
+
+@pytest.mark.parametrize(
+    ("torque", "label"),
+    [
+        ((24e3, 26e3), "torque ramped up"),
+        ((24e3, 26e3, 24e3), "torque ramped up and down"),
+        ((26e3, 24e3), "torque ramped down"),
+        ((24e3, 24e3), "constant torque"),
+    ],
+)
+def test_the_legend_tells_where_the_torque_went(
+    rig: cl.Model, torque: tuple[float, ...], label: str
+) -> None:
+    axes = fold_diagram(rig.wheelset, rig, *torque).axes[0]
+    assert label in [line.get_label() for line in axes.lines]
+
+
+def test_a_title_says_that_the_speed_changes(rig: cl.Model) -> None:
+    steady = "Mine: steady creepage at $V$ = 10 m/s"
+    assert fold_diagram(rig.wheelset, rig, 24e3, 24e3).axes[0].get_title(loc="left") == steady
+    light = replace(rig.wheelset, mass=5e3)
+    title = fold_diagram(light, rig, 24e3, 24e3).axes[0].get_title(loc="left")
+    first, second = title.splitlines()
+    assert first == steady
+    found = re.fullmatch(r"runs at \$V\$ = 10 to ([\d.]+) m/s", second)
+    assert found is not None
+    assert float(found[1]) > 15.0
+
+
+def test_without_damping_a_note_says_below_which_torque_it_returns(rig: cl.Model) -> None:
+    undamped = replace(rig.wheelset, damping=0.0)
+    sliding = undamped.radius * undamped.element.friction.kinetic * undamped.element.normal_load
+    note = f"above {1e-3 * sliding:.4g} kN m"
+    drawn = (
+        fold_diagram(undamped, rig, 24e3, 24e3),
+        figures.STABILITY_FIGURES["s_curve"].draw(undamped, 10.0),
+    )
+    for figure in drawn:
+        said = [text.get_text() for text in figure.axes[-1].texts]
+        assert any("no return" in text and note in text for text in said)
+
+
+def test_a_creep_curve_gives_its_peak_and_friction_in_numbers(
+    rig: cl.Model, locomotive: cl.Model
+) -> None:
+    def said(wheelset: cl.Wheelset) -> str:
+        figure = figures.creep_curve(wheelset, speed=10.0)
+        return "; ".join(text.get_text() for text in figure.axes[0].texts)
+
+    fold = cl.find_fold(rig.wheelset, speed=10.0)
+    force = rig.wheelset.element.at_creepage(fold.creepage, speed=10.0)
+    peak = f"fold: {float(force['traction_coefficient']):.3g} at {100.0 * fold.creepage:.2f} %"
+    assert peak in said(rig.wheelset)
+    assert "$f_d$ = 0.21; " in said(rig.wheelset) + "; "
+    assert re.search(r"\$f_d\$ = 0\.21, 0\.\d+ at this", said(with_falling(locomotive.wheelset)))

@@ -338,6 +338,16 @@ def test_figures_without_return_and_with_falling_friction(
     assert "slip-rate" in figure.get_supxlabel()
 
 
+def test_a_run_inside_the_basin_has_the_colour_of_grip(locomotive: cl.Model) -> None:
+    """Also if it later reaches speeds at which no grip holds the torque."""
+    light = replace(with_falling(locomotive.wheelset), mass=20e3)
+    axes = STABILITY_FIGURES["phase"].draw(light, V).axes[0]
+    edge, at, _ = checks.lines(axes, "separatrix")
+    starts = [checks.place(line) for line in checks.marks(axes, ".")]
+    solid = [line.get_color() == "#0072B2" for line in checks.marks(axes, ".")]
+    assert solid == [zeta < np.interp(v, at, edge) for zeta, v in starts]
+
+
 @pytest.mark.parametrize("damping", [0.0, 10.0])
 def test_a_speed_that_nothing_brings_back_is_taken_as_constant(
     locomotive: cl.Model, damping: float

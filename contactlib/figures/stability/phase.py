@@ -121,7 +121,8 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
         own = float(np.interp(v, speeds, edge))
         for part in (0.1, 0.9, 1.1):
             run = _run(wheelset, torque, float(v), part * own, 0.4 * speed, far)
-            away = bool(run["creepage"][-1] > own)
+            last = np.flatnonzero(run["speed"] <= speeds[-1])[-1]  # that is shown
+            away = bool(run["creepage"][last] > np.interp(run["speed"][last], speeds, edge))
             line: dict[str, Any] = (
                 {"color": paint.orange, "ls": DASHED} if away else {"color": paint.blue}
             )

@@ -83,16 +83,19 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
     ends = (("fold", highest, fold.creepage, 10), ("return", back, fold.return_creepage, -10))
     for name, at, height, offset in ends:
         axes.plot([at, at], [low, min(height, top)], color=paint.grey, lw=0.9, ls=":")
-        if math.isfinite(height):
+        there = math.isfinite(height)
+        if there:
             axes.plot([at], [height], "D", color=paint.ink, ms=6, zorder=5)
-            axes.annotate(
-                f"{name}\n{at:.4g} kN m\n{percent(height)}",
-                (at, height),
-                xytext=(offset, 0),
-                textcoords="offset points",
-                ha="left" if offset > 0 else "right",
-                va="center",
-            )
+        axes.annotate(
+            f"{name}\n{at:.4g} kN m\n{percent(height)}"
+            if there
+            else f"no return\nat any creepage\nabove {at:.4g} kN m",
+            (at, min(height, top)),
+            xytext=(offset, 0),
+            textcoords="offset points",
+            ha="left" if offset > 0 else "right",
+            va="center" if there else "top",
+        )
     level = 1.45 * low
     arrow = {"arrowstyle": "<|-|>", "color": paint.ink, "lw": 1.1, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", (back, level), (highest, level), arrowprops=arrow)
