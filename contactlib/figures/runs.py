@@ -6,6 +6,7 @@ Stable branches are solid and unstable ones dashed, so that a figure can be read
 from __future__ import annotations
 
 import textwrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -159,7 +160,8 @@ def fold_diagram(
         for part in (0.3, 0.75):
             _arrow(axes, torque_run, part)
         held = creep_run["drive_torque"][-1] / 1e3, creep_run["creepage"][-1]
-        axes.plot(*held, "o", color=paint.ink, ms=6, zorder=5, label="held by creep control")
+        hollow: dict[str, Any] = {"color": paint.ink, "mfc": paint.paper, "ms": 6.5, "zorder": 5}
+        axes.plot(*held, "o", label="held by creep control", **hollow)
         mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
         if np.isfinite(fold.return_creepage):
             mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
