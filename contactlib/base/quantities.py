@@ -8,6 +8,8 @@ a model file may use.
 from __future__ import annotations
 
 import math
+import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache, cached_property, partial
@@ -107,6 +109,16 @@ class Quantity(Limits):
 
 class InputWarning(UserWarning):
     """A file gives a number that no vehicle has, or a key that it does not use."""
+
+
+def warn(text: str) -> None:
+    """Warn of an input, at the line outside of the package that led to it."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").startswith(
+        ("contactlib.", "contextlib")
+    ):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, InputWarning, stacklevel=level + 1)
 
 
 FINITE = Limits()

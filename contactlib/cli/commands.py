@@ -28,7 +28,10 @@ EXAMPLE = "roller_rig.toml"
 def _load(name: str) -> Model:
     from contactlib.files.model import load_model
 
-    return with_progress(lambda progress: load_model(name, progress=progress))
+    model = with_progress(lambda progress: load_model(name, progress=progress))
+    if note := model.wheelset.element.table.note:
+        say(note)
+    return model
 
 
 def _output_option(default: str, text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

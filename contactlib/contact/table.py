@@ -43,6 +43,14 @@ class CreepForceTable:
 
     Make one with `from_law` or `load`.
 
+    Attributes
+    ----------
+    data : bytes
+        The table as `save` writes it.
+    note : str
+        The law's `summary`, if it has one: how far a measured curve is from its points. It is not
+        part of the file.
+
     Examples
     --------
     >>> from contactlib.contact.laws.carter_griffith import CarterGriffith
@@ -53,15 +61,16 @@ class CreepForceTable:
     1.135026
     """
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: bytes, note: str = "") -> None:
         self.data = data
+        self.note = note
         self.native = _native(data)
         self._evaluate_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
         self._largest_k_hat = self.k_max
         self._spare: list[Any] = []
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return CreepForceTable, (self.data,)
+        return CreepForceTable, (self.data, self.note)
 
     @classmethod
     def from_law(
@@ -91,7 +100,7 @@ class CreepForceTable:
             If the finest grid misses the target; the message names the error reached.
         """
         target = checked_number("target", target, Limits(above=0.0))
-        return cls(build(law, options, target, progress))
+        return cls(build(law, options, target, progress), getattr(law, "summary", ""))
 
     @property
     def law(self) -> str:

@@ -6,7 +6,6 @@ import codecs
 import csv
 import os
 import re
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,15 +17,17 @@ from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
     FloatArray,
-    InputWarning,
     checked,
     shown,
+    warn,
 )
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import unit_value
 
 SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
 COLUMNS = tuple(SI)
+ABOUT_ZERO = 0.1  # scatter of a traction coefficient there, over the largest
+ONE_SIGN = "both are positive in traction and negative in braking"
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -46,8 +47,9 @@ class TractionData:
     Raises
     ------
     ValueError
-        If a number is not finite, a speed is not above zero, there is no point, or the lengths
-        differ.
+        If a number is not finite, a speed is not above zero, there is no point, the lengths differ,
+        or a creepage and its traction coefficient are of opposite sign and not about zero, that is
+        within a tenth of the largest traction coefficient.
 
     Examples
     --------
@@ -79,6 +81,12 @@ class TractionData:
             raise ValueError(
                 "TractionData needs one-dimensional columns of one length, at least 1: the shapes "
                 "are " + ", ".join(f"{n} {c.shape}" for n, c in zip(COLUMNS, columns, strict=False))
+            )
+        bad = _against(*columns[:2])
+        if bad is not None:
+            raise ValueError(
+                f"TractionData: point {bad + 1}: the traction coefficient {columns[1][bad]:.4g} is "
+                f"against its creepage {columns[0][bad]:.4g}: {ONE_SIGN}"
             )
         for name, column in zip(COLUMNS, columns, strict=False):
             column.flags.writeable = False
@@ -132,22 +140,29 @@ class TractionData:
             _check_columns(columns)
         place = os.fspath(path)
         try:
-            found = _read_columns(_decoded(Path(path).read_bytes()), columns, creepage_unit)
+            found, lines = _read_columns(_decoded(Path(path).read_bytes()), columns, creepage_unit)
             if "speed" in found and speed is not None:
                 raise ValueError("the file has a speed column, so speed must not be given")
         except ValueError as error:
             raise ValueError(f"{place}: {harmless_line(str(error))}") from None
-        for name, most in (("creepage", 2.0), ("traction_coefficient", 1.5)):
+        for name, most, how in (
+            ("creepage", 2.0, "creepage_unit = '%'"),
+            ("traction_coefficient", 1.5, "the column's name, as in 'mu [%]'"),
+        ):
             largest = float(np.abs(found[name]).max())
             if largest > most:
-                warnings.warn(
-                    f"{place}: the largest {name} is {largest:g}, and above {most:g} is unusual; "
-                    "is it in per cent? then say so with "
-                    + ("creepage_unit" if name == "creepage" else "a row of units"),
-                    InputWarning,
-                    stacklevel=2,
+                warn(
+                    f"{place}: line {lines[int(np.abs(found[name]).argmax())]}: {name} = "
+                    f"{largest:g}, and above {most:g} is unusual; if it is in per cent, say so "
+                    f"with {how}"
                 )
         return cls(found["creepage"], found["traction_coefficient"], found.get("speed", speed))
+
+
+def _against(creepage: FloatArray, traction: FloatArray) -> int | None:
+    """First point whose traction coefficient is against its creepage, if there is one."""
+    bad = -traction * np.sign(creepage) > ABOUT_ZERO * np.abs(traction).max()
+    return int(bad.argmax()) if bad.any() else None
 
 
 def _check_columns(columns: Sequence[str | int]) -> None:
@@ -209,8 +224,8 @@ def _number(cell: str) -> float | None:
 
 def _read_columns(
     text: str, columns: Sequence[str | int] | None, creepage_unit: str | None
-) -> dict[str, FloatArray]:
-    """Columns in SI units by the names of `COLUMNS`."""
+) -> tuple[dict[str, FloatArray], list[int]]:
+    """Columns in SI units by the names of `COLUMNS`, and the lines of the points."""
     rows = list(_rows(text))
     if not rows:
         raise ValueError("line 1: the file is empty: it needs a line that names the columns")
@@ -245,7 +260,11 @@ def _read_columns(
                     f"line {line}: {name} is in {unit!r}, but creepage_unit = {creepage_unit!r}"
                 )
             unit = creepage_unit
-        elif kind == "creepage" and not unit and re.search("percent|pct", name, re.IGNORECASE):
+        elif (
+            kind == "creepage"
+            and not unit
+            and re.search("percent|prozent|pct", name, re.IGNORECASE)
+        ):
             raise ValueError(f"line {line}: is {name} in per cent? say so with creepage_unit = '%'")
         factor = unit_value(unit, SI[kind]) if unit else 1.0
         if factor is None:
@@ -258,7 +277,14 @@ def _read_columns(
             number, value = body[int(bad[0])][0], float(column[bad[0]])
             raise ValueError(f"line {number}: {name} = {value!r} is out of range: must be {limits}")
         found[kind] = factor * column
-    return found
+    lines = [number for number, _ in body]
+    against = _against(found["creepage"], found["traction_coefficient"])
+    if against is not None:
+        raise ValueError(
+            f"line {lines[against]}: {shown_names[1]} = {float(table[against, 1])!r} is against "
+            f"{shown_names[0]} = {float(table[against, 0])!r}: {ONE_SIGN}"
+        )
+    return found, lines
 
 
 def _are_units(cells: Sequence[str]) -> bool:

@@ -138,6 +138,9 @@ def lookup_table(
         law.count *= 2
     else:
         raise ValueError(f"error = {error!r} is out of reach for this law: {found:.2g} is left")
+    named = {} if isinstance(model, ForceElement) else {"model": model.name, "source": model.source}
+    if element.table.note:
+        named["measured_curve"] = element.table.note
     several = [name for name in given if axes[name].size > 1]
     other = ""
     if several != chosen:
@@ -164,6 +167,7 @@ def lookup_table(
         },
         attrs={
             "title": f"creep force over creepage, by contactlib {version('contactlib')}",
+            **named,
             "law": element.table.law,
             "interpolation": MEANING[interpolation],
             "error": error,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.io import savemat
 
+from contactlib.base.text import harmless_line
 from contactlib.base.writing import write_whole
 from contactlib.export.lookup import AXES, FIELDS
 
@@ -61,7 +62,7 @@ def _csv(table: Dataset) -> bytes:
     text = io.StringIO()
     fixed = [name for name in AXES if table[name].ndim == 0]
     for name, value in table.attrs.items():
-        text.write(f"# {name}: {value}\n")
+        text.write(f"# {name}: {harmless_line(str(value))}\n")
     for name in fixed:
         text.write(f"# {name}: {float(table[name])!r} {table[name].attrs['units']}\n")
     columns = {name: table[name] for name in AXES if name not in fixed}
@@ -73,7 +74,7 @@ def _csv(table: Dataset) -> bytes:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*(map(repr, row.ravel().tolist()) for row in rows), strict=True))
-    return text.getvalue().encode("ascii")
+    return text.getvalue().encode()
 
 
 def _mat(table: Dataset) -> bytes:

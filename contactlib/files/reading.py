@@ -11,7 +11,6 @@ import difflib
 import os
 import re
 import tomllib
-import warnings
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -19,7 +18,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path, PureWindowsPath
 from typing import Any, Literal, TypeVar
 
-from contactlib.base.quantities import InputWarning, Parameters, Quantity
+from contactlib.base.quantities import Parameters, Quantity, warn
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder
@@ -113,7 +112,7 @@ def loading(path: str | os.PathLike[str]) -> Iterator[None]:
     finally:
         _DOUBTS.reset(token)
     for text in found.values():
-        warnings.warn(harmless_line(text), InputWarning, stacklevel=4)
+        warn(harmless_line(text))
 
 
 def parse(file: Path) -> dict[str, Any]:

@@ -167,7 +167,12 @@ class LawSection(Parameters):
         except ValueError as error:
             place = str(error).removeprefix(f"{path}: ")
             raise ValueError(f"file = {name!r}: {place}") from None
-        return CreepForceTable.from_law(curve)
+        try:
+            return CreepForceTable.from_law(curve)
+        except ValueError:
+            raise ValueError(
+                f"file = {name!r}: the curve is too abrupt for a table: {curve.summary}"
+            ) from None
 
     def build(
         self,

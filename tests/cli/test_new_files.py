@@ -64,6 +64,14 @@ def test_the_measured_alternative_of_a_force_runs_too() -> None:
     element = cl.load_model("mine.toml").wheelset.element
     found = element.at_creepage(0.02, speed=10.0)["traction_coefficient"]
     assert float(found) == pytest.approx(0.28, abs=0.01)
+    summary = "my_curve.csv: 6 points, 0.5 to 8 %; the curve differs by at most "
+    for command in ("fmu", "table"):
+        done = contactlib(command, "mine.toml", "--output", f"mine.{command}.csv")
+        assert done.exit_code == 0, done.output
+        assert done.output.startswith(summary)
+    head = Path("mine.table.csv").read_text()
+    for line in ("model: My wheel", "source: where the num", f"measured_curve: {summary}"):
+        assert f"\n# {line}" in head
 
 
 def test_the_model_runs_and_slips_away() -> None:

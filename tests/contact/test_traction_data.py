@@ -26,12 +26,12 @@ def test_the_shipped_measurement() -> None:
 def test_columns_come_in_any_order_and_with_comments(tmp_path: Path) -> None:
     path = tmp_path / "curve.csv"
     path.write_text(
-        "# made up\n\nspeed, traction_coefficient ,creepage\n# m/s\n10,0.2,0.01\n5,0.1,-1"
+        "# made up\n\nspeed, traction_coefficient ,creepage\n# m/s\n10,0.2,0.01\n5,-0.1,-1"
     )
     data = TractionData.from_csv(path)
     assert data.speed is not None
     assert (data.speed.tolist(), data.creepage.tolist()) == ([10.0, 5.0], [0.01, -1.0])
-    assert data.traction_coefficient.tolist() == [0.2, 0.1]
+    assert data.traction_coefficient.tolist() == [0.2, -0.1]
     with pytest.raises(ValueError, match="the file has a speed"):
         TractionData.from_csv(path, speed=10.0)
 
@@ -46,6 +46,10 @@ def test_columns_come_in_any_order_and_with_comments(tmp_path: Path) -> None:
         ("creepage,traction_coefficient\n1,two\n", "line 2: traction_coefficient = 'two' is not"),
         ("creepage,traction_coefficient\n1,2\nnan,2\n", "line 3: creepage = nan is out of range"),
         ("creepage,traction_coefficient,speed\n1,2,0\n", "line 2: speed = 0.0 .* > 0"),
+        (
+            "creepage,traction_coefficient\n0,0.1\n1,0.3\n2,-0.3\n",
+            "line 4: traction_coefficient = -0.3 is against creepage = 2.0: both are positive in",
+        ),
         ("creepage,traction_coefficient\n1,\xb5\n", "line 2: traction_coefficient = "),
     ],
 )
@@ -156,7 +160,7 @@ def test_a_name_that_says_per_cent_wants_the_unit(tmp_path: Path) -> None:
 def test_creepage_that_seems_to_be_in_per_cent_warns(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     path.write_text("creepage,traction_coefficient\n1.5,0.25\n8,0.2\n")
-    with pytest.warns(cl.InputWarning, match="largest creepage is 8, .* creepage_unit"):
+    with pytest.warns(cl.InputWarning, match="line 3: creepage = 8, .* creepage_unit"):
         data = TractionData.from_csv(path)
     assert data.creepage[1] == 8.0
     assert TractionData.from_csv(path, creepage_unit="%").creepage[1] == 0.08
@@ -180,3 +184,21 @@ def test_points_do_not_change() -> None:
     assert data.creepage[0] == 0.1
     with pytest.raises(ValueError, match="read-only"):
         data.creepage[0] = 5.0
+
+
+def test_small_tractions_about_zero_may_have_either_sign() -> None:
+    data = TractionData([0.0001, 0.01, 0.02], [-0.002, 0.3, 0.29])
+    assert data.traction_coefficient[0] == -0.002
+    with pytest.raises(ValueError, match=r"point 1: .* -0\.05 is against its creepage 0\.0001"):
+        TractionData([0.0001, 0.01, 0.02], [-0.05, 0.3, 0.29])
+
+
+def test_a_coefficient_that_seems_to_be_in_per_cent_is_placed_and_helped(tmp_path: Path) -> None:
+    path = tmp_path / "rig.csv"
+    path.write_text("creepage,mu\n0.01,0.25\n0.02,3.35\n")
+    with pytest.warns(cl.InputWarning, match=r"line 3: .* = 3\.35,.* as in 'mu \[%\]'") as caught:
+        TractionData.from_csv(path, columns=("creepage", "mu"))
+    assert caught[0].filename == __file__  # not a line of the package
+    path.write_text("creepage,mu [%]\n0.01,25\n0.02,33.5\n")
+    data = TractionData.from_csv(path, columns=("creepage", "mu"))
+    assert data.traction_coefficient.tolist() == [0.25, 0.335]

@@ -131,7 +131,7 @@ def test_a_table_is_a_measured_curve(rig: cl.Model, tmp_path: Path) -> None:
     law, got = (
         e.at_creepage(FINE, speed=10.0)["creep_force"] for e in (rig.wheelset.element, back)
     )
-    assert np.abs(got - law).max() < 2e-3 * law.max()  # the smoothing's error
+    assert np.abs(got - law).max() < 2.5e-3 * law.max()  # the smoothing's error
 
 
 def test_a_table_for_several_loads_is_no_measured_curve(rig: cl.Model, tmp_path: Path) -> None:

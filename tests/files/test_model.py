@@ -229,6 +229,15 @@ def test_a_measured_curve_is_reproduced_as_measured(tmp_path: Path, shape: str) 
             assert not found[name].any()
 
 
+def test_a_curve_that_no_table_follows_is_told_in_the_users_words(tmp_path: Path) -> None:
+    rows = zip(np.geomspace(1e-4, 1.0, 40), 0.5 * np.exp(-np.linspace(0.0, 9.0, 40)), strict=True)
+    text = "\n".join(f"{zeta},{mu}" for zeta, mu in rows)
+    (tmp_path / "steep.csv").write_text(f"creepage,traction_coefficient\n{text}\n")
+    law = '\n[law]\nkind = "measured"\nfile = "steep.csv"\n\n[run]'
+    with pytest.raises(cl.ModelError, match=r"too abrupt for a table: steep\.csv: 40 points, "):
+        load_changed(tmp_path, None, {"\n[run]": law})
+
+
 def test_load_and_friction_stretch_a_measured_curve(tmp_path: Path) -> None:
     (tmp_path / "steep.csv").write_text(STEEP)
     curve = cl.MeasuredCurve.from_csv(tmp_path / "steep.csv")

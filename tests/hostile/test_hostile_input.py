@@ -38,6 +38,10 @@ NAMES = [call.name for call in CALLS]
 EACH = pytest.mark.parametrize("call", CALLS, ids=NAMES)
 
 
+# Odd points of a measured curve are warned of.
+pytestmark = pytest.mark.filterwarnings("ignore::contactlib.InputWarning")
+
+
 def test_everything_public_is_called_or_exempt_for_a_reason() -> None:
     called = {call.covers for call in CALLS}
     assert set(public()) - called - set(EXEMPT) == set()

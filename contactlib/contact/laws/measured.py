@@ -1,16 +1,18 @@
 """A measured creep curve, smoothed to a curve with one peak.
 
-The curve is q = S(u), u = x/(1 + x), x = zeta/zeta0: a cubic B-spline on equal cells of [0, 1],
-which covers every creepage. Its coefficients rise up to one of them and fall after it. A B-spline
+The curve is q = S(u), u = x/(1 + x), x = zeta/zeta0: a cubic B-spline on equal cells from zero to
+the largest measured creepage. Its coefficients rise up to one of them and fall after it. A B-spline
 changes direction no more often than its coefficients do, so the curve has one peak, whatever the
 scatter. The coefficients minimize
 
     mean (S(u_i) - mu_i)**2 + smoothing cells**3 sum (second difference of the coefficients)**2,
 
-which for a smooth curve is the mean square error plus smoothing times the integral of S''**2. The
-sum continues with a constant after the last coefficient, so the curve tends to be flat where there
-are no data. For a given place of the largest coefficient this is least squares in the coefficients'
-differences, each with a given sign; the best place is taken.
+which for a smooth curve is the mean square error plus smoothing times the integral of S''**2, with
+u over its largest value. The sum continues with a constant after the last coefficient, which equals
+the one before: beyond the points the curve levels off within one cell, by a sixth of its last
+change from coefficient to coefficient, and stays at that level. For a given place of the largest
+coefficient this is least squares in the coefficients' differences, each with a given sign; the best
+place is taken.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,12 +29,24 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, PPoly
 from scipy.optimize import lsq_linear
 
-from contactlib.base.quantities import FINITE, POSITIVE, FloatArray, Limits, checked, checked_number
+from contactlib.base.quantities import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    Limits,
+    checked,
+    checked_number,
+    warn,
+)
 from contactlib.contact.laws.contact_law import Peak
 from contactlib.contact.traction_data import TractionData
 
 CELLS = Limits(at_least=2, at_most=128)
 SMOOTHING = Limits(above=0.0, at_most=1e9)
+# A point is astray if it is this far off the curve through the others, over the largest traction
+# coefficient and over their scatter. Of fewer points the scatter is not known.
+ASTRAY, SCATTERS, FEW = 0.1, 8.0, 10
+RISING = 0.005  # of a curve that has no peak yet, in its last cell
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -49,33 +64,45 @@ class MeasuredCurve:
         f_d, the traction coefficient at a traction ratio of 1 [1]. Default: that of the curve at
         the largest measured creepage.
     saturation_creepage : float, optional
-        zeta0, the creepage at a normalized creepage of 1 [1]. Default: that of Carter's law (k_hat
+        zeta0, the creepage at a normalized creepage of 1, at most a million times more or less than
+        the largest measured one [1]. Default: that of Carter's law (k_hat
         is zero) fitted to the points.
     cells : int
         Number of the spline's cells, from 2 to 128.
     smoothing : float
         Weight of the curve's bending against its mean square distance from the points [1], above
         zero and at most 1e9.
+    name : str
+        What `summary` and warnings call the points.
 
     Attributes
     ----------
     kinetic, saturation_creepage : float
         The two scales: ``traction_ratio(x) * kinetic`` over ``x * saturation_creepage`` is the
         measured curve, `traction_coefficient`.
+    summary : str
+        Number and range of the points, how far the curve is from them, and where it levels off.
 
     Raises
     ------
     ValueError
-        If a number is out of its range, fewer than four points have a creepage, or the curve is not
-        above zero at the largest of them.
+        If a number is out of its range, fewer than four points have a creepage, a point's traction
+        coefficient and creepage are of opposite sign, or the curve is not above zero at the largest
+        creepage and beyond.
+
+    Warns
+    -----
+    InputWarning
+        If one point is far off the curve through the others, or the points end before the peak.
 
     Notes
     -----
     Curvature is continuous for x > 0. The default `smoothing` was chosen on the 151 points of
     models/eurosprinter_engel1998.csv by tenfold cross-validation: up to this value the root mean
     square error of the prediction is 0.0257 (that of the fit is 0.0244), ten times this value gives
-    1 % more and a hundred times 4 % more. Below the smallest and above the largest measured
-    creepage only the smoothing determines the curve.
+    1 % more and a hundred times 4 % more. Below the smallest measured creepage only the smoothing
+    determines the curve. Beyond the largest it levels off at once: it neither falls to zero nor
+    rises to a peak that was not measured.
 
     Examples
     --------
@@ -87,6 +114,7 @@ class MeasuredCurve:
 
     kinetic: float
     saturation_creepage: float
+    summary: str
     _curve: PPoly = field(repr=False)
 
     def __init__(
@@ -98,6 +126,7 @@ class MeasuredCurve:
         saturation_creepage: float | None = None,
         cells: int = 16,
         smoothing: float = 1e-7,
+        name: str = "measured points",
     ) -> None:
         data = TractionData(creepage, traction_coefficient)
         smoothing = checked_number("MeasuredCurve.smoothing", smoothing, SMOOTHING)
@@ -110,11 +139,38 @@ class MeasuredCurve:
             raise ValueError("MeasuredCurve needs at least 4 points with a creepage")
         zeta, mu = zeta[zeta > 0.0], mu[zeta > 0.0]  # the curve passes the origin by itself
         scale = _carter_scale(zeta, mu) if saturation_creepage is None else saturation_creepage
-        scale = checked_number("MeasuredCurve.saturation_creepage", scale, POSITIVE)
-        curve = _smooth(zeta / (zeta + scale), mu, int(number), smoothing)
         last = float(zeta.max())
-        level = float(curve(last / (last + scale))) if kinetic is None else kinetic
+        limits = Limits(at_least=1e-6 * last, at_most=1e6 * last, given=("creepage", last))
+        scale = checked_number("MeasuredCurve.saturation_creepage", scale, limits)
+        u = zeta / (zeta + scale)
+        curve = _smooth(u, mu, int(number), smoothing)
+        end = float(curve(min(1.0, curve.x[-1])))
+        if end <= 0.0:
+            raise ValueError(
+                f"the curve would not stay above zero beyond the points, which end at "
+                f"{mu[zeta.argmax()]:.4g} at {100 * last:.4g} %"
+            )
+        level = float(curve(u.max())) if kinetic is None else kinetic
         level = checked_number("MeasuredCurve.kinetic", level, POSITIVE)
+        miss = np.abs(curve(u) - mu)
+        summary = (
+            f"{name}: {data.creepage.size} points, {100 * np.abs(data.creepage).min():.4g} to "
+            f"{100 * last:.4g} %; the curve differs by at most {miss.max():.2g} (at "
+            f"{100 * zeta[miss.argmax()]:.4g} %), rms {np.sqrt(np.mean(miss**2)):.2g}; beyond "
+            f"{100 * last:.4g} % it levels off at {end:.4g}"
+        )
+        if miss.max() > 0.2 * ASTRAY * np.abs(mu).max() and zeta.size >= FEW:
+            stray, off = _stray(u, mu, miss, int(number), smoothing)
+            if stray is not None:
+                warn(
+                    f"{name}: the point of {mu[stray]:.4g} at {100 * zeta[stray]:.4g} % is "
+                    f"{off:.2g} off the curve through the others; is it a slip of the pen?"
+                )
+        if end - curve(u.max() * (1.0 - 1.0 / number)) > RISING * end:
+            warn(
+                f"{name}: the points still rise at {100 * last:.4g} %, the last of them: the curve "
+                f"has no peak and levels off at {end:.4g}"
+            )
         with np.errstate(over="ignore"):
             curve.c /= level
         if not np.isfinite(curve.c).all():
@@ -124,6 +180,7 @@ class MeasuredCurve:
             )
         object.__setattr__(self, "saturation_creepage", scale)
         object.__setattr__(self, "kinetic", level)
+        object.__setattr__(self, "summary", summary)
         object.__setattr__(self, "_curve", curve)
 
     @classmethod
@@ -144,7 +201,7 @@ class MeasuredCurve:
         columns, creepage_unit : optional
             As for `contactlib.TractionData.from_csv`.
         **options
-            Keywords of `MeasuredCurve`.
+            Keywords of `MeasuredCurve`. Default of `name`: that of the file.
 
         Raises
         ------
@@ -155,7 +212,9 @@ class MeasuredCurve:
         """
         data = TractionData.from_csv(path, columns=columns, creepage_unit=creepage_unit)
         try:
-            return cls(data.creepage, data.traction_coefficient, **options)
+            return cls(
+                data.creepage, data.traction_coefficient, **{"name": Path(path).name, **options}
+            )
         except ValueError as error:
             raise ValueError(f"{os.fspath(path)}: {error}") from None
 
@@ -168,7 +227,7 @@ class MeasuredCurve:
             If a creepage is not a finite real number.
         """
         x = checked("normalized_creepage", normalized_creepage, FINITE)
-        return np.asarray(np.sign(x) * self._curve(np.abs(x) / (1.0 + np.abs(x))))
+        return np.asarray(np.sign(x) * self._at(np.abs(x) / (1.0 + np.abs(x))))
 
     def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
         """Slope dq/dx at x, for any shape of finite x; even in x.
@@ -180,7 +239,11 @@ class MeasuredCurve:
         """
         x = np.abs(checked("normalized_creepage", normalized_creepage, FINITE))
         with np.errstate(over="ignore"):
-            return np.asarray(self._curve(x / (1.0 + x), 1) / (1.0 + x) ** 2)
+            return np.asarray(self._at(x / (1.0 + x), 1) / (1.0 + x) ** 2)
+
+    def _at(self, u: FloatArray, derivative: int = 0) -> FloatArray:
+        """S, or its derivative, which is zero where the spline has levelled off."""
+        return np.asarray(self._curve(np.minimum(u, self._curve.x[-1]), derivative))
 
     def traction_coefficient(self, creepage: ArrayLike) -> FloatArray:
         """Traction coefficient Q/P at creepages [1], for any shape; odd in the creepage.
@@ -192,7 +255,7 @@ class MeasuredCurve:
         """
         zeta = checked("creepage", creepage, FINITE)
         part = np.abs(zeta) / (np.abs(zeta) + self.saturation_creepage)
-        return np.asarray(np.sign(zeta) * self.kinetic * self._curve(part))
+        return np.asarray(np.sign(zeta) * self.kinetic * self._at(part))
 
     @property
     def scales(self) -> dict[str, float]:
@@ -204,10 +267,12 @@ class MeasuredCurve:
     def peak(self) -> Peak:
         """Maximum of the curve; at infinite creepage if it never falls."""
         stationary = self._curve.derivative().roots(extrapolate=False)
-        u = np.append(stationary[np.isfinite(stationary)], 1.0)
-        top = u[np.argmax(self._curve(u))]
+        u = np.append(1.0, stationary[np.isfinite(stationary) & (stationary < 1.0)])
+        values = self._at(u)
+        values[1:] -= 1e-9 * values[0]  # rounding where it has levelled off is no peak
+        top = float(u[np.argmax(values)])
         x = top / (1.0 - top) if top < 1.0 else np.inf
-        return Peak(float(x), float(self._curve(top)))
+        return Peak(float(x), float(self._at(np.array(top))))
 
 
 def _carter_scale(zeta: FloatArray, mu: FloatArray) -> float:
@@ -219,29 +284,28 @@ def _carter_scale(zeta: FloatArray, mu: FloatArray) -> float:
 
 
 def _smooth(u: FloatArray, mu: FloatArray, cells: int, smoothing: float) -> PPoly:
-    """The spline S(u) of the module's docstring, in powers of u on each cell."""
-    knots = np.arange(-3, cells + 4) / cells
-    # The coefficients c are sums of their differences d; S(0) = 0 sets c[1] = (d[0] - d[1])/6.
-    sums = np.tri(cells + 3, cells + 2, -1)
-    origin = np.zeros(cells + 2)
+    """The spline S(u) of the module's docstring, in powers of u on each cell and the one beyond."""
+    knots = np.arange(-3, cells + 5) * (u.max() / cells)
+    # The coefficients c are sums of their differences d; S(0) = 0 sets c[1] = (d[0] - d[1])/6. The
+    # difference of the last two that the points touch, and of those beyond, is zero.
+    sums = np.tri(cells + 4, cells + 1, -1)
+    origin = np.zeros(cells + 1)
     origin[:2] = np.array([1.0, -1.0]) / 6.0
     coefficients = sums - sums[1] + origin
     points = BSpline.design_matrix(u, knots, 3).toarray() @ coefficients / np.sqrt(len(mu))
-    bends = np.sqrt(smoothing * cells**3) * (np.eye(cells + 2, k=1) - np.eye(cells + 2))
+    bends = np.sqrt(smoothing * cells**3) * (np.eye(cells + 1, k=1) - np.eye(cells + 1))
     system = np.vstack([points, bends])
-    target = np.concatenate([mu / np.sqrt(len(mu)), np.zeros(cells + 2)])
+    target = np.concatenate([mu / np.sqrt(len(mu)), np.zeros(cells + 1)])
+    rises = np.tri(cells + 2, cells + 1, -1, dtype=bool)
     best = min(
         (
             lsq_linear(
                 system,
                 target,
-                bounds=(
-                    np.where(np.arange(cells + 2) < top, 0.0, -np.inf),
-                    np.where(np.arange(cells + 2) < top, np.inf, 0.0),
-                ),
+                bounds=(np.where(up, 0.0, -np.inf), np.where(up, np.inf, 0.0)),
                 method="bvls",
             )
-            for top in range(cells + 3)
+            for up in rises
         ),
         key=lambda solution: solution.cost,
     )
@@ -249,3 +313,17 @@ def _smooth(u: FloatArray, mu: FloatArray, cells: int, smoothing: float) -> PPol
     inside = PPoly(curve.c[:, 3:-3], curve.x[3:-3])
     inside.c[3, 0] = 0.0  # it is zero up to rounding
     return inside
+
+
+def _stray(
+    u: FloatArray, mu: FloatArray, miss: FloatArray, cells: int, smoothing: float
+) -> tuple[int | None, float]:
+    """A point without which the others agree, if any, and its distance from their curve."""
+    found = []
+    for i in np.argsort(miss)[-3:].tolist():  # the curve may miss its neighbours by more
+        rest = np.delete(u, i), np.delete(mu, i)
+        curve = _smooth(*rest, cells, smoothing)
+        scatter = float(np.sqrt(np.mean((curve(rest[0]) - rest[1]) ** 2)))
+        found.append((scatter, i, abs(float(curve(min(u[i], curve.x[-1]))) - float(mu[i]))))
+    scatter, i, off = min(found)
+    return (i if off > max(SCATTERS * scatter, ASTRAY * np.abs(mu).max()) else None), off

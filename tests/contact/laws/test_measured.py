@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from contactlib import CarterGriffith, MeasuredCurve, TractionData
+from contactlib import CarterGriffith, InputWarning, MeasuredCurve, TractionData
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
 
@@ -25,11 +25,13 @@ def in_measured_terms(curve: MeasuredCurve, zeta: FloatArray) -> FloatArray:
     return np.asarray(curve.kinetic * curve.traction_ratio(zeta / curve.saturation_creepage))
 
 
+@pytest.mark.filterwarnings("ignore:.*still rise")
 @pytest.mark.parametrize("seed", range(8))
 def test_one_peak_whatever_the_scatter(seed: int) -> None:
     rng = np.random.default_rng(seed)
     zeta = rng.uniform(0.0, 0.1, 40)
     mu = 0.3 * CarterGriffith(k_hat=0.5).traction_ratio(zeta / 0.01) + rng.normal(0.0, 0.1, 40)
+    mu = np.abs(mu)
     curve = MeasuredCurve(zeta, mu, smoothing=1e-12)
     q = curve.traction_ratio(X)
     direction = np.sign(np.diff(q))[np.abs(np.diff(q)) > 1e-13]
@@ -43,13 +45,14 @@ def test_one_peak_whatever_the_scatter(seed: int) -> None:
 
 def test_a_curve_that_never_falls_peaks_at_infinity() -> None:
     zeta = np.linspace(0.001, 0.05, 30)
-    curve = MeasuredCurve(zeta, zeta / (zeta + 0.01))
+    with pytest.warns(InputWarning, match="still rise at 5 %.* no peak and levels off at 0.83"):
+        curve = MeasuredCurve(zeta, zeta / (zeta + 0.01))
     assert curve.peak.normalized_creepage == np.inf
     assert curve.peak.traction_ratio == pytest.approx(float(curve.traction_ratio(1e15)))
 
 
 def test_points_of_such_a_curve_give_the_curve_back(locomotive: MeasuredCurve) -> None:
-    zeta = locomotive.saturation_creepage * np.geomspace(0.01, 1000.0, 500)
+    zeta = TractionData.from_csv(EUROSPRINTER).creepage.max() * np.geomspace(1e-4, 1.0, 500)
     mu = in_measured_terms(locomotive, zeta)
     again = MeasuredCurve(
         zeta, mu, saturation_creepage=locomotive.saturation_creepage, smoothing=1e-16
@@ -169,7 +172,68 @@ def test_bad_options_are_refused_and_name_the_file(options: dict[str, Any], mess
 def test_bad_points_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="at least 4 points"):
         MeasuredCurve([0.0, 0.1, 0.2, 0.3], [0.1] * 4)
-    with pytest.raises(ValueError, match="kinetic = -"):
-        MeasuredCurve([0.1, 0.2, 0.3, 0.4], [-0.1] * 4)
+    with pytest.raises(ValueError, match="not stay above zero"):
+        MeasuredCurve([0.1, 0.2, 0.3, 0.4], [0.0] * 4)
     with pytest.raises(FileNotFoundError):
         MeasuredCurve.from_csv(tmp_path / "none.csv")
+
+
+ZETA = np.array([0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.6, 2.5, 4.0, 6.0, 10.0, 15.0]) / 100.0
+MU = 0.335 * np.tanh(ZETA / 0.004) * (0.75 + 0.25 * np.exp(-ZETA / 0.03))
+
+
+@pytest.mark.parametrize("last", [8, 9, 10, 13])
+def test_beyond_the_points_it_levels_off_where_they_end(last: int) -> None:
+    curve = MeasuredCurve(ZETA[:last], MU[:last])
+    beyond = curve.traction_coefficient(np.geomspace(ZETA[last - 1], 100.0, 50))
+    assert (np.diff(beyond) <= 1e-15).all()
+    assert beyond[-1] == pytest.approx(MU[last - 1], rel=0.015)
+
+
+def test_a_steep_end_does_not_fall_below_zero() -> None:
+    zeta = [0.002, 0.004, 0.006, 0.01, 0.015, 0.02, 0.03, 0.05]
+    mu = np.array([0.1, 0.2, 0.28, 0.33, 0.3, 0.2, 0.09, 0.02])
+    assert MeasuredCurve(zeta, mu).traction_coefficient(1e3) > 0.005
+    dense = np.linspace(0.001, 0.05, 60)
+    plunge = 0.3 * np.tanh(dense / 0.003) * (1.0 - (dense / 0.051) ** 2) ** 2
+    with pytest.raises(ValueError, match=r"not stay above zero beyond .* 0\.0004524 at 5 %"):
+        MeasuredCurve(dense, plunge)
+
+
+def test_points_that_end_before_the_peak_are_warned_of() -> None:
+    with pytest.warns(InputWarning, match=r"still rise at 0\.6 %.*levels off at 0\.29"):
+        curve = MeasuredCurve(ZETA[:4], MU[:4])
+    assert curve.traction_coefficient(0.15) == pytest.approx(MU[3], rel=0.02)
+
+
+def test_the_summary_says_how_far_the_curve_is_from_the_points() -> None:
+    curve = MeasuredCurve(np.append(0.0, ZETA), np.append(0.0, MU), name="my.csv")
+    miss = curve.traction_coefficient(ZETA) - MU
+    worst = np.abs(miss).argmax()
+    assert curve.summary.startswith("my.csv: 14 points, 0 to 15 %; ")
+    assert f"by at most {np.abs(miss[worst]):.2g} (at {100 * ZETA[worst]:.3g} %)" in curve.summary
+    assert f"rms {np.sqrt(np.mean(miss**2)):.2g}; beyond 15 % it levels off" in curve.summary
+
+
+@pytest.mark.parametrize("place", range(len(ZETA)))
+def test_one_point_in_error_is_named(place: int) -> None:
+    mu = MU.copy()
+    mu[place] /= 10.0
+    with pytest.warns(InputWarning, match=rf"my: the point of {mu[place]:.4g} at .* is it a slip"):
+        MeasuredCurve(ZETA, mu, name="my")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_scatter_is_no_error(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    for scatter in (0.003, 0.01, 0.02):
+        zeta = np.sort(rng.uniform(0.001, 0.12, 40))
+        mu = 0.3 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))
+        MeasuredCurve(zeta, np.abs(mu + rng.normal(0.0, scatter, zeta.size)))
+
+
+def test_a_point_against_its_creepage_is_refused() -> None:
+    mu = MU.copy()
+    mu[6] = -mu[6]
+    with pytest.raises(ValueError, match=r"point 7: the traction coefficient -0\.3.* 0\.012"):
+        MeasuredCurve(ZETA, mu)
