@@ -56,8 +56,8 @@ def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
     return CreepCurve(creepage, traction(creepage), peak)
 
 
-def curve_svg(curve: CreepCurve, *, kinetic_friction: float) -> str:
-    """Draw a curve with ticks, its peak marked and its falling branch dashed."""
+def curve_svg(curve: CreepCurve, level_name: str, level_value: float) -> str:
+    """Draw a curve with ticks, a level, its peak marked and its falling branch dashed."""
     percent = 100.0 * curve.creepage
     x_ticks = _ticks(float(percent[-1]))
     y_ticks = _ticks(1.12 * float(curve.traction_coefficient.max()))
@@ -90,11 +90,11 @@ def curve_svg(curve: CreepCurve, *, kinetic_friction: float) -> str:
             f'<text class="label" transform="translate(16 {(TOP + bottom) / 2}) rotate(-90)">'
             "traction coefficient Q/P [1]</text>"
         )
-        level = up(kinetic_friction)
+        level = up(level_value)
         yield f'<path class="level" d="M{LEFT} {level:.3f}H{right}"/>'
         yield (
             f'<text class="note" x="{right - 4}" y="{level + 16:.3f}" text-anchor="end">'
-            f"kinetic friction {kinetic_friction:.4g}</text>"
+            f"{level_name} {level_value:.4g}</text>"
         )
         last = len(percent) if curve.peak is None else curve.peak + 1
         yield path("rising", slice(0, last))

@@ -53,6 +53,10 @@ def fragment(name: str, **values: str) -> str:
     return Template(asset(name)).substitute(values)
 
 
+def _is_measured(table: CreepForceTable) -> bool:
+    return table.law.startswith("MeasuredCurve")
+
+
 def facts(description: Description) -> str:
     """The main numbers of the model."""
     wheelset, element = description.model.wheelset, description.element
@@ -62,9 +66,14 @@ def facts(description: Description) -> str:
         shown |= {
             "contact of": description.carriers,
             "nominal load": f"{element.normal_load / 1e3:.5g} kN",
-            "friction, static and kinetic": f"{friction.static:.4g}, {friction.kinetic:.4g}",
-            "saturation creepage": f"{100 * element.saturation_creepage:.4g} %",
         }
+        if _is_measured(element.table):
+            shown["law"] = "measured curve"
+        else:
+            shown |= {
+                "friction, static and kinetic": f"{friction.static:.4g}, {friction.kinetic:.4g}",
+                "saturation creepage": f"{100 * element.saturation_creepage:.4g} %",
+            }
         if not element.table.one_axis:
             shown |= {
                 "contact semi-width": f"{contact.semi_width * 1e3:.4g} mm",
@@ -79,7 +88,8 @@ def facts(description: Description) -> str:
             "inertia about the axle": f"{wheelset.inertia:.5g} kg&#183;m&#178;",
             "mass moved": mass,
         }
-    shown["effective inverse mass"] = f"{description.effective_inverse_mass:.4g} 1/kg"
+    assumed = ", assumed: the model has no inertia" if isinstance(wheelset, Missing) else ""
+    shown["effective inverse mass"] = f"{description.effective_inverse_mass:.4g} 1/kg{assumed}"
     rows = "\n".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in shown.items())
     return f'<dl class="facts">\n{rows}\n</dl>'
 
@@ -104,8 +114,13 @@ def law(description: Description) -> str:
         f'<tr><th scope="row">{name}</th><td>{value}</td></tr>'
         for name, value in certificate.items()
     )
+    level = "kinetic friction"
+    note = ""
+    if _is_measured(table):
+        level = "at the last point"
+        note = f"<p>{escape(table.note)}.</p>\n" if table.note else ""
     return (
-        f"<figure>\n{curve_svg(curve, kinetic_friction=element.friction.kinetic)}\n"
+        f"{note}<figure>\n{curve_svg(curve, level, element.friction.kinetic)}\n"
         "<figcaption>Computed by the library in this FMU at the nominal load and "
         f"{speed:g} m/s. {shape}.</figcaption>\n</figure>\n"
         "<p>The law is tabulated. The table is in <code>resources/</code>, and as readable numbers "
@@ -121,8 +136,11 @@ def equations(table: CreepForceTable, kind: str, relaxed: bool) -> str:
     names = []
     if kind != "wheelset_body":
         shape = table.options.get("contact", "other")
-        names.append("contact")
-        names.append(shape if table.law.startswith("CarterGriffith") else "other")
+        names.append("creepage")
+        if _is_measured(table):
+            names.append("measured")
+        else:
+            names += ["contact", shape if table.law.startswith("CarterGriffith") else "other"]
         if relaxed:
             names.append("relaxation")
     if kind != "force_element":
@@ -215,6 +233,8 @@ def _step_table(description: Description) -> str:
         columns += [1e3 * sequential, 1e3 / poles]
     rows = ([_rounded(value) for value in row] for row in zip(*columns, strict=True))
     caption = "This model at its nominal load and zero creepage, where the pole is largest"
+    if isinstance(description.model.wheelset, Missing):
+        caption += "; its effective inverse mass is assumed: steps change inversely with your own"
     return _table(caption, heads, rows, "steps")
 
 
@@ -243,8 +263,10 @@ def index_page(description: Description) -> bytes:
     model, kind, variables = description.model, description.kind, description.variables
     relaxed = description.relaxed
     table, contact = description.element.table, description.has_contact
+    limits = "limits_measured.html" if _is_measured(table) else "limits.html"
     sections = {
         "What it is": fragment(f"about_{kind}.html", carriers=description.carriers)
+        + (asset("about_weakening.html") if contact and not table.one_axis else "")
         + facts(description),
         "Signs": fragment("signs.html", sketch=asset("sketch.svg")),
         "The law": law(description) if contact else "",
@@ -252,7 +274,7 @@ def index_page(description: Description) -> bytes:
         "Variables": variable_tables(variables),
         "Coupling": coupling(description),
         "Loading it": tools(kind, variables),
-        "Limits and validation": asset("limits.html") if contact else "",
+        "Limits and validation": asset(limits) if contact else "",
         "Licence and versions": _licence(description),
     }
     shown = {heading: text for heading, text in sections.items() if text}

@@ -6,9 +6,11 @@ import csv
 import io
 import re
 import struct
+from dataclasses import replace
 from html.parser import HTMLParser
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,6 +21,7 @@ from contactlib.export import page as documentation
 from contactlib.export.curve_svg import sample_curve
 from contactlib.export.description import Description
 from contactlib.export.page import ASSETS, TITLES, index_page, licence_text, readable_table
+from contactlib.files.model import Missing
 
 HTML = "{http://www.w3.org/1999/xhtml}"
 KINDS = tuple(TITLES)
@@ -317,3 +320,35 @@ def test_a_checkout_is_unreleased(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(metadata, "version", unknown)
     assert documentation.version() == "unreleased"
+
+
+def test_the_page_of_a_measured_curve_speaks_of_it_alone(rig: cl.Model) -> None:
+    contact = rig.wheelset.element.contact
+    zeta = np.linspace(0.002, 0.15, 20)
+    mu = 0.3 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))
+    curve = cl.MeasuredCurve(zeta, mu, name="<my>.csv")
+    element = cl.ForceElement.from_curve(curve, contact, radius=0.5)
+    wheel: Any = Missing("no inertia", element=element, radius=0.5)
+    root = tree_of(page_of(replace(rig, wheelset=wheel)))
+    text = text_of(root)
+    assert curve.summary in text  # file, points, range, misfit and continuation
+    assert "levels off and stays at that level, which is an assumption" in text
+    for other in ("Griffith", "Eurosprinter", "microns", "third-body", "-3/2"):
+        assert other not in text
+    facts = {text_of(name) for name in root.iter(f"{HTML}dt")}
+    assert facts == {"wheel radius", "contact of", "nominal load", "law", "effective inverse mass"}
+    assert text.count("assumed") == 2  # the effective inverse mass, and its steps
+    assert "assumed" not in text_of(tree_of(page_of(rig)))
+
+
+def test_the_page_of_one_curve_has_no_weakening_over_microns(rig: cl.Model) -> None:
+    polach = cl.Polach(
+        adhesion_reduction=1.0, slip_reduction=0.4, kalker_coefficient=4.0, poisson_ratio=0.28
+    )
+    contact, friction = rig.wheelset.element.contact, rig.wheelset.element.friction
+    table = cl.CreepForceTable.from_law(polach)
+    element = cl.ForceElement(contact, friction, table=table, radius=0.5)
+    model = replace(rig, wheelset=replace(rig.wheelset, element=element))
+    sentence = "within microns of slip"
+    assert sentence in text_of(tree_of(page_of(rig)))
+    assert sentence not in text_of(tree_of(page_of(model)))
