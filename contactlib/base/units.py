@@ -89,6 +89,8 @@ def in_si(text: str, si: str) -> float:
     if found is None or number is None:
         raise ValueError("does not begin with a number")
     unit = text[found.end() :]
+    if not unit and si != "1":
+        raise ValueError(f'has no unit: write "{text} {si}", or {text} without quotation marks')
     if unit.startswith(","):
         raise ValueError("has a decimal comma: a file takes a decimal point")
     value = unit_value(unit, si) if unit else None

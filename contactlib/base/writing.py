@@ -37,6 +37,8 @@ def write_whole(path: str | os.PathLike[str], data: bytes) -> Path:
         else:
             _replace(Path(os.path.realpath(path)) if path.is_symlink() else path, data)
     except OSError as error:  # may name the temporary file, or no file
+        if not path.parent.is_dir():
+            raise OSError(error.errno, "no such folder to write to", os.fspath(path)) from None
         raise OSError(error.errno, error.strerror, os.fspath(path)) from None
     return path
 

@@ -15,6 +15,7 @@ from contactlib.cli.console import (
     Pace,
     complain,
     drawing_options,
+    in_unit,
     say,
     with_progress,
 )
@@ -133,7 +134,7 @@ def simulate(
 @click.option("--load", help="Loads, as 50kN,100kN, or a range, as 50kN:150kN. Default: nominal.")
 @click.option("--speed", help="Speeds likewise, as 5,20 or '18 km/h:72 km/h'. Default: 10 m/s.")
 @click.option("--friction-scale", help="Factors on friction likewise, as 0.5:1. Default: 1.")
-@click.option("--largest-creepage", type=float, help="End of the creepages. Default: 1.")
+@click.option("--largest-creepage", callback=in_unit("1"), help="End of the creepages. Default: 1.")
 @click.option(
     "--error",
     type=float,
@@ -199,10 +200,14 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
 )
 @click.option(
     "--platforms",
-    help="Comma-separated, such as x86_64-linux,x86_64-windows, or all. Default: this machine's.",
+    help="Comma-separated, such as x86_64-linux,x86_64-windows, or all. Default: this machine's. "
+    "What the installation lacks is compiled once, which takes up to some minutes and needs pip "
+    "install 'contactlib[platforms]'.",
 )
 @click.option(
-    "--relaxation-length", type=float, help="Let the force lag the creepage by this distance [m]."
+    "--relaxation-length",
+    callback=in_unit("m"),
+    help="Let the force lag the creepage by this distance [m].",
 )
 @click.option("--implicit", is_flag=True, help="Let the element solve its slip over each step.")
 @click.option(

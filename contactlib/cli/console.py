@@ -25,6 +25,7 @@ from rich.progress import (
 )
 
 from contactlib.base.text import harmless, harmless_line
+from contactlib.base.units import in_si
 
 Loaded = TypeVar("Loaded")
 
@@ -37,6 +38,22 @@ def say(text: str) -> None:
 def complain(text: str) -> None:
     """Print one line on stderr."""
     click.echo(harmless_line(text), err=True)
+
+
+def in_unit(unit: str) -> Callable[[click.Context, click.Parameter, str | None], float | None]:
+    """Callback of an option that is a number in an SI unit, or names another unit."""
+
+    def number(_context: click.Context, option: click.Parameter, text: str | None) -> float | None:
+        try:
+            return None if text is None else float(text)
+        except ValueError:
+            pass
+        try:
+            return in_si(str(text), unit)
+        except ValueError as error:
+            raise ValueError(f"{option.opts[0]} = {text!r} {error}") from None
+
+    return number
 
 
 def drawing_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -100,6 +117,9 @@ class Group(click.Group):
                 warnings.showwarning = show
                 return super().invoke(ctx)
         except (click.exceptions.Exit, click.exceptions.Abort):  # click's own RuntimeErrors
+            raise
+        except click.UsageError as error:
+            error.ctx = None  # without the lines on usage: a mistake is one line
             raise
         except (ValueError, OSError, RuntimeError) as error:
             if isinstance(error, BrokenPipeError) and error.filename is None:

@@ -90,7 +90,7 @@ def _wanted(platforms: Sequence[str] | None) -> list[str]:
         raise ValueError(f"platforms is empty, {known}")
     for name in names:
         if name not in (*PLATFORMS, "all"):
-            raise ValueError(f"platforms holds {name!r}, {known}")
+            raise ValueError(f"platform {name!r} {known}")
     return [name for name in PLATFORMS if name in names or "all" in names]
 
 

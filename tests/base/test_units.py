@@ -53,7 +53,7 @@ def test_every_listed_unit_is_known_by_its_name() -> None:
     ("text", "si", "message"),
     [
         ("5 kN", "m", "must be a number in m, or a number and one of: m, km, cm, mm, um"),
-        ("5", "m", "must be a number in m"),
+        ("5", "m", 'has no unit: write "5 m", or 5 without quotation marks'),
         ("5 mm 3", "m", "must be a number in m"),
         ("mm 5", "m", "does not begin with a number"),
         ("1_ mm", "m", "does not begin with a number"),

@@ -7,6 +7,7 @@ import json
 import re
 import time
 import warnings
+import zipfile
 from pathlib import Path
 
 import click
@@ -91,6 +92,35 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
     result = CliRunner().invoke(main, ["simulate", "no_such.toml"])
     assert result.exit_code == 2
     assert "no_such.toml" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["fmu", "roller_rig.toml", "--fmi3"], "No such option '?--fmi3"),
+        (["fmu", "roller_rig.toml", "--relaxation-length", "8 m/s"], "'8 m/s' must be a number in"),
+        (["table", "roller_rig.toml", "--largest-creepage", "a"], "'a' does not begin with a num"),
+        (["fmu", "roller_rig.toml", "-o", "none/x.fmu"], r"no such folder to write to: .*x\.fmu"),
+    ],
+)
+def test_a_mistake_in_an_option_is_one_line(arguments: list[str], message: str) -> None:
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert re.search(message, result.stderr)
+
+
+def test_options_take_units(tmp_path: Path) -> None:
+    path = tmp_path / "x.fmu"
+    for text in ("8 mm", "0.008"):
+        given = ["fmu", "roller_rig.toml", "--relaxation-length", text, "-o", str(path)]
+        assert CliRunner().invoke(main, given).exit_code == 0
+        with zipfile.ZipFile(path) as fmu:
+            assert b'start="0.008"' in fmu.read("modelDescription.xml")
+    path = tmp_path / "curve.csv"
+    given = ["table", "roller_rig.toml", "-o", str(path), "--largest-creepage", "15 %"]
+    assert CliRunner().invoke(main, given).exit_code == 0
+    assert path.read_text().splitlines()[-1].startswith("0.15,")
 
 
 def test_unwritable_output_is_one_line_and_status_2(tmp_path: Path) -> None:

@@ -122,9 +122,9 @@ def test_one_library_is_not_wrapped() -> None:
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        (["x86_64-linux", "pdp11-unix"], r"'pdp11-unix', must be one of x86_64-linux, .* or all"),
-        ("linux64", "'linux64', must be one of"),
-        (["all", ""], "'', must be one of"),
+        (["x86_64-linux", "pdp11-unix"], r"'pdp11-unix' must be one of x86_64-linux, .* or all"),
+        ("linux64", "'linux64' must be one of"),
+        (["all", ""], "'' must be one of"),
         ([], "platforms is empty, must be one of x86_64-linux"),
     ],
 )
