@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from contactlib.base.quantities import warn
 from contactlib.base.text import fixed_width
 from contactlib.base.units import in_si
 from contactlib.base.writing import write_whole
@@ -15,6 +16,7 @@ from contactlib.export.lookup import lookup_table
 from contactlib.export.lookup_files import known_format, write_lookup_table
 from contactlib.files.model import Model
 from contactlib.files.reading import model_path, parse, shipped_files
+from contactlib.files.sections import ContactSection
 
 TEMPLATES = Path(__file__).parents[1] / "files" / "templates"
 NEXT = {"force": "fmu", "model": "simulate", "scenario": "simulate", "sweep": "sweep"}
@@ -89,6 +91,9 @@ def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
         values = [in_si(f"{part} {unit}" if _plain(part) else part, unit) for part in parts]
     except ValueError as error:
         raise ValueError(f"{option} = {text!r} {error}") from None
+    usual = ContactSection.quantities()["normal_load"]
+    if option == "--load" and not all(map(usual.is_usual, values)):
+        warn(f"{option} = {text} is implausible for a load in N; is its unit missing or wrong?")
     if ":" in text:
         if len(values) != 2 or "," in text:
             raise ValueError(f"{option} = {text!r} must be a range of two numbers, as 0.5:1")

@@ -18,7 +18,7 @@ from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive
 from contactlib.contact.laws.measured import MeasuredCurve
 from contactlib.contact.laws.polach import Polach
 from contactlib.contact.table import CreepForceTable
-from contactlib.files.reading import file_beside, in_file, one_of, profile
+from contactlib.files.reading import doubt, file_beside, in_file, one_of, profile
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.drivetrain import LARGEST_LAG
 from contactlib.vehicle.track import Profile, Track
@@ -98,11 +98,23 @@ class ContactSection(Parameters):
             others |= {"poisson_ratio": self.poisson_ratio, "theory": self.theory or THEORIES[0]}
         elif self.theory is not None:
             raise ValueError(f"theory = {self.theory!r} is for an ellipse, not for a line contact")
-        return makers[given](
+        contact = makers[given](
             normal_load=self.normal_load,
             contact_modulus=material.contact_modulus_with(material),
             **others,
         )
+        if given == ("semi_axis_x", "semi_axis_y"):
+            for key in ("radius_x", "radius_y"):
+                radius, quantity = getattr(contact, key), self.quantities()[key]
+                if quantity.usual and not quantity.is_usual(radius):
+                    low, high = quantity.usual
+                    doubt(
+                        "contact.semi_axis_x",
+                        f"contact: with the normal load of {self.normal_load:g} N and Young's "
+                        f"modulus, the semi-axes are those of a relative {key} of {radius:.4g} m: "
+                        f"{low:g} to {high:g} m is usual",
+                    )
+        return contact
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -110,6 +110,15 @@ def test_a_mistake_in_an_option_is_one_line(arguments: list[str], message: str) 
     assert re.search(message, result.stderr)
 
 
+@pytest.mark.filterwarnings("always::contactlib.InputWarning")
+def test_a_load_that_no_wheel_has_is_warned_of(tmp_path: Path) -> None:
+    for text, lines in (("11", 1), ("11 kN", 0)):
+        given = ["table", "roller_rig.toml", "-o", str(tmp_path / "c.csv"), "--load", text]
+        result = CliRunner().invoke(main, given)
+        assert result.exit_code == 0
+        assert result.stderr.count("--load = 11 is implausible") == lines
+
+
 def test_options_take_units(tmp_path: Path) -> None:
     path = tmp_path / "x.fmu"
     for text in ("8 mm", "0.008"):

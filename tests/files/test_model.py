@@ -229,6 +229,13 @@ def test_a_measured_curve_is_reproduced_as_measured(tmp_path: Path, shape: str) 
             assert not found[name].any()
 
 
+def test_semi_axes_that_do_not_fit_the_load_are_warned_of(tmp_path: Path) -> None:
+    axes = 'semi_axis_x = "6.3 mm"\nsemi_axis_y = "5 mm"'
+    load_changed(tmp_path, None, {SHAPE: axes})
+    with pytest.warns(cl.InputWarning, match=r"107\.9 N .* relative radius_x of 301\.3 m: 0\.005"):
+        load_changed(tmp_path, None, {SHAPE: axes, '"110.325 kN"': "107.9"})
+
+
 def test_a_curve_that_no_table_follows_is_told_in_the_users_words(tmp_path: Path) -> None:
     rows = zip(np.geomspace(1e-4, 1.0, 40), 0.5 * np.exp(-np.linspace(0.0, 9.0, 40)), strict=True)
     text = "\n".join(f"{zeta},{mu}" for zeta, mu in rows)
