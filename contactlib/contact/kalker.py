@@ -70,9 +70,19 @@ def kalker_coefficients(a_over_b: ArrayLike, poisson_ratio: ArrayLike) -> Kalker
         F_y = -G a b c22 eta - G (a b)**1.5 c23 phi
         M_z =  G (a b)**1.5 c23 eta - G (a b)**2 c33 phi
 
-    The error is below 1e-4 of each value. For a short contact, a/b -> 0, they tend to those of
-    independent strips: c11 to pi**2/(4 (1-nu)), c22 to pi**2/4, c33 to
-    pi**2/(16 (1-nu) a/b).
+    The error is below 1e-4 of each value. With g = a/b, the limit of a short contact, g -> 0, is
+    that of strips, which in c23 feel each other:
+
+        c11 = pi**2/(4 (1-nu)),    c23 = pi sqrt(g)/(3 (1-nu)) (1 + nu (ln(16/g) - 5)),
+        c22 = pi**2/4,             c33 = pi**2/(16 (1-nu) g)
+
+    For a long one, g -> infinity, with L = ln(16 g**2) and D = (1-nu) L - 2 + 4 nu,
+
+        c11 = 2 pi g/(L - 2 nu - 3 + ln(4)),
+        c22 = 2 pi g/((1-nu) (L - 3 + ln(4)) + 2 nu),
+        c23 = 2 pi g**1.5/(3 D),   c33 = pi/4 (((1-2 nu) L - 2 + 8 nu)/D)**2
+
+    but for terms of the order of 1/L**2 in c11 and c22, and of 1/g in c23 and c33.
 
     Examples
     --------

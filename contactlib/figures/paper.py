@@ -244,7 +244,7 @@ def figure_6() -> Figure:
         Polach,
         data,
         slip_rate=True,
-        kalker_coefficient=3.7,  # for the measured ellipse
+        a_over_b=6.304 / 12.61,  # of the measured ellipse
         poisson_ratio=0.28,
         saturation_creepage=0.00397,  # 2 mu0 p0/E* at the fitted mu0
     )

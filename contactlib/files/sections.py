@@ -33,7 +33,7 @@ class LawKind(NamedTuple):
     optional_keys: tuple[str, ...] = ()
 
 
-POLACH_KEYS = ("adhesion_reduction", "slip_reduction", "kalker_coefficient")
+POLACH_KEYS = ("adhesion_reduction", "slip_reduction")
 LAWS = {
     "carter_griffith": LawKind("Limit of a short weakening zone. Its table is shipped."),
     "cohesive": LawKind(
@@ -42,9 +42,14 @@ LAWS = {
         table_keys=("friction.static", "friction.kinetic"),
     ),
     "polach": LawKind(
-        "Polach's law of 2005, in longitudinal creepage.",
+        "Polach's law of 2005, in longitudinal creepage; for an elliptic contact, which gives "
+        "Kalker's coefficient.",
         keys=POLACH_KEYS,
-        table_keys=(*(f"law.{key}" for key in POLACH_KEYS), "contact.poisson_ratio"),
+        table_keys=(
+            *(f"law.{key}" for key in POLACH_KEYS),
+            *(f"contact.{key}_{axis}" for key in ("radius", "semi_axis") for axis in "xy"),
+            "contact.poisson_ratio",
+        ),
     ),
     "measured": LawKind(
         "A curve through measured points, as it was measured at the contact's nominal load. It "
@@ -151,7 +156,6 @@ class LawSection(Parameters):
     kind: str = "carter_griffith"
     adhesion_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
     slip_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
-    kalker_coefficient: Annotated[float | None, Quantity("1", above=0.0)] = None
     file: str | None = None
     load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
     columns: tuple[str | int, ...] = ()
@@ -195,15 +199,25 @@ class LawSection(Parameters):
     ) -> CreepForceTable:
         """Build the table of a law that is not measured."""
         shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
-        given = {key: getattr(self, key) for key in LAWS[self.kind].keys}
         builders: dict[str, Callable[[], CreepForceTable]] = {
             "carter_griffith": lambda: carter_griffith_table(shape),
             "cohesive": lambda: cohesive_table(shape, friction.ratio, friction.weakening, progress),
-            "polach": lambda: CreepForceTable.from_law(
-                Polach(**given, poisson_ratio=poisson_ratio)
-            ),
+            "polach": lambda: CreepForceTable.from_law(self.polach(contact, poisson_ratio)),
         }
         return builders[self.kind]()
+
+    def polach(self, contact: Contact, poisson_ratio: float) -> Polach:
+        """Polach's law of an elliptic contact."""
+        if not isinstance(contact, EllipticContact):
+            raise ValueError(
+                "kind = 'polach' is the law of an ellipse: [contact] needs "
+                "radius_x and radius_y, or semi_axis_x and semi_axis_y"
+            )
+        return Polach(
+            **{key: getattr(self, key) for key in POLACH_KEYS},
+            a_over_b=contact.semi_axis_x / contact.semi_axis_y,
+            poisson_ratio=poisson_ratio,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,7 @@ import numpy as np
 from cffi import FFI
 from numpy.typing import NDArray
 
-from contactlib import CreepForceTable, ForceElement, Polach
+from contactlib import CreepForceTable, ForceElement, Polach, kalker_coefficients
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
@@ -62,7 +62,8 @@ class CPolach:
     """
 
     def __init__(self, law: Polach, *, residual: float = 1.0, decay: float = 0.0) -> None:
-        gradient = 0.75 * (1.0 - law.poisson_ratio) * law.kalker_coefficient
+        c11 = float(kalker_coefficients(law.a_over_b, law.poisson_ratio).c11)
+        gradient = 0.75 * (1.0 - law.poisson_ratio) * c11
         self._law = ffi().new(
             "polach *",
             (law.adhesion_reduction, law.slip_reduction, gradient, 1.0, residual, decay),

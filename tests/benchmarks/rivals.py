@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, RectBivariateSpline
 
-from contactlib import CarterGriffith, Polach
+from contactlib import CarterGriffith, Polach, kalker_coefficients
 from contactlib.base.quantities import FloatArray
 
 ERROR = 1e-6  # of the traction ratio
@@ -69,7 +69,8 @@ def bivariate_spline() -> RectBivariateSpline:
 
 def polach_in_python(law: Polach) -> Callable[[float], float]:
     """Polach's traction ratio of one float, with nothing but `math`."""
-    gradient = 0.75 * (1.0 - law.poisson_ratio) * law.kalker_coefficient
+    c11 = float(kalker_coefficients(law.a_over_b, law.poisson_ratio).c11)
+    gradient = 0.75 * (1.0 - law.poisson_ratio) * c11
     adhesion, slip = law.adhesion_reduction * gradient, law.slip_reduction * gradient
 
     def traction_ratio(x: float) -> float:

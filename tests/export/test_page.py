@@ -264,9 +264,7 @@ def test_readable_table_is_the_table(table: cl.CreepForceTable) -> None:
 
 
 def test_readable_table_of_one_curve_has_no_k_hat() -> None:
-    polach = cl.Polach(
-        adhesion_reduction=1.0, slip_reduction=0.4, kalker_coefficient=4.0, poisson_ratio=0.28
-    )
+    polach = cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4, a_over_b=1.0, poisson_ratio=0.28)
     table = cl.CreepForceTable.from_law(polach)
     rows = list(csv.DictReader(io.StringIO(readable_table(table).decode())))
     assert {row["k_hat"] for row in rows} == {""}

@@ -188,21 +188,25 @@ POLACH = """
 kind = "polach"
 adhesion_reduction = 0.9
 slip_reduction = 0.4
-kalker_coefficient = 3.7
 """
 
 
 def test_law_by_its_name(tmp_path: Path) -> None:
     line = load_changed(tmp_path, None, {})
     assert line.table is cl.carter_griffith_table("line")
-    polach = load_changed(tmp_path, None, {"\n[run]": POLACH + "\n[run]"})
-    law = cl.Polach(
-        adhesion_reduction=0.9, slip_reduction=0.4, kalker_coefficient=3.7, poisson_ratio=0.3
+    law = {"\n[run]": POLACH + "\n[run]"}
+    with pytest.raises(cl.ModelError, match=r"law\.kind = 'polach' is the law of an ellipse"):
+        load_changed(tmp_path, None, law)
+    polach = load_changed(
+        tmp_path, None, {SHAPE: 'semi_axis_x = "6 mm"\nsemi_axis_y = "8 mm"', **law}
+    )
+    expected_law = cl.Polach(
+        adhesion_reduction=0.9, slip_reduction=0.4, a_over_b=0.75, poisson_ratio=0.3
     )
     zeta = np.linspace(-0.1, 0.1, 41)
-    expected = polach.friction.kinetic * law.traction_ratio(zeta / polach.saturation_creepage)
+    ratio = expected_law.traction_ratio(zeta / polach.saturation_creepage)
     found = polach.at_creepage(zeta, speed=10.0)["traction_coefficient"]
-    np.testing.assert_allclose(found, expected, atol=1e-8)
+    np.testing.assert_allclose(found, polach.friction.kinetic * ratio, atol=1e-8)
 
 
 STEEP = "creepage,traction_coefficient\n" + "".join(

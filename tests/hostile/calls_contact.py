@@ -54,7 +54,7 @@ FRICTION: dict[str, Any] = {
     "slip_rate_residual": 0.6,
     "slip_rate_decay": 0.1,
 }
-DRY: dict[str, Any] = {"kalker_coefficient": 4.12, "poisson_ratio": 0.25}
+DRY: dict[str, Any] = {"a_over_b": 1.2, "poisson_ratio": 0.25}
 POLACH: dict[str, Any] = {"adhesion_reduction": 1.0, "slip_reduction": 0.4, **DRY}
 FALLING: dict[str, Any] = {"slip_rate_residual": 0.6, "slip_rate_decay": 0.1}
 
@@ -242,8 +242,7 @@ CALLS: list[Call] = [
     of_class("Polach.dry", cl.Polach.dry, DRY, "peak", infinite=True),
     of_class("Polach.wet", cl.Polach.wet, DRY, "peak", infinite=True),
     *of_law("Polach", lambda: cl.Polach(**POLACH)),
-    *of_law("Polach soft", lambda: cl.Polach(**POLACH | {"kalker_coefficient": 5e-324})),
-    *of_law("Polach stiff", lambda: cl.Polach(**POLACH | {"kalker_coefficient": 1e300})),
+    *of_law("Polach soft", lambda: cl.Polach(**POLACH | {"slip_reduction": 5e-324})),
     Call(
         name="MeasuredCurve",
         make=lambda: (
@@ -313,6 +312,11 @@ CALLS: list[Call] = [
     of_class("LineContact.from_semi_width", cl.LineContact.from_semi_width, SEMI_WIDTH, *CONTACT),
     of_class("EllipticContact", cl.EllipticContact, ELLIPSE, *AXES),
     of_class("EllipticContact.from_semi_axes", cl.EllipticContact.from_semi_axes, SEMI_AXES, *AXES),
+    *over(
+        "kalker_coefficients",
+        lambda: cl.kalker_coefficients,
+        {"a_over_b": np.geomspace(0.05, 20.0, 6), "poisson_ratio": np.linspace(0.0, 0.5, 6)},
+    ),
     of_class("Friction", cl.Friction, FRICTION, "ratio"),
     Call(
         name="Friction.coefficient",

@@ -313,16 +313,16 @@ def test_peak_is_the_largest(k_hat: float, shape: Any, x: float, near: float) ->
 @given(
     adhesion=magnitude(1e-300, 1.0),
     slip=magnitude(1e-300, 1.0),
-    kalker=magnitude(1e-3, 1e3),
+    aspect=number(0.05, 20.0),
     x=magnitude(1e-12, 1e300),
 )
 def test_polach_never_exceeds_its_peak(
-    adhesion: float, slip: float, kalker: float, x: float
+    adhesion: float, slip: float, aspect: float, x: float
 ) -> None:
     law = cl.Polach(
         adhesion_reduction=adhesion,
         slip_reduction=slip,
-        kalker_coefficient=kalker,
+        a_over_b=aspect,
         poisson_ratio=0.25,
     )
     ratio, peak = float(law.traction_ratio(x)), law.peak

@@ -3,7 +3,8 @@
 Source: O. Polach, "Creep forces in simulations of traction vehicles running on adhesion limit",
 Wear 258 (2005) 992-1000. The force is (2 P mu/pi) (kA eps/(1 + (kA eps)**2) + atan(kS eps)) with
 eps = G pi a b c11 zeta/(4 P mu). For two bodies of one material P = (2/3) pi a b p0 and
-E* = G/(1 - nu), and the friction drops out against zeta = x zeta0 = 2 x mu p0/E*:
+E* = G/(1 - nu), and the friction drops out against zeta = x zeta0 = 2 x mu p0/E*, with the zeta0
+of independent strips:
 
     eps = (3/4) (1 - nu) c11 x,
     q = (2/pi) (kA eps/(1 + (kA eps)**2) + atan(kS eps)).
@@ -13,12 +14,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FINITE, FloatArray, Parameters, Quantity, checked
+from contactlib.contact.kalker import kalker_coefficients
 from contactlib.contact.laws.contact_law import Peak
 
 FAR = 1e150  # kA eps beyond which the area of adhesion changes no digit
@@ -38,8 +41,9 @@ class Polach(Parameters):
     slip_reduction : float
         kS, factor in the area of slip [1], above 0 and at most 1. Polach requires kS <= kA, or the
         traction exceeds mu P; kS > kA is allowed here, so that a fit can find it.
-    kalker_coefficient : float
-        Kalker's c11 of the contact ellipse [1].
+    a_over_b : float
+        Semi-axis of the contact ellipse in the rolling direction over that across it [1], from
+        0.05 to 20. With `poisson_ratio` it gives Kalker's c11, see `kalker_coefficients`.
     poisson_ratio : float
         nu of both bodies [1], from 0 to 0.5.
 
@@ -55,42 +59,43 @@ class Polach(Parameters):
 
     Examples
     --------
-    >>> law = Polach.dry(kalker_coefficient=4.12, poisson_ratio=0.25)
+    >>> law = Polach.dry(a_over_b=1.0, poisson_ratio=0.25)
     >>> law.traction_ratio([0.5, 1.0, 3.0]).round(3).tolist()
-    [0.591, 0.707, 0.87]
+    [0.591, 0.708, 0.87]
     >>> law.peak
     Peak(normalized_creepage=inf, traction_ratio=1.0)
     """
 
     adhesion_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]
     slip_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]
-    kalker_coefficient: Annotated[float, Quantity("1", above=0.0)]
+    a_over_b: Annotated[float, Quantity("1", at_least=0.05, at_most=20.0)]
     poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
 
     @classmethod
-    def dry(cls, *, kalker_coefficient: float, poisson_ratio: float) -> Polach:
+    def dry(cls, *, a_over_b: float, poisson_ratio: float) -> Polach:
         """Polach's dry rail, for which he gives mu0 = 0.55, A = 0.40, B = 0.60 s/m."""
         return cls(
             adhesion_reduction=1.0,
             slip_reduction=0.4,
-            kalker_coefficient=kalker_coefficient,
+            a_over_b=a_over_b,
             poisson_ratio=poisson_ratio,
         )
 
     @classmethod
-    def wet(cls, *, kalker_coefficient: float, poisson_ratio: float) -> Polach:
+    def wet(cls, *, a_over_b: float, poisson_ratio: float) -> Polach:
         """Polach's wet rail, for which he gives mu0 = 0.30, A = 0.40, B = 0.20 s/m."""
         return cls(
             adhesion_reduction=0.3,
             slip_reduction=0.1,
-            kalker_coefficient=kalker_coefficient,
+            a_over_b=a_over_b,
             poisson_ratio=poisson_ratio,
         )
 
-    @property
+    @cached_property
     def _stiffness(self) -> tuple[float, float]:
         """The factors kA eps/x and kS eps/x."""
-        gradient = 0.75 * (1.0 - self.poisson_ratio) * self.kalker_coefficient
+        c11 = float(kalker_coefficients(self.a_over_b, self.poisson_ratio).c11)
+        gradient = 0.75 * (1.0 - self.poisson_ratio) * c11
         return self.adhesion_reduction * gradient, self.slip_reduction * gradient
 
     def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:

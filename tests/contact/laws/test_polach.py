@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contactlib import Polach
+from contactlib import Polach, kalker_coefficients
 from contactlib.base.quantities import FloatArray
 
-C11, NU = 3.7, 0.28
+ASPECT, NU = 0.5, 0.28
+C11 = float(kalker_coefficients(ASPECT, NU).c11)
 
 
 def force(
@@ -34,8 +35,8 @@ def saturation_creepage(mu: FloatArray) -> FloatArray:
 @pytest.mark.parametrize(
     ("law", "numbers"),
     [
-        (Polach.dry(kalker_coefficient=C11, poisson_ratio=NU), (1.00, 0.40, 0.55, 0.40, 0.60)),
-        (Polach.wet(kalker_coefficient=C11, poisson_ratio=NU), (0.30, 0.10, 0.30, 0.40, 0.20)),
+        (Polach.dry(a_over_b=ASPECT, poisson_ratio=NU), (1.00, 0.40, 0.55, 0.40, 0.60)),
+        (Polach.wet(a_over_b=ASPECT, poisson_ratio=NU), (0.30, 0.10, 0.30, 0.40, 0.20)),
     ],
 )
 def test_with_falling_friction_it_is_polachs_force(
@@ -49,16 +50,14 @@ def test_with_falling_friction_it_is_polachs_force(
 
 
 def test_initial_slope_is_the_mean_reduction_of_kalkers_linear_theory() -> None:
-    law = Polach(
-        adhesion_reduction=0.8, slip_reduction=0.3, kalker_coefficient=C11, poisson_ratio=NU
-    )
+    law = Polach(adhesion_reduction=0.8, slip_reduction=0.3, a_over_b=ASPECT, poisson_ratio=NU)
     mu = np.array(0.4)
     kalker = 82e9 * 6.304e-3 * 12.61e-3 * C11 * saturation_creepage(mu) / (mu * 106.7e3)
     assert float(law.slope(0.0)) == pytest.approx(0.55 * float(kalker), rel=1e-14)
 
 
 def test_slope_is_the_derivative() -> None:
-    law = Polach.wet(kalker_coefficient=C11, poisson_ratio=NU)
+    law = Polach.wet(a_over_b=ASPECT, poisson_ratio=NU)
     x = np.geomspace(1e-3, 1e3, 50)
     # The same formula at a complex argument: its imaginary part is the derivative.
     eps = 0.75 * (1.0 - NU) * C11 * (x + 1e-30j)
@@ -78,7 +77,7 @@ def test_it_falls_nowhere_from_the_twentyfourth_of_pi_on(adhesion: float) -> Non
         law = Polach(
             adhesion_reduction=adhesion,
             slip_reduction=threshold * factor * adhesion,
-            kalker_coefficient=C11,
+            a_over_b=ASPECT,
             poisson_ratio=NU,
         )
         assert np.sign(law.slope(at)) == sign
@@ -86,9 +85,7 @@ def test_it_falls_nowhere_from_the_twentyfourth_of_pi_on(adhesion: float) -> Non
 
 @pytest.mark.parametrize("slip", [0.001, 0.1, 1.0])
 def test_its_largest_value_is_the_limit(slip: float) -> None:
-    law = Polach(
-        adhesion_reduction=1.0, slip_reduction=slip, kalker_coefficient=C11, poisson_ratio=NU
-    )
+    law = Polach(adhesion_reduction=1.0, slip_reduction=slip, a_over_b=ASPECT, poisson_ratio=NU)
     assert law.peak == (np.inf, 1.0)
     assert (law.traction_ratio(np.geomspace(1e-3, 1e3, 2000)) < 1.0).all()
     assert float(law.traction_ratio(1e12)) == pytest.approx(1.0, abs=1e-8)
@@ -99,7 +96,7 @@ def test_with_more_stiffness_in_slip_than_in_adhesion_it_exceeds_friction() -> N
         law = Polach(
             adhesion_reduction=adhesion,
             slip_reduction=slip,
-            kalker_coefficient=C11,
+            a_over_b=ASPECT,
             poisson_ratio=NU,
         )
         x, q = law.peak
@@ -109,7 +106,7 @@ def test_with_more_stiffness_in_slip_than_in_adhesion_it_exceeds_friction() -> N
 
 
 def test_odd_and_shape_preserving() -> None:
-    law = Polach.dry(kalker_coefficient=C11, poisson_ratio=NU)
+    law = Polach.dry(a_over_b=ASPECT, poisson_ratio=NU)
     x = np.linspace(0.0, 5.0, 24).reshape(2, 3, 4)
     np.testing.assert_array_equal(law.traction_ratio(-x), -law.traction_ratio(x))
     assert law.traction_ratio(x).shape == law.slope(x).shape == x.shape
@@ -124,7 +121,7 @@ def test_odd_and_shape_preserving() -> None:
         ("adhesion_reduction", 1.1),
         ("slip_reduction", 0.0),
         ("slip_reduction", np.nan),
-        ("kalker_coefficient", 0.0),
+        ("a_over_b", 0.04),
         ("poisson_ratio", 0.6),
     ],
 )
@@ -132,7 +129,7 @@ def test_bad_parameters_are_refused(name: str, value: float) -> None:
     good = {
         "adhesion_reduction": 1.0,
         "slip_reduction": 0.4,
-        "kalker_coefficient": C11,
+        "a_over_b": ASPECT,
         "poisson_ratio": NU,
     }
     with pytest.raises(ValueError, match=rf"Polach\.{name} = "):

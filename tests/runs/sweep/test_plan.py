@@ -14,24 +14,31 @@ import pytest
 from sweep_files import RANDOM, SCENARIO, SWEEP, axis_values, write_sweep
 
 import contactlib as cl
+from contactlib.base.writing import package_folder
 from contactlib.files.model import build_wheelset
 from contactlib.files.scenario import build_scenario
 
 
 def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
     law = (
-        '\n[vehicle_changes.law]\nkind = "polach"\nadhesion_reduction = 1.0\n'
-        "slip_reduction = 0.4\nkalker_coefficient = 3.0\n"
+        '\n[vehicle_changes.law]\nkind = "polach"\nadhesion_reduction = 1.0\nslip_reduction = 0.4\n'
     )
+    contact = 'radius = "500 mm"\nsemi_width = "5 mm"', "semi_axis_x = 6e-3\nsemi_axis_y = 8e-3"
+    vehicle = (package_folder("models") / "locomotive.toml").read_text().replace(*contact)
+    (tmp_path / "ellipse.toml").write_text(vehicle)
+    scenario = SCENARIO.replace("locomotive.toml", "ellipse.toml") + law
     axis = 'parameter = "vehicle.law.slip_reduction"\nvalues = [0.3, 0.4]'
-    low, high = (
-        s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, SCENARIO + law)
-    )
+    low, high = (s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, scenario))
     assert low.traction_ratio(1.0, 0.0) < high.traction_ratio(1.0, 0.0)
+    axis = 'parameter = "vehicle.contact.semi_axis_x"\nvalues = [4e-3, 8e-3]'
+    short, long = (
+        s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, scenario)
+    )
+    assert short.traction_ratio(0.1, 0.0) < long.traction_ratio(0.1, 0.0)
     many = '[axes.x]\nparameter = "vehicle.law.slip_reduction"\nfrom = 0.3\nto = 0.4\n'
     text = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 100, 1) + many
     with pytest.raises(cl.ModelError, match=r"axes\.x: each of 100 values needs its own table"):
-        cl.load_sweep(write_sweep(tmp_path, text, SCENARIO + law))
+        cl.load_sweep(write_sweep(tmp_path, text, scenario))
 
 
 def built_anew(sweep: cl.Sweep, run: int) -> cl.Scenario:
