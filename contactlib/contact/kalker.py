@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import FloatArray, Limits, checked, common_shape
+from contactlib.base.quantities import FloatArray, Quantity, checked, common_shape
 from contactlib.contact import kernel
 
-A_OVER_B = Limits(at_least=0.05, at_most=20.0)
-POISSON_RATIO = Limits(at_least=0.0, at_most=0.5)
+A_OVER_B = Quantity("1", at_least=0.05, at_most=20.0)
+POISSON_RATIO = Quantity("1", at_least=0.0, at_most=0.5)
 
 
 class KalkerCoefficients(NamedTuple):
@@ -82,12 +82,11 @@ def kalker_coefficients(a_over_b: ArrayLike, poisson_ratio: ArrayLike) -> Kalker
         c22 = 2 pi g/((1-nu) (L - 3 + ln(4)) + 2 nu),
         c23 = 2 pi g**1.5/(3 D),   c33 = pi/4 (((1-2 nu) L - 2 + 8 nu)/D)**2
 
-    but for terms of the order of 1/L**2 in c11 and c22, and of 1/g in c23 and c33.
+    but for terms of the order of 1/L**2 in c11 and c22, and of L/g**2 in c23 and c33.
 
     Examples
     --------
-    >>> c = kalker_coefficients(1.0, 0.28)
-    >>> [round(float(v), 3) for v in c]
+    >>> [round(float(value), 3) for value in kalker_coefficients(1.0, 0.28)]
     [4.219, 3.704, 1.484, 1.181]
     """
     g = checked("a_over_b", a_over_b, A_OVER_B)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FINITE, FloatArray, Parameters, Quantity, checked
-from contactlib.contact.kalker import kalker_coefficients
+from contactlib.contact.kalker import A_OVER_B, POISSON_RATIO, kalker_coefficients
 from contactlib.contact.laws.contact_law import Peak
 
 FAR = 1e150  # kA eps beyond which the area of adhesion changes no digit
@@ -61,15 +61,15 @@ class Polach(Parameters):
     --------
     >>> law = Polach.dry(a_over_b=1.0, poisson_ratio=0.25)
     >>> law.traction_ratio([0.5, 1.0, 3.0]).round(3).tolist()
-    [0.591, 0.708, 0.87]
+    [0.591, 0.707, 0.87]
     >>> law.peak
     Peak(normalized_creepage=inf, traction_ratio=1.0)
     """
 
     adhesion_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]
     slip_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]
-    a_over_b: Annotated[float, Quantity("1", at_least=0.05, at_most=20.0)]
-    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+    a_over_b: Annotated[float, A_OVER_B]
+    poisson_ratio: Annotated[float, POISSON_RATIO]
 
     @classmethod
     def dry(cls, *, a_over_b: float, poisson_ratio: float) -> Polach:
