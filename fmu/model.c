@@ -42,7 +42,7 @@ const char TRUTH[] = "Boolean";
     FIXED("contact_modulus", "Pa", "composite contact modulus; of an ellipse on a half-space, " \
           "that of rolling", 1e-3, 1e15, contact.contact_modulus), \
     FIXED("softening", "1", "part of the stiffness that an ellipse on a half-space loses up to " \
-          "saturation", 0.0, 0.4, contact.softening), \
+          "saturation", -0.1, 0.4, contact.softening), \
     FIXED("nominal_load", "N", "load of the given semi-width and peak pressure", 1e-6, 1e12, \
           contact.nominal_load), \
     FIXED("load_exponent", "1", "semi-width and pressure grow like load to this power", 0.0, 1.0, \

@@ -218,9 +218,9 @@ def fit(
     can then compensate any change of it, and only their ranges bound the interval. Parameters whose
     estimate is at an end of its range are not in the Jacobian; standard errors treat them as known.
 
-    Polach's law depends on kA and kS only through kA/zeta0 and kS/zeta0, times c11 (1 - nu). Hold
-    ``saturation_creepage``, ``a_over_b`` and ``poisson_ratio`` to fit it; for another
-    zeta0, kA and kS change in proportion. If all three are fitted, they are not identifiable.
+    Polach's law depends on kA and kS only through kA/zeta0 and kS/zeta0. Hold
+    ``saturation_creepage`` to fit it; for another zeta0, kA and kS change in proportion. If all
+    three are fitted, they are not identifiable.
 
     A fit takes seconds, or half a minute if both k_hat and the slip rate are free.
 

@@ -244,9 +244,7 @@ def figure_6() -> Figure:
         Polach,
         data,
         slip_rate=True,
-        a_over_b=6.304 / 12.61,  # of the measured ellipse
-        poisson_ratio=0.28,
-        saturation_creepage=0.00397,  # 2 mu0 p0/E* at the fitted mu0
+        saturation_creepage=0.00364,  # 2 mu0 p0/E* of the measured ellipse at the fitted mu0
     )
     far = 0.22
     griffith = CarterGriffith(k_hat=K_HAT)

@@ -218,7 +218,6 @@ class _Vehicle(NamedTuple):
     friction: Friction | None  # none for a measured curve
     reduction: float
     resistance: Resistance
-    poisson_ratio: float
 
 
 def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
@@ -237,7 +236,7 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
             if friction and body:
                 reduction = mistakes.of(_reduction, body, contact, friction)
         resistance = mistakes.of(cache.section, "resistance", Resistance, data)
-    return _Vehicle(contact, law, body, friction, reduction, resistance, section.poisson_ratio)
+    return _Vehicle(contact, law, body, friction, reduction, resistance)
 
 
 def build_wheelset(
@@ -249,7 +248,7 @@ def build_wheelset(
 ) -> Wheelset:
     """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
     cache = cache or BuildCache()
-    contact, law, body, friction, reduction, resistance, poisson_ratio = _read_vehicle(data, cache)
+    contact, law, body, friction, reduction, resistance = _read_vehicle(data, cache)
     sizes = body.radius, body.minimum_speed, body.wheels or 1.0
     if friction is None:
         with named("law"):
@@ -258,7 +257,7 @@ def build_wheelset(
         element = cache("element", _measured, contact, table, law, *sizes)
     else:
         with named("law"):
-            table = table or law.build(contact, friction, poisson_ratio, progress)
+            table = table or law.build(contact, friction, progress)
         with named("wheelset"):
             element = cache("element", _element, contact, friction, table, reduction, *sizes)
     return cache("wheelset", _wheelset, element, body, resistance)

@@ -45,11 +45,7 @@ LAWS = {
         "Polach's law of 2005, in longitudinal creepage; for an elliptic contact, which gives "
         "Kalker's coefficient.",
         keys=POLACH_KEYS,
-        table_keys=(
-            *(f"law.{key}" for key in POLACH_KEYS),
-            *(f"contact.{key}_{axis}" for key in ("radius", "semi_axis") for axis in "xy"),
-            "contact.poisson_ratio",
-        ),
+        table_keys=tuple(f"law.{key}" for key in POLACH_KEYS),
     ),
     "measured": LawKind(
         "A curve through measured points, as it was measured at the contact's nominal load. It "
@@ -194,7 +190,6 @@ class LawSection(Parameters):
         self,
         contact: Contact,
         friction: Friction,
-        poisson_ratio: float,
         progress: Callable[[float], object],
     ) -> CreepForceTable:
         """Build the table of a law that is not measured."""
@@ -202,11 +197,11 @@ class LawSection(Parameters):
         builders: dict[str, Callable[[], CreepForceTable]] = {
             "carter_griffith": lambda: carter_griffith_table(shape),
             "cohesive": lambda: cohesive_table(shape, friction.ratio, friction.weakening, progress),
-            "polach": lambda: CreepForceTable.from_law(self.polach(contact, poisson_ratio)),
+            "polach": lambda: CreepForceTable.from_law(self.polach(contact)),
         }
         return builders[self.kind]()
 
-    def polach(self, contact: Contact, poisson_ratio: float) -> Polach:
+    def polach(self, contact: Contact) -> Polach:
         """Polach's law of an elliptic contact."""
         if not isinstance(contact, EllipticContact):
             raise ValueError(
@@ -215,8 +210,6 @@ class LawSection(Parameters):
             )
         return Polach(
             **{key: getattr(self, key) for key in POLACH_KEYS},
-            a_over_b=contact.semi_axis_x / contact.semi_axis_y,
-            poisson_ratio=poisson_ratio,
         )
 
 

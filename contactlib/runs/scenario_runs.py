@@ -9,6 +9,7 @@ import numpy as np
 
 from contactlib.base.quantities import (
     FINITE,
+    POSITIVE,
     FloatArray,
     Quantity,
     as_number,
@@ -216,10 +217,17 @@ def run_many(
     if isinstance(scenarios, Scenario):
         raise ValueError("scenarios must be a list, such as [scenario]")
     index = range(len(scenarios)) if index is None else checked_indices(index)
-    steps = list(step) if isinstance(step, Sequence) else [step] * len(scenarios)
+    steps: list[float | None]
+    if isinstance(step, (list, tuple)):
+        steps = [checked_number("step", one, POSITIVE) for one in step]
+    else:
+        one = None if step is None else checked_number("step", step, POSITIVE)
+        steps = [one] * len(scenarios)
     for name, given in (("index", index), ("step", steps)):
         if len(given) != len(scenarios):
-            raise ValueError(f"{name} has {len(given)} entries for {len(scenarios)} scenarios")
+            raise ValueError(
+                f"{name} = {list(given)!r} has {len(given)} entries for {len(scenarios)} scenarios"
+            )
     found = {name: np.full(len(scenarios), np.nan) for name in (*outcomes, *metrics)}
     found[FAILED] = np.zeros(len(scenarios))
     controls = [_chosen(one, controller) for one in scenarios]

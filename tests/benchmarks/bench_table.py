@@ -14,7 +14,7 @@ import contactlib as cl
 
 POINTS = 1_000_000
 CONTACTS: tuple[Literal["line"], Literal["elliptic"]] = ("line", "elliptic")
-POLACH = cl.Polach.dry(a_over_b=1.0, poisson_ratio=0.25)
+POLACH = cl.Polach.dry()
 
 
 def check() -> None:

@@ -15,10 +15,11 @@ import numpy as np
 from cffi import FFI
 from numpy.typing import NDArray
 
-from contactlib import CreepForceTable, ForceElement, Polach, kalker_coefficients
+from contactlib import CreepForceTable, ForceElement, Polach
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
+from contactlib.contact.laws.polach import GRADIENT
 
 HERE = Path(__file__).parent
 # The kernel's arithmetic and instructions, but the newest mathematical functions of this machine.
@@ -58,15 +59,13 @@ def pointer(array: FloatArray) -> Any:
 class CPolach:
     """Polach's force in C of the contact in which the normalized creepage x is the creepage.
 
-    With zeta0 = 1, mu = 1 and P = 1 his gradient G pi a b c11/4 is (3/4) (1 - nu) c11.
+    With zeta0 = 1, mu = 1 and P = 1 his gradient G pi a b c11/4 is (3/16) pi**2.
     """
 
     def __init__(self, law: Polach, *, residual: float = 1.0, decay: float = 0.0) -> None:
-        c11 = float(kalker_coefficients(law.a_over_b, law.poisson_ratio).c11)
-        gradient = 0.75 * (1.0 - law.poisson_ratio) * c11
         self._law = ffi().new(
             "polach *",
-            (law.adhesion_reduction, law.slip_reduction, gradient, 1.0, residual, decay),
+            (law.adhesion_reduction, law.slip_reduction, GRADIENT, 1.0, residual, decay),
         )
 
     def __call__(self, x: FloatArray, slip_speed: FloatArray, force: FloatArray) -> None:

@@ -14,8 +14,9 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, RectBivariateSpline
 
-from contactlib import CarterGriffith, Polach, kalker_coefficients
+from contactlib import CarterGriffith, Polach
 from contactlib.base.quantities import FloatArray
+from contactlib.contact.laws.polach import GRADIENT
 
 ERROR = 1e-6  # of the traction ratio
 END = 5.0  # of normalized creepage
@@ -69,9 +70,7 @@ def bivariate_spline() -> RectBivariateSpline:
 
 def polach_in_python(law: Polach) -> Callable[[float], float]:
     """Polach's traction ratio of one float, with nothing but `math`."""
-    c11 = float(kalker_coefficients(law.a_over_b, law.poisson_ratio).c11)
-    gradient = 0.75 * (1.0 - law.poisson_ratio) * c11
-    adhesion, slip = law.adhesion_reduction * gradient, law.slip_reduction * gradient
+    adhesion, slip = law.adhesion_reduction * GRADIENT, law.slip_reduction * GRADIENT
 
     def traction_ratio(x: float) -> float:
         y = adhesion * x

@@ -177,8 +177,8 @@ def test_fmu_of_a_cohesive_law_refuses_another_friction_ratio(
 @pytest.mark.parametrize(
     "law",
     [
-        cl.Polach.dry(a_over_b=0.5, poisson_ratio=0.28),
-        cl.Polach.wet(a_over_b=0.5, poisson_ratio=0.28),
+        cl.Polach.dry(),
+        cl.Polach.wet(),
         cl.MeasuredCurve.from_csv(
             Path(__file__).parents[2] / "models" / "eurosprinter_engel1998.csv"
         ),

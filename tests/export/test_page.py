@@ -264,7 +264,7 @@ def test_readable_table_is_the_table(table: cl.CreepForceTable) -> None:
 
 
 def test_readable_table_of_one_curve_has_no_k_hat() -> None:
-    polach = cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4, a_over_b=1.0, poisson_ratio=0.28)
+    polach = cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4)
     table = cl.CreepForceTable.from_law(polach)
     rows = list(csv.DictReader(io.StringIO(readable_table(table).decode())))
     assert {row["k_hat"] for row in rows} == {""}
@@ -340,9 +340,7 @@ def test_the_page_of_a_measured_curve_speaks_of_it_alone(rig: cl.Model) -> None:
 
 
 def test_the_page_of_one_curve_has_no_weakening_over_microns(rig: cl.Model) -> None:
-    polach = cl.Polach(
-        adhesion_reduction=1.0, slip_reduction=0.4, kalker_coefficient=4.0, poisson_ratio=0.28
-    )
+    polach = cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4)
     contact, friction = rig.wheelset.element.contact, rig.wheelset.element.friction
     table = cl.CreepForceTable.from_law(polach)
     element = cl.ForceElement(contact, friction, table=table, radius=0.5)

@@ -246,7 +246,7 @@ def test_start_is_steady_and_on_the_rising_branch(
     text = cl.model_path("locomotive.toml").read_text(encoding="ascii")
     table = locomotive.wheelset.element.table
     if law == "polach":
-        wet = cl.Polach.wet(a_over_b=0.5, poisson_ratio=0.28)
+        wet = cl.Polach.wet()
         table = cl.CreepForceTable.from_law(wet)
     elif law == "measured":
         path = cl.model_path("eurosprinter_engel1998.csv")

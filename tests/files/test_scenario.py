@@ -395,7 +395,7 @@ def test_each_key_that_only_scenarios_have_makes_one(
         (
             "[demand]",
             "[vehicle_changes.friction]\nstatic = 0.1\n[demand]",
-            r"vehicle locomotive\.toml changed: friction\.static = 0\.1 .*>= Friction\.kinetic",
+            r"vehicle locomotive\.toml changed: friction\.static = 0\.1 .*>= kinetic",
         ),
         ('duration = "1 min"', "", r"run\.duration is missing"),
         ('"1 min"', "0.0", r"run\.duration = 0\.0 .*> 0"),

@@ -145,7 +145,7 @@ def measured(
 
 def shapes(cohesive: cl.CreepForceTable) -> list[cl.CreepForceTable]:
     """Tables of every shape but a line contact's own: one axis, two, and with a corner."""
-    polach = cl.Polach.dry(a_over_b=0.5, poisson_ratio=0.28)
+    polach = cl.Polach.dry()
     return [cl.CreepForceTable.from_law(polach), cl.carter_griffith_table("elliptic"), cohesive]
 
 

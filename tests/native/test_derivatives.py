@@ -17,7 +17,7 @@ from contactlib.export.description import Description
 def models(rig: cl.Model, cohesive_table: cl.CreepForceTable) -> dict[str, cl.Model]:
     """A model for each kind of table."""
     wheelset = rig.wheelset
-    polach = cl.Polach.dry(a_over_b=0.5, poisson_ratio=0.28)
+    polach = cl.Polach.dry()
     elliptic = cl.EllipticContact.from_semi_axes(
         semi_axis_x=5e-3, semi_axis_y=9e-3, normal_load=90e3, contact_modulus=115e9
     )

@@ -93,7 +93,7 @@ def begun(scenarios: list[cl.Scenario]) -> Runs:
 
 def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Model) -> None:
     """Together as one by one with a root finder, up to next to nothing below the fold."""
-    wet = cl.Polach.wet(a_over_b=0.5, poisson_ratio=0.28)
+    wet = cl.Polach.wet()
     flat = dataclasses.replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(wet))
     bodies = [
         locomotive.wheelset,

@@ -287,7 +287,7 @@ def test_start_on_the_rising_branch(rig: cl.Model, torque: float) -> None:
 
 def of_wet_rail(wheelset: cl.Wheelset) -> cl.Wheelset:
     """The wheelset with a law whose force peaks far beyond the saturation creepage."""
-    law = cl.Polach.wet(a_over_b=0.5, poisson_ratio=0.28)
+    law = cl.Polach.wet()
     element = replace(wheelset.element, table=cl.CreepForceTable.from_law(law))
     return with_falling(replace(wheelset, element=element), 0.4, 0.06)
 

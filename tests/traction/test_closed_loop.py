@@ -140,7 +140,7 @@ def test_slope_seeking_finds_the_peak_of_another_law(
 ) -> None:
     # Polach's curve of a wet rail, broad: 97 % of the peak from 4 % to 12 % creepage.
     element = locomotive.wheelset.element
-    law = cl.Polach.wet(a_over_b=0.5, poisson_ratio=0.28)
+    law = cl.Polach.wet()
     friction = cl.Friction(
         static=0.21, kinetic=0.21, weakening_length=0.0, slip_rate_residual=0.4, slip_rate_decay=0.6
     )

@@ -54,7 +54,7 @@ def linearised_loop(model: cl.Model, controller: cl.CreepPI, creepage: float, sp
 
 def test_the_peak_is_found_wherever_it_is(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
-    wet = cl.CreepForceTable.from_law(cl.Polach.wet(a_over_b=0.5, poisson_ratio=0.28))
+    wet = cl.CreepForceTable.from_law(cl.Polach.wet())
     far = replace(
         body.element,
         table=wet,

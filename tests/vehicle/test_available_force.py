@@ -10,7 +10,7 @@ from falling_friction import falling
 
 import contactlib as cl
 
-POLACH = cl.Polach(adhesion_reduction=0.9, slip_reduction=0.4, a_over_b=0.5, poisson_ratio=0.3)
+POLACH = cl.Polach(adhesion_reduction=0.9, slip_reduction=0.4)
 
 
 def searched(element: cl.ForceElement, *, speed: float, load: float, scale: float) -> float:
@@ -98,7 +98,7 @@ def test_braking_has_the_same_peak(locomotive: cl.Model) -> None:
 
 
 def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:
-    law = cl.Polach(adhesion_reduction=0.5, slip_reduction=0.5, a_over_b=0.5, poisson_ratio=0.3)
+    law = cl.Polach(adhesion_reduction=0.5, slip_reduction=0.5)
     element = replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(law))
     limit = element.friction.kinetic * element.normal_load
     assert cl.available_force(element, speed=10.0) == pytest.approx(limit, rel=1e-7)

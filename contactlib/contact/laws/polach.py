@@ -3,10 +3,10 @@
 Source: O. Polach, "Creep forces in simulations of traction vehicles running on adhesion limit",
 Wear 258 (2005) 992-1000. The force is (2 P mu/pi) (kA eps/(1 + (kA eps)**2) + atan(kS eps)) with
 eps = G pi a b c11 zeta/(4 P mu). For two bodies of one material P = (2/3) pi a b p0 and
-E* = G/(1 - nu), and the friction drops out against zeta = x zeta0 = 2 x mu p0/E*, with the zeta0
-of independent strips:
+E* = G/(1 - nu). With zeta = x zeta0, where zeta0 = 2 mu p0/E* has the `tangential_modulus` of the
+ellipse, E* c11/(pi**2/(4 (1 - nu))), friction, Kalker's c11 and nu drop out:
 
-    eps = (3/4) (1 - nu) c11 x,
+    eps = (3/16) pi**2 x,
     q = (2/pi) (kA eps/(1 + (kA eps)**2) + atan(kS eps)).
 """
 
@@ -14,16 +14,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FINITE, FloatArray, Parameters, Quantity, checked
-from contactlib.contact.kalker import A_OVER_B, POISSON_RATIO, kalker_coefficients
 from contactlib.contact.laws.contact_law import Peak
 
+GRADIENT = 3.0 / 16.0 * math.pi**2  # eps/x
 FAR = 1e150  # kA eps beyond which the area of adhesion changes no digit
 
 
@@ -41,11 +40,6 @@ class Polach(Parameters):
     slip_reduction : float
         kS, factor in the area of slip [1], above 0 and at most 1. Polach requires kS <= kA, or the
         traction exceeds mu P; kS > kA is allowed here, so that a fit can find it.
-    a_over_b : float
-        Semi-axis of the contact ellipse in the rolling direction over that across it [1], from
-        0.05 to 20. With `poisson_ratio` it gives Kalker's c11, see `kalker_coefficients`.
-    poisson_ratio : float
-        nu of both bodies [1], from 0 to 0.5.
 
     Raises
     ------
@@ -59,44 +53,30 @@ class Polach(Parameters):
 
     Examples
     --------
-    >>> law = Polach.dry(a_over_b=1.0, poisson_ratio=0.25)
+    >>> law = Polach.dry()
     >>> law.traction_ratio([0.5, 1.0, 3.0]).round(3).tolist()
-    [0.591, 0.707, 0.87]
+    [0.543, 0.672, 0.842]
     >>> law.peak
     Peak(normalized_creepage=inf, traction_ratio=1.0)
     """
 
     adhesion_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]
     slip_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]
-    a_over_b: Annotated[float, A_OVER_B]
-    poisson_ratio: Annotated[float, POISSON_RATIO]
 
     @classmethod
-    def dry(cls, *, a_over_b: float, poisson_ratio: float) -> Polach:
+    def dry(cls) -> Polach:
         """Polach's dry rail, for which he gives mu0 = 0.55, A = 0.40, B = 0.60 s/m."""
-        return cls(
-            adhesion_reduction=1.0,
-            slip_reduction=0.4,
-            a_over_b=a_over_b,
-            poisson_ratio=poisson_ratio,
-        )
+        return cls(adhesion_reduction=1.0, slip_reduction=0.4)
 
     @classmethod
-    def wet(cls, *, a_over_b: float, poisson_ratio: float) -> Polach:
+    def wet(cls) -> Polach:
         """Polach's wet rail, for which he gives mu0 = 0.30, A = 0.40, B = 0.20 s/m."""
-        return cls(
-            adhesion_reduction=0.3,
-            slip_reduction=0.1,
-            a_over_b=a_over_b,
-            poisson_ratio=poisson_ratio,
-        )
+        return cls(adhesion_reduction=0.3, slip_reduction=0.1)
 
-    @cached_property
+    @property
     def _stiffness(self) -> tuple[float, float]:
         """The factors kA eps/x and kS eps/x."""
-        c11 = float(kalker_coefficients(self.a_over_b, self.poisson_ratio).c11)
-        gradient = 0.75 * (1.0 - self.poisson_ratio) * c11
-        return self.adhesion_reduction * gradient, self.slip_reduction * gradient
+        return self.adhesion_reduction * GRADIENT, self.slip_reduction * GRADIENT
 
     def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
         """Traction ratio q at x, for any shape of finite x; odd in x.

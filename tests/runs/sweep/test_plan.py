@@ -30,11 +30,6 @@ def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
     axis = 'parameter = "vehicle.law.slip_reduction"\nvalues = [0.3, 0.4]'
     low, high = (s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, scenario))
     assert low.traction_ratio(1.0, 0.0) < high.traction_ratio(1.0, 0.0)
-    axis = 'parameter = "vehicle.contact.semi_axis_x"\nvalues = [4e-3, 8e-3]'
-    short, long = (
-        s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, scenario)
-    )
-    assert short.traction_ratio(0.1, 0.0) < long.traction_ratio(0.1, 0.0)
     many = '[axes.x]\nparameter = "vehicle.law.slip_reduction"\nfrom = 0.3\nto = 0.4\n'
     text = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 100, 1) + many
     with pytest.raises(cl.ModelError, match=r"axes\.x: each of 100 values needs its own table"):
