@@ -1,39 +1,46 @@
 """Steady rolling contact of elliptic half-spaces, solved on a grid: the witness of the plane law.
 
-Two bodies of equal material touch in a Hertzian ellipse and roll steadily. The creepages are given; wanted
-are the tangential tractions, which nowhere exceed friction times pressure and oppose the slip where they
-reach it. Nothing is assumed about strips, so the solver shows what a law in strips leaves out.
+Two bodies of equal material touch in a Hertzian ellipse and roll steadily. The creepages are
+given; wanted are the tangential tractions, which nowhere exceed friction times pressure and
+oppose the slip where they reach it. Nothing is assumed about strips, so the solver shows what a
+law in strips leaves out. It never runs in a simulation.
 
-Variables: lengths in sqrt(a b), forces in f_d N, creepages times G a b/(f_d N) (spin times another sqrt(a b)),
-friction divided by the kinetic coefficient f_d. Signs are those of Kalker: creepages are wheel minus rail,
-so xi is negative in traction; x points in the rolling direction, y to the left, forces act on the wheel.
-Then the linear theory is f_x = -c11 xi, f_y = -c22 eta - c23 phi, m_z = c23 eta - c33 phi, and the slip is
+Variables: lengths in sqrt(a b), forces in f_d N, creepages times G a b/(f_d N) (spin times
+another sqrt(a b)), friction over its kinetic value f_d, slip distance times G sqrt(a b)/(f_d N).
+Signs are Kalker's: creepages are wheel minus rail, so xi is negative in traction; x points in the
+rolling direction, y to the left; forces act on the wheel. The linear theory then is f_x = -c11
+xi, f_y = -c22 eta - c23 phi, m_z = c23 eta - c33 phi. Slip, and displacement by traction
+(Cerruti):
 
-    s = (xi - phi y, eta + phi x) - du/dx,   pi u = (3/2 pi) int K p dA   (Cerruti),
-    K = [(1 - nu) + nu cos^2, nu cos sin; nu cos sin, (1 - nu) + nu sin^2] / r
+    s = (xi - phi y, eta + phi x) - du/dx,   u = (3/(2 pi^2)) int K p dA,
+    K = [1 - nu sin^2, nu cos sin; nu cos sin, 1 - nu cos^2] / r
 
-with the angle between x and the line from source to receiver, and |p| <= sqrt(1 - (x/a)^2 - (y/b)^2) f(u).
+with the angle of the line from source to receiver against x, and the traction's bound |p| <=
+sqrt(1 - (x/a)^2 - (y/b)^2) (1 + (f_s/f_d - 1) exp(-u_s/Delta)), where u_s is the slip distance
+since the leading edge.
 
-Method. Rows lie at Chebyshev nodes y = b cos(phi_j) and span their chord, nodes at x = a sin(phi_j) cos(k h),
-h = pi/(columns + 1). So no staircase follows the edge, and traction, which vanishes there like a square root,
-is sin(phi_j) times a sine series in the angle. Interpolated by that series along the row and by Chebyshev
-polynomials across, its slip is a smooth double integral: around a receiver in polar coordinates, r dr cancels
-1/r, du/dx becomes the integral of dp/dx, and the root singularity of dp/dx is the Jacobian of Chebyshev
-quadrature along each chord. The slip is collocated half an interval ahead of the nodes, which carries the
-condition of a bounded traction at the leading edge, and extrapolated linearly to them (with only the first
-value this would be first order, as in CONTACT). Stick wants s = 0; slip wants s against p. Newton's method
-solves both, with two unknowns where the grid sticks and the traction's angle alone where it slides; the sets
+Method. Rows lie at Chebyshev nodes y = b cos(t_j) and span their chord, nodes at x = a sin(t_j)
+cos(k h), h = pi/(columns + 1). So no staircase follows the edge, and traction, which vanishes
+there like a square root, is sin(t_j) times a sine series of the angle along the chord. With that
+series along and Chebyshev polynomials across, du/dx is a smooth double integral: in polar
+coordinates around the receiver r dr cancels 1/r, and the root singularity of dp/dx is the weight
+of Chebyshev quadrature on each chord. Slip is collocated half an interval ahead of the nodes,
+which carries the condition of a bounded traction at the leading edge, and extrapolated linearly
+to them (taken as it is there it would be of first order, as in CONTACT). Stick wants s = 0; slip
+wants s against p. Newton's method solves both, with the two tractions unknown where the grid
+sticks and the traction's angle where it slides (and its length, if friction weakens); the sets
 are updated in each step, and a case that does not converge is approached along its own direction.
 
-Error. Second order in the interval, so two grids are extrapolated. What remains is irregular: where spin puts
-the centre of rotation inside a sliding contact, the traction's direction jumps there, and the rows see it only
-at their places.
+Error. Second order in h, so two grids are extrapolated. What remains is irregular: where spin
+puts the centre of rotation inside a sliding contact, the traction's direction jumps, and the rows
+see that only at their places. Weakening needs nodes inside its process zone.
 """
 
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,7 +81,7 @@ class Grid:
 
     Attributes
     ----------
-    x, y, bound, weight : ndarray, shape (rows * columns,)
+    x, y, hertz, weight : ndarray, shape (rows * columns,)
         Places, Hertz pressure over its peak, and the force of a unit traction at each node.
     """
 
@@ -86,12 +93,12 @@ class Grid:
         x, ahead = a * half_chord * np.cos(along), a * half_chord * np.cos(along - step / 2)
         self.shape = (rows, columns)
         self.x, self.y = x.ravel(), np.repeat(b * np.cos(across), columns)
-        self.bound = (half_chord * np.sin(along)).ravel()
+        self.hertz = (half_chord * np.sin(along)).ravel()
 
         order = np.arange(rows)
         to_chebyshev = np.cos(np.outer(order, across)) * np.where(order == 0, 1, 2)[:, None] / rows
         fejer = np.where(order % 2 == 0, 2 / (1.0 - order**2 + (order == 1)), 0) @ to_chebyshev
-        self.weight = (1.5 / np.pi * step * fejer[:, None] * self.bound.reshape(self.shape)).ravel()
+        self.weight = (1.5 / np.pi * step * fejer[:, None] * self.hertz.reshape(self.shape)).ravel()
         zero = np.zeros_like(self.weight)
         self.resultants = np.array(
             [
@@ -110,24 +117,38 @@ class Grid:
         rigid[0, 0] = rigid[1, 1] = 1
         rigid[2] = -self.y, ahead.ravel()
 
+        self.influence_ahead, self.rigid_ahead = influence, rigid.reshape(3, 2 * size)
+        self.interval = -np.diff(x, axis=1, prepend=a * half_chord).ravel()
+
         # From the collocation points, along each row, to its nodes.
-        extrapolate = np.eye(size).reshape(rows, columns, rows, columns)
+        extrapolation = np.eye(size).reshape(rows, columns, rows, columns)
         ratio = (ahead - x)[:, 1:] / (ahead[:, :-1] - ahead[:, 1:])
         row, column = np.meshgrid(np.arange(rows), np.arange(1, columns), indexing="ij")
-        extrapolate[row, column, row, column] += ratio
-        extrapolate[row, column, row, column - 1] -= ratio
-        extrapolate = extrapolate.reshape(size, size)
-        self.influence = np.vstack([extrapolate @ part for part in np.vsplit(influence, 2)])
-        self.rigid = (rigid @ extrapolate.T).reshape(3, 2 * size)
+        extrapolation[row, column, row, column] += ratio
+        extrapolation[row, column, row, column - 1] -= ratio
+        to_nodes = extrapolation.reshape(size, size)
+        self.influence = np.vstack([to_nodes @ part for part in np.vsplit(influence, 2)])
+        self.rigid = (rigid @ to_nodes.T).reshape(3, 2 * size)
         self._stick = -np.linalg.solve(self.influence, self.rigid.T)
 
-    def solve(self, creepage: ArrayLike, start: Rolling | None = None) -> Rolling:
-        """Solve one case with Coulomb friction.
+    def solve(
+        self,
+        creepage: ArrayLike,
+        *,
+        static_ratio: float = 1.0,
+        weakening_length: float = 1.0,
+        start: Rolling | None = None,
+    ) -> Rolling:
+        """Solve one case.
 
         Parameters
         ----------
         creepage : array_like, shape (3,)
             xi, eta and phi in the module's variables.
+        static_ratio : float
+            f_s/f_d. Default: 1, Coulomb's friction.
+        weakening_length : float
+            Delta in the module's variables.
         start : Rolling, optional
             A state nearby. Default: full stick, cut off at the bound.
 
@@ -137,75 +158,103 @@ class Grid:
             If no equilibrium is found.
         """
         creepage = np.asarray(creepage, dtype=float)
-        found = (self._newton(creepage, start) if start else None) or self._newton(creepage, None)
+        friction = (static_ratio - 1, weakening_length)
+        found = self._newton(creepage, friction, start) if start else None
+        found = found or self._newton(creepage, friction, None)
         # From a smaller or a larger creepage, in steps that adapt.
         for factor in (0.6, 1.6, 0.3, 3.0):
             if found:
                 return found
-            state, step = self._newton(factor * creepage, None), 1 - factor
+            state, step = self._newton(factor * creepage, friction, None), 1 - factor
             while state and factor != 1 and abs(step) > 0.002:
                 target = 1.0 if abs(1 - factor) <= abs(step) else factor + step
-                closer = self._newton(target * creepage, state)
+                closer = self._newton(target * creepage, friction, state)
                 step *= 1.5 if closer else 0.5
                 state, factor = (closer, target) if closer else (state, factor)
             found = state if factor == 1 else None
         if found:
             return found
-        raise ArithmeticError(
-            f"half_space: no equilibrium found for the creepages {creepage.tolist()}"
-        )
+        raise ArithmeticError(f"no equilibrium found for the creepages {creepage.tolist()}")
 
-    def _newton(self, creepage: Array, start: Rolling | None) -> Rolling | None:
-        size, bound, influence = self.bound.size, self.bound, self.influence
-        rigid = creepage @ self.rigid
+    def _newton(
+        self, creepage: Array, friction: tuple[float, float], start: Rolling | None
+    ) -> Rolling | None:
+        size, hertz, influence = self.hertz.size, self.hertz, self.influence
+        rigid, rigid_ahead = creepage @ self.rigid, creepage @ self.rigid_ahead
+        excess = friction[0]
         if start:
             p, sliding = start.traction, start.sliding
         else:
             p = (self._stick @ creepage).reshape(2, size)
-            sliding = np.hypot(*p) > bound
-            p = np.where(sliding, p * bound / np.hypot(*p).clip(1e-300), p)
+            bound, magnitude = hertz * (1 + excess), np.hypot(*p)
+            sliding = magnitude > bound
+            p = np.where(sliding, p * bound / magnitude.clip(1e-300), p)
+        forces = self.resultants @ p.ravel()
         for _ in range(30):
             slip = (rigid + influence @ p.ravel()).reshape(2, size)
             stick, slide = np.flatnonzero(~sliding), np.flatnonzero(sliding)
-            both = np.r_[stick, stick + size]
-            e = p[:, slide] / bound[slide]
-            turn = influence[:, slide] * (-bound[slide] * e[1]) + influence[:, slide + size] * (
-                bound[slide] * e[0]
+            strength = np.hypot(*p[:, slide])
+            e = p[:, slide] / strength
+
+            basis = stick, slide, e, strength, bool(excess)
+            change_of_slip = _by_unknowns(influence, *basis)
+            across = (
+                change_of_slip[slide] * e[1][:, None] - change_of_slip[slide + size] * e[0][:, None]
             )
-            jacobian = np.empty((both.size + slide.size,) * 2)
-            jacobian[: both.size, : both.size] = influence[np.ix_(both, both)]
-            jacobian[: both.size, both.size :] = turn[both]
-            for right, source in (
-                (slice(None, both.size), influence[:, both]),
-                (slice(both.size, None), turn),
-            ):
-                jacobian[both.size :, right] = (
-                    source[slide] * e[1][:, None] - source[slide + size] * e[0][:, None]
-                )
-            # The slip's length instead of its part against p: the same at the solution, and never too small.
-            diagonal = both.size + np.arange(slide.size)
-            jacobian[diagonal, diagonal] -= np.hypot(*slip[:, slide])
-            across = slip[0, slide] * e[1] - slip[1, slide] * e[0]
-            change = np.linalg.solve(jacobian, -np.r_[slip.ravel()[both], across])
-            angle = change[both.size :].clip(-1, 1)
+            # The slip's length instead of its part against p: equal at last, and never too small.
+            both, turns = np.r_[stick, stick + size], np.arange(slide.size)
+            across[turns, both.size + turns] -= np.hypot(*slip[:, slide])
+            jacobian = [change_of_slip[both], across]
+            residual = [slip.ravel()[both], slip[0, slide] * e[1] - slip[1, slide] * e[0]]
+            if excess:
+                bound, d_bound = self._bound(p, rigid_ahead, friction)
+                strengthen = -_by_unknowns(d_bound[slide], *basis)
+                strengthen[turns, both.size + slide.size + turns] += 1
+                jacobian.append(strengthen)
+                residual.append(strength - bound[slide])
+            change = np.linalg.solve(np.vstack(jacobian), -np.concatenate(residual))
+            stuck, angle, stronger = np.split(change, [both.size, both.size + slide.size])
+            angle = angle.clip(-1, 1)
+            if excess:
+                low, high = hertz[slide], hertz[slide] * (1 + excess)
+                strength = (strength + stronger).clip(low, high)
             p = p.copy()
-            p[:, stick] += change[: both.size].reshape(2, -1)
-            p[:, slide] = bound[slide] * (
-                e * np.cos(angle) + np.array([-e[1], e[0]]) * np.sin(angle)
-            )
+            p[:, stick] += stuck.reshape(2, -1)
+            p[:, slide] = strength * (e * np.cos(angle) + np.array([-e[1], e[0]]) * np.sin(angle))
             slip = (rigid + influence @ p.ravel()).reshape(2, size)
-            length = np.hypot(*p)
-            starts = ~sliding & (length > bound * (1 + 1e-12))
+            bound = self._bound(p, rigid_ahead, friction)[0] if excess else hertz
+            magnitude = np.hypot(*p)
             stops = sliding & ((slip * p).sum(axis=0) > 0)
-            p[:, starts] *= bound[starts] / length[starts]
+            # Both at once would make more cases circle.
+            starts = ~sliding & (magnitude > bound * (1 + 1e-12)) & ~stops.any()
+            p[:, starts] *= bound[starts] / magnitude[starts]
             sliding = (sliding | starts) & ~stops
-            if not (starts.any() or stops.any()) and np.abs(angle).max(initial=0) < 1e-4:
-                return Rolling(self.resultants @ p.ravel(), p, slip, sliding)
-        return None
+            before, forces = forces, self.resultants @ p.ravel()
+            settled = not (starts.any() or stops.any())
+            if settled and np.abs(np.r_[angle, stronger]).max(initial=0) < 1e-4:
+                return Rolling(forces, p, slip, sliding)
+        # A node or two may change sides for ever; that matters only if the forces feel it.
+        return Rolling(forces, p, slip, sliding) if np.abs(forces - before).max() < 2e-4 else None
+
+    def _bound(
+        self, p: Array, rigid_ahead: Array, friction: tuple[float, float]
+    ) -> tuple[Array, Array]:
+        """Give the bound that weakening friction leaves, and its derivative by the tractions."""
+        slip = (rigid_ahead + self.influence_ahead @ p.ravel()).reshape(2, -1)
+        speed = np.hypot(*slip)
+        direction = slip / speed.clip(1e-300)
+        distance = (speed * self.interval).reshape(self.shape).cumsum(axis=1).ravel()
+        left = friction[0] * np.exp(-distance / friction[1])
+        x_part, y_part = np.vsplit(self.influence_ahead, 2)
+        change = self.interval[:, None] * (
+            direction[0][:, None] * x_part + direction[1][:, None] * y_part
+        )
+        change = change.reshape(*self.shape, -1).cumsum(axis=1).reshape(change.shape)
+        return self.hertz * (1 + left), -(self.hertz * left / friction[1])[:, None] * change
 
 
 def _influence(a: float, b: float, columns: int, rows: int, to_chebyshev: Array) -> Array:
-    """Give du/dx at the collocation points for unit tractions at the nodes, for 1, cos^2 and cos sin, each over r."""
+    """Give du/dx ahead of the nodes for unit tractions at them, by 1/r, cos^2/r and cos sin/r."""
     step = np.pi / (columns + 1)
     along, across = step * np.arange(1, columns + 1), np.pi / rows * (np.arange(rows) + 0.5)
     mode = np.arange(1, columns + 1)
@@ -242,6 +291,20 @@ def _influence(a: float, b: float, columns: int, rows: int, to_chebyshev: Array)
     return result.reshape(3, rows * columns, rows * columns)
 
 
+def _by_unknowns(
+    matrix: Array, stick: Any, slide: Any, e: Array, strength: Array, weakens: bool
+) -> Array:
+    """Give the derivatives by tractions that stick, and by angle and length of those that slide."""
+    size = matrix.shape[1] // 2
+    at_x, at_y = matrix[:, slide], matrix[:, slide + size]
+    parts = [
+        matrix[:, stick],
+        matrix[:, stick + size],
+        at_y * (strength * e[0]) - at_x * (strength * e[1]),
+    ]
+    return np.hstack(parts + [at_x * e[0] + at_y * e[1]] * weakens)
+
+
 def _chebyshev(t: Array, count: int) -> Array:
     values = np.ones((count, t.size))
     values[1:2] = t
@@ -260,6 +323,8 @@ def rolling_forces(
     *,
     a_over_b: float,
     poisson_ratio: float,
+    static_ratio: float = 1.0,
+    weakening_length: float = 1.0,
     grids: tuple[tuple[int, int], tuple[int, int]] = GRIDS,
 ) -> Array:
     """Give the forces of one case or of many, extrapolated from two grids.
@@ -267,9 +332,13 @@ def rolling_forces(
     Parameters
     ----------
     creepages : array_like, shape (..., 3)
-        xi, eta and phi in the module's variables. Neighbours in this order should be alike: each case
-        starts from the one before.
+        xi, eta and phi in the module's variables. Each case starts from the one before, so
+        neighbours should be alike.
     a_over_b, poisson_ratio : float
+    static_ratio : float
+        f_s/f_d. Default: 1, Coulomb's friction.
+    weakening_length : float
+        Delta in the module's variables.
     grids : pair of (columns, rows)
         The coarse and the fine grid.
 
@@ -285,7 +354,9 @@ def rolling_forces(
         grid, state = _grid(a_over_b, poisson_ratio, columns, rows), None
         for i, case in enumerate(cases):
             try:
-                state = grid.solve(case, state)
+                state = grid.solve(
+                    case, static_ratio=static_ratio, weakening_length=weakening_length, start=state
+                )
                 forces[i] = state.forces
             except ArithmeticError:
                 forces[i] = np.nan
