@@ -43,9 +43,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from contactlib.base.quantities import FloatArray
 
 # Two grids (columns, rows), extrapolated as the square of 1/(columns + 1).
 GRIDS = ((15, 12), (23, 12))
@@ -64,9 +65,9 @@ class Rolling:
     sliding : ndarray of bool, shape (nodes,)
     """
 
-    forces: Array
-    traction: Array
-    slip: Array
+    forces: FloatArray
+    traction: FloatArray
+    slip: FloatArray
     sliding: NDArray[np.bool_]
 
 
@@ -154,10 +155,14 @@ class Grid:
 
         Raises
         ------
+        ValueError
+            If a creepage is not finite.
         ArithmeticError
             If no equilibrium is found.
         """
         creepage = np.asarray(creepage, dtype=float)
+        if not np.isfinite(creepage).all():
+            raise ValueError(f"creepage is {creepage.tolist()}: it must be finite")
         friction = (static_ratio - 1, weakening_length)
         found = self._newton(creepage, friction, start) if start else None
         found = found or self._newton(creepage, friction, None)
@@ -177,7 +182,7 @@ class Grid:
         raise ArithmeticError(f"no equilibrium found for the creepages {creepage.tolist()}")
 
     def _newton(
-        self, creepage: Array, friction: tuple[float, float], start: Rolling | None
+        self, creepage: FloatArray, friction: tuple[float, float], start: Rolling | None
     ) -> Rolling | None:
         size, hertz, influence = self.hertz.size, self.hertz, self.influence
         rigid, rigid_ahead = creepage @ self.rigid, creepage @ self.rigid_ahead
@@ -237,8 +242,8 @@ class Grid:
         return Rolling(forces, p, slip, sliding) if np.abs(forces - before).max() < 2e-4 else None
 
     def _bound(
-        self, p: Array, rigid_ahead: Array, friction: tuple[float, float]
-    ) -> tuple[Array, Array]:
+        self, p: FloatArray, rigid_ahead: FloatArray, friction: tuple[float, float]
+    ) -> tuple[FloatArray, FloatArray]:
         """Give the bound that weakening friction leaves, and its derivative by the tractions."""
         slip = (rigid_ahead + self.influence_ahead @ p.ravel()).reshape(2, -1)
         speed = np.hypot(*slip)
@@ -253,7 +258,7 @@ class Grid:
         return self.hertz * (1 + left), -(self.hertz * left / friction[1])[:, None] * change
 
 
-def _influence(a: float, b: float, columns: int, rows: int, to_chebyshev: Array) -> Array:
+def _influence(a: float, b: float, columns: int, rows: int, to_chebyshev: FloatArray) -> FloatArray:
     """Give du/dx ahead of the nodes for unit tractions at them, by 1/r, cos^2/r and cos sin/r."""
     step = np.pi / (columns + 1)
     along, across = step * np.arange(1, columns + 1), np.pi / rows * (np.arange(rows) + 0.5)
@@ -267,9 +272,12 @@ def _influence(a: float, b: float, columns: int, rows: int, to_chebyshev: Array)
         for i in range(columns):
             x0, y0 = np.sin(across[j]) * np.cos(along[i] - step / 2), np.cos(across[j])
             edge = np.sin(across[j]) * np.sin(along[i] - step / 2)
-            # Near the edge the chords change quickly as they turn.
-            directions = 2 * int(max(64, 0.2 * columns / edge, 10 * max(a / b, b / a)))
-            angle = (np.arange(directions) + 0.5) * np.pi / directions
+            # Near the edge the chords change quickly as they turn past its tangent.
+            narrow = np.sqrt(edge)
+            directions = int(max(64, 60 / narrow, 20 * max(a / b, b / a)))
+            turn = (np.arange(directions) + 0.5) * np.pi / directions
+            angle = np.arctan2(narrow * np.sin(turn), np.cos(turn)) + np.arctan2(x0, -y0)
+            d_angle = narrow / (np.cos(turn) ** 2 + edge * np.sin(turn) ** 2) * np.pi / directions
             cos, sin = np.cos(angle), np.sin(angle)
             stretch = np.hypot(a * cos, b * sin)
             middle = x0 * cos + y0 * sin
@@ -277,8 +285,8 @@ def _influence(a: float, b: float, columns: int, rows: int, to_chebyshev: Array)
             y = np.clip((y0 + place * sin[:, None]).ravel(), -1, 1)
             half_chord = np.sqrt(1 - y**2)
             t = np.clip((x0 + place * cos[:, None]).ravel() / half_chord.clip(1e-300), -1, 1)
-            t_modes, y_modes = _chebyshev(t, columns + 1)[1:], _chebyshev(y, rows) * half_chord
-            scale = np.pi / directions * np.pi / points / (stretch * a)
+            t_modes, y_modes = chebvander(t, columns).T[1:], chebvander(y, rows - 1).T * half_chord
+            scale = d_angle * np.pi / points / (stretch * a)
             for kernel, factor in enumerate(
                 (np.ones(directions), (a * cos / stretch) ** 2, a * b * cos * sin / stretch**2)
             ):
@@ -292,8 +300,8 @@ def _influence(a: float, b: float, columns: int, rows: int, to_chebyshev: Array)
 
 
 def _by_unknowns(
-    matrix: Array, stick: Any, slide: Any, e: Array, strength: Array, weakens: bool
-) -> Array:
+    matrix: FloatArray, stick: Any, slide: Any, e: FloatArray, strength: FloatArray, weakens: bool
+) -> FloatArray:
     """Give the derivatives by tractions that stick, and by angle and length of those that slide."""
     size = matrix.shape[1] // 2
     at_x, at_y = matrix[:, slide], matrix[:, slide + size]
@@ -303,14 +311,6 @@ def _by_unknowns(
         at_y * (strength * e[0]) - at_x * (strength * e[1]),
     ]
     return np.hstack(parts + [at_x * e[0] + at_y * e[1]] * weakens)
-
-
-def _chebyshev(t: Array, count: int) -> Array:
-    values = np.ones((count, t.size))
-    values[1:2] = t
-    for k in range(2, count):
-        values[k] = 2 * t * values[k - 1] - values[k - 2]
-    return values
 
 
 @functools.lru_cache(maxsize=8)
@@ -326,7 +326,7 @@ def rolling_forces(
     static_ratio: float = 1.0,
     weakening_length: float = 1.0,
     grids: tuple[tuple[int, int], tuple[int, int]] = GRIDS,
-) -> Array:
+) -> FloatArray:
     """Give the forces of one case or of many, extrapolated from two grids.
 
     Parameters
