@@ -60,8 +60,8 @@ def test_small_creepages_converge_to_kalkers_coefficients(a_over_b: float, nu: f
         assert np.linalg.norm(fine[k]) < 0.7 * np.linalg.norm(coarse[k])
 
 
-def test_second_order_in_the_interval() -> None:
-    """Fitted to cases from much stick to full slip, with spin and without."""
+def test_order_in_the_interval() -> None:
+    """Between 3/2, for the root at the edge of stick, and 2; from much stick to full slip."""
     cases = [
         (-0.8, 0.0, 0.4),
         (-0.15, 0.05, 0.0),
@@ -71,7 +71,7 @@ def test_second_order_in_the_interval() -> None:
     ]
     forces = [[grid(columns).solve(c).forces for c in cases] for columns in (9, 19, 39)]
     coarse, fine = (np.linalg.norm(np.subtract(*pair)) for pair in itertools.pairwise(forces))
-    assert 1.7 < math.log2(coarse / fine) < 2.5
+    assert 1.4 < math.log2(coarse / fine) < 2.5
 
 
 @pytest.mark.parametrize("static_ratio", [1.0, 1.6])
