@@ -226,7 +226,7 @@ def run_many(
     for name, given in (("index", index), ("step", steps)):
         if len(given) != len(scenarios):
             raise ValueError(
-                f"{name} = {list(given)!r} has {len(given)} entries for {len(scenarios)} scenarios"
+                f"{name} = {list(given)!r} must have {len(scenarios)} entries, a scenario each"
             )
     found = {name: np.full(len(scenarios), np.nan) for name in (*outcomes, *metrics)}
     found[FAILED] = np.zeros(len(scenarios))

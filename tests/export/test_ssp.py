@@ -512,7 +512,7 @@ def test_page_s_code_runs(
     ("arguments", "message"),
     [
         ({"fmi_version": 4}, "fmi_version = 4 must be 2 or 3"),
-        ({"platforms": ["amiga"]}, "platforms holds 'amiga'"),
+        ({"platforms": ["amiga"]}, "platform 'amiga' must be"),
         ({"relaxation_length": -1.0}, "relaxation_length = -1.0"),
     ],
 )

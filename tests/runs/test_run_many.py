@@ -250,9 +250,9 @@ def test_refusals(scenarios: list[cl.Scenario]) -> None:
     ):
         with pytest.raises(ValueError, match=message):
             call()
-    with pytest.raises(ValueError, match=r"index has 3 entries for 10 scenarios"):
+    with pytest.raises(ValueError, match=r"index = .* must have 10 entries"):
         run_many(scenarios, "creep_pi", ["slip_work"], index=range(3))
-    with pytest.raises(ValueError, match=r"step has 2 entries for 10 scenarios"):
+    with pytest.raises(ValueError, match=r"step = .* must have 10 entries"):
         run_many(scenarios, "creep_pi", ["slip_work"], step=[0.01, 0.005])
     with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
         run_many(scenarios[:1], "creep_pi", ["slip_work"], index=[-1])

@@ -352,7 +352,9 @@ def test_refusals(locomotive: cl.Model) -> None:
         cl.run_scenario(case, "pid")
     with pytest.raises(ValueError, match=r"step = 0.0 is out of range"):
         cl.run_scenario(case, "open_loop", step=0.0)
-    with pytest.raises(ValueError, match=r"controllers.open_loop.delay .* not a whole number of"):
+    with pytest.raises(
+        ValueError, match=r"controllers.open_loop.sample_time .* not a whole number of"
+    ):
         scenario(locomotive.wheelset, sensors=Sensors(delay=0.015))
     with pytest.raises(ValueError, match=r"duration = 2.0 has \d+ steps of 1e-09 s: at most"):
         cl.run_scenario(case, "open_loop", step=1e-9)
