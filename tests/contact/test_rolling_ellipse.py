@@ -104,7 +104,7 @@ def test_coulomb_friction_against_the_witness(a_over_b: float, nu: float) -> Non
 @pytest.mark.parametrize("theory", ["line", "strips"])
 def test_without_a_half_space_the_element_is_its_table(theory: str) -> None:
     """To the last bit, so softening costs no digit where there is none."""
-    contact: cl.Contact = ellipse(1.5, 0.28, "strips")
+    contact: cl.LineContact | cl.EllipticContact = ellipse(1.5, 0.28, "strips")
     if theory == "line":
         contact = cl.LineContact.from_semi_width(
             semi_width=5e-3, radius=0.5, contact_modulus=115e9, normal_load=1e5
