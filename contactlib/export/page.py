@@ -141,6 +141,7 @@ def equations(table: CreepForceTable, kind: str, relaxed: bool) -> str:
             names.append("measured")
         else:
             names += ["contact", shape if table.law.startswith("CarterGriffith") else "other"]
+            names += ["half_space"] if shape == "elliptic" else []
         if relaxed:
             names.append("relaxation")
     if kind != "force_element":

@@ -10,7 +10,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -348,3 +348,11 @@ def test_the_page_of_one_curve_has_no_weakening_over_microns(rig: cl.Model) -> N
     sentence = "within microns of slip"
     assert sentence in text_of(tree_of(page_of(rig)))
     assert sentence not in text_of(tree_of(page_of(model)))
+
+
+@pytest.mark.parametrize("contact", ["line", "elliptic"])
+def test_equations_tell_of_the_half_space_for_an_ellipse(
+    contact: Literal["line", "elliptic"],
+) -> None:
+    text = documentation.equations(cl.carter_griffith_table(contact), "force_element", False)
+    assert ("<code>softening</code>" in text) == (contact == "elliptic")
