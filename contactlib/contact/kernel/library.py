@@ -20,6 +20,7 @@ HEADERS = (
     "creep_table.h",
     "force_element.h",
     "half_space.h",
+    "plane_law.h",
     "wheelset.h",
     "wheelset_step.h",
     "track.h",
