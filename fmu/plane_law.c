@@ -62,8 +62,17 @@ static dual held_creepage(dual softening, dual size) {
                chain(over, t * (1.0 + t * t * (0.5 * t - 1.0)), 1.0 - t * t * (3.0 - 2.0 * t)));
 }
 
+/* 12 coefficients of a row, from all sets. */
+ALWAYS_INLINE void blended(const plane_shape *shape, size_t first, double row[12]) {
+    const double *from = shape->coefficients + first;
+    for (int k = 0; k < 12; k++) row[k] = shape->share[0] * from[k];
+    for (int i = 1; i < shape->sets; i++)
+        for (int k = 0; k < 12; k++)
+            row[k] += shape->share[i] * from[(size_t)i * PLANE_COEFFICIENTS + (size_t)k];
+}
+
 /* Values of the spline at u, of which the first and last are not negative. */
-static void spline(const double *coefficients, const double u[3], double value[3],
+static void spline(const plane_shape *shape, const double u[3], double value[3],
                    double by_u[3][3]) {
     enum { N = PLANE_CELLS, HALF = PLANE_CELLS / 2 };
     double w[3][4], d[3][4];
@@ -75,11 +84,12 @@ static void spline(const double *coefficients, const double u[3], double value[3
         for (int j = 0; j < 4; j++) d[i][j] *= HALF;
     }
     double sum[3] = {0.0}, by[3][3] = {{0.0}};
-    for (int i = 0; i < 4; i++) {
+    for (uint32_t i = 0; i < 4; i++) {
         double plane[3] = {0.0}, plane_y[3] = {0.0}, plane_z[3] = {0.0};
-        for (int j = 0; j < 4; j++) {
-            const double *row =
-                coefficients + (((cell[0] + i) * (N + 3) + cell[1] + j) * (HALF + 3) + cell[2]) * 3;
+        for (uint32_t j = 0; j < 4; j++) {
+            double row[12];
+            blended(shape, (((cell[0] + i) * (N + 3) + cell[1] + j) * (HALF + 3) + cell[2]) * 3,
+                    row);
             for (int k = 0; k < 3; k++) {
                 double at = row[k] * w[2][0] + row[3 + k] * w[2][1] + row[6 + k] * w[2][2] +
                             row[9 + k] * w[2][3];
@@ -105,7 +115,7 @@ static void spline(const double *coefficients, const double u[3], double value[3
 
 /* What spin adds, and the moment: a spline over u = l/(1/2 + sqrt(l^2 + 1/4)). Mirror images give
  * the other halves. */
-static void add_spin(const double *coefficients, dual l[3], dual friction, dual force[3]) {
+static void add_spin(const plane_shape *shape, dual l[3], dual friction, dual force[3]) {
     dual less = inverse(friction), size = constant(0.25), u[3];
     for (int i = 0; i < 3; i++) {
         l[i] = times(l[i], less);
@@ -115,7 +125,7 @@ static void add_spin(const double *coefficients, dual l[3], dual friction, dual 
     for (int i = 0; i < 3; i++) u[i] = times(l[i], shrink);
     double along = u[0].v < 0.0 ? -1.0 : 1.0, turn = u[2].v < 0.0 ? -1.0 : 1.0;
     double place[3] = {along * u[0].v, turn * u[1].v, turn * u[2].v}, value[3], by_u[3][3];
-    spline(coefficients, place, value, by_u);
+    spline(shape, place, value, by_u);
     double mirror[3] = {along, turn, turn}, sign[3] = {along, turn, turn};
     for (int k = 0; k < 3; k++) {
         dual part = constant(sign[k] * value[k]);
@@ -164,7 +174,7 @@ void plane_evaluate(const creep_table *table, const plane_shape *shape, const do
         if (k_hat > 0.0 && q.v > 0.0)
             friction = times(q, inverse(law_ratio(table, x, constant(0.0))));
         dual force_of_spin[3] = {constant(0.0), constant(0.0), constant(0.0)};
-        add_spin(shape->coefficients, l, friction, force_of_spin);
+        add_spin(shape, l, friction, force_of_spin);
         int first = creepage[2] == 0.0 ? 2 : 0; /* without spin only the moment is the spline's */
         for (int i = first; i < 3; i++) force[i] = add(force[i], force_of_spin[i]);
     }

@@ -11,7 +11,9 @@ typedef struct {
     double stiffness_ratio;     /* c22/c11: stiffness across over that along rolling [1] */
     double softening_x;         /* see half_space.h [1] */
     double softening_y;         /* [1] */
-    const double *coefficients; /* PLANE_COEFFICIENTS numbers; NULL: no spin */
+    const double *coefficients; /* sets of PLANE_COEFFICIENTS numbers; NULL: no spin */
+    double share[4];            /* of each of up to 4 sets in a row */
+    int sets;
 } plane_shape;
 
 /* The spline has cubic cells of equal size over -1 <= u <= 1 in each of three directions. */

@@ -4,10 +4,14 @@ It passes numpy arrays and C structs to the library and knows no contact mechani
 declarations from the C headers, so no declaration stands twice.
 """
 
+from contactlib.contact.kernel.bodies import NativeCreepForces as NativeCreepForces
 from contactlib.contact.kernel.bodies import NativeForceElement as NativeForceElement
 from contactlib.contact.kernel.bodies import NativeWheelset as NativeWheelset
 from contactlib.contact.kernel.bodies import contact_scales as contact_scales
 from contactlib.contact.kernel.bodies import contact_with_force as contact_with_force
+from contactlib.contact.kernel.bodies import (
+    creep_forces_input_dtype as creep_forces_input_dtype,
+)
 from contactlib.contact.kernel.bodies import force_input_dtype as force_input_dtype
 from contactlib.contact.kernel.bodies import force_input_limits as force_input_limits
 from contactlib.contact.kernel.bodies import force_output_dtype as force_output_dtype

@@ -127,3 +127,35 @@ def half_space_scales(a_over_b: float, poisson_ratio: float) -> Any:
     scales = ffi.new("half_space_scales *")
     lib.half_space_scales_of(a_over_b, poisson_ratio, scales)
     return scales
+
+
+@cache
+def creep_forces_input_dtype() -> np.dtype[np.void]:
+    """Structured dtype of the input of creep forces."""
+    return struct_dtype("creep_forces_input")
+
+
+class NativeCreepForces:
+    """A pair of bodies, prepared for any ellipse. Checks nothing."""
+
+    def __init__(
+        self, table: NativeTable, coefficients: NDArray[np.float64], parameters: Mapping[str, float]
+    ) -> None:
+        lib = library()
+        self._kept = table, coefficients, ffi.new("creep_forces_parameters *", dict(parameters))
+        self._pair = ffi.new("creep_forces *")
+        lib.creep_forces_prepare(
+            self._pair, table.struct, pointer(coefficients, "double"), self._kept[2]
+        )
+
+    def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
+        """Output records for input records of any shape."""
+        inputs = np.asarray(inputs, dtype=creep_forces_input_dtype(), order="C")
+        outputs = np.empty(inputs.shape, dtype=struct_dtype("creep_forces_output"))
+        library().creep_forces_evaluate(
+            self._pair,
+            inputs.size,
+            pointer(inputs, "creep_forces_input"),
+            pointer(outputs, "creep_forces_output"),
+        )
+        return outputs

@@ -21,6 +21,7 @@ HEADERS = (
     "force_element.h",
     "half_space.h",
     "plane_law.h",
+    "creep_forces.h",
     "wheelset.h",
     "wheelset_step.h",
     "track.h",

@@ -1,0 +1,67 @@
+/* Creep forces of a wheel on a rail as a vehicle tool asks for them: from the ellipse, the load and
+ * Kalker's creepages. */
+#ifndef CREEP_FORCES_H
+#define CREEP_FORCES_H
+
+#include "plane_law.h"
+
+typedef struct {
+    double shear_modulus;    /* G of both bodies [Pa] */
+    double poisson_ratio;    /* nu [1] */
+    double static_friction;  /* f_s [1] */
+    double kinetic_friction; /* f_d [1] */
+    double weakening_length; /* Delta [m] */
+} creep_forces_parameters;
+
+/* Creepages are those of the wheel against the rail in Kalker's signs, so the longitudinal one is
+ * negative in traction: (V - omega r)/V, v_y/V and omega_z/V. y is to the left and z up. */
+typedef struct {
+    double semi_axis_x;    /* a, along rolling [m] */
+    double semi_axis_y;    /* b [m] */
+    double normal_load;    /* [N] */
+    double friction_scale; /* multiplies f_s and f_d [1] */
+    double creepage_x;     /* xi [1] */
+    double creepage_y;     /* eta [1] */
+    double spin;           /* phi [1/m] */
+} creep_forces_input;
+
+typedef struct {
+    double force_x;               /* on the wheel [N] */
+    double force_y;               /* [N] */
+    double spin_moment;           /* about z [N.m] */
+    double utilisation;           /* force over f_s times the load [1] */
+    double force_x_by_creepage_x; /* partial derivatives [N] */
+    double force_x_by_creepage_y; /* [N] */
+    double force_x_by_spin;       /* [N.m] */
+    double force_y_by_creepage_x; /* [N] */
+    double force_y_by_creepage_y; /* [N] */
+    double force_y_by_spin;       /* [N.m] */
+    double moment_by_creepage_x;  /* [N.m] */
+    double moment_by_creepage_y;  /* [N.m] */
+    double moment_by_spin;        /* [N.m2] */
+    double aspect_limited;        /* 1 if a/b is held within 1/8 and 8 */
+} creep_forces_output;
+
+/* Ratios a/b whose sets of coefficients are given: 1/8, 1/4, ..., 8. */
+#define PLANE_ASPECTS 7
+#define ASPECT_CELLS 48
+
+/* A material pair, prepared for any ellipse. */
+typedef struct {
+    creep_forces_parameters parameters;
+    const creep_table *table;   /* of an elliptic contact */
+    const double *coefficients; /* PLANE_ASPECTS sets */
+    double scales[49][8];       /* c11, c22 and both softenings over ln(a/b), and their slopes */
+} creep_forces;
+
+/* Prepare a pair; table and coefficients must outlive it. */
+CONTACTLIB_API void creep_forces_prepare(creep_forces *pair, const creep_table *table,
+                                         const double *coefficients,
+                                         const creep_forces_parameters *parameters);
+
+/* Forces of n contacts. A load or friction that is not above zero gives none. */
+CONTACTLIB_API void creep_forces_evaluate(const creep_forces *pair, size_t n,
+                                          const creep_forces_input *input,
+                                          creep_forces_output *output);
+
+#endif
