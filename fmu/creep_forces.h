@@ -45,6 +45,7 @@ typedef struct {
 /* Ratios a/b whose sets of coefficients are given: 1/8, 1/4, ..., 8. */
 #define PLANE_ASPECTS 7
 #define ASPECT_CELLS 48
+#define LN_2 0.69314718055994531
 
 /* A material pair, prepared for any ellipse. */
 typedef struct {

@@ -60,3 +60,8 @@ void drivetrain_evaluate_many(const drivetrain_member *members, size_t n, size_t
                               drivetrain_output *output) {
     CHOOSE(drivetrain_evaluate_many)(members, n, rows, input, state, output);
 }
+
+void creep_forces_evaluate(const creep_forces *pair, size_t n, const creep_forces_input *input,
+                           creep_forces_output *output) {
+    CHOOSE(creep_forces_evaluate)(pair, n, input, output);
+}

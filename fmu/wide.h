@@ -5,22 +5,25 @@
 #ifndef WIDE_H
 #define WIDE_H
 
+#include "creep_forces.h"
 #include "creep_table.h"
 #include "drivetrain.h"
 #include "force_element.h"
 
-#define WIDE_FUNCTIONS(suffix)                                                                   \
-    void creep_table_evaluate_many_##suffix(const creep_table *, size_t, const double *,         \
-                                            const double *, size_t, double *, double *);         \
-    void force_element_evaluate_many_##suffix(                                                   \
-        const creep_table *, const force_element_parameters *, size_t,                           \
-        const force_element_input *, force_element_output *);                                    \
-    void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, drivetrain_input *, \
-                                          drivetrain_state *, double, double, double, double *,  \
-                                          unsigned char *);                                      \
-    void drivetrain_evaluate_many_##suffix(const drivetrain_member *, size_t, size_t,            \
-                                           const drivetrain_input *, const drivetrain_state *,   \
-                                           drivetrain_output *);
+#define WIDE_FUNCTIONS(suffix)                                                                    \
+    void creep_table_evaluate_many_##suffix(const creep_table *, size_t, const double *,          \
+                                            const double *, size_t, double *, double *);          \
+    void force_element_evaluate_many_##suffix(                                                    \
+        const creep_table *, const force_element_parameters *, size_t,                            \
+        const force_element_input *, force_element_output *);                                     \
+    void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, drivetrain_input *,  \
+                                          drivetrain_state *, double, double, double, double *,   \
+                                          unsigned char *);                                       \
+    void drivetrain_evaluate_many_##suffix(const drivetrain_member *, size_t, size_t,             \
+                                           const drivetrain_input *, const drivetrain_state *,    \
+                                           drivetrain_output *);                                  \
+    void creep_forces_evaluate_##suffix(const creep_forces *, size_t, const creep_forces_input *, \
+                                        creep_forces_output *);
 
 WIDE_FUNCTIONS(portable)
 WIDE_FUNCTIONS(avx2)

@@ -1,4 +1,5 @@
 /* The functions of wide.h for one vector width, which the including file has chosen. */
+#include "creep_forces_formula.h"
 #include "force_law.h"
 #include "relaxation.h"
 #include "table_points.h"
@@ -17,6 +18,11 @@ void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const d
         for (size_t i = 0; i < count; i++) k[i] = k_hat[(first + i) * k_stride];
         evaluate_points(table, count, x + first, k, ratio + first, slope + first, log_k);
     }
+}
+
+void WIDE(creep_forces_evaluate)(const creep_forces *pair, size_t n,
+                                 const creep_forces_input *input, creep_forces_output *output) {
+    for (size_t i = 0; i < n; i++) creep_forces_at(pair, &input[i], &output[i]);
 }
 
 void WIDE(force_element_evaluate_many)(const creep_table *table,

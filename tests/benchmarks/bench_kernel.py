@@ -74,7 +74,7 @@ def _check_fastsim() -> None:
 def cases(points: int = POINTS) -> list[Case]:
     """What is timed."""
     found = [_table(points, order, varied) for order in ("random", "sorted") for varied in (0, 1)]
-    return [*found, _element(points), _fastsim(min(points, 100))]
+    return [*found, _element(points), _fastsim(min(points, 100)), _in_the_plane(min(points, 1000))]
 
 
 def _table(points: int, order: str, varied: int) -> Case:
@@ -152,4 +152,42 @@ def _fastsim(points: int) -> Case:
             "FASTSIM in C, 10 x 10": lambda: fastsim(x, force, strips=10, elements=10),
             "FASTSIM in C, 50 x 50": lambda: fastsim(x, force, strips=50, elements=50),
         },
+    )
+
+
+def _in_the_plane(points: int) -> Case:
+    """Ellipse, load, creepages and spin to both forces and the moment, as a vehicle tool asks."""
+    random = np.random.default_rng(0)
+    inputs = np.zeros(points, kernel.creep_forces_input_dtype())
+    for name, low, high in (
+        ("semi_axis_x", 4e-3, 8e-3),
+        ("semi_axis_y", 4e-3, 8e-3),
+        ("normal_load", 5e4, 1e5),
+        ("friction_scale", 0.5, 1.0),
+        ("creepage_x", -5e-3, 5e-3),
+        ("creepage_y", -5e-3, 5e-3),
+        ("spin", -1.0, 1.0),
+    ):
+        inputs[name] = random.uniform(low, high, points)
+    straight = inputs.copy()
+    straight["spin"] = 0.0
+    coulomb = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+    weakening = cl.Friction(static=0.45, kinetic=0.3, weakening_length=1e-6)
+    plain, weak = (
+        cl.CreepForces(friction, shear_modulus=82e9, poisson_ratio=0.28).native
+        for friction in (coulomb, weakening)
+    )
+    rate, force = random.uniform(0.0, 3.0, points), np.empty(points)
+    return Case(
+        "force in the plane, with 9 partial derivatives",
+        points,
+        "ns",
+        {
+            "Coulomb, spin": lambda: plain.evaluate(inputs),
+            "weakening, spin": lambda: weak.evaluate(inputs),
+            "Coulomb, no spin": lambda: plain.evaluate(straight),
+            "FASTSIM in C, 10 x 10, value": lambda: fastsim(rate, force, strips=10, elements=10),
+            "FASTSIM in C, 20 x 20, value": lambda: fastsim(rate, force, strips=20, elements=20),
+        },
+        ours=3,
     )

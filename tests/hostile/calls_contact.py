@@ -55,6 +55,15 @@ FRICTION: dict[str, Any] = {
     "slip_rate_decay": 0.1,
 }
 POLACH: dict[str, Any] = {"adhesion_reduction": 1.0, "slip_reduction": 0.4}
+IN_THE_PLANE: dict[str, Any] = {
+    "semi_axis_x": np.linspace(4e-3, 8e-3, 6),
+    "semi_axis_y": np.linspace(8e-3, 4e-3, 6),
+    "normal_load": np.linspace(1e4, 1e5, 6),
+    "creepage_x": np.linspace(-3e-3, 3e-3, 6),
+    "creepage_y": np.linspace(2e-3, -1e-3, 6),
+    "spin": np.linspace(-0.5, 1.0, 6),
+    "friction_scale": np.linspace(0.5, 1.5, 6),
+}
 FALLING: dict[str, Any] = {"slip_rate_residual": 0.6, "slip_rate_decay": 0.1}
 
 
@@ -66,6 +75,11 @@ def line() -> cl.LineContact:
 @cache
 def ellipse() -> cl.EllipticContact:
     return cl.EllipticContact(**ELLIPSE)
+
+
+def creep_forces(shear_modulus: float = 82e9, poisson_ratio: float = 0.28) -> cl.CreepForces:
+    friction = cl.Friction(static=0.45, kinetic=0.21, weakening_length=1e-6)
+    return cl.CreepForces(friction, shear_modulus=shear_modulus, poisson_ratio=poisson_ratio)
 
 
 @cache
@@ -316,6 +330,8 @@ CALLS: list[Call] = [
         lambda: cl.kalker_coefficients,
         {"a_over_b": np.geomspace(0.05, 20.0, 6), "poisson_ratio": np.linspace(0.0, 0.5, 6)},
     ),
+    of_class("CreepForces", creep_forces, {"shear_modulus": 82e9, "poisson_ratio": 0.28}),
+    *over("CreepForces.evaluate", lambda: creep_forces().evaluate, IN_THE_PLANE),
     of_class("Friction", cl.Friction, FRICTION, "ratio"),
     Call(
         name="Friction.coefficient",
@@ -473,6 +489,7 @@ EXEMPT: dict[str, str] = {
     "KalkerCoefficients": "a result",
     "ConvergenceError": "an exception",
     "ProcessZoneWarning": "a warning",
+    "AspectWarning": "a warning",
     "InputWarning": "a warning",
     "Weakening": "an abstract class",
     "Weakening.fraction": "abstract",

@@ -1,0 +1,84 @@
+/* Creep forces of one contact. */
+#ifndef CREEP_FORCES_FORMULA_H
+#define CREEP_FORCES_FORMULA_H
+
+#include <string.h>
+
+#include "creep_forces.h"
+#include "plane_formula.h"
+
+/* Scales of an ellipse by Hermite's cubic polynomials, and shares of the sets by Lagrange's. */
+static inline void set_shape(const creep_forces *pair, double aspect, plane_shape *shape,
+                             double c[2]) {
+    double place = logarithm(aspect) / LN_2 + 3.0; /* 0 to 6 */
+    double at = place * (ASPECT_CELLS / 6.0), value[4];
+    int cell = at < ASPECT_CELLS ? (int)at : ASPECT_CELLS - 1;
+    double t = at - cell, u = 1.0 - t;
+    const double *left = pair->scales[cell], *right = pair->scales[cell + 1];
+    for (int k = 0; k < 4; k++)
+        value[k] = u * u * ((1.0 + 2.0 * t) * left[k] + t * left[4 + k]) +
+                   t * t * ((1.0 + 2.0 * u) * right[k] - u * right[4 + k]);
+    c[0] = value[0], c[1] = value[1];
+    int first = (int)place - 1;
+    first = first < 0 ? 0 : first > PLANE_ASPECTS - 4 ? PLANE_ASPECTS - 4 : first;
+    double p = place - first;
+    *shape = (plane_shape){
+        .stiffness_ratio = value[1] / value[0],
+        .softening_x = value[2],
+        .softening_y = value[3],
+        .coefficients = pair->coefficients + (size_t)first * PLANE_COEFFICIENTS,
+        .share = {(p - 1.0) * (p - 2.0) * (p - 3.0) / -6.0, p * (p - 2.0) * (p - 3.0) / 2.0,
+                  p * (p - 1.0) * (p - 3.0) / -2.0, p * (p - 1.0) * (p - 2.0) / 6.0},
+        .sets = 4,
+    };
+}
+
+static inline void creep_forces_at(const creep_forces *pair, const creep_forces_input *in,
+                                   creep_forces_output *out) {
+    const creep_forces_parameters *p = &pair->parameters;
+    double a = in->semi_axis_x, b = in->semi_axis_y, f_d = p->kinetic_friction * in->friction_scale;
+    double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
+    *out = (creep_forces_output){.aspect_limited = given != aspect ? 1.0 : 0.0};
+    if (!(in->normal_load > 0.0 && f_d > 0.0)) return;
+    plane_shape shape;
+    plane_value found;
+    double c[2], sliding = f_d * in->normal_load, mean = sqrt(a * b);
+    set_shape(pair, aspect, &shape, c);
+
+    /* Creepages of the law are those of the force, so of the other sign; see plane_law.h. */
+    double rate = p->shear_modulus * a * b / (sliding * 0.75 * 3.14159265358979324);
+    double turning = mean * 0.5 * sqrt(0.5 * (c[0] * c[0] / aspect + c[1] * c[1] * aspect));
+    double by[3] = {-rate * c[0], -rate * c[1], -rate * turning};
+    double creepage[3] = {by[0] * in->creepage_x, by[1] * in->creepage_y, by[2] * in->spin};
+
+    /* Eq. (17) with the modulus of the rolling ellipse, G c11/(pi^2/4), and a p0 = 3 N/(2 pi b). */
+    double drop = (p->static_friction - p->kinetic_friction) * in->friction_scale;
+    double k_hat =
+        sqrt(8.0 * p->shear_modulus * c[0] * drop * p->weakening_length * b /
+             (3.0 * 3.14159265358979324 * 3.14159265358979324 * f_d * f_d * in->normal_load));
+    plane_at(pair->table, &shape, creepage, smaller(k_hat, pair->table->k_max), &found);
+
+    /* The law of a short weakening zone does not know f_s, and splines have errors. */
+    double size = sqrt(found.force[0] * found.force[0] + found.force[1] * found.force[1]);
+    double most = p->static_friction / p->kinetic_friction;
+    if (size > most) {
+        double unit[2] = {found.force[0] / size, found.force[1] / size}, less = most / size;
+        for (int j = 0; j < 3; j++) {
+            double along = unit[0] * found.by_creepage[0][j] + unit[1] * found.by_creepage[1][j];
+            for (int i = 0; i < 2; i++)
+                found.by_creepage[i][j] = less * (found.by_creepage[i][j] - unit[i] * along);
+        }
+        for (int i = 0; i < 2; i++) found.force[i] = most * unit[i];
+        size = most;
+    }
+    double scale[3] = {sliding, sliding, sliding * mean}, slope[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) slope[i][j] = scale[i] * found.by_creepage[i][j] * by[j];
+    out->force_x = scale[0] * found.force[0];
+    out->force_y = scale[1] * found.force[1];
+    out->spin_moment = scale[2] * found.force[2];
+    out->utilisation = size / most;
+    memcpy(&out->force_x_by_creepage_x, slope, sizeof slope);
+}
+
+#endif

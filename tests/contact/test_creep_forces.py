@@ -1,0 +1,135 @@
+"""Creep forces for vehicle tools: identities, symmetries, derivatives, and agreement with others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+
+COULOMB = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+WEAKENING = cl.Friction(static=0.33, kinetic=0.21, weakening_length=1e-6)
+G, NU = 82e9, 0.28
+FORCES = ("force_x", "force_y", "spin_moment")
+
+
+def pair_of(friction: cl.Friction) -> cl.CreepForces:
+    return cl.CreepForces(friction, shear_modulus=G, poisson_ratio=NU)
+
+
+def cases(n: int, **fixed: float) -> dict[str, Any]:
+    random = np.random.default_rng(5)
+    return {
+        "semi_axis_x": random.uniform(4e-3, 8e-3, n),
+        "semi_axis_y": random.uniform(4e-3, 8e-3, n),
+        "normal_load": random.uniform(3e4, 1e5, n),
+        "creepage_x": 2e-3 * random.normal(size=n),
+        "creepage_y": 2e-3 * random.normal(size=n),
+        "spin": 0.4 * random.normal(size=n),
+        **{name: np.full(n, value) for name, value in fixed.items()},
+    }
+
+
+@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
+def test_derivatives_are_those_of_the_forces(friction: cl.Friction) -> None:
+    pair, given = pair_of(friction), cases(300)
+    here = pair.evaluate(**given)
+    for name, step in (("creepage_x", 1e-7), ("creepage_y", 1e-7), ("spin", 1e-5)):
+        ahead, behind = (
+            pair.evaluate(**{**given, name: given[name] + sign * step}) for sign in (1, -1)
+        )
+        for force in FORCES:
+            difference = (ahead[force] - behind[force]) / (2.0 * step)
+            found = here[f"{force.removeprefix('spin_')}_by_{name}"]
+            assert np.abs(found - difference).max() < 1e-6 * np.abs(difference).max()
+
+
+@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
+def test_mirror_images_are_exact(friction: cl.Friction) -> None:
+    pair, given = pair_of(friction), cases(200)
+    here = pair.evaluate(**given)
+    back = {name: -given[name] for name in ("creepage_x", "creepage_y", "spin")}
+    side = {name: back[name] for name in ("creepage_y", "spin")}
+    for changed, signs in ((back, (-1, -1, -1)), (side, (1, -1, -1))):
+        there = pair.evaluate(**{**given, **changed})
+        for force, sign in zip(FORCES, signs, strict=True):
+            np.testing.assert_array_equal(there[force], sign * here[force])
+
+
+@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
+def test_power_is_lost_and_force_is_bounded(friction: cl.Friction) -> None:
+    given = cases(5000)
+    found = pair_of(friction).evaluate(**given)
+    power = (
+        found["force_x"] * given["creepage_x"]
+        + found["force_y"] * given["creepage_y"]
+        + found["spin_moment"] * given["spin"]
+    )
+    assert (power < 0.0).all()  # Kalker's creepages are against the force
+    size = np.hypot(found["force_x"], found["force_y"])
+    assert (size <= friction.static * given["normal_load"] * (1.0 + 1e-12)).all()
+    np.testing.assert_allclose(
+        found["utilisation"], size / (friction.static * given["normal_load"]), rtol=1e-12
+    )
+
+
+def test_small_creepage_is_kalkers_linear_theory() -> None:
+    given = {"semi_axis_x": 7e-3, "semi_axis_y": 5e-3, "normal_load": 8e4}
+    root = np.sqrt(7e-3 * 5e-3)
+    c11, c22, c23, c33 = cl.kalker_coefficients(1.4, NU)
+    pair = pair_of(COULOMB)
+    rigid = pair.evaluate(**given)
+    unit = -G * root**2
+    assert rigid["force_x_by_creepage_x"] == pytest.approx(unit * c11, rel=1e-4)
+    assert rigid["force_y_by_creepage_y"] == pytest.approx(unit * c22, rel=1e-4)
+    # Spin is the spline's.
+    assert rigid["force_y_by_spin"] == pytest.approx(unit * root * c23, rel=0.03)
+    assert rigid["moment_by_creepage_y"] == pytest.approx(-unit * root * c23, rel=0.03)
+    assert rigid["moment_by_spin"] == pytest.approx(unit * root**2 * c33, rel=0.03)
+
+
+@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
+def test_without_lateral_creepage_it_is_the_force_element(friction: cl.Friction) -> None:
+    contact = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=6e-3,
+        semi_axis_y=5e-3,
+        normal_load=9e4,
+        contact_modulus=G / (1.0 - NU),
+        poisson_ratio=NU,
+    )
+    table = cl.carter_griffith_table("elliptic")
+    element = cl.ForceElement(contact, friction, table=table, radius=0.5)
+    zeta = np.linspace(-5.0, 5.0, 41) * element.saturation_creepage
+    expected = element.at_creepage(zeta, speed=10.0)["creep_force"]
+    found = pair_of(friction).evaluate(
+        semi_axis_x=6e-3, semi_axis_y=5e-3, normal_load=9e4, creepage_x=-zeta
+    )
+    np.testing.assert_allclose(found["force_x"], expected, atol=2e-6 * 9e4)
+    assert not found["force_y"].any()
+    assert not found["spin_moment"].any()
+
+
+def test_nothing_comes_of_nothing() -> None:
+    given = cases(10)
+    for changed in ({"normal_load": 0.0}, {"friction_scale": 0.0}):
+        found = pair_of(WEAKENING).evaluate(**{**given, **changed})
+        assert all(not found[name].any() for name in FORCES)
+    still = pair_of(WEAKENING).evaluate(**cases(10, creepage_x=0.0, creepage_y=0.0, spin=0.0))
+    assert all(not still[name].any() for name in FORCES)
+    assert all(np.isfinite(still[name]).all() for name in still.dtype.names)
+
+
+def test_what_was_not_checked_is_said() -> None:
+    pair = pair_of(COULOMB)
+    with pytest.warns(cl.AspectWarning, match="outside 1/8 to 8"):
+        pair.evaluate(semi_axis_x=9e-3, semi_axis_y=1e-3, normal_load=1e4)
+    table = cl.carter_griffith_table("line")
+    with pytest.raises(ValueError, match="must be of an ellipse"):
+        cl.CreepForces(COULOMB, shear_modulus=G, poisson_ratio=NU, table=table)
+    falling = cl.Friction(
+        static=0.3, kinetic=0.3, weakening_length=0.0, slip_rate_residual=0.4, slip_rate_decay=0.6
+    )
+    with pytest.raises(ValueError, match="slip_rate_residual = 0.4 must be 1"):
+        cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
