@@ -172,14 +172,15 @@ ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
     dual per_length = times(q, inverse(length));
     for (int i = 0; i < 2; i++) force[i] = times(force[i], per_length);
 
-    if (shape->coefficients != NULL && (creepage[1] != 0.0 || creepage[2] != 0.0)) {
+    if (shape->coefficients != NULL) {
         dual friction = constant(1.0);
         if (k_hat > 0.0 && q.v > 0.0)
             friction = times(q, inverse(law_ratio(table, x, constant(0.0))));
-        dual force_of_spin[3] = {constant(0.0), constant(0.0), constant(0.0)};
-        add_spin(shape, l, friction, force_of_spin);
-        int first = creepage[2] == 0.0 ? 2 : 0; /* without spin only the moment is the spline's */
-        for (int i = first; i < 3; i++) force[i] = add(force[i], force_of_spin[i]);
+        dual of_spin[3] = {constant(0.0), constant(0.0), constant(0.0)};
+        add_spin(shape, l, friction, of_spin);
+        for (int i = 0; i < 2 && creepage[2] == 0.0; i++) /* zero, but for the spline's rounding */
+            of_spin[i] = (dual){.d = {0.0, 0.0, of_spin[i].d[2], 0.0}};
+        for (int i = 0; i < 3; i++) force[i] = add(force[i], of_spin[i]);
     }
     for (int i = 0; i < 3; i++) {
         value->force[i] = force[i].v;

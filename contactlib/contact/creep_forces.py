@@ -69,7 +69,7 @@ class CreepForces(Parameters):
     >>> found = pair.evaluate(
     ...     semi_axis_x=6e-3, semi_axis_y=6e-3, normal_load=75e3, creepage_x=-0.001, spin=0.2)
     >>> [int(found[name].round()) for name in ("force_x", "force_y")]
-    [10848, -3008]
+    [9633, -4976]
     """
 
     friction: Friction
