@@ -126,7 +126,8 @@ static inline void add_spin(const plane_shape *shape, dual l[3], dual friction, 
     }
     dual shrink = inverse(add(constant(0.5), root(size)));
     for (int i = 0; i < 3; i++) u[i] = times(l[i], shrink);
-    double along = u[0].v < 0.0 ? -1.0 : 1.0, turn = u[2].v < 0.0 ? -1.0 : 1.0;
+    int turned = u[2].v < 0.0 || (u[2].v == 0.0 && u[1].v < 0.0);
+    double along = u[0].v < 0.0 ? -1.0 : 1.0, turn = turned ? -1.0 : 1.0;
     double place[3] = {along * u[0].v, turn * u[1].v, turn * u[2].v}, value[3], by_u[3][3];
     spline(shape, place, value, by_u);
     double mirror[3] = {along, turn, turn}, sign[3] = {along, turn, turn};

@@ -1,0 +1,207 @@
+"""The law of force in the plane with its table: CONTACT, the witness, symmetries, derivatives."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib.base.quantities import FloatArray
+from contactlib.contact import kernel, plane_table
+from contactlib.contact.half_space import rolling_forces
+from contactlib.contact.law_tables import carter_griffith_table
+from contactlib.contact.plane_table import ASPECTS, plane_coefficients, plane_scales
+from contactlib.contact.plane_table_building import coefficients, samples
+
+LIMIT_LAW = carter_griffith_table("elliptic").native
+
+
+def forces_of(
+    a_over_b: float, nu: float, creepages: FloatArray, k_hat: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Forces and derivatives, with the coefficients cubic in ln(a/b) over four knots."""
+    place = math.log(a_over_b / ASPECTS[0]) / math.log(ASPECTS[1] / ASPECTS[0])
+    first = min(max(math.floor(place) - 1, 0), len(ASPECTS) - 4)
+    knots = np.arange(first, first + 4)
+    weights = [np.prod([(place - m) / (k - m) for m in knots if m != k]) for k in knots]
+    mixed = np.tensordot(weights, plane_coefficients(nu)[knots], 1)
+    return kernel.plane_forces(LIMIT_LAW, a_over_b, nu, creepages, k_hat, mixed)
+
+
+def random_creepages(count: int, smallest: float = 0.01, largest: float = 10.0) -> FloatArray:
+    """Directions without preference, sizes evenly spread in their logarithm."""
+    rng = np.random.default_rng(1)
+    creepages = rng.normal(size=(count, 3))
+    creepages /= np.linalg.norm(creepages, axis=1, keepdims=True)
+    sizes = np.exp(rng.uniform(math.log(smallest), math.log(largest), (count, 1)))
+    return np.asarray(creepages * sizes)
+
+
+@pytest.fixture(scope="module")
+def of_contact() -> tuple[FloatArray, FloatArray, list[str]]:
+    """Forces of the law and of CONTACT at all cases without weakening, and the cases' groups."""
+    with open(Path(__file__).with_name("contact_3d_coulomb.csv")) as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    found = []
+    for row in rows:
+        case = {key: float(text) for key, text in row.items() if key != "group"}
+        unit = case["G"] * case["a"] * case["b"] / (case["mu"] * case["N"])
+        kalkers = unit * np.array([case["cksi"], case["ceta"], case["cphi"]])
+        kalkers[2] *= math.sqrt(case["a"] * case["b"])
+        creepages = -kalkers * plane_scales(case["a_over_b"], case["nu"])
+        found.append(forces_of(case["a_over_b"], case["nu"], creepages[np.newaxis])[0][0])
+    expected = [[float(row[name]) for name in ("fx", "fy", "mz")] for row in rows]
+    return np.array(found), np.array(expected), [row["group"] for row in rows]
+
+
+@pytest.mark.parametrize("group", ["lin", "long", "comb30", "comb90"])
+def test_agreement_with_contact_without_spin(
+    of_contact: tuple[FloatArray, FloatArray, list[str]], group: str
+) -> None:
+    found, expected, groups = of_contact
+    chosen = np.array(groups) == group
+    if group == "lin":  # a third of them with spin
+        assert np.abs(found - expected)[chosen].max() < 0.001
+        return
+    (x, y, moment), (true_x, true_y, true_moment) = found[chosen].T, expected[chosen].T
+    magnitude = np.hypot(x, y) - np.hypot(true_x, true_y)
+    assert np.abs(magnitude).max() < (0.003 if group == "long" else 0.004)
+    turned = np.angle((x + 1j * y) / (true_x + 1j * true_y), deg=True)
+    assert np.abs(turned).max() < 1.0
+    assert np.abs(moment - true_moment).max() < 0.01
+
+
+@pytest.mark.parametrize("group", ["spin", "longspin", "latspin", "random"])
+def test_agreement_with_contact_with_spin(
+    of_contact: tuple[FloatArray, FloatArray, list[str]], group: str
+) -> None:
+    found, expected, groups = of_contact
+    error = (found - expected)[np.array(groups) == group]
+    assert np.abs(error).max() < 0.03
+    assert np.sqrt(np.mean(error**2, axis=0)).max() < 0.008
+
+
+@pytest.mark.parametrize("k_hat", [0.0, 0.3])
+def test_derivatives_are_those_of_the_force(k_hat: float) -> None:
+    creepages = random_creepages(150)
+    _, derivatives = forces_of(1.3, 0.28, creepages, k_hat)
+    for i in range(3):
+        step = 1e-6 * (np.abs(creepages[:, i : i + 1]) + 0.01) * np.eye(3)[i]
+        ahead, behind = (forces_of(1.3, 0.28, creepages + s, k_hat)[0] for s in (step, -step))
+        quotient = (ahead - behind) / (2.0 * step[:, i : i + 1])
+        assert quotient == pytest.approx(derivatives[:, :, i], abs=1e-7)
+    if k_hat:
+        ahead, behind = (
+            forces_of(1.3, 0.28, creepages, k_hat * math.exp(s))[0] for s in (1e-6, -1e-6)
+        )
+        assert (ahead - behind) / 2e-6 == pytest.approx(derivatives[:, :, 3], abs=1e-7)
+
+
+@pytest.mark.parametrize("k_hat", [0.0, 0.3])
+@pytest.mark.parametrize("mirror", [(-1, 1, 1), (1, -1, -1), (-1, -1, -1)])
+def test_mirror_images_are_exact(mirror: tuple[int, int, int], k_hat: float) -> None:
+    creepages = np.concatenate((random_creepages(100), random_creepages(100) * [1, 1, 0]))
+    forces, derivatives = forces_of(1.3, 0.28, creepages, k_hat)
+    mirrored, of_mirrored = forces_of(1.3, 0.28, creepages * mirror, k_hat)
+    assert np.array_equal(mirrored, forces * mirror)
+    signs = np.outer(mirror, [*mirror, 1])
+    assert np.array_equal(of_mirrored, derivatives * signs)
+
+
+@pytest.mark.parametrize("k_hat", [0.0, 0.3])
+def test_longitudinal_creepage_alone_is_todays_law(k_hat: float) -> None:
+    x = np.linspace(-3.0, 3.0, 51)
+    forces, _ = forces_of(1.3, 0.28, np.array([x, 0 * x, 0 * x]).T, k_hat)
+    c = kernel.half_space_scales(1.3, 0.28).softening_x
+    size, begin = np.abs(x), 1 / (1 - c) - 0.5
+    t = np.clip(size - begin, 0.0, 1.0)
+    left = 1 - c * (np.minimum(size, begin) + t - t**3 + t**4 / 2)
+    expected, _ = LIMIT_LAW.evaluate(size * left, k_hat * np.sqrt(left))
+    assert forces[:, 0] == pytest.approx(np.sign(x) * expected, abs=1e-14)
+    assert not forces[:, 1:].any()
+
+
+@pytest.mark.parametrize(("a_over_b", "nu", "error"), [(2.0, 0.25, 1e-3), (1.3, 0.28, 0.02)])
+def test_the_centre_is_smooth(a_over_b: float, nu: float, error: float) -> None:
+    """The force of small creepages is Kalker's; between the knots interpolation adds to that."""
+    forces, derivatives = forces_of(a_over_b, nu, np.zeros((1, 3)))
+    assert not forces.any()
+    assert derivatives[0, :2, :2] == pytest.approx(0.75 * math.pi * np.eye(2), abs=1e-6)
+    c = cl.kalker_coefficients(a_over_b, nu)
+    slopes = np.array([[c.c11, 0, 0], [0, c.c22, c.c23], [0, -c.c23, c.c33]])
+    kalker = slopes / plane_scales(a_over_b, nu)
+    small = 1e-7 * random_creepages(50, 1.0, 1.0)
+    forces, derivatives = forces_of(a_over_b, nu, small)
+    assert forces / 1e-7 == pytest.approx(small @ kalker.T / 1e-7, abs=error)
+    assert derivatives[:, :, :3] == pytest.approx(np.stack([kalker] * 50), abs=error)
+
+
+@pytest.mark.parametrize("k_hat", [0.0, 0.3])
+def test_force_passes_through_zero_spin(k_hat: float) -> None:
+    creepages = random_creepages(100)
+    without, _ = forces_of(1.3, 0.28, creepages * [1, 1, 0], k_hat)
+    tiny, _ = forces_of(1.3, 0.28, creepages * [1, 1, 1e-12], k_hat)
+    assert tiny == pytest.approx(without, abs=1e-11)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
+@pytest.mark.parametrize("a_over_b", [0.25, 0.7, 1.0, 1.4, 4.0])
+def test_creep_power_is_not_negative_and_force_within_friction(a_over_b: float, nu: float) -> None:
+    """But for the spline's error force stays within friction."""
+    creepages = random_creepages(400, largest=30.0)
+    forces, _ = forces_of(a_over_b, nu, creepages)
+    powers = forces * creepages / plane_scales(a_over_b, nu)
+    assert np.all(powers.sum(axis=1) > 0.1 * np.abs(powers).sum(axis=1))
+    assert np.hypot(forces[:, 0], forces[:, 1]).max() < 1.006
+
+
+def test_spline_of_few_samples() -> None:
+    """Made again on another ellipse than the file's it gives the same forces."""
+    u, forces = samples(1.4, 0.28, 300)
+    assert len(u) >= 298
+    own = coefficients(u, forces, 1.4, 0.28)
+    creepages = u / (1.0 - np.sum(u**2, axis=1, keepdims=True))
+    by_own, _ = kernel.plane_forces(LIMIT_LAW, 1.4, 0.28, creepages, 0.0, own)
+    by_file, _ = forces_of(1.4, 0.28, creepages)
+    for found, of in ((by_own, forces), (by_file, forces), (by_file, by_own)):
+        error = found - of
+        assert np.abs(error).max() < 0.03
+        assert np.sqrt(np.mean(error**2)) < 0.005
+
+
+@pytest.mark.parametrize("damage", ["short", "bit", "version", "empty"])
+def test_damaged_file_is_named(
+    damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = plane_table.FILE.read_bytes()
+    broken = {
+        "short": kernel.framed(plane_table.MAGIC, plane_table.VERSION, data[24:-4]),
+        "bit": data[:1000] + bytes([data[1000] ^ 1]) + data[1001:],
+        "version": kernel.framed(plane_table.MAGIC, plane_table.VERSION + 1, data[24:]),
+        "empty": b"",
+    }[damage]
+    file = tmp_path / "plane.bin"
+    file.write_bytes(broken)
+    monkeypatch.setattr(plane_table, "FILE", file)
+    with pytest.raises(ValueError, match=r"plane\.bin is damaged"):
+        plane_coefficients(0.28)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("nu", [0.1, 0.4])
+@pytest.mark.parametrize("a_over_b", [0.18, 0.35, 0.7, 1.4, 2.8, 5.7])
+def test_agreement_with_the_witness_between_the_knots(a_over_b: float, nu: float) -> None:
+    """Ellipses and Poisson's ratios from which no coefficient was made."""
+    creepages = random_creepages(300, 0.05, 5.0)
+    true = rolling_forces(
+        -creepages / plane_scales(a_over_b, nu), a_over_b=a_over_b, poisson_ratio=nu
+    )
+    solved = np.isfinite(true).all(axis=1)
+    assert solved.mean() > 0.98
+    error = (forces_of(a_over_b, nu, creepages)[0] - true)[solved]
+    assert np.abs(error).max() < 0.04  # 0.03 but for lateral force at nu = 0.4
+    assert np.sqrt(np.mean(error**2, axis=0)).max() < 0.008
