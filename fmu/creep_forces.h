@@ -60,7 +60,11 @@ CONTACTLIB_API void creep_forces_prepare(creep_forces *pair, const creep_table *
                                          const double *coefficients,
                                          const creep_forces_parameters *parameters);
 
-/* Forces of n contacts. A load or friction that is not above zero gives none. */
+/* Smaller loads [N] and friction coefficients [1] count as none. */
+#define LEAST_LOAD 1e-30
+#define LEAST_FRICTION 1e-9
+
+/* Forces of n contacts. */
 CONTACTLIB_API void creep_forces_evaluate(const creep_forces *pair, size_t n,
                                           const creep_forces_input *input,
                                           creep_forces_output *output);

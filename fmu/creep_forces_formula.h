@@ -39,7 +39,7 @@ static inline void creep_forces_at(const creep_forces *pair, const creep_forces_
     double a = in->semi_axis_x, b = in->semi_axis_y, f_d = p->kinetic_friction * in->friction_scale;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
     *out = (creep_forces_output){.aspect_limited = given != aspect ? 1.0 : 0.0};
-    if (!(in->normal_load > 0.0 && f_d > 0.0)) return;
+    if (!(in->normal_load > LEAST_LOAD && f_d > LEAST_FRICTION)) return;
     plane_shape shape;
     plane_value found;
     double c[2], sliding = f_d * in->normal_load, mean = sqrt(a * b);

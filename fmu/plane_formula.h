@@ -179,8 +179,11 @@ ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
             friction = times(q, inverse(law_ratio(table, x, constant(0.0))));
         dual of_spin[3] = {constant(0.0), constant(0.0), constant(0.0)};
         add_spin(shape, l, friction, of_spin);
-        for (int i = 0; i < 2 && creepage[2] == 0.0; i++) /* zero, but for the spline's rounding */
+        /* What is zero by symmetry is so to the last bit. */
+        for (int i = 0; i < 2 && creepage[2] == 0.0; i++)
             of_spin[i] = (dual){.d = {0.0, 0.0, of_spin[i].d[2], 0.0}};
+        if (creepage[1] == 0.0 && creepage[2] == 0.0)
+            of_spin[2] = (dual){.d = {0.0, of_spin[2].d[1], of_spin[2].d[2], 0.0}};
         for (int i = 0; i < 3; i++) force[i] = add(force[i], of_spin[i]);
     }
     for (int i = 0; i < 3; i++) {

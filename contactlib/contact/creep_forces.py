@@ -16,9 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlib.base.quantities import (
-    FINITE,
-    NOT_NEGATIVE,
-    POSITIVE,
+    Limits,
     Parameters,
     Quantity,
     checked,
@@ -29,6 +27,9 @@ from contactlib.contact.friction import Friction
 from contactlib.contact.law_tables import carter_griffith_table
 from contactlib.contact.plane_table import plane_coefficients
 from contactlib.contact.table import CreepForceTable
+
+AXIS = Limits(at_least=1e-9, at_most=1e3)
+CREEPAGE = Limits(at_least=-1e9, at_most=1e9)
 
 
 class AspectWarning(UserWarning):
@@ -145,13 +146,13 @@ class CreepForces(Parameters):
             If a/b is outside 1/8 to 8; the shape of the force is then that of the nearer end.
         """
         given: dict[str, Any] = {
-            "semi_axis_x": (semi_axis_x, POSITIVE),
-            "semi_axis_y": (semi_axis_y, POSITIVE),
-            "normal_load": (normal_load, NOT_NEGATIVE),
-            "friction_scale": (friction_scale, NOT_NEGATIVE),
-            "creepage_x": (creepage_x, FINITE),
-            "creepage_y": (creepage_y, FINITE),
-            "spin": (spin, FINITE),
+            "semi_axis_x": (semi_axis_x, AXIS),
+            "semi_axis_y": (semi_axis_y, AXIS),
+            "normal_load": (normal_load, Limits(at_least=0.0, at_most=1e12)),
+            "friction_scale": (friction_scale, Limits(at_least=0.0, at_most=1e3)),
+            "creepage_x": (creepage_x, CREEPAGE),
+            "creepage_y": (creepage_y, CREEPAGE),
+            "spin": (spin, CREEPAGE),
         }
         arrays = {name: checked(name, value, limits) for name, (value, limits) in given.items()}
         inputs = np.zeros(common_shape(arrays), dtype=kernel.creep_forces_input_dtype())

@@ -1,4 +1,4 @@
-"""Creep forces for vehicle tools: identities, symmetries, derivatives, and agreement with others."""
+"""Creep forces for vehicle tools: identities, symmetries, derivatives, the force element."""
 
 from __future__ import annotations
 
@@ -118,12 +118,12 @@ def test_nothing_comes_of_nothing() -> None:
         assert all(not found[name].any() for name in FORCES)
     still = pair_of(WEAKENING).evaluate(**cases(10, creepage_x=0.0, creepage_y=0.0, spin=0.0))
     assert all(not still[name].any() for name in FORCES)
-    assert all(np.isfinite(still[name]).all() for name in still.dtype.names)
+    assert all(np.isfinite(still[name]).all() for name in still.dtype.names or ())
 
 
 def test_what_was_not_checked_is_said() -> None:
     pair = pair_of(COULOMB)
-    with pytest.warns(cl.AspectWarning, match="outside 1/8 to 8"):
+    with pytest.warns(cl.AspectWarning, match="outside 1/8"):
         pair.evaluate(semi_axis_x=9e-3, semi_axis_y=1e-3, normal_load=1e4)
     table = cl.carter_griffith_table("line")
     with pytest.raises(ValueError, match="must be of an ellipse"):
@@ -131,5 +131,5 @@ def test_what_was_not_checked_is_said() -> None:
     falling = cl.Friction(
         static=0.3, kinetic=0.3, weakening_length=0.0, slip_rate_residual=0.4, slip_rate_decay=0.6
     )
-    with pytest.raises(ValueError, match="slip_rate_residual = 0.4 must be 1"):
+    with pytest.raises(ValueError, match=r"slip_rate_residual = 0\.4 must be 1"):
         cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)

@@ -39,7 +39,10 @@ EACH = pytest.mark.parametrize("call", CALLS, ids=NAMES)
 
 
 # Odd points of a measured curve are warned of.
-pytestmark = pytest.mark.filterwarnings("ignore::contactlib.InputWarning")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::contactlib.InputWarning"),
+    pytest.mark.filterwarnings("ignore::contactlib.AspectWarning"),
+]
 
 
 def test_everything_public_is_called_or_exempt_for_a_reason() -> None:
