@@ -188,7 +188,7 @@ def test_agreement_with_contact() -> None:
     assert errors(weak, QUICK).max() < 0.006
 
 
-@pytest.mark.slow
+@pytest.mark.reference
 @pytest.mark.parametrize("a_over_b", [0.5, 1.0, 2.0])
 def test_agreement_with_all_cases_of_contact(a_over_b: float) -> None:
     """Without spin within CONTACT's own uncertainty and as much again; with spin see the module."""
@@ -202,7 +202,7 @@ def test_agreement_with_all_cases_of_contact(a_over_b: float) -> None:
     assert math.sqrt(np.mean(error[~plain] ** 2)) < 0.002
 
 
-@pytest.mark.slow
+@pytest.mark.reference
 @pytest.mark.parametrize("a_over_b", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize(
     ("static", "k_hat"), [(0.33, 0.15), (0.33, 0.3), (0.45, 0.15), (0.45, 0.3)]

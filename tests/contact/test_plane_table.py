@@ -191,9 +191,12 @@ def test_damaged_file_is_named(
         plane_coefficients(0.28)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("nu", [0.1, 0.4])
-@pytest.mark.parametrize("a_over_b", [0.18, 0.35, 0.7, 1.4, 2.8, 5.7])
+@pytest.mark.parametrize("nu", [0.1, pytest.param(0.4, marks=pytest.mark.reference)])
+@pytest.mark.parametrize(
+    "a_over_b",
+    [pytest.param(0.7, marks=pytest.mark.slow)]
+    + [pytest.param(g, marks=pytest.mark.reference) for g in (0.18, 0.35, 1.4, 2.8, 5.7)],
+)
 def test_agreement_with_the_witness_between_the_knots(a_over_b: float, nu: float) -> None:
     """Ellipses and Poisson's ratios from which no coefficient was made."""
     creepages = random_creepages(300, 0.05, 5.0)
