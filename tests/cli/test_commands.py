@@ -97,7 +97,7 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["fmu", "roller_rig.toml", "--fmi3"], "No such option '?--fmi3"),
+        (["fmu", "roller_rig.toml", "--fmi3"], "No such option:? '?--fmi3"),
         (["fmu", "roller_rig.toml", "--relaxation-length", "8 m/s"], "'8 m/s' must be a number in"),
         (["table", "roller_rig.toml", "--largest-creepage", "a"], "'a' does not begin with a num"),
         (["fmu", "roller_rig.toml", "-o", "none/x.fmu"], r"no such folder to write to: .*x\.fmu"),

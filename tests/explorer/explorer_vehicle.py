@@ -28,6 +28,7 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
         "name": "a wheelset",
         "source": "a test",
         "contact": "elliptic" if isinstance(contact, cl.EllipticContact) else "line",
+        "theory": getattr(contact, "theory", "half_space"),
         "semi_width": contact.semi_width,
         "peak_pressure": contact.peak_pressure,
         "wheels": element.wheels,
@@ -114,14 +115,6 @@ def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) 
     left: dict[str, Any] = dict(changes)
     kinetic = left.pop("kinetic", friction.kinetic)
     ratio = left.pop("ratio", friction.static / friction.kinetic)
-    changed_friction = friction_with_k_hat(
-        contact,
-        k_hat=left.pop("k_hat", element.k_hat),
-        static=ratio * kinetic,
-        kinetic=kinetic,
-        slip_rate_residual=left.pop("residual", friction.slip_rate_residual),
-        slip_rate_decay=left.pop("decay", friction.slip_rate_decay),
-    )
     load, a, p0 = contact.normal_load, contact.semi_width, contact.peak_pressure
     if ellipse:
         contact = cl.EllipticContact.from_semi_axes(
@@ -130,6 +123,14 @@ def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) 
             normal_load=load,
             contact_modulus=contact.contact_modulus,
         )
+    changed_friction = friction_with_k_hat(
+        contact,
+        k_hat=left.pop("k_hat", element.k_hat),
+        static=ratio * kinetic,
+        kinetic=kinetic,
+        slip_rate_residual=left.pop("residual", friction.slip_rate_residual),
+        slip_rate_decay=left.pop("decay", friction.slip_rate_decay),
+    )
     slope = left.pop("slope", element.slope_reduction)
     table = carter_griffith_table("elliptic" if ellipse else "line")
     new = replace(

@@ -13,6 +13,7 @@
 
 #include "checks.h"
 #include "component.h"
+#include "creep_forces.h"
 #include "drivetrain.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
@@ -76,6 +77,54 @@ static void test_force(const creep_table *table, const force_element_parameters 
 }
 
 /* Any state and any step: stepped on, or left as it was with a message. */
+/* Forces of any contact: finite, bounded, none from nothing, and those of the mirror image. */
+static void test_creep_forces(const creep_table *table) {
+    static double coefficients[PLANE_ASPECTS * PLANE_COEFFICIENTS];
+    creep_forces_parameters parameters = {.shear_modulus = 8.2e10,
+                                          .poisson_ratio = 0.28,
+                                          .static_friction = 0.4,
+                                          .kinetic_friction = 0.3,
+                                          .weakening_length = 1e-6};
+    creep_forces pair;
+    plane_value plane;
+    plane_shape shape = {.stiffness_ratio = 0.9, .softening_x = 0.05, .softening_y = 0.08};
+    const double creepage[3] = {0.5, 0.2, 0.1};
+    for (size_t i = 0; i < PLANE_ASPECTS * PLANE_COEFFICIENTS; i++)
+        coefficients[i] = 2.0 * (random_unit() - 0.5);
+    plane_evaluate(table, &shape, creepage, 0.3, &plane);
+    CHECK(plane.force[0] > plane.force[1] && plane.force[1] > 0.0 && plane.force[2] == 0.0);
+    for (int i = 0; i < points; i++) {
+        if (i % 50 == 0) {
+            parameters.weakening_length = i % 100 == 0 ? 0.0 : random_exponent(-9.0, -3.0);
+            creep_forces_prepare(&pair, table, coefficients, &parameters);
+        }
+        creep_forces_input in = {
+            .semi_axis_x = random_exponent(-4.0, -1.0),
+            .semi_axis_y = random_exponent(-4.0, -1.0),
+            .normal_load = i % 10 == 0 ? 0.0 : random_exponent(-40.0, 12.0),
+            .friction_scale = i % 11 == 0 ? 0.0 : random_exponent(-6.0, 3.0),
+            .creepage_x = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+            .creepage_y = i % 7 == 0 ? 0.0 : (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+            .spin = i % 5 == 0 ? 0.0 : (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+        };
+        creep_forces_output out[2];
+        creep_forces_input both[2] = {in, in};
+        both[1].creepage_x = -in.creepage_x;
+        both[1].creepage_y = -in.creepage_y;
+        both[1].spin = -in.spin;
+        creep_forces_evaluate(&pair, 2, both, out);
+        for (size_t k = 0; k < sizeof out[0] / sizeof(double); k++)
+            CHECK(isfinite(((const double *)&out[0])[k]));
+        CHECK(out[0].force_x == -out[1].force_x && out[0].force_y == -out[1].force_y);
+        CHECK(out[0].spin_moment == -out[1].spin_moment);
+        CHECK(out[0].utilisation >= 0.0 && out[0].utilisation <= 1.0 + 1e-12);
+        double aspect = in.semi_axis_x / in.semi_axis_y;
+        CHECK(in.normal_load == 0.0 ||
+              (aspect > 8.0 || aspect < 0.125) == (out[0].aspect_limited > 0.0));
+        if (in.normal_load == 0.0 || in.friction_scale == 0.0) CHECK(out[0].force_x == 0.0);
+    }
+}
+
 static void test_steps(const creep_table *table, const force_element_parameters *parameters) {
     wheelset_parameters body = SOME_BODY;
     for (int i = 0; i < 100 && i < points / 10; i++) {
@@ -491,7 +540,9 @@ int main(int count, char **arguments) {
     test_table(&table);
     test_force(&table, &parameters);
     test_steps(&table, &parameters);
+    test_creep_forces(&table);
     parameters.load_exponent = 1.0 / 3.0; /* an ellipse */
+    parameters.softening = 0.1;
     parameters.slip_rate_residual = 0.4;
     parameters.slip_rate_decay = 0.6;
     test_force(&table, &parameters);

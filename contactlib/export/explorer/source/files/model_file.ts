@@ -28,6 +28,7 @@ const HOLD = 20; // length of the runs of a file that is written [s]
 const LAW = "carter_griffith"; // the law whose tables the page has
 const SHOWN = "this page shows models";
 const ALTERNATIVES = ["weakening_length", "saturation_creepage"]; // keys that a vehicle does not have
+const LONGEST = 20; // a/b of an ellipse on a half-space
 const THEORIES = ["half_space", "strips"];
 const PAIRS = [
   ["semi_width", "radius"],
@@ -51,7 +52,7 @@ export function readModel(text: string): Model {
   const vehicle = {
     name: textOf("name", data["name"] ?? "Unnamed"),
     source: textOf("source", data["source"] ?? "not stated"),
-    ...contactOf(readSection("contact", data).numbers),
+    ...contactOf(readSection("contact", data).numbers, theory),
     theory: theory ?? THEORIES[0],
     ...Object.fromEntries(keys.map(([key, value]) => [vehicleField(key), value])),
     k_hat: 0,
@@ -104,7 +105,7 @@ function checkLaw(data: Table): void {
 }
 
 /** The contact of the one pair of keys that [contact] gives. */
-function contactOf(section: Numbers): Partial<Vehicle> {
+function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicle> {
   const given = PAIRS.flat().filter((key) => section[key] !== null);
   if (!PAIRS.some((pair) => pair.join() === given.join())) {
     const pairs = PAIRS.map((pair) => pair.join(" and ")).join(", or ");
@@ -126,6 +127,11 @@ function contactOf(section: Numbers): Partial<Vehicle> {
     throw new ModelError(
       `contact.${given.join(" and ")} = ${first} and ${second} give a semi-width of ${a} m and ` +
         `a pressure of ${pressure} Pa: must be finite and > 0`,
+    );
+  }
+  if (theory !== "strips" && !isLine && a / b > LONGEST) {
+    throw new ModelError(
+      `contact.semi_axis_x/semi_axis_y on a half-space = ${a / b}: must be <= ${LONGEST}`,
     );
   }
   const contact = isLine ? "line" : "elliptic";
