@@ -37,8 +37,8 @@ def rig(table: cl.CreepForceTable) -> cl.Model:
 
 
 @pytest.fixture(scope="session")
-def locomotive(table: cl.CreepForceTable) -> cl.Model:
-    return cl.load_model("models/locomotive.toml", table=table)
+def locomotive() -> cl.Model:
+    return cl.load_model("models/locomotive.toml")
 
 
 @pytest.fixture(scope="module")

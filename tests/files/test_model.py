@@ -19,8 +19,8 @@ SHIPPED = [package_folder("models") / name for name in ("locomotive.toml", "roll
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_shipped_models_load(path: Path, table: cl.CreepForceTable) -> None:
-    model = cl.load_model(path, table=table)
+def test_shipped_models_load(path: Path) -> None:
+    model = cl.load_model(path)
     assert model.source
     assert model.wheelset.element.k_hat == pytest.approx(0.3, rel=1e-12)
     assert model.wheelset.element.saturation_creepage == pytest.approx(0.015, rel=1e-12)
@@ -34,6 +34,17 @@ def test_roller_rig_is_the_wheel_of_the_paper(rig: cl.Model) -> None:
     assert element.friction.kinetic == 0.21
     assert cl.saturation_creepage(element.contact, element.friction) == pytest.approx(0.0021)
     assert rig.wheelset.speed_held
+
+
+def test_locomotive_rolls_on_a_60e1_rail(locomotive: cl.Model) -> None:
+    element = locomotive.wheelset.element
+    contact = element.contact
+    assert isinstance(contact, cl.EllipticContact)
+    assert (contact.radius_x, contact.radius_y) == (locomotive.wheelset.radius, 0.3)
+    assert contact.semi_axis_y < 10e-3  # half the width of the crown's arc
+    assert element.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    assert contact.theory == "half_space"
+    assert element.table is cl.carter_griffith_table("elliptic")
 
 
 def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:

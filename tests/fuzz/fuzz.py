@@ -118,8 +118,7 @@ def build(
 
 def export_resources(folder: Path) -> Path:
     """Resources of an FMU of every kind, in folders of their names; one folder more to write in."""
-    table = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
-    model = cl.load_model("models/locomotive.toml", table=table)
+    model = cl.load_model("models/locomotive.toml")
     for name, options in EXPORTS.items():
         fmu = cl.export_fmu(model, folder / "x.fmu", fmi_version=3, **options)
         (folder / name).mkdir()
@@ -128,7 +127,9 @@ def export_resources(folder: Path) -> Path:
                 if f"resources/{file}" in archive.namelist():
                     (folder / name / file).write_bytes(archive.read(f"resources/{file}"))
         fmu.unlink()
-    (folder / "wheelset_body" / "creep_table.bin").write_bytes(table.data)  # not read
+    (folder / "wheelset_body" / "creep_table.bin").write_bytes(
+        model.wheelset.element.table.data
+    )  # not read
     (folder / "scratch").mkdir()
     return folder
 

@@ -31,7 +31,7 @@ def rig() -> cl.Wheelset:
 @cache
 def train() -> cl.Wheelset:
     """Free."""
-    return cl.load_model("models/locomotive.toml", table=table()).wheelset
+    return cl.load_model("models/locomotive.toml").wheelset
 
 
 @cache
@@ -41,7 +41,7 @@ def drivetrain() -> cl.Drivetrain:
 
 @cache
 def scenario() -> cl.Scenario:
-    return dataclasses.replace(cl.load_scenario("dry_wet_dry.toml", table=table()), duration=0.05)
+    return dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=0.05)
 
 
 @cache

@@ -23,18 +23,13 @@ from contactlib.traction import stacked
 
 
 @cache
-def table() -> cl.CreepForceTable:
-    return cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
-
-
-@cache
 def train() -> cl.Wheelset:
-    return cl.load_model("models/locomotive.toml", table=table()).wheelset
+    return cl.load_model("models/locomotive.toml").wheelset
 
 
 @cache
 def scenario() -> cl.Scenario:
-    shipped = cl.load_scenario("dry_wet_dry.toml", table=table())
+    shipped = cl.load_scenario("dry_wet_dry.toml")
     every = {kind: ControllerDesign(kind, {}) for kind in cl.CONTROLLERS}
     return dataclasses.replace(shipped, controllers={**every, **shipped.controllers})
 

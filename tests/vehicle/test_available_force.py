@@ -30,9 +30,9 @@ def searched(element: cl.ForceElement, *, speed: float, load: float, scale: floa
 @pytest.mark.parametrize("scale", [0.3, 1.0, 1.2])
 @pytest.mark.parametrize("load", [0.5, 1.0, 1.4])
 def test_it_is_the_laws_peak_where_friction_does_not_fall(
-    locomotive: cl.Model, load: float, scale: float
+    rig: cl.Model, load: float, scale: float
 ) -> None:
-    element = locomotive.wheelset.element
+    element = rig.wheelset.element
     weight = load * element.normal_load
     law = cl.CarterGriffith(k_hat=element.k_hat / np.sqrt(load * scale))
     expected = scale * element.friction.kinetic * weight * law.peak.traction_ratio
