@@ -80,7 +80,7 @@ def available_force(
     >>> import contactlib as cl
     >>> locomotive = cl.load_model("locomotive.toml").wheelset.element
     >>> (available_force(locomotive, speed=[5.0, 20.0], friction_scale=[1.0, 0.5]) / 1e3).round(2)
-    array([52.59, 28.39])
+    array([52.98, 28.96])
     """
     limits = kernel.force_input_limits()
     given = {

@@ -120,8 +120,9 @@ def test_the_outlook_is_that_of_the_loop() -> None:
         late = dataclasses.replace(
             case, drivetrain=dataclasses.replace(case.drivetrain, motor_lag=lag)
         )
+        relaxation = case.drivetrain.relaxation_length / 10.0
         said = cl.controllability(
-            worst.pole, delay=0.01, lag=lag, relaxation=7.5e-4, sample_time=0.01
+            worst.pole, delay=0.01, lag=lag, relaxation=relaxation, sample_time=0.01
         )
         assert said.text in outlook(late)[-1]
 

@@ -212,7 +212,8 @@ def test_stable_steps_are_those_of_the_formula(locomotive: cl.Model) -> None:
     element = wheelset.element
     inverse_mass = wheelset.radius**2 / wheelset.inertia + 1.0 / wheelset.mass
     sliding = element.friction.kinetic * element.normal_load
-    unit_pole = 2.0 * sliding / element.saturation_creepage * inverse_mass  # pole times speed
+    slope = 0.75 * np.pi  # of Q/(f_d P) over zeta/zeta0, that of an ellipse
+    unit_pole = slope * sliding / element.saturation_creepage * inverse_mass  # pole times speed
 
     def table(relaxed: bool) -> np.ndarray:
         root = tree_of(page_of(locomotive, relaxed=relaxed))

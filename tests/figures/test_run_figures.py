@@ -27,16 +27,21 @@ def told(model: cl.Model, slower: float = 1.0) -> str:
     return next((text for text in texts if "lags" in text), "").replace("\N{NO-BREAK SPACE}", " ")
 
 
-@pytest.mark.parametrize(("name", "torque"), [("rig", 23.75), ("locomotive", 17.37)])
-def test_a_fast_ramp_says_why_it_returns_late(
-    name: str, torque: float, request: pytest.FixtureRequest
-) -> None:
+@pytest.mark.parametrize("name", ["rig", "locomotive"])
+def test_a_fast_ramp_says_why_it_returns_late(name: str, request: pytest.FixtureRequest) -> None:
     """Below the return by J domega/dt, with which the slowing wheel drives the contact too."""
     model: cl.Model = request.getfixturevalue(name)
-    said = told(model)
+    said, body = told(model), model.wheelset
     found = re.match(r"grip at ([\d.]+) kN m: the spinning wheel lags behind the ramp", said)
     assert found is not None
-    assert float(found[1]) == pytest.approx(torque, abs=0.06)
+    run = cl.simulate(body, model.torque_control, initial_speed=model.initial_speed)
+    spins = run.time > run.time[run["creepage"].argmax()]
+    fold = cl.find_fold(body, speed=10.0)
+    at = np.flatnonzero(spins & (run["creepage"] < fold.creepage))[0]
+    slowing = np.gradient(run["omega"], run.time)[at]
+    held = body.radius * run["creep_force"][at] + body.damping * run["omega"][at]
+    assert slowing < 0.0
+    assert 1e3 * float(found[1]) == pytest.approx(held + body.inertia * slowing, abs=60.0)
 
 
 def test_a_slow_ramp_returns_at_the_return(rig: cl.Model) -> None:

@@ -454,10 +454,9 @@ def test_a_loop_much_slower_than_its_samples_is_refused(
 
 
 def test_a_patch_on_which_a_vehicle_stops_is_refused() -> None:
-    friction = dataclasses.replace(
-        train().element.friction, slip_rate_residual=0.8243, slip_rate_decay=0.7136
-    )
-    element = dataclasses.replace(train().element, friction=friction)
+    line = cl.load_model("models/roller_rig.toml").wheelset.element
+    friction = dataclasses.replace(line.friction, slip_rate_residual=0.8243, slip_rate_decay=0.7136)
+    element = dataclasses.replace(line, friction=friction)
     body = dataclasses.replace(
         train(), element=element, mass=22.88e3, damping=0.0, resistance=cl.Resistance()
     )

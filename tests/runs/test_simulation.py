@@ -94,7 +94,7 @@ def test_gain_below_the_bound_does_not_hold(rig: cl.Model) -> None:
         assert (abs(run["creepage"][-1] - 0.022) < 2e-3) == holds
 
 
-def test_agrees_with_an_independent_model(locomotive: cl.Model) -> None:
+def test_agrees_with_an_independent_model(locomotive: cl.Model, rig: cl.Model) -> None:
     # The law in Python, the equations written again, another solver: nothing shared but numbers.
     law = cl.CarterGriffith(k_hat=0.3)
     ramp = cl.Profile((0.0, 4.0), (2.4e4, 2.8e4))
@@ -106,7 +106,7 @@ def test_agrees_with_an_independent_model(locomotive: cl.Model) -> None:
         davis = 1811.0 + 66.6 * speed + 3.1 * speed**2
         return [(torque - 0.5 * force - 5.0 * omega) / 250.0, (force - davis) / 142.5e3]
 
-    body = locomotive.wheelset
+    body = dataclasses.replace(locomotive.wheelset, element=rig.wheelset.element)
     run = cl.simulate(
         body, cl.TorqueControl(ramp), duration=4.0, initial_speed=10.0, initial_creepage=0.01
     )

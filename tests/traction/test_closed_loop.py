@@ -42,7 +42,7 @@ def outcomes_of(cases: Sequence[cl.Scenario]) -> Mapping[str, np.ndarray]:
 def patch_runs(
     request: pytest.FixtureRequest, locomotive: cl.Model
 ) -> Mapping[str, Mapping[str, np.ndarray]]:
-    """Outcomes over dry, wet, dry, 260 m at three speeds, by controller."""
+    """Outcomes over dry, wet, dry, 260 m at three speeds with three noises, by controller."""
     model = locomotive
     if request.param:  # a much lower tail
         model = replace(model, wheelset=with_falling(model.wheelset))
@@ -53,8 +53,9 @@ def patch_runs(
     for name in cl.CONTROLLERS:
         controller = designed(name, model, **thrifty.get(name, {}))
         cases = [
-            scenario(model, controller, speed, duration=duration, track=track)
-            for speed, duration in ((10.0, 20.5), (15.0, 15.5), (20.0, 12.0))
+            scenario(model, controller, v, duration=t, track=track, sensors=sensors)
+            for v, t in ((10.0, 20.5), (15.0, 15.5), (20.0, 12.0))
+            for sensors in (replace(SENSORS, seed=seed) for seed in range(3))
         ]
         found[name] = outcomes_of(cases)
     return found
