@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ from contactlib import figures
 from contactlib.base.writing import write_whole
 from contactlib.cli.console import ConsoleReporter
 from contactlib.contact.element import process_zone_ratio
+from contactlib.contact.hertz import EllipticContact
+from contactlib.contact.law_tables import build_carter_griffith_table, carter_griffith_table
 from contactlib.contact.laws.carter_griffith import CarterGriffith
 from contactlib.contact.table import CreepForceTable
 from contactlib.export import export_fmu
@@ -26,7 +28,7 @@ from contactlib.runs.simulation import simulate
 from contactlib.stability import creep_control_gain, find_fold
 from contactlib.vehicle.continuous_control import ContinuousController
 
-MODELS = ("roller_rig", "locomotive")
+RIG, LOCOMOTIVE = "roller_rig", "locomotive"
 STEP = 1e-3  # communication step of the co-simulation [s]
 
 
@@ -64,11 +66,12 @@ def run_demo(output: str | os.PathLike[str], reporter: ConsoleReporter) -> Path:
             summary[section]["numbers"][number.key] = entry
 
     with reporter.step("Tabulating the Carter-Griffith law") as progress:
-        table = CreepForceTable.from_law(CarterGriffith, contact="line", progress=progress)
+        table = build_carter_griffith_table("elliptic", progress)
         table.save(folder / "creep_table.bin")
-    report("table", "Table of the Carter-Griffith law", _table_numbers(table))
+    report("table", "Table of the Carter-Griffith law of an ellipse", _table_numbers(table))
 
-    models = {name: load_model(f"models/{name}.toml", table=table) for name in MODELS}
+    tables = {RIG: carter_griffith_table("line"), LOCOMOTIVE: table}
+    models = {n: load_model(f"models/{n}.toml", table=its) for n, its in tables.items()}
     held: dict[str, Result] = {}
     for name, model in models.items():
         with reporter.step(f"{model.name}: ramping the torque") as progress:
@@ -83,11 +86,11 @@ def run_demo(output: str | os.PathLike[str], reporter: ConsoleReporter) -> Path:
         with reporter.step(f"{model.name}: drawing"):
             _draw(folder, name, model, away, held[name])
 
-    rig = MODELS[0]
-    fmu = export_fmu(models[rig], folder / "CreepForceElement.fmu")
-    with reporter.step(f"{models[rig].name}: the force from {fmu.name}, run by FMPy") as progress:
-        numbers = list(_fmu_numbers(folder, fmu, models[rig], held[rig], progress))
-    report("fmu", "The FMU as the force of the wheelset on the roller rig", numbers)
+    model = models[LOCOMOTIVE]
+    fmu = export_fmu(model, folder / "CreepForceElement.fmu")
+    with reporter.step(f"{model.name}: the force from {fmu.name}, run by FMPy") as progress:
+        numbers = list(_fmu_numbers(folder, fmu, model, held[LOCOMOTIVE], progress))
+    report("fmu", "The FMU as the force of the locomotive wheelset", numbers)
 
     page = write_explorer(folder / "explorer.html")
     size = Number("size", "size", 1e-3 * page.stat().st_size, "kB")
@@ -110,7 +113,7 @@ def _run(
 
 
 def _table_numbers(table: CreepForceTable) -> Iterator[Number]:
-    law = CarterGriffith(k_hat=0.3)
+    law = CarterGriffith(k_hat=0.3, contact="elliptic")
     yield Number(
         "points",
         "points at which the table was compared with the law",
@@ -137,6 +140,18 @@ def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterato
     held = wheelset.radius * at_peak.creep_force + wheelset.damping * at_peak.omega
     yield Number("peak_force", "peak creep force", at_peak.creep_force, "N")
     yield Number("peak_creepage", "creepage at the peak", passed.creepage, "1")
+    if isinstance(element.contact, EllipticContact):  # the same steel, layer and friction
+        strips = replace(element, contact=replace(element.contact, theory="strips"))
+        creepage = np.linspace(0.0, 2.0 * passed.creepage, 401)
+        force, without = (
+            e.at_creepage(creepage, speed=passed.speed)["creep_force"] for e in (element, strips)
+        )
+        yield Number(
+            "half_space_gain",
+            "largest gain in Q/(f_d P), half-space instead of strips",
+            float(np.max(force - without) / (element.friction.kinetic * element.normal_load)),
+            "1",
+        )
     yield Number(
         "steady_torque", "torque of peak force and damping, r Q_peak + b omega", held, "N.m"
     )
@@ -224,7 +239,7 @@ def _fmu_numbers(
     with FmuSource(fmu, wheels=2) as source:
         with_fmu = cosimulate(body, source, control, **settings, progress=progress)
     kernel = cosimulate(body, KernelSource(body.element), control, **settings)
-    with_fmu.to_csv(folder / "roller_rig_creep_control_fmu.csv")
+    with_fmu.to_csv(folder / f"{LOCOMOTIVE}_creep_control_fmu.csv")
 
     def apart(name: str, time: Any, values: Any) -> float:
         other = np.interp(time, with_fmu.time, with_fmu[name])

@@ -60,10 +60,12 @@ def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]
     def value(section: str, key: str) -> float:
         return float(summary[section]["numbers"][key]["value"])
 
-    assert value("table", "max_error") <= 1e-6
+    assert 0.0 < value("table", "max_error") <= 1e-6  # the table of an ellipse, no closed form
     assert value("table", "max_slope_error") <= 1e-4
-    assert value("table", "peak_creepage") == pytest.approx(1.131634, abs=1e-6)
-    assert value("table", "peak_ratio") == pytest.approx(1.135026, abs=1e-6)
+    assert value("table", "peak_creepage") == pytest.approx(1.0079, abs=1e-4)
+    assert value("table", "peak_ratio") == pytest.approx(1.15162, abs=1e-5)
+    # Between the errors of strips against CONTACT: at a/b 1 without weakening, at 2 with k_hat 0.3.
+    assert 0.085 < value("locomotive", "half_space_gain") < 0.23
     rig = "roller_rig"
     assert value(rig, "critical_torque_simulated") == pytest.approx(
         value(rig, "steady_torque"), rel=1e-3
