@@ -6,6 +6,7 @@ Stable branches are solid and unstable ones dashed, so that a figure can be read
 from __future__ import annotations
 
 import textwrap
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,12 +45,11 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     friction = element.friction
     kinetic = friction.kinetic * friction.slip_rate_factor(zeta * speed)
     fallen = f", {kinetic[-1]:.3g} at this slip speed" * (friction.slip_rate_decay > 0.0)
-    carter = element.table.traction_ratio(record["normalized_creepage"], 0.0)
+    coulomb = replace(element, friction=replace(friction, weakening_length=0.0))
+    carter = coulomb.at_creepage(zeta, speed=speed)["traction_coefficient"]
     with styled():
         figure, axes = new_figure(7.2, 4.4)
-        axes.plot(
-            zeta, kinetic * carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)"
-        )
+        axes.plot(zeta, carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)")
         by_stability(axes, zeta, mu, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
         for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
             if creepage <= far:

@@ -97,6 +97,18 @@ def test_without_damping_a_note_says_below_which_torque_it_returns(rig: cl.Model
         assert any("no return" in text and note in text for text in said)
 
 
+def test_carter_s_curve_of_an_ellipse_sticks_beyond_saturation_of_strips(
+    locomotive: cl.Model,
+) -> None:
+    element = locomotive.wheelset.element
+    figure = figures.creep_curve(locomotive.wheelset, speed=10.0)
+    carter = next(line for line in figure.axes[0].lines if str(line.get_label())[:6] == "Carter")
+    zeta, drawn = np.asarray(carter.get_data())
+    at_saturation = np.interp(element.saturation_creepage, zeta, drawn)
+    assert 0.998 < at_saturation / element.friction.kinetic < 1.0 - 1e-4
+    assert drawn[-1] == pytest.approx(element.friction.kinetic, rel=1e-12)
+
+
 def test_a_creep_curve_gives_its_peak_and_friction_in_numbers(
     rig: cl.Model, locomotive: cl.Model
 ) -> None:
