@@ -235,9 +235,15 @@ def _lines(axes: Axes, at: list[FloatArray], values: FloatArray, scale: Scale) -
     lines = axes.contour(*at, numbers, levels=others, **look)
     lines.set_path_effects([withStroke(linewidth=1.8, foreground="#00000080")])
     look = {"fontsize": sized(8), "inline_spacing": 1, "fmt": lambda value: f"{value:g}"}
+    taken: list[Any] = []  # by labels, which may meet where lines lie close together
     for text in axes.clabel(lines, **look):
         text.set_rotation(0.0)
         text.set_path_effects([withStroke(linewidth=1.8, foreground="black")])
+        box = text.get_window_extent()
+        if any(box.overlaps(other) for other in taken):
+            text.remove()
+        else:
+            taken.append(box)
 
 
 def _calm(values: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,16 @@ def test_lines_are_calm_where_runs_are_noisy() -> None:
             off = np.abs(x + y / 120.0 - level / 100.0)
             assert off.mean() < error
             assert len(path.to_polygons(closed_only=False)) <= 2
+
+
+def test_labels_of_lines_that_lie_close_together_do_not_meet() -> None:
+    friction, length = np.linspace(0.3, 0.9, 31), np.linspace(10.0, 130.0, 25)
+    steep = {"clearing_time": lambda f, s: 1e-3 * (10.0 + np.tanh(60.0 * (f - 0.6)) + s / 100.0)}
+    figure = map_figure(grid(steep, friction=friction, length=length), "clearing_time")
+    (axes,) = maps_of(figure)
+    shown = [text.get_window_extent() for text in axes.texts]
+    assert shown
+    assert not any(one.overlaps(other) for one, other in combinations(shown, 2))
 
 
 def test_border_is_where_the_demand_is_critical() -> None:
