@@ -26,12 +26,12 @@ held exactly, for the wheelset of models/locomotive.toml on an axle of 50 Hz and
 steepest fall of its creep force, differ from the describing function by
 
     speed     rate(0)/omega_t    amplitude a    frequency    axle torque
-    10 m/s    0.20               +0.02 %        -0.2 %       +0.2 %
-     5 m/s    0.43               +0.1 %         -0.7 %       +1.0 %
-     2 m/s    1.09               +0.5 %         -4.5 %       +6.3 %
+    10 m/s    0.19               +0.02 %        -0.2 %       +0.2 %
+     5 m/s    0.40               +0.1 %         -0.7 %       +1.0 %
+     2 m/s    1.03               +0.4 %         -4.6 %       +6.5 %
 
 A ripple of the mean creepage matters more: creep control with a gain of (1200 1/s) J V/r, sampled
-every 0.25 ms, leaves a ripple that increases a by 2.8 % at 10 m/s and by 17 % at 2 m/s.
+every 0.25 ms, leaves a ripple that increases a by 2.6 % at 10 m/s and by 16 % at 2 m/s.
 """
 
 from __future__ import annotations
