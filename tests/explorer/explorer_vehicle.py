@@ -109,14 +109,14 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
 
 
 def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) -> cl.Wheelset:
-    """A wheelset of a line contact after entries by a visitor; an ellipse keeps a, p0 and P."""
+    """A wheelset after entries by a visitor; a line that becomes an ellipse keeps a, p0 and P."""
     element = wheelset.element
     contact, friction = element.contact, element.friction
     left: dict[str, Any] = dict(changes)
     kinetic = left.pop("kinetic", friction.kinetic)
     ratio = left.pop("ratio", friction.static / friction.kinetic)
     load, a, p0 = contact.normal_load, contact.semi_width, contact.peak_pressure
-    if ellipse:
+    if ellipse and isinstance(contact, cl.LineContact):
         contact = cl.EllipticContact.from_semi_axes(
             semi_axis_x=a,
             semi_axis_y=1.5 * load / (math.pi * a * p0),

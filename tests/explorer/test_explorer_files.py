@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import re
 import tomllib
 import warnings
 from collections.abc import Iterator, Sequence
@@ -375,7 +376,8 @@ def test_no_text_gives_anything_but_a_model_or_a_line(page: ExplorerPage, tmp_pa
         mutants += [soup, text[:at] + pick(rng, [soup[:3], ""]) + text[end:]]
     lines = refusals(page, mutants)
     for mutant, line in zip(mutants, lines, strict=True):
-        if line is None:  # then it is one for Python too
+        if line is None and not re.search(r"\\[ex]", mutant):  # escapes that TOML 1.1 has added
+            # Then it is one for Python too.
             assert isinstance(loaded(tmp_path / "model.toml", mutant), cl.Model), mutant
     assert 20 < lines.count(None) < len(lines) - 420
 

@@ -45,7 +45,8 @@ class Setting(NamedTuple):
         visitor.enter(**self.entries)
 
 
-RIG, LOCOMOTIVE, ELLIPSE = Setting("rig"), Setting("locomotive"), Setting("rig", True, WEAK)
+RIG, LOCOMOTIVE = Setting("rig"), Setting("locomotive", True)
+ELLIPSE = Setting("rig", True, WEAK)
 SETTINGS = pytest.mark.parametrize(
     "setting", [RIG, LOCOMOTIVE, ELLIPSE], ids=["rig", "locomotive", "ellipse"]
 )
