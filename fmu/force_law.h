@@ -9,6 +9,7 @@
 #include "force_element.h"
 #include "regularized_speed.h"
 #include "relaxation.h"
+#include "softening.h"
 
 /* A tiny load counts as none: the scales of its contact would overflow. */
 ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
@@ -70,22 +71,19 @@ ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction) {
  * the softening times the creepage, up to saturation. zeta0 and k_hat know the modulus as in Eqs.
  * (15) and (17). Without softening the place is x and k_hat. */
 typedef struct {
-    double x, k_hat;           /* arguments of the table */
-    double held, held_by_size; /* creepage up to saturation, and its derivative */
-    double x_by_x;             /* derivatives by the creepage */
+    double x, k_hat; /* arguments of the table */
+    held_creepage held;
+    double x_by_x; /* derivatives by the creepage */
     double log_k_by_x;
 } softened_place;
 
 ALWAYS_INLINE softened_place softened_at(double softening, double x, double k_hat) {
-    double size = fabs(x), begin = 1.0 / (1.0 - softening) - 0.5; /* saturation is half a unit on */
-    double t = smaller(larger(size - begin, 0.0), 1.0);
-    double held = smaller(size, begin) + t * (1.0 + t * t * (0.5 * t - 1.0));
-    double held_by_size = 1.0 - t * t * (3.0 - 2.0 * t);
-    double left = 1.0 - softening * held, loss = softening * held_by_size;
+    double size = fabs(x);
+    held_creepage held = held_up_to_saturation(softening, size);
+    double left = 1.0 - softening * held.value, loss = softening * held.by_size;
     return (softened_place){.x = x * left,
                             .k_hat = k_hat * sqrt(left),
                             .held = held,
-                            .held_by_size = held_by_size,
                             .x_by_x = left - loss * size,
                             .log_k_by_x = -copysign(0.5 * loss / left, x)};
 }
@@ -246,8 +244,8 @@ static inline double decay_at(const force_element_parameters *p, double slip) {
 static inline double by_softening(const creep_table *table, double softening, double x,
                                   double k_hat) {
     softened_place place = softened_at(softening, x, k_hat);
-    double end = 1.0 / (1.0 - softening), left = 1.0 - softening * place.held;
-    double left_by = -place.held - softening * end * end * (1.0 - place.held_by_size);
+    double left = 1.0 - softening * place.held.value;
+    double left_by = -place.held.value - softening * place.held.by_softening;
     creep_value q;
     creep_table_evaluate(table, place.x, place.k_hat, &q);
     return left_by * (q.slope * x + 0.5 * q.log_k_derivative / left);

@@ -6,6 +6,7 @@
 
 #include "branch_free.h"
 #include "plane_law.h"
+#include "softening.h"
 #include "table_points.h"
 
 /* A number with its derivatives by the three creepages and by ln(k_hat). */
@@ -54,15 +55,9 @@ static inline dual law_ratio(const creep_table *table, dual x, dual k_hat) {
     return x;
 }
 
-/* Creepage up to saturation at 1/(1 - softening), as softened_at in force_law.h. */
-static inline dual held_creepage(dual softening, dual size) {
-    dual begin = add(inverse(add(constant(1.0), scale(softening, -1.0))), constant(-0.5));
-    dual over = add(size, scale(begin, -1.0));
-    if (over.v <= 0.0) return size;
-    if (over.v >= 1.0) return add(begin, constant(0.5));
-    double t = over.v;
-    return add(begin,
-               chain(over, t * (1.0 + t * t * (0.5 * t - 1.0)), 1.0 - t * t * (3.0 - 2.0 * t)));
+ALWAYS_INLINE dual held_of(dual softening, dual size) {
+    held_creepage held = held_up_to_saturation(softening.v, size.v);
+    return add(chain(size, held.value, held.by_size), chain(softening, 0.0, held.by_softening));
 }
 
 /* 12 coefficients of a row, from all sets. */
@@ -158,7 +153,7 @@ ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
     dual share_y = times(add(yy, scale(ss, 0.5)), per);
     dual softening =
         add(constant(shape->softening_x), scale(share_y, shape->softening_y - shape->softening_x));
-    dual left = add(constant(1.0), scale(times(softening, held_creepage(softening, size)), -1.0));
+    dual left = add(constant(1.0), scale(times(softening, held_of(softening, size)), -1.0));
     dual stiffness = add(constant(1.0), scale(share_y, ratio - 1.0));
     dual k_there = k_hat > 0.0 ? times(k, root(times(stiffness, left))) : constant(0.0);
     dual x = times(size, left), q = law_ratio(table, x, k_there);
