@@ -42,9 +42,9 @@ typedef struct {
     double aspect_limited;        /* 1 if a/b is held within 1/8 and 8 */
 } creep_forces_output;
 
-/* Ratios a/b whose sets of coefficients are given: 1/8, 1/4, ..., 8. */
-#define PLANE_ASPECTS 7
-#define ASPECT_CELLS 48
+/* Ratios a/b whose sets of coefficients are given: 1/8, 1/4, ..., 8; and cells and scales over
+ * ln(a/b). */
+enum { PLANE_ASPECTS = 7, ASPECT_CELLS = 48, ASPECT_SCALES = 5 };
 #define LN_2 0.69314718055994531
 
 /* A material pair, prepared for any ellipse. */
@@ -52,7 +52,8 @@ typedef struct {
     creep_forces_parameters parameters;
     const creep_table *table;   /* of an elliptic contact */
     const double *coefficients; /* PLANE_ASPECTS sets */
-    double scales[49][8];       /* c11, c22 and both softenings over ln(a/b), and their slopes */
+    /* c11, c22, both softenings and the scale of spin over ln(a/b), and their slopes. */
+    double scales[ASPECT_CELLS + 1][2 * ASPECT_SCALES];
 } creep_forces;
 
 /* Prepare a pair; table and coefficients must outlive it. */

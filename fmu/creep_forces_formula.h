@@ -7,18 +7,19 @@
 #include "creep_forces.h"
 #include "plane_formula.h"
 
+static const double PI = 3.14159265358979324;
+
 /* Scales of an ellipse by Hermite's cubic polynomials, and shares of the sets by Lagrange's. */
 static inline void set_shape(const creep_forces *pair, double aspect, plane_shape *shape,
-                             double c[2]) {
+                             double value[ASPECT_SCALES]) {
     double place = logarithm(aspect) / LN_2 + 3.0; /* 0 to 6 */
-    double at = place * (ASPECT_CELLS / 6.0), value[4];
+    double at = place * (ASPECT_CELLS / 6.0);
     int cell = at < ASPECT_CELLS ? (int)at : ASPECT_CELLS - 1;
     double t = at - cell, u = 1.0 - t;
     const double *left = pair->scales[cell], *right = pair->scales[cell + 1];
-    for (int k = 0; k < 4; k++)
-        value[k] = u * u * ((1.0 + 2.0 * t) * left[k] + t * left[4 + k]) +
-                   t * t * ((1.0 + 2.0 * u) * right[k] - u * right[4 + k]);
-    c[0] = value[0], c[1] = value[1];
+    for (int k = 0; k < ASPECT_SCALES; k++)
+        value[k] = u * u * ((1.0 + 2.0 * t) * left[k] + t * left[ASPECT_SCALES + k]) +
+                   t * t * ((1.0 + 2.0 * u) * right[k] - u * right[ASPECT_SCALES + k]);
     int first = (int)place - 1;
     first = first < 0 ? 0 : first > PLANE_ASPECTS - 4 ? PLANE_ASPECTS - 4 : first;
     double p = place - first;
@@ -26,6 +27,7 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
         .stiffness_ratio = value[1] / value[0],
         .softening_x = value[2],
         .softening_y = value[3],
+        .static_ratio = pair->parameters.static_friction / pair->parameters.kinetic_friction,
         .coefficients = pair->coefficients + (size_t)first * PLANE_COEFFICIENTS,
         .share = {(p - 1.0) * (p - 2.0) * (p - 3.0) / -6.0, p * (p - 2.0) * (p - 3.0) / 2.0,
                   p * (p - 1.0) * (p - 3.0) / -2.0, p * (p - 1.0) * (p - 2.0) / 6.0},
@@ -42,20 +44,18 @@ static inline void creep_forces_at(const creep_forces *pair, const creep_forces_
     if (!(in->normal_load > LEAST_LOAD && f_d > LEAST_FRICTION)) return;
     plane_shape shape;
     plane_value found;
-    double c[2], sliding = f_d * in->normal_load, mean = sqrt(a * b);
-    set_shape(pair, aspect, &shape, c);
+    double scales[ASPECT_SCALES], sliding = f_d * in->normal_load, mean = sqrt(a * b);
+    set_shape(pair, aspect, &shape, scales);
 
     /* Creepages of the law are those of the force, so of the other sign; see plane_law.h. */
-    double rate = p->shear_modulus * a * b / (sliding * 0.75 * 3.14159265358979324);
-    double turning = mean * 0.5 * sqrt(0.5 * (c[0] * c[0] / aspect + c[1] * c[1] * aspect));
-    double by[3] = {-rate * c[0], -rate * c[1], -rate * turning};
+    double rate = p->shear_modulus * a * b / (sliding * 0.75 * PI);
+    double by[3] = {-rate * scales[0], -rate * scales[1], -rate * 0.75 * PI * mean * scales[4]};
     double creepage[3] = {by[0] * in->creepage_x, by[1] * in->creepage_y, by[2] * in->spin};
 
     /* Eq. (17) with the modulus of the rolling ellipse, G c11/(pi^2/4), and a p0 = 3 N/(2 pi b). */
     double drop = (p->static_friction - p->kinetic_friction) * in->friction_scale;
-    double k_hat =
-        sqrt(8.0 * p->shear_modulus * c[0] * drop * p->weakening_length * b /
-             (3.0 * 3.14159265358979324 * 3.14159265358979324 * f_d * f_d * in->normal_load));
+    double k_hat = sqrt(8.0 * p->shear_modulus * scales[0] * drop * p->weakening_length * b /
+                        (3.0 * PI * PI * f_d * f_d * in->normal_load));
     plane_at(pair->table, &shape, creepage, smaller(k_hat, pair->table->k_max), &found);
 
     /* The law of a short weakening zone does not know f_s, and splines have errors. */

@@ -61,6 +61,8 @@ void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scal
     scales->c33 = exponential(log_of[3]);
     scales->stiffness_x = scales->c11 * (1.0 - nu) * 4.0 / (PI * PI);
     scales->stiffness_y = scales->c22 * 4.0 / (PI * PI);
+    scales->spin_scale =
+        sqrt(0.5 * (scales->c11 * scales->c11 / g + scales->c22 * scales->c22 * g)) / (1.5 * PI);
     double x, y;
     saturation(g, nu, &x, &y);
     scales->softening_x = softening(scales->stiffness_x, x);

@@ -3,189 +3,201 @@
 #define PLANE_FORMULA_H
 
 #include <math.h>
+#include <string.h>
 
 #include "branch_free.h"
 #include "plane_law.h"
 #include "softening.h"
 #include "table_points.h"
 
-/* A number with its derivatives by the three creepages and by ln(k_hat). */
-enum { DIRECTIONS = 4 };
+/* Where splines are evaluated: cells and weights in each direction, also of the slopes by u. */
 typedef struct {
-    double v, d[DIRECTIONS];
-} dual;
+    size_t cell[3];
+    double weight[3][4], slope[3][4];
+    int without_spin, one_set;
+} plane_place;
 
-ALWAYS_INLINE dual constant(double v) { return (dual){.v = v}; }
+/* Splines of both forces and the moment, then those of a second term; and their derivatives by u.
+ */
+typedef struct {
+    double value[6], by_u[3][6];
+} spline_values;
 
-/* A function of a dual, from its value and its derivative. */
-ALWAYS_INLINE dual chain(dual a, double v, double slope) {
-    for (int i = 0; i < DIRECTIONS; i++) a.d[i] *= slope;
-    a.v = v;
-    return a;
+ALWAYS_INLINE void find_cell(double u, int cells, plane_place *at, int direction) {
+    double fraction, *slope = at->slope[direction], per_u = 0.5 * PLANE_CELLS;
+    at->cell[direction] = locate(u * per_u, (uint32_t)cells, &fraction);
+    basis(fraction, at->weight[direction], slope);
+    for (int j = 0; j < 4; j++) slope[j] *= per_u;
 }
 
-ALWAYS_INLINE dual add(dual a, dual b) {
-    for (int i = 0; i < DIRECTIONS; i++) a.d[i] += b.d[i];
-    a.v += b.v;
-    return a;
+/* A number from all sets. */
+ALWAYS_INLINE double blended(const plane_shape *shape, int one_set, const double *from) {
+    double number = shape->share[0] * from[0];
+    for (int i = 1; i < 4 && !one_set; i++)
+        number += shape->share[i] * from[i * PLANE_COEFFICIENTS];
+    return number;
 }
 
-ALWAYS_INLINE dual times(dual a, dual b) {
-    for (int i = 0; i < DIRECTIONS; i++) a.d[i] = a.d[i] * b.v + a.v * b.d[i];
-    a.v *= b.v;
-    return a;
+/* Sum of four numbers. */
+ALWAYS_INLINE double weighted(const double weight[4], double a, double b, double c, double d) {
+    return weight[0] * a + weight[1] * b + weight[2] * c + weight[3] * d;
 }
 
-ALWAYS_INLINE dual scale(dual a, double factor) { return chain(a, a.v * factor, factor); }
-ALWAYS_INLINE dual inverse(dual a) { return chain(a, 1.0 / a.v, -1.0 / (a.v * a.v)); }
-ALWAYS_INLINE dual square(dual a) { return chain(a, a.v * a.v, 2.0 * a.v); }
-
-ALWAYS_INLINE dual root(dual a) {
-    double r = sqrt(a.v);
-    return chain(a, r, 0.5 / r);
-}
-
-/* q of the law in strips at a creepage and k_hat above zero. */
-static inline dual law_ratio(const creep_table *table, dual x, dual k_hat) {
-    creep_value q;
-    evaluate_points(table, 1, &x.v, &k_hat.v, &q.traction_ratio, &q.slope, &q.log_k_derivative);
-    double by_k = k_hat.v > 0.0 ? q.log_k_derivative / k_hat.v : 0.0;
-    for (int i = 0; i < DIRECTIONS; i++) x.d[i] = q.slope * x.d[i] + by_k * k_hat.d[i];
-    x.v = q.traction_ratio;
-    return x;
-}
-
-ALWAYS_INLINE dual held_of(dual softening, dual size) {
-    held_creepage held = held_up_to_saturation(softening.v, size.v);
-    return add(chain(size, held.value, held.by_size), chain(softening, 0.0, held.by_softening));
-}
-
-/* 12 coefficients of a row, from all sets. */
-ALWAYS_INLINE void blended(const plane_shape *shape, size_t first, double row[12]) {
-    const double *from = shape->coefficients + first;
-    for (int k = 0; k < 12; k++) row[k] = shape->share[0] * from[k];
-    for (int i = 1; i < shape->sets; i++)
-        for (int k = 0; k < 12; k++)
-            row[k] += shape->share[i] * from[(size_t)i * PLANE_COEFFICIENTS + (size_t)k];
-}
-
-/* Values of the spline at u, of which the first and last are not negative. */
-static inline void spline(const plane_shape *shape, const double u[3], double value[3],
-                          double by_u[3][3]) {
-    enum { N = PLANE_CELLS, HALF = PLANE_CELLS / 2 };
-    double w[3][4], d[3][4];
-    uint32_t cell[3];
-    for (int i = 0; i < 3; i++) {
-        double fraction, position = i == 1 ? (1.0 + u[i]) * HALF : u[i] * HALF;
-        cell[i] = locate(position, i == 1 ? N : HALF, &fraction);
-        basis(fraction, w[i], d[i]);
-        for (int j = 0; j < 4; j++) d[i][j] *= HALF;
-    }
-    double sum[3] = {0.0}, by[3][3] = {{0.0}};
-    for (uint32_t i = 0; i < 4; i++) {
-        double plane[3] = {0.0}, plane_y[3] = {0.0}, plane_z[3] = {0.0};
-        for (uint32_t j = 0; j < 4; j++) {
-            double row[12];
-            blended(shape, (((cell[0] + i) * (N + 3) + cell[1] + j) * (HALF + 3) + cell[2]) * 3,
-                    row);
-            for (int k = 0; k < 3; k++) {
-                double at = row[k] * w[2][0] + row[3 + k] * w[2][1] + row[6 + k] * w[2][2] +
-                            row[9 + k] * w[2][3];
-                double along = row[k] * d[2][0] + row[3 + k] * d[2][1] + row[6 + k] * d[2][2] +
-                               row[9 + k] * d[2][3];
-                plane[k] += w[1][j] * at;
-                plane_y[k] += d[1][j] * at;
-                plane_z[k] += w[1][j] * along;
-            }
+/* Sums over 4 x 4 rows of numbers, weighted by splines along u[0] and u[1], and their slopes. */
+ALWAYS_INLINE void sum_rows(const plane_shape *shape, const plane_place *at, const double *first,
+                            size_t row_length, int width, double sum[3][24]) {
+    double value[4][24], across[4][24];
+    first += (at->cell[0] * (PLANE_CELLS + 3) + at->cell[1]) * row_length;
+    for (size_t i = 0; i < 4; i++, first += (PLANE_CELLS + 3) * row_length)
+        for (int c = 0; c < width; c++) {
+            const double *from = first + c;
+            double row_0 = blended(shape, at->one_set, from),
+                   row_1 = blended(shape, at->one_set, from + row_length),
+                   row_2 = blended(shape, at->one_set, from + 2 * row_length),
+                   row_3 = blended(shape, at->one_set, from + 3 * row_length);
+            value[i][c] = weighted(at->weight[1], row_0, row_1, row_2, row_3);
+            across[i][c] = weighted(at->slope[1], row_0, row_1, row_2, row_3);
         }
+    const double *w = at->weight[0], *d = at->slope[0];
+    for (int c = 0; c < width; c++) {
+        sum[0][c] = weighted(w, value[0][c], value[1][c], value[2][c], value[3][c]);
+        sum[1][c] = weighted(d, value[0][c], value[1][c], value[2][c], value[3][c]);
+        sum[2][c] = weighted(w, across[0][c], across[1][c], across[2][c], across[3][c]);
+    }
+}
+
+/* One or two terms, from the numbers of all places and from those without spin. */
+ALWAYS_INLINE void evaluate_splines(const plane_shape *shape, const plane_place *at, int terms,
+                                    const double *whole, const double *flat, spline_values *found) {
+    double sum[3][24];
+    if (at->without_spin) {
+        sum_rows(shape, at, flat, 4 * (size_t)terms, 4 * terms, sum);
+        memset(found, 0, sizeof *found);
+        for (int k = 0; k < terms; k++) {
+            found->value[3 * k + 2] = sum[0][4 * k];
+            for (int i = 0; i < 2; i++) found->by_u[i][3 * k + 2] = sum[1 + i][4 * k];
+            for (int i = 0; i < 3; i++) found->by_u[2][3 * k + i] = sum[0][4 * k + 1 + i];
+        }
+        return;
+    }
+    size_t parts = 3 * (size_t)terms;
+    sum_rows(shape, at, whole + at->cell[2] * parts, (PLANE_CELLS / 2 + 3) * parts, 12 * terms,
+             sum);
+    const double *w = at->weight[2], *d = at->slope[2];
+    for (size_t k = 0; k < parts; k++) {
+        size_t l = k + parts, m = l + parts, n = m + parts;
+        found->value[k] = weighted(w, sum[0][k], sum[0][l], sum[0][m], sum[0][n]);
+        found->by_u[0][k] = weighted(w, sum[1][k], sum[1][l], sum[1][m], sum[1][n]);
+        found->by_u[1][k] = weighted(w, sum[2][k], sum[2][l], sum[2][m], sum[2][n]);
+        found->by_u[2][k] = weighted(d, sum[0][k], sum[0][l], sum[0][m], sum[0][n]);
+    }
+}
+
+/* k_hat from which on weakening adds the same to spin, and f_s/f_d - 1 at which it adds half. */
+static const double WEAKENING_K = 0.8, WEAKENING_EXCESS = 0.157;
+
+/* Add what spin adds, and the moment: splines over u = l/(1/2 + sqrt(l^2 + 1/4)). Mirror images
+ * give the other halves. */
+ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double l[3], double k_hat,
+                            plane_value *value) {
+    double total = 0.25;
+    for (int i = 0; i < 3; i++) total += l[i] * l[i];
+    double r = sqrt(total), shrink = 1.0 / (0.5 + r), bend = shrink * shrink / r;
+    double along = l[0] < 0.0 ? -1.0 : 1.0;
+    double turn = l[2] < 0.0 || (l[2] == 0.0 && l[1] < 0.0) ? -1.0 : 1.0;
+    double mirror[3] = {along, turn, turn}, by_log_k[3] = {0.0};
+    const double *set = shape->coefficients;
+    plane_place there = {.without_spin = l[2] == 0.0, .one_set = one_set};
+    find_cell(along * (l[0] * shrink), PLANE_CELLS / 2, &there, 0);
+    find_cell(1.0 + turn * (l[1] * shrink), PLANE_CELLS, &there, 1);
+    find_cell(turn * (l[2] * shrink), PLANE_CELLS / 2, &there, 2);
+    spline_values at;
+    evaluate_splines(shape, &there, 1, set, set + PLANE_FLAT, &at);
+    double excess = larger(shape->static_ratio - 1.0, 0.0);
+    if (k_hat > 0.0 && excess > 0.0) {
+        /* Weakening takes another share of each part: a term with w and one with w^2. */
+        double kk = k_hat < WEAKENING_K ? k_hat * k_hat : WEAKENING_K * WEAKENING_K;
+        double rest = 0.2 / (kk + 0.2), w = 1.0 - rest;
+        double factor = excess / (excess + WEAKENING_EXCESS) * w;
+        double log_slope = k_hat < WEAKENING_K ? 2.0 * rest : 0.0;
+        spline_values more;
+        evaluate_splines(shape, &there, 2, set + PLANE_WEAKENING, set + PLANE_WEAKENING_FLAT,
+                         &more);
         for (int k = 0; k < 3; k++) {
-            sum[k] += w[0][i] * plane[k];
-            by[k][0] += d[0][i] * plane[k];
-            by[k][1] += w[0][i] * plane_y[k];
-            by[k][2] += w[0][i] * plane_z[k];
+            double both = more.value[k] + w * more.value[3 + k];
+            at.value[k] += factor * both;
+            by_log_k[k] = factor * log_slope * (both + w * more.value[3 + k]);
+            for (int i = 0; i < 3; i++)
+                at.by_u[i][k] += factor * (more.by_u[i][k] + w * more.by_u[i][3 + k]);
         }
     }
+    /* What is zero by symmetry is so to the last bit. */
+    if (l[1] == 0.0 && l[2] == 0.0) at.value[2] = at.by_u[0][2] = by_log_k[2] = 0.0;
     for (int k = 0; k < 3; k++) {
-        value[k] = sum[k];
-        for (int i = 0; i < 3; i++) by_u[k][i] = by[k][i];
-    }
-}
-
-/* What spin adds, and the moment: a spline over u = l/(1/2 + sqrt(l^2 + 1/4)). Mirror images give
- * the other halves. */
-static inline void add_spin(const plane_shape *shape, dual l[3], dual friction, dual force[3]) {
-    dual less = inverse(friction), size = constant(0.25), u[3];
-    for (int i = 0; i < 3; i++) {
-        l[i] = times(l[i], less);
-        size = add(size, square(l[i]));
-    }
-    dual shrink = inverse(add(constant(0.5), root(size)));
-    for (int i = 0; i < 3; i++) u[i] = times(l[i], shrink);
-    int turned = u[2].v < 0.0 || (u[2].v == 0.0 && u[1].v < 0.0);
-    double along = u[0].v < 0.0 ? -1.0 : 1.0, turn = turned ? -1.0 : 1.0;
-    double place[3] = {along * u[0].v, turn * u[1].v, turn * u[2].v}, value[3], by_u[3][3];
-    spline(shape, place, value, by_u);
-    double mirror[3] = {along, turn, turn}, sign[3] = {along, turn, turn};
-    for (int k = 0; k < 3; k++) {
-        dual part = constant(sign[k] * value[k]);
+        double by_u[3], stretch = 0.0;
+        for (int i = 0; i < 3; i++) {
+            by_u[i] = mirror[k] * mirror[i] * at.by_u[i][k];
+            stretch += by_u[i] * l[i];
+        }
+        value->force[k] += mirror[k] * at.value[k];
+        value->by_log_k[k] += mirror[k] * by_log_k[k];
         for (int i = 0; i < 3; i++)
-            for (int m = 0; m < DIRECTIONS; m++)
-                part.d[m] += sign[k] * by_u[k][i] * mirror[i] * u[i].d[m];
-        force[k] = add(force[k], times(friction, part));
+            value->by_creepage[k][i] += shrink * by_u[i] - stretch * bend * l[i];
     }
 }
 
 ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
                             const double creepage[3], double k_hat, plane_value *value) {
     static const double TINY = 1e-60; /* so that nothing is divided by zero */
-    dual l[3], k = constant(k_hat);
-    for (int i = 0; i < 3; i++) {
-        l[i] = constant(creepage[i]);
-        l[i].d[i] = 1.0;
-    }
-    k.d[3] = k_hat;
-    double ratio = shape->stiffness_ratio;
-    dual xx = square(l[0]), yy = square(l[1]), ss = square(l[2]);
-    dual total = add(add(xx, yy), add(ss, constant(TINY))), per = inverse(total);
-    dual size = root(total);
+    double x = creepage[0], y = creepage[1], s = creepage[2], ratio = shape->stiffness_ratio;
+    double xx = x * x, yy = y * y, ss = s * s, total = xx + yy + (ss + TINY), per = 1.0 / total;
+    double size = sqrt(total), per_size = 1.0 / size;
 
     /* Stiffness and softening are those of the directions, by their shares. */
-    dual share_y = times(add(yy, scale(ss, 0.5)), per);
-    dual softening =
-        add(constant(shape->softening_x), scale(share_y, shape->softening_y - shape->softening_x));
-    dual left = add(constant(1.0), scale(times(softening, held_of(softening, size)), -1.0));
-    dual stiffness = add(constant(1.0), scale(share_y, ratio - 1.0));
-    dual k_there = k_hat > 0.0 ? times(k, root(times(stiffness, left))) : constant(0.0);
-    dual x = times(size, left), q = law_ratio(table, x, k_there);
+    double share = (yy + 0.5 * ss) * per, more = shape->softening_y - shape->softening_x;
+    double softening = shape->softening_x + share * more;
+    held_creepage held = held_up_to_saturation(softening, size);
+    double left = 1.0 - softening * held.value, stiffness = 1.0 + share * (ratio - 1.0);
+    double left_by_size = -softening * held.by_size, inverse_left = 1.0 / left;
+    double left_by_share = -more * (held.value + softening * held.by_softening);
+    double q, slope, q_by_log_k, place = size * left, k_there = k_hat * sqrt(stiffness * left);
+    evaluate_points(table, 1, &place, &k_there, &q, &slope, &q_by_log_k);
+    double q_by_size =
+        slope * (left + size * left_by_size) + 0.5 * q_by_log_k * left_by_size * inverse_left;
+    double q_by_share =
+        slope * size * left_by_share +
+        0.5 * q_by_log_k * (left_by_share * inverse_left + (ratio - 1.0) / stiffness);
 
     /* The direction turns from that of stick to that of the creepage. */
-    dual weak = times(size, inverse(add(constant(1.0), scale(k, 1.8)))),
-         cube = times(weak, square(weak));
-    dual turned = times(cube, inverse(add(add(cube, scale(square(weak), 0.092)), constant(0.821))));
-    dual force[3] = {l[0], times(l[1], add(constant(1.0), scale(turned, 1.0 / ratio - 1.0))),
-                     constant(0.0)};
-    dual length = root(add(add(square(force[0]), square(force[1])), add(ss, constant(TINY))));
-    dual per_length = times(q, inverse(length));
-    for (int i = 0; i < 2; i++) force[i] = times(force[i], per_length);
-
-    if (shape->coefficients != NULL) {
-        dual friction = constant(1.0);
-        if (k_hat > 0.0 && q.v > 0.0)
-            friction = times(q, inverse(law_ratio(table, x, constant(0.0))));
-        dual of_spin[3] = {constant(0.0), constant(0.0), constant(0.0)};
-        add_spin(shape, l, friction, of_spin);
-        /* What is zero by symmetry is so to the last bit. */
-        for (int i = 0; i < 2 && creepage[2] == 0.0; i++)
-            of_spin[i] = (dual){.d = {0.0, 0.0, of_spin[i].d[2], 0.0}};
-        if (creepage[1] == 0.0 && creepage[2] == 0.0)
-            of_spin[2] = (dual){.d = {0.0, of_spin[2].d[1], of_spin[2].d[2], 0.0}};
-        for (int i = 0; i < 3; i++) force[i] = add(force[i], of_spin[i]);
+    double less = 1.0 / (1.0 + 1.8 * k_hat), weak = size * less, square = weak * weak;
+    double cube = weak * square, inverse = 1.0 / (cube + 0.092 * square + 0.821);
+    double turned = cube * inverse, change = 1.0 / ratio - 1.0, across = 1.0 + turned * change;
+    double turned_by_weak = (3.0 * square - turned * (3.0 * square + 0.184 * weak)) * inverse;
+    double turn = y * change * turned_by_weak; /* change of g[1] by weak */
+    double g[2] = {x, y * across};
+    double per_length = 1.0 / sqrt(g[0] * g[0] + g[1] * g[1] + (ss + TINY));
+    double pull = q * per_length, per_square = per_length * per_length;
+    double by_g1[2], by_size[2], by_share[2];
+    for (int i = 0; i < 2; i++) {
+        double force = g[i] * pull, unit = g[i] * per_length, lever = force * per_square;
+        by_g1[i] = (i == 1 ? pull : 0.0) - lever * g[1];
+        by_size[i] = unit * q_by_size + by_g1[i] * turn * less;
+        by_share[i] = unit * q_by_share;
+        value->force[i] = force;
+        value->by_log_k[i] = unit * q_by_log_k - by_g1[i] * turn * weak * (1.0 - less);
+        value->by_creepage[i][0] = (i == 0 ? pull : 0.0) - lever * g[0];
+        value->by_creepage[i][1] = by_g1[i] * across;
+        value->by_creepage[i][2] = -lever * s;
+        const double of_share[3] = {-share, 1.0 - share, 0.5 - share};
+        for (int j = 0; j < 3; j++)
+            value->by_creepage[i][j] +=
+                creepage[j] * (by_size[i] * per_size + by_share[i] * 2.0 * of_share[j] * per);
     }
-    for (int i = 0; i < 3; i++) {
-        value->force[i] = force[i].v;
-        for (int j = 0; j < 3; j++) value->by_creepage[i][j] = force[i].d[j];
-        value->by_log_k[i] = force[i].d[3];
-    }
+    value->force[2] = value->by_log_k[2] = 0.0;
+    for (int j = 0; j < 3; j++) value->by_creepage[2][j] = 0.0;
+    if (shape->coefficients == NULL) return;
+    if (shape->sets == 1) add_spin(shape, 1, creepage, k_hat, value);
+    else add_spin(shape, 0, creepage, k_hat, value);
 }
 
 #endif

@@ -6,19 +6,31 @@
 #include "creep_table.h"
 #include "export.h"
 
+/* Splines have cubic cells of equal size over -1 <= u <= 1 in each of three directions, in halves
+ * of the first and the last: what spin adds, and two terms of what friction that weakens adds to
+ * that. A set of coefficients holds for each place those of force along and across rolling and of
+ * the moment; then those of both terms; then what is left of all of them without spin: the moment,
+ * and the slopes of both forces and the moment by u[2]. */
+enum {
+    PLANE_CELLS = 16,
+    PLANE_FLAT_PLACES = (PLANE_CELLS / 2 + 3) * (PLANE_CELLS + 3),
+    PLANE_PLACES = PLANE_FLAT_PLACES * (PLANE_CELLS / 2 + 3),
+    PLANE_WEAKENING = 3 * PLANE_PLACES,
+    PLANE_FLAT = 9 * PLANE_PLACES,
+    PLANE_WEAKENING_FLAT = PLANE_FLAT + 4 * PLANE_FLAT_PLACES,
+    PLANE_COEFFICIENTS = PLANE_FLAT + 12 * PLANE_FLAT_PLACES
+};
+
 /* What an ellipse of one shape adds to the law of longitudinal creepage. */
 typedef struct {
     double stiffness_ratio;     /* c22/c11: stiffness across over that along rolling [1] */
     double softening_x;         /* see half_space.h [1] */
     double softening_y;         /* [1] */
+    double static_ratio;        /* f_s/f_d; up to 1 nothing weakens under spin [1] */
     const double *coefficients; /* sets of PLANE_COEFFICIENTS numbers; NULL: no spin */
-    double share[4];            /* of each of up to 4 sets in a row */
-    int sets;
+    double share[4];            /* of each set */
+    int sets;                   /* 1, or 4 in a row */
 } plane_shape;
-
-/* The spline has cubic cells of equal size over -1 <= u <= 1 in each of three directions. */
-#define PLANE_CELLS 16
-#define PLANE_COEFFICIENTS ((PLANE_CELLS / 2 + 3) * (PLANE_CELLS + 3) * (PLANE_CELLS / 2 + 3) * 3)
 
 typedef struct {
     double force[3];          /* along, across [f_d N]; moment [f_d N sqrt(a b)] */

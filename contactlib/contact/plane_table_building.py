@@ -1,9 +1,9 @@
-"""Make the spline of what spin adds to the force in the plane: `contactlib.contact.plane_table`.
+"""Make the splines of what spin adds to the force in the plane: `contactlib.contact.plane_table`.
 
-The kernel's force in the plane (`fmu/plane_law.c`) is a closed form without spin plus a spline
-for what spin adds, and for the moment. This module solves rolling contact with the half-space
-witness at many creepages and fits the spline to what the closed form leaves. No simulation needs
-it.
+The kernel's force in the plane (`fmu/plane_formula.h`) is a closed form without spin plus splines
+for what spin adds, and for the moment: one without weakening, and two terms of what friction that
+weakens adds to it. This module solves rolling contact with the half-space witness at many
+creepages and fits the splines to what the closed form leaves. No simulation needs it.
 
 Coordinates. The normalized creepages l = (along, across, spin) have the sign of their forces, and
 for each 3 pi/4 is about the force that it would make if nothing slipped. All of space is put into
@@ -16,10 +16,16 @@ depends on the direction of u alone: sliding makes each traction oppose the rigi
 forces are plain integrals of Hertz's pressure, without solving anything. A spline in u thus goes
 as far as full slip.
 
-Spline. Uniform cubic B-splines, CELLS of them over -1 <= u <= 1 in each direction. Mirror images
-tie the coefficients: force along rolling is odd in l_x and even in (l_y, l_s), force across and
-moment are even in l_x and odd in (l_y, l_s). So a quarter of them is free, samples are needed in
-one quarter only, and halves along and in spin are stored.
+Splines. Uniform cubic B-splines over -1 <= u <= 1 in each direction. Mirror images tie the
+coefficients: force along rolling is odd in l_x and even in (l_y, l_s), force across and moment are
+even in l_x and odd in (l_y, l_s). So a quarter of them is free, samples are needed in one quarter
+only, and halves along and in spin are stored.
+
+Weakening. The slip that a point accumulates differs over a contact that spins, so each part weakens
+by another amount. What that adds is (A w + B w^2) e/(e + 0.157) with e = f_s/f_d - 1 and
+w = k^2/(k^2 + 0.2), where k is k_hat up to 0.8. A and B are fitted at three k_hat, one friction
+ratio and one nu. So w was chosen that two terms follow all of k_hat; 0.157 is what f_s/f_d 15/7 has
+more than 11/7.
 
 Fit. Least squares over the samples and over some directions of full slip, with second differences
 of neighbouring coefficients as a weak penalty: it fills the corners of the cube outside the ball
@@ -30,13 +36,16 @@ which change too quickly there for samples to show them.
 Error. The fit leaves 0.001 to 0.005 of the samples in root mean square (f_d N; moment: f_d N
 sqrt(a b)). The largest is 0.036 for a/b from 1/4 to 4, and 0.067 at 1/8 and 8. It lies where spin
 all but balances the creepage across rolling: there force changes faster than cells of this size
-can follow. Between the knots of a/b and nu the errors are 0.006 and 0.037.
+can follow. Between the knots of a/b and nu the errors are 0.006 and 0.037. With weakening the
+root mean square is 0.003, 0.013 and 0.006 in the two forces and the moment for a/b up to 2, and
+0.006, 0.021 and 0.017 at 8; the largest error is 0.12 up to 2, and 0.2 beyond.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
+from scipy.interpolate import BSpline
 from scipy.stats import qmc
 
 from contactlib.base.quantities import FloatArray
@@ -44,35 +53,43 @@ from contactlib.base.writing import write_whole
 from contactlib.contact import kernel
 from contactlib.contact.half_space import rolling_forces
 from contactlib.contact.kalker import kalker_coefficients
-from contactlib.contact.law_tables import carter_griffith_table
+from contactlib.contact.law_tables import carter_griffith_table, cohesive_table
 from contactlib.contact.plane_table import (
     ASPECTS,
-    CELLS,
     FILE,
     MAGIC,
     POISSON_RATIOS,
     VERSION,
+    forget_coefficients,
+    plane_coefficients,
     plane_scales,
+    stored_shapes,
 )
 
 SAMPLES = 3000  # for each ellipse and Poisson's ratio
+WEAKENING_SAMPLES = 600  # for each ellipse and k_hat
+K_HATS = (0.15, 0.3, 0.6)
+STATIC_RATIO, POISSON_RATIO = 11.0 / 7.0, 0.28  # of the samples with weakening
 FULL_SLIP = 500  # directions of full slip
 SMOOTHING = 1e-4  # weight of the squared second differences
 IN_STICK = 1e5  # weight of the smallest creepages, whose forces are a part of 1e-4
 NO_SPIN = 1e4  # weight of the squared additions to force without spin
-SIZE = CELLS + 3  # coefficients in each direction
 # Signs of each force as l_x changes its sign, and as l_y and l_s do.
 MIRRORED = ((-1, 1), (1, -1), (1, -1))
 
 
-def samples(a_over_b: float, poisson_ratio: float, count: int) -> tuple[FloatArray, FloatArray]:
-    """Solve rolling contact without weakening at creepages that fill a quarter of the ball.
+def samples(
+    a_over_b: float, poisson_ratio: float, count: int, k_hat: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Solve rolling contact at creepages that fill a quarter of the ball.
 
     Parameters
     ----------
     a_over_b, poisson_ratio : float
     count : int
-        Number of cases; each takes some 10 to 20 ms.
+        Number of cases; each takes some 10 to 20 ms, and 50 to 150 ms if friction weakens.
+    k_hat : float
+        Of longitudinal creepage, with the friction ratio `STATIC_RATIO`. Default: 0, Coulomb's.
 
     Returns
     -------
@@ -96,15 +113,26 @@ def samples(a_over_b: float, poisson_ratio: float, count: int) -> tuple[FloatArr
         _kalkers(_creepages(u), a_over_b, poisson_ratio),
         a_over_b=a_over_b,
         poisson_ratio=poisson_ratio,
+        static_ratio=STATIC_RATIO if k_hat else 1.0,
+        weakening_length=weakening_length(a_over_b, poisson_ratio, k_hat) if k_hat else 1.0,
     )
     found = np.isfinite(forces).all(axis=1)
     return u[found], forces[found]
 
 
+def weakening_length(
+    a_over_b: float, poisson_ratio: float, k_hat: float, static_ratio: float = STATIC_RATIO
+) -> float:
+    """Delta in the witness's variables at a k_hat of longitudinal creepage: Eq. (17)."""
+    stiffness = kernel.half_space_scales(a_over_b, poisson_ratio).stiffness_x
+    line = 1.5 * np.sqrt(a_over_b) * (1.0 - poisson_ratio) / (static_ratio - 1.0)
+    return float(line * k_hat**2 / stiffness)
+
+
 def coefficients(
     u: FloatArray, forces: FloatArray, a_over_b: float, poisson_ratio: float
 ) -> FloatArray:
-    """Fit the spline to samples.
+    """Fit the spline of what spin adds without weakening to samples.
 
     Parameters
     ----------
@@ -117,10 +145,7 @@ def coefficients(
     ndarray, shape (11, 19, 11, 3)
         The halves of coefficients that are stored, for force along and across and moment.
     """
-    rng = np.random.default_rng(3)
-    sliding = np.abs(rng.normal(size=(FULL_SLIP, 3)))
-    sliding[:, 1] *= rng.choice([-1, 1], FULL_SLIP)
-    sliding /= np.linalg.norm(sliding, axis=1, keepdims=True)
+    sliding = _sliding()
     slipping = _full_slip(_kalkers(sliding, a_over_b, poisson_ratio), a_over_b)
     c = kalker_coefficients(a_over_b, poisson_ratio)
     slopes = np.array([[c.c11, 0, 0], [0, c.c22, c.c23], [0, -c.c23, c.c33]])
@@ -128,36 +153,100 @@ def coefficients(
     in_stick = -_kalkers(small, a_over_b, poisson_ratio) @ slopes.T
     u = np.concatenate((u, 0.9999 * sliding, small))
     forces = np.concatenate((forces, slipping, in_stick))
-    weights = np.ones((len(u), 1))
-    weights[-3:] = IN_STICK
-
     table = carter_griffith_table("elliptic").native
     closed, _ = kernel.plane_forces(table, a_over_b, poisson_ratio, _creepages(u))
-    design, penalty = weights * _design(u), _second_differences()
-    eye, (first, values) = sparse.identity(SIZE), _splines(np.zeros(1))
-    middle = sparse.csr_array((values[0], (np.zeros(4, int), first + np.arange(4))), (1, SIZE))
+    return _fitted(u, forces - closed, np.ones((len(u), 1)), stored_shapes()[0])
+
+
+def weakening_coefficients(
+    cases: list[tuple[float, FloatArray, FloatArray]], a_over_b: float, of_spin: FloatArray
+) -> FloatArray:
+    """Fit both terms of what weakening adds to samples with `POISSON_RATIO`.
+
+    Parameters
+    ----------
+    cases : list of (k_hat, u, forces)
+        As `samples` gives them.
+    a_over_b : float
+    of_spin : ndarray, shape (PLANE_COEFFICIENTS,)
+        A set of coefficients whose terms of weakening are zero.
+
+    Returns
+    -------
+    ndarray, shape (11, 19, 11, 6)
+        The halves of coefficients that are stored, for both forces and the moment of each term.
+    """
+    table = cohesive_table("elliptic", STATIC_RATIO).native
+    without, small = _sliding(), 1e-4 * np.eye(3)
+    places, wanted, powers = [], [], []
+    for k_hat, u, forces in cases:
+        law, _ = kernel.plane_forces(table, a_over_b, POISSON_RATIO, _creepages(u), k_hat, of_spin)
+        part = 1.0 / (1.0 + 0.157 / (STATIC_RATIO - 1.0))
+        places.append(np.concatenate((u, 0.9999 * without, small)))
+        wanted.append(np.concatenate(((forces - law) / part, np.zeros((len(without) + 3, 3)))))
+        w = k_hat**2 / (k_hat**2 + 0.2)
+        powers.append(np.full((len(places[-1]), 2), (w, w**2)))
+    weighted = np.concatenate(wanted)
+    shape = stored_shapes()[1]
+    return _fitted(np.concatenate(places), weighted, np.concatenate(powers), shape)
+
+
+def _sliding() -> FloatArray:
+    """Directions of full slip in a quarter of the ball's surface."""
+    rng = np.random.default_rng(3)
+    sliding = np.abs(rng.normal(size=(FULL_SLIP, 3)))
+    sliding[:, 1] *= rng.choice([-1, 1], FULL_SLIP)
+    return np.asarray(sliding / np.linalg.norm(sliding, axis=1, keepdims=True))
+
+
+def _fitted(
+    u: FloatArray, wanted: FloatArray, factors: FloatArray, shape: tuple[int, ...]
+) -> FloatArray:
+    """Halves of the coefficients of a sum of splines at u, each with a factor at each place.
+
+    The smallest u count as in full stick.
+    """
+    cells = shape[1] - 3
+    weights = np.where(np.linalg.norm(u, axis=1) < 1e-3, IN_STICK, 1.0)[:, np.newaxis]
+    design, penalty = weights * _design(u, cells), _second_differences(shape[1])
+    eye, middle = sparse.identity(shape[1]), _splines(np.zeros(1), cells)
     no_spin = sparse.kron(sparse.kron(eye, eye), middle)
-    halves = []
+    terms = np.arange(factors.shape[1])
+    halves = np.empty((*shape[:3], terms.size, 3))
     for k, signs in enumerate(MIRRORED):
-        free = _free(*signs)
+        free = _free(*signs, shape[1])
         at_samples, rough = design @ free, penalty @ free
-        normal = at_samples.T @ at_samples + SMOOTHING * (rough.T @ rough)
+        alone = SMOOTHING * (rough.T @ rough)
         if k < 2:
             added = no_spin @ free
-            normal = normal + NO_SPIN * (added.T @ added)
-        wanted = at_samples.T @ (weights * (forces - closed))[:, k]
-        every = free @ np.linalg.solve(normal.toarray(), wanted)
-        halves.append(every.reshape(SIZE, SIZE, SIZE)[CELLS // 2 :, :, CELLS // 2 :])
-    return np.stack(halves, axis=-1)
+            alone = alone + NO_SPIN * (added.T @ added)
+        every = sparse.hstack([factors[:, [term]] * at_samples for term in terms], format="csr")
+        normal = every.T @ every + sparse.block_diag([alone for _ in terms])
+        solved = np.linalg.solve(normal.toarray(), every.T @ (weights * wanted)[:, k])
+        for term, part in zip(terms, np.split(solved, terms.size), strict=True):
+            cube = (free @ part).reshape(shape[1], shape[1], shape[1])
+            halves[..., term, k] = cube[cells // 2 :, :, cells // 2 :]
+    return halves.reshape(shape)
 
 
 def write_table() -> None:
-    """Solve and fit all ellipses and Poisson's ratios and write the file; takes 15 minutes."""
-    fitted = [
-        coefficients(*samples(g, nu, SAMPLES), g, nu) for nu in POISSON_RATIOS for g in ASPECTS
-    ]
-    contents = np.array(fitted, dtype="<f4").tobytes()
+    """Solve and fit all ellipses and write the file; takes some 50 minutes."""
+    fitted = np.array(
+        [[coefficients(*samples(g, nu, SAMPLES), g, nu) for g in ASPECTS] for nu in POISSON_RATIOS]
+    )
+    write_file(fitted, np.zeros((len(ASPECTS), *stored_shapes()[1])))
+    of_weakening = []
+    for g, of_spin in zip(ASPECTS, plane_coefficients(POISSON_RATIO), strict=True):
+        cases = [(k, *samples(g, POISSON_RATIO, WEAKENING_SAMPLES, k)) for k in K_HATS]
+        of_weakening.append(weakening_coefficients(cases, g, of_spin))
+    write_file(fitted, np.array(of_weakening))
+
+
+def write_file(of_spin: FloatArray, of_weakening: FloatArray) -> None:
+    """Write the coefficients of all ellipses into the file of `plane_coefficients`."""
+    contents = b"".join(part.astype("<f4").tobytes() for part in (of_spin, of_weakening))
     write_whole(FILE, kernel.framed(MAGIC, VERSION, contents))
+    forget_coefficients()
 
 
 def _creepages(u: FloatArray) -> FloatArray:
@@ -184,37 +273,34 @@ def _full_slip(creepages: FloatArray, a_over_b: float) -> FloatArray:
     return np.array(forces)
 
 
-def _splines(u: FloatArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.int_]], FloatArray]:
-    """First of the four splines that are not zero at u, and the values of all four."""
-    place = (u + 1.0) * CELLS / 2
-    cell = np.minimum(place.astype(int), CELLS - 1)
-    f = place - cell
-    h = 1.0 - f
-    middle = [2 / 3 + f * f * (f / 2 - 1), 2 / 3 + h * h * (h / 2 - 1)]
-    return cell, np.stack([h**3 / 6, *middle, f**3 / 6], axis=1)
+def _splines(u: FloatArray, cells: int) -> sparse.csr_array:
+    """Values at u of all splines of one direction."""
+    knots = np.linspace(-1.0 - 6.0 / cells, 1.0 + 6.0 / cells, cells + 7)
+    return sparse.csr_array(BSpline.design_matrix(u, knots, 3))
 
 
-def _design(u: FloatArray) -> sparse.csr_array:
+def _design(u: FloatArray, cells: int) -> sparse.csr_array:
     """Values at u of all products of three splines."""
-    (i, in_x), (j, in_y), (k, in_s) = (_splines(column) for column in u.T)
-    four = np.arange(4)
+    each = [_splines(column, cells) for column in u.T]
+    i, j, k = (one.indices.reshape(-1, 4) for one in each)
+    size = cells + 3
     of = np.ravel_multi_index(
         (
-            i[:, np.newaxis, np.newaxis, np.newaxis] + four[:, np.newaxis, np.newaxis],
-            j[:, np.newaxis, np.newaxis, np.newaxis] + four[:, np.newaxis],
-            k[:, np.newaxis, np.newaxis, np.newaxis] + four,
+            i[:, :, np.newaxis, np.newaxis],
+            j[:, np.newaxis, :, np.newaxis],
+            k[:, np.newaxis, np.newaxis, :],
         ),
-        (SIZE, SIZE, SIZE),
+        (size, size, size),
     )
-    values = np.einsum("ni,nj,nk->nijk", in_x, in_y, in_s)
+    values = np.einsum("ni,nj,nk->nijk", *(one.data.reshape(-1, 4) for one in each))
     starts = np.arange(0, of.size + 1, 64)
-    return sparse.csr_array((values.ravel(), of.ravel(), starts), (len(u), SIZE**3))
+    return sparse.csr_array((values.ravel(), of.ravel(), starts), (len(u), size**3))
 
 
-def _second_differences() -> sparse.csr_array:
+def _second_differences(size: int) -> sparse.csr_array:
     """Those of the coefficients in each direction."""
-    difference = sparse.diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(SIZE - 2, SIZE))
-    eye = sparse.identity(SIZE)
+    difference = sparse.diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(size - 2, size))
+    eye = sparse.identity(size)
     parts = [
         sparse.kron(sparse.kron(difference, eye), eye),
         sparse.kron(sparse.kron(eye, difference), eye),
@@ -223,9 +309,9 @@ def _second_differences() -> sparse.csr_array:
     return sparse.csr_array(sparse.vstack(parts))
 
 
-def _free(along: int, turn: int) -> sparse.csr_array:
-    """All coefficients from the free ones; the arguments are a row of `MIRRORED`."""
-    index = np.arange(SIZE**3).reshape(SIZE, SIZE, SIZE)
+def _free(along: int, turn: int, size: int) -> sparse.csr_array:
+    """All coefficients from the free ones; the signs are a row of `MIRRORED`."""
+    index = np.arange(size**3).reshape(size, size, size)
     images = [index, index[::-1], index[:, ::-1, ::-1], index[::-1, ::-1, ::-1]]
     image = np.stack([part.ravel() for part in images])
     signs = np.array([1, along, turn, along * turn])
@@ -233,4 +319,4 @@ def _free(along: int, turn: int) -> sparse.csr_array:
     rows = np.flatnonzero(~vanishes)
     _, columns = np.unique(image.min(axis=0)[rows], return_inverse=True)
     values = signs[image.argmin(axis=0)[rows]].astype(float)
-    return sparse.csr_array((values, (rows, columns)), (SIZE**3, columns.max() + 1))
+    return sparse.csr_array((values, (rows, columns)), (size**3, columns.max() + 1))

@@ -33,6 +33,7 @@ from contactlib.contact.kernel.models import NativeModel as NativeModel
 from contactlib.contact.kernel.models import Variable as Variable
 from contactlib.contact.kernel.models import model_variables as model_variables
 from contactlib.contact.kernel.plane import plane_forces as plane_forces
+from contactlib.contact.kernel.plane import plane_sizes as plane_sizes
 from contactlib.contact.kernel.tables import TABLE_MAGIC as TABLE_MAGIC
 from contactlib.contact.kernel.tables import TABLE_VERSION as TABLE_VERSION
 from contactlib.contact.kernel.tables import NativeTable as NativeTable

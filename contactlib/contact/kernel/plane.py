@@ -10,6 +10,12 @@ from contactlib.contact.kernel.library import ffi, library, pointer
 from contactlib.contact.kernel.tables import NativeTable
 
 
+def plane_sizes() -> tuple[int, int]:
+    """Number of ratios a/b in the table of force in the plane, and of cells of its splines."""
+    lib = library()
+    return lib.PLANE_ASPECTS, lib.PLANE_CELLS
+
+
 def plane_forces(
     table: NativeTable,
     a_over_b: float,
@@ -17,16 +23,19 @@ def plane_forces(
     creepages: FloatArray,
     k_hat: float = 0.0,
     coefficients: FloatArray | None = None,
+    *,
+    static_ratio: float = 1.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Force and moment, and their derivatives by the three creepages and by ln(k_hat).
 
     `creepages` has the shape (points, 3), and the results have (points, 3) and (points, 3, 4).
-    Without `coefficients` spin adds nothing, and there is no moment.
+    Without `coefficients` spin adds nothing, and there is no moment; `static_ratio` is f_s/f_d.
     """
     scales = half_space_scales(a_over_b, poisson_ratio)
     shape = ffi.new("plane_shape *")
     shape.stiffness_ratio = scales.c22 / scales.c11
     shape.softening_x, shape.softening_y = scales.softening_x, scales.softening_y
+    shape.static_ratio = static_ratio
     if coefficients is not None:
         coefficients = np.ascontiguousarray(coefficients, dtype=np.float64)
         shape.coefficients, shape.sets = pointer(coefficients, "double"), 1
