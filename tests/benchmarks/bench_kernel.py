@@ -120,7 +120,7 @@ def element_inputs(element: cl.ForceElement, points: int) -> NDArray[np.void]:
 
 def _element(points: int) -> Case:
     """Velocities and load to force, with the partial derivatives."""
-    element = cl.load_model("locomotive.toml").wheelset.element
+    element = cl.load_model("roller_rig.toml").wheelset.element
     inputs, force = element_inputs(element, points), np.empty(points)
     one = ElementOneByOne(element)
     x, w = np.random.default_rng(0).uniform(-3.0, 3.0, (2, points))

@@ -111,7 +111,7 @@ def _scalar() -> Case:
     """One point from Python."""
     law = cl.CarterGriffith(k_hat=K_HAT)
     table = cl.carter_griffith_table(contact="line")
-    element = cl.load_model("locomotive.toml").wheelset.element
+    element = cl.load_model("roller_rig.toml").wheelset.element
     nodes = np.linspace(0.0, rivals.END, 513)
     values = law.traction_ratio(nodes)
     formula, spline = rivals.polach_in_python(POLACH), rivals.cubic_spline(law)

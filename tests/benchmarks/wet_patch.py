@@ -17,6 +17,8 @@ def wet_patch(
 ) -> cl.Scenario:
     """A locomotive's wheelset that meets a wet patch after a fifth of its way.
 
+    Its contact is the roller rig's line, whose law the rivals solve.
+
     Parameters
     ----------
     speed : float
@@ -28,7 +30,8 @@ def wet_patch(
     torque : float, optional
         Demand [N.m].
     """
-    drivetrain = cl.Drivetrain(cl.load_model("locomotive.toml").wheelset)
+    line = cl.load_model("roller_rig.toml").wheelset.element
+    drivetrain = cl.Drivetrain(replace(cl.load_model("locomotive.toml").wheelset, element=line))
     sensors = cl.Sensors()
     controller = cl.CreepPI.for_drivetrain(drivetrain, speed=speed, sensors=sensors)
     way = speed * duration
