@@ -40,7 +40,12 @@ typedef struct {
 
 /* The force at normalized creepages along and across rolling and a normalized spin, of the sign of
  * the force. Their unit is that of the force in full stick: 3 pi/4 of the first two is the force,
- * and so is that of spin but for its own scale (plane_scales). k_hat is at most the table's. */
+ * and so is that of spin but for its own scale (half_space.h). k_hat is at most the table's.
+ *
+ * Without spin the forces are a closed form, and the splines give the moment. They were made for
+ * a/b from 1/8 to 8, and those of weakening for nu 0.28, f_s/f_d 11/7 and k_hat up to 0.8. Power is
+ * lost everywhere but at a/b 8 and nu 0.5 with weakening. Errors:
+ * contactlib/contact/creep_forces.py. */
 CONTACTLIB_API void plane_evaluate(const creep_table *table, const plane_shape *shape,
                                    const double creepage[3], double k_hat, plane_value *value);
 
