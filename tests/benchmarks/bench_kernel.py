@@ -5,24 +5,33 @@ All are called from one process and work on arrays that fit into the cache.
 
 from __future__ import annotations
 
+import csv
+from functools import cache
+from pathlib import Path
+
 import numpy as np
 import rivals
 from compiled import (
     CHermite,
     CPolach,
+    CUsetab,
     ElementOneByOne,
     KernelOneByOne,
     fastsim,
-    fastsim_force,
 )
 from numpy.typing import NDArray
 from rivals import K_HAT
 from timing import Case
 
 import contactlib as cl
+from contactlib.base.quantities import FloatArray
 from contactlib.contact import kernel
+from contactlib.contact.plane_table import plane_scales
 
 POINTS = 10_000
+NU = 0.28  # of CONTACT's cases
+COULOMB = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+USETAB = (0.25, 0.5, 1.0, 2.0, 4.0), (11, 21, 11)  # a/b, and nodes along creepages
 POLACH = cl.Polach.dry()
 CELLS = 1024
 
@@ -53,22 +62,82 @@ def check() -> None:
 def _check_fastsim() -> None:
     """It converges to its theory, has Kalker's linear slope, and knows no direction."""
     for rate in (0.3, 1.2, 3.0):
-        exact = rivals.simplified_theory(rate)
-        error = [fastsim_force((rate, 0.0, 0.0), strips=n, elements=n)[0] - exact for n in (40, 80)]
+        exact, given = rivals.simplified_theory(rate), np.array([[rate, 0.0, 0.0, 0.0]])
+        error = [fastsim(given, strips=n, elements=n)[0, 0] - exact for n in (40, 80)]
         assert abs(error[1]) < 2e-4
         assert 1.5 < np.log2(error[0] / error[1]) < 2.5
-    # Linear theory: Q = G a b c11 zeta, of which Polach has (kA + kS)/2.
-    linear = cl.Polach(adhesion_reduction=1.0, slip_reduction=1.0)
-    x = 1e-5
-    rate = 9.0 / 64.0 * np.pi**2 * x
-    force = fastsim_force((rate, 0.0, 0.0), strips=400, elements=400)[0]
-    np.testing.assert_allclose(force, linear.slope(0.0) * x, rtol=1e-3)
-    along = fastsim_force((0.8, 0.0, 0.0), strips=20, elements=20)
-    skew = fastsim_force((0.48, 0.64, 0.0), strips=20, elements=20)
-    np.testing.assert_allclose(skew, along[0] * np.array([0.6, 0.8]), rtol=1e-12)
-    spin = fastsim_force((0.0, 0.0, 0.8), strips=20, elements=20)
-    assert abs(spin[0]) < 1e-12  # spin alone pushes sideways only
-    assert spin[1] != 0.0
+    # Linear theory: F = 3 pi/4 x along and across, and G (a b)**1.5 c23 phi.
+    g, nu = 1.5, NU
+    creepages = 1e-5 * np.eye(3)
+    slopes = fastsim(rates_of(np.full(3, g), creepages), strips=400, elements=400) / 1e-5
+    c23 = cl.kalker_coefficients(g, nu).c23 / plane_scales(g, nu)[2]
+    np.testing.assert_allclose(
+        slopes, [[0.75 * np.pi, 0.0], [0.0, 0.75 * np.pi], [0.0, c23]], rtol=1e-3, atol=1e-3
+    )
+    skew = fastsim(np.array([[0.8, 0.0, 0.0, 0.0], [0.48, 0.64, 0.0, 0.0]]), strips=20, elements=20)
+    np.testing.assert_allclose(skew[1], skew[0, 0] * np.array([0.6, 0.8]), rtol=1e-12)
+
+
+def rates_of(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
+    """FASTSIM's rates with three flexibilities, from Kalker's coefficients."""
+    spin = np.array(
+        [
+            2.0 * cl.kalker_coefficients(g, NU).c23 / plane_scales(g, NU)[2] * v
+            for g, v in zip(a_over_b, creepages[:, 2], strict=True)
+        ]
+    )
+    return np.column_stack([9.0 / 64.0 * np.pi**2 * creepages[:, :2], spin / a_over_b, spin])
+
+
+@cache
+def like_usetab() -> CUsetab:
+    """Values of our own law, whose error is a part of that of multilinear interpolation."""
+    return CUsetab(lambda creepages, g: plane_law(np.full(len(creepages), g), creepages), *USETAB)
+
+
+def plane_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
+    """Our forces and moment over mu P at normalized creepages without weakening."""
+    scales = np.array([plane_scales(g, NU) for g in a_over_b.tolist()])
+    pair = cl.CreepForces(COULOMB, shear_modulus=82e9, poisson_ratio=NU)
+    a, b, load = 5e-3 * np.sqrt(a_over_b), 5e-3 / np.sqrt(a_over_b), 1e5
+    kalkers = -creepages / scales * (COULOMB.kinetic * load / (82e9 * a * b))[:, np.newaxis]
+    found = pair.evaluate(
+        semi_axis_x=a,
+        semi_axis_y=b,
+        normal_load=load,
+        creepage_x=kalkers[:, 0],
+        creepage_y=kalkers[:, 1],
+        spin=kalkers[:, 2] / np.sqrt(a * b),
+    )
+    names = ("force_x", "force_y", "spin_moment")
+    forces = np.stack([found[name] for name in names], axis=-1) / (COULOMB.kinetic * load)
+    forces[:, 2] /= np.sqrt(a * b)
+    return forces
+
+
+def plane_errors() -> dict[str, dict[str, FloatArray]]:
+    """Errors of force along and across at all cases of CONTACT: by group and by who finds them."""
+    with open(Path(__file__).parents[1] / "contact" / "contact_3d_coulomb.csv") as file:
+        table = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    columns = {name: np.array([float(row[name]) for row in table]) for name in list(table[0])[:-1]}
+    a, b, g = columns["a"], columns["b"], columns["a_over_b"]
+    unit = columns["G"] * a * b / (columns["mu"] * columns["N"])
+    kalkers = np.stack([columns["cksi"], columns["ceta"], columns["cphi"] * np.sqrt(a * b)], axis=1)
+    scales = np.array([plane_scales(ratio, NU) for ratio in g.tolist()])
+    creepages = -unit[:, np.newaxis] * kalkers * scales
+    true = np.stack([columns["fx"], columns["fy"]], axis=1)
+    rates, usetab = rates_of(g, creepages), like_usetab()
+    found = {
+        "contactlib": plane_law(g, creepages)[:, :2],
+        "FASTSIM 10 x 10": fastsim(rates, strips=10, elements=10),
+        "FASTSIM 20 x 20": fastsim(rates, strips=20, elements=20),
+        "like USETAB": usetab(usetab.places(g, creepages))[:, :2],
+    }
+    groups = np.array([row["group"] for row in table])
+    return {
+        group: {who: (forces - true)[groups == group] for who, forces in found.items()}
+        for group in dict.fromkeys(groups.tolist())
+    }
 
 
 def cases(points: int = POINTS) -> list[Case]:
@@ -140,7 +209,8 @@ def _element(points: int) -> Case:
 
 def _fastsim(points: int) -> Case:
     """What stands in for a half-space code in vehicle dynamics."""
-    x, force = np.random.default_rng(0).uniform(0.0, 3.0, points), np.empty(points)
+    x = np.random.default_rng(0).uniform(0.0, 3.0, points)
+    rates = np.column_stack([x, np.zeros((points, 3))])
     k_hat, ratio, slope = np.array([K_HAT]), np.empty(points), np.empty(points)
     one = KernelOneByOne(cl.carter_griffith_table(contact="elliptic"))
     return Case(
@@ -149,8 +219,8 @@ def _fastsim(points: int) -> Case:
         "ns",
         {
             "ellipse, one by one": lambda: one(x, k_hat, ratio, slope),
-            "FASTSIM in C, 10 x 10": lambda: fastsim(x, force, strips=10, elements=10),
-            "FASTSIM in C, 50 x 50": lambda: fastsim(x, force, strips=50, elements=50),
+            "FASTSIM in C, 10 x 10": lambda: fastsim(rates, strips=10, elements=10),
+            "FASTSIM in C, 50 x 50": lambda: fastsim(rates, strips=50, elements=50),
         },
     )
 
@@ -171,13 +241,14 @@ def _in_the_plane(points: int) -> Case:
         inputs[name] = random.uniform(low, high, points)
     straight = inputs.copy()
     straight["spin"] = 0.0
-    coulomb = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
     weakening = cl.Friction(static=0.45, kinetic=0.3, weakening_length=1e-6)
     plain, weak = (
         cl.CreepForces(friction, shear_modulus=82e9, poisson_ratio=0.28).native
-        for friction in (coulomb, weakening)
+        for friction in (COULOMB, weakening)
     )
-    rate, force = random.uniform(0.0, 3.0, points), np.empty(points)
+    rates = random.uniform(0.0, 3.0, (points, 4))
+    usetab = like_usetab()
+    places = usetab.places(random.uniform(0.5, 2.0, points), random.uniform(-3.0, 3.0, (points, 3)))
     return Case(
         "force in the plane, with 9 partial derivatives",
         points,
@@ -186,8 +257,9 @@ def _in_the_plane(points: int) -> Case:
             "Coulomb, spin": lambda: plain.evaluate(inputs),
             "weakening, spin": lambda: weak.evaluate(inputs),
             "Coulomb, no spin": lambda: plain.evaluate(straight),
-            "FASTSIM in C, 10 x 10, value": lambda: fastsim(rate, force, strips=10, elements=10),
-            "FASTSIM in C, 20 x 20, value": lambda: fastsim(rate, force, strips=20, elements=20),
+            "FASTSIM in C, 10 x 10, value": lambda: fastsim(rates, strips=10, elements=10),
+            "FASTSIM in C, 20 x 20, value": lambda: fastsim(rates, strips=20, elements=20),
+            "like USETAB in C, value": lambda: usetab(places),
         },
         ours=3,
     )

@@ -48,7 +48,8 @@ def cases(points: int = POINTS) -> list[Case]:
 
 def _law(points: int) -> Case:
     """The law is solved only to make a table; FASTSIM would be solved at every step."""
-    x, force = np.random.default_rng(0).uniform(0.0, 3.0, points), np.empty(points)
+    x = np.random.default_rng(0).uniform(0.0, 3.0, points)
+    rates = np.column_stack([x, np.zeros((points, 3))])
     line, ellipse = (cl.CarterGriffith(k_hat=K_HAT, contact=c) for c in CONTACTS)
     return Case(
         "law, solved in Python",
@@ -57,7 +58,7 @@ def _law(points: int) -> Case:
         {
             "line": lambda: line.evaluate(x),
             "ellipse": lambda: ellipse.evaluate(x),
-            "FASTSIM in C, 20 x 20": lambda: fastsim(x, force, strips=20, elements=20),
+            "FASTSIM in C, 20 x 20": lambda: fastsim(rates, strips=20, elements=20),
         },
         ours=2,
     )

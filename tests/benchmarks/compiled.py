@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -89,17 +90,44 @@ class CHermite:
         rivals().hermite_each(self._table, x.size, pointer(x), pointer(value), pointer(slope))
 
 
-def fastsim(rate: FloatArray, force: FloatArray, *, strips: int, elements: int) -> None:
-    """Fill in longitudinal forces over mu P of longitudinal rates; see rivals.c."""
-    rivals().fastsim_each(rate.size, strips, elements, pointer(rate), pointer(force))
-
-
-def fastsim_force(rates: tuple[float, float, float], *, strips: int, elements: int) -> FloatArray:
-    """Both forces over mu P at one triple of rates."""
-    force = np.empty(2)
-    given = np.array(rates)
-    rivals().fastsim(strips, elements, pointer(given), pointer(force))
+def fastsim(rates: FloatArray, *, strips: int, elements: int) -> FloatArray:
+    """Both forces over mu P at rates of the shape (n, 4); see rivals.h."""
+    rates = np.ascontiguousarray(rates)
+    force = np.empty((len(rates), 2))
+    rivals().fastsim_each(len(rates), strips, elements, pointer(rates), pointer(force))
     return force
+
+
+class CUsetab:
+    """Table of forces and moment, multilinear over a/b and normalized creepages, as USETAB is.
+
+    Its values are those of `forces`, which has the creepages (n, 3) and a/b for arguments.
+    """
+
+    def __init__(
+        self,
+        forces: Callable[[FloatArray, float], FloatArray],
+        aspects: Sequence[float],
+        nodes: tuple[int, int, int],
+    ) -> None:
+        least = (0.0, 0.0, -1.0, 0.0)
+        axes = [np.linspace(low, 1.0, n) for low, n in zip(least[1:], nodes, strict=True)]
+        u = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        creepages = u / (1.0 - np.abs(u)).clip(1e-4)
+        self._values = np.stack([forces(creepages, g) for g in aspects])
+        self._first, self._last = np.log(aspects[0]), np.log(aspects[-1])
+        self._table = ffi().new("usetab *", ((len(aspects), *nodes), least, pointer(self._values)))
+
+    def places(self, a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
+        """Arguments of a call, of the shape (n, 4)."""
+        share = (np.log(a_over_b) - self._first) / (self._last - self._first)
+        return np.column_stack([share, creepages])
+
+    def __call__(self, places: FloatArray) -> FloatArray:
+        """Forces and moment of the shape (n, 3)."""
+        found = np.empty((len(places), 3))
+        rivals().usetab_each(self._table, len(places), pointer(places), pointer(found))
+        return found
 
 
 class KernelOneByOne:

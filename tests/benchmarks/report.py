@@ -121,6 +121,17 @@ def accuracy_lines(duration: float = 5.0) -> list[str]:
     return found
 
 
+def plane_lines() -> list[str]:
+    """Errors of force in the plane against CONTACT, by group of its cases."""
+    errors = bench_kernel.plane_errors()
+    names = " | ".join(next(iter(errors.values())))
+    found = [f"| error of force in the plane, largest (rms) | {names} |", "|---" * 5 + "|"]
+    for group, each in errors.items():
+        parts = [f"{np.abs(e).max():.4f} ({np.sqrt(np.mean(e**2)):.4f})" for e in each.values()]
+        found.append(f"| {group} | {' | '.join(parts)} |")
+    return found
+
+
 def fmu_lines() -> list[str]:
     """Nanoseconds of set, step and get of the FMUs."""
     found = ["| FMU, steps of 1 ms | set + step + get | goal |", "|---|---|---|"]
@@ -196,6 +207,7 @@ def main(points: int, runs: int, duration: float, rounds: int) -> None:
             print("\n".join(rows(case, rounds=rounds)), flush=True)
     print("\n".join(rows(runs_cases[-1], rounds=rounds)))  # two threads need two cores
     print("\n" + QUOTED + "\n")
+    print("\n".join(plane_lines()) + "\n", flush=True)
     with one_core():
         print("\n".join(accuracy_lines()) + "\n", flush=True)
         print("\n".join(fmu_lines()) + "\n", flush=True)

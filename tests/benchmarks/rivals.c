@@ -1,6 +1,6 @@
-/* What a C program would take instead of the table: Polach's formula, a cubic Hermite table, and
- * FASTSIM. And loops that call a function of one point through a pointer, as the user of a library
- * does.
+/* What a C program would take instead of the table: Polach's formula, a cubic Hermite table,
+ * FASTSIM, and a table of forces over three creepages and a/b as USETAB is. And loops that call a
+ * function of one point through a pointer, as the user of a library does.
  *
  * Sources: O. Polach, "Creep forces in simulations of traction vehicles running on adhesion
  * limit", Wear 258 (2005) 992-1000; J.J. Kalker, "A fast algorithm for the simplified theory of
@@ -45,7 +45,7 @@ void hermite_each(const hermite *h, size_t n, const double *x, double *value, do
  * the surface stuck, and is cut back to what friction allows. Tractions are in units of mu p0 with
  * the theory's parabolic pressure p0 (1 - xi^2 - eta^2), lengths in semi-axes, and the rates are
  * what a traction would grow by over one semi-axis. */
-void fastsim(size_t strips, size_t elements, const double rate[3], double force[2]) {
+void fastsim(size_t strips, size_t elements, const double rate[4], double force[2]) {
     double sum[2] = {0.0, 0.0};
     for (size_t j = 0; j < strips; j++) {
         double eta = (2.0 * (double)j + 1.0) / (double)strips - 1.0;
@@ -56,7 +56,7 @@ void fastsim(size_t strips, size_t elements, const double rate[3], double force[
             double xi = half - ((double)i + 0.5) * length;
             double grown = i == 0 ? 0.5 * length : length;
             px += along * grown;
-            py += (rate[1] + rate[2] * xi) * grown;
+            py += (rate[1] + rate[3] * (xi + 0.5 * grown)) * grown;
             double bound = half * half - xi * xi, size = sqrt(px * px + py * py);
             if (size > bound) {
                 px *= bound / size;
@@ -73,11 +73,37 @@ void fastsim(size_t strips, size_t elements, const double rate[3], double force[
 }
 
 void fastsim_each(size_t n, size_t strips, size_t elements, const double *rate, double *force) {
-    for (size_t i = 0; i < n; i++) {
-        double rates[3] = {rate[i], 0.0, 0.0}, found[2];
-        fastsim(strips, elements, rates, found);
-        force[i] = found[0];
+    for (size_t i = 0; i < n; i++) fastsim(strips, elements, rate + 4 * i, force + 2 * i);
+}
+
+ONE_BY_ONE void usetab_force(const usetab *table, const double at[4], double force[3]) {
+    double along = at[1] < 0.0 ? -1.0 : 1.0, turn = at[3] < 0.0 ? -1.0 : 1.0;
+    double sign[4] = {1.0, along, turn, turn}, rest[4], sum[3] = {0.0, 0.0, 0.0};
+    size_t first = 0;
+    for (int i = 0; i < 4; i++) {
+        double v = sign[i] * at[i], cells = (double)(table->nodes[i] - 1);
+        double u = i == 0 ? v : v / (1.0 + fabs(v));
+        double place = (u - table->least[i]) / (1.0 - table->least[i]) * cells;
+        double cell = fmin(floor(place), cells - 1.0);
+        rest[i] = place - cell;
+        first = first * table->nodes[i] + (size_t)cell;
     }
+    for (unsigned corner = 0; corner < 16; corner++) {
+        double share = 1.0;
+        size_t step = 0;
+        for (int i = 0; i < 4; i++) {
+            unsigned upper = corner >> i & 1u;
+            share *= upper ? rest[i] : 1.0 - rest[i];
+            step = step * table->nodes[i] + upper;
+        }
+        const double *value = table->values + 3 * (first + step);
+        for (int k = 0; k < 3; k++) sum[k] += share * value[k];
+    }
+    for (int k = 0; k < 3; k++) force[k] = sign[1 + k] * sum[k];
+}
+
+void usetab_each(const usetab *table, size_t n, const double *at, double *force) {
+    for (size_t i = 0; i < n; i++) usetab_force(table, at + 4 * i, force + 3 * i);
 }
 
 void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,

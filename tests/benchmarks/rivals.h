@@ -33,9 +33,21 @@ void polach_each(const polach *p, size_t n, const double *creepage, const double
 void hermite_evaluate(const hermite *h, double x, double *value, double *slope);
 void hermite_each(const hermite *h, size_t n, const double *x, double *value, double *slope);
 
-/* Forces over mu P; the rates are of the longitudinal and lateral creepage, and of spin. */
-void fastsim(size_t strips, size_t elements, const double rate[3], double force[2]);
+/* Forces over mu P; the rates are those of the longitudinal and lateral creepage, and of spin along
+ * and across rolling. n times 4 rates, n times 2 forces. */
+void fastsim(size_t strips, size_t elements, const double rate[4], double force[2]);
 void fastsim_each(size_t n, size_t strips, size_t elements, const double *rate, double *force);
+
+/* Multilinear in a place of a/b, up to 1, and in v/(1 + |v|) of three normalized creepages. Forces
+ * along and across and moment over mu P; n times 4 places, n times 3 forces. */
+typedef struct {
+    size_t nodes[4];
+    double least[4]; /* where each axis begins: 0 or -1 */
+    const double *values;
+} usetab;
+
+void usetab_force(const usetab *table, const double at[4], double force[3]);
+void usetab_each(const usetab *table, size_t n, const double *at, double *force);
 
 void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,
                 const double *k_hat, size_t k_stride, double *ratio, double *slope);

@@ -38,6 +38,15 @@ def test_rivals_of_the_kernel_are_right() -> None:
     bench_kernel.check()
 
 
+@pytest.mark.tools
+@pytest.mark.usefixtures("compiler")
+def test_force_in_the_plane_is_nearer_to_contact_than_its_rivals() -> None:
+    for group, errors in bench_kernel.plane_errors().items():
+        ours, *others = (np.sqrt(np.mean(error**2)) for error in errors.values())
+        assert ours < 0.0002 if group == "lin" else 2.0 * ours < min(others)
+    assert len(report.plane_lines()) == 10
+
+
 @pytest.mark.slow
 def test_rivals_of_the_runs_are_right() -> None:
     bench_runs.check(duration=0.3)
