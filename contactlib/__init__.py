@@ -23,10 +23,6 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.contact.creep_forces import CreepForces as CreepForces
     from contactlib.contact.element import ForceElement as ForceElement
     from contactlib.contact.element import ProcessZoneWarning as ProcessZoneWarning
-    from contactlib.contact.element import friction_with_k_hat as friction_with_k_hat
-    from contactlib.contact.element import k_hat as k_hat
-    from contactlib.contact.element import process_zone_ratio as process_zone_ratio
-    from contactlib.contact.element import saturation_creepage as saturation_creepage
     from contactlib.contact.fit import FitResult as FitResult
     from contactlib.contact.fit import fit as fit
     from contactlib.contact.friction import EXPONENTIAL as EXPONENTIAL
@@ -44,6 +40,10 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.contact.laws.measured import MeasuredCurve as MeasuredCurve
     from contactlib.contact.laws.polach import Polach as Polach
     from contactlib.contact.laws.slip_zone import ConvergenceError as ConvergenceError
+    from contactlib.contact.scales import friction_with_k_hat as friction_with_k_hat
+    from contactlib.contact.scales import k_hat as k_hat
+    from contactlib.contact.scales import process_zone_ratio as process_zone_ratio
+    from contactlib.contact.scales import saturation_creepage as saturation_creepage
     from contactlib.contact.table import CreepForceTable as CreepForceTable
     from contactlib.contact.traction_data import TractionData as TractionData
     from contactlib.export import export_fmu as export_fmu

@@ -150,6 +150,13 @@ static result load_resources(component *self, const char *location) {
     if (self->model->has_contact) {
         error = resource_read(location, file, &self->table_bytes, &size, text, sizeof text);
         if (error == NULL) error = creep_table_open(&self->table, self->table_bytes, size);
+        if (error == NULL) {
+            file = "plane_contact.bin";
+            error = resource_read(location, file, &self->plane_bytes, &size, text, sizeof text);
+            if (error == NULL) error = plane_contact_open(&self->plane, self->plane_bytes, size);
+        }
+        self->table.plane = &self->plane;
+        self->start.spins = self->plane.shape.sets;
     }
     if (error == NULL) {
         file = "start_values.bin";
@@ -192,7 +199,10 @@ result component_open(component *self, int model_exchange, const char *token,
     return RESULT_OK;
 }
 
-void component_close(component *self) { free(self->table_bytes); }
+void component_close(component *self) {
+    free(self->table_bytes);
+    free(self->plane_bytes);
+}
 
 result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,
                         double tolerance) {
@@ -627,7 +637,7 @@ static int is_possible(const component *self, const component_state *state) {
         if (!isfinite(model_get(&self->model->variables[i], values))) return 0;
     for (size_t i = 0; i < sizeof values->memory / sizeof *memory; i++)
         if (!isfinite(memory[i])) return 0;
-    return isfinite(values->substep) &&
+    return isfinite(values->substep) && values->spins == self->start.spins &&
            (values->memory.known == 0.0 || values->memory.step > 0.0) && !isnan(state->stop_time) &&
            state->tolerance >= LEAST_TOLERANCE && state->tolerance <= MOST_TOLERANCE;
 }

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "model.h"
+#include "plane_contact.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
 typedef enum { RESULT_OK, RESULT_WARNING, RESULT_DISCARD, RESULT_ERROR } result;
@@ -24,7 +25,7 @@ typedef enum {
 #define ANY_STAGE 0xFFu
 #define RUNNING (IN(EVENTS) | IN(CONTINUOUS) | IN(STEPPING))
 
-enum { CATEGORY_COUNT = 3, FLAG_COUNT = 5, MOST_VARIABLES = 64, TOKEN_SIZE = 80 };
+enum { CATEGORY_COUNT = 3, FLAG_COUNT = 5, MOST_VARIABLES = 80, TOKEN_SIZE = 80 };
 
 /* Names of the log's categories, by rising severity. */
 extern const char *const CATEGORIES[CATEGORY_COUNT];
@@ -48,6 +49,8 @@ typedef struct {
     char token[TOKEN_SIZE]; /* of the FMU, padded with zeros */
     creep_table table;
     void *table_bytes;
+    plane_contact plane;
+    void *plane_bytes;
     size_t states; /* number of continuous states */
     int model_exchange;
     int doubted;     /* 1 once it was said that parallel_exchange is wrong */

@@ -2,7 +2,9 @@
 
 #include <math.h>
 
+#include "force_in_plane.h"
 #include "force_law.h"
+#include "force_tangent.h"
 #include "relaxation.h"
 
 double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
@@ -17,13 +19,16 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
  * patch that slides all over. */
 static void evaluate_without_grip(const creep_table *table, const force_element_parameters *p,
                                   const force_element_input *in, force_element_output *out) {
-    force_state at = begin_force(table, p, contact_scales_of(p), in, decay_at(p, slip_of(p, in)));
+    force_state at = begin_force(table, p, contact_scales_of(p), in, friction_decay(table, p, in));
     *out =
         (force_element_output){.falling_margin = -1.0, .k_hat_margin = -1.0, .force_margin = -1.0};
     set_kinematics(p, in, &at, out);
     relaxation_rate(p, in, at.slip, 0.0, 0.0, out);
-    if (in->normal_load >= 0.0 && has_friction(in))
-        out->force_by_load = sliding_coefficient(table, p, at.acting, at.kinetic);
+    double share[2];
+    if (in->normal_load >= 0.0 && has_friction(in)) {
+        sliding_shares(table, p, in, &at, share);
+        out->force_by_load = share[0];
+    }
 }
 
 void force_element_evaluate(const creep_table *table, const force_element_parameters *parameters,
@@ -34,6 +39,10 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     }
     creep_value q;
     force_element_parameters p = force_element_at_load(parameters, in->normal_load);
+    if (is_in_plane(table, in)) {
+        evaluate_in_plane(table, &p, in, out);
+        return;
+    }
     force_state at =
         begin_force(table, &p, contact_scales_of(&p), in, decay_at(&p, slip_of(&p, in)));
     creep_table_evaluate(table, at.place.x, at.place.k_hat, &q);

@@ -29,11 +29,15 @@ typedef struct {
     double normal_load;      /* a negative load counts as none [N] */
     double friction_scale;   /* multiplies f_s and f_d; none below LEAST_FRICTION_SCALE [1] */
     double relaxed_creepage; /* state, if there is a relaxation length [1] */
+    double lateral_velocity; /* of the wheel's surface against the rail, to the left [m/s] */
+    double spin_velocity;    /* likewise, about the vertical axis upwards [rad/s] */
 } force_element_input;
 
 typedef struct {
     double creep_force;          /* on the wheel, forward [N] */
     double wheel_torque;         /* of the creep force on the wheel [N.m] */
+    double lateral_force;        /* on the wheel, to the left [N] */
+    double spin_moment;          /* on the wheel, about the vertical axis upwards [N.m] */
     double creepage;             /* zeta [1] */
     double normalized_creepage;  /* x = zeta/zeta0; zeta is the relaxed creepage if relaxed [1] */
     double traction_coefficient; /* creep force over normal load [1] */

@@ -109,7 +109,9 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
         .radius = radius, .inertia = radius * radius / m, .minimum_speed = contact->minimum_speed};
     wheelset_input given = {.drive_torque = a * radius / m,
                             .normal_load = v->input.normal_load,
-                            .friction_scale = v->input.friction_scale};
+                            .friction_scale = v->input.friction_scale,
+                            .lateral_velocity = v->input.lateral_velocity,
+                            .spin_velocity = v->input.spin_velocity};
     wheelset_state state = {.omega = (start + v->input.speed) / radius,
                             .speed = v->input.speed,
                             .relaxed_creepage = v->input.relaxed_creepage};

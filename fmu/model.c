@@ -56,28 +56,37 @@ const char TRUTH[] = "Boolean";
     GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
           input.normal_load), \
     GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients; below " \
-          TEXT(LEAST_FRICTION_SCALE) " there is no friction", 0.0, 1e3, input.friction_scale)
+          TEXT(LEAST_FRICTION_SCALE) " there is no friction", 0.0, 1e3, input.friction_scale), \
+    GIVEN(INPUT, "lateral_velocity", "m/s", "velocity of the wheel's surface against the rail, " \
+          "positive to the left", -1e6, 1e6, input.lateral_velocity), \
+    {"spin_velocity", "rad/s", "angular velocity of the wheel against the rail about the " \
+     "vertical axis, positive upwards", -1e6, 1e6, AT(input.spin_velocity), INPUT, IF_SPINNING, \
+     NULL}
 
 /* Variables that the contact's outputs depend on (syntax: variable.h). Everything that scales with
  * friction depends on the slip velocity, with which friction falls. */
 #define KINETIC "omega speed radius slip_rate_residual slip_rate_decay friction_scale " \
-                "kinetic_friction "
+                "kinetic_friction lateral_velocity spin_velocity @semi_width "
 #define LOAD "normal_load nominal_load load_exponent "
 #define ZETA0 KINETIC LOAD "peak_pressure contact_modulus slope_reduction "
 #define K_HAT KINETIC LOAD "peak_pressure contact_modulus static_friction weakening_length " \
               "semi_width "
 #define IF_K_HAT "*omega *speed *radius *slip_rate_residual *slip_rate_decay *friction_scale " \
                  "*kinetic_friction *normal_load *nominal_load *load_exponent *peak_pressure " \
-                 "*contact_modulus *static_friction *weakening_length *semi_width "
+                 "*contact_modulus *static_friction *weakening_length *semi_width " \
+                 "*lateral_velocity *spin_velocity "
 #define X ZETA0 "minimum_speed/relaxed_creepage "
-#define RATIO X "*weakening_length *semi_width static_friction softening "
-#define GRADIENT RATIO "minimum_speed "
+#define RATIO X "*weakening_length *semi_width static_friction softening minimum_speed "
 
 #define CONTACT_OUTPUTS \
     MADE(OUTPUT, "creep_force", "N", "force on the wheel, positive forward", output.creep_force, \
          RATIO), \
     MADE(OUTPUT, "wheel_torque", "N.m", "torque of the creep force on the wheel: -radius * " \
          "creep_force", output.wheel_torque, RATIO), \
+    MADE(OUTPUT, "lateral_force", "N", "force on the wheel, positive to the left", \
+         output.lateral_force, RATIO), \
+    {"spin_moment", "N.m", "moment on the wheel about the vertical axis, positive upwards", \
+     -LARGE, LARGE, AT(output.spin_moment), OUTPUT, IF_SPINNING, RATIO}, \
     MADE(OUTPUT, "creepage", "1", "slip velocity over speed, positive in traction", \
          output.creepage, "omega speed radius minimum_speed"), \
     MADE(OUTPUT, "normalized_creepage", "1", "acting creepage over saturation creepage", \
@@ -85,7 +94,7 @@ const char TRUTH[] = "Boolean";
     MADE(OUTPUT, "traction_coefficient", "1", "creep force over normal load", \
          output.traction_coefficient, RATIO), \
     MADE(OUTPUT, "force_gradient", "N.s/m", "change of creep force with slip velocity at fixed " \
-         "speed", output.force_gradient, GRADIENT), \
+         "speed", output.force_gradient, RATIO), \
     MADE_POSITIVE("k_hat", "1", "normalized stress-intensity factor at this load, friction and " \
                   "slip speed", output.k_hat, K_HAT), \
     MADE_POSITIVE("saturation_creepage", "1", "creepage where Carter's stick zone vanishes, at " \
@@ -100,7 +109,7 @@ const char TRUTH[] = "Boolean";
 
 /* Truth values, each with its margin, which is positive where it is true, and the margin's unit. */
 #define FLAGS(ROW) \
-    ROW(falling_branch, falling, "1", "the force falls with creepage at fixed speed", GRADIENT), \
+    ROW(falling_branch, falling, "1", "the force falls with creepage at fixed speed", RATIO), \
     ROW(speed_regularized, speed, "m/s", "speed is below minimum_speed", \
         "speed/ minimum_speed/"), \
     ROW(k_hat_limited, k_hat, "1", "k_hat is held at the largest value of the table", IF_K_HAT), \
@@ -175,7 +184,7 @@ static const model_variable FORCE_ELEMENT_VARIABLES[] = {
     CONTACT_INPUTS,
     CONTACT_OUTPUTS,
     MADE_POSITIVE("step_size_hint", "s", "half of the largest stable communication step",
-                  step_size_hint, GRADIENT "effective_inverse_mass implicit parallel_exchange "
+                  step_size_hint, RATIO "effective_inverse_mass implicit parallel_exchange "
                   "relaxation_length"),
     RELAXATION,
     RELAXATION_RATE,
@@ -211,7 +220,8 @@ static const model_variable BODY_VARIABLES[] = {
 /* clang-format on */
 
 int model_has(const model_variable *variable, const model_values *values) {
-    return variable->part == ALWAYS || values->contact.relaxation_length > 0.0;
+    if (variable->part == IF_RELAXED) return values->contact.relaxation_length > 0.0;
+    return variable->part == ALWAYS || values->spins > 0.0;
 }
 
 double model_get(const model_variable *variable, const model_values *values) {

@@ -44,11 +44,12 @@ typedef struct {
     wheelset_rates rates;
     slip_memory memory;
     double substep; /* length that the integrator tries next [s] */
+    double spins;   /* 1 if the contact knows spin */
 } model_values;
 
 typedef struct {
     const char *kind;
-    int has_contact; /* 1 if there are a table, truth values and their margins */
+    int has_contact; /* 1 if there are a table, its contact, truth values and their margins */
     const model_variable *variables;
     size_t count;
     /* Calculate outputs and derivatives from everything else. */

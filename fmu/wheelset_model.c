@@ -51,7 +51,9 @@ const char *advance_wheelset(const creep_table *table, model_values *v, double s
     wheelset_input given = {.drive_torque = v->drive_torque,
                             .resistance_force = v->resistance_force,
                             .normal_load = v->input.normal_load,
-                            .friction_scale = v->input.friction_scale};
+                            .friction_scale = v->input.friction_scale,
+                            .lateral_velocity = v->input.lateral_velocity,
+                            .spin_velocity = v->input.spin_velocity};
     wheelset_state state = {.omega = v->input.omega,
                             .speed = v->input.speed,
                             .relaxed_creepage = v->input.relaxed_creepage};

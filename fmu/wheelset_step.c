@@ -22,7 +22,9 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
                               .speed = y[1][0],
                               .normal_load = held->normal_load,
                               .friction_scale = held->friction_scale,
-                              .relaxed_creepage = relaxed ? y[2][0] : 0.0};
+                              .relaxed_creepage = relaxed ? y[2][0] : 0.0,
+                              .lateral_velocity = held->lateral_velocity,
+                              .spin_velocity = held->spin_velocity};
     force_element_output out;
     wheelset_rates rates;
     force_element_evaluate(m->table, m->contact, &in, &out);

@@ -16,6 +16,8 @@ typedef struct {
     double resistance_force; /* [N] */
     double normal_load;      /* [N] */
     double friction_scale;   /* [1] */
+    double lateral_velocity; /* [m/s] */
+    double spin_velocity;    /* [rad/s] */
 } wheelset_input;
 
 /* Advance the state by one step. The tolerance is relative: to the slip velocity plus that of

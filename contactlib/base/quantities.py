@@ -232,6 +232,23 @@ def common_shape(arrays: Mapping[str, FloatArray]) -> tuple[int, ...]:
         raise ValueError(f"the shapes must broadcast together: {shapes}") from None
 
 
+def records(
+    dtype: np.dtype[np.void], given: Mapping[str, ArrayLike], limits: Mapping[str, Limits]
+) -> NDArray[np.void]:
+    """Structured array of checked values, broadcast; fields that are not given are zero.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its limits, or the shapes do not broadcast.
+    """
+    arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
+    found = np.zeros(common_shape(arrays), dtype=dtype)
+    for name, array in arrays.items():
+        found[name] = array
+    return found
+
+
 @cache
 def cached_names(kind: Any) -> frozenset[str]:
     """Names of a class's cached properties."""

@@ -14,10 +14,10 @@ import numpy as np
 from contactlib import figures
 from contactlib.base.writing import write_whole
 from contactlib.cli.console import ConsoleReporter
-from contactlib.contact.element import process_zone_ratio
 from contactlib.contact.hertz import EllipticContact
 from contactlib.contact.law_tables import build_carter_griffith_table, carter_griffith_table
 from contactlib.contact.laws.carter_griffith import CarterGriffith
+from contactlib.contact.scales import process_zone_ratio
 from contactlib.contact.table import CreepForceTable
 from contactlib.export import export_fmu
 from contactlib.export.explorer import write_explorer

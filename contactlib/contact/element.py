@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlib.base.quantities import (
-    NOT_NEGATIVE,
     POSITIVE,
     FloatArray,
     Limits,
@@ -24,12 +23,20 @@ from contactlib.base.quantities import (
     Quantity,
     checked,
     checked_number,
-    common_shape,
     derived,
+    records,
 )
 from contactlib.contact import kernel
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import Contact, EllipticContact
+from contactlib.contact.plane_contact import SPINNING, plane_contact, spinning_aspect
+from contactlib.contact.scales import (
+    SLOPE_REDUCTION,
+    contact_parameters,
+    k_hat,
+    process_zone_ratio,
+    saturation_creepage,
+)
 from contactlib.contact.table import CreepForceTable
 
 if TYPE_CHECKING:
@@ -40,107 +47,12 @@ class ProcessZoneWarning(UserWarning):
     """The weakening zone is too long for the law's limit of a vanishing one."""
 
 
-def _contact_parameters(
-    contact: Contact, friction: Friction, slope_reduction: float
-) -> dict[str, float]:
-    return {
-        "static_friction": friction.static,
-        "kinetic_friction": friction.kinetic,
-        "weakening_length": friction.weakening_length,
-        "slip_rate_residual": friction.slip_rate_residual,
-        "slip_rate_decay": friction.slip_rate_decay,
-        "slope_reduction": slope_reduction,
-        "semi_width": contact.semi_width,
-        "peak_pressure": contact.peak_pressure,
-        "contact_modulus": contact.tangential_modulus,
-        "nominal_load": contact.normal_load,
-        "load_exponent": contact.load_exponent,
-    }
-
-
-def _scale(name: str, contact: Contact, friction: Friction, slope_reduction: float) -> float:
-    parameters = _contact_parameters(contact, friction, slope_reduction)
-    scales = kernel.contact_scales(parameters, contact.normal_load)
-    limits = POSITIVE if name == "saturation_creepage" else NOT_NEGATIVE
-    return derived(name, lambda: getattr(scales, name), parameters, limits)
-
-
-def saturation_creepage(
-    contact: Contact, friction: Friction, *, slope_reduction: float = 1.0
-) -> float:
-    """zeta0 = 2 f_d p0/E* at the nominal load, over the slope reduction [1], Eq. (15).
-
-    For a line contact this is f_d a/R; for an ellipse E* is its `tangential_modulus`. All scales in
-    this module are at zero slip speed; friction that has fallen to the fraction g multiplies zeta0
-    by g.
-    """
-    reduction = checked_number(
-        "slope_reduction", slope_reduction, ForceElement.quantities()["slope_reduction"]
-    )
-    return _scale("saturation_creepage", contact, friction, reduction)
-
-
-def k_hat(contact: Contact, friction: Friction) -> float:
-    """Largest normalized stress-intensity factor at the nominal load [1], Eq. (17).
-
-    Examples
-    --------
-    >>> from contactlib.contact.hertz import LineContact
-    >>> contact = LineContact.from_semi_width(
-    ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3)
-    >>> round(k_hat(contact, Friction(static=0.45, kinetic=0.21, weakening_length=1.3e-6)), 3)
-    0.3
-    """
-    return _scale("k_hat", contact, friction, 1.0)
-
-
-def process_zone_ratio(contact: Contact, friction: Friction) -> float:
-    """Length of the weakening zone over the contact semi-width, at the nominal load [1].
-
-    It is 2 pi k_hat**2 (f_d/(f_s - f_d))**2. The Carter-Griffith law is the limit of zero and
-    becomes inaccurate above 0.5.
-    """
-    return _scale("process_zone_ratio", contact, friction, 1.0)
-
-
-def friction_with_k_hat(
-    contact: Contact, *, k_hat: float, static: float, kinetic: float, **others: Any
-) -> Friction:
-    """Friction whose weakening length gives `k_hat` in `contact` at its nominal load.
-
-    Parameters
-    ----------
-    contact : LineContact or EllipticContact
-        Contact at its nominal load.
-    k_hat, static, kinetic : float
-        Largest normalized stress-intensity factor and friction coefficients [1].
-    **others
-        Other fields of `Friction`.
-
-    Raises
-    ------
-    ValueError
-        If a value is out of range, or `k_hat` is above zero and `static` equals `kinetic`.
-    """
-    k_hat = checked_number("k_hat", k_hat, NOT_NEGATIVE)
-    of_one_metre = Friction(static=static, kinetic=kinetic, weakening_length=1.0, **others)
-    if k_hat > 0.0 and static == kinetic:
-        raise ValueError(f"k_hat = {k_hat!r} needs static > kinetic = {kinetic!r}")
-    reference = _scale("k_hat", contact, of_one_metre, 1.0)
-    if k_hat == 0.0:
-        return replace(of_one_metre, weakening_length=0.0)
-    length = derived(  # k_hat grows like the square root of the length
-        "weakening_length",
-        lambda: (k_hat / reference) ** 2,
-        {"k_hat": k_hat, "static": static, "kinetic": kinetic},
-    )
-    return replace(of_one_metre, weakening_length=length)
-
-
 @cache
 def _input_ranges() -> tuple[tuple[float, float], ...]:
-    """Smallest and largest value of each of the kernel's inputs."""
-    return tuple((v.at_least, v.at_most) for v in kernel.force_input_limits().values())
+    """Smallest and largest value of each of the kernel's inputs that `_plain` takes."""
+    limits = kernel.force_input_limits()
+    names = ("omega", "speed", "normal_load", "friction_scale")
+    return tuple((limits[name].at_least, limits[name].at_most) for name in names)
 
 
 def _plain(*values: object) -> tuple[float, ...] | None:
@@ -220,7 +132,7 @@ class ForceElement(Parameters):
     _: KW_ONLY
     table: CreepForceTable
     radius: Annotated[float, Quantity("m", above=0.0)]
-    slope_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1e6)] = 1.0
+    slope_reduction: Annotated[float, SLOPE_REDUCTION] = 1.0
     minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
     wheels: Annotated[float, Quantity("1", at_least=1, at_most=1000)] = 1
     load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
@@ -316,14 +228,18 @@ class ForceElement(Parameters):
             )
 
     @property
+    def _softens(self) -> bool:
+        """Only the laws of strips feel how the half-space softens."""
+        return "contact" in self.table.options
+
+    @property
     def parameters(self) -> dict[str, float]:
         """Parameters of the kernel's force element, by name, in SI units."""
         return {
             "radius": self.radius,
             "minimum_speed": self.minimum_speed,
-            **_contact_parameters(self.contact, self.friction, self.slope_reduction),
-            # Only the laws of strips feel how the half-space softens.
-            "softening": self.contact.softening if "contact" in self.table.options else 0.0,
+            **contact_parameters(self.contact, self.friction, self.slope_reduction),
+            "softening": self.contact.softening if self._softens else 0.0,
             **({} if self.load_exponent is None else {"load_exponent": self.load_exponent}),
             "nominal_load": self.normal_load,
         }
@@ -336,7 +252,17 @@ class ForceElement(Parameters):
     @cached_property
     def native(self) -> kernel.NativeForceElement:
         """The kernel's force element, which does not check its input."""
-        return kernel.NativeForceElement(self.table.native, self.parameters)
+        return kernel.NativeForceElement(self.native_contact, self.parameters)
+
+    @property
+    def plane_data(self) -> bytes:
+        """What the contact adds to the table for force in the plane, as an FMU's resource."""
+        return plane_contact(self.contact, softens=self._softens)
+
+    @cached_property
+    def native_contact(self) -> kernel.NativeContact:
+        """The kernel's table with `plane_data`."""
+        return kernel.NativeContact(self.table.native, self.plane_data)
 
     @property
     def k_hat(self) -> float:
@@ -368,6 +294,8 @@ class ForceElement(Parameters):
         speed: ArrayLike,
         normal_load: ArrayLike | None = None,
         friction_scale: ArrayLike = 1.0,
+        lateral_velocity: ArrayLike = 0.0,
+        spin_velocity: ArrayLike = 0.0,
     ) -> NDArray[np.void]:
         """All outputs of the element; arguments broadcast.
 
@@ -381,29 +309,39 @@ class ForceElement(Parameters):
             Load of all its wheels together [N]. Default: the nominal one.
         friction_scale : array_like, optional
             Factor on both friction coefficients [1]. Default: 1.
+        lateral_velocity : array_like, optional
+            Velocity of the wheel's surface against the rail across rolling, positive to the left
+            [m/s]. Default: 0.
+        spin_velocity : array_like, optional
+            Angular velocity of the wheel against the rail about the vertical axis, positive upwards
+            [rad/s]. It needs an ellipse on the half-space with a/b from 1/8 to 8. Default: 0.
 
         Returns
         -------
         ndarray
-            Structured array with fields ``creep_force``, ``creepage``, ``force_gradient``, ...;
-            fmu/force_element.h describes them.
+            Structured array with fields ``creep_force``, ``lateral_force``, ``spin_moment``,
+            ``creepage``, ``force_gradient``, ...; fmu/force_element.h describes them.
 
         Raises
         ------
         ValueError
-            If a value is not finite or out of range, such as a negative load.
+            If a value is not finite or out of range, such as a negative load, or the contact does
+            not know spin.
         """
         given = {
             "omega": omega,
             "speed": speed,
             "normal_load": self.normal_load if normal_load is None else normal_load,
             "friction_scale": friction_scale,
+            "lateral_velocity": lateral_velocity,
+            "spin_velocity": spin_velocity,
         }
-        limits = kernel.force_input_limits()
-        arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
-        inputs = np.zeros(common_shape(arrays), dtype=kernel.force_input_dtype())
-        for name, array in arrays.items():
-            inputs[name] = array
+        inputs = records(kernel.force_input_dtype(), given, kernel.force_input_limits())
+        if inputs["spin_velocity"].any() and spinning_aspect(self.contact) is None:
+            raise ValueError(
+                f"spin_velocity = {spin_velocity!r} must be 0: it needs {SPINNING}, "
+                "not the contact of this ForceElement"
+            )
         return self.native.evaluate(inputs)
 
     def force(
@@ -413,14 +351,18 @@ class ForceElement(Parameters):
         speed: ArrayLike,
         normal_load: ArrayLike | None = None,
         friction_scale: ArrayLike = 1.0,
+        **others: ArrayLike,
     ) -> FloatArray:
-        """Creep force [N], positive when it drives the vehicle forward; see `evaluate`."""
+        """Creep force [N], positive when it drives the vehicle forward.
+
+        The arguments are those of `evaluate`.
+        """
         load = self.normal_load if normal_load is None else normal_load
-        plain = _plain(omega, speed, load, friction_scale)
+        plain = None if others else _plain(omega, speed, load, friction_scale)
         if plain is not None:
             return np.array(self.native.evaluate_one(*plain).creep_force)
         record = self.evaluate(
-            omega=omega, speed=speed, normal_load=load, friction_scale=friction_scale
+            omega=omega, speed=speed, normal_load=load, friction_scale=friction_scale, **others
         )
         return np.asarray(record["creep_force"])
 
@@ -429,15 +371,15 @@ class ForceElement(Parameters):
         creepage: ArrayLike,
         *,
         speed: float,
-        normal_load: float | None = None,
-        friction_scale: float = 1.0,
+        **others: ArrayLike,
     ) -> NDArray[np.void]:
-        """All outputs at creepages [1] and one forward speed [m/s], at least `minimum_speed`."""
+        """All outputs at creepages [1] and one forward speed [m/s], at least `minimum_speed`.
+
+        `others` are the further arguments of `evaluate`.
+        """
         fastest = kernel.force_input_limits()["speed"].at_most
         speeds = Limits(at_least=self.minimum_speed, at_most=fastest)
         speed = checked_number("speed", speed, speeds)
         creepages = checked("creepage", creepage, creepage_limits(self, speed))
         omega = (1.0 + creepages) * speed / self.radius
-        return self.evaluate(
-            omega=omega, speed=speed, normal_load=normal_load, friction_scale=friction_scale
-        )
+        return self.evaluate(omega=omega, speed=speed, **others)

@@ -81,6 +81,9 @@ class LineContact(Parameters):
     length : float, optional
         Length of the contact across the rolling direction [m]. Default: 1, which makes force and
         force per length the same number.
+    poisson_ratio : float, optional
+        nu of both bodies [1], from 0 to 0.5; it enters the stiffness across rolling only. Default:
+        0.3, steel's.
 
     Notes
     -----
@@ -92,9 +95,10 @@ class LineContact(Parameters):
     radius: Annotated[float, Quantity("m", above=0.0)]
     contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
     length: Annotated[float, Quantity("m", above=0.0)] = 1.0
+    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)] = 0.3
 
     load_exponent = 0.5
-    softening = 0.0
+    softening = lateral_softening = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -102,9 +106,17 @@ class LineContact(Parameters):
 
     @classmethod
     def from_semi_width(
-        cls, *, semi_width: float, radius: float, contact_modulus: float, normal_load: float
+        cls,
+        *,
+        semi_width: float,
+        radius: float,
+        contact_modulus: float,
+        normal_load: float,
+        **others: Any,
     ) -> LineContact:
         """Make the contact with the semi-width a [m] under a normal load [N].
+
+        `others` is `poisson_ratio`.
 
         Examples
         --------
@@ -128,6 +140,7 @@ class LineContact(Parameters):
             radius=r,
             contact_modulus=modulus,
             length=derived("length", lambda: load / per_length, given),
+            **others,
         )
 
     @property
@@ -150,6 +163,11 @@ class LineContact(Parameters):
     def tangential_modulus(self) -> float:
         """Modulus of the stiffness against creepage: E* [Pa]."""
         return self.contact_modulus
+
+    @property
+    def lateral_stiffness_ratio(self) -> float:
+        """Stiffness against creepage across rolling over that along it [1]."""
+        return 1.0 - self.poisson_ratio
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -307,6 +325,17 @@ class EllipticContact(Parameters):
     def softening(self) -> float:
         """Part of that stiffness that is lost as the stick area shrinks, up to saturation [1]."""
         return self._scales.softening_x
+
+    @property
+    def lateral_stiffness_ratio(self) -> float:
+        """Stiffness against creepage across rolling over that along it, c22/c11 [1]."""
+        scales = self._scales
+        return (1.0 - self.poisson_ratio) * scales.stiffness_y / scales.stiffness_x
+
+    @property
+    def lateral_softening(self) -> float:
+        """`softening` across rolling [1]."""
+        return self._scales.softening_y
 
 
 Contact = LineContact | EllipticContact

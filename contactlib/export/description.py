@@ -14,6 +14,7 @@ from functools import cached_property
 
 from contactlib.contact import kernel
 from contactlib.contact.element import ForceElement, ProcessZoneWarning
+from contactlib.contact.plane_contact import spinning_aspect
 from contactlib.export.units import Type, type_of
 from contactlib.files.model import Missing, Model
 
@@ -143,7 +144,7 @@ class Description:
         """
         digest = hashlib.sha256()
         if self.has_contact:
-            digest.update(self.element.table.data)
+            digest.update(self.element.table.data + self.element.plane_data)
         digest.update(repr((self.text, self.start_values, self.author, self.version)).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
@@ -172,6 +173,11 @@ class Description:
     def relaxed(self) -> bool:
         """Whether the contact has a state."""
         return self.has_contact and self.relaxation_length > 0.0
+
+    @property
+    def spins(self) -> bool:
+        """Whether the contact knows spin."""
+        return self.has_contact and spinning_aspect(self.element.contact) is not None
 
     @property
     def text(self) -> str:
@@ -209,6 +215,8 @@ class Description:
             "speed": speed,
             "normal_load": element.normal_load,
             "friction_scale": 1.0,
+            "lateral_velocity": 0.0,
+            "spin_velocity": 0.0,
             "drive_torque": 0.0,
             "resistance_force": 0.0,
             "creep_force": 0.0,
@@ -221,7 +229,8 @@ class Description:
     def variables(self) -> tuple[Variable, ...]:
         """All variables of the FMU, by rising value reference."""
         entries = enumerate(kernel.model_variables(self.kind))
-        return tuple(self._variable(i, v) for i, v in entries if self.relaxed or not v.only_relaxed)
+        parts = {"always": True, "if_relaxed": self.relaxed, "if_spinning": self.spins}
+        return tuple(self._variable(i, v) for i, v in entries if parts[v.part])
 
     def _variable(self, reference: int, entry: kernel.Variable) -> Variable:
         causality, variability = ROLES[entry.role]
@@ -264,6 +273,10 @@ class Description:
             "relaxed_creepage": 1e-2,
             "normal_load": load,
             "creep_force": force,
+            "lateral_force": force,
+            "spin_moment": force * element.contact.semi_width,
+            "lateral_velocity": zeta0 * speed,
+            "spin_velocity": zeta0 * speed / element.contact.semi_width,
             "wheel_torque": element.radius * force,
             "drive_torque": element.radius * force,
             "creepage": zeta0,
@@ -300,13 +313,16 @@ class Description:
 
     def _dependencies(self, name: str) -> dict[str, str]:
         """Kind of each dependency declared in the kernel's list; see fmu/variable.h."""
-        knows_k_hat = self.has_contact and not self.element.table.one_axis
+        counts = {
+            "*": self.has_contact and not self.element.table.one_axis,
+            "@": self.spins,
+        }
         entry = next(v for v in kernel.model_variables(self.kind) if v.name == name)
         kinds: dict[str, str] = {}
         for declared in entry.depends.split():
-            if declared.startswith("*") and not knows_k_hat:
+            if not counts.get(declared[0], True):
                 continue
-            held, _, relaxed = declared.lstrip("*").partition("/")
+            held, _, relaxed = declared.lstrip("*@").partition("/")
             chosen = relaxed if "/" in declared and self.relaxed else held
             depends, _, kind = chosen.partition(":")
             kinds[depends] = kind or kinds.get(depends, "dependent")

@@ -47,7 +47,7 @@ def experiment(description: Description) -> Experiment:
     It is half of what a held force and an explicit solver take at the start values, where the slip
     is zero and stiffest. The implicit mode would take more, but not in model exchange.
     """
-    table, kind = description.element.table.native, description.kind
+    table, kind = description.element.native_contact, description.kind
     native = kernel.NativeModel(kind, table, replace(description, implicit=False).start_values)
     stable = [LONGEST_STEP[kind], 0.5 * native.explicit_step()]
     if kind == "force_element":
@@ -70,9 +70,13 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     start, swing = description.start_values, np.sin(2.0 * np.pi * time / stop)
     sliding = element.friction.kinetic * element.normal_load
     pulse = np.sin(np.pi * time / stop) ** 2
+    late = np.clip(2.0 * time / stop - 1.0, 0.0, 1.0)
+    slow = start["speed"] * element.saturation_creepage
     # A relaxed contact that slides is the stiffer, the larger its creepage.
     reach, excess = (3.0, 0.3) if description.relaxed else (6.0, 0.4)
     columns = {
+        "lateral_velocity": 0.6 * slow * np.sin(np.pi * late) ** 2,  # in the second half
+        "spin_velocity": 0.5 * slow / element.contact.semi_width * np.sin(2.0 * np.pi * late),
         "omega": start["omega"] * (1.0 + reach * element.saturation_creepage * swing**3),
         "speed": start["speed"] * (1.0 - 0.2 * time / stop),
         "normal_load": element.normal_load * (1.0 + 0.1 * np.sin(30.0 * time / stop)),
@@ -92,7 +96,7 @@ def reference_run(description: Description) -> bytes:
     inputs = reference_inputs(description)
     time = inputs.pop("time")
     element = description.element
-    native = kernel.NativeModel(description.kind, element.table.native, description.start_values)
+    native = kernel.NativeModel(description.kind, element.native_contact, description.start_values)
     outputs = [v.name for v in description.variables if v.causality == "output"]
     lines = [",".join(["time", *inputs, *outputs])]
     for i, t in enumerate(time.tolist()):
@@ -166,6 +170,7 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     if description.has_contact:
         table = description.element.table
         files["resources/creep_table.bin"] = table.data
+        files["resources/plane_contact.bin"] = description.element.plane_data
         files["resources/creep_table.csv"] = page.readable_table(table)
     files["documentation/index.html"] = page.index_page(description)
     files["documentation/licenses/license.txt"] = page.licence_text()

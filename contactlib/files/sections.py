@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from contactlib.base.quantities import Parameters, Quantity
-from contactlib.contact.element import friction_with_k_hat, saturation_creepage
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import THEORIES, Contact, EllipticContact, LineContact, Material
 from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive_table
 from contactlib.contact.laws.measured import MeasuredCurve
 from contactlib.contact.laws.polach import Polach
+from contactlib.contact.scales import friction_with_k_hat, saturation_creepage
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.reading import doubt, file_beside, in_file, one_of, profile
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
@@ -94,9 +94,9 @@ class ContactSection(Parameters):
                 f"{pairs}: give exactly one of these pairs, not {' and '.join(given) or 'nothing'}"
             )
         material = Material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
-        others = {key: getattr(self, key) for key in given}
+        others = {key: getattr(self, key) for key in (*given, "poisson_ratio")}
         if given[0] != "semi_width":
-            others |= {"poisson_ratio": self.poisson_ratio, "theory": self.theory or THEORIES[0]}
+            others["theory"] = self.theory or THEORIES[0]
         elif self.theory is not None:
             raise ValueError(f"theory = {self.theory!r} is for an ellipse, not for a line contact")
         contact = makers[given](

@@ -11,7 +11,7 @@ from explorer_page import ExplorerPage
 from explorer_vehicle import changed, random_wheelset, vehicle_of
 
 import contactlib as cl
-from contactlib.contact.element import saturation_creepage
+from contactlib.contact.scales import saturation_creepage
 from contactlib.stability import (
     Clearing,
     Fold,

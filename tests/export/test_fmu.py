@@ -196,7 +196,7 @@ def test_directional_derivatives_are_the_kernel_s(
     tool.set(**{n: v for n, v in start.items() if n in ("omega", "drive_torque")})
     if description.relaxed:
         tool.set(relaxed_creepage=0.011)
-    native = kernel.NativeModel(description.kind, locomotive.wheelset.element.table.native, start)
+    native = kernel.NativeModel(description.kind, locomotive.wheelset.element.native_contact, start)
     unknowns = [
         v.name
         for v in description.of_role("output", "derivative", "indicator", "state")

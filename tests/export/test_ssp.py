@@ -288,7 +288,7 @@ def parts(
     **starts: float,
 ) -> list[kernel.NativeModel]:
     """Contact and body as the FMUs of the package hold them."""
-    table, given = model.wheelset.element.table.native, {**operating_point(model), **starts}
+    table, given = model.wheelset.element.native_contact, {**operating_point(model), **starts}
     made = []
     for kind, length in (("force_element", relaxation_length), ("wheelset_body", None)):
         mode = implicit and kind == "force_element"

@@ -13,9 +13,9 @@ SIGMA = 8e-3  # relaxation length [m]
 
 
 def native(description: Description, **start: float) -> kernel.NativeModel:
-    table = description.model.wheelset.element.table
+    contact = description.model.wheelset.element.native_contact
     values = {**description.start_values, **start}
-    return kernel.NativeModel(description.kind, table.native, values)
+    return kernel.NativeModel(description.kind, contact, values)
 
 
 def difference_quotient(

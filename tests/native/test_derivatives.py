@@ -64,7 +64,7 @@ def _model(rig: cl.Model, element: cl.ForceElement) -> cl.Model:
 def random_points(description: Description, count: int, seed: int) -> Iterator[dict[str, float]]:
     """Start values all over both branches, in traction and braking, at speeds from zero on.
 
-    One in nine has a load below zero.
+    One in nine has a load below zero, and half of them slip across rolling and spin.
     """
     rng = np.random.default_rng(seed)
     element = description.model.wheelset.element
@@ -76,12 +76,16 @@ def random_points(description: Description, count: int, seed: int) -> Iterator[d
     for i in range(count):
         speed = 0.0 if i % 8 == 0 else sign() * 10 ** rng.uniform(-2.0, 1.7)
         at_rest = 0.5 * element.minimum_speed
+        width = element.contact.semi_width
+        across = (i % 2) * element.saturation_creepage * max(abs(speed), at_rest)
         creepage = element.saturation_creepage * sign() * 10 ** rng.uniform(-1.5, 1.0)
         point = {
             "omega": (speed + max(abs(speed), at_rest) * creepage) / element.radius,
             "speed": speed,
             "normal_load": element.contact.normal_load * (rng.uniform(0.3, 2.0) if i % 9 else -0.5),
             "friction_scale": rng.uniform(0.5, 1.2),
+            "lateral_velocity": across * sign() * 10 ** rng.uniform(-1.5, 0.5),
+            "spin_velocity": across * sign() * 10 ** rng.uniform(-1.5, 0.5) / width,
             "slip_rate_residual": rng.uniform(0.3, 0.9),
             "slip_rate_decay": rng.uniform(0.1, 0.8),
             "relaxed_creepage": element.saturation_creepage * sign() * 10 ** rng.uniform(-1.5, 1.0),

@@ -36,6 +36,7 @@ from contactlib.contact.kernel.plane import plane_forces as plane_forces
 from contactlib.contact.kernel.plane import plane_sizes as plane_sizes
 from contactlib.contact.kernel.tables import TABLE_MAGIC as TABLE_MAGIC
 from contactlib.contact.kernel.tables import TABLE_VERSION as TABLE_VERSION
+from contactlib.contact.kernel.tables import NativeContact as NativeContact
 from contactlib.contact.kernel.tables import NativeTable as NativeTable
 from contactlib.contact.kernel.tables import framed as framed
 from contactlib.contact.kernel.tables import table_nodes as table_nodes

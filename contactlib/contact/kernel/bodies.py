@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from contactlib.base.quantities import Limits
 from contactlib.contact.kernel.library import ffi, library, pointer, struct_dtype
 from contactlib.contact.kernel.models import model_variables
-from contactlib.contact.kernel.tables import NativeTable
+from contactlib.contact.kernel.tables import NativeContact, NativeTable
 
 
 def process_zone_limit() -> float:
@@ -71,7 +71,7 @@ def contact_scales(
 class NativeForceElement:
     """Parameters and table of a force element. Checks nothing."""
 
-    def __init__(self, table: NativeTable, parameters: Mapping[str, float]) -> None:
+    def __init__(self, table: NativeTable | NativeContact, parameters: Mapping[str, float]) -> None:
         library()
         self._table = table
         self._parameters = ffi.new("force_element_parameters *", dict(parameters))

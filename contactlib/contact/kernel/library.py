@@ -21,6 +21,7 @@ HEADERS = (
     "force_element.h",
     "half_space.h",
     "plane_law.h",
+    "plane_contact.h",
     "creep_forces.h",
     "wheelset.h",
     "wheelset_step.h",

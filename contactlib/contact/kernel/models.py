@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from contactlib.base.quantities import Limits
 from contactlib.contact.kernel.library import ffi, library
-from contactlib.contact.kernel.tables import NativeTable
+from contactlib.contact.kernel.tables import NativeContact
 
 MODEL_KINDS = ("force_element", "wheelset", "wheelset_body")
 GIVEN = ("fixed_parameter", "tunable_parameter", "input", "state")  # roles with a start value
@@ -22,8 +22,8 @@ class Variable(NamedTuple):
     description: str
     role: str
     limits: Limits
-    only_relaxed: bool
-    depends: str  # see fmu/variable.h
+    part: str  # "always", or when the variable is part of the model; see fmu/variable.h
+    depends: str  # likewise
 
     @property
     def boolean(self) -> bool:
@@ -35,7 +35,7 @@ class Variable(NamedTuple):
 def model_variables(kind: str) -> tuple[Variable, ...]:
     """List of variables of a kind of model; the index is the FMI value reference."""
     model = _model(kind)
-    roles = ffi.typeof("variable_role").elements
+    roles, parts = (ffi.typeof(name).elements for name in ("variable_role", "variable_part"))
 
     def text(cdata: Any) -> str:
         return str(ffi.string(cdata).decode())
@@ -47,7 +47,7 @@ def model_variables(kind: str) -> tuple[Variable, ...]:
             text(v.description),
             roles[v.role].lower(),
             Limits(at_least=v.minimum, at_most=v.maximum),
-            v.part == library().IF_RELAXED,
+            parts[v.part].lower(),
             text(v.depends) if v.depends else "",
         )
         for v in (model.variables[i] for i in range(model.count))
@@ -66,7 +66,7 @@ class NativeModel:
     It checks names but no values.
     """
 
-    def __init__(self, kind: str, table: NativeTable, start: Mapping[str, float]) -> None:
+    def __init__(self, kind: str, table: NativeContact, start: Mapping[str, float]) -> None:
         self._model, self._table = _model(kind), table
         self._entries = {v.name: i for i, v in enumerate(model_variables(kind))}
         self._values = ffi.new("model_values *")

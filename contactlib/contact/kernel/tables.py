@@ -56,6 +56,26 @@ class NativeTable:
         return ratio, slope
 
 
+class NativeContact:
+    """A table, with what its contact adds to it for force in the plane.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are not those of a contact.
+    """
+
+    def __init__(self, table: NativeTable, data: bytes) -> None:
+        words = np.frombuffer(data, np.uint64).copy()  # aligned to eight bytes
+        plane = ffi.new("plane_contact *")
+        error = library().plane_contact_open(plane, pointer(words, "uint64_t"), len(data))
+        if error != ffi.NULL:
+            raise ValueError(ffi.string(error).decode())
+        self._kept = table, words, plane
+        self.struct = ffi.new("creep_table *", table.struct[0])
+        self.struct.plane = plane
+
+
 def _versions(data: bytes) -> str:
     """End of the error message for a table of another version, else nothing."""
     found = int.from_bytes(data[8:12], "little")

@@ -1,0 +1,230 @@
+#include "force_in_plane.h"
+
+#include <string.h>
+
+#include "checked_file.h"
+#include "plane_formula.h"
+#include "relaxation.h"
+
+enum { PLANE_VERSION = 1, PLANE_NUMBERS = 5 };
+
+/* The frame is followed by stiffness ratio, softening across, b/a, spin arm, slip spread and, if
+ * the contact knows spin, one set of coefficients. */
+const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t size) {
+    const char *error = checked_file_error(bytes, size, "PLANECON", PLANE_VERSION);
+    if (error != NULL) return error;
+    const double *number = (const double *)(const void *)((const char *)bytes + CHECKED_FILE_FRAME);
+    size_t count = (size - CHECKED_FILE_FRAME) / sizeof *number;
+    if (size % sizeof *number != 0 ||
+        (count != PLANE_NUMBERS && count != PLANE_NUMBERS + PLANE_COEFFICIENTS))
+        return "the number of values is not that of a contact";
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(number[i]) <= 1e6)) return "a number is not finite or beyond 1e6";
+    if (!(number[0] >= 1e-3 && number[1] >= -0.5 && number[1] <= 0.5 && number[2] >= 0.0))
+        return "the contact's shape is out of range";
+    int spins = count > PLANE_NUMBERS;
+    *contact = (plane_contact){
+        .shape = {.stiffness_ratio = number[0],
+                  .softening_y = number[1],
+                  .coefficients = spins ? number + PLANE_NUMBERS : NULL,
+                  .share = {1.0},
+                  .sets = spins},
+        .axes_ratio = number[2],
+        .spin_arm = spins ? number[3] : 0.0,
+        .slip_spread = spins ? number[4] : 0.0,
+    };
+    return NULL;
+}
+
+/* Force in the plane at an input, before it is put into outputs. */
+typedef struct {
+    force_state at;
+    slip_speeds slip;
+    double log_g_by_slip; /* by the magnitude of the slip speed [s/m] */
+    double direction;     /* of rolling: -1 or 1 above the minimum speed */
+    double per_velocity;  /* 1/(reference zeta0) [s/m] */
+    double per_spin;      /* normalized spin per spin velocity and direction of rolling [s] */
+    double creepage[3];   /* normalized, in the signs of the forces */
+    double most;          /* f_s/f_d */
+    int held;             /* 1 if the force is held at f_s N */
+    plane_value law;      /* as the law has it */
+    double size;          /* of the law's force [f_d N] */
+    plane_value force;    /* as it acts */
+} plane_state;
+
+/* Hold the force in its direction. */
+static void hold(plane_state *s) {
+    plane_value *f = &s->force;
+    double unit[2] = {f->force[0] / s->size, f->force[1] / s->size}, less = s->most / s->size;
+    for (int j = 0; j < 4; j++) {
+        double *by[2] = {j < 3 ? &f->by_creepage[0][j] : &f->by_log_k[0],
+                         j < 3 ? &f->by_creepage[1][j] : &f->by_log_k[1]};
+        double along = unit[0] * *by[0] + unit[1] * *by[1];
+        for (int i = 0; i < 2; i++) *by[i] = less * (*by[i] - unit[i] * along);
+    }
+    for (int i = 0; i < 2; i++) f->force[i] = s->most * unit[i];
+}
+
+static plane_state plane_state_of(const creep_table *table, const force_element_parameters *there,
+                                  const force_element_input *in) {
+    const plane_contact *plane = table->plane;
+    plane_state s = {.slip = slip_in_plane(table, there, in)};
+    double passing, decay = decay_at(there, s.slip.size);
+    double g = slip_rate_factor(there, decay, &passing);
+    s.at = begin_force(table, there, contact_scales_of(there), in, decay);
+    s.log_g_by_slip = s.slip.size > 0.0 ? -there->slip_rate_decay * passing / g : 0.0;
+    s.at.log_g_by_slip = s.slip.size > 0.0 ? s.log_g_by_slip * s.slip.along / s.slip.size : 0.0;
+    s.direction = in->speed * s.at.inverse_speed;
+    s.per_velocity = s.at.inverse_speed * s.at.inverse_saturation;
+    s.per_spin = plane->spin_arm * there->semi_width * s.per_velocity;
+    s.creepage[0] = s.at.x;
+    s.creepage[1] = -plane->shape.stiffness_ratio * s.per_velocity * in->lateral_velocity;
+    /* Rolling backwards turns the contact by half a turn, and its spin against it. */
+    s.creepage[2] = -s.per_spin * in->spin_velocity * s.direction;
+    plane_shape shape = plane->shape;
+    shape.softening_x = there->softening;
+    plane_at(table, &shape, s.creepage, table->one_axis ? 0.0 : s.at.k_hat, &s.law);
+    s.size = sqrt(s.law.force[0] * s.law.force[0] + s.law.force[1] * s.law.force[1]);
+    s.force = s.law;
+    s.most = there->static_friction / there->kinetic_friction;
+    s.held = s.size > s.most;
+    if (s.held) hold(&s);
+    return s;
+}
+
+/* Change of a force with normalized creepages and ln(k_hat). */
+static double follows(const plane_value *force, int i, const double change[3], double dlog_k) {
+    const double *by = force->by_creepage[i];
+    return by[0] * change[0] + by[1] * change[1] + by[2] * change[2] + force->by_log_k[i] * dlog_k;
+}
+
+void evaluate_in_plane(const creep_table *table, const force_element_parameters *p,
+                       const force_element_input *in, force_element_output *out) {
+    plane_state s = plane_state_of(table, p, in);
+    const force_state *at = &s.at;
+    const double *force = s.force.force, *l = s.creepage;
+    int relaxed = p->relaxation_length > 0.0;
+    double zeta0 = at->scales.saturation_creepage, sliding = at->kinetic * in->normal_load;
+    double mean = p->semi_width * sqrt(table->plane->axes_ratio);
+    set_kinematics(p, in, at, out);
+    double k_margin = at->scales.k_hat - table->k_max;
+    out->k_hat_margin = table->one_axis ? -1.0 : k_margin;
+    int k_limited = out->k_hat_margin > 0.0;
+    out->k_hat_limited = k_limited ? 1.0 : 0.0;
+    out->force_margin = p->kinetic_friction * s.size - p->static_friction;
+    out->force_limited = s.held ? 1.0 : 0.0;
+    out->creep_force = sliding * force[0];
+    out->wheel_torque = -p->radius * out->creep_force;
+    out->lateral_force = sliding * force[1];
+    out->spin_moment = sliding * mean * s.direction * force[2];
+    out->normalized_creepage = at->x;
+    out->traction_coefficient = at->kinetic * force[0];
+    out->k_hat = at->k_hat;
+    out->saturation_creepage = zeta0;
+    out->process_zone_ratio = at->scales.process_zone_ratio;
+
+    /* The force along rolling by the acting creepage, by the slip speed w through friction, by the
+     * speed through the other creepages, and by the load. */
+    double stretch[3] = {-l[0], -l[1], -l[2]}, k_by_g = k_limited ? 0.0 : -0.5;
+    double by_log_g = force[0] + follows(&s.force, 0, stretch, k_by_g);
+    double by_acting = sliding * s.force.by_creepage[0][0] * at->inverse_saturation;
+    double by_slip = sliding * s.log_g_by_slip * by_log_g;
+    double by_along = s.slip.size > 0.0 ? by_slip * s.slip.along / s.slip.size : 0.0;
+    double slower = -at->speed_slope * at->inverse_speed;     /* d(ln(1/reference))/d(speed) */
+    double turned = at->inverse_speed + s.direction * slower; /* d(direction)/d(speed) */
+    double at_speed[3] = {0.0, l[1] * slower,
+                          l[2] * slower - s.per_spin * in->spin_velocity * turned};
+    double growth = p->load_exponent / in->normal_load;
+    double at_load[3] = {-l[0] * growth, -l[1] * growth, 0.0}; /* the width grows like zeta0 */
+    double wider = s.slip.size > 0.0 ? s.slip.turning * s.slip.turning * growth / s.slip.size : 0.0;
+    out->force_gradient = by_acting * at->inverse_speed + by_along;
+    double slope = out->force_gradient * at->reference * zeta0 / sliding;
+    out->falling_margin = slope == 0.0 ? -1.0 : -slope;
+    out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
+    out->force_by_omega = p->radius * (relaxed ? by_along : out->force_gradient);
+    out->force_by_speed = (relaxed ? 0.0 : by_acting * out->creepage_by_speed) - by_along +
+                          sliding * follows(&s.force, 0, at_speed, 0.0);
+    out->force_by_load = at->kinetic * force[0] + by_slip * wider +
+                         sliding * follows(&s.force, 0, at_load, k_limited ? 0.0 : -growth);
+    out->force_by_relaxed = relaxed ? by_acting : 0.0;
+    relaxation_rate(p, in, at->slip, zeta0, at->log_g_by_slip, out);
+}
+
+/* A struct of doubles, moved along a direction. */
+static void move(void *to, const void *direction, double distance, size_t size) {
+    double *number = to;
+    const double *along = direction;
+    for (size_t i = 0; i < size / sizeof(double); i++) number[i] += distance * along[i];
+}
+
+/* Change of the gradient, by central differences of first derivatives over a step of this size. */
+static void follow_gradient(const creep_table *table, const force_element_parameters *p,
+                            const force_element_input *in, const force_element_output *out,
+                            const force_element_parameters *dp, const force_element_input *din,
+                            double step, force_element_output *dout) {
+    force_element_output found[2];
+    for (int i = 0; i < 2; i++) {
+        double distance = i == 0 ? step : -step;
+        force_element_parameters moved = *p;
+        force_element_input given = *in;
+        move(&moved, dp, distance, sizeof moved);
+        move(&given, din, distance, sizeof given);
+        if (!(out->k_hat > 0.0)) moved.weakening_length = 0.0;
+        moved = force_element_at_load(&moved, given.normal_load);
+        evaluate_in_plane(table, &moved, &given, &found[i]);
+    }
+    dout->force_gradient = (found[0].force_gradient - found[1].force_gradient) / (2.0 * step);
+    dout->falling_margin = (found[0].falling_margin - found[1].falling_margin) / (2.0 * step);
+}
+
+void tangent_in_plane(const creep_table *table, const force_element_parameters *p,
+                      const force_element_input *in, const force_element_output *out,
+                      const force_element_parameters *dp, const force_element_input *din,
+                      const force_change *change, force_element_output *dout) {
+    force_element_parameters there = force_element_at_load(p, in->normal_load);
+    const plane_contact *plane = table->plane;
+    plane_state s = plane_state_of(table, &there, in);
+    const double *force = s.force.force, *l = s.creepage;
+    double slower = -change->reference * s.at.inverse_speed;
+    double turned = din->speed * s.at.inverse_speed + s.direction * slower;
+    double dlog_velocity = slower - change->log_zeta0, dforce[3], dlaw[2];
+    double dl[3] = {
+        change->acting * s.at.inverse_saturation - l[0] * change->log_zeta0,
+        l[1] * dlog_velocity -
+            plane->shape.stiffness_ratio * s.per_velocity * din->lateral_velocity,
+        l[2] * (dlog_velocity + change->log_width) -
+            s.per_spin * (din->spin_velocity * s.direction + in->spin_velocity * turned)};
+    for (int i = 0; i < 3; i++) dforce[i] = follows(&s.force, i, dl, change->log_k);
+    for (int i = 0; i < 2; i++) dlaw[i] = follows(&s.law, i, dl, change->log_k);
+    if (dp->softening != 0.0) { /* by central differences */
+        static const double STEP = 1e-5;
+        force_element_parameters softer = there, harder = there;
+        softer.softening += STEP, harder.softening -= STEP;
+        plane_state after = plane_state_of(table, &softer, in);
+        plane_state before = plane_state_of(table, &harder, in);
+        double per = dp->softening / (2.0 * STEP);
+        for (int i = 0; i < 3; i++)
+            dforce[i] += per * (after.force.force[i] - before.force.force[i]);
+        for (int i = 0; i < 2; i++) dlaw[i] += per * (after.law.force[i] - before.law.force[i]);
+    }
+    double dmost = (dp->static_friction - s.most * dp->kinetic_friction) / p->kinetic_friction;
+    for (int i = 0; i < 2 && s.held; i++) dforce[i] += force[i] * dmost / s.most;
+
+    double kinetic = s.at.kinetic, sliding = kinetic * in->normal_load;
+    double dsliding = sliding * change->log_kinetic + kinetic * din->normal_load;
+    double mean = there.semi_width * sqrt(plane->axes_ratio);
+    dout->lateral_force = dsliding * force[1] + sliding * dforce[1];
+    dout->spin_moment = mean * (s.direction * (dsliding * force[2] + sliding * dforce[2]) +
+                                sliding * force[2] * (s.direction * change->log_width + turned));
+    if (!is_in_plane(table, in)) return;
+    dout->traction_coefficient = kinetic * (force[0] * change->log_kinetic + dforce[0]);
+    dout->creep_force = dsliding * force[0] + sliding * dforce[0];
+    double dsize = 0.0;
+    if (s.size > 0.0) dsize = (s.law.force[0] * dlaw[0] + s.law.force[1] * dlaw[1]) / s.size;
+    dout->force_margin =
+        p->kinetic_friction * dsize + s.size * dp->kinetic_friction - dp->static_friction;
+    double pace = fabs(change->log_k) + fabs(change->log_zeta0) + fabs(change->log_width) +
+                  fabs(change->log_kinetic) + fabs(slower) + fabs(dp->softening);
+    for (int i = 0; i < 3; i++) pace += fabs(dl[i]) / (fabs(l[i]) + 1e-2);
+    if (pace > 1e-300) follow_gradient(table, p, in, out, dp, din, 1e-6 / pace, dout);
+}
