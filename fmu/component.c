@@ -147,15 +147,18 @@ static result load_resources(component *self, const char *location) {
     const char *file = "creep_table.bin", *error = NULL;
     void *values = NULL;
     size_t size;
-    if (self->model->has_contact) {
+    if (self->model->has_contact || self->model->has_pair) {
         error = resource_read(location, file, &self->table_bytes, &size, text, sizeof text);
         if (error == NULL) error = creep_table_open(&self->table, self->table_bytes, size);
         if (error == NULL) {
-            file = "plane_contact.bin";
-            error = resource_read(location, file, &self->plane_bytes, &size, text, sizeof text);
-            if (error == NULL) error = plane_contact_open(&self->plane, self->plane_bytes, size);
+            file = self->model->has_pair ? "creep_forces.bin" : "plane_contact.bin";
+            error = resource_read(location, file, &self->shape_bytes, &size, text, sizeof text);
         }
+        if (error == NULL && self->model->has_pair)
+            error = creep_forces_open(&self->pair, &self->table, self->shape_bytes, size);
+        else if (error == NULL) error = plane_contact_open(&self->plane, self->shape_bytes, size);
         self->table.plane = &self->plane;
+        self->table.pair = &self->pair;
         self->start.spins = self->plane.shape.sets;
     }
     if (error == NULL) {
@@ -201,7 +204,7 @@ result component_open(component *self, int model_exchange, const char *token,
 
 void component_close(component *self) {
     free(self->table_bytes);
-    free(self->plane_bytes);
+    free(self->shape_bytes);
 }
 
 result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,
@@ -239,20 +242,23 @@ static const model_variable *find(component *self, unsigned reference, int boole
 
 /* Limits that involve two variables. */
 static result check_friction(component *self) {
-    const force_element_parameters *p = &self->now.values.contact;
-    if (!(p->static_friction >= p->kinetic_friction)) {
+    const model_values *v = &self->now.values;
+    int any = self->model->has_pair;
+    double most = any ? v->pair.static_friction : v->contact.static_friction;
+    double kinetic = any ? v->pair.kinetic_friction : v->contact.kinetic_friction;
+    if (!(most >= kinetic)) {
         component_log(self, RESULT_DISCARD,
                       "static_friction = %s is out of range: must be at least kinetic_friction = "
                       "%s",
-                      SHOWN(p->static_friction), SHOWN(p->kinetic_friction));
+                      SHOWN(most), SHOWN(kinetic));
         return RESULT_DISCARD;
     }
-    double held = self->table.static_to_kinetic, least = held * p->kinetic_friction;
-    if (held > 0.0 && !(fabs(p->static_friction - least) <= 1e-9 * least)) {
+    double held = self->table.static_to_kinetic, least = held * kinetic;
+    if (held > 0.0 && !(fabs(most - least) <= 1e-9 * least)) {
         component_log(self, RESULT_DISCARD,
                       "static_friction / kinetic_friction = %s must be %s, the only ratio for "
                       "which the table's law holds",
-                      SHOWN_TO(10, p->static_friction / p->kinetic_friction), SHOWN_TO(10, held));
+                      SHOWN_TO(10, most / kinetic), SHOWN_TO(10, held));
         return RESULT_DISCARD;
     }
     return RESULT_OK;
@@ -260,9 +266,18 @@ static result check_friction(component *self) {
 
 static result evaluate(component *self) {
     if (!self->now.stale) return RESULT_OK;
-    if (self->model->has_contact && check_friction(self) != RESULT_OK) return RESULT_DISCARD;
+    int rubs = self->model->has_contact || self->model->has_pair;
+    if (rubs && check_friction(self) != RESULT_OK) return RESULT_DISCARD;
     self->model->evaluate(&self->table, &self->now.values);
     self->now.stale = 0;
+    if (self->now.values.forces.aspect_limited > 0.0 && !self->doubted) {
+        self->doubted = 1;
+        component_log(
+            self, RESULT_WARNING,
+            "semi_axis_x / semi_axis_y = %s is outside 1/8 to 8: the shape of the force is "
+            "that of the nearer end",
+            SHOWN(self->now.values.ellipse.semi_axis_x / self->now.values.ellipse.semi_axis_y));
+    }
     return RESULT_OK;
 }
 

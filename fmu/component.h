@@ -50,10 +50,11 @@ typedef struct {
     creep_table table;
     void *table_bytes;
     plane_contact plane;
-    void *plane_bytes;
-    size_t states; /* number of continuous states */
+    creep_forces pair;
+    void *shape_bytes; /* of one of the two */
+    size_t states;     /* number of continuous states */
     int model_exchange;
-    int doubted;     /* 1 once it was said that parallel_exchange is wrong */
+    int doubted;     /* 1 once it was said that parallel_exchange is wrong, or a/b out of range */
     unsigned logged; /* one bit for each category */
     component_logger *logger;
     void *shell;

@@ -48,7 +48,7 @@ enum { PLANE_ASPECTS = 7, ASPECT_CELLS = 48, ASPECT_SCALES = 5 };
 #define LN_2 0.69314718055994531
 
 /* A material pair, prepared for any ellipse. */
-typedef struct {
+typedef struct creep_forces {
     creep_forces_parameters parameters;
     const creep_table *table;   /* of an elliptic contact */
     const double *coefficients; /* PLANE_ASPECTS sets */
@@ -60,6 +60,11 @@ typedef struct {
 CONTACTLIB_API void creep_forces_prepare(creep_forces *pair, const creep_table *table,
                                          const double *coefficients,
                                          const creep_forces_parameters *parameters);
+
+/* Prepare it from a file in memory that is aligned to 8 bytes: Poisson's ratio and coefficients.
+ * Returns NULL, or a message that says what is wrong with the bytes. */
+CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_table *table,
+                                             const void *bytes, size_t size);
 
 /* Smaller loads [N] and friction coefficients [1] count as none. */
 #define LEAST_LOAD 1e-30

@@ -53,6 +53,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
     memcpy(&table->twice_corner, start + 80, 4);
     memcpy(&table->root_k, start + 84, 4);
     table->plane = NULL;
+    table->pair = NULL;
     table->coefficients = (const double *)(const void *)(start + TABLE_HEADER);
     if (table->one_axis > 1 || table->twice_decay > 16 || table->twice_corner > 16 ||
         table->root_k > 1)

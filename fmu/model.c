@@ -217,6 +217,36 @@ static const model_variable BODY_VARIABLES[] = {
     BODY_STATES,
     BODY_RATES("omega:tunable creep_force:fixed", "creep_force:fixed"),
 };
+
+#define FORCES "static_friction kinetic_friction weakening_length shear_modulus semi_axis_x " \
+               "semi_axis_y normal_load friction_scale creepage_x creepage_y spin"
+#define OF_FORCES(name, unit, text, member) MADE(OUTPUT, name, unit, text, forces.member, FORCES)
+static const model_variable PAIR_VARIABLES[] = {
+    TIME,
+    TUNABLE("static_friction", "1", "friction coefficient before slip, not below the kinetic one",
+            1e-6, 1e3, pair.static_friction),
+    TUNABLE("kinetic_friction", "1", "friction coefficient after much slip", 1e-6, 1e3,
+            pair.kinetic_friction),
+    TUNABLE("weakening_length", "m", "slip over which friction weakens", 0.0, 1.0,
+            pair.weakening_length),
+    TUNABLE("shear_modulus", "Pa", "shear modulus of both bodies", 1e-3, 1e15, pair.shear_modulus),
+    GIVEN(INPUT, "semi_axis_x", "m", "semi-axis of the contact ellipse along rolling", 1e-9, 1e3,
+          ellipse.semi_axis_x),
+    GIVEN(INPUT, "semi_axis_y", "m", "semi-axis across rolling", 1e-9, 1e3, ellipse.semi_axis_y),
+    GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12,
+          ellipse.normal_load),
+    GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients", 0.0, 1e3,
+          ellipse.friction_scale),
+    GIVEN(INPUT, "creepage_x", "1", "Kalker's longitudinal creepage (V - omega r)/V, negative in "
+          "traction", -1e9, 1e9, ellipse.creepage_x),
+    GIVEN(INPUT, "creepage_y", "1", "Kalker's lateral creepage v_y/V, y to the left", -1e9, 1e9,
+          ellipse.creepage_y),
+    GIVEN(INPUT, "spin", "1/m", "Kalker's spin omega_z/V, z up", -1e9, 1e9, ellipse.spin),
+    OF_FORCES("force_x", "N", "force on the wheel along rolling", force_x),
+    OF_FORCES("force_y", "N", "force on the wheel to the left", force_y),
+    OF_FORCES("spin_moment", "N.m", "moment on the wheel about the vertical axis", spin_moment),
+    OF_FORCES("utilisation", "1", "force over static friction times load", utilisation),
+};
 /* clang-format on */
 
 int model_has(const model_variable *variable, const model_values *values) {
@@ -257,6 +287,12 @@ static const model MODELS[] = {
      .evaluate = evaluate_body,
      .tangent = tangent_body,
      .advance = advance_body},
+    {.kind = "creep_forces",
+     .has_pair = 1,
+     LIST(PAIR_VARIABLES),
+     .evaluate = evaluate_pair,
+     .tangent = tangent_pair,
+     .advance = advance_pair},
 };
 
 const model *model_of(const char *kind) {

@@ -1,8 +1,9 @@
-/* The seam between physics and FMI: three models that a tool can step, each with one list of
+/* The seam between physics and FMI: four models that a tool can step, each with one list of
  * variables. The sources above know no contact mechanics, the kernel below knows no FMI. */
 #ifndef MODEL_H
 #define MODEL_H
 
+#include "creep_forces.h"
 #include "export.h"
 #include "force_element.h"
 #include "variable.h"
@@ -43,13 +44,17 @@ typedef struct {
     double step_size_hint;
     wheelset_rates rates;
     slip_memory memory;
-    double substep; /* length that the integrator tries next [s] */
-    double spins;   /* 1 if the contact knows spin */
+    double substep;               /* length that the integrator tries next [s] */
+    double spins;                 /* 1 if the contact knows spin */
+    creep_forces_parameters pair; /* without Poisson's ratio, which is the prepared pair's */
+    creep_forces_input ellipse;
+    creep_forces_output forces;
 } model_values;
 
 typedef struct {
     const char *kind;
     int has_contact; /* 1 if there are a table, its contact, truth values and their margins */
+    int has_pair;    /* 1 if there are a table and bodies that touch in any ellipse */
     const model_variable *variables;
     size_t count;
     /* Calculate outputs and derivatives from everything else. */
@@ -64,7 +69,8 @@ typedef struct {
                            double tolerance);
 } model;
 
-/* The model of a kind ("force_element", "wheelset", "wheelset_body"); NULL if there is none. */
+/* The model of a kind ("force_element", "wheelset", "wheelset_body", "creep_forces"); NULL if there
+ * is none. */
 CONTACTLIB_API const model *model_of(const char *kind);
 
 /* Whether the variable is part of the model with these values. */

@@ -22,4 +22,10 @@ void tangent_body(const creep_table *table, const model_values *values,
 const char *advance_body(const creep_table *table, model_values *values, double step,
                          double tolerance);
 
+void evaluate_pair(const creep_table *table, model_values *values);
+void tangent_pair(const creep_table *table, const model_values *values,
+                  const model_values *direction, model_values *change);
+const char *advance_pair(const creep_table *table, model_values *values, double step,
+                         double tolerance);
+
 #endif

@@ -191,9 +191,9 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
 @click.argument("model")
 @click.option(
     "--kind",
-    type=click.Choice(["force_element", "wheelset", "wheelset_body"]),
-    help="Creep force for given velocities (default), wheelset with its creep force, or wheelset "
-    "without it.",
+    type=click.Choice(["force_element", "wheelset", "wheelset_body", "creep_forces"]),
+    help="Creep force for given velocities (default), wheelset with its creep force, wheelset "
+    "without it, or forces and spin moment for given ellipse, load and creepages.",
 )
 @click.option(
     "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version."
@@ -224,7 +224,7 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="File. Default: CreepForceElement.fmu, Wheelset.fmu, WheelsetBody.fmu or "
+    help="File. Default: CreepForceElement.fmu, Wheelset.fmu, WheelsetBody.fmu, CreepForces.fmu or "
     "CreepForceSystem.ssp.",
 )
 def fmu(

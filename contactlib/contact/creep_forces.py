@@ -8,7 +8,7 @@ rolling and the moment of spin. `fmu/plane_law.h` says how, `fmu/creep_forces.h`
 from __future__ import annotations
 
 import warnings
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -19,11 +19,12 @@ from contactlib.base.quantities import (
     Limits,
     Parameters,
     Quantity,
-    checked,
-    common_shape,
+    records,
 )
 from contactlib.contact import kernel
+from contactlib.contact.element import ForceElement
 from contactlib.contact.friction import Friction
+from contactlib.contact.hertz import EllipticContact
 from contactlib.contact.law_tables import carter_griffith_table
 from contactlib.contact.plane_table import plane_coefficients
 from contactlib.contact.table import CreepForceTable
@@ -93,18 +94,54 @@ class CreepForces(Parameters):
                 "the slip speed is not known here"
             )
 
-    @cached_property
-    def native(self) -> kernel.NativeCreepForces:
-        """The kernel's pair of bodies, which does not check its input."""
-        parameters = {
+    @classmethod
+    def of(cls, element: ForceElement) -> CreepForces:
+        """The pair of bodies of a force element, whose contact is an ellipse on the half-space.
+
+        Its moduli contain the element's slope reduction, and its weakening length keeps k_hat.
+
+        Raises
+        ------
+        ValueError
+            If the element's contact or law is another one, or its friction falls with slip speed.
+        """
+        contact, reduction = element.contact, element.slope_reduction
+        if not isinstance(contact, EllipticContact) or contact.theory != "half_space":
+            raise ValueError(
+                "creep forces of any ellipse need a contact that is an ellipse on the half-space"
+            )
+        friction = replace(
+            element.friction, weakening_length=element.friction.weakening_length / reduction
+        )
+        return cls(
+            friction,
+            shear_modulus=contact.contact_modulus * (1.0 - contact.poisson_ratio) * reduction,
+            poisson_ratio=contact.poisson_ratio,
+            table=element.table,
+        )
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the kernel's pair, by name, in SI units."""
+        return {
             "shear_modulus": self.shear_modulus,
             "poisson_ratio": self.poisson_ratio,
             "static_friction": self.friction.static,
             "kinetic_friction": self.friction.kinetic,
             "weakening_length": self.friction.weakening_length,
         }
+
+    @property
+    def data(self) -> bytes:
+        """What the kernel knows of any ellipse, as an FMU's resource."""
+        nu = np.array([self.poisson_ratio])
+        return kernel.framed(b"CREEPAIR", 1, nu.tobytes() + plane_coefficients(nu.item()).tobytes())
+
+    @cached_property
+    def native(self) -> kernel.NativeCreepForces:
+        """The kernel's pair of bodies, which does not check its input."""
         coefficients = plane_coefficients(self.poisson_ratio)
-        return kernel.NativeCreepForces(self.table.native, coefficients, parameters)
+        return kernel.NativeCreepForces(self.table.native, coefficients, self.parameters)
 
     def evaluate(
         self,
@@ -158,10 +195,8 @@ class CreepForces(Parameters):
             "creepage_y": (creepage_y, CREEPAGE),
             "spin": (spin, CREEPAGE),
         }
-        arrays = {name: checked(name, value, limits) for name, (value, limits) in given.items()}
-        inputs = np.zeros(common_shape(arrays), dtype=kernel.creep_forces_input_dtype())
-        for name, array in arrays.items():
-            inputs[name] = array
+        values, limits = ({name: pair[i] for name, pair in given.items()} for i in (0, 1))
+        inputs = records(kernel.creep_forces_input_dtype(), values, limits)
         found = self.native.evaluate(inputs)
         if found["aspect_limited"].any():
             warnings.warn(

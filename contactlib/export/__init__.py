@@ -41,9 +41,10 @@ def export_fmu(
         File to write.
     fmi_version : {2, 3}, optional
         Version of the FMI standard. Default: 2.
-    kind : {"force_element", "wheelset", "wheelset_body"}, optional
+    kind : {"force_element", "wheelset", "wheelset_body", "creep_forces"}, optional
         Creep force for given velocities (default); wheelset with its creep force, for a given
-        drive torque; or wheelset for a given creep force.
+        drive torque; wheelset for a given creep force; or `CreepForces`, for given ellipse, load
+        and creepages.
     platforms : sequence of str, optional
         FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``. A library that the
         installation lacks is compiled, which takes some seconds, and cached. Default: this

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from contactlib.contact import kernel
+from contactlib.contact.creep_forces import CreepForces
 from contactlib.contact.element import ForceElement, ProcessZoneWarning
 from contactlib.contact.plane_contact import spinning_aspect
 from contactlib.export.units import Type, type_of
@@ -22,6 +23,7 @@ MODEL_NAMES = {
     "force_element": "CreepForceElement",
     "wheelset": "Wheelset",
     "wheelset_body": "WheelsetBody",
+    "creep_forces": "CreepForces",
 }
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 ASSUMED_INVERSE_MASS = 4e-3
@@ -143,8 +145,8 @@ class Description:
         model can change.
         """
         digest = hashlib.sha256()
-        if self.has_contact:
-            digest.update(self.element.table.data + self.element.plane_data)
+        for data in self.resources.values():
+            digest.update(data)
         digest.update(repr((self.text, self.start_values, self.author, self.version)).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
@@ -152,7 +154,8 @@ class Description:
     def element(self) -> ForceElement:
         """Contact of one wheel; of all wheels of the wheelset together if they move as one."""
         element = self.model.wheelset.element
-        if self.kind != "force_element" or self.whole_wheelset or element.wheels == 1.0:
+        together = self.kind.startswith("wheelset") or self.whole_wheelset
+        if together or element.wheels == 1.0:
             return element
         with warnings.catch_warnings():  # given when the model was made
             warnings.simplefilter("ignore", ProcessZoneWarning)
@@ -166,8 +169,29 @@ class Description:
 
     @property
     def has_contact(self) -> bool:
-        """Whether the FMU contains a contact with its table."""
-        return self.kind != "wheelset_body"
+        """Whether the FMU contains one contact with its table."""
+        return self.kind in ("force_element", "wheelset")
+
+    @cached_property
+    def pair(self) -> CreepForces | None:
+        """The bodies of an FMU that answers for any ellipse."""
+        return CreepForces.of(self.element) if self.kind == "creep_forces" else None
+
+    @cached_property
+    def resources(self) -> dict[str, bytes]:
+        """Files of the FMU's resources that the kernel reads beside start values."""
+        table = {"creep_table.bin": self.element.table.data}
+        if self.pair is not None:
+            return {**table, "creep_forces.bin": self.pair.data}
+        return {**table, "plane_contact.bin": self.element.plane_data} if self.has_contact else {}
+
+    @cached_property
+    def native_contact(self) -> kernel.NativeContact:
+        """The kernel's view of these files."""
+        if self.pair is not None:
+            table = self.element.table.native
+            return kernel.NativeContact(table, self.pair.data, any_ellipse=True)
+        return self.element.native_contact
 
     @property
     def relaxed(self) -> bool:
@@ -187,6 +211,7 @@ class Description:
             "force_element": f"Creep force of {self.carriers} ({table.law})",
             "wheelset": f"Wheelset with creep force ({table.law})",
             "wheelset_body": "Wheelset without its creep force, which is an input",
+            "creep_forces": f"Creep forces and spin moment of any ellipse ({table.law})",
         }
         return f"{what[self.kind]}: {self.model.name}"
 
@@ -205,7 +230,13 @@ class Description:
         element = self.element
         known = {
             **element.parameters,
-            **({} if self.kind == "force_element" else wheelset.parameters),
+            **(wheelset.parameters if self.kind.startswith("wheelset") else {}),
+            **(self.pair.parameters if self.pair is not None else {}),
+            "semi_axis_x": element.contact.semi_width,
+            "semi_axis_y": getattr(element.contact, "semi_axis_y", 0.0),
+            "creepage_x": 0.0,
+            "creepage_y": 0.0,
+            "spin": 0.0,
             "relaxation_length": self.relaxation_length,
             "relaxed_creepage": 0.0,
             "effective_inverse_mass": self.effective_inverse_mass,
@@ -277,6 +308,14 @@ class Description:
             "spin_moment": force * element.contact.semi_width,
             "lateral_velocity": zeta0 * speed,
             "spin_velocity": zeta0 * speed / element.contact.semi_width,
+            "force_x": force,
+            "force_y": force,
+            "utilisation": 1.0,
+            "creepage_x": zeta0,
+            "creepage_y": zeta0,
+            "spin": zeta0 / element.contact.semi_width,
+            "semi_axis_x": element.contact.semi_width,
+            "semi_axis_y": element.contact.semi_width,
             "wheel_torque": element.radius * force,
             "drive_torque": element.radius * force,
             "creepage": zeta0,

@@ -50,6 +50,13 @@ TERMINALS: dict[str, dict[str, Flange]] = {
             "force": ("resistance_force", "outflow"),
         },
     },
+    "creep_forces": {
+        "contact": {
+            "force_x": ("force_x", "outflow"),
+            "force_y": ("force_y", "outflow"),
+            "spin_moment": ("spin_moment", "outflow"),
+        },
+    },
     "wheelset_body": {
         "rotational_flange": {
             "angular_velocity": ("omega", "signal"),

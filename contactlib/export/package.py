@@ -30,7 +30,12 @@ if TYPE_CHECKING:
 START_VALUES_VERSION = 2
 
 
-LONGEST_STEP = {"force_element": 5e-3, "wheelset": 1e-2, "wheelset_body": 1e-2}  # [s]
+LONGEST_STEP = {  # [s]
+    "force_element": 5e-3,
+    "wheelset": 1e-2,
+    "wheelset_body": 1e-2,
+    "creep_forces": 1e-2,
+}
 STEPS = 400  # of the reference run
 
 
@@ -47,8 +52,8 @@ def experiment(description: Description) -> Experiment:
     It is half of what a held force and an explicit solver take at the start values, where the slip
     is zero and stiffest. The implicit mode would take more, but not in model exchange.
     """
-    table, kind = description.element.native_contact, description.kind
-    native = kernel.NativeModel(kind, table, replace(description, implicit=False).start_values)
+    contact, kind = description.native_contact, description.kind
+    native = kernel.NativeModel(kind, contact, replace(description, implicit=False).start_values)
     stable = [LONGEST_STEP[kind], 0.5 * native.explicit_step()]
     if kind == "force_element":
         stable += native.get("step_size_hint")
@@ -62,7 +67,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
 
     The inputs reach both branches: the creepage of the force element oscillates from traction to
     braking far past the peak; the drive torque of the wheelset exceeds what the contact can carry
-    and returns.
+    and returns. In the second half of the run the contact slips across rolling and spins, too.
     """
     stop, step = experiment(description)
     time = step * np.arange(STEPS + 1, dtype=np.float64)
@@ -70,23 +75,32 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     start, swing = description.start_values, np.sin(2.0 * np.pi * time / stop)
     sliding = element.friction.kinetic * element.normal_load
     pulse = np.sin(np.pi * time / stop) ** 2
-    late = np.clip(2.0 * time / stop - 1.0, 0.0, 1.0)
-    slow = start["speed"] * element.saturation_creepage
     # A relaxed contact that slides is the stiffer, the larger its creepage.
     reach, excess = (3.0, 0.3) if description.relaxed else (6.0, 0.4)
+    zeta0, width = element.saturation_creepage, element.contact.semi_width
+    along = reach * zeta0 * swing**3
+    late = np.clip(2.0 * time / stop - 1.0, 0.0, 1.0)  # in the second half
+    across = 0.6 * zeta0 * np.sin(np.pi * late) ** 2
+    turning = 0.5 * zeta0 / width * np.sin(2.0 * np.pi * late)
     columns = {
-        "lateral_velocity": 0.6 * slow * np.sin(np.pi * late) ** 2,  # in the second half
-        "spin_velocity": 0.5 * slow / element.contact.semi_width * np.sin(2.0 * np.pi * late),
-        "omega": start["omega"] * (1.0 + reach * element.saturation_creepage * swing**3),
-        "speed": start["speed"] * (1.0 - 0.2 * time / stop),
         "normal_load": element.normal_load * (1.0 + 0.1 * np.sin(30.0 * time / stop)),
         "friction_scale": 1.0 - 0.3 * pulse**4,
         "drive_torque": element.radius * sliding * (0.9 + excess * pulse),
         "resistance_force": 0.1 * sliding * pulse,
         "creep_force": sliding * (0.9 + 0.2 * pulse),
+        "semi_axis_x": width * (1.0 + 0.2 * pulse),
+        "semi_axis_y": start.get("semi_axis_y", width) * (1.0 - 0.2 * pulse),
+        "creepage_x": -along,
+        "creepage_y": across,
+        "spin": turning,
     }
-    if description.kind == "force_element":
-        columns["omega"] *= columns["speed"] / start["speed"]
+    if "speed" in start:
+        columns |= {
+            "omega": start["omega"] * (1.0 + along) * (1.0 - 0.2 * time / stop),
+            "speed": start["speed"] * (1.0 - 0.2 * time / stop),
+            "lateral_velocity": start["speed"] * across,
+            "spin_velocity": start["speed"] * turning,
+        }
     names = [v.name for v in description.of_role("input")]
     return {"time": time, **{name: columns[name] for name in names}}
 
@@ -95,8 +109,8 @@ def reference_run(description: Description) -> bytes:
     """documentation/reference_run.csv; the README.txt beside it says what its rows are."""
     inputs = reference_inputs(description)
     time = inputs.pop("time")
-    element = description.element
-    native = kernel.NativeModel(description.kind, element.native_contact, description.start_values)
+    contact, start = description.native_contact, description.start_values
+    native = kernel.NativeModel(description.kind, contact, start)
     outputs = [v.name for v in description.variables if v.causality == "output"]
     lines = [",".join(["time", *inputs, *outputs])]
     for i, t in enumerate(time.tolist()):
@@ -125,7 +139,7 @@ def describe(
     if relaxation_length is not None:
         limits = {v.name: v.limits for v in kernel.model_variables("force_element")}
         checked("relaxation_length", relaxation_length, limits["relaxation_length"])
-        if kind == "wheelset_body":
+        if kind not in ("force_element", "wheelset"):
             raise ValueError(
                 f"relaxation_length = {relaxation_length!r} needs a contact, which {kind!r} lacks"
             )
@@ -167,11 +181,9 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     files |= binaries(platforms, fmi_version, description.model_name)
     files |= {f"sources/{name}": data for name, data in sources.items()}
     files["resources/start_values.bin"] = _start_values_file(description)
-    if description.has_contact:
-        table = description.element.table
-        files["resources/creep_table.bin"] = table.data
-        files["resources/plane_contact.bin"] = description.element.plane_data
-        files["resources/creep_table.csv"] = page.readable_table(table)
+    files |= {f"resources/{name}": data for name, data in description.resources.items()}
+    if "creep_table.bin" in description.resources:
+        files["resources/creep_table.csv"] = page.readable_table(description.element.table)
     files["documentation/index.html"] = page.index_page(description)
     files["documentation/licenses/license.txt"] = page.licence_text()
     files["documentation/reference_run.csv"] = reference_run(description)

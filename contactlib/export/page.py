@@ -28,6 +28,7 @@ TITLES = {
     "force_element": "Creep force element",
     "wheelset": "Wheelset with creep force",
     "wheelset_body": "Wheelset without contact",
+    "creep_forces": "Creep forces of any ellipse",
 }
 GROUPS = {
     "input": "Inputs",
@@ -53,6 +54,15 @@ def fragment(name: str, **values: str) -> str:
     return Template(asset(name)).substitute(values)
 
 
+def signs(description: Description) -> str:
+    """Directions and signs of the FMU's variables."""
+    if description.pair is not None:
+        return asset("signs_creep_forces.html")
+    plane = asset("signs_lateral.html") if description.has_contact else ""
+    plane += asset("signs_spin.html") if description.spins else ""
+    return fragment("signs.html", sketch=asset("sketch.svg"), plane=plane)
+
+
 def _is_measured(table: CreepForceTable) -> bool:
     return table.law.startswith("MeasuredCurve")
 
@@ -61,6 +71,15 @@ def facts(description: Description) -> str:
     """The main numbers of the model."""
     wheelset, element = description.model.wheelset, description.element
     contact, friction = element.contact, element.friction
+    if description.pair is not None:
+        pair = description.pair
+        shown = {
+            "friction, static and kinetic": f"{friction.static:.4g}, {friction.kinetic:.4g}",
+            "weakening length": f"{pair.friction.weakening_length * 1e6:.4g} &#181;m",
+            "shear modulus": f"{pair.shear_modulus / 1e9:.4g} GPa",
+            "Poisson's ratio": f"{pair.poisson_ratio:g}",
+        }
+        return _facts(shown)
     shown = {"wheel radius": f"{element.radius:.5g} m"}
     if description.has_contact:
         shown |= {
@@ -90,6 +109,10 @@ def facts(description: Description) -> str:
         }
     assumed = ", assumed: the model has no inertia" if isinstance(wheelset, Missing) else ""
     shown["effective inverse mass"] = f"{description.effective_inverse_mass:.4g} 1/kg{assumed}"
+    return _facts(shown)
+
+
+def _facts(shown: dict[str, str]) -> str:
     rows = "\n".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in shown.items())
     return f'<dl class="facts">\n{rows}\n</dl>'
 
@@ -134,7 +157,9 @@ def law(description: Description) -> str:
 def equations(table: CreepForceTable, kind: str, relaxed: bool) -> str:
     """The equations that this FMU solves."""
     names = []
-    if kind != "wheelset_body":
+    if kind == "creep_forces":
+        names = ["elliptic" if table.law.startswith("CarterGriffith") else "other", "plane"]
+    elif kind != "wheelset_body":
         shape = table.options.get("contact", "other")
         names.append("creepage")
         if _is_measured(table):
@@ -144,7 +169,7 @@ def equations(table: CreepForceTable, kind: str, relaxed: bool) -> str:
             names += ["half_space"] if shape == "elliptic" else []
         if relaxed:
             names.append("relaxation")
-    if kind != "force_element":
+    if kind.startswith("wheelset"):
         names.append("motion")
     return "".join(asset(f"equations_{name}.html") for name in names)
 
@@ -202,6 +227,8 @@ def _rounded(value: float) -> str:
 def coupling(description: Description) -> str:
     """The stable communication steps, and the ways to make longer ones stable."""
     implicit, relaxed = description.implicit, description.relaxed
+    if description.pair is not None:
+        return asset("coupling_creep_forces.html")
     return fragment(
         f"coupling_{description.kind}.html",
         step_table=_step_table(description),
@@ -263,13 +290,13 @@ def index_page(description: Description) -> bytes:
     """documentation/index.html of an FMU: one page in ASCII."""
     model, kind, variables = description.model, description.kind, description.variables
     relaxed = description.relaxed
-    table, contact = description.element.table, description.has_contact
+    table, contact = description.element.table, kind != "wheelset_body"
     limits = "limits_measured.html" if _is_measured(table) else "limits.html"
     sections = {
         "What it is": fragment(f"about_{kind}.html", carriers=description.carriers)
         + (asset("about_weakening.html") if contact and not table.one_axis else "")
         + facts(description),
-        "Signs": fragment("signs.html", sketch=asset("sketch.svg")),
+        "Signs": signs(description),
         "The law": law(description) if contact else "",
         "Equations": equations(table, kind, relaxed),
         "Variables": variable_tables(variables),

@@ -30,6 +30,7 @@ UNITS: dict[str, Unit] = {
     "s/m": Unit({"m": -1, "s": 1}),
     "m/s2": Unit({"m": 1, "s": -2}),
     "1/s": Unit({"s": -1}),
+    "1/m": Unit({"m": -1}),
     "rad/s": Unit({"rad": 1, "s": -1}, (Display("rpm", 30.0 / math.pi),)),
     "rad/s2": Unit({"rad": 1, "s": -2}),
     "N.m": Unit({"kg": 1, "m": 2, "s": -2}, (Display("kN.m", 1e-3),)),
@@ -67,6 +68,7 @@ TYPES = {
         Type("InverseVelocity", "s/m"),
         Type("Acceleration", "m/s2"),
         Type("Rate", "1/s"),
+        Type("Spin", "1/m"),
         Type("AngularVelocity", "rad/s"),
         Type("AngularAcceleration", "rad/s2"),
         Type("Torque", "N.m"),
@@ -80,7 +82,13 @@ TYPES = {
 NUMBER = Type("Number", "1", shown_in=-1)
 CREEPAGE = Type("Creepage", "1")
 WEAKENING = Type("WeakeningLength", "m", shown_in=1)
-CREEPAGES = ("creepage", "saturation_creepage", "relaxed_creepage")
+CREEPAGES = (
+    "creepage",
+    "saturation_creepage",
+    "relaxed_creepage",
+    "creepage_x",
+    "creepage_y",
+)
 
 
 def type_of(name: str, unit: str) -> Type:

@@ -22,9 +22,7 @@ def element_of(nu: float = NU, k_hat: float = 0.3, **friction: float) -> cl.Forc
         poisson_ratio=nu,
     )
     made = cl.friction_with_k_hat(contact, k_hat=k_hat, static=0.45, kinetic=0.21, **friction)
-    return cl.ForceElement(
-        contact, made, table=cl.carter_griffith_table("elliptic"), radius=RADIUS
-    )
+    return cl.ForceElement(contact, made, table=cl.carter_griffith_table("elliptic"), radius=RADIUS)
 
 
 def cases(n: int = 500) -> dict[str, Any]:
@@ -156,7 +154,7 @@ def test_force_in_the_plane_begins_smoothly(k_hat: float) -> None:
         with_it: Any = element.at_creepage(
             zeta, speed=SPEED, lateral_velocity=tiny, spin_velocity=100.0 * tiny
         )
-        for name in without.dtype.names:
+        for name in without.dtype.fields or ():
             if not name.startswith(("lateral", "spin")):
                 scale = np.abs(without[name]).max()
                 np.testing.assert_allclose(with_it[name], without[name], atol=1e-4 * scale)
@@ -173,7 +171,7 @@ def test_no_load_no_friction_and_no_slip_are_finite() -> None:
         {"omega": 1.0, "speed": 0.5, "normal_load": 1e-90},
     ):
         out = element.evaluate(**given, **moving)
-        assert all(np.isfinite(out[name]) for name in out.dtype.names)
+        assert all(np.isfinite(out[name]) for name in out.dtype.fields or ())
     # A load that begins rubs in the direction of the slip.
     begins = element.evaluate(omega=40.1, speed=20.0, normal_load=0.0, lateral_velocity=-0.05)
     light = element.evaluate(omega=40.1, speed=20.0, normal_load=1e-3, lateral_velocity=-0.05)
@@ -189,5 +187,5 @@ def test_a_line_knows_lateral_slip_but_no_spin(rig: cl.Model) -> None:
     assert out["lateral_force"] == pytest.approx(0.7 * along)  # 1 - nu
     wild = element.evaluate(omega=SPEED / RADIUS, speed=SPEED, lateral_velocity=-5.0)
     assert wild["lateral_force"] == pytest.approx(0.21 * element.normal_load, rel=1e-3)
-    with pytest.raises(ValueError, match="spin_velocity = 1.0 must be 0: it needs an ellipse on"):
+    with pytest.raises(ValueError, match=r"spin_velocity = 1\.0 must be 0: it needs an ellipse"):
         element.evaluate(omega=SPEED / RADIUS, speed=SPEED, spin_velocity=1.0)

@@ -10,7 +10,7 @@ from contactlib.base.quantities import Limits
 from contactlib.contact.kernel.library import ffi, library
 from contactlib.contact.kernel.tables import NativeContact
 
-MODEL_KINDS = ("force_element", "wheelset", "wheelset_body")
+MODEL_KINDS = ("force_element", "wheelset", "wheelset_body", "creep_forces")
 GIVEN = ("fixed_parameter", "tunable_parameter", "input", "state")  # roles with a start value
 
 

@@ -57,7 +57,7 @@ class NativeTable:
 
 
 class NativeContact:
-    """A table, with what its contact adds to it for force in the plane.
+    """A table with what force in the plane needs: of one ellipse, or of a pair of bodies.
 
     Raises
     ------
@@ -65,15 +65,19 @@ class NativeContact:
         If the bytes are not those of a contact.
     """
 
-    def __init__(self, table: NativeTable, data: bytes) -> None:
-        words = np.frombuffer(data, np.uint64).copy()  # aligned to eight bytes
-        plane = ffi.new("plane_contact *")
-        error = library().plane_contact_open(plane, pointer(words, "uint64_t"), len(data))
+    def __init__(self, table: NativeTable, data: bytes, *, any_ellipse: bool = False) -> None:
+        lib, words = library(), np.frombuffer(data, np.uint64).copy()  # aligned to eight bytes
+        self.struct = ffi.new("creep_table *", table.struct[0])
+        bytes_of = pointer(words, "uint64_t")
+        if any_ellipse:
+            shape = self.struct.pair = ffi.new("creep_forces *")
+            error = lib.creep_forces_open(shape, self.struct, bytes_of, len(data))
+        else:
+            shape = self.struct.plane = ffi.new("plane_contact *")
+            error = lib.plane_contact_open(shape, bytes_of, len(data))
         if error != ffi.NULL:
             raise ValueError(ffi.string(error).decode())
-        self._kept = table, words, plane
-        self.struct = ffi.new("creep_table *", table.struct[0])
-        self.struct.plane = plane
+        self._kept = table, words, shape
 
 
 def _versions(data: bytes) -> str:
