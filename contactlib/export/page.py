@@ -292,9 +292,10 @@ def index_page(description: Description) -> bytes:
     relaxed = description.relaxed
     table, contact = description.element.table, kind != "wheelset_body"
     limits = "limits_measured.html" if _is_measured(table) else "limits.html"
+    limits = limits if description.pair is None else "limits_creep_forces.html"
     sections = {
         "What it is": fragment(f"about_{kind}.html", carriers=description.carriers)
-        + (asset("about_weakening.html") if contact and not table.one_axis else "")
+        + (asset("about_weakening.html") if description.has_contact and not table.one_axis else "")
         + facts(description),
         "Signs": signs(description),
         "The law": law(description) if contact else "",

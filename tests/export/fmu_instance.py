@@ -18,6 +18,7 @@ EXPORTS: dict[str, dict[str, Any]] = {
     "wheelset": {"kind": "wheelset"},
     "wheelset-relaxed": {"kind": "wheelset", "relaxation_length": 8e-3},
     "wheelset_body": {"kind": "wheelset_body"},
+    "creep_forces": {"kind": "creep_forces"},
 }
 
 

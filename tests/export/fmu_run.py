@@ -19,6 +19,7 @@ OUTPUTS = {
     "CreepForceElement": ("creep_force", "creepage", "normalized_creepage", "force_gradient"),
     "Wheelset": ("omega", "speed", "creep_force", "falling_branch"),
     "WheelsetBody": ("omega", "speed"),
+    "CreepForces": ("force_x", "force_y", "spin_moment", "utilisation"),
 }
 
 
@@ -28,6 +29,9 @@ def inputs(fmu: Instance, number: int, phase: float = 0.0) -> dict[str, float]:
     values = {
         "omega": 20.0 + 0.7 * wave,
         "speed": 10.0,
+        "lateral_velocity": 0.1 * wave,
+        "creepage_x": -0.07 * wave,
+        "spin": wave,
         "drive_torque": 3e4 * wave,
         "creep_force": 5e4 * math.sin(0.02 * number),
     }

@@ -196,7 +196,7 @@ def test_directional_derivatives_are_the_kernel_s(
     tool.set(**{n: v for n, v in start.items() if n in ("omega", "drive_torque")})
     if description.relaxed:
         tool.set(relaxed_creepage=0.011)
-    native = kernel.NativeModel(description.kind, locomotive.wheelset.element.native_contact, start)
+    native = kernel.NativeModel(description.kind, description.native_contact, start)
     unknowns = [
         v.name
         for v in description.of_role("output", "derivative", "indicator", "state")
@@ -431,7 +431,9 @@ def test_long_weakening_zone_is_a_warning(rig: cl.Model, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("name", [name for name in EXPORTS if name != "wheelset_body"])
+@pytest.mark.parametrize(
+    "name", [name for name in EXPORTS if name not in ("wheelset_body", "creep_forces")]
+)
 def test_wheel_lifts_off_and_comes_back(
     rig: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:
@@ -453,7 +455,7 @@ def test_wheel_lifts_off_and_comes_back(
 # ---- resources ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("file", ["creep_table.bin", "start_values.bin"])
+@pytest.mark.parametrize("file", ["creep_table.bin", "plane_contact.bin", "start_values.bin"])
 @pytest.mark.parametrize(
     ("damage", "message"), [("missing", "cannot open"), ("cut", "length"), ("flipped", "checksum")]
 )
@@ -575,6 +577,7 @@ def test_restored_state_goes_on_bit_by_bit(
 ) -> None:
     tool = Instance(exported(locomotive, tmp_path, name, version)).start()
     drive = "omega" if "force" in name else "drive_torque"
+    drive = "spin" if name == "creep_forces" else drive
     outputs = [
         v.name
         for v in tool.description.modelVariables
@@ -584,7 +587,7 @@ def test_restored_state_goes_on_bit_by_bit(
     def go_on(start: int) -> list[list[float]]:
         rows = []
         for i in range(start, start + 20):
-            value = 20.0 + 0.02 * i if drive == "omega" else 2e4 + 500.0 * i
+            value = 2e4 + 500.0 * i if drive == "drive_torque" else 20.0 + 0.02 * i
             tool.set(**{drive: value})
             tool.step(0.01 * i, 0.01)
             rows.append(tool.get(*outputs))
@@ -837,7 +840,7 @@ def test_wrong_parallel_exchange_is_said_once(
 def test_reference_run_is_silent(
     locomotive: cl.Model, tmp_path: Path, name: str, parallel: bool
 ) -> None:
-    options = {**EXPORTS[name], "parallel_exchange": parallel and "force" in name}
+    options = {**EXPORTS[name], "parallel_exchange": parallel and "force_element" in name}
     fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", **options)
     folder = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "x")))
     csv = folder / "documentation" / "reference_run.csv"
@@ -908,3 +911,58 @@ def test_export_names_the_command_that_brings_a_compiler(
 def test_kinds_of_model() -> None:
     with pytest.raises(ValueError, match=r"kind = 'bogie' must be one of: force_element"):
         kernel.model_variables("bogie")
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_creep_forces_of_an_ellipse_are_those_of_the_element(
+    locomotive: cl.Model, tmp_path: Path, version: int
+) -> None:
+    # The element knows its ellipse and takes velocities; the other one is told all of it.
+    whole = locomotive.wheelset.element
+    element = replace(whole, wheels=1, minimum_speed=1e-3)
+    contact, speed, load = element.contact, -7.0, 60e3
+    assert isinstance(contact, cl.EllipticContact)
+    growth = np.cbrt(load / contact.normal_load)
+    slip = speed * element.saturation_creepage
+    ours = element.evaluate(
+        omega=(speed + 0.6 * slip) / element.radius,
+        speed=speed,
+        normal_load=load,
+        friction_scale=0.8,
+        lateral_velocity=0.3 * slip,
+        spin_velocity=0.4 * slip / contact.semi_width,
+    )
+    given = {
+        "semi_axis_x": contact.semi_axis_x * growth,
+        "semi_axis_y": contact.semi_axis_y * growth,
+        "normal_load": load,
+        "friction_scale": 0.8,
+        "creepage_x": 0.6 * element.saturation_creepage,
+        "creepage_y": -0.3 * element.saturation_creepage,
+        "spin": 0.4 * element.saturation_creepage / contact.semi_width,
+    }
+    with Instance(exported(locomotive, tmp_path, "creep_forces", version)).start() as tool:
+        tool.set(**given)
+        found = tool.get("force_x", "force_y", "spin_moment", "utilisation")
+        assert tool.log == []
+        tool.set(semi_axis_y=1e-4)
+        for _ in range(2):  # said once
+            tool.get("force_x")
+            tool.set(semi_axis_x=1.1e-2)
+        ((category, text),) = tool.log
+        assert category == "logStatusWarning"
+        assert "semi_axis_x / semi_axis_y = " in text
+    moment = -ours["spin_moment"]  # rolling backwards
+    for value, name in zip(found, ("creep_force", "lateral_force"), strict=False):
+        assert value == pytest.approx(ours[name].item(), abs=1e-6 * load)
+    assert found[2] == pytest.approx(moment.item(), abs=1e-6 * load * contact.semi_width)
+    size = np.hypot(found[0], found[1])
+    assert found[3] == pytest.approx(size / (0.8 * 0.45 * load), rel=1e-6)
+
+
+def test_a_line_answers_for_no_other_contact(rig: cl.Model, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="need a contact that is an ellipse on the half-space"):
+        cl.export_fmu(rig, tmp_path / "x.fmu", kind="creep_forces")
+    description = Description(rig, "force_element")
+    assert "spin_velocity" not in description.by_name
+    assert "lateral_velocity" in description.by_name

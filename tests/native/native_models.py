@@ -13,7 +13,7 @@ SIGMA = 8e-3  # relaxation length [m]
 
 
 def native(description: Description, **start: float) -> kernel.NativeModel:
-    contact = description.model.wheelset.element.native_contact
+    contact = description.native_contact
     values = {**description.start_values, **start}
     return kernel.NativeModel(description.kind, contact, values)
 
