@@ -53,7 +53,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
             force_element_output *out = &output[first + i];
             creep_value q = {
                 .traction_ratio = ratio[i], .slope = slope[i], .log_k_derivative = log_k[i]};
-            if (!can_grip(parameters, &in[i]) | is_in_plane(table, &in[i])) {
+            if (!can_grip(parameters, &in[i]) || is_in_plane(table, &in[i])) {
                 force_element_evaluate(table, parameters, &in[i], out);
                 continue;
             }
