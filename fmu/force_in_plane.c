@@ -223,8 +223,13 @@ void tangent_in_plane(const creep_table *table, const force_element_parameters *
     if (s.size > 0.0) dsize = (s.law.force[0] * dlaw[0] + s.law.force[1] * dlaw[1]) / s.size;
     dout->force_margin =
         p->kinetic_friction * dsize + s.size * dp->kinetic_friction - dp->static_friction;
+    double zeta0 = s.at.scales.saturation_creepage;
     double pace = fabs(change->log_k) + fabs(change->log_zeta0) + fabs(change->log_width) +
-                  fabs(change->log_kinetic) + fabs(slower) + fabs(dp->softening);
+                  fabs(change->log_kinetic) + fabs(slower) + fabs(dp->softening) +
+                  fabs(dp->slip_rate_residual) + fabs(dp->slip_rate_decay) * s.slip.size +
+                  fabs(change->slip) / (s.slip.size + zeta0 * s.at.reference);
     for (int i = 0; i < 3; i++) pace += fabs(dl[i]) / (fabs(l[i]) + 1e-2);
-    if (pace > 1e-300) follow_gradient(table, p, in, out, dp, din, 1e-6 / pace, dout);
+    /* A tool may give any seed; one that changes nothing has no pace. */
+    if (pace > 1e-300 && pace < 1e290)
+        follow_gradient(table, p, in, out, dp, din, 1e-6 / pace, dout);
 }

@@ -39,6 +39,7 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
 /* How what the force depends on changes along a direction of parameters and inputs. */
 typedef struct {
     double acting, reference; /* acting creepage and reference speed */
+    double slip;              /* magnitude of the slip speed */
     double log_kinetic, log_zeta0, log_k, log_width;
 } force_change;
 

@@ -119,6 +119,7 @@ static inline void force_tangent(const creep_table *table, const force_element_p
         if (is_in_plane(table, in) | is_in_plane(table, din)) {
             force_change change = {.acting = dacting,
                                    .reference = dreference,
+                                   .slip = dw,
                                    .log_kinetic = dlog_kinetic,
                                    .log_zeta0 = dlog_zeta0,
                                    .log_k = dlog_k,

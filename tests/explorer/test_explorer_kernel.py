@@ -72,6 +72,8 @@ def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers, Numb
         "normal_load": parameters["nominal_load"] * rng.choice([0.0, 1.0, rng.uniform(0.1, 3.0)]),
         "friction_scale": rng.uniform(0.2, 1.5),
         "relaxed_creepage": creepage * rng.uniform(0.0, 1.5),
+        "lateral_velocity": 0.0,
+        "spin_velocity": 0.0,
     }
     shape: Shape = "line" if parameters["load_exponent"] == 0.5 else "elliptic"
     return shape, parameters, given, wheelset.parameters

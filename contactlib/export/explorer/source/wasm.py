@@ -16,6 +16,7 @@ C_SOURCES = (
     "checked_file.c",
     "creep_table.c",
     "force_element.c",
+    "force_in_plane.c",
     "track.c",
     "wheelset.c",
     "wide.c",

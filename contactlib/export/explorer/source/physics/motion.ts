@@ -98,7 +98,10 @@ export class Motion {
   /** Row of a moment under the present parameters. */
   rowOf({ time, omega, speed, creepage, friction, drive_torque }: Moment): Row {
     const { kernel, plant } = this, { normalLoad: normal_load } = plant;
-    const input = { omega, speed, normal_load, friction_scale: friction, relaxed_creepage: 0 };
+    const input = {
+      omega, speed, normal_load, friction_scale: friction,
+      relaxed_creepage: 0, lateral_velocity: 0, spin_velocity: 0,
+    };
     const contact = kernel.force(plant.table, plant.contact, input);
     const rates = kernel.motion(plant.body, omega, speed, drive_torque, 0, contact);
     const creepage_rate =

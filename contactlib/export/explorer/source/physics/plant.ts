@@ -34,7 +34,8 @@ export class Plant {
     this.contact = forceParameters(vehicle);
     this.body = wheelsetParameters(vehicle);
     this.input = {
-      omega: 0, speed: 0, normal_load: normalLoad, friction_scale: 1, relaxed_creepage: 0,
+      omega: 0, speed: 0, normal_load: normalLoad, friction_scale: 1,
+      relaxed_creepage: 0, lateral_velocity: 0, spin_velocity: 0,
     };
   }
 
