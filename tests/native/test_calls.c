@@ -557,6 +557,29 @@ static void test_table_headers(void) {
     }
 }
 
+/* Files of what contacts and pairs of bodies add to a table. */
+static void test_plane_files(void) {
+    static const struct {
+        double stiffness;
+        size_t count;
+        const char *says;
+    } wrong[] = {{0.7, 5, NULL}, {0.0, 5, "shape"}, {NAN, 5, "not finite"}, {0.7, 4, "number of"}};
+    double words[8] = {0.0};
+    creep_forces pair;
+    creep_table table = {.k_max = 1.0};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        plane_contact contact;
+        size_t size = CHECKED_FILE_FRAME + wrong[i].count * sizeof(double);
+        words[3] = wrong[i].stiffness;
+        checked_file_frame(words, size, "PLANECON", 1);
+        const char *error = plane_contact_open(&contact, words, size);
+        CHECK((error == NULL) == (wrong[i].says == NULL));
+        CHECK(error == NULL || strstr(error, wrong[i].says) != NULL);
+    }
+    checked_file_frame(words, sizeof words, "CREEPAIR", 1);
+    CHECK(strstr(creep_forces_open(&pair, &table, words, sizeof words), "number of") != NULL);
+}
+
 /* A location as a tool may write it, and a file that opens but cannot be read: a folder. */
 static void test_resources(const char *folder) {
     char place[4096], message[4096];
@@ -692,6 +715,7 @@ int main(int count, char **arguments) {
     test_nodes();
     test_roots();
     test_table_headers();
+    test_plane_files();
     test_resources(arguments[4]);
     test_parallel_exchange();
     test_wrong_exchange();
