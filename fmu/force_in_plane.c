@@ -65,6 +65,15 @@ static void hold(plane_state *s) {
     for (int i = 0; i < 2; i++) f->force[i] = s->most * unit[i];
 }
 
+/* The law at the creepages of a state. */
+static void law_of(const creep_table *table, const plane_state *s, double softening,
+                   double static_ratio, plane_value *law) {
+    plane_shape shape = table->plane->shape;
+    shape.softening_x = softening;
+    shape.static_ratio = static_ratio;
+    plane_at(table, &shape, s->creepage, table->one_axis ? 0.0 : s->at.k_hat, law);
+}
+
 static plane_state plane_state_of(const creep_table *table, const force_element_parameters *there,
                                   const force_element_input *in) {
     const plane_contact *plane = table->plane;
@@ -81,12 +90,10 @@ static plane_state plane_state_of(const creep_table *table, const force_element_
     s.creepage[1] = -plane->shape.stiffness_ratio * s.per_velocity * in->lateral_velocity;
     /* Rolling backwards turns the contact by half a turn, and its spin against it. */
     s.creepage[2] = -s.per_spin * in->spin_velocity * s.direction;
-    plane_shape shape = plane->shape;
-    shape.softening_x = there->softening;
-    plane_at(table, &shape, s.creepage, table->one_axis ? 0.0 : s.at.k_hat, &s.law);
+    s.most = there->static_friction / there->kinetic_friction;
+    law_of(table, &s, there->softening, s.most, &s.law);
     s.size = sqrt(s.law.force[0] * s.law.force[0] + s.law.force[1] * s.law.force[1]);
     s.force = s.law;
-    s.most = there->static_friction / there->kinetic_friction;
     s.held = s.size > s.most;
     if (s.held) hold(&s);
     return s;
@@ -187,28 +194,30 @@ void tangent_in_plane(const creep_table *table, const force_element_parameters *
     const double *force = s.force.force, *l = s.creepage;
     double slower = -change->reference * s.at.inverse_speed;
     double turned = din->speed * s.at.inverse_speed + s.direction * slower;
-    double dlog_velocity = slower - change->log_zeta0, dforce[3], dlaw[2];
+    double dlog_velocity = slower - change->log_zeta0, dlaw[3], dforce[3];
     double dl[3] = {
         change->acting * s.at.inverse_saturation - l[0] * change->log_zeta0,
         l[1] * dlog_velocity -
             plane->shape.stiffness_ratio * s.per_velocity * din->lateral_velocity,
         l[2] * (dlog_velocity + change->log_width) -
             s.per_spin * (din->spin_velocity * s.direction + in->spin_velocity * turned)};
-    for (int i = 0; i < 3; i++) dforce[i] = follows(&s.force, i, dl, change->log_k);
-    for (int i = 0; i < 2; i++) dlaw[i] = follows(&s.law, i, dl, change->log_k);
-    if (dp->softening != 0.0) { /* by central differences */
-        static const double STEP = 1e-5;
-        force_element_parameters softer = there, harder = there;
-        softer.softening += STEP, harder.softening -= STEP;
-        plane_state after = plane_state_of(table, &softer, in);
-        plane_state before = plane_state_of(table, &harder, in);
-        double per = dp->softening / (2.0 * STEP);
-        for (int i = 0; i < 3; i++)
-            dforce[i] += per * (after.force.force[i] - before.force.force[i]);
-        for (int i = 0; i < 2; i++) dlaw[i] += per * (after.law.force[i] - before.law.force[i]);
-    }
+    for (int i = 0; i < 3; i++) dlaw[i] = follows(&s.law, i, dl, change->log_k);
     double dmost = (dp->static_friction - s.most * dp->kinetic_friction) / p->kinetic_friction;
-    for (int i = 0; i < 2 && s.held; i++) dforce[i] += force[i] * dmost / s.most;
+    double other = fabs(dp->softening) + fabs(dmost);
+    if (other > 1e-300) { /* by central differences */
+        double e = 1e-5 / other;
+        plane_value after, before;
+        law_of(table, &s, there.softening + e * dp->softening, s.most + e * dmost, &after);
+        law_of(table, &s, there.softening - e * dp->softening, s.most - e * dmost, &before);
+        for (int i = 0; i < 3; i++) dlaw[i] += (after.force[i] - before.force[i]) / (2.0 * e);
+    }
+    double dsize = 0.0;
+    if (s.size > 0.0) dsize = (s.law.force[0] * dlaw[0] + s.law.force[1] * dlaw[1]) / s.size;
+    memcpy(dforce, dlaw, sizeof dforce);
+    for (int i = 0; i < 2 && s.held; i++) {
+        double unit = s.law.force[i] / s.size;
+        dforce[i] = (dlaw[i] - unit * dsize) * s.most / s.size + unit * dmost;
+    }
 
     double kinetic = s.at.kinetic, sliding = kinetic * in->normal_load;
     double dsliding = sliding * change->log_kinetic + kinetic * din->normal_load;
@@ -219,8 +228,6 @@ void tangent_in_plane(const creep_table *table, const force_element_parameters *
     if (!is_in_plane(table, in)) return;
     dout->traction_coefficient = kinetic * (force[0] * change->log_kinetic + dforce[0]);
     dout->creep_force = dsliding * force[0] + sliding * dforce[0];
-    double dsize = 0.0;
-    if (s.size > 0.0) dsize = (s.law.force[0] * dlaw[0] + s.law.force[1] * dlaw[1]) / s.size;
     dout->force_margin =
         p->kinetic_friction * dsize + s.size * dp->kinetic_friction - dp->static_friction;
     double zeta0 = s.at.scales.saturation_creepage;
@@ -231,5 +238,5 @@ void tangent_in_plane(const creep_table *table, const force_element_parameters *
     for (int i = 0; i < 3; i++) pace += fabs(dl[i]) / (fabs(l[i]) + 1e-2);
     /* A tool may give any seed; one that changes nothing has no pace. */
     if (pace > 1e-300 && pace < 1e290)
-        follow_gradient(table, p, in, out, dp, din, 1e-6 / pace, dout);
+        follow_gradient(table, p, in, out, dp, din, 1e-5 / pace, dout);
 }
