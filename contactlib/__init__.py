@@ -19,8 +19,8 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib import stability as stability
     from contactlib import traction as traction
     from contactlib.base.quantities import InputWarning as InputWarning
-    from contactlib.contact.creep_forces import AspectWarning as AspectWarning
     from contactlib.contact.creep_forces import CreepForces as CreepForces
+    from contactlib.contact.element import AspectWarning as AspectWarning
     from contactlib.contact.element import ForceElement as ForceElement
     from contactlib.contact.element import ProcessZoneWarning as ProcessZoneWarning
     from contactlib.contact.fit import FitResult as FitResult

@@ -22,7 +22,7 @@ from contactlib.base.quantities import (
     records,
 )
 from contactlib.contact import kernel
-from contactlib.contact.element import ForceElement
+from contactlib.contact.element import AspectWarning, ForceElement
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import EllipticContact
 from contactlib.contact.law_tables import carter_griffith_table
@@ -31,10 +31,6 @@ from contactlib.contact.table import CreepForceTable
 
 AXIS = Limits(at_least=1e-9, at_most=1e3)
 CREEPAGE = Limits(at_least=-1e9, at_most=1e9)
-
-
-class AspectWarning(UserWarning):
-    """The ratio of an ellipse's axes is outside the range for which the law was checked."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,8 +43,16 @@ if TYPE_CHECKING:
     from contactlib.contact.laws.measured import MeasuredCurve
 
 
-class ProcessZoneWarning(UserWarning):
+class RangeWarning(UserWarning):
+    """The law is used outside the range for which it was checked."""
+
+
+class ProcessZoneWarning(RangeWarning):
     """The weakening zone is too long for the law's limit of a vanishing one."""
+
+
+class AspectWarning(RangeWarning):
+    """The ratio of an ellipse's axes is outside the range for which the law was checked."""
 
 
 @cache
@@ -108,6 +116,8 @@ class ForceElement(Parameters):
     ProcessZoneWarning
         If the process zone ratio at nominal load is above 0.5 and the law is the limit of a short
         weakening zone.
+    AspectWarning
+        If the contact is an ellipse on the half-space with a/b outside 1/8 to 8.
 
     Raises
     ------
@@ -142,6 +152,15 @@ class ForceElement(Parameters):
         if self.wheels != int(self.wheels):
             raise ValueError(f"ForceElement.wheels = {self.wheels!r} must be a whole number")
         self._check_table()
+        contact = self.contact
+        rolls = isinstance(contact, EllipticContact) and contact.theory == "half_space"
+        if rolls and spinning_aspect(contact) is None:
+            warnings.warn(
+                "a/b of ForceElement.contact is outside 1/8 to 8, where the law was compared with "
+                "the half-space",
+                AspectWarning,
+                stacklevel=3,
+            )
         zone = process_zone_ratio(self.contact, self.friction)
         limit = kernel.process_zone_limit()
         if self.table.is_limit and zone > limit:

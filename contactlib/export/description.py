@@ -14,7 +14,7 @@ from functools import cached_property
 
 from contactlib.contact import kernel
 from contactlib.contact.creep_forces import CreepForces
-from contactlib.contact.element import ForceElement, ProcessZoneWarning
+from contactlib.contact.element import ForceElement, RangeWarning
 from contactlib.contact.plane_contact import spinning_aspect
 from contactlib.export.units import Type, type_of
 from contactlib.files.model import Missing, Model
@@ -158,7 +158,7 @@ class Description:
         if together or element.wheels == 1.0:
             return element
         with warnings.catch_warnings():  # given when the model was made
-            warnings.simplefilter("ignore", ProcessZoneWarning)
+            warnings.simplefilter("ignore", RangeWarning)
             return replace(element, wheels=1.0)
 
     @property

@@ -285,7 +285,7 @@ class Variables(Generated):
     def text(self) -> str:
         """Markdown of the tables."""
         with TemporaryDirectory() as folder:
-            model = cl.load_model("roller_rig.toml")
+            model = cl.load_model("locomotive.toml")
             path = cl.export_fmu(model, Path(folder) / "it.fmu", kind=self.arguments[0])
             description = read_model_description(str(path))
         parts = []

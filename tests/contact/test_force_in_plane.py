@@ -189,3 +189,12 @@ def test_a_line_knows_lateral_slip_but_no_spin(rig: cl.Model) -> None:
     assert wild["lateral_force"] == pytest.approx(0.21 * element.normal_load, rel=1e-3)
     with pytest.raises(ValueError, match=r"spin_velocity = 1\.0 must be 0: it needs an ellipse"):
         element.evaluate(omega=SPEED / RADIUS, speed=SPEED, spin_velocity=1.0)
+
+
+def test_an_ellipse_beyond_the_checked_range_warns() -> None:
+    contact = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=1e-3, semi_axis_y=9e-3, normal_load=LOAD, contact_modulus=1e11
+    )
+    friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+    with pytest.warns(cl.AspectWarning, match="a/b of ForceElement.contact is outside 1/8 to 8"):
+        cl.ForceElement(contact, friction, table=cl.carter_griffith_table("elliptic"), radius=0.5)

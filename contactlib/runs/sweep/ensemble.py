@@ -17,7 +17,7 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
-from contactlib.contact.element import ProcessZoneWarning
+from contactlib.contact.element import RangeWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
 from contactlib.runs.scenario_runs import FAILED, Metric, run_scenario
@@ -354,7 +354,7 @@ def _run(
     else:
         entered = nullcontext(Workers(executor, count))
     with warnings.catch_warnings(), entered as workers:
-        warnings.simplefilter("ignore", ProcessZoneWarning)  # shown when the sweep was read
+        warnings.simplefilter("ignore", RangeWarning)  # shown when the sweep was read
         if todo:
             run_chunks(sweep.plan, sweep.values, todo, workers, keep)
     parts = [found[first] for first in starts]

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
-from contactlib.contact.element import ProcessZoneWarning
+from contactlib.contact.element import RangeWarning
 from contactlib.files.scenario import Scenario
 from contactlib.runs.analysis import analyse, of_runs
 from contactlib.runs.scenario_runs import FAILED, run_many
@@ -183,7 +183,7 @@ def _begin(event: Event) -> None:
     global _asked_to_stop
     _asked_to_stop = event
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it and sets the event
-    warnings.simplefilter("ignore", ProcessZoneWarning)  # shown once, by the parent
+    warnings.simplefilter("ignore", RangeWarning)  # shown once, by the parent
     threading.Thread(target=_leave_with_parent, daemon=True).start()
 
 

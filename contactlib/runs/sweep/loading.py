@@ -15,7 +15,7 @@ import numpy as np
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.base.text import known_names
 from contactlib.contact import kernel
-from contactlib.contact.element import ProcessZoneWarning
+from contactlib.contact.element import RangeWarning
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.reading import (
     check_keys,
@@ -211,7 +211,7 @@ def with_own(
     scenario = replace(sweep.scenario, controllers=every)
     made = replace(sweep, plan=plan, scenario=scenario)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ProcessZoneWarning)  # shown when the sweep was read
+        warnings.simplefilter("ignore", RangeWarning)  # shown when the sweep was read
         _check_ends(made)
     return made
 
@@ -239,18 +239,18 @@ def _check_ends(sweep: Sweep) -> None:
     """Build the scenarios at the ends of the axes; issue one warning for all of them."""
     ends = extreme_runs(sweep.kind, sweep.plan.spreads, sweep.values)
     with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ProcessZoneWarning)
+        warnings.simplefilter("always", RangeWarning)
         for run in ends:
             with in_file(f"run {run} ({sweep.describe(run)})"):
                 # Without a shared cache, as scenarios that share their vehicle warn only once.
                 scenario = ScenarioBuilder(sweep.plan).build(sweep.values[run].tolist())
                 for name in sweep.plan.controllers:
                     timing(scenario, scenario.controller(name), sweep.plan.step_of(scenario))
-    found = [w.message for w in caught if isinstance(w.message, ProcessZoneWarning)]
+    found = [w.message for w in caught if isinstance(w.message, RangeWarning)]
     if found:
         warnings.warn(
             f"{len(found)} of {len(ends)} runs at the ends of the axes: {found[0]}",
-            ProcessZoneWarning,
+            RangeWarning,
             stacklevel=4,
         )
 
