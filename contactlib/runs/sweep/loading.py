@@ -250,7 +250,7 @@ def _check_ends(sweep: Sweep) -> None:
     if found:
         warnings.warn(
             f"{len(found)} of {len(ends)} runs at the ends of the axes: {found[0]}",
-            RangeWarning,
+            type(found[0]),
             stacklevel=4,
         )
 
