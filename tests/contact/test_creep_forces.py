@@ -133,3 +133,22 @@ def test_what_was_not_checked_is_said() -> None:
     )
     with pytest.raises(ValueError, match=r"slip_rate_residual = 0\.4 must be 1"):
         cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
+
+
+def test_an_element_s_bodies_keep_its_scales(locomotive: cl.Model, rig: cl.Model) -> None:
+    # A third body lowers stiffness but leaves k_hat; both show in longitudinal creepage alone.
+    element = locomotive.wheelset.element
+    contact, pair = element.contact, cl.CreepForces.of(element)
+    assert isinstance(contact, cl.EllipticContact)
+    assert element.slope_reduction < 0.5
+    zeta = element.saturation_creepage * np.linspace(-4.0, 4.0, 41)
+    found = pair.evaluate(
+        semi_axis_x=contact.semi_axis_x,
+        semi_axis_y=contact.semi_axis_y,
+        normal_load=contact.normal_load,
+        creepage_x=-zeta,
+    )
+    force = element.at_creepage(zeta, speed=10.0)["creep_force"] / element.wheels
+    np.testing.assert_allclose(found["force_x"], force, atol=1e-6 * contact.normal_load)
+    with pytest.raises(ValueError, match="an ellipse on the half-space"):
+        cl.CreepForces.of(rig.wheelset.element)

@@ -495,6 +495,7 @@ EXEMPT: dict[str, str] = {
     "Weakening.fraction": "abstract",
     "Weakening.slope": "abstract",
     "FitResult": "made by fit alone",
+    "CreepForces.of": "takes an element alone: test_creep_forces.py",
     "CreepForceTable.save": "has a file alone: test_table.py",
     "CreepForceTable.load": "has a file alone: test_table.py",
     "MeasuredCurve.from_csv": "has a file alone: test_measured.py",
