@@ -208,7 +208,9 @@ def of_table(shape: Any) -> Iterator[Call]:
 def of_element(shape: str) -> Iterator[Call]:
     """Calls of the force element's values."""
     rows = {"omega": 2.02 * SPEEDS} | LOADED
+    plane = {"lateral_velocity": 2e-3 * SPEEDS, "spin_velocity": -0.3 * SPEEDS}
     for what in ("force", "evaluate"):
+        rows |= plane if what == "evaluate" and shape == "elliptic" else {}
         make = method(lambda: element(shape), what)
         yield from over(f"ForceElement.{what} {shape}", make, rows, optional=("normal_load",))
 
