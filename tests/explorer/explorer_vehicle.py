@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import contactlib as cl
-from contactlib.contact.element import ProcessZoneWarning
+from contactlib.contact.element import RangeWarning
 from contactlib.contact.hertz import Contact
 from contactlib.contact.law_tables import Shape, carter_griffith_table
 from contactlib.contact.scales import friction_with_k_hat
@@ -87,7 +87,7 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
         slip_rate_decay=float(rng.uniform(0.0, 2.0)),
     )
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ProcessZoneWarning)
+        warnings.simplefilter("ignore", RangeWarning)
         element = cl.ForceElement(
             contact,
             friction,

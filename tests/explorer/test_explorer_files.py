@@ -19,7 +19,7 @@ from explorer_vehicle import vehicle_of
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
-from contactlib.contact.element import ProcessZoneWarning
+from contactlib.contact.element import RangeWarning
 
 pytestmark = pytest.mark.tools
 
@@ -114,7 +114,7 @@ def loaded(path: Path, text: str) -> cl.Model | str:
     """What Python makes of a file, or the line with which it refuses it."""
     path.write_text(text, encoding="utf-8")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ProcessZoneWarning)
+        warnings.simplefilter("ignore", RangeWarning)
         warnings.simplefilter("ignore", cl.InputWarning)
         try:
             return cl.load_model(path)

@@ -13,7 +13,7 @@ from typing import Any
 import contactlib as cl
 from contactlib.base.text import LONGEST_LINE
 from contactlib.base.writing import package_folder
-from contactlib.contact.element import ProcessZoneWarning
+from contactlib.contact.element import RangeWarning
 
 LONGEST = LONGEST_LINE + 200  # with a path before it
 MODELS = package_folder("models")
@@ -41,7 +41,7 @@ def refusal(kind: str, path: Path) -> str | None:
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.simplefilter("ignore", ProcessZoneWarning)
+        warnings.simplefilter("ignore", RangeWarning)
         warnings.simplefilter("ignore", cl.InputWarning)
         try:
             READERS[kind](path)
