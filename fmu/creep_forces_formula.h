@@ -35,32 +35,53 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
     };
 }
 
-static inline void creep_forces_at(const creep_forces *pair, const creep_forces_input *in,
-                                   creep_forces_output *out) {
+/* A contact before the law is read: without force if `by` is zero. */
+typedef struct {
+    plane_shape shape;
+    plane_state at;
+    double creepage[3], k_hat, by[3], scale[3]; /* by: normalized creepages per Kalker's */
+} creep_forces_state;
+
+ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forces_input *in,
+                                      creep_forces_state *state, creep_forces_output *out) {
     const creep_forces_parameters *p = &pair->parameters;
     double a = in->semi_axis_x, b = in->semi_axis_y, f_d = p->kinetic_friction * in->friction_scale;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
     *out = (creep_forces_output){.aspect_limited = given != aspect ? 1.0 : 0.0};
+    *state = (creep_forces_state){.by = {0.0}};
     if (!(in->normal_load > LEAST_LOAD && f_d > LEAST_FRICTION)) return;
-    plane_shape shape;
-    plane_value found;
     double scales[ASPECT_SCALES], sliding = f_d * in->normal_load, mean = sqrt(a * b);
-    set_shape(pair, aspect, &shape, scales);
+    set_shape(pair, aspect, &state->shape, scales);
 
     /* Creepages of the law are those of the force, so of the other sign; see plane_law.h. */
     double rate = p->shear_modulus * a * b / (sliding * 0.75 * PI);
-    double by[3] = {-rate * scales[0], -rate * scales[1], -rate * 0.75 * PI * mean * scales[4]};
-    double creepage[3] = {by[0] * in->creepage_x, by[1] * in->creepage_y, by[2] * in->spin};
+    state->by[0] = -rate * scales[0];
+    state->by[1] = -rate * scales[1];
+    state->by[2] = -rate * 0.75 * PI * mean * scales[4];
+    state->creepage[0] = state->by[0] * in->creepage_x;
+    state->creepage[1] = state->by[1] * in->creepage_y;
+    state->creepage[2] = state->by[2] * in->spin;
+    state->scale[0] = state->scale[1] = sliding;
+    state->scale[2] = sliding * mean;
 
     /* Eq. (17) with the modulus of the rolling ellipse, G c11/(pi^2/4), and a p0 = 3 N/(2 pi b). */
     double drop = (p->static_friction - p->kinetic_friction) * in->friction_scale;
     double k_hat = sqrt(8.0 * p->shear_modulus * scales[0] * drop * p->weakening_length * b /
                         (3.0 * PI * PI * f_d * f_d * in->normal_load));
-    plane_at(pair->table, &shape, creepage, smaller(k_hat, pair->table->k_max), &found);
+    state->k_hat = smaller(k_hat, pair->table->k_max);
+    state->at = plane_begin(&state->shape, state->creepage, state->k_hat);
+}
+
+ALWAYS_INLINE void creep_forces_finish(const creep_forces_state *state, double q, double q_slope,
+                                       double q_by_log_k, creep_forces_output *out) {
+    if (state->by[0] == 0.0) return;
+    plane_value found;
+    plane_finish(&state->shape, state->creepage, state->k_hat, state->at, q, q_slope, q_by_log_k,
+                 &found);
 
     /* The law of a short weakening zone does not know f_s, and splines have errors. */
     double size = sqrt(found.force[0] * found.force[0] + found.force[1] * found.force[1]);
-    double most = p->static_friction / p->kinetic_friction;
+    double most = state->shape.static_ratio;
     if (size > most) {
         double unit[2] = {found.force[0] / size, found.force[1] / size}, less = most / size;
         for (int j = 0; j < 3; j++) {
@@ -71,14 +92,31 @@ static inline void creep_forces_at(const creep_forces *pair, const creep_forces_
         for (int i = 0; i < 2; i++) found.force[i] = most * unit[i];
         size = most;
     }
-    double scale[3] = {sliding, sliding, sliding * mean}, slope[3][3];
+    double slope[3][3];
+    const double *scale = state->scale;
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) slope[i][j] = scale[i] * found.by_creepage[i][j] * by[j];
+        for (int j = 0; j < 3; j++) slope[i][j] = scale[i] * found.by_creepage[i][j] * state->by[j];
     out->force_x = scale[0] * found.force[0];
     out->force_y = scale[1] * found.force[1];
     out->spin_moment = scale[2] * found.force[2];
     out->utilisation = size / most;
     memcpy(&out->force_x_by_creepage_x, slope, sizeof slope);
+}
+
+/* Up to MOST_POINTS contacts: alone each waits for its own law. */
+ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, size_t n, const creep_forces_input *in,
+                                   creep_forces_output *out) {
+    creep_forces_state state[MOST_POINTS];
+    double place[MOST_POINTS], k_hat[MOST_POINTS];
+    double q[MOST_POINTS], slope[MOST_POINTS], by_log_k[MOST_POINTS];
+    for (size_t i = 0; i < n; i++) {
+        creep_forces_begin(pair, &in[i], &state[i], &out[i]);
+        place[i] = state[i].at.place;
+        k_hat[i] = state[i].at.k_hat;
+    }
+    evaluate_points(pair->table, n, place, k_hat, q, slope, by_log_k);
+    for (size_t i = 0; i < n; i++)
+        creep_forces_finish(&state[i], q[i], slope[i], by_log_k[i], &out[i]);
 }
 
 #endif

@@ -146,27 +146,43 @@ ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double 
     }
 }
 
-ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
-                            const double creepage[3], double k_hat, plane_value *value) {
-    static const double TINY = 1e-60; /* so that nothing is divided by zero */
-    double x = creepage[0], y = creepage[1], s = creepage[2], ratio = shape->stiffness_ratio;
-    double xx = x * x, yy = y * y, ss = s * s, total = xx + yy + (ss + TINY), per = 1.0 / total;
-    double size = sqrt(total), per_size = 1.0 / size;
+static const double TINY = 1e-60; /* so that nothing is divided by zero */
 
+/* What is known before the law of longitudinal creepage is read, at place and k_hat. */
+typedef struct {
+    double place, k_hat, size, per, share, left, left_by_size, left_by_share, stiffness;
+} plane_state;
+
+ALWAYS_INLINE plane_state plane_begin(const plane_shape *shape, const double creepage[3],
+                                      double k_hat) {
+    double x = creepage[0], y = creepage[1], s = creepage[2];
+    double xx = x * x, yy = y * y, ss = s * s, total = xx + yy + (ss + TINY);
+    plane_state at = {.size = sqrt(total), .per = 1.0 / total};
     /* Stiffness and softening are those of the directions, by their shares. */
-    double share = (yy + 0.5 * ss) * per, more = shape->softening_y - shape->softening_x;
-    double softening = shape->softening_x + share * more;
-    held_creepage held = held_up_to_saturation(softening, size);
-    double left = 1.0 - softening * held.value, stiffness = 1.0 + share * (ratio - 1.0);
-    double left_by_size = -softening * held.by_size, inverse_left = 1.0 / left;
-    double left_by_share = -more * (held.value + softening * held.by_softening);
-    double q, slope, q_by_log_k, place = size * left, k_there = k_hat * sqrt(stiffness * left);
-    evaluate_points(table, 1, &place, &k_there, &q, &slope, &q_by_log_k);
-    double q_by_size =
-        slope * (left + size * left_by_size) + 0.5 * q_by_log_k * left_by_size * inverse_left;
+    double more = shape->softening_y - shape->softening_x;
+    at.share = (yy + 0.5 * ss) * at.per;
+    double softening = shape->softening_x + at.share * more;
+    held_creepage held = held_up_to_saturation(softening, at.size);
+    at.left = 1.0 - softening * held.value;
+    at.stiffness = 1.0 + at.share * (shape->stiffness_ratio - 1.0);
+    at.left_by_size = -softening * held.by_size;
+    at.left_by_share = -more * (held.value + softening * held.by_softening);
+    at.place = at.size * at.left;
+    at.k_hat = k_hat * sqrt(at.stiffness * at.left);
+    return at;
+}
+
+/* The force from the law's traction ratio and its derivatives. */
+ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[3], double k_hat,
+                                plane_state at, double q, double slope, double q_by_log_k,
+                                plane_value *value) {
+    double x = creepage[0], y = creepage[1], s = creepage[2], ratio = shape->stiffness_ratio;
+    double ss = s * s, size = at.size, per_size = 1.0 / size, inverse_left = 1.0 / at.left;
+    double q_by_size = slope * (at.left + size * at.left_by_size) +
+                       0.5 * q_by_log_k * at.left_by_size * inverse_left;
     double q_by_share =
-        slope * size * left_by_share +
-        0.5 * q_by_log_k * (left_by_share * inverse_left + (ratio - 1.0) / stiffness);
+        slope * size * at.left_by_share +
+        0.5 * q_by_log_k * (at.left_by_share * inverse_left + (ratio - 1.0) / at.stiffness);
 
     /* The direction turns from that of stick to that of the creepage. */
     double less = 1.0 / (1.0 + 1.8 * k_hat), weak = size * less, square = weak * weak;
@@ -188,16 +204,24 @@ ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
         value->by_creepage[i][0] = (i == 0 ? pull : 0.0) - lever * g[0];
         value->by_creepage[i][1] = by_g1[i] * across;
         value->by_creepage[i][2] = -lever * s;
-        const double of_share[3] = {-share, 1.0 - share, 0.5 - share};
+        const double of_share[3] = {-at.share, 1.0 - at.share, 0.5 - at.share};
         for (int j = 0; j < 3; j++)
             value->by_creepage[i][j] +=
-                creepage[j] * (by_size[i] * per_size + by_share[i] * 2.0 * of_share[j] * per);
+                creepage[j] * (by_size[i] * per_size + by_share[i] * 2.0 * of_share[j] * at.per);
     }
     value->force[2] = value->by_log_k[2] = 0.0;
     for (int j = 0; j < 3; j++) value->by_creepage[2][j] = 0.0;
     if (shape->coefficients == NULL) return;
     if (shape->sets == 1) add_spin(shape, 1, creepage, k_hat, value);
     else add_spin(shape, 0, creepage, k_hat, value);
+}
+
+ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
+                            const double creepage[3], double k_hat, plane_value *value) {
+    double q, slope, q_by_log_k;
+    plane_state at = plane_begin(shape, creepage, k_hat);
+    evaluate_points(table, 1, &at.place, &at.k_hat, &q, &slope, &q_by_log_k);
+    plane_finish(shape, creepage, k_hat, at, q, slope, q_by_log_k, value);
 }
 
 #endif

@@ -16,6 +16,7 @@ from compiled import (
     CPolach,
     CUsetab,
     ElementOneByOne,
+    ForcesOneByOne,
     KernelOneByOne,
     fastsim,
 )
@@ -254,12 +255,15 @@ def _in_the_plane(points: int) -> Case:
         points,
         "ns",
         {
-            "Coulomb, spin": lambda: plain.evaluate(inputs),
-            "weakening, spin": lambda: weak.evaluate(inputs),
-            "Coulomb, no spin": lambda: plain.evaluate(straight),
+            "Coulomb, spin, batch": lambda: plain.evaluate(inputs),
+            "Coulomb, spin, one by one": ForcesOneByOne(plain, inputs),
+            "weakening, spin, batch": lambda: weak.evaluate(inputs),
+            "weakening, spin, one by one": ForcesOneByOne(weak, inputs),
+            "Coulomb, no spin, batch": lambda: plain.evaluate(straight),
+            "Coulomb, no spin, one by one": ForcesOneByOne(plain, straight),
             "FASTSIM in C, 10 x 10, value": lambda: fastsim(rates, strips=10, elements=10),
             "FASTSIM in C, 20 x 20, value": lambda: fastsim(rates, strips=20, elements=20),
             "like USETAB in C, value": lambda: usetab(places),
         },
-        ours=3,
+        ours=6,
     )

@@ -169,3 +169,20 @@ class ElementOneByOne:
             ffi().cast("force_element_input *", inputs.ctypes.data),
             pointer(force),
         )
+
+
+class ForcesOneByOne:
+    """The kernel's creep forces, called for each contact through a pointer."""
+
+    def __init__(self, pair: kernel.NativeCreepForces, inputs: NDArray[np.void]) -> None:
+        self._pair, self._inputs, self.found = pair, inputs, pair.evaluate(inputs)
+
+    def __call__(self) -> None:
+        """Fill in the forces once more."""
+        rivals().forces_each(
+            kernel.library().creep_forces_evaluate,
+            self._pair.struct,
+            self._inputs.size,
+            ffi().cast("creep_forces_input *", self._inputs.ctypes.data),
+            ffi().cast("creep_forces_output *", self.found.ctypes.data),
+        )

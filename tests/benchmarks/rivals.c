@@ -125,3 +125,8 @@ void element_each(element_function evaluate, const creep_table *table,
         force[i] = output.creep_force;
     }
 }
+
+void forces_each(forces_function evaluate, const creep_forces *pair, size_t n,
+                 const creep_forces_input *input, creep_forces_output *output) {
+    for (size_t i = 0; i < n; i++) evaluate(pair, 1, &input[i], &output[i]);
+}

@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "creep_forces.h"
 #include "creep_table.h"
 #include "force_element.h"
 
@@ -24,6 +25,9 @@ typedef struct {
 typedef void (*table_function)(const creep_table *, double, double, creep_value *);
 typedef void (*element_function)(const creep_table *, const force_element_parameters *,
                                  const force_element_input *, force_element_output *);
+
+typedef void (*forces_function)(const creep_forces *, size_t, const creep_forces_input *,
+                                creep_forces_output *);
 
 double polach_force(const polach *p, double creepage, double slip_speed, double load);
 void polach_each(const polach *p, size_t n, const double *creepage, const double *slip_speed,
@@ -54,5 +58,7 @@ void table_each(table_function evaluate, const creep_table *table, size_t n, con
 void element_each(element_function evaluate, const creep_table *table,
                   const force_element_parameters *parameters, size_t n,
                   const force_element_input *input, double *force);
+void forces_each(forces_function evaluate, const creep_forces *pair, size_t n,
+                 const creep_forces_input *input, creep_forces_output *output);
 
 #endif

@@ -143,9 +143,9 @@ class NativeCreepForces:
     ) -> None:
         lib = library()
         self._kept = table, coefficients, ffi.new("creep_forces_parameters *", dict(parameters))
-        self._pair = ffi.new("creep_forces *")
+        self.struct = ffi.new("creep_forces *")
         lib.creep_forces_prepare(
-            self._pair, table.struct, pointer(coefficients, "double"), self._kept[2]
+            self.struct, table.struct, pointer(coefficients, "double"), self._kept[2]
         )
 
     def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
@@ -153,7 +153,7 @@ class NativeCreepForces:
         inputs = np.asarray(inputs, dtype=creep_forces_input_dtype(), order="C")
         outputs = np.empty(inputs.shape, dtype=struct_dtype("creep_forces_output"))
         library().creep_forces_evaluate(
-            self._pair,
+            self.struct,
             inputs.size,
             pointer(inputs, "creep_forces_input"),
             pointer(outputs, "creep_forces_output"),
