@@ -50,10 +50,10 @@ typedef struct {
     plane_value law;      /* as the law has it */
     double size;          /* of the law's force [f_d N] */
     plane_value force;    /* as it acts */
-} plane_state;
+} state_in_plane;
 
 /* Hold the force in its direction. */
-static void hold(plane_state *s) {
+static void hold(state_in_plane *s) {
     plane_value *f = &s->force;
     double unit[2] = {f->force[0] / s->size, f->force[1] / s->size}, less = s->most / s->size;
     for (int j = 0; j < 4; j++) {
@@ -66,7 +66,7 @@ static void hold(plane_state *s) {
 }
 
 /* The law at the creepages of a state. */
-static void law_of(const creep_table *table, const plane_state *s, double softening,
+static void law_of(const creep_table *table, const state_in_plane *s, double softening,
                    double static_ratio, plane_value *law) {
     plane_shape shape = table->plane->shape;
     shape.softening_x = softening;
@@ -74,10 +74,11 @@ static void law_of(const creep_table *table, const plane_state *s, double soften
     plane_at(table, &shape, s->creepage, table->one_axis ? 0.0 : s->at.k_hat, law);
 }
 
-static plane_state plane_state_of(const creep_table *table, const force_element_parameters *there,
-                                  const force_element_input *in) {
+static state_in_plane state_in_plane_of(const creep_table *table,
+                                        const force_element_parameters *there,
+                                        const force_element_input *in) {
     const plane_contact *plane = table->plane;
-    plane_state s = {.slip = slip_in_plane(table, there, in)};
+    state_in_plane s = {.slip = slip_in_plane(table, there, in)};
     double passing, decay = decay_at(there, s.slip.size);
     double g = slip_rate_factor(there, decay, &passing);
     s.at = begin_force(table, there, contact_scales_of(there), in, decay);
@@ -107,7 +108,7 @@ static double follows(const plane_value *force, int i, const double change[3], d
 
 void evaluate_in_plane(const creep_table *table, const force_element_parameters *p,
                        const force_element_input *in, force_element_output *out) {
-    plane_state s = plane_state_of(table, p, in);
+    state_in_plane s = state_in_plane_of(table, p, in);
     const force_state *at = &s.at;
     const double *force = s.force.force, *l = s.creepage;
     int relaxed = p->relaxation_length > 0.0;
@@ -190,7 +191,7 @@ void tangent_in_plane(const creep_table *table, const force_element_parameters *
                       const force_change *change, force_element_output *dout) {
     force_element_parameters there = force_element_at_load(p, in->normal_load);
     const plane_contact *plane = table->plane;
-    plane_state s = plane_state_of(table, &there, in);
+    state_in_plane s = state_in_plane_of(table, &there, in);
     const double *force = s.force.force, *l = s.creepage;
     double slower = -change->reference * s.at.inverse_speed;
     double turned = din->speed * s.at.inverse_speed + s.direction * slower;
