@@ -93,7 +93,7 @@ def simplified_theory(rate: float) -> float:
             return 4.0 / 3.0 * w**3
         return 2.0 * rate * w**2 - rate**2 * w + rate**3 / 6.0
 
-#The strips beyond this one slide as a whole.
+    # The strips beyond this one slide as a whole.
     sliding = math.sqrt(max(0.0, 1.0 - 0.25 * rate**2))
     parts = [(0.0, sliding), (sliding, 1.0)]
     return 4.0 / math.pi * sum(quad(strip, *part, epsabs=1e-13)[0] for part in parts)

@@ -75,6 +75,15 @@ def test_power_is_lost_and_force_is_bounded(friction: cl.Friction) -> None:
     )
 
 
+@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
+def test_a_contact_alone_gives_the_same_bits_as_among_many(friction: cl.Friction) -> None:
+    pair, given = pair_of(friction), cases(40)
+    given["spin"][::3] = 0.0
+    given["normal_load"][::7] = 0.0
+    alone = [pair.evaluate(**{name: v[i] for name, v in given.items()}) for i in range(40)]
+    assert np.array(alone).tobytes() == pair.evaluate(**given).tobytes()
+
+
 def test_small_creepage_is_kalkers_linear_theory() -> None:
     given = {"semi_axis_x": 7e-3, "semi_axis_y": 5e-3, "normal_load": 8e4}
     root = np.sqrt(7e-3 * 5e-3)

@@ -107,12 +107,14 @@ static void test_creep_forces(const creep_table *table) {
             .creepage_y = i % 7 == 0 ? 0.0 : (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
             .spin = i % 5 == 0 ? 0.0 : (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
         };
-        creep_forces_output out[2];
+        creep_forces_output out[2], alone;
         creep_forces_input both[2] = {in, in};
         both[1].creepage_x = -in.creepage_x;
         both[1].creepage_y = -in.creepage_y;
         both[1].spin = -in.spin;
         creep_forces_evaluate(&pair, 2, both, out);
+        creep_forces_evaluate(&pair, 1, both, &alone);
+        CHECK(memcmp(&alone, out, sizeof alone) == 0);
         for (size_t k = 0; k < sizeof out[0] / sizeof(double); k++)
             CHECK(isfinite(((const double *)&out[0])[k]));
         CHECK(out[0].force_x == -out[1].force_x && out[0].force_y == -out[1].force_y);
