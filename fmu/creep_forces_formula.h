@@ -38,7 +38,7 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
 /* A contact before the law is read: without force if `by` is zero. */
 typedef struct {
     plane_shape shape;
-    plane_state at;
+    plane_start at;
     double creepage[3], k_hat, by[3], scale[3]; /* by: normalized creepages per Kalker's */
 } creep_forces_state;
 

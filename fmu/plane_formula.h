@@ -151,13 +151,13 @@ static const double TINY = 1e-60; /* so that nothing is divided by zero */
 /* What is known before the law of longitudinal creepage is read, at place and k_hat. */
 typedef struct {
     double place, k_hat, size, per, share, left, left_by_size, left_by_share, stiffness;
-} plane_state;
+} plane_start;
 
-ALWAYS_INLINE plane_state plane_begin(const plane_shape *shape, const double creepage[3],
+ALWAYS_INLINE plane_start plane_begin(const plane_shape *shape, const double creepage[3],
                                       double k_hat) {
     double x = creepage[0], y = creepage[1], s = creepage[2];
     double xx = x * x, yy = y * y, ss = s * s, total = xx + yy + (ss + TINY);
-    plane_state at = {.size = sqrt(total), .per = 1.0 / total};
+    plane_start at = {.size = sqrt(total), .per = 1.0 / total};
     /* Stiffness and softening are those of the directions, by their shares. */
     double more = shape->softening_y - shape->softening_x;
     at.share = (yy + 0.5 * ss) * at.per;
@@ -174,7 +174,7 @@ ALWAYS_INLINE plane_state plane_begin(const plane_shape *shape, const double cre
 
 /* The force from the law's traction ratio and its derivatives. */
 ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[3], double k_hat,
-                                plane_state at, double q, double slope, double q_by_log_k,
+                                plane_start at, double q, double slope, double q_by_log_k,
                                 plane_value *value) {
     double x = creepage[0], y = creepage[1], s = creepage[2], ratio = shape->stiffness_ratio;
     double ss = s * s, size = at.size, per_size = 1.0 / size, inverse_left = 1.0 / at.left;
@@ -219,7 +219,7 @@ ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[
 ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
                             const double creepage[3], double k_hat, plane_value *value) {
     double q, slope, q_by_log_k;
-    plane_state at = plane_begin(shape, creepage, k_hat);
+    plane_start at = plane_begin(shape, creepage, k_hat);
     evaluate_points(table, 1, &at.place, &at.k_hat, &q, &slope, &q_by_log_k);
     plane_finish(shape, creepage, k_hat, at, q, slope, q_by_log_k, value);
 }
