@@ -25,6 +25,7 @@ from contactlib.contact import kernel
 from contactlib.contact.element import AspectWarning, ForceElement
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import EllipticContact
+from contactlib.contact.kalker import POISSON_RATIO
 from contactlib.contact.law_tables import carter_griffith_table
 from contactlib.contact.plane_table import plane_coefficients
 from contactlib.contact.table import CreepForceTable
@@ -77,7 +78,7 @@ class CreepForces(Parameters):
     friction: Friction
     _: KW_ONLY
     shear_modulus: Annotated[float, Quantity("Pa", above=0.0)]
-    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+    poisson_ratio: Annotated[float, POISSON_RATIO]
     table: CreepForceTable = field(default_factory=lambda: carter_griffith_table("elliptic"))
 
     def __post_init__(self) -> None:

@@ -22,7 +22,7 @@ from contactlib.base.quantities import (
     checked_number,
     derived,
 )
-from contactlib.contact.kalker import HalfSpaceScales, half_space_scales
+from contactlib.contact.kalker import POISSON_RATIO, HalfSpaceScales, half_space_scales
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
 THEORIES = ("half_space", "strips")
@@ -49,7 +49,7 @@ class Material(Parameters):
     """
 
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
-    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+    poisson_ratio: Annotated[float, POISSON_RATIO]
 
     def contact_modulus_with(self, other: Material) -> float:
         """Composite contact modulus E* of two bodies [Pa], Eq. (4)."""
@@ -95,7 +95,7 @@ class LineContact(Parameters):
     radius: Annotated[float, Quantity("m", above=0.0)]
     contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
     length: Annotated[float, Quantity("m", above=0.0)] = 1.0
-    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)] = 0.3
+    poisson_ratio: Annotated[float, POISSON_RATIO] = 0.3
 
     load_exponent = 0.5
     softening = lateral_softening = 0.0
@@ -212,7 +212,7 @@ class EllipticContact(Parameters):
     radius_x: Annotated[float, Quantity("m", above=0.0)]
     radius_y: Annotated[float, Quantity("m", above=0.0)]
     contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
-    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)] = 0.3
+    poisson_ratio: Annotated[float, POISSON_RATIO] = 0.3
     theory: str = "half_space"
 
     load_exponent = 1.0 / 3.0

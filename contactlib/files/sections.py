@@ -13,6 +13,7 @@ from typing import Annotated, NamedTuple
 from contactlib.base.quantities import Parameters, Quantity
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import THEORIES, Contact, EllipticContact, LineContact, Material
+from contactlib.contact.kalker import POISSON_RATIO
 from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive_table
 from contactlib.contact.laws.measured import MeasuredCurve
 from contactlib.contact.laws.polach import Polach
@@ -76,7 +77,7 @@ class ContactSection(Parameters):
     semi_axis_y: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
     normal_load: Annotated[float, Quantity("N", above=0.0, usual=(100.0, 1e6))]
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, usual=(1e6, 1e12))]
-    poisson_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=0.5)]
+    poisson_ratio: Annotated[float, POISSON_RATIO]
     theory: str | None = None
 
     def build(self) -> Contact:
@@ -194,23 +195,17 @@ class LawSection(Parameters):
     ) -> CreepForceTable:
         """Build the table of a law that is not measured."""
         shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
-        builders: dict[str, Callable[[], CreepForceTable]] = {
-            "carter_griffith": lambda: carter_griffith_table(shape),
-            "cohesive": lambda: cohesive_table(shape, friction.ratio, friction.weakening, progress),
-            "polach": lambda: CreepForceTable.from_law(self.polach(contact)),
-        }
-        return builders[self.kind]()
-
-    def polach(self, contact: Contact) -> Polach:
-        """Polach's law of an elliptic contact."""
-        if not isinstance(contact, EllipticContact):
-            raise ValueError(
-                "kind = 'polach' is the law of an ellipse: [contact] needs "
-                "radius_x and radius_y, or semi_axis_x and semi_axis_y"
-            )
-        return Polach(
-            **{key: getattr(self, key) for key in POLACH_KEYS},
-        )
+        if self.kind == "polach":
+            if shape == "line":
+                raise ValueError(
+                    "kind = 'polach' is the law of an ellipse: [contact] needs "
+                    "radius_x and radius_y, or semi_axis_x and semi_axis_y"
+                )
+            values = {key: getattr(self, key) for key in POLACH_KEYS}
+            return CreepForceTable.from_law(Polach(**values))
+        if self.kind == "cohesive":
+            return cohesive_table(shape, friction.ratio, friction.weakening, progress)
+        return carter_griffith_table(shape)
 
 
 @dataclass(frozen=True, kw_only=True)
