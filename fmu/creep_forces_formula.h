@@ -79,19 +79,7 @@ ALWAYS_INLINE void creep_forces_finish(const creep_forces_state *state, double q
     plane_finish(&state->shape, state->creepage, state->k_hat, state->at, q, q_slope, q_by_log_k,
                  &found);
 
-    /* The law of a short weakening zone does not know f_s, and splines have errors. */
-    double size = sqrt(found.force[0] * found.force[0] + found.force[1] * found.force[1]);
-    double most = state->shape.static_ratio;
-    if (size > most) {
-        double unit[2] = {found.force[0] / size, found.force[1] / size}, less = most / size;
-        for (int j = 0; j < 3; j++) {
-            double along = unit[0] * found.by_creepage[0][j] + unit[1] * found.by_creepage[1][j];
-            for (int i = 0; i < 2; i++)
-                found.by_creepage[i][j] = less * (found.by_creepage[i][j] - unit[i] * along);
-        }
-        for (int i = 0; i < 2; i++) found.force[i] = most * unit[i];
-        size = most;
-    }
+    double most = state->shape.static_ratio, size = plane_hold(&found, most);
     double slope[3][3];
     const double *scale = state->scale;
     for (int i = 0; i < 3; i++)
@@ -99,7 +87,7 @@ ALWAYS_INLINE void creep_forces_finish(const creep_forces_state *state, double q
     out->force_x = scale[0] * found.force[0];
     out->force_y = scale[1] * found.force[1];
     out->spin_moment = scale[2] * found.force[2];
-    out->utilisation = size / most;
+    out->utilisation = smaller(size / most, 1.0);
     memcpy(&out->force_x_by_creepage_x, slope, sizeof slope);
 }
 

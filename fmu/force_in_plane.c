@@ -52,19 +52,6 @@ typedef struct {
     plane_value force;    /* as it acts */
 } state_in_plane;
 
-/* Hold the force in its direction. */
-static void hold(state_in_plane *s) {
-    plane_value *f = &s->force;
-    double unit[2] = {f->force[0] / s->size, f->force[1] / s->size}, less = s->most / s->size;
-    for (int j = 0; j < 4; j++) {
-        double *by[2] = {j < 3 ? &f->by_creepage[0][j] : &f->by_log_k[0],
-                         j < 3 ? &f->by_creepage[1][j] : &f->by_log_k[1]};
-        double along = unit[0] * *by[0] + unit[1] * *by[1];
-        for (int i = 0; i < 2; i++) *by[i] = less * (*by[i] - unit[i] * along);
-    }
-    for (int i = 0; i < 2; i++) f->force[i] = s->most * unit[i];
-}
-
 /* The law at the creepages of a state. */
 static void law_of(const creep_table *table, const state_in_plane *s, double softening,
                    double static_ratio, plane_value *law) {
@@ -93,10 +80,9 @@ static state_in_plane state_in_plane_of(const creep_table *table,
     s.creepage[2] = -s.per_spin * in->spin_velocity * s.direction;
     s.most = there->static_friction / there->kinetic_friction;
     law_of(table, &s, there->softening, s.most, &s.law);
-    s.size = sqrt(s.law.force[0] * s.law.force[0] + s.law.force[1] * s.law.force[1]);
     s.force = s.law;
+    s.size = plane_hold(&s.force, s.most);
     s.held = s.size > s.most;
-    if (s.held) hold(&s);
     return s;
 }
 

@@ -216,6 +216,23 @@ ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[
     else add_spin(shape, 0, creepage, k_hat, value);
 }
 
+/* Hold the force below most f_d N in its direction, and return what it was: the law of a short
+ * weakening zone does not know f_s, and splines have errors. */
+ALWAYS_INLINE double plane_hold(plane_value *value, double most) {
+    double *force = value->force;
+    double size = sqrt(force[0] * force[0] + force[1] * force[1]), less = most / size;
+    if (!(size > most)) return size;
+    double unit[2] = {force[0] / size, force[1] / size};
+    for (int j = 0; j < 4; j++) {
+        double *by[2] = {j < 3 ? &value->by_creepage[0][j] : &value->by_log_k[0],
+                         j < 3 ? &value->by_creepage[1][j] : &value->by_log_k[1]};
+        double along = unit[0] * *by[0] + unit[1] * *by[1];
+        for (int i = 0; i < 2; i++) *by[i] = less * (*by[i] - unit[i] * along);
+    }
+    for (int i = 0; i < 2; i++) force[i] = most * unit[i];
+    return size;
+}
+
 ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
                             const double creepage[3], double k_hat, plane_value *value) {
     double q, slope, q_by_log_k;
