@@ -271,16 +271,20 @@ def tools(kind: str, variables: Sequence[Variable]) -> str:
     inputs = [v for v in variables if v.causality == "input"]
     outputs = [v.name for v in variables if v.causality == "output"][:3]
     first = [float(v.start or 0.0) for v in inputs]
-    last = [round(1.03 * first[0], 6), *first[1:]]
+    names = [v.name for v in inputs]
+    place, end = 0, round(1.03 * first[0], 6)
+    if "creepage_x" in names:
+        place, end = names.index("creepage_x"), -0.005
+    last = [*first[:place], end, *first[place + 1 :]]
     return fragment(
         "tools.html",
         connection=asset(f"connection_{kind}.html"),
         file=f"{MODEL_NAMES[kind]}.fmu",
-        names=", ".join(f'"{v.name}"' for v in inputs),
+        names=", ".join(f'"{name}"' for name in names),
         first=", ".join(map(repr, first)),
         last=", ".join(map(repr, last)),
-        ramped=inputs[0].name,
-        end=repr(last[0]),
+        ramped=names[place],
+        end=repr(end),
         outputs="[" + ", ".join(f'"{name}"' for name in outputs) + "]",
         output=outputs[0],
     )
