@@ -25,6 +25,7 @@ def coupled(
     relaxed: bool = False,
     implicit: bool = True,
     parallel: bool = False,
+    **across: float,
 ) -> np.ndarray:
     """Slip velocity and force of a body and the force element that exchange step by step."""
     wheelset = model.wheelset
@@ -39,7 +40,7 @@ def coupled(
     omega = (1.0 + creepage) * speed / wheelset.radius
     start = {"omega": omega, "speed": speed, "relaxed_creepage": creepage if relaxed else 0.0}
     inverse_mass = mass_factor * description.start_values["effective_inverse_mass"]
-    element = native(description, **start, effective_inverse_mass=inverse_mass)
+    element = native(description, **start, **across, effective_inverse_mass=inverse_mass)
     (force,) = element.get("creep_force")
     rows, time = [], 0.0
     for i in range(count):
@@ -215,3 +216,26 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, relaxe
         assert not grows(0.97 * exact)
         limit = float(exact)
     assert grows(1.05 * limit)
+
+
+def test_implicit_steps_follow_a_wheelset_that_slips_across(locomotive: cl.Model) -> None:
+    # A wheelset that is stepped as one, under the same lateral velocity and spin.
+    across = {"lateral_velocity": 0.08, "spin_velocity": 1.5}
+    speed, torque, ends, steps = 10.0, 18e3, [], (4e-3, 2e-3, 1e-3)
+    for step in steps:
+        run = coupled(
+            locomotive, speed=speed, torque=torque, step=step, count=round(0.4 / step), **across
+        )
+        ends.append(run[-1, 1])
+    whole = native(Description(locomotive, "wheelset"), omega=speed / 0.5, speed=speed, **across)
+    alone = native(Description(locomotive, "wheelset"), omega=speed / 0.5, speed=speed)
+    for model in (whole, alone):
+        model.set(drive_torque=torque)
+        for _ in range(400):
+            model.advance(1e-3, 1e-9)
+    force = whole.get("creep_force")[0]
+    errors = np.abs(np.array(ends) - force)
+    assert errors[-1] < 2e-3 * force
+    assert np.all(errors[1:] < 0.7 * errors[:-1])  # first order
+    slips = [m.get("omega")[0] * 0.5 - m.get("speed")[0] for m in (whole, alone)]
+    assert slips[0] > 1.3 * slips[1]  # the same force takes more slip
