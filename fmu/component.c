@@ -72,6 +72,11 @@ result component_called(component *self, const char *function, unsigned allowed)
     return RESULT_ERROR;
 }
 
+result component_null(component *self, const char *function, const char *pointer) {
+    component_log(self, RESULT_ERROR, "%s: the pointer %s is null", function, pointer);
+    return RESULT_ERROR;
+}
+
 /* ---- life ---------------------------------------------------------------------------------- */
 
 /* An FMU's token is the library's token, the kind of model and a digest of the FMU's contents,

@@ -69,6 +69,8 @@ void component_close(component *self);
 /* Check that the call is allowed now; if not, log an error that names the function. */
 result component_called(component *self, const char *function, unsigned allowed_stages);
 void component_log(component *self, result status, const char *format, ...);
+/* Log that the call needs what this pointer should point to. */
+result component_null(component *self, const char *function, const char *pointer);
 /* Log only these categories; all of them if no name is given. */
 result component_set_logging(component *self, int on, size_t count, const char *const names[]);
 

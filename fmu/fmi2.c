@@ -40,6 +40,10 @@ static fmi2Status not_offered(void *pointer, const char *function) {
     component *core = (c) != NULL ? &((instance *)(c))->core : NULL; \
     if (core == NULL || component_called(core, __func__, (allowed)) != RESULT_OK) return fmi2Error
 
+/* Refuse a null pointer to n values. */
+#define NEEDS(n, pointer) \
+    if ((n) > 0 && (pointer) == NULL) return (fmi2Status)component_null(core, __func__, #pointer)
+
 /* FMI 2 allows fmi2Discard in few functions; elsewhere the same failure is an error. */
 static fmi2Status undiscarded(result status) {
     return status == RESULT_DISCARD ? fmi2Error : (fmi2Status)status;
@@ -91,6 +95,7 @@ void fmi2FreeInstance(fmi2Component c) {
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
                                const fmi2String categories[]) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, categories);
     return (fmi2Status)component_set_logging(core, on != fmi2False, n, categories);
 }
 
@@ -128,6 +133,8 @@ fmi2Status fmi2Reset(fmi2Component c) {
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
                        fmi2Real values[]) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_get(core, references[i], 0, &values[i]);
@@ -137,6 +144,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], s
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[], size_t n,
                           fmi2Boolean values[]) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++) {
         double value = 0.0;
@@ -149,6 +158,8 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[]
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
                        const fmi2Real values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_check(core, references[i], 0, values[i]);
@@ -160,6 +171,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], s
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[], size_t n,
                           const fmi2Boolean values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_check(core, references[i], 1, values[i] != fmi2False ? 1.0 : 0.0);
@@ -198,6 +211,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         size_t known_count, const fmi2Real seed[],
                                         fmi2Real sensitivity[]) {
     CORE(c, IN(INITIALIZING) | RUNNING);
+    NEEDS(unknown_count, unknowns);
+    NEEDS(known_count, knowns);
+    NEEDS(known_count, seed);
+    NEEDS(unknown_count, sensitivity);
     return undiscarded(component_derivative(core, 0, unknowns, unknown_count, knowns, known_count,
                                             seed, sensitivity));
 }
@@ -221,6 +238,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *saved) {
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved, size_t *size) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, size);
     (void)saved;
     *size = component_serialized_size();
     return fmi2OK;
@@ -229,12 +247,14 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved, size_
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate saved, fmi2Byte bytes[],
                                  size_t size) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, bytes);
     return (fmi2Status)component_serialize(core, saved, bytes, size);
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate *saved) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, bytes);
     return (fmi2Status)component_deserialize(core, bytes, size, saved);
 }
 
@@ -248,6 +268,7 @@ fmi2Status fmi2EnterEventMode(fmi2Component c) {
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     CORE(c, IN(EVENTS));
+    NEEDS(1, info);
     memset(info, 0, sizeof *info); /* no further iteration, no termination, no change */
     return undiscarded(component_update_flags(core));
 }
@@ -261,6 +282,8 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state_before,
                                        fmi2Boolean *enter_event_mode, fmi2Boolean *terminate) {
     CORE(c, IN(CONTINUOUS));
+    NEEDS(1, enter_event_mode);
+    NEEDS(1, terminate);
     (void)no_set_state_before;
     *enter_event_mode = *terminate = fmi2False;
     return fmi2OK;
@@ -273,26 +296,31 @@ fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[], size_t n) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
+    NEEDS(n, states);
     return (fmi2Status)component_set_states(core, n, states);
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, states);
     return (fmi2Status)component_get_states(core, n, states);
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, derivatives);
     return (fmi2Status)component_get_derivatives(core, n, derivatives);
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, indicators);
     return (fmi2Status)component_get_indicators(core, n, indicators);
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, nominals);
     return (fmi2Status)component_get_nominals(core, n, nominals);
 }
 
@@ -323,6 +351,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 /* A step ends before fmi2DoStep returns, so only the time of the last one can be asked for. */
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, value);
     if (kind != fmi2LastSuccessfulTime) return not_offered(c, __func__);
     *value = core->now.values.time;
     return fmi2OK;
@@ -340,6 +369,7 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, value);
     if (kind != fmi2Terminated) return not_offered(c, __func__);
     *value = fmi2False; /* this FMU never terminates a simulation */
     return fmi2OK;

@@ -35,6 +35,10 @@ static fmi3Status none(void *pointer, size_t n, const char *function) {
     component *core = (c) != NULL ? &((instance *)(c))->core : NULL; \
     if (core == NULL || component_called(core, __func__, (allowed)) != RESULT_OK) return fmi3Error
 
+/* Refuse a null pointer to n values. */
+#define NEEDS(n, pointer) \
+    if ((n) > 0 && (pointer) == NULL) return (fmi3Status)component_null(core, __func__, #pointer)
+
 #define BEFORE_RUN (IN(INSTANTIATED) | IN(INITIALIZING))
 
 /* ---- life ---------------------------------------------------------------------------------- */
@@ -108,6 +112,7 @@ void fmi3FreeInstance(fmi3Instance c) {
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
                                const fmi3String categories[]) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, categories);
     return (fmi3Status)component_set_logging(core, on, n, categories);
 }
 
@@ -150,6 +155,8 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
                           fmi3Float64 values[], size_t value_count) {
     CORE(c, ANY_STAGE);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_get(core, references[i], 0, &values[i]);
@@ -160,6 +167,8 @@ fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference references[],
                           fmi3Boolean values[], size_t value_count) {
     CORE(c, ANY_STAGE);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++) {
         double value = 0.0;
@@ -173,6 +182,8 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
                           const fmi3Float64 values[], size_t value_count) {
     CORE(c, BEFORE_RUN | RUNNING);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_check(core, references[i], 0, values[i]);
@@ -185,6 +196,8 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[],
                           const fmi3Boolean values[], size_t value_count) {
     CORE(c, BEFORE_RUN | RUNNING);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
+    NEEDS(n, references);
+    NEEDS(n, values);
     result status = RESULT_OK;
     for (size_t i = 0; i < n && status == RESULT_OK; i++)
         status = component_check(core, references[i], 1, values[i] ? 1.0 : 0.0);
@@ -263,6 +276,10 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         size_t seed_count, fmi3Float64 sensitivity[],
                                         size_t sensitivity_count) {
     CORE(c, IN(INITIALIZING) | RUNNING);
+    NEEDS(unknown_count, unknowns);
+    NEEDS(known_count, knowns);
+    NEEDS(seed_count, seed);
+    NEEDS(sensitivity_count, sensitivity);
     return derivative(core, 0, unknowns, unknown_count, knowns, known_count, seed, seed_count,
                       sensitivity, sensitivity_count);
 }
@@ -272,6 +289,10 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     size_t known_count, const fmi3Float64 seed[], size_t seed_count,
                                     fmi3Float64 sensitivity[], size_t sensitivity_count) {
     CORE(c, IN(INITIALIZING) | RUNNING);
+    NEEDS(unknown_count, unknowns);
+    NEEDS(known_count, knowns);
+    NEEDS(seed_count, seed);
+    NEEDS(sensitivity_count, sensitivity);
     return derivative(core, 1, unknowns, unknown_count, knowns, known_count, seed, seed_count,
                       sensitivity, sensitivity_count);
 }
@@ -295,6 +316,7 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *saved) {
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved, size_t *size) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, size);
     (void)saved;
     *size = component_serialized_size();
     return fmi3OK;
@@ -303,12 +325,14 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved, size_t
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState saved, fmi3Byte bytes[],
                                  size_t size) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, bytes);
     return (fmi3Status)component_serialize(core, saved, bytes, size);
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState *saved) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, bytes);
     return (fmi3Status)component_deserialize(core, bytes, size, saved);
 }
 
@@ -404,6 +428,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *need_update,
                                     fmi3Boolean *states_changed, fmi3Boolean *has_next_time,
                                     fmi3Float64 *next_time) {
     CORE(c, IN(EVENTS));
+    NEEDS(1, need_update);
+    NEEDS(1, terminate);
+    NEEDS(1, nominals_changed);
+    NEEDS(1, states_changed);
+    NEEDS(1, has_next_time);
+    NEEDS(1, next_time);
     *need_update = *terminate = *nominals_changed = *states_changed = *has_next_time = fmi3False;
     *next_time = 0.0;
     return (fmi3Status)component_update_flags(core);
@@ -418,6 +448,8 @@ fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state_before,
                                        fmi3Boolean *enter_event_mode, fmi3Boolean *terminate) {
     CORE(c, IN(CONTINUOUS));
+    NEEDS(1, enter_event_mode);
+    NEEDS(1, terminate);
     (void)no_set_state_before;
     *enter_event_mode = *terminate = fmi3False;
     return fmi3OK;
@@ -430,37 +462,44 @@ fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], size_t n) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
+    NEEDS(n, states);
     return (fmi3Status)component_set_states(core, n, states);
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, states);
     return (fmi3Status)component_get_states(core, n, states);
 }
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, derivatives);
     return (fmi3Status)component_get_derivatives(core, n, derivatives);
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, indicators);
     return (fmi3Status)component_get_indicators(core, n, indicators);
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n) {
     CORE(c, ANY_STAGE);
+    NEEDS(n, nominals);
     return (fmi3Status)component_get_nominals(core, n, nominals);
 }
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, n);
     *n = component_indicators(core);
     return fmi3OK;
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
     CORE(c, ANY_STAGE);
+    NEEDS(1, n);
     *n = core->states;
     return fmi3OK;
 }
@@ -472,6 +511,10 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 step,
                       fmi3Boolean *terminate, fmi3Boolean *early_return,
                       fmi3Float64 *last_successful_time) {
     CORE(c, IN(STEPPING));
+    NEEDS(1, event_handling_needed);
+    NEEDS(1, terminate);
+    NEEDS(1, early_return);
+    NEEDS(1, last_successful_time);
     (void)no_set_state_before;
     *event_handling_needed = *terminate = *early_return = fmi3False;
     result status = component_step(core, point, step);

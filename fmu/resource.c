@@ -19,6 +19,7 @@ static int hex_digit(char c) {
 
 /* Turn file:///a/b%20c, file:/a/b, file://localhost/a/b or a bare path into a path plus name. */
 static const char *path_of(const char *uri, const char *name, char path[PATH_SIZE]) {
+    if (uri == NULL) return "the resource location is null";
     int is_uri = strncmp(uri, "file:", 5) == 0;
     size_t n = 0;
     if (is_uri) {

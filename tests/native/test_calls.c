@@ -557,6 +557,82 @@ static void test_table_headers(void) {
     }
 }
 
+/* Null pointers where the standard wants values. */
+static void test_null_pointers(void) {
+    fmi2Component c = instance2(fmi2ModelExchange), s = instance2(fmi2CoSimulation);
+    fmi3Instance d = instance3(1), t = instance3(0);
+    unsigned r[1] = {0};
+    double x[1] = {0.0};
+    fmi2Boolean b2;
+    fmi3Boolean b[5];
+    void *saved2 = NULL, *saved3 = NULL;
+    size_t n;
+    CHECK(fmi2Instantiate(NULL, fmi2CoSimulation, token, NULL, &CALLBACKS, 0, 1) == NULL);
+    REFUSED(fmi2SetDebugLogging(c, 1, 1, NULL));
+    REFUSED(fmi3SetDebugLogging(d, 1, 1, NULL));
+    REFUSED(fmi2GetReal(c, NULL, 1, x));
+    REFUSED(fmi2GetReal(c, r, 1, NULL));
+    REFUSED(fmi2SetReal(c, NULL, 1, x));
+    REFUSED(fmi2SetReal(c, r, 1, NULL));
+    REFUSED(fmi2GetBoolean(c, NULL, 1, &b2));
+    REFUSED(fmi2SetBoolean(c, r, 1, NULL));
+    REFUSED(fmi3GetFloat64(d, NULL, 1, x, 1));
+    REFUSED(fmi3SetFloat64(d, r, 1, NULL, 1));
+    REFUSED(fmi3GetBoolean(d, r, 1, NULL, 1));
+    REFUSED(fmi3SetBoolean(d, NULL, 1, b, 1));
+    FINE(fmi2GetReal(c, NULL, 0, NULL));
+    FINE(fmi3SetFloat64(d, NULL, 0, NULL, 0));
+    FINE(fmi2GetFMUstate(c, &saved2));
+    FINE(fmi3GetFMUState(d, &saved3));
+    REFUSED(fmi2SerializedFMUstateSize(c, saved2, NULL));
+    REFUSED(fmi3SerializedFMUStateSize(d, saved3, NULL));
+    FINE(fmi2SerializedFMUstateSize(c, saved2, &n));
+    REFUSED(fmi2SerializeFMUstate(c, saved2, NULL, n));
+    REFUSED(fmi3SerializeFMUState(d, saved3, NULL, n));
+    REFUSED(fmi2DeSerializeFMUstate(c, NULL, n, &saved2));
+    REFUSED(fmi3DeserializeFMUState(d, NULL, n, &saved3));
+    fmi2FreeFMUstate(c, &saved2);
+    fmi3FreeFMUState(d, &saved3);
+    for (int i = 0; i < 2; i++) {
+        FINE(fmi2SetupExperiment(i ? s : c, 0, 0.0, 0.0, 0, 0.0));
+        FINE(fmi2EnterInitializationMode(i ? s : c));
+        FINE(fmi3EnterInitializationMode(i ? t : d, 0, 0.0, 0.0, 0, 0.0));
+    }
+    REFUSED(fmi2GetDirectionalDerivative(c, NULL, 1, r, 1, x, x));
+    REFUSED(fmi2GetDirectionalDerivative(c, r, 1, r, 1, NULL, x));
+    REFUSED(fmi3GetDirectionalDerivative(d, r, 1, NULL, 1, x, 1, x, 1));
+    REFUSED(fmi3GetAdjointDerivative(d, r, 1, r, 1, x, 1, NULL, 1));
+    for (int i = 0; i < 2; i++) {
+        FINE(fmi2ExitInitializationMode(i ? s : c));
+        FINE(fmi3ExitInitializationMode(i ? t : d));
+    }
+    REFUSED(fmi2NewDiscreteStates(c, NULL));
+    REFUSED(fmi3UpdateDiscreteStates(d, b, b, b, b, b, NULL));
+    REFUSED(fmi3GetNumberOfEventIndicators(d, NULL));
+    REFUSED(fmi3GetNumberOfContinuousStates(d, NULL));
+    REFUSED(fmi2GetContinuousStates(c, NULL, 1));
+    REFUSED(fmi2SetContinuousStates(c, NULL, 1));
+    REFUSED(fmi2GetDerivatives(c, NULL, 1));
+    REFUSED(fmi2GetEventIndicators(c, NULL, 1));
+    REFUSED(fmi2GetNominalsOfContinuousStates(c, NULL, 1));
+    REFUSED(fmi3GetContinuousStates(d, NULL, 1));
+    REFUSED(fmi3SetContinuousStates(d, NULL, 1));
+    REFUSED(fmi3GetContinuousStateDerivatives(d, NULL, 1));
+    REFUSED(fmi3GetEventIndicators(d, NULL, 1));
+    REFUSED(fmi3GetNominalsOfContinuousStates(d, NULL, 1));
+    FINE(fmi2EnterContinuousTimeMode(c));
+    FINE(fmi3EnterContinuousTimeMode(d));
+    REFUSED(fmi2CompletedIntegratorStep(c, 1, &b2, NULL));
+    REFUSED(fmi3CompletedIntegratorStep(d, 1, NULL, b));
+    REFUSED(fmi2GetRealStatus(s, fmi2LastSuccessfulTime, NULL));
+    REFUSED(fmi2GetBooleanStatus(s, fmi2Terminated, NULL));
+    REFUSED(fmi3DoStep(t, 0.0, 1e-3, 1, b, b, b, NULL));
+    fmi2FreeInstance(c);
+    fmi2FreeInstance(s);
+    fmi3FreeInstance(d);
+    fmi3FreeInstance(t);
+}
+
 /* Files of what contacts and pairs of bodies add to a table. */
 static void test_plane_files(void) {
     static const struct {
@@ -716,6 +792,7 @@ int main(int count, char **arguments) {
     test_roots();
     test_table_headers();
     test_plane_files();
+    test_null_pointers();
     test_resources(arguments[4]);
     test_parallel_exchange();
     test_wrong_exchange();
