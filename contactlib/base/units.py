@@ -47,7 +47,7 @@ SPELLINGS = (
     (r"^(?:percent|per\.cent)$", "%"),
     (r"^-?$", "1"),
 )
-NUMBER = re.compile(r"[+-]?(?:[0-9][0-9_]*\.?[0-9_]*|\.[0-9_]+)(?:[eE][+-]?[0-9_]+)?")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?![0-9_])")
 
 
 def unit_value(unit: str, si: str) -> float | None:
@@ -82,12 +82,9 @@ def in_si(text: str, si: str) -> float:
     """
     text = text.strip()
     found = NUMBER.match(text)
-    try:
-        number = float(found[0]) if found else None
-    except ValueError:  # underscores that are not between digits
-        number = None
-    if found is None or number is None:
+    if found is None:
         raise ValueError("does not begin with a number")
+    number = float(found[0])
     unit = text[found.end() :]
     if not unit and si != "1":
         raise ValueError(f'has no unit: write "{text} {si}", or {text} without quotation marks')

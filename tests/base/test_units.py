@@ -27,7 +27,7 @@ SAME = {
         "0.25 tm2",
     ),
     ("Pa", 210e9): ("210 GPa", "210e3 MPa", "210e3 N/mm2", "210e3 N/mm^2", "210 kN / mm\u00b2"),
-    ("m", 1.5e-6): ("1.5 um", "1.5 \u00b5m", "1.5\u03bcm", "1.5e-4 cm", "1.5e-3 mm"),
+    ("m", 1.5e-6): ("1.5 um", "1.5 \u00b5m", "1.5\u03bcm", "1.5e-4 cm", "1.5e-3 mm", "1.5\u00a0um"),
     ("m/s", 20.0): ("72 km/h", "72kph", "72 kmh", "20 m/s", "20 m / s", "20 m/sec"),
     ("kg", 142.5e3): ("142.5 t", "142.5 tonnes", "142.5t"),
     ("1", 0.015): ("1.5 %", "1.5%", "1.5 percent", "1.5 per cent", "0.015 -", "0.015 1"),
@@ -57,6 +57,9 @@ def test_every_listed_unit_is_known_by_its_name() -> None:
         ("5 mm 3", "m", "must be a number in m"),
         ("mm 5", "m", "does not begin with a number"),
         ("1_ mm", "m", "does not begin with a number"),
+        ("5_0_0 mm", "m", "does not begin with a number"),
+        ("\u0665 mm", "m", "does not begin with a number"),  # five, in Arabic
+        ("\uff15 mm", "m", "does not begin with a number"),  # five, as wide as a letter
         ("1,5 mm", "m", "has a decimal comma"),
         ("1 kNm", "N.m/rad", "must be a number in N.m/rad"),
         ("9**9**9 m", "m", "must be a number in m"),

@@ -17,7 +17,7 @@ export type Table = Readonly<Record<string, unknown>>;
 export type Numbers = Record<string, number | null>;
 
 const LARGEST_FILE = 1_000_000; // characters
-const NUMBER = /^[+-]?([0-9][0-9_]*\.?[0-9_]*|\.[0-9_]+)(e[+-]?[0-9_]+)?/i;
+const NUMBER = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?(?![0-9_])/i;
 const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 /** A number in decimal digits; NaN for any other text. */
@@ -93,7 +93,7 @@ function numberOf(where: string, value: unknown, limit: Limit): number {
   if (typeof value === "string") {
     const text = value.trim(), digits = NUMBER.exec(text)?.[0] ?? "";
     const factor = unitValue(text.slice(digits.length), limit.unit);
-    found = decimal(digits.replace(/(?<=\d)_(?=\d)/g, ""));
+    found = decimal(digits);
     if (Number.isNaN(found)) {
       throw new ModelError(`${where} = ${shown(value)} does not begin with a number`);
     }
