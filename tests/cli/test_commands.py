@@ -23,6 +23,7 @@ from contactlib.cli import commands as cli
 from contactlib.cli.commands import main
 from contactlib.cli.console import ConsoleReporter, Pace
 from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES
+from contactlib.files.reading import model_path
 
 
 @pytest.fixture(scope="module")
@@ -255,7 +256,7 @@ def test_figures_command_refuses_what_is_no_model(tmp_path: Path) -> None:
 
 
 def test_friction_that_does_not_fall_is_one_line(tmp_path: Path) -> None:
-    text = Path("models/roller_rig.toml").read_text()
+    text = model_path("roller_rig.toml").read_text()
     model = tmp_path / "level.toml"
     model.write_text(
         re.sub("k_hat = .*", "k_hat = 0", re.sub("static = .*", "static = 0.21", text))

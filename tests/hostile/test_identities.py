@@ -15,6 +15,8 @@ from strategies import examples, magnitude, number
 
 import contactlib as cl
 
+pytestmark = pytest.mark.filterwarnings("ignore::contactlib.AspectWarning")  # long ellipses too
+
 RADIUS = 0.5
 
 
