@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -220,7 +221,7 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, relaxe
 
 def test_implicit_steps_follow_a_wheelset_that_slips_across(locomotive: cl.Model) -> None:
     # A wheelset that is stepped as one, under the same lateral velocity and spin.
-    across = {"lateral_velocity": 0.08, "spin_velocity": 1.5}
+    across: dict[str, Any] = {"lateral_velocity": 0.08, "spin_velocity": 1.5}
     speed, torque, ends, steps = 10.0, 18e3, [], (4e-3, 2e-3, 1e-3)
     for step in steps:
         run = coupled(
