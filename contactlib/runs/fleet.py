@@ -189,7 +189,7 @@ class Runs:
         self._demands = ManyProfiles([one.demand for one in scenarios])
         self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
         sensors = [one.sensors for one in scenarios]
-        self._reader = SensorReader(sensors, control.sample_time, index)
+        self._reader = SensorReader(sensors, control.sample_time, index, radius=self.radius)
         self._memory: Any = None
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
 

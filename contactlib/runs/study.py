@@ -20,6 +20,7 @@ from contactlib.runs.scenario_runs import run_scenario
 from contactlib.runs.signals import UNITS
 from contactlib.runs.simulation import simulate
 from contactlib.stability import controllability, worst_pole
+from contactlib.traction import Sensors
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.available_force import available_force
 from contactlib.vehicle.continuous_control import ContinuousController, CreepControl
@@ -127,10 +128,27 @@ def _of_scenario(scenario: Scenario) -> Study:
         measured=(
             f"Sensors: delay {1e3 * sensors.delay:.3g} ms, noise {sensors.wheel_speed_noise:.2g} "
             f"and {sensors.vehicle_speed_noise:.2g} m/s on wheel and vehicle speed."
+            + _errors(sensors)
         ),
         runs=MappingProxyType({name: partial(run, name) for name in scenario.controllers}),
         outlook=tuple(outlook(scenario)),
     )
+
+
+def _errors(sensors: Sensors) -> str:
+    """Systematic errors of the sensors that have any."""
+    told = {
+        f"bias of the vehicle speed {100 * sensors.vehicle_speed_bias:.3g} %": (
+            sensors.vehicle_speed_bias
+        ),
+        f"its drift {sensors.vehicle_speed_drift:.3g} m/s2": sensors.vehicle_speed_drift,
+        f"error of the wheel diameter {100 * sensors.wheel_diameter_error:.3g} %": (
+            sensors.wheel_diameter_error
+        ),
+        f"encoder with {sensors.encoder_pulses:g} pulses": sensors.encoder_pulses,
+    }
+    found = ", ".join(text for text, value in told.items() if value)
+    return f" {found[0].upper()}{found[1:]}." if found else ""
 
 
 def outlook(scenario: Scenario) -> list[str]:

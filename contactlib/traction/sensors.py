@@ -1,4 +1,4 @@
-"""Speed sensors with noise and delay, and counts and indices as whole numbers."""
+"""Speed sensors with their errors and delay, and counts and indices as whole numbers."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from contactlib.base.quantities import (
     shown,
 )
 
+COUNTED = Limits(at_least=1e-6, at_most=1e6)  # of an encoder's radius [m] and sample time [s]
 AHEAD = 256  # samples of noise drawn at once
 COUNTS = Limits(at_least=1.0, at_most=1e6)
 INDEX = Limits(at_least=0.0, below=2.0**63)  # of a run, for its noise
@@ -45,10 +46,25 @@ def checked_indices(index: Sequence[int]) -> list[int]:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensors(Parameters):
-    """Speed sensors: white Gaussian noise on every sample, and one delay.
+    """Speed sensors: systematic errors, white Gaussian noise on every sample, and one delay.
+
+    With the wheel's true speed r omega and the vehicle's V, they show at the time t of a run
+
+        (1 + wheel_diameter_error) r omega + noise,
+        (1 + vehicle_speed_bias) V + vehicle_speed_drift t + noise
 
     Parameters
     ----------
+    vehicle_speed_bias : float, optional
+        Error of the measured vehicle speed / vehicle speed [1].
+    vehicle_speed_drift : float, optional
+        Rate at which the measured vehicle speed departs from the true one [m/s2].
+    wheel_diameter_error : float, optional
+        (Diameter that the measurement assumes - true one) / true one [1].
+    encoder_pulses : float, optional
+        Pulses per revolution of the encoder on the wheel, a whole number: the measured wheel speed
+        is the way of the pulses counted since the last sample / sample time. Zero: as if there were
+        infinitely many, at the instant of the sample.
     wheel_speed_noise, vehicle_speed_noise : float, optional
         Standard deviations [m/s].
     delay : float, optional
@@ -59,9 +75,21 @@ class Sensors(Parameters):
     Raises
     ------
     ValueError
-        If a value is out of range or the seed is not whole.
+        If a value is out of range, or the seed or the number of pulses is not whole.
     """
 
+    vehicle_speed_bias: Annotated[
+        float, Quantity("1", at_least=-0.5, at_most=0.5, percent=True, usual=(-0.05, 0.05))
+    ] = 0.0
+    vehicle_speed_drift: Annotated[
+        float, Quantity("m/s2", at_least=-10.0, at_most=10.0, usual=(-0.1, 0.1))
+    ] = 0.0
+    wheel_diameter_error: Annotated[
+        float, Quantity("1", at_least=-0.5, at_most=0.5, percent=True, usual=(-0.1, 0.1))
+    ] = 0.0
+    encoder_pulses: Annotated[float, Quantity("1", at_least=0.0, at_most=1e6, usual=(0.0, 1e5))] = (
+        0.0
+    )
     wheel_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
     vehicle_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
     delay: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
@@ -69,8 +97,10 @@ class Sensors(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.seed != int(self.seed):
-            raise ValueError(f"Sensors.seed = {self.seed!r} must be a whole number")
+        for name in ("seed", "encoder_pulses"):
+            value = getattr(self, name)
+            if value != int(value):
+                raise ValueError(f"Sensors.{name} = {value!r} must be a whole number")
 
     def samples_of_delay(self, sample_time: float) -> int:
         """Delay in samples.
@@ -96,10 +126,12 @@ class Sensors(Parameters):
             )
         return round(samples)
 
-    def reader(self, count: int, sample_time: float, *, first: int = 0) -> SensorReader:
-        """Reader for `count` wheelsets; `first` is the index of the first one."""
+    def reader(
+        self, count: int, sample_time: float, *, first: int = 0, radius: ArrayLike | None = None
+    ) -> SensorReader:
+        """Reader for `count` wheelsets; `first` is the index of the first, `radius` in m."""
         n, start = checked_whole("count", count, COUNTS), checked_whole("first", first, INDEX)
-        return SensorReader([self] * n, sample_time, range(start, start + n))
+        return SensorReader([self] * n, sample_time, range(start, start + n), radius=radius)
 
 
 class SensorReader:
@@ -116,15 +148,23 @@ class SensorReader:
         Sample time [s].
     index : sequence of int
         Index of each wheelset among all runs.
+    radius : array_like, optional
+        Rolling radius of each wheelset, or of all [m]; an encoder needs it.
 
     Raises
     ------
     ValueError
-        If the delays are not equal numbers of samples, or an index is out of range.
+        If the delays are not equal numbers of samples, an index is out of range, or an encoder has
+        no radius.
     """
 
     def __init__(
-        self, sensors: Sequence[Sensors], sample_time: float, index: Sequence[int]
+        self,
+        sensors: Sequence[Sensors],
+        sample_time: float,
+        index: Sequence[int],
+        *,
+        radius: ArrayLike | None = None,
     ) -> None:
         places = checked_indices(index)
         if not len(sensors) == len(places) > 0:
@@ -135,7 +175,22 @@ class SensorReader:
         delays = {one.samples_of_delay(sample_time) for one in set(sensors)}
         if len(delays) > 1:
             raise ValueError(f"sensors have delays of {sorted(delays)} samples: they must be equal")
-        self._count, self._delay = len(sensors), delays.pop()
+        self._count, self._delay, self._step = len(sensors), delays.pop(), float(sample_time)
+        self._gain = (
+            1.0
+            + np.array([[one.wheel_diameter_error, one.vehicle_speed_bias] for one in sensors]).T
+        )
+        self._drift = np.array([one.vehicle_speed_drift for one in sensors])
+        self._true = bool((self._gain == 1.0).all() and not self._drift.any())
+        self._pulses = np.array([one.encoder_pulses for one in sensors])
+        if self._pulses.any():
+            if radius is None:
+                raise ValueError("radius is missing: an encoder's pulses are of a wheel's turns")
+            checked_number("sample_time", sample_time, COUNTED)
+            turn = 2.0 * np.pi * checked("radius", radius, COUNTED)
+            if turn.shape not in ((), self._pulses.shape):
+                raise ValueError(f"radius has the shape {turn.shape}, not {self._pulses.shape}")
+            self._pulse = turn / np.maximum(self._pulses, 1.0)
         self._scale = np.array(
             [[one.wheel_speed_noise, one.vehicle_speed_noise] for one in sensors]
         ).T
@@ -149,6 +204,8 @@ class SensorReader:
         self._drawn = AHEAD
         self._history: list[FloatArray] = []
         self._reads = 0
+        self._rim: FloatArray | None = None  # speed at the last sample
+        self._way = np.zeros(self._count)  # since the last pulse
 
     def read(
         self, wheel_speed: ArrayLike, vehicle_speed: ArrayLike
@@ -156,17 +213,30 @@ class SensorReader:
         """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,)."""
         now = np.empty((2, self._count))
         now[0], now[1] = wheel_speed, vehicle_speed
+        if self._pulses.any():
+            now[0] = np.where(self._pulses > 0.0, self._counted(now[0].copy()), now[0])
+        if not self._true:
+            now *= self._gain
+            now[1] += self._drift * (self._step * self._reads)
         if self._streams:
             now += self._next_noise()
+        self._reads += 1
         if self._delay == 0:
             return now[0], now[1]
         if not self._history:
             self._history = [now] * (self._delay + 1)
         slot = self._reads % (self._delay + 1)
         self._history[slot] = now
-        self._reads += 1
         late = self._history[(slot + 1) % (self._delay + 1)]
         return late[0], late[1]
+
+    def _counted(self, rim: FloatArray) -> FloatArray:
+        """Mean speed since the last sample that whole pulses show; their rest is kept."""
+        last = rim if self._rim is None else self._rim
+        self._rim, way = rim, self._way + 0.5 * self._step * (last + rim)
+        counted = np.floor(way / self._pulse) * self._pulse
+        self._way = way - counted
+        return np.asarray(counted / self._step)
 
     def _next_noise(self) -> FloatArray:
         if self._drawn == AHEAD:

@@ -225,6 +225,10 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
         [contact_relaxation]
         length = "7.5 mm"
         [sensors]
+        vehicle_speed_bias = "-0.5 %"
+        vehicle_speed_drift = 0.001
+        wheel_diameter_error = "1 %"
+        encoder_pulses = 120
         wheel_speed_noise = 0.01
         delay = "10 ms"
         seed = 3
@@ -244,8 +248,15 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
     assert drivetrain.axle == cl.Axle(stiffness=6e6, damping=400.0)
     assert drivetrain.motor_lag == pytest.approx(0.02)
     assert drivetrain.relaxation_length == pytest.approx(7.5e-3)
-    assert scenario.sensors.wheel_speed_noise == 0.01
-    assert scenario.sensors.delay == pytest.approx(0.01)
+    assert scenario.sensors == cl.Sensors(
+        vehicle_speed_bias=-0.005,
+        vehicle_speed_drift=0.001,
+        wheel_diameter_error=0.01,
+        encoder_pulses=120.0,
+        wheel_speed_noise=0.01,
+        delay=0.01,
+        seed=3.0,
+    )
     assert scenario.track.friction_left == cl.Profile((1e3, 2e3), (0.5, 1.0))
     assert scenario.track.friction_scale(1e3, 9.0).tolist() == [0.25, 0.5]
     assert list(scenario.controllers) == ["first", "second"]

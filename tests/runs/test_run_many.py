@@ -67,6 +67,10 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
         design_speed=max(speed, 5.0),
         duration=SHORT if i % 6 else 1.3,
         sensors=cl.Sensors(
+            vehicle_speed_bias=0.002 * (i % 3 - 1),
+            vehicle_speed_drift=0.003 * (i % 2),
+            wheel_diameter_error=0.002 * (i % 5 - 2),
+            encoder_pulses=100.0 * (i % 4),
             wheel_speed_noise=rng.uniform(0.0, 0.02) if i % 3 else 0.0,
             vehicle_speed_noise=rng.uniform(0.0, 0.02),
             delay=0.01 * (i % 2),

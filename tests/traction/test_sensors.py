@@ -54,11 +54,48 @@ def test_sensors_that_differ_are_read_together() -> None:
         cl.traction.SensorReader(late, STEP, (0, 1))
 
 
+def test_bias_diameter_and_drift_are_systematic() -> None:
+    """What two sensors show differs by the errors alone, whatever their noise and delay."""
+    wrong = replace(
+        SENSORS, vehicle_speed_bias=-0.005, vehicle_speed_drift=0.02, wheel_diameter_error=0.01
+    )
+    readers = [one.reader(2, STEP, radius=0.5) for one in (SENSORS, wrong)]
+    for k in range(400):
+        wheel, vehicle = np.array([10.0 + k, 3.0]), np.array([9.0 + 2.0 * k, -1.0])
+        right, shown = (np.array(reader.read(wheel, vehicle)) for reader in readers)
+        late = max(k - 3, 0)  # samples of SENSORS.delay
+        expected = [
+            0.01 * np.array([10.0 + late, 3.0]),
+            -0.005 * np.array([9.0 + 2.0 * late, -1.0]) + 0.02 * STEP * late,
+        ]
+        np.testing.assert_allclose(shown - right, expected, rtol=0.0, atol=1e-12)
+
+
+def test_an_encoder_counts_whole_pulses_and_loses_none() -> None:
+    pulses, radius = np.array([80.0, 0.0, 200.0]), np.array([0.5, 0.5, 0.4])
+    sensors = [cl.Sensors(encoder_pulses=number) for number in pulses]
+    reader = cl.traction.SensorReader(sensors, STEP, range(3), radius=radius)
+    speed = 7.0 + 3.0 * np.sin(0.05 * np.arange(500)[:, None] + np.arange(3))
+    speed[250:] *= -1.0  # backward, too
+    shown = np.array([reader.read(row, row)[0] for row in speed])
+    pulse = 2.0 * np.pi * radius[::2] / pulses[::2]
+    counts = shown[:, ::2] * STEP / pulse
+    np.testing.assert_allclose(counts, counts.round(), rtol=0.0, atol=1e-9)
+    np.testing.assert_array_equal(shown[:, 1], speed[:, 1])  # has no encoder
+    # The way shown is never further from the true one than a pulse.
+    means = 0.5 * (speed + np.vstack([speed[:1], speed[:-1]]))
+    lacking = np.cumsum(means - shown, axis=0)[:, ::2] * STEP / pulse
+    assert lacking.min() > -1e-9
+    assert lacking.max() < 1.0 + 1e-9
+
+
 @pytest.mark.parametrize(
     ("given_values", "message"),
     [
         ({"delay": 0.012}, "not a whole number of samples"),
         ({"seed": 0.5}, "must be a whole number"),
+        ({"encoder_pulses": 99.5}, "encoder_pulses = 99.5 must be a whole number"),
+        ({"encoder_pulses": 100.0}, "radius is missing"),
         ({"wheel_speed_noise": -1.0}, "out of range"),
     ],
 )
