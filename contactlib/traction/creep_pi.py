@@ -14,15 +14,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.stability import fast_pole, worst_pole
-from contactlib.traction.design import least_slip, peak_creepage, slip_gains, total_delay
+from contactlib.traction.design import (
+    least_slip,
+    peak_creepage,
+    slip_gains,
+    sticking,
+    total_delay,
+)
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.observers import Tracked, track, tracker_gains
 from contactlib.traction.sensors import Sensors
+from contactlib.traction.zero_point import ZeroPoint, learn, start_zero_point
 from contactlib.vehicle.drivetrain import Drivetrain
 
 BAND = 0.15  # lack of creepage / reference beyond which the creepage is far below the reference
 CUT = 0.5  # rate at which a spinning wheel's torque is reduced / rate at which it is restored
 BELOW_PEAK = 0.8  # reference / creepage of the nominal peak: on the stable side
+LACK = 0.9  # torque / demand below which an unknown error of the creepage is looked for
 SHARES = (0.2, 2.0)  # limits of the scheduled reference / given reference
 
 
@@ -39,12 +47,18 @@ class LimiterMemory(NamedTuple):
         Whether the last torque was below the demand.
     braking : ndarray of bool
         Whether the last demand was negative.
+    torque : ndarray
+        The last torque [N.m].
+    zero : ZeroPoint
+        Estimated error of the measured creepage.
     """
 
     vehicle: Tracked
     integral: FloatArray
     limiting: NDArray[np.bool_]
     braking: NDArray[np.bool_]
+    torque: FloatArray
+    zero: ZeroPoint
 
 
 class Slip(NamedTuple):
@@ -59,9 +73,11 @@ class Slip(NamedTuple):
     demand : ndarray
         Size of the demand [N.m].
     speed : ndarray
-        Slip speed [m/s].
+        Slip speed without its estimated error [m/s].
     scale : ndarray
         Reference speed of the creepage: the vehicle's, at least `low_speed` [m/s].
+    zero : ZeroPoint
+        Estimated error of the measured creepage.
     """
 
     braking: NDArray[np.bool_]
@@ -69,6 +85,7 @@ class Slip(NamedTuple):
     demand: FloatArray
     speed: FloatArray
     scale: FloatArray
+    zero: ZeroPoint
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +101,10 @@ class SlipLimiter(Parameters):
     While u exceeds the demand, I is the demand, so that T follows it without delay and any slip
     beyond the reference reduces the torque at once; otherwise dI/dt = Ki e, limited to [0, demand],
     and faster where the creepage is far below the reference or beyond four times the reference.
+
+    The sensors show the creepage with an error, which `contactlib.traction.zero_point` estimates
+    and which is taken from w. If it is not known when the torque has to be limited, T is at most
+    `stick_torque` for some 0.2 s, until it is.
 
     Parameters
     ----------
@@ -101,6 +122,15 @@ class SlipLimiter(Parameters):
     recovery_time : float, optional
         Time in which the whole demand would be restored at zero creepage; at five times the
         reference it would be removed in twice this time [s].
+    creepage_error : float, optional
+        Standard deviation of the error of the measured creepage at the start [1]: bias of the
+        vehicle speed and of the wheel diameter. Zero: the sensors are believed. Default: 0.01.
+    speed_noise : float, optional
+        Standard deviation of the difference of the measured speeds by noise [m/s].
+    stick_torque : float, optional
+        Torque up to which the wheel sticks on any rail [N.m].
+    stick_compliance : float, optional
+        Creepage / torque of the sticking wheel [1/(N.m)].
     """
 
     sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
@@ -110,6 +140,10 @@ class SlipLimiter(Parameters):
     least_slip: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
     speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
     recovery_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
+    creepage_error: Annotated[float, Quantity("1", at_least=0.0, at_most=0.1, percent=True)] = 0.01
+    speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
+    stick_torque: Annotated[float, Quantity("N.m", at_least=0.0)] = 0.0
+    stick_compliance: Annotated[float, Quantity("1/(N.m)", at_least=0.0)] = 0.0
 
     @cached_property
     def _tracker_gains(self) -> tuple[float, float]:
@@ -120,29 +154,42 @@ class SlipLimiter(Parameters):
     ) -> LimiterMemory:
         """Memory of a drive at `torque` [N.m]."""
         vehicle = np.array(measurement.vehicle_speed, dtype=np.float64)
-        size = np.abs(torque) + np.zeros_like(vehicle)
+        given = np.asarray(torque) + np.zeros_like(vehicle)
+        size = np.abs(given)
         return LimiterMemory(
             Tracked(vehicle, np.zeros_like(vehicle)),
             np.asarray(size),
             np.asarray(size < np.abs(measurement.demand)),
             np.asarray(np.asarray(measurement.demand) < 0.0),
+            given,
+            start_zero_point(measurement.wheel_speed - vehicle, np.asarray(self.creepage_error)),
         )
 
-    def slip(self, measurement: Measurement[FloatArray], vehicle: Tracked) -> tuple[Slip, Tracked]:
-        """Measured slip, and the filtered vehicle speed to which it refers."""
-        vehicle = track(vehicle, measurement.vehicle_speed, self._tracker_gains)
+    def slip(
+        self, measurement: Measurement[FloatArray], memory: LimiterMemory
+    ) -> tuple[Slip, Tracked]:
+        """Slip without the estimated error, and the filtered vehicle speed to which it refers."""
+        vehicle = track(memory.vehicle, measurement.vehicle_speed, self._tracker_gains)
         braking = measurement.demand < 0.0
         sign = np.where(braking, -1.0, 1.0)
-        return (
-            Slip(
-                braking,
-                sign,
-                sign * measurement.demand,
-                sign * (measurement.wheel_speed - vehicle.speed),
-                np.maximum(np.abs(vehicle.speed), self.low_speed),
-            ),
-            vehicle,
+        scale = np.maximum(np.abs(vehicle.speed), self.low_speed)
+        limiting = memory.limiting & (braking == memory.braking)
+        # The raw speeds, as a filter lags when the torque is taken away and the vehicle coasts.
+        zero = learn(
+            memory.zero,
+            slip=measurement.wheel_speed - measurement.vehicle_speed,
+            vehicle_speed=vehicle.speed,
+            scale=scale,
+            torque=memory.torque,
+            limiting=limiting & (memory.integral < LACK * sign * measurement.demand),
+            sample_time=np.asarray(self.sample_time),
+            noise=np.asarray(self.speed_noise),
+            stick_torque=np.asarray(self.stick_torque),
+            stick_compliance=np.asarray(self.stick_compliance),
         )
+        forward = measurement.wheel_speed - vehicle.speed - zero.error * vehicle.speed
+        slip = Slip(braking, sign, sign * measurement.demand, sign * forward, scale, zero)
+        return slip, vehicle
 
     def limit(
         self, slip: Slip, vehicle: Tracked, reference: FloatArray, memory: LimiterMemory
@@ -154,7 +201,8 @@ class SlipLimiter(Parameters):
         target = np.maximum(reference * slip.scale, self.least_slip)
         error = target - slip.speed
         wanted = self.proportional_gain * error + integral
-        size = np.minimum(np.maximum(wanted, 0.0), demand)
+        most = np.where(slip.zero.looking, np.minimum(self.stick_torque, demand), demand)
+        size = np.minimum(np.maximum(wanted, 0.0), most)
         # The rising branch is stiff: torque changes the creepage little there, and Ki alone would
         # take seconds to restore the torque. Beyond four times the reference the wheel spins; to
         # cut earlier, while it passes the peak and returns, would make it hunt.
@@ -165,11 +213,14 @@ class SlipLimiter(Parameters):
         integral = integral + (
             (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
         )
-        return slip.sign * size, LimiterMemory(
+        torque = slip.sign * size
+        return torque, LimiterMemory(
             vehicle,
-            np.minimum(np.maximum(integral, 0.0), demand),
-            wanted < demand,
+            np.minimum(np.maximum(integral, 0.0), most),
+            (wanted < demand) | slip.zero.looking,
             slip.braking,
+            torque,
+            slip.zero,
         )
 
 
@@ -238,6 +289,7 @@ class CreepPI(SlipLimiter):
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
             "least_slip": least_slip(sensors, sample_time, filter_time),
+            **sticking(wheelset, speed, sensors),
         }
         return cls(**{**known, **given})
 
@@ -249,7 +301,7 @@ class CreepPI(SlipLimiter):
         self, measurement: Measurement[FloatArray], memory: LimiterMemory
     ) -> tuple[FloatArray, LimiterMemory]:
         """Torque [N.m] and new memory."""
-        slip, vehicle = self.slip(plausible(measurement), memory.vehicle)
+        slip, vehicle = self.slip(plausible(measurement), memory)
         reference = np.asarray(self.reference)
         if self.reference_torque is not None:
             share = memory.integral / self.reference_torque

@@ -28,6 +28,7 @@ from contactlib.vehicle.wheelset import Wheelset
 ROBUST = (0.15, 0.3)  # range of p theta for which a gain is designed
 RISING_FOREVER = 30.0  # creepage / zeta0 that replaces the peak of a law without one
 INTEGRAL = 10.0  # lambda times the time of the integral action
+STICKS = 0.03  # traction coefficient at which a wheel sticks on any rail
 TORQUE_NOISE = 0.01  # largest standard deviation of the torque by noise / r P
 
 
@@ -57,13 +58,19 @@ def peak_creepage(wheelset: Wheelset, speed: float) -> float:
     return float(peaks[np.argmax(element.at_creepage(peaks, speed=speed)["creep_force"])])
 
 
-def stick_compliance(wheelset: Wheelset, speed: float) -> float:
-    """Creepage / load torque [1/(N.m)] of a sticking contact at a speed [m/s].
+def sticking(wheelset: Wheelset, speed: float, sensors: Sensors) -> dict[str, float]:
+    """Fields of `SlipLimiter` that tell how a sticking wheelset is seen at a speed [m/s].
 
-    It does not depend on friction, to which zeta0 and the largest force are both proportional.
+    The compliance, creepage / load torque [1/(N.m)], does not depend on friction, to which zeta0
+    and the largest force are both proportional.
     """
-    slope = wheelset.element.at_creepage(0.0, speed=speed)["force_gradient"] * speed
-    return float(1.0 / (wheelset.radius * slope))
+    element, radius = wheelset.element, wheelset.radius
+    slope = element.at_creepage(0.0, speed=speed)["force_gradient"] * speed
+    return {
+        "speed_noise": math.hypot(sensors.wheel_speed_noise, sensors.vehicle_speed_noise),
+        "stick_torque": STICKS * radius * element.normal_load,
+        "stick_compliance": float(1.0 / (radius * slope)),
+    }
 
 
 def slip_gains(

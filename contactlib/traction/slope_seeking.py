@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.traction.creep_pi import LimiterMemory, SlipLimiter
-from contactlib.traction.design import least_slip, slip_gains, stick_compliance
+from contactlib.traction.design import least_slip, slip_gains, sticking
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.observers import (
     LoadObserver,
@@ -156,6 +156,7 @@ class SlopeSeeking(SlipLimiter):
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
         filter_time = given.get("speed_filter_time", cls.speed_filter_time)
         gains = slip_gains(drivetrain, pole=math.inf, sensors=sensors, sample_time=sample_time)
+        stick = sticking(wheelset, speed, sensors)
         known = {
             "radius": wheelset.radius,
             "inertia": wheelset.inertia,
@@ -164,7 +165,8 @@ class SlopeSeeking(SlipLimiter):
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
             "least_slip": least_slip(sensors, sample_time, filter_time),
-            "first_compliance": 1.8 * stick_compliance(wheelset, speed),
+            "first_compliance": 1.8 * stick["stick_compliance"],
+            **stick,
         }
         designed = cls(**{**known, **given})
         if "slip_noise" in given:
@@ -178,7 +180,7 @@ class SlopeSeeking(SlipLimiter):
         """Memory of a drive at `torque` [N.m]."""
         known = plausible(measurement)
         limiter = self.start_limiter(known, torque)
-        slip, _ = self.slip(known, limiter.vehicle)
+        slip, _ = self.slip(known, limiter)
         none = np.zeros_like(slip.speed)
         return SeekingMemory(
             limiter,
@@ -193,7 +195,7 @@ class SlopeSeeking(SlipLimiter):
     ) -> tuple[FloatArray, SeekingMemory]:
         """Torque [N.m] and new memory."""
         known = plausible(measurement)
-        slip, vehicle = self.slip(known, memory.limiter.vehicle)
+        slip, vehicle = self.slip(known, memory.limiter)
         observed, load, slipped = self.observer.observe(
             memory.observed, known.wheel_speed, slip.speed
         )

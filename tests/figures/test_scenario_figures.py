@@ -68,7 +68,8 @@ def test_run_can_be_read(
         assert_allclose(dashed[falls], values[falls])
     _, rim, _ = checks.lines(speed, "wheel rim")
     assert_allclose(rim, runs[name]["speed"] + runs[name]["slip_velocity"])
-    assert torque.get_ylim()[0] == 0.0
+    low, high = torque.get_ylim()
+    assert -0.06 * high < low <= 0.0  # from zero, with a margin if the torque gets there
 
 
 def test_run_away_does_not_stretch_the_axes(

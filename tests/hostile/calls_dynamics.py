@@ -128,6 +128,10 @@ LIMITER = {
     "least_slip": 0.02,
     "speed_filter_time": 0.25,
     "recovery_time": 0.2,
+    "creepage_error": 0.01,
+    "speed_noise": 0.02,
+    "stick_torque": 3e3,
+    "stick_compliance": 3e-7,
 }
 PLANT = {"pole": 70.0, "gain": 2e-4}
 DELAYS = {"delay": 2e-3, "lag": 1e-3, "relaxation": 1e-3, "sample_time": 1e-3}

@@ -11,7 +11,11 @@ import contactlib as cl
 def test_a_spinning_wheel_loses_its_torque_and_a_slow_one_does_not() -> None:
     # At five times the reference, and with no integral gain, within twice the recovery time.
     limiter = cl.CreepPI(
-        reference=0.01, proportional_gain=1.0, integral_gain=0.0, recovery_time=0.2
+        reference=0.01,
+        proportional_gain=1.0,
+        integral_gain=0.0,
+        recovery_time=0.2,
+        creepage_error=0.0,
     )
 
     def left(creepage: float) -> float:

@@ -1,0 +1,109 @@
+"""Estimate of the error with which sensors show the creepage, learnt while the wheel sticks.
+
+A bias of the vehicle speed and a wrong wheel diameter shift every measured creepage by their
+difference d, half a per cent easily, and the peak of the creep force is at about one: nothing can
+be held at a creepage as shown. Under little torque T the wheel sticks on any rail, and its creepage
+is c T with the compliance c of the sticking contact, so that its forward slip speed shows d:
+
+    r omega - V = (d + c T sign V) |V|
+
+A Kalman filter with one state estimates d from samples of this kind, and its variance tells when d
+has to be looked at again. A controller that limits the torque with a d it does not know takes the
+torque away until it does.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlib.base.quantities import FloatArray
+
+KNOWN = 6e-4  # standard deviation of the error at which it counts as known [1]
+SHARE = 0.25  # standard deviation of the slip that counts as known / by noise
+FORGOTTEN = 3.0  # times as much: the error is looked for again
+FORGETTING = 60.0  # time from known to forgotten [s]
+MODEL = 5e-4  # standard deviation of what else shifts a sample [1]
+SETTLING = 0.06  # time of calm slip before samples are used [s]
+CALM = 2.0  # acceleration of the slip that counts as calm, above the noise [m/s2]
+LARGEST = 0.05  # error that is believed at most [1]
+
+
+class ZeroPoint(NamedTuple):
+    """Estimated error of the measured creepage.
+
+    Attributes
+    ----------
+    error, variance : ndarray
+        Estimate, and its variance [1].
+    slip : ndarray
+        Forward slip speed as last measured [m/s].
+    calm : ndarray
+        Time for which the wheel has stuck [s].
+    looking : ndarray of bool
+        Whether the torque is taken away to learn the error.
+    """
+
+    error: FloatArray
+    variance: FloatArray
+    slip: FloatArray
+    calm: FloatArray
+    looking: NDArray[np.bool_]
+
+
+def start_zero_point(slip: FloatArray, uncertainty: FloatArray) -> ZeroPoint:
+    """Estimate of zero with a standard deviation `uncertainty` [1], at a slip speed [m/s]."""
+    none = np.zeros_like(slip)
+    return ZeroPoint(none, none + uncertainty * uncertainty, slip, none, none > 0.0)
+
+
+def learn(
+    zero: ZeroPoint,
+    *,
+    slip: FloatArray,
+    vehicle_speed: FloatArray,
+    scale: FloatArray,
+    torque: FloatArray,
+    limiting: NDArray[np.bool_],
+    sample_time: FloatArray,
+    noise: FloatArray,
+    stick_torque: FloatArray,
+    stick_compliance: FloatArray,
+) -> ZeroPoint:
+    """Estimate with one more sample.
+
+    Parameters
+    ----------
+    zero : ZeroPoint
+        Estimate so far.
+    slip, vehicle_speed, scale : ndarray
+        Measured forward slip speed, vehicle speed and reference speed of the creepage [m/s].
+    torque : ndarray
+        Torque since the last sample, forward [N.m].
+    limiting : ndarray of bool
+        Whether the torque is limited so much that the error matters.
+    sample_time, noise : ndarray
+        Sample time [s], and standard deviation of the slip by noise [m/s].
+    stick_torque, stick_compliance : ndarray
+        Torque up to which the wheel sticks [N.m], and creepage / torque then [1/(N.m)].
+    """
+    sticks = np.abs(torque) <= stick_torque * (1.0 + 1e-9)
+    sticks = sticks & (np.abs(slip - zero.slip) <= CALM * sample_time + 5.0 * noise)
+    calm = np.where(sticks, zero.calm + sample_time, 0.0)
+    grown = (FORGOTTEN * FORGOTTEN - 1.0) * KNOWN * KNOWN / FORGETTING * sample_time
+    variance = zero.variance + grown * (zero.variance > 0.0)
+    # Kalman's filter, with the vehicle speed as the factor from the state to what is measured; near
+    # standstill that is noise, and the error does not matter.
+    spread = noise * noise + MODEL * MODEL * scale * scale
+    speed = np.where(2.0 * np.abs(vehicle_speed) < scale, 0.0, vehicle_speed)
+    gain = variance * speed / (variance * speed * speed + spread) * (calm > SETTLING)
+    surprise = slip - stick_compliance * torque * np.abs(speed) - zero.error * speed
+    error = np.minimum(np.maximum(zero.error + gain * surprise, -LARGEST), LARGEST)
+    variance = variance * (1.0 - gain * speed)
+
+    left = variance * speed * speed
+    enough = np.maximum(KNOWN * scale, SHARE * noise) ** 2
+    looking = np.where(zero.looking, left > enough, left > FORGOTTEN * FORGOTTEN * enough)
+    return ZeroPoint(error, variance, slip, calm, looking & limiting)
