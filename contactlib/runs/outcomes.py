@@ -25,6 +25,7 @@ from contactlib.runs.observers import (
     Integral,
     Jerk,
     Observer,
+    OneRun,
     Recovery,
     Seen,
     Together,
@@ -120,6 +121,14 @@ def _utilisation(vehicles: Vehicles) -> Observer:
     )
 
 
+def _limited_utilisation(vehicles: Vehicles) -> Observer:
+    return Together(
+        lambda used, possible: _share(used.value(), possible.value()),
+        HeldIntegral(lambda rows: np.minimum(*rows.transmittable) * rows.limited),
+        HeldIntegral(lambda rows: rows["available_force"] * rows.limited),
+    )
+
+
 def _largest_slip_speed(vehicles: Vehicles) -> Observer:
     def slip(rows: Seen) -> FloatArray:
         left, right = (
@@ -176,6 +185,14 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             percent=True,
             wanted=1,
         ),
+        "limited_utilisation": Outcome(
+            "1",
+            "force used / available force, while the demand asks for more than is available",
+            _limited_utilisation,
+            percent=True,
+            wanted=1,
+            missing="friction never limits",
+        ),
         "largest_creepage": Outcome(
             "1",
             "largest size of a wheel's creepage",
@@ -188,11 +205,11 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         ),
         "recovery_time": Outcome(
             "s",
-            "longest time until the force is back after a change",
+            "longest time from a lack of force until it is back and stays",
             Recovery,
             wanted=-1,
             infinite="does not recover",
-            missing="nothing to recover from",
+            zero="force never lacks",
         ),
         "slip_work": Outcome(
             "J", "work that friction turns into heat", _change("creep_work"), wanted=-1
@@ -238,19 +255,22 @@ class Metrics(NamedTuple):
     adhesion_utilisation : float
         int min(s Q, Q_t) dt / int Q_t dt over the time in which the demand is not zero [1]. Force
         beyond Q_t, from a wheel that spins down, does not compensate for force that was lost.
+    limited_utilisation : float
+        The same over the time in which the demand asks for more than the available force Q_a, so
+        that Q_t = Q_a: int min(s Q, Q_a) dt / int Q_a dt; nan if friction never limits [1].
     largest_creepage : float
         Largest |zeta| of a wheel [1].
     largest_slip_speed : float
         Largest |r omega - V| of a wheel [m/s].
     recovery_time : float
-        Longest recovery of the run [s]. It begins when, after a change of friction or demand, s Q
-        falls short of Q_t by more than a tenth of Q_t and a hundredth of the grip f_d P, and ends
-        when the force is back for at least a second. A change is the start of a ramp, or a jump of
-        a friction factor by more than 0.05 or of the demand by more than a twentieth of the
-        grip's torque. A recovery not finished at the next change goes on. Infinite if the run ends
-        before; nan if nothing changes.
+        Longest recovery of the run [s]; zero if force never lacks. It begins when s Q falls short
+        of Q_t by more than a fifth of Q_t and a hundredth of the grip f_d P. It ends at the first
+        time at which the shortfall is within this limit and so is its mean over the next second;
+        late in a run, over the last second. So a short dip of a limit cycle counts by itself.
+        Infinite if the mean over the last second is beyond the limit.
     slip_work : float
-        int Q (r omega - V) dt, the heat from friction [J].
+        int Q (r omega - V) dt, the heat from friction [J]. Nothing limits the rim speed r omega: of
+        a wheel that runs away, it is more than any drive could do.
     slip_share : float
         Slip work / int |Q V| dt, the work exchanged with the vehicle; nan if that is zero [1].
     jerk : float
@@ -266,6 +286,7 @@ class Metrics(NamedTuple):
     """
 
     adhesion_utilisation: float
+    limited_utilisation: float
     largest_creepage: float
     largest_slip_speed: float
     recovery_time: float
@@ -280,20 +301,6 @@ class Metrics(NamedTuple):
 UNITS = {name: OUTCOMES[name].unit for name in Metrics._fields}
 
 
-class _OneRun:
-    """Presents a result as the rows of one run."""
-
-    def __init__(self, result: Result) -> None:
-        self._result = result
-
-    @property
-    def time(self) -> FloatArray:
-        return self._result.time
-
-    def __getitem__(self, name: str) -> FloatArray:
-        return self._result[name][:, np.newaxis]
-
-
 def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
     """Metrics of a run of a scenario.
 
@@ -305,7 +312,7 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
         The scenario's drivetrain.
     """
     vehicles = Vehicles.of([drivetrain])
-    rows, found = Seen(_OneRun(result), vehicles), observers(Metrics._fields, vehicles)
+    rows, found = Seen(OneRun(result), vehicles), observers(Metrics._fields, vehicles)
     for observer in found.values():
         observer.see(rows)
     return Metrics(**{name: float(observer.value()[0]) for name, observer in found.items()})
@@ -313,7 +320,7 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
 
 def transmittable_force(result: Result, drivetrain: Drivetrain) -> tuple[FloatArray, FloatArray]:
     """Creep force in the demand's direction s Q and transmittable force Q_t of a run [N]."""
-    force, wanted = Seen(_OneRun(result), Vehicles.of([drivetrain])).transmittable
+    force, wanted = Seen(OneRun(result), Vehicles.of([drivetrain])).transmittable
     return force[:, 0], wanted[:, 0]
 
 
@@ -322,10 +329,11 @@ def comparison_table(metrics: Mapping[str, Metrics]) -> str:
 
     Examples
     --------
-    >>> run = Metrics(0.93, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
+    >>> run = Metrics(0.93, 0.9, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
     >>> print(comparison_table({"pi": run, "open_loop": run._replace(recovery_time=float("inf"))}))
     metric                unit     pi  open_loop
     adhesion utilisation  1      0.93       0.93
+    limited utilisation   1       0.9        0.9
     largest creepage      1      0.02       0.02
     largest slip speed    m/s     0.2        0.2
     recovery time         s       0.1      never

@@ -54,7 +54,7 @@ def writers() -> dict[str, Writer]:
     axes.plot([0.0, 1.0], [0.0, 0.5])
     time = np.linspace(0.0, 1.0, 9)
     run = Result(time=time, signals={"creepage": 0.1 * time}, units={"creepage": "1"})
-    found = Metrics(0.93, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
+    found = Metrics(0.93, 0.9, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
     dataset = xarray.Dataset({"slip_work": ("run", time, {"units": "J"})})
     return {
         "table.bin": model.wheelset.element.table.save,
