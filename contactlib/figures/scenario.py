@@ -74,7 +74,7 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
         figure.align_ylabels(grid)
         grid[-1].set_xlabel("time  [s]")
         grid[-1].set_xlim(time[0], time[-1])
-        grid[0].set_title(_summary(metrics), loc="left", fontsize=sized(9))
+        grid[0].set_title(_summary(result, metrics), loc="left", fontsize=sized(9))
         _legend(figure, result, caption)
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
@@ -95,7 +95,9 @@ def comparison(
             for axes in grid[:, column]:
                 _shade_low_friction(axes, result)
             grid[0, column].set_title(
-                f"{run_name(name)}\n{_summary(metrics[name])}", loc="left", fontsize=sized(9)
+                f"{run_name(name)}\n{_summary(result, metrics[name])}",
+                loc="left",
+                fontsize=sized(9),
             )
             grid[2, column].set_xlabel("time  [s]")
             grid[2, column].set_xlim(0.0, max(run.time[-1] for run in results.values()))
@@ -109,10 +111,19 @@ def comparison(
     return figure
 
 
-def _summary(metrics: Metrics) -> str:
-    used, work = metrics.adhesion_utilisation, metrics.slip_work
-    share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of available force used\n"
-    return f"{share}slip work {_energy(work)}"
+def _summary(result: Result, metrics: Metrics) -> str:
+    used, limited = metrics.adhesion_utilisation, metrics.limited_utilisation
+    share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of demanded force used\n"
+    if not math.isnan(limited):
+        share = f"{100.0 * limited:.1f} % used where friction limits\n"
+    rim, top = _rim_and_top(result)
+    beyond = f", rim up to {rim.max():.0f} m/s" if rim.max() > top > 0.0 else ""
+    return f"{share}slip work {_energy(metrics.slip_work)}{beyond}"
+
+
+def _rim_and_top(result: Result) -> tuple[FloatArray, float]:
+    """Rim speed, and the top of its axis, beyond which a wheel has run away."""
+    return result["speed"] + result["slip_velocity"], FASTEST_RIM * float(result["speed"].max())
 
 
 def _energy(work: float) -> str:
@@ -170,10 +181,9 @@ def _torque(axes: Axes, result: Result) -> None:
 
 
 def _speed(axes: Axes, result: Result) -> None:
-    rim, speed = result["speed"] + result["slip_velocity"], result["speed"]
+    (rim, top), speed = _rim_and_top(result), result["speed"]
     axes.plot(result.time, rim, color=paint.orange, lw=0.9, label="wheel rim")
     axes.plot(result.time, speed, color=paint.ink, lw=1.3, label="vehicle")
-    top = FASTEST_RIM * float(speed.max())
     if rim.max() > top > 0.0:
         axes.set_ylim(min(0.0, 1.05 * float(speed.min())), top)
         _leaves(axes, result, rim > top, f"rim: up to {rim.max():.0f} m/s")

@@ -93,6 +93,11 @@ def test_run_away_does_not_stretch_the_axes(
     speed = alone.axes[3]
     rim = float((runs["open_loop"]["speed"] + runs["open_loop"]["slip_velocity"]).max())
     assert [text.get_text() for text in speed.texts] == [f"rim: up to {rim:.0f} m/s"]
+    # Of a wheel that no drive would turn so fast, the slip work does not stand alone.
+    for (name, metrics), axes in zip(found.items(), grid[0], strict=True):
+        _, used, work = axes.get_title(loc="left").splitlines()
+        assert used == f"{100.0 * metrics.limited_utilisation:.1f} % used where friction limits"
+        assert work.endswith(f"rim up to {rim:.0f} m/s") == (name == "open_loop")
     assert speed.get_ylim()[1] == pytest.approx(2.5 * runs["open_loop"]["speed"].max())
 
 

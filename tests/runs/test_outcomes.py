@@ -227,6 +227,17 @@ def test_a_short_dip_more_or_less_does_not_decide_the_recovery(held: cl.Drivetra
         assert found == pytest.approx(0.6)
 
 
+def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
+    scenario = cl.load_scenario("dry_wet_dry.toml")
+    run = cl.run_scenario(scenario, "threshold")
+    used, wanted = transmittable_force(run, scenario.drivetrain)
+    cuts = np.count_nonzero(np.diff((used < 0.8 * wanted).astype(int)) == 1)
+    assert cuts > 20
+    found = metrics(run, scenario.drivetrain)
+    assert 0.0 < found.recovery_time < 0.6
+    assert found.limited_utilisation < found.adhesion_utilisation - 0.04
+
+
 @pytest.mark.parametrize(("part", "expected"), [(0.79, 1.5), (0.81, 0.0)])
 def test_four_fifths_are_enough(held: cl.Drivetrain, part: float, expected: float) -> None:
     t = RECOVERY_TIME
