@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "checked_file.h"
+#include "creep_forces_formula.h"
 #include "model_functions.h"
 
 enum { PAIR_VERSION = 1, PAIR_NUMBERS = 1 + PLANE_ASPECTS * PLANE_COEFFICIENTS };
@@ -27,7 +28,7 @@ static void evaluate_at(const creep_table *table, const creep_forces_parameters 
     double poisson_ratio = pair.parameters.poisson_ratio;
     pair.parameters = *parameters;
     pair.parameters.poisson_ratio = poisson_ratio;
-    creep_forces_evaluate(&pair, 1, input, output);
+    creep_forces_at(&pair, 1, input, output);
 }
 
 void evaluate_pair(const creep_table *table, model_values *v) {

@@ -123,14 +123,19 @@ def export_resources(folder: Path) -> Path:
         fmu = cl.export_fmu(model, folder / "x.fmu", fmi_version=3, **options)
         (folder / name).mkdir()
         with zipfile.ZipFile(fmu) as archive:
-            for file in ("creep_table.bin", "start_values.bin"):
-                if f"resources/{file}" in archive.namelist():
-                    (folder / name / file).write_bytes(archive.read(f"resources/{file}"))
+            for file in archive.namelist():
+                if file.startswith("resources/") and file.endswith(".bin"):
+                    (folder / name / Path(file).name).write_bytes(archive.read(file))
         fmu.unlink()
     (folder / "wheelset_body" / "creep_table.bin").write_bytes(
         model.wheelset.element.table.data
     )  # not read
     (folder / "scratch").mkdir()
+    for name, file in (
+        ("force_element", "plane_contact.bin"),
+        ("creep_forces", "creep_forces.bin"),
+    ):
+        (folder / "scratch" / file).write_bytes((folder / name / file).read_bytes())
     return folder
 
 

@@ -6,11 +6,12 @@
 #include "component.h"
 #include "fuzz_input.h"
 
-enum { FMUS = 6, PATH_LENGTH = 512 };
+enum { FMUS = 7, PATH_LENGTH = 512 };
 
-static const char *const FMU_NAMES[FMUS] = {"force_element",          "force_element-relaxed",
-                                            "force_element-implicit", "wheelset",
-                                            "wheelset-relaxed",       "wheelset_body"};
+static const char *const FMU_NAMES[FMUS] = {
+    "force_element", "force_element-relaxed", "force_element-implicit",
+    "wheelset",      "wheelset-relaxed",      "wheelset_body",
+    "creep_forces"};
 
 static inline const char *resources_folder(void) {
     const char *folder = getenv("FUZZ_RESOURCES");
