@@ -73,6 +73,9 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.runs.sweep import Sweep as Sweep
     from contactlib.runs.sweep import ensemble as ensemble
     from contactlib.runs.sweep import load_sweep as load_sweep
+    from contactlib.runs.tuning import Tuning as Tuning
+    from contactlib.runs.tuning import sensor_errors as sensor_errors
+    from contactlib.runs.tuning import tune as tune
     from contactlib.stability import Fold as Fold
     from contactlib.stability import basin as basin
     from contactlib.stability import clearing as clearing

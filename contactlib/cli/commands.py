@@ -371,6 +371,51 @@ def sweep(
 
 
 @main.command()
+@click.argument("scenario")
+@click.argument("controllers", metavar="[CONTROLLER]...", nargs=-1)
+@click.option(
+    "--also",
+    multiple=True,
+    metavar="SCENARIO",
+    help="Search settings that suit this scenario as well; can be given several times.",
+)
+@click.option(
+    "--trials", default=600, show_default=True, help="Settings to try for each controller."
+)
+@click.option("--seeds", default=4, show_default=True, help="Sequences of noise for each trial.")
+@drawing_options
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for settings, table and figure. Default: contactlib-tune-NAME, for NAME.toml.",
+)
+def tune(
+    scenario: str,
+    controllers: tuple[str, ...],
+    also: tuple[str, ...],
+    trials: int,
+    seeds: int,
+    output: Path | None,
+    formats: tuple[str, ...],
+) -> None:
+    """Search settings of traction controllers, with the same budget for each, and compare them.
+
+    Default: all controllers of SCENARIO that have settings. The settings found go into
+    settings.toml, as sections of a scenario file. With them, every controller then runs with
+    sensors that err as it does not know: errors.csv has the force that it uses while friction
+    limits.
+    """
+    from contactlib.cli.report import write_tuning
+    from contactlib.files.scenario import load_scenario
+
+    loaded = with_progress(lambda progress: [load_scenario(one) for one in (scenario, *also)])
+    folder = output or Path(f"contactlib-tune-{Path(scenario).stem}")
+    write_tuning(loaded, controllers, folder, ConsoleReporter(), formats, trials, seeds)
+    say(f"Settings, table and figure are in {folder}")
+
+
+@main.command()
 @click.option(
     "--paper", is_flag=True, help="Draw figures 1 to 6 of the paper, and the contact patch."
 )

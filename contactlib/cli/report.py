@@ -1,4 +1,4 @@
-"""The report of a study: metrics, time series and figures in a folder."""
+"""Reports in a folder: of a study metrics, time series and figures; of a search its settings."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from contactlib import figures
+from contactlib.base.text import fixed_width
+from contactlib.base.writing import write_whole
+from contactlib.figures import run_name
+from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import Metrics, comparison_table, metrics, write_comparison
 from contactlib.runs.result import Result
 from contactlib.runs.study import Run, Study
+from contactlib.runs.tuning import Tuning, sensor_errors, tune
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Reporter(Protocol):
@@ -97,3 +105,81 @@ def write_report(
         for name, figure in drawn.items():
             figures.save_pictures(figure, output, name, formats)
     return found
+
+
+def write_tuning(
+    scenarios: Sequence[Scenario],
+    names: Sequence[str],
+    folder: Path,
+    reporter: Reporter,
+    formats: Sequence[str],
+    trials: int,
+    seeds: int,
+) -> None:
+    """Search settings of controllers, run them with sensors that err, and write what was found.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        Scenarios that the settings have to suit; the first names the controllers.
+    names : sequence of str
+        Controllers; empty for all that have settings.
+    folder : Path
+        Gets settings.toml, errors.csv, errors.txt and the figure errors.
+    reporter, formats
+        As for `write_report`.
+    trials, seeds : int
+        As for `contactlib.tune`.
+
+    Raises
+    ------
+    ValueError
+        As `contactlib.tune` does.
+    OSError
+        If the folder cannot be created or written.
+    """
+    first = scenarios[0]
+    tuned: dict[str, Tuning] = {}
+    for name in names or [n for n in first.controllers if hasattr(first.controller(n), "TUNED")]:
+        with reporter.step(f"Tuning {name}") as progress:
+            tuned[name] = tune(scenarios, name, trials=trials, seeds=seeds, progress=progress)
+    rows = [["controller", "scenario", "designed", "", "tuned", ""]]
+    for name, found in tuned.items():
+        for scenario, *both in zip(scenarios, found.designed, found.tuned, strict=True):
+            means = [f"{value:.3f}" for values in both for value in values.mean(axis=-1)]
+            rows.append([name, scenario.name, *means])
+    reporter.line(f"{trials} settings of each, {seeds} sequences of noise; force used / available")
+    reporter.line("while friction limits, and / transmittable in the whole run, with other noise:")
+    reporter.line(fixed_width(rows))
+    with reporter.step("Running with sensors that err") as progress:
+        controls = {name: found.controllers for name, found in tuned.items()}
+        errors = sensor_errors(scenarios, controls, progress=progress)
+    table = errors_table(errors)
+    reporter.line(table)
+    folder.mkdir(parents=True, exist_ok=True)
+    sections = [found.section(name, first.controllers[name]) for name, found in tuned.items()]
+    write_whole(folder / "settings.toml", "\n".join(sections).encode())
+    write_whole(folder / "errors.txt", f"{table}\n".encode())
+    frame = errors.to_dataframe().reset_index()
+    write_whole(folder / "errors.csv", frame.to_csv(index=False, lineterminator="\n").encode())
+    with reporter.step("Drawing"):
+        figures.save_pictures(figures.sensor_errors(errors), folder, "errors", formats)
+
+
+def errors_table(errors: xr.DataArray) -> str:
+    """Format limited utilisation with erring sensors: mean, and in brackets the least, over noise.
+
+    Parameters
+    ----------
+    errors : xarray.DataArray
+        From `contactlib.sensor_errors`.
+    """
+    lines = []
+    for scenario in errors.scenario.values:
+        rows = [["sensors", *map(run_name, errors.controller.values)]]
+        for error in errors.error.values:
+            one = errors.sel(scenario=scenario, error=error)
+            cells = zip(one.mean("noise").values, one.min("noise").values, strict=True)
+            rows.append([error, *(f"{mean:.3f} ({least:.3f})" for mean, least in cells)])
+        lines += [str(scenario), fixed_width(rows), ""]
+    return "\n".join(lines[:-1])

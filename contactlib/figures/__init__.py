@@ -1,5 +1,6 @@
 """Figures: the only room that imports matplotlib. Every function returns a `Figure`."""
 
+from contactlib.figures.errors import sensor_errors
 from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
     CONTACT_PATCH,
@@ -47,5 +48,6 @@ __all__ = [
     "save",
     "save_pictures",
     "scenario_run",
+    "sensor_errors",
     "time_histories",
 ]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +31,7 @@ BAND = 0.15  # lack of creepage / reference beyond which the creepage is far bel
 CUT = 0.5  # rate at which a spinning wheel's torque is reduced / rate at which it is restored
 BELOW_PEAK = 0.8  # reference / creepage of the nominal peak: on the stable side
 LACK = 0.9  # torque / demand below which an unknown error of the creepage is looked for
-SHARES = (0.2, 2.0)  # limits of the scheduled reference / given reference
+LARGEST_SHARE = 2.0  # of the scheduled reference / given reference
 
 
 class LimiterMemory(NamedTuple):
@@ -132,6 +132,13 @@ class SlipLimiter(Parameters):
     stick_compliance : float, optional
         Creepage / torque of the sticking wheel [1/(N.m)].
     """
+
+    TUNED: ClassVar[tuple[str, ...]] = (
+        "proportional_gain",
+        "integral_gain",
+        "recovery_time",
+        "speed_filter_time",
+    )
 
     sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
     proportional_gain: Annotated[float, Quantity("N.s", above=0.0)]
@@ -240,14 +247,20 @@ class CreepPI(SlipLimiter):
         torque, the integral part: on a rail with half the friction, half of the torque is left and
         the peak is at half the creepage, as the initial slope of the creep force does not depend on
         friction. Default: the reference is constant, and right for one friction only.
+    least_share : float, optional
+        Scheduled reference / given reference at least [1], so that a low torque does not lower the
+        reference, and the reference the torque, down to nothing.
     proportional_gain, integral_gain : float
         Kp, Ki on slip speed [N.s, N].
     sample_time, low_speed, least_slip, speed_filter_time, recovery_time : float, optional
         As for `SlipLimiter`.
     """
 
+    TUNED: ClassVar[tuple[str, ...]] = ("reference", "least_share", *SlipLimiter.TUNED)
+
     reference: Annotated[float, Quantity("1", above=0.0, percent=True)]
     reference_torque: Annotated[float | None, Quantity("N.m", above=0.0)] = None
+    least_share: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 0.5
 
     @classmethod
     def for_drivetrain(
@@ -305,5 +318,5 @@ class CreepPI(SlipLimiter):
         reference = np.asarray(self.reference)
         if self.reference_torque is not None:
             share = memory.integral / self.reference_torque
-            reference = reference * np.minimum(np.maximum(share, SHARES[0]), SHARES[1])
+            reference = reference * np.minimum(np.maximum(share, self.least_share), LARGEST_SHARE)
         return self.limit(slip, vehicle, reference, memory)

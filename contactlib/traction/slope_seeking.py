@@ -1,13 +1,16 @@
 """Sampled creep control that finds the peak of the creep force for any friction.
 
-The slope of the creep force at zero creepage depends on stiffness and not on friction, as both
-zeta0 and f_d P are proportional to f_d. Where friction changes, the peak therefore moves along a
-ray of constant creepage / creep force, and the reference creepage, a compliance times the observed
-load torque, follows a wet patch at once. The compliance of the peak depends on law and third-body
-layer. It is found by climbing the slope of the creep force, as in A. Kawamura, M. Cao et al.,
-"Measurement of tractive force in the creep region and maximum adhesion control of high speed
-railway systems"; a small dither of the reference reveals the slope. Load torque and slope are
-observed by `contactlib.traction.observers`.
+Where only friction changes, the peak moves along a ray of constant creepage / creep force, as both
+zeta0 and f_d P are proportional to f_d. So the reference creepage, a compliance times the observed
+load torque, follows at once. Below a least load it stays, as a reference that is too small would
+otherwise lower the torque, and the torque the reference, down to nothing.
+
+Where a layer on the rail lowers the slope of the creep force as well, as Polach found on wet rails,
+the compliance of the peak is several times larger. It is found by climbing the slope of the creep
+force, as in A. Kawamura, M. Cao et al., "Measurement of tractive force in the creep region and
+maximum adhesion control of high speed railway systems"; a small dither of the reference reveals the
+slope. The search is fast where the slope is clear, and a wheel that slips far beyond the reference
+lowers it. Load torque and slope are observed by `contactlib.traction.observers`.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,6 +40,12 @@ from contactlib.vehicle.drivetrain import Drivetrain
 
 HELD = 0.3  # largest deviation of the creepage / reference at which the slope is used
 RANGE = (0.7, 10.0)  # limits of the compliance / first compliance; see `for_drivetrain`
+FIRST = 2.4  # first compliance / that of the sticking contact
+CLEAR = (-0.1, 0.5)  # elasticity below and above which the slope is clear
+FAST = 4.0  # rate of the search where it is clear / rate elsewhere
+BEYOND = (1.5, 3.5)  # creepage / reference from which, and up to which, it lowers the compliance
+LOWERING = 0.6  # relative rate of that for every reference of creepage [1/s]
+LEAST = 0.06  # traction coefficient of the least load: half of that of very slippery rails
 
 
 class SeekingMemory(NamedTuple):
@@ -50,8 +59,8 @@ class SeekingMemory(NamedTuple):
         State of the load observer.
     moments : Moments
         Moments of load and creepage.
-    compliance : ndarray
-        Reference creepage / load torque, without the dither [1/(N.m)].
+    gain : ndarray
+        Compliance / first compliance [1].
     phase : ndarray
         Phase of the dither, 0 to 1.
     """
@@ -59,7 +68,7 @@ class SeekingMemory(NamedTuple):
     limiter: LimiterMemory
     observed: Observed
     moments: Moments
-    compliance: FloatArray
+    gain: FloatArray
     phase: FloatArray
 
 
@@ -74,13 +83,16 @@ class SlopeSeeking(SlipLimiter):
     delay, motor_lag : float, optional
         Delay of the sensors, a whole number of samples, and lag of the motor [s].
     first_compliance : float
-        Initial creepage / load torque [1/(N.m)].
+        Initial reference creepage / load torque [1/(N.m)].
+    least_load : float, optional
+        Load torque below which the reference does not fall any further [N.m].
     proportional_gain, integral_gain : float
         Kp, Ki of the inner loop on slip speed [N.s, N].
-    least_reference, largest_reference : float, optional
-        Bounds of the reference creepage [1].
+    largest_reference : float, optional
+        Bound of the reference creepage [1].
     seeking_rate : float, optional
-        Relative rate of the compliance for an elasticity of one [1/s].
+        Relative rate of the compliance for an elasticity of one above the target [1/s]; four times
+        as much where the elasticity is above 0.5 or below -0.1.
     target_elasticity : float, optional
         Elasticity at which the search settles [1]; the peak has zero. At 0.2 the last per cent of
         creepage, and so of slip work, still gives 0.2 per cent of force, and a broad peak is not
@@ -97,28 +109,34 @@ class SlopeSeeking(SlipLimiter):
         As for `SlipLimiter`.
     """
 
+    TUNED: ClassVar[tuple[str, ...]] = (
+        "first_compliance",
+        "seeking_rate",
+        "target_elasticity",
+        "dither",
+        "dither_period",
+        "memory_time",
+        "observer_time",
+        *SlipLimiter.TUNED,
+    )
+
     radius: Annotated[float, Quantity("m", above=0.0)]
     inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
     delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
     motor_lag: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
-    least_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.002
-    largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.05
-    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.35
+    least_load: Annotated[float, Quantity("N.m", at_least=0.0)] = 0.0
+    largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.08
+    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.2
     target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.2
-    dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.1
-    dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.6
-    memory_time: Annotated[float, Quantity("s", above=0.0)] = 0.6
-    observer_time: Annotated[float, Quantity("s", above=0.0)] = 0.04
+    dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.04
+    dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.25
+    memory_time: Annotated[float, Quantity("s", above=0.0)] = 0.45
+    observer_time: Annotated[float, Quantity("s", above=0.0)] = 0.015
     slip_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.least_reference > self.largest_reference:
-            raise ValueError(
-                f"SlopeSeeking.least_reference = {self.least_reference!r} is out of range: must "
-                f"be <= largest_reference = {self.largest_reference!r}"
-            )
         self.observer.delayed_samples  # noqa: B018 - refuses a delay that is not whole
 
     @cached_property
@@ -165,7 +183,8 @@ class SlopeSeeking(SlipLimiter):
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
             "least_slip": least_slip(sensors, sample_time, filter_time),
-            "first_compliance": 1.8 * stick["stick_compliance"],
+            "first_compliance": FIRST * stick["stick_compliance"],
+            "least_load": LEAST * wheelset.radius * wheelset.element.normal_load,
             **stick,
         }
         designed = cls(**{**known, **given})
@@ -186,7 +205,7 @@ class SlopeSeeking(SlipLimiter):
             limiter,
             self.observer.start(torque, known.wheel_speed, slip.speed),
             Moments(np.abs(torque) + none, np.maximum(slip.speed / slip.scale, 0.0), none, none),
-            none + self.first_compliance,
+            none + 1.0,
             none,
         )
 
@@ -200,15 +219,25 @@ class SlopeSeeking(SlipLimiter):
             memory.observed, known.wheel_speed, slip.speed
         )
         load, creepage = slip.sign * load, slipped / slip.scale
-        reference = np.minimum(
-            np.maximum(memory.compliance * load, self.least_reference), self.largest_reference
-        )
+        # What the noise allows at least is not below the reference: else the gain would wind up.
+        first = self.first_compliance * np.maximum(load, self.least_load)
+        audible = np.minimum(self.least_slip / (slip.scale * first), 1.0)
+        gain = np.maximum(memory.gain, audible)
+        reference = np.minimum(gain * first, self.largest_reference)
 
         expected = self.dither * self.dither * reference * reference
         away = creepage - reference
         away = away * away
+        # A load that changes by more than the creepage does means other rails, not a slope.
+        moved = (load - memory.moments.load) / np.maximum(memory.moments.load, self.least_load)
+        moved = moved * reference
         moments = add_sample(
-            memory.moments, load, creepage, away=away, expected=expected, gains=self._gains
+            memory.moments,
+            load,
+            creepage,
+            away=np.maximum(away, moved * moved),
+            expected=expected,
+            gains=self._gains,
         )
         slope = elasticity(
             moments,
@@ -216,14 +245,14 @@ class SlopeSeeking(SlipLimiter):
             expected=expected,
             least_load=1e-3 * slip.demand + 1.0,
         )
-        near = HELD * HELD * reference * reference
-        seeking = memory.limiter.limiting & (away < near)
-        step = self.sample_time * self.seeking_rate * seeking
-        compliance = memory.compliance * (1.0 + step * (slope - self.target_elasticity))
-        compliance = np.minimum(
-            np.maximum(compliance, RANGE[0] * self.first_compliance),
-            RANGE[1] * self.first_compliance,
-        )
+        limiting = memory.limiter.limiting
+        seeking = limiting & (away < HELD * HELD * reference * reference)
+        clear = (slope < CLEAR[0]) | (slope > CLEAR[1])
+        rate = self.seeking_rate * np.where(clear, FAST, 1.0) * seeking
+        beyond = np.minimum(np.maximum(creepage / reference, BEYOND[0]), BEYOND[1]) - BEYOND[0]
+        rise = rate * (slope - self.target_elasticity) - LOWERING * beyond * limiting
+        gain = gain * (1.0 + self.sample_time * rise)
+        gain = np.minimum(np.maximum(gain, RANGE[0]), RANGE[1])
 
         phase = (memory.phase + self.sample_time / self.dither_period) % 1.0
         wave = 4.0 * np.abs(phase - 0.5) - 1.0  # triangle, -1 to 1
@@ -231,5 +260,5 @@ class SlopeSeeking(SlipLimiter):
             slip, vehicle, reference * (1.0 + self.dither * wave), memory.limiter
         )
         return torque, SeekingMemory(
-            limiter, self.observer.send(observed, torque), moments, compliance, phase
+            limiter, self.observer.send(observed, torque), moments, gain, phase
         )

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -83,6 +83,20 @@ class ThresholdControl(Parameters):
     speed_filter_time, slip_filter_time, acceleration_filter_time : float, optional
         Time constants of the filters on vehicle speed, slip and acceleration [s].
     """
+
+    TUNED: ClassVar[tuple[str, ...]] = (
+        "slip_threshold",
+        "slip_release",
+        "acceleration_threshold",
+        "cut_fraction",
+        "cut_time",
+        "reapply_fraction",
+        "reapply_time",
+        "ramp_time",
+        "slip_filter_time",
+        "acceleration_filter_time",
+        "speed_filter_time",
+    )
 
     sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
     slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.05

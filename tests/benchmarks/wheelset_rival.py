@@ -17,14 +17,14 @@ import numpy as np
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
 from contactlib.stability.quasi_steady import steady_creepage
-from contactlib.traction.creep_pi import BAND, CUT, SHARES
+from contactlib.traction.creep_pi import BAND, CUT, LARGEST_SHARE, CreepPI
 from contactlib.traction.observers import tracker_gains
 
 numba: Any = None
 with suppress(ImportError):
     numba = import_module("numba")
 
-LEAST_SHARE, LARGEST_SHARE = SHARES
+LEAST_SHARE = CreepPI.least_share
 TABLE_END, TABLE_CELLS = 6.0, 256  # of normalized creepage; right to 1e-6
 OUTCOMES = ("distance", "speed", "largest_creepage", "slip_work")
 

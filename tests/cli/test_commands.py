@@ -321,3 +321,21 @@ def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
         warnings.simplefilter("always")
         shown = CliRunner().invoke(cli.main, ["warns"])
     assert (shown.exit_code, shown.stderr) == (0, "warning: mind the gap\n")
+
+
+def test_tune_writes_settings_that_a_scenario_takes_and_a_table_of_errors(tmp_path: Path) -> None:
+    folder = tmp_path / "tuned"
+    given = ["tune", "dry_wet_dry.toml", "threshold", "--trials", "60", "--seeds", "1"]
+    result = CliRunner().invoke(main, [*given, "-o", str(folder), "--formats", "png"])
+    assert result.exit_code == 0, result.output
+    names = {path.name for path in folder.iterdir()}
+    assert names == {"settings.toml", "errors.csv", "errors.txt", "errors.png"}
+    scenario = Path(cl.model_path("dry_wet_dry.toml")).read_text().split("[controllers")[0]
+    (tmp_path / "mine.toml").write_text(scenario + (folder / "settings.toml").read_text())
+    assert list(cl.load_scenario(tmp_path / "mine.toml").controllers) == ["threshold"]
+    table = (folder / "errors.txt").read_text()
+    assert table in result.output
+    assert "vehicle speed -2 %" in table
+    lines = (folder / "errors.csv").read_text().splitlines()
+    assert lines[0] == "scenario,controller,error,noise,limited_utilisation"
+    assert len(lines) == 1 + 13 * 10

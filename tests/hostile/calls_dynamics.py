@@ -201,6 +201,20 @@ def fleet() -> tuple[Any, dict[str, Any]]:
     }
 
 
+def searched() -> tuple[Any, dict[str, Any]]:
+    given = {"scenarios": [scenario()], "controller": "creep_pi"}
+    return cl.tune, {**given, "trials": 60, "seeds": 1, "seed": 1}
+
+
+def erring() -> tuple[Any, dict[str, Any]]:
+    one = scenario()
+    return cl.sensor_errors, {
+        "scenarios": [one],
+        "controllers": {"pi": [one.controller("creep_pi")]},
+        "noises": 1,
+    }
+
+
 @cache
 def result() -> cl.Result:
     return cl.run_scenario(scenario(), "creep_pi")
@@ -268,7 +282,7 @@ SEEKING = {
     "delay": 0.01,
     "motor_lag": 0.01,
     "first_compliance": 1e-6,
-    "least_reference": 2e-3,
+    "least_load": 6e3,
     "largest_reference": 0.05,
     "seeking_rate": 0.35,
     "target_elasticity": 0.2,
@@ -593,7 +607,7 @@ CALLS: list[Call] = [
         numbers=("proportional_gain", "integral_gain", "torque_min", "torque_max"),
     ),
     fields_of("OpenLoop", sample_time=0.01),
-    fields_of("CreepPI", **LIMITER, reference=0.02, reference_torque=1e4),
+    fields_of("CreepPI", **LIMITER, reference=0.02, reference_torque=1e4, least_share=0.5),
     fields_of(
         "Sensors",
         vehicle_speed_bias=0.01,
@@ -705,6 +719,8 @@ CALLS: list[Call] = [
         optional=("step",),
         nan=True,
     ),
+    Call(name="tune", make=searched, numbers=("trials", "seeds", "seed")),
+    Call(name="sensor_errors", make=erring, numbers=("noises",)),
     Call(
         name="metrics",
         make=lambda: (cl.metrics, {"result": result(), "drivetrain": scenario().drivetrain}),

@@ -77,9 +77,9 @@ def test_creep_control_beats_cutting_and_reapplying(
     ours, baseline = patch_runs[name], patch_runs["threshold"]
     used, cut = ours["adhesion_utilisation"], baseline["adhesion_utilisation"]
     assert (used > cut - 0.005).all()
-    assert used.mean() > cut.mean() + 0.003
-    # More work done, and less slip work for it; single runs differ by as much through their noise.
-    assert ours["slip_share"].mean() < 0.99 * baseline["slip_share"].mean()
+    assert used.mean() > cut.mean() + 0.02
+    # More work done, for the same share of slip work.
+    assert ours["slip_share"].mean() < 1.01 * baseline["slip_share"].mean()
 
 
 def test_open_loop_runs_away(patch_runs: Mapping[str, Mapping[str, np.ndarray]]) -> None:
@@ -137,9 +137,9 @@ def test_slope_seeking_finds_the_peak_it_is_not_told(locomotive: cl.Model, share
     assert creepage / creepage[0] == pytest.approx(factors, abs=0.15)
 
 
-@pytest.mark.parametrize(("target", "least"), [(0.0, 0.97), (0.2, 0.85)])
-def test_slope_seeking_finds_the_peak_of_another_law(
-    locomotive: cl.Model, target: float, least: float
+@pytest.mark.parametrize("target", [0.0, 0.2, 0.4])
+def test_slope_seeking_finds_the_elasticity_of_another_law(
+    locomotive: cl.Model, target: float
 ) -> None:
     # Polach's curve of a wet rail, broad: 97 % of the peak from 4 % to 12 % creepage.
     element = locomotive.wheelset.element
@@ -150,10 +150,10 @@ def test_slope_seeking_finds_the_peak_of_another_law(
     other = replace(element, friction=friction, table=cl.CreepForceTable.from_law(law))
     model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=other))
     controller = designed("slope_seeking", model, target_elasticity=target)
-    grid = np.linspace(0.0, 0.2, 2001)
     for factor in (1.0, 0.5):
         used, creepage = late_rows(model, controller, factor, 15.0)
-        assert used > least
-        # A target above zero stops well before the peak, as the peak is broad.
-        curve = other.at_creepage(grid, speed=15.0, friction_scale=factor)["creep_force"]
-        assert (creepage < 0.6 * grid[curve.argmax()]) == (target > 0.0)
+        assert used > 0.91
+        near = creepage * np.exp([-0.01, 0.01])
+        force = other.at_creepage(near, speed=15.0, friction_scale=factor)["creep_force"]
+        elasticity = float(np.diff(np.log(force))[0]) / 0.02
+        assert -0.03 < elasticity < target + 0.03  # the observer sees up to 0.15 too much

@@ -140,12 +140,6 @@ def test_parameters_say_what_is_wrong(make: Callable[[], object], message: str) 
         make()
 
 
-def test_bounds_of_the_reference_are_in_order() -> None:
-    designed = cl.load_scenario("dry_wet_dry.toml").controller("slope_seeking")
-    with pytest.raises(ValueError, match=r"least_reference = 1\.0 is out of range: must be <="):
-        dataclasses.replace(designed, least_reference=1.0)  # type: ignore[type-var]
-
-
 class NoTime(cl.SampledController):
     def torque(self, measurement: cl.Measurement[float]) -> float:
         return measurement.demand

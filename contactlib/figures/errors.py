@@ -1,0 +1,74 @@
+"""Figure of controllers with sensors that err."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from contactlib.figures.scenario import run_name
+from contactlib.figures.style import add_caption, new_figure, paint, percent_axis, sized, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MARKS = ("o", "s", "D", "^", "v", "P")
+CAPTION = (
+    "Force used / available force while friction limits. Marks: mean over sequences of noise; "
+    "bars: least to largest. Each line is one error that the controllers do not know."
+)
+
+
+def sensor_errors(errors: xr.DataArray) -> Figure:
+    """Limited utilisation of each controller, for each error of the sensors: a panel a scenario.
+
+    Parameters
+    ----------
+    errors : xarray.DataArray
+        From `contactlib.sensor_errors`.
+    """
+    scenarios, names = errors.scenario.values, errors.controller.values
+    count, labels = len(names), errors.error.values
+    with styled():
+        figure, grid = new_figure(
+            1.6 + 3.4 * len(scenarios),
+            1.6 + 0.11 * len(labels) * (count + 1),
+            ncols=len(scenarios),
+            sharey=True,
+            sharex=True,
+            squeeze=False,
+        )
+        colours = [paint.grey, paint.orange, paint.blue, paint.green]
+        for axes, scenario in zip(grid[0], scenarios, strict=True):
+            for i, name in enumerate(names):
+                one = errors.sel(scenario=scenario, controller=name)
+                mean = one.mean("noise").values
+                ends = np.stack([mean - one.min("noise").values, one.max("noise").values - mean])
+                ends = np.maximum(ends, 0.0)  # rounding
+                place = np.arange(len(labels)) + 0.7 * ((i + 0.5) / count - 0.5)
+                axes.errorbar(
+                    mean,
+                    place,
+                    xerr=ends,
+                    fmt=MARKS[i % len(MARKS)],
+                    ms=4.5,
+                    lw=1.2,
+                    color=colours[i % len(colours)],
+                    label=run_name(name),
+                )
+            for line in np.arange(len(labels) - 1) + 0.5:
+                axes.axhline(line, color=paint.mixed(28), lw=0.8)
+            axes.grid(axis="y", visible=False)
+            axes.set_title(str(scenario).replace("$", r"\$"), loc="left", fontsize=sized(9))
+            axes.set_xlabel("used while friction limits  [%]")
+            percent_axis(axes.xaxis)
+            axes.xaxis.set_major_locator(MaxNLocator(6, steps=(1, 2, 5, 10)))
+        grid[0, 0].set_yticks(range(len(labels)), labels)
+        grid[0, 0].invert_yaxis()
+        grid[0, 0].tick_params(axis="y", length=0)
+        lines = grid[0, 0].get_legend_handles_labels()
+        figure.legend(*lines, loc="outside upper left", ncols=count)
+        add_caption(figure, CAPTION)
+    return figure

@@ -1,0 +1,297 @@
+"""Settings that suit a controller to scenarios, and what is left of them with other sensors.
+
+Comparing a controller that somebody has tuned with one that nobody has says little. So every
+controller is searched alike, with the same budget: the fields that its class names in `TUNED` are
+multiplied by factors, which `scipy.optimize.differential_evolution` chooses. The design itself is
+one of the first trials.
+
+The controllers know the sensors of the scenario's file. `sensor_errors` runs them with others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.optimize import Bounds, differential_evolution
+from scipy.stats import qmc
+
+from contactlib.base.quantities import FloatArray, Limits, shown
+from contactlib.files.scenario import ControllerDesign, Scenario
+from contactlib.runs.scenario_runs import run_many
+from contactlib.traction.interface import TractionController
+from contactlib.traction.sensors import Sensors, checked_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OBJECTIVE = ("limited_utilisation", "adhesion_utilisation")  # their mean
+LARGEST = 4.0  # factor on a setting, or its inverse
+POPULATION = 30  # settings of a generation
+MOST = Limits(at_least=2.0 * POPULATION, at_most=1e6)
+SEEDS = Limits(at_least=1.0, at_most=1e4)
+UNSEEN = 1_000_000  # index of the first run on which the settings found are judged
+BIASES = (-0.02, -0.01, -0.005, 0.005, 0.01, 0.02)  # of the vehicle speed [1]
+DIAMETERS = (-0.01, 0.01)  # errors of the wheel's [1]
+LATE = (1, 2)  # samples of further delay
+NOISES = (0.0, 2.0)  # times the noise
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Settings that a search found for one controller.
+
+    Attributes
+    ----------
+    factors : dict
+        Factor on each setting of the design [1].
+    controllers : tuple of TractionController
+        The controller with these settings, one for each scenario.
+    designed, tuned : ndarray
+        Outcomes with the settings of the design and with those found, of noise that the search has
+        not seen: shape (scenarios, 2, noises), limited utilisation first and then adhesion
+        utilisation.
+    trials : int
+        Settings that were tried.
+    """
+
+    factors: dict[str, float]
+    controllers: tuple[TractionController, ...]
+    designed: FloatArray
+    tuned: FloatArray
+    trials: int
+
+    def section(self, name: str, design: object) -> str:
+        """Section of a scenario file with these settings, to four digits.
+
+        Parameters
+        ----------
+        name : str
+            Name of the controller.
+        design : ControllerDesign
+            The scenario's design, whose kind and other fields are kept.
+        """
+        if not isinstance(design, ControllerDesign):
+            raise ValueError(f"design = {shown(design)} is not of a file")
+        control: Any = self.controllers[0]
+        settings = {key: getattr(control, key) for key in self.factors}
+        if "reference" in settings and control.reference_torque is not None:
+            settings["reference_torque"] = control.reference_torque  # else it would be constant
+        given = {**design.given, **{key: float(f"{v:.4g}") for key, v in settings.items()}}
+        lines = [f"[controllers.{name}]", f'kind = "{design.kind}"']
+        return "\n".join([*lines, *(f"{key} = {value!r}" for key, value in given.items())]) + "\n"
+
+
+def tune(
+    scenarios: Sequence[Scenario],
+    controller: str,
+    *,
+    trials: int = 600,
+    seeds: int = 4,
+    seed: int = 1,
+    progress: Callable[[float], object] = lambda part: None,
+) -> Tuning:
+    """Search settings of a controller that suit all of the scenarios at once.
+
+    The objective is the mean of limited and adhesion utilisation, of all scenarios and sequences
+    of noise. So force that is lost while friction limits counts, and so does force that is lost
+    afterwards.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        Scenarios with a controller of this name.
+    controller : str
+        Name of the controller.
+    trials : int, optional
+        Settings to try, a multiple of the generation of 30 or less.
+    seeds : int, optional
+        Sequences of noise in which each is tried.
+    seed : int, optional
+        Seed of the search, which is the same each time.
+    progress : callable, optional
+        Called with the fraction of the work that is done, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, a scenario has no such controller, or its controller is one of
+        your own, which names no settings.
+
+    Examples
+    --------
+    >>> import contactlib as cl
+    >>> scenario = cl.load_scenario("dry_wet_dry.toml")
+    >>> found = tune([scenario], "threshold", trials=60, seeds=1)
+    >>> sorted(found.factors)[:3]
+    ['acceleration_threshold', 'cut_fraction', 'cut_time']
+    """
+    if isinstance(scenarios, Scenario) or not scenarios:
+        raise ValueError("scenarios must be a list of at least one, such as [scenario]")
+    generations = checked_whole("trials", trials, MOST) // POPULATION
+    seeds = checked_whole("seeds", seeds, SEEDS)
+    designs = [scenario.controller(controller) for scenario in scenarios]
+    names = tuple(getattr(type(designs[0]), "TUNED", ()))
+    if not names:
+        raise ValueError(
+            f"controller = {shown(controller)} is a {type(designs[0]).__name__}, which has no "
+            "settings to search: its class names them in TUNED"
+        )
+    done = 0
+
+    def objective(logs: FloatArray) -> FloatArray:
+        nonlocal done
+        found = _outcomes(scenarios, designs, names, np.exp(logs.T), range(seeds))
+        done += len(logs.T)
+        progress(min(1.0, done / (generations * POPULATION)))
+        return -np.asarray(found.mean(axis=(1, 2, 3)))
+
+    end = math.log(LARGEST)
+    # The design is the first of a population that fills the space evenly.
+    even = qmc.Sobol(len(names), rng=seed).random_base2(math.ceil(math.log2(POPULATION)))
+    start = end * (2.0 * even[:POPULATION] - 1.0)
+    start[0] = 0.0
+    best = differential_evolution(
+        objective,  # type: ignore[arg-type]  # many at once, as it is vectorized
+        Bounds([-end] * len(names), [end] * len(names)),
+        init=start,
+        maxiter=generations - 1,
+        tol=0.0,
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=seed,
+    )
+    factors = dict(zip(names, np.exp(best.x).tolist(), strict=True))
+    both = np.exp(np.stack([np.zeros(len(names)), best.x]))
+    unseen = range(UNSEEN, UNSEEN + max(seeds, 10))
+    designed, tuned = _outcomes(scenarios, designs, names, both, unseen)
+    settled = tuple(_changed(one, names, both[1]) for one in designs)
+    return Tuning(factors, settled, designed, tuned, generations * POPULATION)
+
+
+def _changed(design: Any, names: Sequence[str], factors: FloatArray) -> Any:
+    """Controller with settings multiplied, within their limits; None if it refuses them."""
+    limits = type(design).quantities()
+    given = {}
+    for name, factor in zip(names, factors.tolist(), strict=True):
+        value, of = getattr(design, name) * factor, limits[name]
+        given[name] = min(max(value, of.at_least), of.at_most, math.nextafter(of.below, 0.0))
+    try:
+        return replace(design, **given)
+    except ValueError:  # settings that contradict each other
+        return None
+
+
+def _outcomes(
+    scenarios: Sequence[Scenario],
+    designs: Sequence[Any],
+    names: Sequence[str],
+    factors: FloatArray,
+    index: Sequence[int],
+) -> FloatArray:
+    """Outcomes of every row of factors: shape (rows, scenarios, `OBJECTIVE`, noises)."""
+    cases, places = [], []
+    for row, some in enumerate(factors):
+        for place, (scenario, design) in enumerate(zip(scenarios, designs, strict=True)):
+            if (control := _changed(design, names, some)) is not None:
+                cases.append(replace(scenario, controllers={"tried": control}))
+                places.append((row, place))
+    many = [case for case in cases for _ in index]
+    found = run_many(many, "tried", OBJECTIVE, index=list(index) * len(cases))
+    whole = np.zeros((len(factors), len(scenarios), len(OBJECTIVE), len(index)))
+    limited, used = (found[name].reshape(-1, len(index)) for name in OBJECTIVE)
+    limited = np.where(np.isnan(limited), used, limited)  # friction never limits
+    for (row, place), *values in zip(places, limited, used, strict=True):
+        whole[row, place] = np.nan_to_num(np.stack(values))  # zero for a run that failed
+    return whole
+
+
+def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
+    """The sensors with one error at a time, by what it is; first as they are."""
+    found = {"as in the file": sensors}
+
+    def add(name: str, **errors: float) -> None:
+        found[name] = replace(sensors, **errors)
+
+    for bias in BIASES:
+        add(
+            f"vehicle speed {100.0 * bias:+g} %",
+            vehicle_speed_bias=sensors.vehicle_speed_bias + bias,
+        )
+    for error in DIAMETERS:
+        diameter = sensors.wheel_diameter_error + error
+        add(f"wheel diameter {100.0 * error:+g} %", wheel_diameter_error=diameter)
+    for times in NOISES:
+        add(
+            f"noise x {times:g}",
+            wheel_speed_noise=times * sensors.wheel_speed_noise,
+            vehicle_speed_noise=times * sensors.vehicle_speed_noise,
+        )
+    for samples in LATE:
+        later = sensors.delay + samples * sample_time
+        add(f"delay + {1e3 * samples * sample_time:g} ms", delay=later)
+    return found
+
+
+def sensor_errors(
+    scenarios: Sequence[Scenario],
+    controllers: Mapping[str, Sequence[TractionController]],
+    *,
+    noises: int = 10,
+    progress: Callable[[float], object] = lambda part: None,
+) -> xr.DataArray:
+    """Limited utilisation of controllers with sensors that err as the controllers do not know.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        Scenarios, whose names differ.
+    controllers : mapping
+        By name, the controller of each scenario.
+    noises : int, optional
+        Sequences of noise of each run; none is one of those that `tune` has seen.
+    progress : callable, optional
+        Called with the fraction of the work that is done, from 0 to 1.
+
+    Returns
+    -------
+    xarray.DataArray
+        Limited utilisation [1] by scenario, controller, error and noise. Where friction never
+        limits it is nan.
+    """
+    import xarray as xr
+
+    noises = checked_whole("noises", noises, SEEDS)
+    index = range(UNSEEN, UNSEEN + noises)
+    whole, labels = [], []
+    work = len(scenarios) * len(controllers)
+    for place, scenario in enumerate(scenarios):
+        for done, many in enumerate(controllers.values(), place * len(controllers)):
+            control = many[place]
+            sensors = erring(scenario.sensors, control.sample_time)
+            labels = list(sensors)
+            one: dict[str, Any] = {"tried": control}
+            cases = [replace(scenario, sensors=s, controllers=one) for s in sensors.values()]
+            found = run_many(
+                [case for case in cases for _ in index],
+                "tried",
+                OBJECTIVE[:1],
+                index=list(index) * len(cases),
+            )
+            whole.append(found[OBJECTIVE[0]].reshape(len(cases), noises))
+            progress((done + 1) / work)
+    return xr.DataArray(
+        np.reshape(whole, (len(scenarios), len(controllers), len(labels), noises)),
+        dims=("scenario", "controller", "error", "noise"),
+        coords={
+            "scenario": [scenario.name for scenario in scenarios],
+            "controller": list(controllers),
+            "error": labels,
+        },
+        name=OBJECTIVE[0],
+        attrs={"units": "1"},
+    )

@@ -1,0 +1,89 @@
+"""Search for settings of controllers, and sensors that err."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib.files.scenario import ControllerDesign
+from contactlib.runs.tuning import LARGEST, UNSEEN, erring
+
+LIMITED = "limited_utilisation"
+
+
+@pytest.fixture(scope="module")
+def patch() -> cl.Scenario:
+    """The wet patch, shorter."""
+    scenario = cl.load_scenario("dry_wet_dry.toml")
+    track = cl.Track(friction_left=cl.Profile((30.0, 30.0, 70.0, 70.0), (1.0, 0.545, 0.545, 1.0)))
+    return replace(scenario, track=track, duration=10.0)
+
+
+def test_a_search_mends_a_controller_that_somebody_has_spoilt(patch: cl.Scenario) -> None:
+    spoilt = ControllerDesign("threshold", {"ramp_time": 8.0, "reapply_fraction": 0.4})
+    scenario = replace(patch, controllers={"spoilt": spoilt})
+    found = cl.tune([scenario], "spoilt", trials=120, seeds=2)
+    assert found.trials == 120
+    assert found.tuned.shape == (1, 2, 10)
+    assert found.tuned.mean() > found.designed.mean() + 0.05
+    assert all(1.0 / LARGEST <= factor <= LARGEST for factor in found.factors.values())
+    # The outcomes are those of the controller found, with noise that the search has not seen.
+    again = cl.run_many(
+        [replace(patch, controllers={"found": found.controllers[0]})] * 10,
+        "found",
+        [LIMITED],
+        index=range(UNSEEN, UNSEEN + 10),
+    )
+    assert np.array_equal(again[LIMITED], found.tuned[0, 0])
+
+
+def test_a_search_gives_the_same_each_time_and_nothing_worse_than_the_design(
+    patch: cl.Scenario,
+) -> None:
+    first, second = (cl.tune([patch], "creep_pi", trials=60, seeds=1) for _ in range(2))
+    assert first.factors == second.factors
+    tried, design = (
+        cl.run_many([replace(patch, controllers={"x": c})], "x", [LIMITED, "adhesion_utilisation"])
+        for c in (first.controllers[0], patch.controller("creep_pi"))
+    )
+    assert sum(float(tried[n][0]) for n in tried) >= sum(float(design[n][0]) for n in design)
+
+
+def test_settings_are_read_from_a_file_as_they_were_found(
+    patch: cl.Scenario, tmp_path: Path
+) -> None:
+    file = Path(cl.model_path("dry_wet_dry.toml"))
+    text = file.read_text().split("[controllers")[0]
+    for name in ("threshold", "creep_pi", "slope_seeking"):
+        found = cl.tune([patch], name, trials=60, seeds=1)
+        path = tmp_path / f"{name}.toml"
+        path.write_text(text + found.section(name, patch.controllers[name]))
+        read = cl.load_scenario(path).controller(name)
+        keys = [*found.factors, *(["reference_torque"] if name == "creep_pi" else [])]
+        for key in keys:
+            assert getattr(read, key) == pytest.approx(getattr(found.controllers[0], key), rel=5e-4)
+
+
+def test_what_cannot_be_searched_says_so(patch: cl.Scenario) -> None:
+    with pytest.raises(ValueError, match="OpenLoop, which has no settings to search"):
+        cl.tune([patch], "open_loop")
+    with pytest.raises(ValueError, match=r"such as \[scenario\]"):
+        cl.tune(patch, "threshold")  # type: ignore[arg-type]
+
+
+def test_an_error_of_the_sensors_is_that_of_a_scenario_with_it(patch: cl.Scenario) -> None:
+    control = patch.controller("threshold")
+    found = cl.sensor_errors([patch], {"threshold": [control]}, noises=2)
+    assert found.dims == ("scenario", "controller", "error", "noise")
+    biased = replace(patch, sensors=replace(patch.sensors, vehicle_speed_bias=-0.02))
+    index = range(UNSEEN, UNSEEN + 2)
+    for case, error in ((patch, "as in the file"), (biased, "vehicle speed -2 %")):
+        alone = cl.run_many([case] * 2, control, [LIMITED], index=index)[LIMITED]
+        assert np.array_equal(found.sel(error=error).values[0, 0], alone)
+    silent = erring(patch.sensors, control.sample_time)["noise x 0"]
+    assert silent.wheel_speed_noise == silent.vehicle_speed_noise == 0.0
+    assert erring(patch.sensors, 0.01)["delay + 20 ms"].delay == pytest.approx(0.03)
