@@ -22,7 +22,7 @@ from scipy.stats import qmc
 from contactlib.base.quantities import FloatArray, Limits, shown
 from contactlib.files.scenario import ControllerDesign, Scenario
 from contactlib.runs.scenario_runs import run_many
-from contactlib.traction.interface import TractionController
+from contactlib.traction.interface import Controller, TractionController
 from contactlib.traction.sensors import Sensors, checked_whole
 
 if TYPE_CHECKING:
@@ -239,7 +239,7 @@ def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
 
 def sensor_errors(
     scenarios: Sequence[Scenario],
-    controllers: Mapping[str, Sequence[TractionController]],
+    controllers: Mapping[str, Sequence[Controller]],
     *,
     noises: int = 10,
     progress: Callable[[float], object] = lambda part: None,

@@ -326,7 +326,7 @@ def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_tune_writes_settings_that_a_scenario_takes_and_a_table_of_errors(tmp_path: Path) -> None:
     folder = tmp_path / "tuned"
     given = ["tune", "dry_wet_dry.toml", "threshold", "--trials", "60", "--seeds", "1"]
-    result = CliRunner().invoke(main, [*given, "-o", str(folder), "--formats", "png"])
+    result = CliRunner().invoke(main, [*given, "-o", str(folder), "--format", "png"])
     assert result.exit_code == 0, result.output
     names = {path.name for path in folder.iterdir()}
     assert names == {"settings.toml", "errors.csv", "errors.txt", "errors.png"}
