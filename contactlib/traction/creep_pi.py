@@ -28,7 +28,7 @@ from contactlib.traction.zero_point import ZeroPoint, learn, start_zero_point
 from contactlib.vehicle.drivetrain import Drivetrain
 
 BAND = 0.15  # lack of creepage / reference beyond which the creepage is far below the reference
-CUT = 0.5  # rate at which a spinning wheel's torque is reduced / rate at which it is restored
+CUT = 0.25  # rate at which a spinning wheel's torque is reduced / rate at which it is restored
 BELOW_PEAK = 0.8  # reference / creepage of the nominal peak: on the stable side
 LACK = 0.9  # torque / demand below which an unknown error of the creepage is looked for
 LARGEST_SHARE = 2.0  # of the scheduled reference / given reference
@@ -121,7 +121,7 @@ class SlipLimiter(Parameters):
         Time constant of the filter on the vehicle speed [s].
     recovery_time : float, optional
         Time in which the whole demand would be restored at zero creepage; at five times the
-        reference it would be removed in twice this time [s].
+        reference it would be removed in four times this time [s].
     creepage_error : float, optional
         Standard deviation of the error of the measured creepage at the start [1]: bias of the
         vehicle speed and of the wheel diameter. Zero: the sensors are believed. Default: 0.01.
