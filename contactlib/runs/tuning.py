@@ -23,7 +23,7 @@ from contactlib.base.quantities import FloatArray, Limits, shown
 from contactlib.files.scenario import ControllerDesign, Scenario
 from contactlib.runs.scenario_runs import run_many
 from contactlib.traction.interface import Controller, TractionController
-from contactlib.traction.sensors import Sensors, checked_whole
+from contactlib.traction.sensors import INDEX, Sensors, checked_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,12 +127,13 @@ def tune(
     >>> scenario = cl.load_scenario("dry_wet_dry.toml")
     >>> found = tune([scenario], "threshold", trials=60, seeds=1)
     >>> sorted(found.factors)[:3]
-    ['acceleration_threshold', 'cut_fraction', 'cut_time']
+    ['acceleration_filter_time', 'acceleration_threshold', 'cut_fraction']
     """
     if isinstance(scenarios, Scenario) or not scenarios:
         raise ValueError("scenarios must be a list of at least one, such as [scenario]")
     generations = checked_whole("trials", trials, MOST) // POPULATION
     seeds = checked_whole("seeds", seeds, SEEDS)
+    seed = checked_whole("seed", seed, INDEX)
     designs = [scenario.controller(controller) for scenario in scenarios]
     names = tuple(getattr(type(designs[0]), "TUNED", ()))
     if not names:

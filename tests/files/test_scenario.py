@@ -59,7 +59,11 @@ def test_shipped_scenarios_load(name: str) -> None:
     assert scenario.source
     assert scenario.controllers
     # Polach 2005, dry; CONTACT finds relaxation over 1.3 to 1.8 semi-widths.
-    assert (element.friction.slip_rate_residual, element.friction.slip_rate_decay) == (0.4, 0.6)
+    friction = element.friction  # at high slip speed it is Polach's A times that at rest
+    assert friction.slip_rate_residual * friction.kinetic == pytest.approx(
+        0.4 * friction.static, rel=1e-3
+    )
+    assert friction.slip_rate_decay == 0.6
     assert 1.3 < scenario.drivetrain.relaxation_length / element.contact.semi_width < 1.8
     assert scenario.demand.at[-1] <= scenario.duration
     # The run can begin in a steady state on the rising branch.
@@ -155,7 +159,7 @@ def test_elastic_axle_is_that_of_a_locomotive(name: str) -> None:
     assert 0.005 < drivetrain.torsional_damping_ratio < 0.02
 
 
-def test_torsion_is_held_at_2_to_3_times_the_peak_where_it_grows() -> None:
+def test_torsion_is_held_beyond_the_peak_where_it_grows() -> None:
     scenario = load("torsion")
     data = tomllib.loads((MODELS / "torsion.toml").read_text())
     reference = data["controllers"]["beyond_peak"]["reference"]
@@ -163,7 +167,7 @@ def test_torsion_is_held_at_2_to_3_times_the_peak_where_it_grows() -> None:
     wheelset = drivetrain.wheelset
     grid = np.linspace(0.0, 0.1, 100_001)
     peak = grid[np.argmax(wheelset.element.at_creepage(grid, speed=speed)["creep_force"])]
-    assert 2.0 < reference / peak < 3.0
+    assert reference / peak > 1.5
     # r^2 |Q'|/(J V) > 2 D omega_t, with the mean of a wheel that swings in the denominator gone.
     slope = wheelset.balanced(creepage=reference, speed=speed).creep_force_slope
     growth = -(wheelset.radius**2) * slope / (wheelset.inertia * speed)

@@ -720,7 +720,7 @@ CALLS: list[Call] = [
         nan=True,
     ),
     Call(name="tune", make=searched, numbers=("trials", "seeds", "seed")),
-    Call(name="sensor_errors", make=erring, numbers=("noises",)),
+    Call(name="sensor_errors", make=erring, numbers=("noises",), nan=True),
     Call(
         name="metrics",
         make=lambda: (cl.metrics, {"result": result(), "drivetrain": scenario().drivetrain}),
@@ -761,7 +761,7 @@ EXEMPT: dict[str, str] = {
     **dict.fromkeys(
         (
             *("Event", "Fold", "Metrics", "OperatingPoint", "Result", "Result.first"),
-            *("Result.to_pandas", "Result.to_xarray"),
+            *("Result.to_pandas", "Result.to_xarray", "Tuning", "Tuning.section"),
             *("control_systems.Margins", "control_systems.Nyquist"),
             *("control_systems.RootLocus", "stability.Basin", "stability.Clearing"),
             *("stability.Controllability", "stability.ReducedPlant", "stability.SCurve"),
