@@ -215,6 +215,7 @@ class _Vehicle(NamedTuple):
     contact: Contact
     law: LawSection
     body: WheelsetSection
+    inertia: float | None  # with the rotor's
     friction: Friction | None  # none for a measured curve
     reduction: float
     resistance: Resistance
@@ -229,6 +230,7 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
         if law:
             mistakes.of(_check_law, law)  # even if the table is given
         body = mistakes.of(cache.section, "wheelset", WheelsetSection, data)
+        inertia = body and mistakes.of(cache, "inertia", _inertia, body)
         if not (law and law.kind == "measured"):
             rubbing = mistakes.of(cache.section, "friction", FrictionSection, data)
             if rubbing and contact:
@@ -236,7 +238,7 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
             if friction and body:
                 reduction = mistakes.of(_reduction, body, contact, friction)
         resistance = mistakes.of(cache.section, "resistance", Resistance, data)
-    return _Vehicle(contact, law, body, friction, reduction, resistance)
+    return _Vehicle(contact, law, body, inertia, friction, reduction, resistance)
 
 
 def build_wheelset(
@@ -248,7 +250,7 @@ def build_wheelset(
 ) -> Wheelset:
     """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
     cache = cache or BuildCache()
-    contact, law, body, friction, reduction, resistance = _read_vehicle(data, cache)
+    contact, law, body, inertia, friction, reduction, resistance = _read_vehicle(data, cache)
     sizes = body.radius, body.minimum_speed, body.wheels or 1.0
     if friction is None:
         with named("law"):
@@ -260,7 +262,7 @@ def build_wheelset(
             table = table or law.build(contact, friction, progress)
         with named("wheelset"):
             element = cache("element", _element, contact, friction, table, reduction, *sizes)
-    return cache("wheelset", _wheelset, element, body, resistance)
+    return cache("wheelset", _wheelset, element, body, inertia, resistance)
 
 
 def _warn_of_unused(data: Mapping[str, Any]) -> None:
@@ -282,6 +284,11 @@ def _built(name: str, section: Any) -> Any:
 def _check_law(law: LawSection) -> None:
     with named("law"):
         law.check_keys()
+
+
+def _inertia(body: WheelsetSection) -> float | None:
+    with named("wheelset"):
+        return body.whole_inertia()
 
 
 def _reduction(body: WheelsetSection, contact: Contact, friction: Friction) -> float:
@@ -333,8 +340,10 @@ def _measured(
         )
 
 
-def _wheelset(element: ForceElement, body: WheelsetSection, resistance: Resistance) -> Wheelset:
-    if body.inertia is None or body.wheels is None:
+def _wheelset(
+    element: ForceElement, body: WheelsetSection, inertia: float | None, resistance: Resistance
+) -> Wheelset:
+    if inertia is None or body.wheels is None:
         lacking = " and ".join(key for key in ("inertia", "wheels") if getattr(body, key) is None)
         made: Any = Missing(
             f"[wheelset] needs {lacking}: the file describes a wheel's creep force only",
@@ -344,7 +353,7 @@ def _wheelset(element: ForceElement, body: WheelsetSection, resistance: Resistan
         return cast(Wheelset, made)
     return Wheelset(
         element,
-        inertia=body.inertia,
+        inertia=inertia,
         mass=body.mass,
         damping=body.damping,
         resistance=resistance,

@@ -213,11 +213,18 @@ class WheelsetSection(Parameters):
     """``[wheelset]``: give at most one of `saturation_creepage` and `slope_reduction`.
 
     Only `radius` is needed for the creep force of a wheel; runs and analyses also need `inertia`
-    and `wheels`, the number of wheels that each carry the contact's `normal_load`.
+    and `wheels`, the number of wheels that each carry the contact's `normal_load`. `rotor_inertia`
+    and `gear_ratio` go together: `inertia` is then that of the wheelset without the rotor.
     """
 
     radius: Annotated[float, Quantity("m", above=0.0, usual=(0.01, 2.0))]
     inertia: Annotated[float | None, Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))] = None
+    rotor_inertia: Annotated[
+        float | None, Quantity("kg.m2", above=0.0, at_most=1e6, usual=(1e-6, 200.0))
+    ] = None
+    gear_ratio: Annotated[
+        float | None, Quantity("1", above=0.0, at_most=1e3, usual=(0.5, 20.0))
+    ] = None
     wheels: Annotated[
         float | None, Quantity("1", at_least=1.0, at_most=1000.0, usual=(1.0, 100.0))
     ] = None
@@ -228,6 +235,16 @@ class WheelsetSection(Parameters):
     ] = None
     slope_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None
     minimum_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(1e-4, 5.0))] = 0.1
+
+    def whole_inertia(self) -> float | None:
+        """Moment of inertia about the axle, with the rotor's at the gear ratio [kg.m2]."""
+        rotor, ratio = self.rotor_inertia, self.gear_ratio
+        if (rotor is None) != (ratio is None):
+            given = "rotor_inertia" if ratio is None else "gear_ratio"
+            raise ValueError(f"rotor_inertia and gear_ratio go together; given is {given}")
+        if self.inertia is None or rotor is None or ratio is None:
+            return self.inertia
+        return self.inertia + ratio * ratio * rotor
 
     def reduction(self, contact: Contact, friction: Friction) -> float:
         """Slope reduction as given, or from the saturation creepage."""

@@ -43,8 +43,8 @@ values = [{seconds}]
 
 [axes.inertia]
 parameter = "vehicle.wheelset.inertia"
-from = 200.0
-to = 300.0
+from = 80.0
+to = 180.0
 count = {runs}
 """
 QUOTED = (

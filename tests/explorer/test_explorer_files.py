@@ -102,6 +102,8 @@ def changed(where: str, value: object) -> dict[str, Any]:
     if section == "contact" and key in shapes:
         del data["contact"]["semi_width"], data["contact"]["radius"]
         data["contact"].update(shapes[key])
+    if key in ("rotor_inertia", "gear_ratio"):
+        data["wheelset"].update(rotor_inertia=7.5, gear_ratio=4.0)
     data[section].pop(others.get(key), None)
     if value is None:
         data[section].pop(key, None)
@@ -147,6 +149,7 @@ ALTERNATIVES: list[dict[str, dict[str, Any]]] = [
     {"friction": {"k_hat": 0, "static": 0.21, "slip_rate_residual": 0.4, "slip_rate_decay": 0.6}},
     {"friction": {"k_hat": None, "weakening_length": "1.3 um", "static": 0.21}},
     {"wheelset": {"saturation_creepage": None}},
+    {"wheelset": {"rotor_inertia": 7.5, "gear_ratio": 4}},
     {"wheelset": {"saturation_creepage": None, "slope_reduction": 0.4, "mass": "12 t"}},
     {"resistance": {"constant": "1.8 kN", "grade": "-1 %"}, "run": {"initial_speed": "72 km/h"}},
     {"law": {"kind": "carter_griffith"}},

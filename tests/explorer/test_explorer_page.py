@@ -796,7 +796,7 @@ def open_text(visitor: Visitor, name: str, text: str) -> str:
 
 def test_a_model_file_is_opened(visitor: Visitor, tmp_path: Path) -> None:
     text = Path("models/locomotive.toml").read_text()
-    edited = text.replace("k_hat = 0.3", "k_hat = 0.2").replace("inertia = 250.0", "inertia = 333")
+    edited = text.replace("k_hat = 0.3", "k_hat = 0.2").replace("inertia = 130.0", "inertia = 213")
     path = tmp_path / "mine.toml"
     path.write_text(edited)
     RIG.set_up(visitor)

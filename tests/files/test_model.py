@@ -317,6 +317,25 @@ def test_a_run_asks_for_what_a_force_does_not_need(tmp_path: Path) -> None:
         cl.simulate(rig.wheelset, model.creep_control, initial_speed=10.0)
 
 
+def test_the_rotor_turns_with_the_wheelset(tmp_path: Path) -> None:
+    text = (package_folder("models") / "roller_rig.toml").read_text()
+    path = tmp_path / "geared.toml"
+
+    def load(keys: str) -> cl.Model:
+        path.write_text(text.replace("inertia = 250.0", f"inertia = 100.0\n{keys}"))
+        return cl.load_model(path)
+
+    geared = load('gear_ratio = 5.0\nrotor_inertia = "0.006 t m2"').wheelset
+    assert geared.inertia == 250.0
+    assert cl.worst_pole(geared, speed=10.0) == cl.worst_pole(
+        cl.load_model("roller_rig.toml").wheelset, speed=10.0
+    )
+    for key in ("gear_ratio", "rotor_inertia"):
+        said = rf"geared\.toml: wheelset\.rotor_inertia and gear_ratio go together; given is {key}$"
+        with pytest.raises(cl.ModelError, match=said):
+            load(f"{key} = 5.0")
+
+
 def test_wheels_share_the_load(tmp_path: Path) -> None:
     one, two, six = (
         load_changed(tmp_path, None, {"wheels = 2": f"wheels = {n}"}) for n in (1, 2, 6)

@@ -38,7 +38,7 @@ def test_a_factor_multiplies_what_the_file_has(tmp_path: Path) -> None:
     assert half.demand.value == (5e3, 11.5e3)
     assert all_of_it.demand.value == (10e3, 23e3)
     (inertia,) = axis_values(tmp_path, 'factor_on = "vehicle.wheelset.inertia"\nvalues = [0.5]')
-    assert inertia.drivetrain.wheelset.inertia == 125.0
+    assert inertia.drivetrain.wheelset.inertia == 185.0  # half of 130, and the rotor
     designed = cl.load_sweep(write_sweep(tmp_path)).scenario.controller("creep_pi")
     axis = 'factor_on = "controllers.creep_pi.proportional_gain"\nvalues = [2.0]'
     (changed,) = axis_values(tmp_path, axis)
@@ -47,7 +47,7 @@ def test_a_factor_multiplies_what_the_file_has(tmp_path: Path) -> None:
 
 
 def test_controllers_do_not_know_what_varies_unless_redesigned(tmp_path: Path) -> None:
-    axis = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nvalues = [125.0, 250.0]\n'
+    axis = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nvalues = [65.0, 130.0]\n'
     head = SWEEP.partition("[axes")[0]
     once = scenarios_of(cl.load_sweep(write_sweep(tmp_path, head + axis)))
     anew = scenarios_of(cl.load_sweep(write_sweep(tmp_path, "redesign = true\n" + head + axis)))
@@ -71,7 +71,7 @@ CASES = {
     'factor_on = "motor.lag"\nvalues = [1.0]': "does not give the number",
     'parameter = "controllers.pi.reference"\nvalues = [1.0]': "'pi' is not known",
     'parameter = "controllers.threshold.sample_time"\nvalues = [0.1]': "does not run",
-    'factor_on = "vehicle.wheelset.inertia"\nvalues = [-1.0]': "-1.0 times 250.0 is out of range",
+    'factor_on = "vehicle.wheelset.inertia"\nvalues = [-1.0]': "-1.0 times 130.0 is out of range",
     'parameter = "vehicle.wheelset.inertia"\nvalues = ["1 kN"]': "number in kg.m2",
     'parameter = "vehicle.wheelset.inertia"\nvalues = [0.0]': "inertia = 0.0 is out of range",
     'parameter = "vehicle.wheelset.inertia"\nvalues = [2.0, 2.0]': "a number twice",

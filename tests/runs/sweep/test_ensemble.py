@@ -161,7 +161,7 @@ def test_dataset_is_labelled_and_its_file_opens_everywhere(tmp_path: Path) -> No
         "redesign": "false",
     }
     assert json.loads(found.attrs["scenario"]) == tomllib.loads(SCENARIO)
-    assert json.loads(found.attrs["vehicle"])["wheelset"]["inertia"] == 250.0
+    assert json.loads(found.attrs["vehicle"])["wheelset"]["inertia"] == 130.0
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["quick_sweep.nc"]
     with xarray.open_dataset(tmp_path / "out" / "quick_sweep.nc") as read:
         xarray.testing.assert_identical(read.load(), found)

@@ -121,7 +121,7 @@ def test_runs_share_what_the_axes_leave_alone(tmp_path: Path) -> None:
 
 def test_there_is_no_scenario_of_a_run_that_is_not_there(tmp_path: Path) -> None:
     sweep = cl.load_sweep(write_sweep(tmp_path))
-    assert sweep.scenario_of(-1).drivetrain.wheelset.inertia == 300.0
+    assert sweep.scenario_of(-1).drivetrain.wheelset.inertia == 420.0
     with pytest.raises(IndexError):
         sweep.scenario_of(6)
 

@@ -27,7 +27,8 @@ const NEEDED = ["contact", "friction", "wheelset", "torque_control", "creep_cont
 const HOLD = 20; // length of the runs of a file that is written [s]
 const LAW = "carter_griffith"; // the law whose tables the page has
 const SHOWN = "this page shows models";
-const ALTERNATIVES = ["weakening_length", "saturation_creepage"]; // keys that a vehicle does not have
+// Keys that a vehicle does not have, as others say it.
+const ALTERNATIVES = ["weakening_length", "saturation_creepage", "rotor_inertia", "gear_ratio"];
 const LONGEST = 20; // a/b of an ellipse on a half-space
 const THEORIES = ["half_space", "strips"];
 const PAIRS = [
@@ -66,6 +67,7 @@ export function readModel(text: string): Model {
       throw new ModelError(`wheelset.${key} is missing: this page shows wheelsets`);
     }
   }
+  vehicle.inertia += rotorOf(wheelset);
   vehicle.normal_load *= vehicle.wheels;
   vehicle.k_hat = kHatOf(vehicle, friction);
   vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
@@ -162,6 +164,14 @@ function kHatOf(vehicle: Vehicle, { k_hat: given, weakening_length: length }: Nu
     `friction.weakening_length = ${length} gives k_hat = ${kHat}, out of range: must be ` +
       limitText(limit),
   );
+}
+
+/** Inertia of the rotor about the axle, zero without one [kg.m2]. */
+function rotorOf({ rotor_inertia: rotor, gear_ratio: ratio }: Numbers): number {
+  if (rotor == null && ratio == null) return 0;
+  if (rotor != null && ratio != null) return ratio * ratio * rotor;
+  const given = rotor == null ? "gear_ratio" : "rotor_inertia";
+  throw new ModelError(`wheelset.rotor_inertia and gear_ratio go together; given is ${given}`);
 }
 
 /** Slope reduction as [wheelset] gives it, or from the saturation creepage; 1 without either. */
