@@ -240,7 +240,7 @@ class Runs:
         if row % self._timing.per_sample == 0:
             states = self._states
             rim = 0.5 * self.radius * (states["omega_left"] + states["omega_right"])
-            measured = Measurement(demand, *self._reader.read(rim, states["speed"]))
+            measured = Measurement(demand, *self._reader.read(rim, states["speed"], demand))
             if row == 0:
                 self._memory = self._control.start(measured, self._torque)
             answer: Any = self._control.sample(measured, self._memory)

@@ -53,6 +53,14 @@ class Sensors(Parameters):
         (1 + wheel_diameter_error) r omega + noise,
         (1 + vehicle_speed_bias) V + vehicle_speed_drift t + noise
 
+    Where an undriven axle is the sensor of V, `vehicle_speed_bias` is the error of its diameter and
+    `vehicle_speed_noise` its noise. With an `acceleration_limit` a there is no such sensor, as on a
+    locomotive whose axles are all driven. Slip makes the measured wheel speed u too high in
+    traction and too low in braking, so the vehicle speed is estimated under the demand T, from one
+    sample to the next after dt, as
+
+        min(u, last estimate + a dt) if T >= 0, max(u, last estimate - a dt) if T < 0
+
     Parameters
     ----------
     vehicle_speed_bias : float, optional
@@ -67,6 +75,9 @@ class Sensors(Parameters):
         infinitely many, at the instant of the sample.
     wheel_speed_noise, vehicle_speed_noise : float, optional
         Standard deviations [m/s].
+    acceleration_limit : float, optional
+        Largest acceleration a of the estimated vehicle speed in the direction of slip [m/s2]: what
+        no train exceeds. Default: the vehicle speed has a sensor.
     delay : float, optional
         Time from the measurement to the controller [s], a whole number of samples.
     seed : float, optional
@@ -75,7 +86,8 @@ class Sensors(Parameters):
     Raises
     ------
     ValueError
-        If a value is out of range, or the seed or the number of pulses is not whole.
+        If a value is out of range, the seed or the number of pulses is not whole, or a vehicle
+        speed that is estimated has errors of a sensor.
     """
 
     vehicle_speed_bias: Annotated[
@@ -92,6 +104,9 @@ class Sensors(Parameters):
     )
     wheel_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
     vehicle_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    acceleration_limit: Annotated[
+        float | None, Quantity("m/s2", above=0.0, at_most=1e3, usual=(0.05, 5.0))
+    ] = None
     delay: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
     seed: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0**53)] = 0.0
 
@@ -101,6 +116,13 @@ class Sensors(Parameters):
             value = getattr(self, name)
             if value != int(value):
                 raise ValueError(f"Sensors.{name} = {value!r} must be a whole number")
+        for name in ("vehicle_speed_bias", "vehicle_speed_drift", "vehicle_speed_noise"):
+            value = getattr(self, name)
+            if self.acceleration_limit is not None and value != 0.0:
+                raise ValueError(
+                    f"Sensors.{name} = {value!r} must be 0 with acceleration_limit = "
+                    f"{self.acceleration_limit!r}: the vehicle speed then has no sensor"
+                )
 
     def samples_of_delay(self, sample_time: float) -> int:
         """Delay in samples.
@@ -191,6 +213,10 @@ class SensorReader:
             if turn.shape not in ((), self._pulses.shape):
                 raise ValueError(f"radius has the shape {turn.shape}, not {self._pulses.shape}")
             self._pulse = turn / np.maximum(self._pulses, 1.0)
+        limits = [one.acceleration_limit for one in sensors]
+        self._estimates = np.array([limit is not None for limit in limits])
+        self._change = np.array([limit or 0.0 for limit in limits]) * self._step  # [m/s]
+        self._estimate: FloatArray | None = None
         self._scale = np.array(
             [[one.wheel_speed_noise, one.vehicle_speed_noise] for one in sensors]
         ).T
@@ -208,9 +234,12 @@ class SensorReader:
         self._way = np.zeros(self._count)  # since the last pulse
 
     def read(
-        self, wheel_speed: ArrayLike, vehicle_speed: ArrayLike
+        self, wheel_speed: ArrayLike, vehicle_speed: ArrayLike, demand: ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
-        """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,)."""
+        """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,).
+
+        The sign of the demand [N.m] tells the direction of slip, for an estimated vehicle speed.
+        """
         now = np.empty((2, self._count))
         now[0], now[1] = wheel_speed, vehicle_speed
         if self._pulses.any():
@@ -220,6 +249,8 @@ class SensorReader:
             now[1] += self._drift * (self._step * self._reads)
         if self._streams:
             now += self._next_noise()
+        if self._estimates.any():
+            now[1] = np.where(self._estimates, self._estimated(now[0], demand), now[1])
         self._reads += 1
         if self._delay == 0:
             return now[0], now[1]
@@ -229,6 +260,16 @@ class SensorReader:
         self._history[slot] = now
         late = self._history[(slot + 1) % (self._delay + 1)]
         return late[0], late[1]
+
+    def _estimated(self, wheel: FloatArray, demand: ArrayLike) -> FloatArray:
+        """Wheel speed with limited change in the direction of slip."""
+        last = wheel if self._estimate is None else self._estimate
+        self._estimate = np.where(
+            np.asarray(demand) < 0.0,
+            np.maximum(wheel, last - self._change),
+            np.minimum(wheel, last + self._change),
+        )
+        return self._estimate
 
     def _counted(self, rim: FloatArray) -> FloatArray:
         """Mean speed since the last sample that whole pulses show; their rest is kept."""

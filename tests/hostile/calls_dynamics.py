@@ -111,12 +111,13 @@ def of_vehicle(name: str) -> Callable[[], tuple[Any, dict[str, Any]]]:
 
 def fields_of(name: str, **given: float) -> Call:
     """Call of a class of declared quantities."""
-    kind = getattr(cl, name)
+    kind = getattr(cl, name.partition(" ")[0])
+    missing = {field.name for field in dataclasses.fields(kind) if field.default is None}
     return Call(
         name=name,
         make=lambda: (kind, dict(given)),
         numbers=tuple(given),
-        optional=tuple(k for k in given if k == "reference_torque"),
+        optional=tuple(k for k in given if k in missing),
     )
 
 
@@ -237,12 +238,13 @@ def answered() -> tuple[Any, dict[str, Any]]:
 
 
 def read_by(**given: Any) -> Any:
-    return traction.SensorReader(**given).read(SPEEDS, SPEEDS)
+    return traction.SensorReader(**given).read(SPEEDS, SPEEDS, SPEEDS)
 
 
 def read_speeds() -> tuple[Any, dict[str, Any]]:
     reader = cl.Sensors(wheel_speed_noise=0.1).reader(4, 0.01)
-    return reader.read, {"wheel_speed": SPEEDS.copy(), "vehicle_speed": SPEEDS.copy()}
+    names = ("wheel_speed", "vehicle_speed", "demand")
+    return reader.read, {name: SPEEDS.copy() for name in names}
 
 
 def on_axle(function: Callable[..., Any], **given: Any) -> Callable[[], tuple[Any, Any]]:
@@ -619,6 +621,7 @@ CALLS: list[Call] = [
         delay=0.01,
         seed=3.0,
     ),
+    fields_of("Sensors estimating", acceleration_limit=0.5),
     fields_of("SlopeSeeking", **LIMITER, **SEEKING),
     fields_of("ThresholdControl", sample_time=0.01, **THRESHOLDS),
     Call(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,17 +14,17 @@ import contactlib as cl
 
 def test_sensors_delay_by_whole_samples_and_hold_the_first() -> None:
     reader = cl.Sensors(delay=0.015).reader(2, STEP)
-    wheel = [reader.read([k, 10.0 + k], [20.0 + k, 0.0])[0].tolist() for k in range(6)]
+    wheel = [reader.read([k, 10.0 + k], [20.0 + k, 0.0], 0.0)[0].tolist() for k in range(6)]
     assert wheel == [[max(k - 3, 0), 10.0 + max(k - 3, 0)] for k in range(6)]
     exact = cl.Sensors().reader(1, STEP)
-    read = [exact.read([float(k)], [-float(k)]) for k in range(3)]
+    read = [exact.read([float(k)], [-float(k)], 0.0) for k in range(3)]
     assert np.array(read).tolist() == [[[k], [-k]] for k in range(3)]
 
 
 def test_noise_of_a_wheelset_knows_no_other() -> None:
     def read(count: int, first: int = 0, seed: int = 1) -> np.ndarray:
         reader = replace(SENSORS, seed=seed).reader(count, STEP, first=first)
-        return np.array([reader.read(np.zeros(count), np.zeros(count)) for _ in range(600)])
+        return np.array([reader.read(np.zeros(count), np.zeros(count), 0.0) for _ in range(600)])
 
     together = read(5)
     assert all((together[:, :, [i]] == read(1, first=i)).all() for i in range(5))
@@ -44,10 +44,10 @@ def test_sensors_that_differ_are_read_together() -> None:
     ]
     still = np.zeros(4)
     reader = cl.traction.SensorReader(sensors, STEP, index)
-    together = np.array([reader.read(still, still) for _ in range(300)])
+    together = np.array([reader.read(still, still, 0.0) for _ in range(300)])
     for i, (one, place) in enumerate(zip(sensors, index, strict=True)):
         alone = one.reader(1, STEP, first=place)
-        expected = [alone.read(np.zeros(1), np.zeros(1)) for _ in range(300)]
+        expected = [alone.read(np.zeros(1), np.zeros(1), 0.0) for _ in range(300)]
         np.testing.assert_array_equal(together[:, :, [i]], expected)
     late = [SENSORS, replace(SENSORS, delay=0.0)]
     with pytest.raises(ValueError, match=r"delays of \[0, 3\] samples: they must be equal"):
@@ -62,7 +62,7 @@ def test_bias_diameter_and_drift_are_systematic() -> None:
     readers = [one.reader(2, STEP, radius=0.5) for one in (SENSORS, wrong)]
     for k in range(400):
         wheel, vehicle = np.array([10.0 + k, 3.0]), np.array([9.0 + 2.0 * k, -1.0])
-        right, shown = (np.array(reader.read(wheel, vehicle)) for reader in readers)
+        right, shown = (np.array(reader.read(wheel, vehicle, 0.0)) for reader in readers)
         late = max(k - 3, 0)  # samples of SENSORS.delay
         expected = [
             0.01 * np.array([10.0 + late, 3.0]),
@@ -77,7 +77,7 @@ def test_an_encoder_counts_whole_pulses_and_loses_none() -> None:
     reader = cl.traction.SensorReader(sensors, STEP, range(3), radius=radius)
     speed = 7.0 + 3.0 * np.sin(0.05 * np.arange(500)[:, None] + np.arange(3))
     speed[250:] *= -1.0  # backward, too
-    shown = np.array([reader.read(row, row)[0] for row in speed])
+    shown = np.array([reader.read(row, row, 0.0)[0] for row in speed])
     pulse = 2.0 * np.pi * radius[::2] / pulses[::2]
     counts = shown[:, ::2] * STEP / pulse
     np.testing.assert_allclose(counts, counts.round(), rtol=0.0, atol=1e-9)
@@ -89,6 +89,51 @@ def test_an_encoder_counts_whole_pulses_and_loses_none() -> None:
     assert lacking.max() < 1.0 + 1e-9
 
 
+def estimated(
+    wheel: np.ndarray, demand: np.ndarray, sensors: Sequence[cl.Sensors], first: int = 0
+) -> np.ndarray:
+    """Estimated vehicle speeds of wheelsets, sample by sample; the true one is never looked at."""
+    indices = range(first, first + len(sensors))
+    reader = cl.traction.SensorReader(sensors, STEP, indices)
+    true = np.full(len(sensors), np.nan)
+    return np.array([reader.read(u, true, t)[1] for u, t in zip(wheel, demand, strict=True)])
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) -> None:
+    time = STEP * np.arange(400)
+    rolling = 10.0 + sign * 0.2 * time
+    slipping = rolling + sign * 3.0 * np.clip(time - 1.0, 0.0, 0.5)
+    wheel = np.stack([rolling, slipping, slipping], axis=1)
+    demand = np.full_like(wheel, sign * 1e4)
+    demand[:, 2] *= -1.0
+    found = estimated(wheel, demand, [cl.Sensors(acceleration_limit=0.5)] * 3)
+    assert (found[:, 0] == rolling).all()  # a wheel that sticks
+    late = time > 1.0
+    np.testing.assert_allclose(
+        found[late, 1],
+        (rolling[~late][-1] + sign * 0.5 * (time[late] - time[~late][-1])),
+        rtol=1e-12,
+    )
+    assert (found[:201, 1] == slipping[:201]).all()
+    assert (found[:, 2] == slipping).all()  # under the other demand that is no slip
+
+
+def test_estimates_are_of_each_wheelset_alone() -> None:
+    rng = np.random.default_rng(5)
+    sensors = [
+        cl.Sensors(wheel_speed_noise=0.02, delay=0.01, acceleration_limit=limit, seed=3.0)
+        for limit in (0.2, 0.5, 1.0)
+    ]
+    wheel = 10.0 + np.cumsum(rng.normal(0.0, 0.02, (300, 3)), axis=0)
+    demand = rng.choice([-1e4, 0.0, 1e4], 3) * np.ones_like(wheel)
+    together = estimated(wheel, demand, sensors)
+    assert (together == estimated(wheel, demand, sensors)).all()
+    for i in range(3):
+        alone = estimated(wheel[:, [i]], demand[:, [i]], sensors[i : i + 1], first=i)
+        assert (alone[:, 0] == together[:, i]).all()
+
+
 @pytest.mark.parametrize(
     ("given_values", "message"),
     [
@@ -97,6 +142,11 @@ def test_an_encoder_counts_whole_pulses_and_loses_none() -> None:
         ({"encoder_pulses": 99.5}, "encoder_pulses = 99.5 must be a whole number"),
         ({"encoder_pulses": 100.0}, "radius is missing"),
         ({"wheel_speed_noise": -1.0}, "out of range"),
+        ({"acceleration_limit": 0.0}, "acceleration_limit = 0.0 is out of range: must be"),
+        *(
+            ({name: 0.01, "acceleration_limit": 0.5}, f"{name} = 0.01 must be 0 with acceleration")
+            for name in ("vehicle_speed_bias", "vehicle_speed_drift", "vehicle_speed_noise")
+        ),
     ],
 )
 def test_sensors_say_what_is_wrong(given_values: Mapping[str, float], message: str) -> None:

@@ -18,7 +18,7 @@ def test_thresholds_are_clear_of_the_noise(locomotive: cl.Model) -> None:
     demand, rolling = np.full(count, 2e4), np.full(count, 1.0)
     memory, found = None, []
     for _ in range(samples):
-        measured = cl.Measurement(demand, *reader.read(rolling, rolling))
+        measured = cl.Measurement(demand, *reader.read(rolling, rolling, demand))
         if memory is None:
             memory = controller.start(measured, demand)
         torque, memory = controller.sample(measured, memory)
