@@ -109,6 +109,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.vehicle.continuous_control import TorqueControl as TorqueControl
     from contactlib.vehicle.drivetrain import Axle as Axle
     from contactlib.vehicle.drivetrain import Drivetrain as Drivetrain
+    from contactlib.vehicle.drivetrain import Motor as Motor
     from contactlib.vehicle.track import Profile as Profile
     from contactlib.vehicle.track import Track as Track
     from contactlib.vehicle.wheelset import Wheelset as Wheelset

@@ -322,9 +322,15 @@ def setting(wheelset: Wheelset, speed: float | None = None) -> str:
 
 def drivetrain_setting(drivetrain: Drivetrain) -> str:
     """Parameters of a drivetrain, for a caption."""
-    parts = []
-    if drivetrain.motor_lag > 0.0:
-        parts.append(f"motor lag {1e3 * drivetrain.motor_lag:.3g} ms")
+    parts, motor = [], drivetrain.motor
+    if motor.lag > 0.0:
+        parts.append(f"motor lag {1e3 * motor.lag:.3g} ms")
+    if motor.power is not None:
+        parts.append(f"power {1e-3 * motor.power:.4g} kW")
+    if motor.torque_rate is not None:
+        parts.append(f"torque rate {1e-3 * motor.torque_rate:.3g} kN m/s")
+    if motor.trip_speed is not None:
+        parts.append(f"trip at {motor.trip_speed:.3g} m/s")
     if drivetrain.relaxation_length > 0.0:
         parts.append(f"relaxation length {1e3 * drivetrain.relaxation_length:.3g} mm")
     if drivetrain.axle is not None:

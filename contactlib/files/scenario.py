@@ -31,10 +31,10 @@ from contactlib.files.reading import (
     text,
 )
 from contactlib.files.scenario_sections import read_sections, speeds
-from contactlib.files.sections import LONGEST, MotorSection, RelaxationSection
+from contactlib.files.sections import LONGEST, RelaxationSection
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
-from contactlib.vehicle.drivetrain import Axle, Drivetrain
+from contactlib.vehicle.drivetrain import Axle, Drivetrain, Motor
 from contactlib.vehicle.track import Profile, Track
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -370,6 +370,6 @@ def build_scenario(
 
 
 def _drivetrain(
-    wheelset: Wheelset, axle: Axle | None, motor: MotorSection, relaxation: RelaxationSection
+    wheelset: Wheelset, axle: Axle | None, motor: Motor, relaxation: RelaxationSection
 ) -> Drivetrain:
-    return Drivetrain(wheelset, axle=axle, motor_lag=motor.lag, relaxation_length=relaxation.length)
+    return Drivetrain(wheelset, axle=axle, motor=motor, relaxation_length=relaxation.length)

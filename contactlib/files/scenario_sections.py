@@ -11,13 +11,12 @@ from contactlib.files.reading import named, text
 from contactlib.files.sections import (
     DemandSection,
     HeldSpeedSection,
-    MotorSection,
     RelaxationSection,
     ScenarioRunSection,
     TrackSection,
 )
 from contactlib.traction import Sensors
-from contactlib.vehicle.drivetrain import Axle
+from contactlib.vehicle.drivetrain import Axle, Motor
 from contactlib.vehicle.track import Profile, Track
 
 
@@ -25,7 +24,7 @@ class Sections(NamedTuple):
     """Sections of a scenario that do not depend on its vehicle."""
 
     axle: Axle | None
-    motor: MotorSection
+    motor: Motor
     relaxation: RelaxationSection
     run: ScenarioRunSection
     demand: Profile
@@ -47,7 +46,7 @@ def read_sections(data: Mapping[str, Any], cache: BuildCache) -> Sections:
         held = of(section, "held_speed", HeldSpeedSection, data) if "held_speed" in data else None
         return Sections(
             axle=of(section, "axle", Axle, data) if "axle" in data else None,
-            motor=of(section, "motor", MotorSection, data),
+            motor=of(section, "motor", Motor, data),
             relaxation=of(section, "contact_relaxation", RelaxationSection, data),
             run=of(section, "run", ScenarioRunSection, data) if "run" in data else lacking,
             demand=demand and of(cache, "demand", _demand, demand),

@@ -21,7 +21,6 @@ from contactlib.contact.scales import friction_with_k_hat, saturation_creepage
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.reading import doubt, file_beside, in_file, one_of, profile
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
-from contactlib.vehicle.drivetrain import LARGEST_LAG
 from contactlib.vehicle.track import Profile, Track
 
 
@@ -301,13 +300,6 @@ class RunSection(Parameters):
     """``[run]``: initial state of both runs of a model."""
 
     initial_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.0, 170.0))] = 10.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class MotorSection(Parameters):
-    """``[motor]``: time constant with which the drive torque follows its command."""
-
-    lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG, usual=(0.0, 1.0))] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -50,7 +50,7 @@ SECTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "torque_control": (sections.TorqueSection, ()),
     "creep_control": (sections.CreepSection, (cl.CreepControl,)),
     "axle": (cl.Axle, ()),
-    "motor": (sections.MotorSection, ()),
+    "motor": (cl.Motor, ()),
     "contact_relaxation": (sections.RelaxationSection, ()),
     "run": (sections.ScenarioRunSection, (cl.Scenario,)),
     "demand": (sections.DemandSection, ()),

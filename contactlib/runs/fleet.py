@@ -1,7 +1,7 @@
 """Runs of many wheelsets side by side under one sampled controller, row by row.
 
-At every sample the controller reads the sensors; its torque is held until the next. The kernel
-steps every wheelset from row to row, with the friction of its track.
+At every sample the controller reads the sensors; its torque, within the drive's limits, is held
+until the next. The kernel steps every wheelset from row to row, with the friction of its track.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from contactlib.runs.start import start
 from contactlib.traction import Measurement, SensorReader, TractionController
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.available_force import AvailableForce
+from contactlib.vehicle.drivetrain import Motor
 from contactlib.vehicle.track import Profile
 
 LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
@@ -55,6 +56,64 @@ class ManyProfiles:
         for profile, places in self._moving:
             found[:, places] = profile(times)[:, np.newaxis]
         return found
+
+
+class Drives:
+    """Limits of the drives of n wheelsets, which act at the controller's samples.
+
+    Parameters
+    ----------
+    motors : sequence of Motor
+        Motor of each wheelset.
+    radius : ndarray
+        Rolling radii [m].
+    sample_time : float
+        Sample time [s].
+    """
+
+    def __init__(self, motors: Sequence[Motor], radius: FloatArray, sample_time: float) -> None:
+        limits = [(one.power, one.torque_rate, one.trip_speed) for one in motors]
+        found = np.array(
+            [[math.inf if limit is None else limit for limit in row] for row in limits]
+        )
+        self._limited = bool(np.isfinite(found).any())
+        self._power, rate, self._trip = found.T
+        self._change, self._radius = rate * sample_time, radius
+        self._tripped = np.zeros(len(motors), dtype=np.bool_)
+
+    def possible(self, demand: FloatArray, speed: FloatArray) -> FloatArray:
+        """Part of the driver's demand [N.m] that the power allows at the vehicle's speed [m/s]."""
+        if not self._limited:
+            return demand
+        with np.errstate(all="ignore"):  # the limit of a wheel that stands is infinite
+            return _within(demand, self._power / (np.abs(speed) / self._radius))
+
+    def command(
+        self, wanted: FloatArray, last: FloatArray, demand: FloatArray, omega: FloatArray
+    ) -> FloatArray:
+        """Torque that the drive is commanded until the next sample [N.m].
+
+        Parameters
+        ----------
+        wanted, last : ndarray
+            Torque that the controller asks for now, and the one commanded at the last sample [N.m].
+        demand : ndarray
+            The driver's demand [N.m].
+        omega : ndarray
+            Mean angular velocity of the wheels [rad/s].
+        """
+        if not self._limited:
+            return np.array(np.broadcast_to(wanted, demand.shape), dtype=np.float64)
+        over = self._radius * np.abs(omega) >= self._trip
+        self._tripped = over | (self._tripped & (demand != 0.0))
+        with np.errstate(all="ignore"):
+            torque = _within(np.where(self._tripped, 0.0, wanted), self._power / np.abs(omega))
+            least, most = last - self._change, last + self._change
+            return np.asarray(np.minimum(np.maximum(torque, least), most))
+
+
+def _within(torque: FloatArray, most: FloatArray) -> FloatArray:
+    return np.asarray(np.minimum(np.maximum(torque, -most), most))
 
 
 class Timing(NamedTuple):
@@ -197,10 +256,13 @@ class Runs:
         load = [0.5 * body.element.normal_load for body in bodies]
         self._inputs["load_left"] = self._inputs["load_right"] = load
         inputs, (demand, acceleration) = self._inputs[0], self._ahead(0, 1)
+        self._drives = Drives([one.motor for one in trains], self.radius, control.sample_time)
+        speed = np.array([one.initial_speed for one in scenarios])
+        self._demand = self._drives.possible(demand[0], speed)
         inputs["acceleration"] = acceleration[0]
         self._states = np.zeros(n, kernel.drivetrain_dtype("state"))
         self._advance(inputs, 0, 0.0)  # sets the friction at the start
-        begin = start(scenarios, self.fleet, inputs, demand[0], creepage)
+        begin = start(scenarios, self.fleet, inputs, self._demand, creepage)
         self._states, self._torque, self.refused = begin
         self.failed[list(self.refused)] = True
 
@@ -236,11 +298,14 @@ class Runs:
                 )
 
     def _row(self, row: int, demand: FloatArray, inputs: Any) -> None:
-        """Call the controller if a sample is due, and step to the next row."""
+        """Call controller and drive if a sample is due, and step; limits the demand in place."""
         if row % self._timing.per_sample == 0:
             states = self._states
-            rim = 0.5 * self.radius * (states["omega_left"] + states["omega_right"])
-            measured = Measurement(demand, *self._reader.read(rim, states["speed"], demand))
+            turning = states["omega_left"] + states["omega_right"]
+            rim = 0.5 * self.radius * turning
+            self._demand = self._drives.possible(demand, states["speed"])
+            speeds = self._reader.read(rim, states["speed"], self._demand)
+            measured = Measurement(self._demand, *speeds, self._torque)
             if row == 0:
                 self._memory = self._control.start(measured, self._torque)
             answer: Any = self._control.sample(measured, self._memory)
@@ -253,7 +318,9 @@ class Runs:
                     f"{type(self._control).__name__}.sample returned {shown(answer)}: it must "
                     f"return the torques, an array of the shape {demand.shape}, and the memory"
                 )
-            self._torque, self._memory = answer
+            wanted, self._memory = answer
+            self._torque = self._drives.command(wanted, self._torque, self._demand, 0.5 * turning)
+        demand[:] = self._demand
         inputs["commanded_torque"] = self._torque
         self._advance(inputs, row, self._timing.step if row < self._timing.rows - 1 else 0.0)
 

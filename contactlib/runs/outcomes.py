@@ -269,8 +269,8 @@ class Metrics(NamedTuple):
         late in a run, over the last second. So a short dip of a limit cycle counts by itself.
         Infinite if the mean over the last second is beyond the limit.
     slip_work : float
-        int Q (r omega - V) dt, the heat from friction [J]. Nothing limits the rim speed r omega: of
-        a wheel that runs away, it is more than any drive could do.
+        int Q (r omega - V) dt, the heat from friction [J]. Of a wheel that runs away it is more
+        than any drive could do, unless `Motor` has limits: nothing else limits the rim speed.
     slip_share : float
         Slip work / int |Q V| dt, the work exchanged with the vehicle; nan if that is zero [1].
     jerk : float

@@ -175,7 +175,7 @@ def outlook(scenario: Scenario) -> list[str]:
             verdict = controllability(
                 worst.pole,
                 delay=scenario.sensors.delay,
-                lag=drivetrain.motor_lag,
+                lag=drivetrain.motor.lag,
                 relaxation=drivetrain.relaxation_length / speed,
                 sample_time=sample_time,
             )

@@ -48,7 +48,7 @@ class LimiterMemory(NamedTuple):
     braking : ndarray of bool
         Whether the last demand was negative.
     torque : ndarray
-        The last torque [N.m].
+        Torque that was asked for last [N.m].
     zero : ZeroPoint
         Estimated error of the measured creepage.
     """
@@ -76,6 +76,8 @@ class Slip(NamedTuple):
         Slip speed without its estimated error [m/s].
     scale : ndarray
         Reference speed of the creepage: the vehicle's, at least `low_speed` [m/s].
+    missing : ndarray
+        Torque that was asked for last minus what the drive gave, in the demand's direction [N.m].
     zero : ZeroPoint
         Estimated error of the measured creepage.
     """
@@ -85,6 +87,7 @@ class Slip(NamedTuple):
     demand: FloatArray
     speed: FloatArray
     scale: FloatArray
+    missing: FloatArray
     zero: ZeroPoint
 
 
@@ -100,7 +103,8 @@ class SlipLimiter(Parameters):
 
     While u exceeds the demand, I is the demand, so that T follows it without delay and any slip
     beyond the reference reduces the torque at once; otherwise dI/dt = Ki e, limited to [0, demand],
-    and faster where the creepage is far below the reference or beyond four times the reference.
+    and faster where the creepage is far below the reference or beyond four times the reference. I
+    does not rise while the drive gives less than was asked for, nor fall while it gives more.
 
     The sensors show the creepage with an error, which `contactlib.traction.zero_point` estimates
     and which is taken from w. If it is not known when the torque has to be limited, T is at most
@@ -187,7 +191,7 @@ class SlipLimiter(Parameters):
             slip=measurement.wheel_speed - measurement.vehicle_speed,
             vehicle_speed=vehicle.speed,
             scale=scale,
-            torque=memory.torque,
+            torque=measurement.torque,
             limiting=limiting & (memory.integral < LACK * sign * measurement.demand),
             sample_time=np.asarray(self.sample_time),
             noise=np.asarray(self.speed_noise),
@@ -195,8 +199,9 @@ class SlipLimiter(Parameters):
             stick_compliance=np.asarray(self.stick_compliance),
         )
         forward = measurement.wheel_speed - vehicle.speed - zero.error * vehicle.speed
-        slip = Slip(braking, sign, sign * measurement.demand, sign * forward, scale, zero)
-        return slip, vehicle
+        missing = sign * (memory.torque - measurement.torque)
+        demand = sign * measurement.demand
+        return Slip(braking, sign, demand, sign * forward, scale, missing, zero), vehicle
 
     def limit(
         self, slip: Slip, vehicle: Tracked, reference: FloatArray, memory: LimiterMemory
@@ -217,9 +222,10 @@ class SlipLimiter(Parameters):
         ease = np.maximum(np.minimum(share, 1.0), BAND) - BAND
         ease = ease - CUT * np.maximum(np.minimum(-share, 4.0) - 3.0, 0.0)
         step = self.sample_time
-        integral = integral + (
-            (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
-        )
+        change = (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
+        change = np.where(slip.missing > 0.0, np.minimum(change, 0.0), change)
+        change = np.where(slip.missing < 0.0, np.maximum(change, 0.0), change)
+        integral = integral + change
         torque = slip.sign * size
         return torque, LimiterMemory(
             vehicle,

@@ -22,7 +22,7 @@ from contactlib.traction.sensors import Sensors
 from contactlib.vehicle.drivetrain import Drivetrain
 
 FASTEST = 300.0  # limit of measured speeds [m/s]
-STRONGEST = 1e7  # limit of the demand [N.m]
+STRONGEST = 1e7  # limit of demand and torque [N.m]
 
 
 Number = TypeVar("Number")
@@ -34,16 +34,21 @@ class Measurement(NamedTuple, Generic[Number]):
     Attributes
     ----------
     demand : float or ndarray
-        The driver's demand of axle torque [N.m]; negative in braking.
+        The driver's demand of axle torque, at most what the drive's power allows at the vehicle's
+        speed [N.m]; negative in braking.
     wheel_speed : float or ndarray
         Measured radius times angular velocity, mean of the wheels [m/s].
     vehicle_speed : float or ndarray
-        Measured vehicle speed [m/s].
+        Measured or estimated vehicle speed [m/s].
+    torque : float or ndarray
+        Torque that the drive has been commanded since the last sample [N.m]: what the controller
+        asked for then, within the limits of the drive.
     """
 
     demand: Number
     wheel_speed: Number
     vehicle_speed: Number
+    torque: Number
 
 
 class SampledController(ABC):
@@ -137,6 +142,7 @@ def plausible(measurement: Measurement[FloatArray]) -> Measurement[FloatArray]:
         np.minimum(np.maximum(measurement.demand, -STRONGEST), STRONGEST),
         np.minimum(np.maximum(measurement.wheel_speed, -FASTEST), FASTEST),
         np.minimum(np.maximum(measurement.vehicle_speed, -FASTEST), FASTEST),
+        np.minimum(np.maximum(measurement.torque, -STRONGEST), STRONGEST),
     )
 
 

@@ -70,7 +70,7 @@ class Observed(NamedTuple):
     Attributes
     ----------
     sent : tuple of ndarray
-        Commanded torques whose effect has not been measured yet, oldest first [N.m].
+        Torques commanded within the delay before the last sample, oldest first [N.m].
     motor_torque, torque : ndarray
         Torque of the motor, and its filtered value [N.m].
     wheel_speed, slip : ndarray
@@ -122,28 +122,27 @@ class LoadObserver(Parameters):
     def start(self, torque: ArrayLike, wheel_speed: FloatArray, slip: FloatArray) -> Observed:
         """State of a drive at steady `torque` [N.m] and speed [m/s]."""
         steady = np.asarray(np.asarray(torque) + np.zeros_like(wheel_speed))
-        line = (steady,) * (self.delayed_samples + 1)
-        return Observed(line, steady, steady, np.array(wheel_speed), np.array(slip))
+        return Observed(
+            (steady,) * self.delayed_samples, steady, steady, np.array(wheel_speed), np.array(slip)
+        )
 
     def observe(
-        self, last: Observed, wheel_speed: FloatArray, slip: FloatArray
+        self, last: Observed, torque: FloatArray, wheel_speed: FloatArray, slip: FloatArray
     ) -> tuple[Observed, FloatArray, FloatArray]:
         """New state, and load torque [N.m] and slip [m/s] at the middle of the sample interval.
 
-        The derivative is that at the middle. With the slip at the same time, white noise of the
-        wheel speed does not correlate the two.
+        `torque` has been commanded since the last sample [N.m]. The derivative is that at the
+        middle. With the slip at the same time, white noise of the wheel speed does not correlate
+        the two.
         """
         gain, motor = self.gains
-        given = last.motor_torque + motor * (last.sent[0] - last.motor_torque)
-        torque = last.torque + gain * (given - last.torque)
+        sent = (*last.sent, torque)
+        given = last.motor_torque + motor * (sent[0] - last.motor_torque)
+        filtered = last.torque + gain * (given - last.torque)
         change, slipped = gain * (wheel_speed - last.wheel_speed), gain * (slip - last.slip)
-        load = torque - self.inertia / (self.radius * self.sample_time) * change
-        new = Observed(last.sent, given, torque, last.wheel_speed + change, last.slip + slipped)
+        load = filtered - self.inertia / (self.radius * self.sample_time) * change
+        new = Observed(sent[1:], given, filtered, last.wheel_speed + change, last.slip + slipped)
         return new, load, last.slip + 0.5 * slipped
-
-    def send(self, observed: Observed, torque: FloatArray) -> Observed:
-        """State with the torque [N.m] that is commanded now."""
-        return Observed((*observed.sent[1:], torque), *observed[1:])
 
 
 class Moments(NamedTuple):

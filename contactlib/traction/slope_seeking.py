@@ -179,7 +179,7 @@ class SlopeSeeking(SlipLimiter):
             "radius": wheelset.radius,
             "inertia": wheelset.inertia,
             "delay": sensors.delay,
-            "motor_lag": drivetrain.motor_lag,
+            "motor_lag": drivetrain.motor.lag,
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
             "least_slip": least_slip(sensors, sample_time, filter_time),
@@ -216,7 +216,7 @@ class SlopeSeeking(SlipLimiter):
         known = plausible(measurement)
         slip, vehicle = self.slip(known, memory.limiter)
         observed, load, slipped = self.observer.observe(
-            memory.observed, known.wheel_speed, slip.speed
+            memory.observed, known.torque, known.wheel_speed, slip.speed
         )
         load, creepage = slip.sign * load, slipped / slip.scale
         # What the noise allows at least is not below the reference: else the gain would wind up.
@@ -259,6 +259,4 @@ class SlopeSeeking(SlipLimiter):
         torque, limiter = self.limit(
             slip, vehicle, reference * (1.0 + self.dither * wave), memory.limiter
         )
-        return torque, SeekingMemory(
-            limiter, self.observer.send(observed, torque), moments, gain, phase
-        )
+        return torque, SeekingMemory(limiter, observed, moments, gain, phase)

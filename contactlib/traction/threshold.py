@@ -37,7 +37,7 @@ class ThresholdMemory(NamedTuple):
     slip, wheel_speed : ndarray
         Filtered slip speed in the demand's direction, filtered wheel speed [m/s].
     torque, cut_torque : ndarray
-        Limit in the demand's direction, and its value at the last cut [N.m].
+        Limit in the demand's direction, and the torque at the last cut [N.m].
     cutting, limiting, braking : ndarray of bool
         Whether the torque is being cut; was below the demand; and whether the demand was negative.
     """
@@ -201,8 +201,12 @@ class ThresholdControl(Parameters):
         back = slip < self.slip_release / self.slip_threshold * most
         back &= acceleration < self.acceleration_threshold
         starts = slipping & ~memory.cutting
-        cut_torque = np.where(starts, torque, memory.cut_torque)
         cutting = (slipping | memory.cutting) & ~back
+        # The drive may give less than was asked for last; a cut begins at what it gives.
+        given = np.maximum(np.where(braking, -known.torque, known.torque), 0.0)
+        less = (given < memory.torque) & (braking == memory.braking) & (starts | cutting)
+        torque = np.where(less, np.minimum(torque, given), torque)
+        cut_torque = np.where(starts, torque, memory.cut_torque)
 
         step = self.sample_time * demand
         low, high = self.cut_fraction * cut_torque, self.reapply_fraction * cut_torque

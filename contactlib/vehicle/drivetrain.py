@@ -37,6 +37,34 @@ class Axle(Parameters):
     drive_share: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.5
 
 
+@dataclass(frozen=True, kw_only=True)
+class Motor(Parameters):
+    """Motor and its converter: how the drive torque follows the controller, and its limits.
+
+    The limits act at the controller's samples, on the mean angular velocity omega of the wheels,
+    and the torque is held in between: first the trip, then the power, then the rate. So a torque
+    that falls at the largest rate may for a while be more than the power allows.
+
+    Parameters
+    ----------
+    lag : float, optional
+        Time constant with which the drive torque follows its command [s]. Default: 0, no lag.
+    power : float, optional
+        Largest power P at the axle [W]: the torque is at most P/|omega|, and the demand that
+        controllers see at most P r/|V|, what the vehicle's speed V allows. Default: no limit.
+    torque_rate : float, optional
+        Largest rate at which the drive changes its torque, up or down [N.m/s]. Default: no limit.
+    trip_speed : float, optional
+        Rim speed r |omega| at which the over-speed protection trips [m/s]: the drive then gives no
+        torque until the wheels are slower and the driver's demand is zero. Default: no protection.
+    """
+
+    lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG, usual=(0.0, 1.0))] = 0.0
+    power: Annotated[float | None, Quantity("W", above=0.0, usual=(100.0, 1e7))] = None
+    torque_rate: Annotated[float | None, Quantity("N.m/s", above=0.0, usual=(10.0, 1e8))] = None
+    trip_speed: Annotated[float | None, Quantity("m/s", above=0.0, usual=(0.5, 300.0))] = None
+
+
 @dataclass(frozen=True, eq=False)
 class Drivetrain(Parameters):
     """Wheelset, axle and motor. Each wheel has half of the inertia and, initially, of the load.
@@ -47,8 +75,8 @@ class Drivetrain(Parameters):
         Contact of both wheels together, body, resistance.
     axle : Axle, optional
         Elastic axle. Default: a rigid one.
-    motor_lag : float, optional
-        Time constant with which the drive torque follows its command [s]. Default: 0, no lag.
+    motor : Motor, optional
+        Lag and limits of the drive. Default: neither.
     relaxation_length : float, optional
         Distance over which the creep force follows the creepage [m]. Default: 0, no relaxation.
     """
@@ -56,7 +84,7 @@ class Drivetrain(Parameters):
     wheelset: Wheelset
     _: KW_ONLY
     axle: Axle | None = None
-    motor_lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG)] = 0.0
+    motor: Motor = Motor()
     relaxation_length: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
 
     @property
@@ -90,7 +118,7 @@ class Drivetrain(Parameters):
             "axle_stiffness": 0.0 if axle is None else axle.stiffness,
             "axle_damping": 0.0 if axle is None else axle.damping,
             "drive_share": 0.5 if axle is None else axle.drive_share,
-            "motor_lag": self.motor_lag,
+            "motor_lag": self.motor.lag,
         }
         return contact, drivetrain
 
@@ -98,7 +126,7 @@ class Drivetrain(Parameters):
     def kind(self) -> tuple[int, bool, bool, bool]:
         """Table and states, which drivetrains must have in common to be stepped together."""
         table = self.wheelset.element.table.native
-        return id(table), self.axle is not None, self.motor_lag > 0.0, self.relaxation_length > 0.0
+        return id(table), self.axle is not None, self.motor.lag > 0.0, self.relaxation_length > 0.0
 
     def member(self, track: kernel.NativeTrack | None = None) -> kernel.NativeMember:
         """Return this drivetrain on a track as a member of a `kernel.NativeFleet`."""

@@ -76,11 +76,11 @@ def test_controller_of_the_batch_is_the_shipped_one() -> None:
     wheel = vehicle + np.abs(np.cumsum(0.05 * random.standard_normal(400)))
     memory = np.zeros(4)
     rival.start(run, memory)
-    first = cl.Measurement(*(np.array([v]) for v in (run.demand, wheel[0], run.speed)))
-    kept = shipped.start(first, run.demand)
+    first = cl.Measurement(*(np.array([v]) for v in (run.demand, wheel[0], run.speed, run.demand)))
+    kept, torque = shipped.start(first, run.demand), first.torque
     limited = 0
     for u, v in zip(wheel, vehicle, strict=True):
-        measured = cl.Measurement(np.array([run.demand]), np.array([u]), np.array([v]))
+        measured = cl.Measurement(first.demand, np.array([u]), np.array([v]), torque)
         torque, kept = shipped.sample(measured, kept)
         assert rival.control(run, memory, u, v) == pytest.approx(torque[0], rel=1e-10, abs=1e-6)
         limited += bool(torque[0] < run.demand)

@@ -109,7 +109,7 @@ def test_the_outlook_is_that_of_the_loop() -> None:
     case = cl.load_scenario("dry_wet_dry.toml")
     quick = dataclasses.replace(
         case,
-        drivetrain=dataclasses.replace(case.drivetrain, motor_lag=0.0),
+        drivetrain=dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=0.0)),
         sensors=Sensors(),
         controllers={"quick": dataclasses.replace(case.controller("open_loop"), sample_time=1e-3)},  # type: ignore[type-var]
     )
@@ -118,7 +118,7 @@ def test_the_outlook_is_that_of_the_loop() -> None:
     worst = cl.worst_pole(case.drivetrain.wheelset, speed=10.0)
     for lag in (0.0, 0.01):
         late = dataclasses.replace(
-            case, drivetrain=dataclasses.replace(case.drivetrain, motor_lag=lag)
+            case, drivetrain=dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=lag))
         )
         relaxation = case.drivetrain.relaxation_length / 10.0
         said = cl.controllability(

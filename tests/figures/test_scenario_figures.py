@@ -169,11 +169,12 @@ def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
     drivetrain = cl.Drivetrain(
         locomotive.wheelset,
         axle=cl.Axle(stiffness=6e6, damping=500.0, drive_share=0.4),
-        motor_lag=0.01,
+        motor=cl.Motor(lag=0.01, power=1.6e6, torque_rate=1e5, trip_speed=45.0),
         relaxation_length=8e-3,
     )
     said = drivetrain_setting(drivetrain).replace("\u00a0", " ")
     hertz = drivetrain.torsional_frequency / (2.0 * np.pi)
-    assert f"Motor lag 10 ms, relaxation length 8 mm, axle {hertz:.3g} Hz, " in said
+    limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
+    assert f"Motor lag 10 ms, {limits}, relaxation length 8 mm, axle {hertz:.3g} Hz, " in said
     assert said.endswith("% of critical.")
     assert cl.Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0

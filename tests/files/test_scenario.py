@@ -212,7 +212,7 @@ def test_what_is_left_out_is_as_plain_as_can_be(tmp_path: Path) -> None:
     assert scenario.track == cl.Track()
     assert scenario.held_speed is None
     drivetrain = scenario.drivetrain
-    assert (drivetrain.axle, drivetrain.motor_lag, drivetrain.relaxation_length) == (None, 0.0, 0.0)
+    assert (drivetrain.axle, drivetrain.motor.lag, drivetrain.relaxation_length) == (None, 0.0, 0.0)
     assert list(scenario.controllers) == ["first"]
 
 
@@ -226,6 +226,9 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
         damping = 400
         [motor]
         lag = "20 ms"
+        power = "1.6 MW"
+        torque_rate = "150 kNm/s"
+        trip_speed = 40.0
         [contact_relaxation]
         length = "7.5 mm"
         [sensors]
@@ -250,7 +253,7 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
     scenario = cl.load_scenario(write(tmp_path, TEXT + more))
     drivetrain = scenario.drivetrain
     assert drivetrain.axle == cl.Axle(stiffness=6e6, damping=400.0)
-    assert drivetrain.motor_lag == pytest.approx(0.02)
+    assert drivetrain.motor == cl.Motor(lag=0.02, power=1.6e6, torque_rate=1.5e5, trip_speed=40.0)
     assert drivetrain.relaxation_length == pytest.approx(7.5e-3)
     assert scenario.sensors == cl.Sensors(
         vehicle_speed_bias=-0.005,

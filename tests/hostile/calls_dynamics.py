@@ -36,7 +36,9 @@ def train() -> cl.Wheelset:
 
 @cache
 def drivetrain() -> cl.Drivetrain:
-    return cl.Drivetrain(rig(), axle=cl.Axle(stiffness=6e6, damping=100.0), motor_lag=0.01)
+    return cl.Drivetrain(
+        rig(), axle=cl.Axle(stiffness=6e6, damping=100.0), motor=cl.Motor(lag=0.01)
+    )
 
 
 @cache
@@ -450,10 +452,11 @@ CALLS: list[Call] = [
         name="Drivetrain",
         make=lambda: (
             cl.Drivetrain,
-            {"wheelset": rig(), "motor_lag": 0.01, "relaxation_length": 0.1},
+            {"wheelset": rig(), "motor": cl.Motor(), "relaxation_length": 0.1},
         ),
-        numbers=("motor_lag", "relaxation_length"),
+        numbers=("relaxation_length",),
     ),
+    fields_of("Motor", lag=0.01, power=1e6, torque_rate=1e5, trip_speed=40.0),
     # ---- torsion
     Call(
         name="torsion.torsional_jacobian", make=on_axle(torsion.torsional_jacobian, point=point())

@@ -349,7 +349,7 @@ def scenarios(draw: st.DrawFn) -> cl.Scenario:
         case.drivetrain,
         wheelset=body,
         axle=axle if draw(st.booleans()) else None,
-        motor_lag=draw(st.sampled_from([0.0, 0.02])),
+        motor=cl.Motor(lag=draw(st.sampled_from([0.0, 0.02]))),
     )
     demand = cl.Profile((0.0, 0.1), (0.0, draw(number(-1e5, 1e5))))
     noise = draw(st.sampled_from([0.0, 0.05]))
@@ -391,12 +391,12 @@ def test_equal_wheels_stay_equal_and_energy_is_kept(case: cl.Scenario, name: str
 @examples(20)
 @given(
     rows=st.lists(
-        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), min_size=3, max_size=3
+        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 4), min_size=3, max_size=3
     ),
     name=st.sampled_from(CONTROLLERS),
 )
 def test_torque_is_between_zero_and_the_demand_whatever_is_measured(
-    rows: list[tuple[float, float, float]], name: str
+    rows: list[tuple[float, float, float, float]], name: str
 ) -> None:
     control = stacked([scenario().controller(name)])
     measured = [cl.Measurement(*(np.array([value]) for value in row)) for row in rows]

@@ -1,4 +1,4 @@
-"""Parts of runs of many: starts, profiles, the largest forces row by row."""
+"""Parts of runs of many: starts, profiles, drives, the largest forces row by row."""
 
 from __future__ import annotations
 
@@ -168,3 +168,87 @@ def test_many_profiles_are_each_of_them() -> None:
     times = np.linspace(0.0, 80.0, 33)
     found = ManyProfiles(profiles)(times)
     np.testing.assert_array_equal(found, np.stack([p(times) for p in profiles], axis=1))
+
+
+# ---- drives ---------------------------------------------------------------------------------
+
+HUGE = cl.Motor(lag=0.01, power=1e100, torque_rate=1e100, trip_speed=1e100)
+
+
+def driven(motor: cl.Motor, **changes: Any) -> cl.Scenario:
+    """A wet patch, on which the open loop runs away, with another drive."""
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    drivetrain = dataclasses.replace(shipped.drivetrain, motor=motor)
+    given: dict[str, Any] = {"duration": 8.0, "demand": cl.Profile.of(23.5e3), **changes}
+    return dataclasses.replace(shipped, drivetrain=drivetrain, **given)
+
+
+def at_samples(case: cl.Scenario, controller: str) -> dict[str, np.ndarray]:
+    """Signals at the controller's samples, from rows twice as dense."""
+    run = cl.run_scenario(case, controller, step=0.005)
+    names = ("demand", "commanded_torque", "omega", "speed")
+    assert (run["commanded_torque"][1::2] == run["commanded_torque"][:-1:2]).all()  # it is held
+    assert cl.metrics(run, case.drivetrain).energy_defect < 1e-8
+    return {name: run[name][::2] for name in names}
+
+
+@pytest.mark.parametrize("controller", ["open_loop", "creep_pi"])
+def test_power_is_limited_at_every_sample(controller: str) -> None:
+    power = 4.6e5  # the demand at the start has 4.7e5 W
+    found = at_samples(driven(cl.Motor(lag=0.01, power=power)), controller)
+    given = np.abs(found["commanded_torque"] * found["omega"])
+    assert given.max() == pytest.approx(power, rel=1e-12)
+    assert found["omega"][-1] > 2.0 * found["omega"][0] or controller == "creep_pi"
+    possible = found["demand"] * found["speed"] / 0.5
+    np.testing.assert_allclose(possible, power, rtol=1e-12)
+    assert (found["commanded_torque"] <= found["demand"]).all()
+
+
+@pytest.mark.parametrize("controller", ["threshold", "creep_pi", "slope_seeking"])
+def test_torque_changes_at_the_largest_rate_at_most(controller: str) -> None:
+    rate = 1.5e5
+    demand = cl.Profile((1.0, 1.0, 5.0, 5.0, 6.0), (0.0, 23.5e3, 23.5e3, -20e3, -20e3))
+    case = driven(cl.Motor(lag=0.01, torque_rate=rate), demand=demand)
+    torque = at_samples(case, controller)["commanded_torque"]
+    change = np.diff(torque) / 0.01
+    assert (change.min(), change.max()) == pytest.approx((-rate, rate), rel=1e-9)
+    assert torque[0] == 0.0
+
+
+def test_a_drive_that_has_tripped_waits_until_nothing_is_demanded() -> None:
+    trip = 14.0
+    demand = cl.Profile((5.0, 5.0, 5.5, 5.5), (23.5e3, 0.0, 0.0, 10e3))
+    found = at_samples(driven(cl.Motor(trip_speed=trip), demand=demand), "open_loop")
+    rim, torque = 0.5 * found["omega"], found["commanded_torque"]
+    first = int(np.argmax(rim >= trip))
+    assert (torque[:first] == found["demand"][:first]).all()
+    assert 1.0 < 0.01 * first < 5.0
+    # After the sample at which it trips nothing accelerates the wheel.
+    assert trip < rim.max() == rim[first] < trip + 0.01 * 0.5 * 23.5e3 / 250.0
+    assert (torque[first:550] == 0.0).all()  # although the wheel sticks again, and there is demand
+    assert (rim[first + 200 : 500] < trip).all()
+    assert (torque[550:] == 10e3).all()
+
+
+def test_a_wheel_above_the_trip_speed_stays_without_torque() -> None:
+    slow = driven(cl.Motor(trip_speed=9.0), demand=cl.Profile((1.0, 1.0), (0.0, 10e3)))
+    assert not at_samples(slow, "open_loop")["commanded_torque"][1:].any()
+
+
+@pytest.mark.parametrize("controller", cl.CONTROLLERS)
+def test_limits_that_are_never_reached_change_no_bit(controller: str) -> None:
+    free, huge = (
+        cl.run_scenario(driven(motor), controller) for motor in (cl.Motor(lag=0.01), HUGE)
+    )
+    for name in ("omega", "speed", "commanded_torque", "creep_work"):
+        assert (free[name] == huge[name]).all(), name
+
+
+def test_the_drive_does_not_depend_on_the_rows() -> None:
+    motor = cl.Motor(lag=0.01, power=5e5, torque_rate=1.5e5, trip_speed=13.0)
+    wet = cl.Track(friction_over_time=cl.Profile((3.0, 3.0, 6.0, 6.0), (1.0, 0.55, 0.55, 1.0)))
+    case = driven(motor, track=wet)
+    coarse, fine = (cl.run_scenario(case, "creep_pi", step=step) for step in (0.01, 0.0025))
+    np.testing.assert_allclose(
+        fine["commanded_torque"][::4], coarse["commanded_torque"], rtol=1e-5, atol=0.1
+    )

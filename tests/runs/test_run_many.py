@@ -40,7 +40,7 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
         mass=None if i % 4 == 1 else rng.uniform(5e4, 1.5e5),
     )
     speed = rng.uniform(2.0, 20.0)
-    held = body.mass is None
+    held, estimated = body.mass is None, i % 5 == 3
     wet = rng.uniform(0.4, 0.9)
     patch = cl.Profile((4.0, 4.0, 9.0, 9.0 + i % 2), (1.0, wet, wet, 1.0))
     rain = cl.Profile((0.0, 1.0), (1.0, 0.9)) if i % 5 == 4 else cl.Profile.of(1.0)
@@ -53,7 +53,12 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
         drivetrain=cl.Drivetrain(
             body,
             axle=cl.Axle(stiffness=6e6, damping=500.0, drive_share=0.4) if i == 6 else None,
-            motor_lag=rng.uniform(0.005, 0.02) if i % 2 else 0.0,
+            motor=cl.Motor(
+                lag=rng.uniform(0.005, 0.02) if i % 2 else 0.0,
+                power=0.95 * torque * speed / radius if i % 5 == 4 else None,
+                torque_rate=3.0 * torque if i % 4 > 1 else None,
+                trip_speed=1.3 * speed if i % 3 == 1 else None,
+            ),
             relaxation_length=8e-3 if i % 4 == 2 else 0.0,
         ),
         track=cl.Track(
@@ -67,12 +72,13 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
         design_speed=max(speed, 5.0),
         duration=SHORT if i % 6 else 1.3,
         sensors=cl.Sensors(
-            vehicle_speed_bias=0.002 * (i % 3 - 1),
-            vehicle_speed_drift=0.003 * (i % 2),
+            vehicle_speed_bias=0.0 if estimated else 0.002 * (i % 3 - 1),
+            vehicle_speed_drift=0.0 if estimated else 0.003 * (i % 2),
             wheel_diameter_error=0.002 * (i % 5 - 2),
             encoder_pulses=100.0 * (i % 4),
             wheel_speed_noise=rng.uniform(0.0, 0.02) if i % 3 else 0.0,
-            vehicle_speed_noise=rng.uniform(0.0, 0.02),
+            vehicle_speed_noise=0.0 if estimated else rng.uniform(0.0, 0.02),
+            acceleration_limit=0.3 if estimated else None,
             delay=0.01 * (i % 2),
             seed=float(i),
         ),
@@ -302,6 +308,7 @@ def test_a_stacked_controller_is_each_of_them(scenarios: list[cl.Scenario], name
             rng.uniform(-3e4, 3e4, n) if i % 7 == 0 else np.full(n, 2e4),
             10.0 + rng.normal(0.0, 0.3, n),
             10.0 + rng.normal(0.0, 0.05, n),
+            rng.uniform(-3e4, 3e4, n) if i % 5 == 0 else np.full(n, 1e4),
         )
         for i in range(200)
     ]
@@ -395,7 +402,8 @@ def test_it_is_what_another_solver_finds(
     y = np.array([begin["omega"][0], speed, 0.0, 0.0, 0.0])
     torque, memory = np.array([0.9 * dry]), None
     for k in range(round(duration / sample)):
-        measured = cl.Measurement(np.array([0.9 * dry]), np.array([r * y[0]]), np.array([y[1]]))
+        demand = np.array([0.9 * dry])
+        measured = cl.Measurement(demand, np.array([r * y[0]]), np.array([y[1]]), torque)
         if memory is None:
             memory = control.start(measured, torque)
         torque, memory = control.sample(measured, memory)

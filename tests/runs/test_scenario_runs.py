@@ -197,7 +197,7 @@ def test_sampled_control_holds_the_falling_branch_as_far_as_it_was_said(
     def deviation(gain: float) -> FloatArray:
         case = scenario(
             body,
-            drivetrain=cl.Drivetrain(body, motor_lag=lag),
+            drivetrain=cl.Drivetrain(body, motor=cl.Motor(lag=lag)),
             demand=cl.Profile.of(torque),
             sensors=Sensors(delay=samples * sample_time),
             controllers={"open_loop": OpenLoop(sample_time=sample_time)},

@@ -8,6 +8,26 @@ import pytest
 import contactlib as cl
 
 
+def test_a_limiter_does_not_wind_up_against_its_drive() -> None:
+    limiter = cl.CreepPI(
+        reference=0.01, proportional_gain=1e3, integral_gain=1e5, creepage_error=0.0
+    )
+    demand, vehicle = np.array(2e4), np.array(10.0)
+
+    def integral(creepage: float, given: float) -> float:
+        """I after a second in which the drive gives a torque that nobody asks for."""
+        wheel = 10.0 + 10.0 * np.array(creepage)
+        memory = limiter.start(cl.Measurement(demand, wheel, vehicle, np.array(1e4)), 1e4)
+        for _ in range(100):
+            seen = cl.Measurement(demand, wheel, vehicle, np.array(given))
+            _, memory = limiter.sample(seen, memory)
+        return float(memory.integral)
+
+    assert integral(0.0, 0.0) == 1e4  # a drive that has tripped
+    assert integral(0.02, 2e4) == 1e4  # one that is slow to cut
+    assert integral(0.02, 0.0) < 1e4 < integral(0.0, 2e4)  # what it gives is not the limit
+
+
 def test_a_spinning_wheel_loses_its_torque_and_a_slow_one_does_not() -> None:
     # At five times the reference, and with no integral gain, within four recovery times.
     limiter = cl.CreepPI(
@@ -19,10 +39,10 @@ def test_a_spinning_wheel_loses_its_torque_and_a_slow_one_does_not() -> None:
     )
 
     def left(creepage: float) -> float:
-        measured = cl.Measurement(np.array(2e4), np.array(10.0 + 10.0 * creepage), np.array(10.0))
-        memory = limiter.start(measured, 2e4)
+        torque, seen = np.array(2e4), (np.array(10.0 + 10.0 * creepage), np.array(10.0))
+        memory = limiter.start(cl.Measurement(torque, *seen, torque), torque)
         for _ in range(80):
-            _, memory = limiter.sample(measured, memory)
+            torque, memory = limiter.sample(cl.Measurement(np.array(2e4), *seen, torque), memory)
         return float(memory.integral)
 
     assert left(0.05) == pytest.approx(0.0, abs=1.0)

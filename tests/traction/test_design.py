@@ -33,7 +33,8 @@ def linearised_loop(model: cl.Model, controller: cl.CreepPI, creepage: float, sp
     def advance(state: np.ndarray) -> np.ndarray:
         omega, late, (tracked, change, integral) = state[0], state[1:-3], state[-3:]
         seen = np.append(omega, late)[delay]
-        measured = cl.Measurement(demand, np.array(radius * seen), np.array(speed))
+        given = np.array(integral)
+        measured = cl.Measurement(demand, np.array(radius * seen), np.array(speed), given)
         memory = controller.start(measured, integral)
         vehicle = memory.vehicle._replace(speed=np.array(tracked), change=np.array(change))
         torque, memory = controller.sample(measured, memory._replace(vehicle=vehicle))

@@ -28,7 +28,8 @@ def answering(answer: Callable[[cl.Measurement[float]], Any]) -> cl.SampledContr
 
 def asked(control: cl.SampledController, demand: list[float]) -> list[float]:
     """Torques at the second sample of wheelsets that do not slip."""
-    seen = cl.Measurement(np.array(demand), np.full(len(demand), 10.0), np.full(len(demand), 10.0))
+    rolling = np.full(len(demand), 10.0)
+    seen = cl.Measurement(np.array(demand), rolling, rolling, np.zeros_like(rolling))
     whole = stacked([control] * len(demand))
     _, memory = whole.sample(seen, whole.start(seen, seen.demand))
     torque, _ = whole.sample(seen, memory)
@@ -40,7 +41,9 @@ def test_every_wheelset_has_a_copy_and_the_object_stays_as_it_was() -> None:
     before = repr(control)
     rng = np.random.default_rng(1)
     rows = [
-        cl.Measurement(np.full(3, 2e4), 10.0 + rng.uniform(0.0, 0.6, 3), np.full(3, 10.0))
+        cl.Measurement(
+            np.full(3, 2e4), 10.0 + rng.uniform(0.0, 0.6, 3), np.full(3, 10.0), np.zeros(3)
+        )
         for _ in range(50)
     ]
 

@@ -1,4 +1,4 @@
-"""Threshold control against noise."""
+"""Threshold control against noise, and with a drive that gives less than is asked for."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_thresholds_are_clear_of_the_noise(locomotive: cl.Model) -> None:
     demand, rolling = np.full(count, 2e4), np.full(count, 1.0)
     memory, found = None, []
     for _ in range(samples):
-        measured = cl.Measurement(demand, *reader.read(rolling, rolling, demand))
+        measured = cl.Measurement(demand, *reader.read(rolling, rolling, demand), demand)
         if memory is None:
             memory = controller.start(measured, demand)
         torque, memory = controller.sample(measured, memory)
@@ -27,3 +27,17 @@ def test_thresholds_are_clear_of_the_noise(locomotive: cl.Model) -> None:
     slip, wheel = np.array(found)[1000:].transpose(1, 0, 2)
     spread = slip.std(), np.diff(wheel, axis=0).std() / STEP
     assert spread == pytest.approx(controller.noise(wide), rel=0.05)
+
+
+def test_a_cut_begins_at_what_the_drive_gives(locomotive: cl.Model) -> None:
+    controller = designed("threshold", locomotive, cut_fraction=0.2, cut_time=1e-4)
+    demand, vehicle = np.array(2e4), np.array(10.0)
+    for given in (2e4, 8e3):  # all of the demand, and a drive that is still raising its torque
+        rolling = cl.Measurement(demand, vehicle, vehicle, np.array(given))
+        torque, memory = controller.sample(rolling, controller.start(rolling, 2e4))
+        assert torque == demand
+        for _ in range(5):
+            torque, memory = controller.sample(rolling._replace(wheel_speed=vehicle + 2.0), memory)
+            if torque < demand:
+                break
+        assert float(torque) == pytest.approx(0.2 * given)

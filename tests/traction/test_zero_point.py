@@ -23,9 +23,10 @@ def learnt(model: cl.Model, error: float, *, speed: float, share: float) -> tupl
             torque * ones,
             wheel + SENSORS.wheel_speed_noise * rng.standard_normal(50),
             speed + SENSORS.vehicle_speed_noise * rng.standard_normal(50),
+            torque * ones,
         )
         memory = memory or controller.start(shown, torque)
-        _, memory = controller.sample(shown, memory._replace(torque=torque * ones))
+        _, memory = controller.sample(shown, memory)
     assert memory is not None
     off = memory.zero.error - error
     return float(np.sqrt(np.mean(off**2))), float(np.sqrt(memory.zero.variance).mean())

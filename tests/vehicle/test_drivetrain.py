@@ -88,7 +88,7 @@ def written_again(
 
     def rates(_: float, y: FloatArray) -> list[float]:
         v, left, right, twist, relaxed_left, relaxed_right, motor = y.tolist()
-        if train.motor_lag == 0.0:
+        if train.motor.lag == 0.0:
             motor = torque
         given = np.zeros(2, kernel.force_input_dtype())
         given["omega"], given["speed"] = (left, right), v
@@ -109,7 +109,7 @@ def written_again(
             dleft = (share * motor - r * q_left - half_b * left - through) / half_j
             dright = ((1.0 - share) * motor - r * q_right - half_b * right + through) / half_j
             dtwist = left - right
-        lag = (torque - motor) / train.motor_lag if train.motor_lag else 0.0
+        lag = (torque - motor) / train.motor.lag if train.motor.lag else 0.0
         return [dv, dleft, dright, dtwist, *out["relaxation_rate"].tolist(), lag]
 
     omega = (1.0 + creepage) * speed / r
@@ -122,11 +122,11 @@ def written_again(
 VARIANTS = {
     "rigid": ({}, EVEN),
     "rigid, split": ({}, SPLIT),
-    "motor": ({"motor_lag": 0.03}, EVEN),
+    "motor": ({"motor": cl.Motor(lag=0.03)}, EVEN),
     "elastic": ({"axle": AXLE}, SPLIT),
-    "elastic, motor": ({"axle": AXLE, "motor_lag": 0.03}, SPLIT),
+    "elastic, motor": ({"axle": AXLE, "motor": cl.Motor(lag=0.03)}, SPLIT),
     "relaxed": ({"relaxation_length": 8e-3}, SPLIT),
-    "all": ({"axle": AXLE, "motor_lag": 0.03, "relaxation_length": 8e-3}, SPLIT),
+    "all": ({"axle": AXLE, "motor": cl.Motor(lag=0.03), "relaxation_length": 8e-3}, SPLIT),
 }
 
 
@@ -245,7 +245,7 @@ def test_sides_change_places_and_signs_turn(locomotive: cl.Model) -> None:
 
 
 def test_many_are_one_by_one(locomotive: cl.Model) -> None:
-    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE, motor_lag=0.02)
+    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE, motor=cl.Motor(lag=0.02))
     rng = np.random.default_rng(5)
     n = 20
     states = np.zeros(n, kernel.drivetrain_dtype("state"))
@@ -337,6 +337,7 @@ def test_refusals(make: Callable[[], object], message: str) -> None:
         make()
 
 
-def test_motor_lag_is_checked(locomotive: cl.Model) -> None:
-    with pytest.raises(ValueError, match=r"Drivetrain.motor_lag = -0.1"):
-        cl.Drivetrain(locomotive.wheelset, motor_lag=-0.1)
+@pytest.mark.parametrize("name", ["lag", "power", "torque_rate", "trip_speed"])
+def test_motor_is_checked(name: str) -> None:
+    with pytest.raises(ValueError, match=rf"Motor.{name} = -0.1"):
+        cl.Motor(**{name: -0.1})

@@ -18,7 +18,6 @@ from contactlib.files.scenario import ControllerDesign, ScenarioContents
 from contactlib.files.sections import (
     DemandSection,
     HeldSpeedSection,
-    MotorSection,
     RelaxationSection,
     ScenarioRunSection,
     TrackSection,
@@ -27,11 +26,11 @@ from contactlib.runs.analysis import SWEEP_OUTCOMES
 from contactlib.runs.sweep.sampling import Choice, Distribution, LogUniform, Normal, Uniform, Whole
 from contactlib.traction import CONTROLLERS, Sensors
 from contactlib.traction.interface import Controller
-from contactlib.vehicle.drivetrain import Axle
+from contactlib.vehicle.drivetrain import Axle, Motor
 
 SECTIONS: dict[str, type[Parameters]] = {
     "axle": Axle,
-    "motor": MotorSection,
+    "motor": Motor,
     "contact_relaxation": RelaxationSection,
     "run": ScenarioRunSection,
     "demand": DemandSection,

@@ -19,7 +19,9 @@ def test_paths_reach_every_section(tmp_path: Path) -> None:
     assert [s.drivetrain.wheelset.element.contact.normal_load for s in loads] == [180e3, 220e3]
     grades = of("vehicle.resistance.grade", '"1 %", 0.02')
     assert [s.drivetrain.wheelset.resistance.grade for s in grades] == [0.01, 0.02]
-    assert [s.drivetrain.motor_lag for s in of("motor.lag", '"5 ms", 0.02')] == [0.005, 0.02]
+    assert [s.drivetrain.motor.lag for s in of("motor.lag", '"5 ms", 0.02')] == [0.005, 0.02]
+    powers = of("motor.power", '"900 kW", 1e6')
+    assert [s.drivetrain.motor.power for s in powers] == [9e5, 1e6]
     assert [s.demand.value for s in of("demand.torque[1]", '"9 kN.m"')] == [(10e3, 9e3)]
     assert [s.sensors.seed for s in of("sensors.seed", "3, 4")] == [3.0, 4.0]
     assert [s.duration for s in of("run.duration", "0.5, 1.0")] == [0.5, 1.0]
