@@ -156,8 +156,7 @@ void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, 
     group g;
     rows y;
     for (size_t i = 0, count; i < n; i += count) {
-        count = count_of_one_kind(&members[i], n - i);
-        if (count > LANES) count = LANES;
+        count = count_of_one_kind(&members[i], n - i < LANES ? n - i : LANES);
         set_kind(&g, &members[i]);
         for (size_t row = 0; row < rows_of_n; row++) {
             size_t at = row * n + i;
