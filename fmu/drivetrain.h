@@ -41,6 +41,7 @@ typedef struct {
     double load_right;       /* [N] */
     double friction_left;    /* multiplies f_s and f_d [1] */
     double friction_right;   /* [1] */
+    double slope;            /* multiplies the initial slope of the creep force [1] */
 } drivetrain_input;
 
 typedef struct {
@@ -56,7 +57,7 @@ typedef struct {
     double stored_energy;     /* kinetic energy and that of the axle's twist [J] */
 } drivetrain_output;
 
-/* One drivetrain of many. If rails is NULL, the input gives the friction. */
+/* One drivetrain of many. If rails is NULL, the input gives friction and slope. */
 typedef struct {
     const creep_table *table;
     const force_element_parameters *contact;
@@ -65,8 +66,8 @@ typedef struct {
     contact_scales scales; /* of the contact at its nominal load */
 } drivetrain_member;
 
-/* Advance n drivetrains by one step. The input's friction is set to the track's at the start; each
- * stretch between two corners of the track's profiles is integrated under the friction in its
+/* Advance n drivetrains by one step. The input's friction and slope are set to the track's at the
+ * start; each stretch between two corners of the track's profiles is integrated under those in its
  * middle. The tolerance is relative, as in wheelset_advance; substep holds the length to try first
  * for each drivetrain (0: not known). A drivetrain that fails keeps its state, its failed flag is
  * set, and it is not stepped any more. */

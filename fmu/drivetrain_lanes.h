@@ -39,8 +39,11 @@ enum {
     LOAD_LEFT = PLACE(drivetrain_input, load_left),
     LOAD_RIGHT = PLACE(drivetrain_input, load_right),
     FRICTION_LEFT = PLACE(drivetrain_input, friction_left),
-    FRICTION_RIGHT = PLACE(drivetrain_input, friction_right)
+    FRICTION_RIGHT = PLACE(drivetrain_input, friction_right),
+    SLOPE = PLACE(drivetrain_input, slope)
 };
+ASSERT_LAYOUT(factors_of_the_track,
+              FRICTION_RIGHT == FRICTION_LEFT + 1 && SLOPE == FRICTION_LEFT + 2);
 
 /* Contact force and relaxation of one wheel. */
 typedef struct {
@@ -94,6 +97,7 @@ static void wheel(group *g, int side, rows y) {
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
         TAKE(contact_scales, scales, g->scales[side]);
+        scales.saturation_creepage /= g->input[SLOPE][l]; /* as slope_reduction does; k_hat stays */
         force_state at = begin_force(g->table, &p, scales, &in, slip_decay(&p, slip_of(&p, &in)));
         put(state, l, FIELDS(force_state), (const double *)&at);
         x[l] = at.place.x;

@@ -15,18 +15,17 @@ typedef struct {
     lanes rest;       /* part of the step after that stretch; below zero if the lane is idle */
 } journey;
 
-/* Begin the stretch up to the next corner of a friction profile, with the friction in its middle.
+/* Begin the stretch up to the next corner of the track's profiles, with the factors in its middle.
  */
 static void begin_stretch(journey *j, group *g, integration *run, int l) {
     const track *rails = j->members[j->at[l]].rails;
     double left = j->rest[l], part = left;
     if (rails) {
-        double distance = run->y[DISTANCE][l], speed = run->y[SPEED][l], friction[2];
+        double distance = run->y[DISTANCE][l], speed = run->y[SPEED][l], factor[3];
         double until = track_until_change(rails, distance, speed, j->time[l]);
         if (until < left * (1.0 - 1e-9)) part = until;
-        track_friction(rails, distance + 0.5 * part * speed, j->time[l] + 0.5 * part, friction);
-        g->input[FRICTION_LEFT][l] = friction[0];
-        g->input[FRICTION_RIGHT][l] = friction[1];
+        track_factors(rails, distance + 0.5 * part * speed, j->time[l] + 0.5 * part, factor);
+        for (int i = 0; i < 3; i++) g->input[FRICTION_LEFT + i][l] = factor[i];
     }
     run->left[l] = part;
     j->time[l] += part;
@@ -101,10 +100,11 @@ void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
                                    unsigned char *failed) {
     for (size_t i = 0; i < n; i++) {
         if (!members[i].rails) continue;
-        double friction[2];
-        track_friction(members[i].rails, state[i].distance, time, friction);
-        input[i].friction_left = friction[0];
-        input[i].friction_right = friction[1];
+        double factor[3];
+        track_factors(members[i].rails, state[i].distance, time, factor);
+        input[i].friction_left = factor[0];
+        input[i].friction_right = factor[1];
+        input[i].slope = factor[2];
     }
     if (!(step > 0.0)) return;
     for (size_t i = 0, count; i < n; i += count) {

@@ -23,10 +23,11 @@ static double value_at(const profile *p, double place) {
     return p->value[next - 1] + part * (p->value[next] - p->value[next - 1]);
 }
 
-void track_friction(const track *rails, double distance, double time, double friction[2]) {
-    double factor = value_at(&rails->over_time, time);
-    friction[0] = factor * value_at(&rails->left, distance);
-    friction[1] = factor * value_at(&rails->right, distance);
+void track_factors(const track *rails, double distance, double time, double factor[3]) {
+    double over_time = value_at(&rails->over_time, time);
+    factor[0] = over_time * value_at(&rails->left, distance);
+    factor[1] = over_time * value_at(&rails->right, distance);
+    factor[2] = value_at(&rails->slope, distance);
 }
 
 static double distance_ahead(const profile *p, double distance) {
@@ -45,10 +46,12 @@ double track_until_change(const track *rails, double distance, double speed, dou
     if (speed > 0.0) {
         double way =
             fmin(distance_ahead(&rails->left, distance), distance_ahead(&rails->right, distance));
+        way = fmin(way, distance_ahead(&rails->slope, distance));
         found = fmin(found, way / speed);
     } else if (speed < 0.0) {
         double way =
             fmin(distance_behind(&rails->left, distance), distance_behind(&rails->right, distance));
+        way = fmin(way, distance_behind(&rails->slope, distance));
         found = fmin(found, way / -speed);
     }
     return found;

@@ -1,5 +1,5 @@
-/* Friction along a track: factors on both coefficients by distance, under either wheel, and by
- * time.
+/* Factors along a track: on both friction coefficients by distance, under either wheel, and by
+ * time; and on the initial slope of the creep force by distance.
  *
  * A profile is piecewise linear and constant beyond its ends. A place given twice is a jump; its
  * second value holds there. */
@@ -16,10 +16,11 @@ typedef struct {
 typedef struct {
     profile left, right; /* over distance [m] */
     profile over_time;   /* for both wheels [s] */
+    profile slope;       /* for both wheels, over distance [m] */
 } track;
 
-/* Factors under the left and the right wheel. */
-void track_friction(const track *rails, double distance, double time, double friction[2]);
+/* Factors on friction under the left and the right wheel, and on the slope. */
+void track_factors(const track *rails, double distance, double time, double factor[3]);
 
 /* Time at a constant speed until a profile has a corner or a jump; may be infinite. For a vehicle
  * at rest only the profile over time counts. */

@@ -229,9 +229,10 @@ def _from_zero(axes: Axes) -> None:
 
 
 def _low_friction(result: Result) -> NDArray[np.bool_]:
-    """Whether a wheel has less friction than its highest in the run."""
+    """Whether a wheel has less friction, or both a lower slope, than their highest in the run."""
     friction = np.minimum(result["friction_scale_left"], result["friction_scale_right"])
-    return np.asarray(friction < 0.99 * friction.max())
+    slope = result["slope_scale"]
+    return np.asarray((friction < 0.99 * friction.max()) | (slope < 0.99 * slope.max()))
 
 
 def _shade_low_friction(axes: Axes, result: Result) -> None:
@@ -257,7 +258,8 @@ def _legend(figure: Figure, result: Result, caption: str) -> None:
         ),
     ]
     if _low_friction(result).any():
-        handles.append(Patch(color=paint.shade, label="low friction"))
+        slope = " or slope" if np.ptp(result["slope_scale"]) > 0.0 else ""
+        handles.append(Patch(color=paint.shade, label=f"low friction{slope}"))
     figure.legend(
         handles=handles,
         loc="outside lower left",

@@ -23,7 +23,6 @@ from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder
 from contactlib.files.mistakes import MOST_LINES, Mistakes, ModelError, lines_of
-from contactlib.vehicle.track import Profile
 
 IS_SWEEP = (
     "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
@@ -290,19 +289,6 @@ def number(where: str, value: object, quantity: Quantity) -> float:
             "unit missing or wrong?",
         )
     return found
-
-
-def profile(section: Parameters, places: str, values: str) -> Profile:
-    """Profile from two lists of a section; errors name the lists."""
-    at, value = getattr(section, places), getattr(section, values)
-    if len(at) != len(value):
-        raise ValueError(
-            f"{places} has {len(at)} and {values} {len(value)} entries: both must have as many"
-        )
-    try:
-        return Profile(at, value)
-    except ValueError as error:
-        raise ValueError(f"{places}{str(error).removeprefix('at')}") from None
 
 
 def one_of(section: Parameters, *keys: str) -> None:

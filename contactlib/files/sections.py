@@ -19,9 +19,9 @@ from contactlib.contact.laws.measured import MeasuredCurve
 from contactlib.contact.laws.polach import Polach
 from contactlib.contact.scales import friction_with_k_hat, saturation_creepage
 from contactlib.contact.table import CreepForceTable
-from contactlib.files.reading import doubt, file_beside, in_file, one_of, profile
+from contactlib.files.reading import doubt, file_beside, in_file, one_of
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
-from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.track import Profile, Track, profile_of
 
 
 class LawKind(NamedTuple):
@@ -268,7 +268,7 @@ class TorqueSection(Parameters):
 
     def build(self) -> TorqueControl:
         """Build the controller."""
-        return TorqueControl(profile(self, "time", "torque"))
+        return TorqueControl(profile_of(self, "time", "torque"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -287,7 +287,7 @@ class CreepSection(Parameters):
     def build(self) -> CreepControl:
         """Build the controller."""
         return CreepControl(
-            reference=profile(self, "time", "creepage"),
+            reference=profile_of(self, "time", "creepage"),
             proportional_gain=self.proportional_gain,
             integral_gain=self.integral_gain,
             torque_min=self.torque_min,
@@ -331,7 +331,7 @@ class DemandSection(Parameters):
 
     def build(self) -> Profile:
         """Build the demand over time."""
-        return profile(self, "time", "torque")
+        return profile_of(self, "time", "torque")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -343,12 +343,12 @@ class HeldSpeedSection(Parameters):
 
     def build(self) -> Profile:
         """Build the speed over time."""
-        return profile(self, "time", "speed")
+        return profile_of(self, "time", "speed")
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackSection(Parameters):
-    """``[track]``: factors on friction over distance, common or per side, and over time."""
+    """``[track]``: factors on friction by distance and time, and on the creep force's slope."""
 
     distance: Annotated[Values, Quantity("m")] = ()
     friction: Annotated[Values, Quantity("1", above=0.0, usual=(0.01, 10.0))] = ()
@@ -356,30 +356,32 @@ class TrackSection(Parameters):
     friction_right: Annotated[Values, Quantity("1", above=0.0, usual=(0.01, 10.0))] = ()
     time: Annotated[Values, Quantity("s", at_least=0.0)] = ()
     friction_over_time: Annotated[Values, Quantity("1", above=0.0, usual=(0.01, 10.0))] = ()
+    slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = ()
 
     def build(self) -> Track:
         """Build the track."""
         allowed: dict[tuple[str, ...], dict[str, str]] = {
             (): {},
-            ("distance", "friction"): {"friction_left": "friction"},
-            ("distance", "friction_left", "friction_right"): {
+            ("friction",): {"friction_left": "friction"},
+            ("friction_left", "friction_right"): {
                 "friction_left": "friction_left",
                 "friction_right": "friction_right",
             },
         }
-        over_distance = self._given("distance", "friction", "friction_left", "friction_right")
-        if over_distance not in allowed:
+        friction = self._given("friction", "friction_left", "friction_right")
+        if friction not in allowed or bool(self.distance) != bool(friction or self.slope):
+            over_distance = *self._given("distance"), *friction, *self._given("slope")
             raise ValueError(
-                "distance goes with friction, or with friction_left and friction_right; "
+                "distance goes with slope, friction, or friction_left and friction_right; "
                 f"given are {' and '.join(over_distance)}"
             )
         over_time = self._given("time", "friction_over_time")
         if len(over_time) == 1:
             raise ValueError(f"time and friction_over_time go together; given is {over_time[0]}")
-        sides = allowed[over_distance].items()
-        factors = {side: profile(self, "distance", key) for side, key in sides}
+        names = allowed[friction] | ({"slope": "slope"} if self.slope else {})
+        factors = {name: profile_of(self, "distance", key) for name, key in names.items()}
         if over_time:
-            factors["friction_over_time"] = profile(self, *over_time)
+            factors["friction_over_time"] = profile_of(self, *over_time)
         return Track(**factors)
 
     def _given(self, *keys: str) -> tuple[str, ...]:

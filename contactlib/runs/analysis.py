@@ -23,23 +23,22 @@ from contactlib.stability.quasi_steady import creepage_grid
 from contactlib.vehicle.available_force import available_force
 
 DRIVING = "in driving; nan where the demand brakes"
-LOWEST = "the track's lowest factor on friction, of any wheel and time"
+LOWEST = "the track's lowest factors on friction, of any wheel and time, and slope"
 
 
 class Analysis:
     """A scenario's wheelset at its design speed, on the friction of the vehicle's file (factor 1).
 
     The torque is the demand of the largest size; the patch has the smallest friction factor that
-    the track has under any wheel at any time. Results that several outcomes use are computed once.
-    Critical torques are those of driving: damping increases them, and decreases those of braking.
+    the track has under any wheel at any time, and its smallest factor on the slope. Results that
+    several outcomes use are computed once. Critical torques are those of driving: damping increases
+    them, and decreases those of braking.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         self.wheelset, self.speed = scenario.drivetrain.wheelset, scenario.design_speed
         self.torque = max(scenario.demand.value, key=abs)
-        track = scenario.track
-        sides = (track.friction_left, track.friction_right or track.friction_left)
-        self.patch = min(min(s.value) for s in sides) * min(track.friction_over_time.value)
+        self.patch, self.slope = scenario.track.lowest
 
     @cached_property
     def fold(self) -> Fold | None:
@@ -49,15 +48,16 @@ class Analysis:
     @cached_property
     def patch_fold(self) -> Fold | None:
         """Fold of the torque on the patch."""
-        return self._fold(self.patch) if self.torque >= 0.0 else None
+        return self._fold(self.patch, self.slope) if self.torque >= 0.0 else None
 
     @cached_property
     def _driving_fold(self) -> Fold | None:
         return self._fold(1.0)
 
-    def _fold(self, friction_scale: float) -> Fold | None:
+    def _fold(self, friction_scale: float, slope: float = 1.0) -> Fold | None:
         try:
-            return find_fold(self.wheelset, speed=self.speed, friction_scale=friction_scale)
+            wheelset = self.wheelset.with_slope(slope)
+            return find_fold(wheelset, speed=self.speed, friction_scale=friction_scale)
         except (
             ValueError
         ):  # it rises forever: the arguments are valid, as they come from a scenario
@@ -100,7 +100,11 @@ class Analysis:
             return 0.0, 0.0
         try:
             found = clearing(
-                self.wheelset, drive_torque=self.torque, speed=self.speed, friction_scale=self.patch
+                self.wheelset,
+                drive_torque=self.torque,
+                speed=self.speed,
+                friction_scale=self.patch,
+                slope=self.slope,
             )
         except ValueError:  # the arguments are valid, as they come from a scenario
             return math.nan, math.nan

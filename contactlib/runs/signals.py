@@ -33,6 +33,8 @@ UNITS = {
     "available_force": "N",
     "friction_scale_left": "1",
     "friction_scale_right": "1",
+    "slope_scale": "1",
+    "normal_load": "N",
     "falling_branch": "1",
     **WORK_UNITS,
 }
@@ -95,7 +97,7 @@ class Block:
     def _make(self, name: str) -> FloatArray:
         if name in DERIVED:
             return DERIVED[name](self)
-        if name.startswith("friction_scale_"):
+        if name == "slope_scale" or name.startswith("friction_scale_"):
             return np.asarray(self._inputs[name.replace("_scale", "")])
         if name == "commanded_torque":
             return np.asarray(self._inputs[name])
@@ -123,8 +125,11 @@ class Block:
         return np.asarray(np.maximum(*sides))
 
     def _available_force(self) -> FloatArray:
-        frictions = (self[f"friction_scale_{side}"] for side in ("left", "right"))
-        return self._source.available(self["speed"], *frictions)
+        names = "speed", "friction_scale_left", "friction_scale_right", "slope_scale", "normal_load"
+        return self._source.available(*(self[name] for name in names))
+
+    def _normal_load(self) -> FloatArray:
+        return np.asarray(self._inputs["load_left"] + self._inputs["load_right"])
 
     def _energy_defect(self) -> FloatArray:
         if not self._stored:
@@ -143,6 +148,7 @@ DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
         "_creep_force",
         "_falling_branch",
         "_available_force",
+        "_normal_load",
         "_energy_defect",
     )
 }

@@ -109,6 +109,7 @@ def _steady(
     sign = np.where(at_rest <= 0.0, 1.0, -1.0)
     friction = np.maximum(inputs["friction_left"], inputs["friction_right"])
     unit = sign * friction * np.array([body.element.saturation_creepage for body in bodies])
+    unit = unit / inputs["slope"]
     low, high = np.zeros(fleet.size), np.zeros(fleet.size)
     met, unclear = at_rest == 0.0, np.zeros(fleet.size, dtype=np.bool_)
     for x in TRIED:
@@ -129,7 +130,7 @@ def _steady(
 
 def _steady_alone(scenario: Scenario, given: Any, demand: float) -> float:
     """Creepage of one wheelset that holds the demand, also beyond the first wheel's peak."""
-    wheelset = scenario.drivetrain.wheelset
+    wheelset = scenario.drivetrain.wheelset.with_slope(float(given["slope"]))
     turning = wheelset.inertia / wheelset.radius * float(given["acceleration"])
     creepage = 0.0
     for _ in range(4):  # a rig that accelerates: converges fast, as 1 + zeta is almost one
@@ -137,7 +138,7 @@ def _steady_alone(scenario: Scenario, given: Any, demand: float) -> float:
             wheelset,
             demand - (1.0 + creepage) * turning,
             speed=scenario.initial_speed,
-            normal_load=wheelset.element.normal_load,
+            normal_load=float(given["load_left"] + given["load_right"]),
             friction_scale=(float(given["friction_left"]), float(given["friction_right"])),
         )
         if not turning:

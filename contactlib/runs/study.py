@@ -158,17 +158,15 @@ def outlook(scenario: Scenario) -> list[str]:
     gains that hold it with the delays of the loop.
     """
     drivetrain, speed = scenario.drivetrain, scenario.design_speed
-    track = scenario.track
-    sides = [track.friction_left, track.friction_right or track.friction_left]
-    over_time = track.friction_over_time.value
-    factors = [v * t for side in sides for v in side.value for t in over_time]
     lines = []
     for sample_time in sorted(
         {scenario.controller(name).sample_time for name in scenario.controllers}
     ):
-        for friction in sorted({min(factors), max(factors)}):
-            worst = worst_pole(drivetrain.wheelset, speed=speed, friction_scale=friction)
+        for friction, slope in sorted({scenario.track.lowest, scenario.track.highest}):
+            wheelset = drivetrain.wheelset.with_slope(slope)
+            worst = worst_pole(wheelset, speed=speed, friction_scale=friction)
             where = f"at {speed:g} m/s, friction factor {friction:g}"
+            where += "" if slope == 1.0 else f", slope factor {slope:g}"
             if worst.pole <= 0.0:
                 lines.append(f"{where}: no branch on which a constant torque runs away")
                 continue
@@ -249,6 +247,7 @@ def as_scenario_run(
             f"creep_force_{side}": 0.5 * known["creep_force"],
             f"friction_scale_{side}": known["friction_scale"],
         }
+    known["slope_scale"] = np.ones_like(speed)
     return Result(
         result.time,
         {name: known[name] for name in UNITS},

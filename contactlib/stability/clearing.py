@@ -38,6 +38,7 @@ def clearing(
     at: Conditions | None = None,
     *,
     drive_torque: float,
+    slope: float = 1.0,
     **given: Unpack[GivenConditions],
 ) -> Clearing:
     """Longest patch with friction times `friction_scale`, between stretches with factor 1.
@@ -55,6 +56,8 @@ def clearing(
         scale is the factor on the patch.
     drive_torque : float
         Constant torque [N.m].
+    slope : float, optional
+        Factor on the creep force's initial slope on the patch, as of `Track.slope` [1]. Default: 1.
 
     Returns
     -------
@@ -68,12 +71,13 @@ def clearing(
         If a value is out of range, or good friction does not hold the torque.
     """
     torque, at = checked_torque(drive_torque), wheelset.conditions(at, **given)
+    on_patch = wheelset.with_slope(slope)
     good = replace(at, friction_scale=1.0)
     border = basin(wheelset, good, drive_torque=torque)
     end = border.highest if torque >= 0.0 else border.lowest
     if not math.isfinite(end):
         return Clearing(math.inf, math.inf, border)
-    frozen = slip_away_time(wheelset, at, drive_torque=torque, start=border.creepage, end=end)
+    frozen = slip_away_time(on_patch, at, drive_torque=torque, start=border.creepage, end=end)
     if wheelset.speed_held or not math.isfinite(frozen):
         return Clearing(frozen, frozen * at.speed, border)
 
@@ -81,7 +85,7 @@ def clearing(
     # the speed that is reached at the border's first creepage.
     path = partial(
         move_until,
-        wheelset,
+        on_patch,
         creepage=border.creepage,
         at=at,
         drive_torque=torque,

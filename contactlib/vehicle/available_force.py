@@ -1,10 +1,10 @@
 """The largest creep force that a contact can transmit, also for many wheelsets row by row.
 
-A search in every row would take longer than stepping the wheelsets. While friction stays at one of
-the levels of its track, the largest force is a smooth function of the speed alone, and constant if
-friction does not fall with slip speed. So it is searched at a few speeds of an octave and
-interpolated. Only on ramps of friction, and where the octave's polynomial has not converged, it is
-searched in every row.
+A search in every row would take longer than stepping the wheelsets. While friction and slope stay
+at one of the levels of their track, the largest force is a smooth function of speed and load, and
+does not depend on the speed if friction does not fall with slip speed. So it is searched at a few
+speeds and loads of an octave and interpolated. Only on ramps of friction or slope, and where the
+octave's polynomial has not converged, it is searched in every row.
 """
 
 from __future__ import annotations
@@ -28,9 +28,11 @@ NEAR, FAR = 40, 14  # number of slip speeds tried up to 10 zeta0, and beyond
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 CUTS = 40  # of the golden-section search
 NODES = 10  # speeds in an octave
-OCTAVES = (-4, 9)  # lowest and highest: from 2**(e - 1) up to 2**e [m/s]
-CONVERGED = 3e-9  # of the force: limit of the last two terms of its Chebyshev series
-MOST_LEVELS = 32  # of friction; further levels count as ramps
+OCTAVES = (-4, 9)  # of the speed, lowest and highest: from 2**(e - 1) up to 2**e [m/s]
+LOAD_OCTAVES = (-3, 2)  # likewise, of the load over the nominal one times
+CENTRE = 0.7  # so that a load near the nominal one stays in one octave
+CONVERGED = 1e-8  # of the force: limit of the last two terms of its Chebyshev series
+MOST_LEVELS = 32  # of a track; further levels count as ramps
 
 _PLACES = chebyshev.chebpts1(NODES)  # of the nodes in the octave, -1 to 1
 _POWERS = np.linalg.inv(np.vander(_PLACES, increasing=True))  # from values to coefficients
@@ -174,18 +176,25 @@ class AvailableForce:
         One for each wheelset; friction must fall with slip speed for all of them or for none.
     tracks : sequence of Track
         One for each wheelset.
+    loaded : bool, optional
+        Whether loads differ from the nominal ones. Default: they do not.
     """
 
-    def __init__(self, drivetrains: Sequence[Drivetrain], tracks: Sequence[Track]) -> None:
+    def __init__(
+        self, drivetrains: Sequence[Drivetrain], tracks: Sequence[Track], *, loaded: bool = False
+    ) -> None:
         self._falls = drivetrains[0].wheelset.element.friction.falls_with_slip_speed
-        self._octaves = 1 + OCTAVES[1] - OCTAVES[0] if self._falls else 1
+        self._loaded = loaded
+        # Octaves of the speed times octaves of the load; a variable that does not count has one.
+        self._octaves = _count(OCTAVES) if self._falls else 1
+        self._load_octaves = _count(LOAD_OCTAVES) if loaded else 1
         bodies: dict[Any, int] = {}
-        cases: dict[tuple[int, float, float], int] = {}  # a body at a level
-        levels = {id(track): friction_levels(track) for track in tracks}
+        cases: dict[tuple[int, float, float, float], int] = {}  # a body at a level
+        levels = {id(track): track_levels(track) for track in tracks}
         self._bodies: list[Drivetrain] = []
         self._body = np.empty(len(drivetrains), dtype=np.intp)  # of each wheelset
         most = max(map(len, levels.values()))
-        self._level = np.full((most, 2, len(drivetrains)), np.nan)
+        self._level = np.full((most, 3, len(drivetrains)), np.nan)
         self._case = np.zeros((most, len(drivetrains)), dtype=np.intp)
         for i, (train, track) in enumerate(zip(drivetrains, tracks, strict=True)):
             element = train.wheelset.element
@@ -197,64 +206,83 @@ class AvailableForce:
             for j, level in enumerate(levels[id(track)]):
                 self._level[j, :, i] = level
                 self._case[j, i] = cases.setdefault((bodies[key], *level), len(cases))
-        body, *factors = np.array(list(cases)).T
-        self._of_case = body.astype(np.intp), *factors
+        self._nominal = np.array([one.wheelset.element.normal_load for one in self._bodies])
+        self._of_case = np.array(list(cases))
         # One column for each octave of each case; nan if its polynomial has not converged.
-        columns = len(cases) * self._octaves
-        self._powers = np.zeros((NODES if self._falls else 1, columns))
+        columns = len(cases) * self._octaves * self._load_octaves
+        nodes = NODES if loaded else 1, NODES if self._falls else 1
+        self._powers = np.zeros((*nodes, columns))  # of the load, of the speed
         self._known = np.zeros(columns, dtype=np.bool_)
 
-    def __call__(self, speed: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
-        """Largest forces [N] at speeds [m/s] and friction factors [1], all of shape (rows, n)."""
+    def __call__(
+        self,
+        speed: FloatArray,
+        left: FloatArray,
+        right: FloatArray,
+        slope: FloatArray,
+        load: FloatArray,
+    ) -> FloatArray:
+        """Largest forces [N], of shape (rows, n) as all arguments.
+
+        These are speeds [m/s], factors on friction under either wheel and on the slope [1], and
+        loads of both wheels together [N].
+        """
         column = np.full(speed.shape, -1)
-        for (on_left, on_right), case in zip(self._level, self._case, strict=True):
-            np.copyto(column, case * self._octaves, where=(left == on_left) & (right == on_right))
-        place = np.zeros((len(speed), 1))
+        for (on_left, on_right, on_slope), case in zip(self._level, self._case, strict=True):
+            on = (left == on_left) & (right == on_right) & (slope == on_slope)
+            np.copyto(column, case, where=on)
+        place, load_place = np.zeros((len(speed), 1)), np.zeros((1, 1))
         if self._falls:
-            mantissa, exponent = np.frexp(np.abs(speed))
-            octave = exponent - OCTAVES[0]
-            outside = (octave < 0) | (octave >= self._octaves) | (mantissa == 0.0) | (column < 0)
-            column = np.where(outside, -1, column + octave)
-            place = 4.0 * mantissa - 3.0
+            column, place = _in_octaves(column, np.abs(speed), OCTAVES)
+        if self._loaded:
+            part = CENTRE * (load / self._nominal[self._body])
+            column, load_place = _in_octaves(column, part, LOAD_OCTAVES)
         new = column[~self._known[column] & (column >= 0)]
         if new.size:
             self._learn(np.unique(new))
         # Most wheelsets keep the polynomial of the first row.
-        found = _horner(self._powers[:, column[0]], place)
+        powers = self._powers[:, :, np.newaxis, column[0]]
+        found = _horner(_horner(powers, load_place), place)
         row, member = np.nonzero(column != column[0])
-        there = place[row, member if self._falls else 0]
-        found[row, member] = _horner(self._powers[:, column[row, member]], there)
+        there = [np.broadcast_to(x, speed.shape)[row, member] for x in (load_place, place)]
+        powers = _horner(self._powers[:, :, column[row, member]], there[0])
+        found[row, member] = _horner(powers, there[1])
         row, member = np.nonzero((column < 0) | np.isnan(found))
         if row.size:
-            given = (signal[row, member] for signal in (speed, left, right))
+            given = (signal[row, member] for signal in (speed, left, right, slope, load))
             found[row, member] = self._search(self._body[member], *given)
         return found
 
     def _learn(self, columns: NDArray[np.intp]) -> None:
         """Fit the polynomials of new columns."""
-        case, octave = np.divmod(columns, self._octaves)
-        nodes = np.ones((1, 1))  # any speed [m/s], if friction does not fall with slip speed
-        if self._falls:
-            nodes = np.ldexp(0.25 * (_PLACES + 3.0)[:, np.newaxis], octave + OCTAVES[0])
-        shape = len(self._powers), columns.size
+        rest, load_octave = np.divmod(columns, self._load_octaves)
+        case, octave = np.divmod(rest, self._octaves)
+        body = self._of_case[case, 0].astype(np.intp)
+        # Without an influence of the speed, any [m/s].
+        speed = _nodes(octave, OCTAVES) if self._falls else np.ones((1, 1))
+        part = _nodes(load_octave, LOAD_OCTAVES) / CENTRE if self._loaded else np.ones((1, 1))
+        load = (self._nominal[body] * part)[:, np.newaxis]
+        shape = *self._powers.shape[:2], columns.size
         given = [
-            np.broadcast_to(x, shape).ravel() for x in (nodes, *(y[case] for y in self._of_case))
+            np.broadcast_to(x, shape).ravel() for x in (speed, *self._of_case[case, 1:].T, load)
         ]
-        speed, body, left, right = given
-        values = self._search(body, speed, left, right).reshape(shape)
-        powers = values
-        if self._falls:
-            powers = np.zeros(shape)
-            for weights, value in zip(_POWERS.T, values, strict=True):
-                powers += weights[:, np.newaxis] * value
-            highest = np.abs(powers[-2:]) / 2.0 ** np.array([[NODES - 3], [NODES - 2]])
-            powers[:, highest.sum(axis=0) > CONVERGED * values[0]] = np.nan
-        self._powers[:, columns], self._known[columns] = powers, True
+        values = self._search(np.broadcast_to(body, shape).ravel(), *given).reshape(shape)
+        by_load, bad = _fit(values)
+        _, also_bad = _fit(values.swapaxes(0, 1))
+        powers = _fit(by_load.swapaxes(0, 1))[0].swapaxes(0, 1)
+        powers[:, :, bad.any(axis=0) | also_bad.any(axis=0)] = np.nan
+        self._powers[:, :, columns], self._known[columns] = powers, True
 
     def _search(
-        self, body: NDArray[np.intp], speed: FloatArray, left: FloatArray, right: FloatArray
+        self,
+        body: NDArray[np.intp],
+        speed: FloatArray,
+        left: FloatArray,
+        right: FloatArray,
+        slope: FloatArray,
+        load: FloatArray,
     ) -> FloatArray:
-        """Largest forces for arrays of bodies, speeds and friction factors."""
+        """Largest forces for arrays of bodies, and of what `__call__` takes."""
         used, place = np.unique(body, return_inverse=True)
         trains = [self._bodies[i] for i in used.tolist()]
         elements = [train.wheelset.element for train in trains]
@@ -262,11 +290,10 @@ class AvailableForce:
         # Without relaxation: the force is the steady one.
         members = [m._replace(contact={**m.contact, "relaxation_length": 0.0}) for m in members]
         fleet = kernel.NativeFleet([members[i] for i in place.tolist()])
-        radius, load, zeta0, slowest, residual = np.array(
+        radius, zeta0, slowest, residual = np.array(
             [
                 (
                     element.radius,
-                    element.normal_load,
                     element.saturation_creepage,
                     element.minimum_speed,
                     element.friction.slip_rate_residual,
@@ -278,6 +305,7 @@ class AvailableForce:
         states = np.zeros(speed.size, kernel.drivetrain_dtype("state"))
         inputs["load_left"] = inputs["load_right"] = 0.5 * load
         inputs["friction_left"], inputs["friction_right"] = left, right
+        inputs["slope"] = slope
         states["speed"] = speed
 
         def force(slip: FloatArray) -> FloatArray:
@@ -285,8 +313,38 @@ class AvailableForce:
             out = fleet.evaluate(inputs, states)
             return np.asarray(out["creep_force_left"] + out["creep_force_right"])
 
-        unit = np.maximum(left, right) * zeta0 * np.maximum(np.abs(speed), slowest)
+        unit = np.maximum(left, right) * zeta0 * np.maximum(np.abs(speed), slowest) / slope
         return largest_force(force, unit, residual)
+
+
+def _count(octaves: tuple[int, int]) -> int:
+    return 1 + octaves[1] - octaves[0]
+
+
+def _nodes(octave: NDArray[np.intp], octaves: tuple[int, int]) -> FloatArray:
+    """Values at the nodes of octaves that are counted from the lowest, shape (nodes, n)."""
+    return np.ldexp(0.25 * (_PLACES + 3.0)[:, np.newaxis], octave + octaves[0])
+
+
+def _in_octaves(
+    column: NDArray[np.intp], value: FloatArray, octaves: tuple[int, int]
+) -> tuple[NDArray[np.intp], FloatArray]:
+    """Split columns into one for each octave, -1 outside; and places in the octave, -1 to 1."""
+    mantissa, exponent = np.frexp(value)
+    octave, count = exponent - octaves[0], _count(octaves)
+    outside = (octave < 0) | (octave >= count) | (mantissa == 0.0) | (column < 0)
+    return np.where(outside, -1, column * count + octave), 4.0 * mantissa - 3.0
+
+
+def _fit(values: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Polynomials along the first axis through values at nodes, and which have not converged."""
+    if len(values) == 1:
+        return values, np.zeros(values.shape[1:], dtype=np.bool_)
+    powers = np.zeros(values.shape)
+    for weights, value in zip(_POWERS.T, values, strict=True):
+        powers += weights.reshape(-1, *[1] * value.ndim) * value
+    highest = np.abs(powers[-2]) / 2.0 ** (NODES - 3) + np.abs(powers[-1]) / 2.0 ** (NODES - 2)
+    return powers, highest > CONVERGED * values[0]
 
 
 def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
@@ -297,23 +355,33 @@ def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
     return found
 
 
-def friction_levels(track: Track) -> list[tuple[float, float]]:
-    """Pairs of constant factors on friction under the left and the right wheel [1]."""
-    left, right = track.friction_left, track.friction_right
-    times = {time for time, _, _ in _levels(track.friction_over_time)}
-    pairs = {(value, value) for value, _, _ in _levels(left)}
-    if right is not None:
-        both = product(_levels(left), _levels(right))
-        pairs = {(a, b) for (a, *of_a), (b, *of_b) in both if _overlap(*of_a, *of_b)}
-    return sorted({(a * time, b * time) for a, b in pairs for time in times})[:MOST_LEVELS]
+def track_levels(track: Track) -> list[tuple[float, float, float]]:
+    """Constant factors on friction under the left and the right wheel and on the slope [1]."""
+    left, right = _levels(track.friction_left), track.friction_right
+    sides = (
+        [(v + v, start, end) for v, start, end in left]
+        if right is None
+        else _both(left, _levels(right))
+    )
+    found = {values for values, _, _ in _both(sides, _levels(track.slope))}
+    times = {value for (value,), _, _ in _levels(track.friction_over_time)}
+    return sorted({(a * time, b * time, slope) for a, b, slope in found for time in times})[
+        :MOST_LEVELS
+    ]
 
 
-def _levels(profile: Profile) -> list[tuple[float, float, float]]:
-    """Value, start and end of each level stretch of a profile."""
+Stretch = tuple[tuple[float, ...], float, float]  # values that hold from a start to an end
+
+
+def _levels(profile: Profile) -> list[Stretch]:
+    """Level stretches of a profile."""
     at, value = (-math.inf, *profile.at, math.inf), profile.value
     steps = pairwise((value[0], *value, value[-1]))
-    return [(a, *ends) for (a, b), ends in zip(steps, pairwise(at), strict=True) if a == b]
+    return [((a,), *ends) for (a, b), ends in zip(steps, pairwise(at), strict=True) if a == b]
 
 
-def _overlap(start: float, end: float, other_start: float, other_end: float) -> bool:
-    return max(start, other_start) < min(end, other_end)
+def _both(first: list[Stretch], second: list[Stretch]) -> list[Stretch]:
+    """Stretches on which both hold their values."""
+    pairs = product(first, second)
+    found = [((*a, *b), max(s, t), min(e, f)) for (a, s, e), (b, t, f) in pairs]
+    return [stretch for stretch in found if stretch[1] < stretch[2]]

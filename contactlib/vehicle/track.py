@@ -1,7 +1,8 @@
-"""Piecewise linear profiles, and the track: friction under each wheel by distance and time."""
+"""Piecewise linear profiles, and the track: what a rail does to friction and to the slope."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -9,7 +10,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import FINITE, POSITIVE, FloatArray, checked, checked_number, shown
+from contactlib.base.quantities import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    Parameters,
+    checked,
+    checked_number,
+    shown,
+)
 from contactlib.contact.kernel import NativeTrack
 
 
@@ -69,12 +78,25 @@ class Profile:
         return at_start, 2.0 * at_middle - at_start
 
 
+def profile_of(section: Parameters, places: str, values: str) -> Profile:
+    """Profile from two lists of a section; errors name the lists."""
+    at, value = getattr(section, places), getattr(section, values)
+    if len(at) != len(value):
+        raise ValueError(
+            f"{places} has {len(at)} and {values} {len(value)} entries: both must have as many"
+        )
+    try:
+        return Profile(at, value)
+    except ValueError as error:
+        raise ValueError(f"{places}{str(error).removeprefix('at')}") from None
+
+
 UNCHANGED = Profile((0.0,), (1.0,))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """Factors on both friction coefficients, under either wheel of a wheelset.
+    """Factors on both friction coefficients and on the initial slope of the creep force.
 
     Parameters
     ----------
@@ -84,11 +106,22 @@ class Track:
         Factor under the right wheel over distance [m] [1]. Default: as on the left.
     friction_over_time : Profile, optional
         Further factor for both wheels over time [s], for sand or rain [1].
+    slope : Profile, optional
+        Factor on the initial slope of the creep force under both wheels over distance [m] [1]. A
+        wet rail has 0.29 times the slope of a dry one [1]_. The saturation creepage is divided by
+        it, and k_hat stays as it is. That is a choice, the same as for the slope reduction of the
+        force element: a third-body layer shears, and does not change how friction weakens.
 
     Raises
     ------
     ValueError
         If a factor is not above zero.
+
+    References
+    ----------
+    .. [1] O. Polach, "Creep forces in simulations of traction vehicles running on adhesion limit",
+       Wear 258, 2005: the reduction factors k_A + k_S are 1.00 + 0.40 on dry and 0.30 + 0.10 on
+       wet rail.
 
     Examples
     --------
@@ -100,12 +133,29 @@ class Track:
     friction_left: Profile = UNCHANGED
     friction_right: Profile | None = None
     friction_over_time: Profile = UNCHANGED
+    slope: Profile = UNCHANGED
 
     def __post_init__(self) -> None:
         checked("Track.friction_left", self.friction_left.value, POSITIVE)
         checked("Track.friction_over_time", self.friction_over_time.value, POSITIVE)
         if self.friction_right is not None:
             checked("Track.friction_right", self.friction_right.value, POSITIVE)
+        checked("Track.slope", self.slope.value, POSITIVE)
+
+    @property
+    def lowest(self) -> tuple[float, float]:
+        """Smallest factor on friction, of either wheel and any time, and on the slope."""
+        return self._extreme(min)
+
+    @property
+    def highest(self) -> tuple[float, float]:
+        """Largest factors, as in `lowest`."""
+        return self._extreme(max)
+
+    def _extreme(self, choose: Callable[[Iterable[float]], float]) -> tuple[float, float]:
+        sides = self.friction_left, self.friction_right or self.friction_left
+        friction = choose(choose(side.value) for side in sides)
+        return friction * choose(self.friction_over_time.value), choose(self.slope.value)
 
     def friction_scale(self, distance: ArrayLike, time: float) -> FloatArray:
         """Factors under the left and the right wheel.
@@ -132,6 +182,6 @@ class Track:
     def native(self) -> NativeTrack:
         """The profiles for the kernel."""
         sides = self.friction_left, self.friction_right or self.friction_left
-        profiles = (*sides, self.friction_over_time)
-        left, right, over_time = ((profile.at, profile.value) for profile in profiles)
-        return left, right, over_time
+        profiles = (*sides, self.friction_over_time, self.slope)
+        left, right, over_time, slope = ((profile.at, profile.value) for profile in profiles)
+        return left, right, over_time, slope

@@ -19,14 +19,17 @@ from scipy.optimize import brentq, minimize_scalar
 
 from contactlib.base.quantities import (
     FINITE,
+    POSITIVE,
     FloatArray,
     Parameters,
     Quantity,
     checked,
     checked_number,
+    derived,
 )
 from contactlib.contact import kernel
 from contactlib.contact.element import ForceElement
+from contactlib.contact.scales import SLOPE_REDUCTION
 from contactlib.vehicle.conditions import (
     Conditions,
     GivenConditions,
@@ -104,6 +107,15 @@ class Wheelset(Parameters):
     def native(self) -> kernel.NativeWheelset:
         """The kernel's equations of motion."""
         return kernel.NativeWheelset(self.parameters)
+
+    def with_slope(self, slope: float) -> Wheelset:
+        """Return this wheelset on a rail with a factor on the creep force's initial slope [1]."""
+        given = {"slope": checked_number("slope", slope, POSITIVE)}
+        if slope == 1.0:
+            return self
+        known = self.element.slope_reduction
+        product = derived("slope_reduction", lambda: slope * known, given, SLOPE_REDUCTION)
+        return replace(self, element=replace(self.element, slope_reduction=product))
 
     def conditions(
         self, at: Conditions | None = None, **given: Unpack[GivenConditions]

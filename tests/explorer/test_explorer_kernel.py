@@ -128,7 +128,13 @@ ADVANCE = """async (contact, parameters, drivetrain, input, state, track, torque
 STEPS = 400  # of 1 ms
 RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0}
 SOFT = {"axle_stiffness": 6e6, "axle_damping": 200.0, "drive_share": 0.7, "motor_lag": 0.02}
-INPUT = {"load_left": 1.1e5, "load_right": 1.1e5, "friction_left": 1.0, "friction_right": 1.0}
+INPUT = {
+    "load_left": 1.1e5,
+    "load_right": 1.1e5,
+    "friction_left": 1.0,
+    "friction_right": 1.0,
+    "slope": 1.0,
+}
 TRAINS: dict[str, tuple[Shape, Numbers, Numbers, Numbers, Numbers]] = {
     "a rig": ("line", {}, RIGID, {}, {}),
     "a locomotive's elliptic contact": (
@@ -166,7 +172,7 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
     rail = places, friction
     always = (0.0,), (1.0,)
     member = kernel.NativeMember(
-        native_table(contact), parameters, drivetrain, body, (rail, rail, always)
+        native_table(contact), parameters, drivetrain, body, (rail, rail, always, always)
     )
     fleet = kernel.NativeFleet([member])
     inputs = np.zeros(1, kernel.drivetrain_dtype("input"))

@@ -112,6 +112,16 @@ def test_low_friction_is_shaded_where_it_is(
     assert run.time[low][-1] <= box.x1 <= run.time[low][-1] + 0.01
 
 
+def test_a_low_slope_is_shaded_as_well(wet: cl.Scenario) -> None:
+    slope = cl.Profile((2.0, 2.0), (1.0, 0.3))
+    case = replace(wet, track=cl.Track(slope=slope), duration=0.5)
+    run = cl.run_scenario(case, "open_loop")
+    figure = scenario_run(run, cl.metrics(run, case.drivetrain), title="", caption=CAPTION)
+    (patch,) = figure.axes[0].patches
+    box = patch.get_path().get_extents(patch.get_patch_transform())
+    assert box.x0 == pytest.approx(run.time[(run["slope_scale"] < 1.0).argmax()])
+
+
 def test_a_vibration_is_a_band_and_a_slow_cycle_a_line(wet: cl.Scenario) -> None:
     time = np.linspace(0.0, 10.0, 20001)
     plain = np.zeros_like(time)
@@ -127,6 +137,7 @@ def test_a_vibration_is_a_band_and_a_slow_cycle_a_line(wet: cl.Scenario) -> None
         "falling_branch": np.where(time > 4.0, 1.0, 0.0),
         "friction_scale_left": plain + 1.0,
         "friction_scale_right": plain + 1.0,
+        "slope_scale": plain + 1.0,
         "demand": plain + 2e4,
     }
     run = cl.Result(time, MappingProxyType(signals), MappingProxyType(names))

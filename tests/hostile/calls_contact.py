@@ -474,7 +474,13 @@ CALLS: list[Call] = [
         arrays=("at",),
     ),
     of_class("Profile.on", cl.Profile((0.0, 0.5), (1.0, 2.0)).on, {"start": 0.1, "end": 0.4}),
-    Call(name="Track", make=lambda: (cl.Track, {"friction_left": cl.Profile((0.0,), (0.5,))})),
+    Call(
+        name="Track",
+        make=lambda: (
+            cl.Track,
+            {"friction_left": cl.Profile((0.0,), (0.5,)), "slope": cl.Profile((0.0,), (0.3,))},
+        ),
+    ),
     Call(
         name="Track.friction_scale",
         make=lambda: (

@@ -173,6 +173,7 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
         .load_right = i % 11 ? random_exponent(0.0, 6.0) : 0.0,
         .friction_left = 1.0,
         .friction_right = random_exponent(-2.0, 0.0),
+        .slope = random_exponent(-2.0, 1.0),
     };
     if (i % 13 == 0) { /* both wheels alike */
         d.in.load_right = d.in.load_left;
@@ -290,7 +291,8 @@ static void test_widths(const creep_table *table, const force_element_parameters
     static const double at[] = {-0.01, 0.0, 0.001, 0.02, 0.02}, value[] = {1.0, 0.9, 0.7, 0.3, 1.1};
     const track rails = {.left = {.count = 5, .at = at, .value = value},
                          .right = {.count = 4, .at = at + 1, .value = value + 1},
-                         .over_time = {.count = 1, .at = at, .value = value}};
+                         .over_time = {.count = 1, .at = at, .value = value},
+                         .slope = {.count = 3, .at = at, .value = value + 2}};
     some_drivetrain d[MANY];
     drivetrain_member members[MANY];
     drivetrain_state state[2][MANY];

@@ -109,7 +109,8 @@ static void run_many(findings *found) {
                                    .load_left = 1.1e5,
                                    .load_right = 1e5,
                                    .friction_left = 1.0,
-                                   .friction_right = 0.9};
+                                   .friction_right = 0.9,
+                                   .slope = 1.0};
         found->trains[i] =
             (drivetrain_state){.speed = 10.0, .omega_left = 20.0, .omega_right = 20.0};
         x[i] = 0.1 * i;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,19 @@ def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
     torques = cl.quasi_steady_torque(wheelset, creepage, speed=speed)
     assert found["critical_torque"].values == pytest.approx(torques.max(), rel=1e-6)
     assert found["critical_creepage"].values == pytest.approx(creepage[torques.argmax()], rel=1e-3)
+
+
+def test_the_patch_has_the_slope_of_the_track() -> None:
+    wet = cl.Profile((20.0, 20.0), (1.0, 0.5))
+    slope = cl.Profile((20.0, 20.0), (1.0, 0.29))
+    case = cl.load_scenario("dry_wet_dry.toml")
+    case = replace(case, track=cl.Track(friction_left=wet, slope=slope))
+    body, speed = case.drivetrain.wheelset.with_slope(0.29), case.design_speed
+    expected = cl.find_fold(body, speed=speed, friction_scale=0.5).drive_torque
+    found = analyse(case, ["patch_critical_torque", "critical_torque"])
+    assert found["patch_critical_torque"] == expected
+    good = cl.find_fold(case.drivetrain.wheelset, speed=speed).drive_torque
+    assert found["critical_torque"] == good
 
 
 DAMPING = "\n[vehicle_changes.wheelset]\ndamping = {}\n"

@@ -13,7 +13,7 @@ import contactlib as cl
 from contactlib.runs.fleet import ManyProfiles, Runs, common_step, timing
 from contactlib.stability.quasi_steady import steady_creepage
 from contactlib.traction import stacked
-from contactlib.vehicle.available_force import AvailableForce, friction_levels
+from contactlib.vehicle.available_force import AvailableForce, track_levels
 
 STEP = cl.Profile((30.0, 30.0, 60.0, 60.0), (1.0, 0.5, 0.5, 1.0))
 RAMP = cl.Profile((30.0, 40.0), (1.0, 0.5))
@@ -30,35 +30,49 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
     if falls:
         bodies = [with_falling(locomotive.wheelset, *law) for law in laws]
     split = cl.Track(friction_left=STEP, friction_right=cl.Profile.of(0.7))
-    tracks = [cl.Track(friction_left=STEP), split, cl.Track(friction_left=RAMP)]
-    available = AvailableForce([cl.Drivetrain(body) for body in bodies], tracks)
+    slope = cl.Profile((10.0, 10.0, 50.0, 70.0), (1.0, 0.3, 0.3, 2.0))
+    tracks = [cl.Track(friction_left=STEP, slope=slope), split, cl.Track(friction_left=RAMP)]
+    available = AvailableForce([cl.Drivetrain(body) for body in bodies], tracks, loaded=True)
     speed = np.concatenate([10.0 ** rng.uniform(-3.0, 2.7, (40, 3)), [[0.0, -0.05, -20.0]]])
     where, when = rng.uniform(0.0, 90.0, speed.shape), 0.0
     scale = np.stack([t.friction_scale(x, when) for t, x in zip(tracks, where.T, strict=True)], 1)
-    found = available(speed, scale[..., 0], scale[..., 1])
+    slopes = np.stack([track.slope(x) for track, x in zip(tracks, where.T, strict=True)], 1)
+    nominal = np.array([body.element.normal_load for body in bodies])
+    load = nominal * np.where(rng.uniform(size=speed.shape) < 0.3, 0.7, 1.0)
+    load[3] = 0.0
+    given = speed, scale[..., 0], scale[..., 1], slopes, load
+    found = available(*given)
     for i, body in enumerate(bodies):
-        expected = cl.available_force(
-            body.element,
-            speed=speed[:, i],
-            friction_scale=scale[:, i, 0],
-            other_friction_scale=scale[:, i, 1],
-        )
+        expected = [
+            cl.available_force(
+                body.with_slope(slope).element,
+                speed=speed[k, i],
+                normal_load=load[k, i],
+                friction_scale=scale[k, i, 0],
+                other_friction_scale=scale[k, i, 1],
+            )
+            for k, slope in enumerate(slopes[:, i].tolist())
+        ]
         np.testing.assert_allclose(found[:, i], expected, rtol=1e-8)
         # As it would be by itself, row by row too.
-        alone = AvailableForce([cl.Drivetrain(body)], [tracks[i]])
+        alone = AvailableForce([cl.Drivetrain(body)], [tracks[i]], loaded=True)
         for k in (0, 7, 40):
-            one = (part[[k]][:, [i]] for part in (speed, scale[..., 0], scale[..., 1]))
+            one = (part[[k]][:, [i]] for part in given)
             assert alone(*one) == found[k, i]
 
 
-def test_levels_of_friction_are_where_it_does_not_change() -> None:
-    assert friction_levels(cl.Track()) == [(1.0, 1.0)]
-    assert friction_levels(cl.Track(friction_left=STEP)) == [(0.5, 0.5), (1.0, 1.0)]
+def test_levels_of_a_track_are_where_it_does_not_change() -> None:
+    assert track_levels(cl.Track()) == [(1.0, 1.0, 1.0)]
+    assert track_levels(cl.Track(friction_left=STEP)) == [(0.5, 0.5, 1.0), (1.0, 1.0, 1.0)]
     rain = cl.Profile((0.0, 1.0, 2.0), (1.0, 0.8, 0.8))
-    found = friction_levels(cl.Track(friction_left=RAMP, friction_over_time=rain))
-    assert found == [(0.4, 0.4), (0.5, 0.5), (0.8, 0.8), (1.0, 1.0)]
+    found = track_levels(cl.Track(friction_left=RAMP, friction_over_time=rain))
+    assert found == [(f, f, 1.0) for f in (0.4, 0.5, 0.8, 1.0)]
     both = cl.Track(friction_left=STEP, friction_right=RAMP)
-    assert friction_levels(both) == [(0.5, 0.5), (1.0, 0.5), (1.0, 1.0)]
+    assert track_levels(both) == [(0.5, 0.5, 1.0), (1.0, 0.5, 1.0), (1.0, 1.0, 1.0)]
+    wet = cl.Track(
+        friction_left=STEP, slope=cl.Profile((45.0, 45.0, 60.0, 90.0), (1.0, 0.3, 0.3, 1.0))
+    )
+    assert track_levels(wet) == [(0.5, 0.5, 0.3), (0.5, 0.5, 1.0), (1.0, 1.0, 1.0)]
 
 
 # ---- rows -----------------------------------------------------------------------------------

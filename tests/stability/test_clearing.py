@@ -14,6 +14,27 @@ import contactlib as cl
 V = 10.0  # [m/s]
 
 
+def test_a_slope_of_one_is_none_and_a_patch_is_the_wheelset_on_its_slope(
+    locomotive: cl.Model,
+) -> None:
+    """At held speed the integral of the patch's own wheelset between good friction's states."""
+    body = replace(locomotive.wheelset, mass=None)
+    torque = 0.95 * cl.find_fold(body, speed=V).drive_torque
+    given: dict[str, Any] = {"drive_torque": torque, "speed": V}
+    plain = cl.clearing(body, friction_scale=0.5, **given)
+    assert cl.clearing(body, friction_scale=0.5, slope=1.0, **given) == plain
+    found = cl.clearing(body, friction_scale=0.5, slope=0.29, **given)
+    expected = cl.slip_away_time(
+        body.with_slope(0.29),
+        friction_scale=0.5,
+        start=plain.border.creepage,
+        end=plain.border.highest,
+        **given,
+    )
+    assert found.border == plain.border
+    assert found.time == pytest.approx(expected, rel=1e-12)
+
+
 PATCHES = [0.3, 0.6, 0.85]  # their friction over that before them
 
 

@@ -106,7 +106,7 @@ def kernel_amplitudes(
     for side in ("left", "right"):
         given[f"load_{side}"], given[f"friction_{side}"] = 0.5 * point.normal_load, 1.0
         state[f"omega_{side}"] = point.omega
-    state["speed"] = point.speed
+    given["slope"], state["speed"] = 1.0, point.speed
     twist = 2.0 * point.speed / (body.radius * drivetrain.torsional_frequency)
     state["twist"] = twist * np.array(kicks)
     substep, sizes = np.zeros(len(kicks)), []

@@ -49,7 +49,7 @@ def drive(
     given = np.zeros(1, kernel.drivetrain_dtype("input"))
     state["speed"] = speed
     state["omega_left"] = state["omega_right"] = (1.0 + creepage) * speed / train.wheelset.radius
-    for name, value in held.items():
+    for name, value in {"slope": 1.0, **held}.items():
         given[name] = value
     steps, substep = round(duration / step), np.zeros(1)
     states, inputs = [], []
@@ -244,6 +244,26 @@ def test_sides_change_places_and_signs_turn(locomotive: cl.Model) -> None:
     assert np.array_equal(back.states["creep_work"], run.states["creep_work"])
 
 
+@pytest.mark.parametrize("slope", [0.29, 1.7])
+def test_slope_stretches_the_creepage_axis(locomotive: cl.Model, slope: float) -> None:
+    """Force at zeta/slope under the slope is that at zeta without it; the peak moves so as well."""
+    train = cl.Drivetrain(locomotive.wheelset)
+    zeta = np.linspace(-0.2, 0.2, 801)
+    forces = {}
+    for factor in (1.0, slope):
+        states = np.zeros(zeta.size, kernel.drivetrain_dtype("state"))
+        inputs = np.zeros(zeta.size, kernel.drivetrain_dtype("input"))
+        for name, value in {"slope": factor, **SPLIT}.items():
+            inputs[name] = value
+        states["speed"] = 10.0
+        states["omega_left"] = 10.0 * (1.0 + zeta / factor) / train.wheelset.radius
+        states["omega_right"] = states["omega_left"]
+        out = kernel.NativeFleet([train.member()] * zeta.size).evaluate(inputs, states)
+        forces[factor] = out["creep_force_left"] + out["creep_force_right"]
+    largest = np.abs(forces[1.0]).max()
+    np.testing.assert_allclose(forces[slope], forces[1.0], rtol=1e-11, atol=1e-11 * largest)
+
+
 def test_many_are_one_by_one(locomotive: cl.Model) -> None:
     train = cl.Drivetrain(locomotive.wheelset, axle=AXLE, motor=cl.Motor(lag=0.02))
     rng = np.random.default_rng(5)
@@ -256,6 +276,7 @@ def test_many_are_one_by_one(locomotive: cl.Model) -> None:
     inputs["commanded_torque"] = rng.uniform(-3e4, 3e4, n)
     inputs["load_left"], inputs["load_right"] = rng.uniform(0.0, 1.3e5, (2, n))
     inputs["friction_left"], inputs["friction_right"] = rng.uniform(0.2, 1.2, (2, n))
+    inputs["slope"] = rng.uniform(0.2, 1.2, n)
     states["speed"][0], states["omega_left"][0], states["omega_right"][0] = 0.0, -0.0, 0.0
     together, substeps = states.copy(), np.zeros(n)
     fleet = kernel.NativeFleet([train.member()] * n)
@@ -273,7 +294,7 @@ def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
     states = np.zeros(2, kernel.drivetrain_dtype("state"))
     inputs = np.zeros(2, kernel.drivetrain_dtype("input"))
     states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.1, 20.1
-    for name, value in EVEN.items():
+    for name, value in {"slope": 1.0, **EVEN}.items():
         inputs[name] = value
     inputs["commanded_torque"] = 0.0, np.nan
     before = states.copy()
@@ -311,7 +332,7 @@ def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: 
     train = cl.Drivetrain(locomotive.wheelset, axle=axle)
     states = np.zeros(1, kernel.drivetrain_dtype("state"))
     inputs = np.zeros(1, kernel.drivetrain_dtype("input"))  # no load: no contact
-    inputs["friction_left"] = inputs["friction_right"] = 1.0
+    inputs["friction_left"] = inputs["friction_right"] = inputs["slope"] = 1.0
     states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.1, 19.9
     substep, differences = np.zeros(1), []
     for _ in range(2000):

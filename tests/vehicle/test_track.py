@@ -29,7 +29,19 @@ def test_the_right_rail_is_as_the_left_one_unless_told() -> None:
     np.testing.assert_array_equal(cl.Track().friction_scale([3.0, 4.0], 5.0), np.ones((2, 2)))
 
 
-@pytest.mark.parametrize("name", ["friction_left", "friction_right", "friction_over_time"])
+def test_extremes_are_of_any_wheel_and_time() -> None:
+    track = cl.Track(
+        friction_left=PATCH,
+        friction_right=cl.Profile.of(1.2),
+        friction_over_time=cl.Profile((0.0, 1.0), (1.0, 0.8)),
+        slope=cl.Profile((50.0, 60.0), (1.5, 0.3)),
+    )
+    assert track.lowest == (0.4, 0.3)
+    assert track.highest == (1.2, 1.5)
+    assert cl.Track().lowest == cl.Track().highest == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("name", ["friction_left", "friction_right", "friction_over_time", "slope"])
 def test_friction_is_above_zero(name: str) -> None:
     with pytest.raises(ValueError, match=rf"Track\.{name} = 0\.0 .*> 0"):
         cl.Track(**{name: cl.Profile((0.0, 1.0), (1.0, 0.0))})

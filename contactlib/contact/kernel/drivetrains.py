@@ -21,7 +21,7 @@ from contactlib.contact.kernel.library import (
 from contactlib.contact.kernel.tables import NativeTable
 
 NativeProfile = tuple[Sequence[float], Sequence[float]]  # places and values
-NativeTrack = tuple[NativeProfile, NativeProfile, NativeProfile]  # left, right; over time
+NativeTrack = tuple[NativeProfile, NativeProfile, NativeProfile, NativeProfile]  # as struct track
 
 
 @cache
@@ -31,7 +31,7 @@ def drivetrain_dtype(part: str) -> np.dtype[np.void]:
 
 
 class NativeMember(NamedTuple):
-    """Table, parameters and track of one drivetrain; without a track the input gives friction."""
+    """Table, parameters and track of one drivetrain; without a track the input has its factors."""
 
     table: NativeTable
     contact: Mapping[str, float]
@@ -88,8 +88,8 @@ class NativeFleet:
     ) -> None:
         """Advance states and substeps in place; the arrays are contiguous, one record per member.
 
-        The inputs' friction is set to the track's at the start. `failed` is set for members whose
-        integrator gives up; these are not stepped any more.
+        The inputs' friction and slope are set to the track's at the start. `failed` is set for
+        members whose integrator gives up; these are not stepped any more.
 
         Raises
         ------
@@ -151,7 +151,7 @@ def _drivetrain_fields() -> np.dtype[np.void]:
 @cache
 def _track_dtype() -> np.dtype[np.void]:
     """Dtype of the struct track, with pointers as numbers."""
-    parts = [(f"{side}_{part}", np.uintp) for side in range(3) for part in ("count", "at", "value")]
+    parts = [(f"{side}_{part}", np.uintp) for side in range(4) for part in ("count", "at", "value")]
     return checked_dtype(parts, "track")
 
 
@@ -182,10 +182,10 @@ def _addresses(array: NDArray[Any]) -> NDArray[np.uintp]:
 
 def _track_records(tracks: Sequence[NativeTrack | None]) -> tuple[NDArray[np.void], FloatArray]:
     """Track structs, and the array that holds the places and values they point to."""
-    profiles = [profile for track in tracks for profile in track or (((), ()),) * 3]
+    profiles = [profile for track in tracks for profile in track or (((), ()),) * 4]
     parts = [part for profile in profiles for part in profile]
     numbers = np.array(list(chain.from_iterable(parts)), dtype=np.float64)
     first = np.cumsum([0, *map(len, parts)])[:-1] * numbers.itemsize + numbers.ctypes.data
     count = [len(at) for at, _ in profiles]
     rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
-    return rows.reshape(len(tracks), 9).view(_track_dtype())[:, 0], numbers
+    return rows.reshape(len(tracks), 12).view(_track_dtype())[:, 0], numbers

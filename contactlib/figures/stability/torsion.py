@@ -86,6 +86,7 @@ def simulated_amplitudes(
     inputs["resistance_force"] = [point.resistance_force for point in points]
     inputs["load_left"] = inputs["load_right"] = [0.5 * point.normal_load for point in points]
     inputs["friction_left"] = inputs["friction_right"] = [p.friction_scale for p in points]
+    inputs["slope"] = 1.0
     states["speed"] = speed
     states["omega_left"] = states["omega_right"] = [point.omega for point in points]
     states["twist"] = 2.0 * speed * kicks / (wheelset.radius * drivetrain.torsional_frequency)

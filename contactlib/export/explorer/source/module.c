@@ -25,11 +25,11 @@ const char *member_name(size_t i) {
 
 size_t member_bytes(size_t i) { return MEMBERS[i].bytes; }
 
-/* The same profile under both wheels. */
+/* The same friction under both wheels. */
 void track_set(track *rails, size_t count, const double *at, const double *value) {
     const profile both = {.count = count, .at = at, .value = value};
-    *rails = (track){
-        .left = both, .right = both, .over_time = {.count = 1, .at = &ALWAYS, .value = &UNCHANGED}};
+    const profile one = {.count = 1, .at = &ALWAYS, .value = &UNCHANGED};
+    *rails = (track){.left = both, .right = both, .over_time = one, .slope = one};
 }
 
 void drivetrain_member_set(drivetrain_member *member, const creep_table *table,

@@ -36,6 +36,7 @@ export class Motion {
     input.resistance_force = 0;
     input.acceleration = 0; // where the speed is held
     input.load_left = input.load_right = 0.5 * normalLoad;
+    input.slope = 1;
   }
 
   /** Put it at the rail's beginning, with no work done. */
