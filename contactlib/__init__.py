@@ -112,6 +112,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.vehicle.drivetrain import Motor as Motor
     from contactlib.vehicle.track import Profile as Profile
     from contactlib.vehicle.track import Track as Track
+    from contactlib.vehicle.wheel_load import WheelLoad as WheelLoad
     from contactlib.vehicle.wheelset import Wheelset as Wheelset
 
 # Scientific libraries take a second to load, so a public name is imported when it is first used.

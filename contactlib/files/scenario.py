@@ -36,6 +36,7 @@ from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.vehicle.drivetrain import Axle, Drivetrain, Motor
 from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
 
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
@@ -46,6 +47,7 @@ OPTIONAL = (
     "motor",
     "contact_relaxation",
     "track",
+    "wheel_load",
     "held_speed",
     "sensors",
 )
@@ -147,7 +149,9 @@ class Scenario(Parameters):
     drivetrain : Drivetrain
         Vehicle, axle and motor.
     track : Track
-        Friction over distance and time.
+        Friction and slope over distance, and friction over time.
+    wheel_load : WheelLoad or None
+        Factor on the static load of both wheels over time; None if the load is static.
     demand : Profile
         The driver's torque demand over time [N.m].
     held_speed : Profile or None
@@ -177,6 +181,7 @@ class Scenario(Parameters):
     source: str
     drivetrain: Drivetrain
     track: Track = field(default_factory=Track)
+    wheel_load: WheelLoad | None = None
     demand: Profile
     held_speed: Profile | None = None
     initial_speed: Annotated[float, Quantity("m/s")]
@@ -359,6 +364,7 @@ def build_scenario(
         source=data["source"],
         drivetrain=drivetrain,
         track=sections.track,
+        wheel_load=sections.wheel_load,
         demand=sections.demand,
         held_speed=held_speed,
         initial_speed=initial_speed,

@@ -18,6 +18,7 @@ from contactlib.files.sections import (
 from contactlib.traction import Sensors
 from contactlib.vehicle.drivetrain import Axle, Motor
 from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.wheel_load import WheelLoad
 
 
 class Sections(NamedTuple):
@@ -29,6 +30,7 @@ class Sections(NamedTuple):
     run: ScenarioRunSection
     demand: Profile
     track: Track
+    wheel_load: WheelLoad | None
     held: HeldSpeedSection | None
     sensors: Sensors
 
@@ -44,6 +46,7 @@ def read_sections(data: Mapping[str, Any], cache: BuildCache) -> Sections:
         demand = of(section, "demand", DemandSection, data) if "demand" in data else lacking
         track = of(section, "track", TrackSection, data)
         held = of(section, "held_speed", HeldSpeedSection, data) if "held_speed" in data else None
+        load = of(section, "wheel_load", WheelLoad, data) if "wheel_load" in data else None
         return Sections(
             axle=of(section, "axle", Axle, data) if "axle" in data else None,
             motor=of(section, "motor", Motor, data),
@@ -51,6 +54,7 @@ def read_sections(data: Mapping[str, Any], cache: BuildCache) -> Sections:
             run=of(section, "run", ScenarioRunSection, data) if "run" in data else lacking,
             demand=demand and of(cache, "demand", _demand, demand),
             track=track and of(cache, "track", _track, track),
+            wheel_load=load,
             held=held,
             sensors=of(section, "sensors", Sensors, data),
         )

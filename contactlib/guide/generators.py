@@ -56,6 +56,7 @@ SECTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "demand": (sections.DemandSection, ()),
     "held_speed": (sections.HeldSpeedSection, ()),
     "track": (sections.TrackSection, ()),
+    "wheel_load": (cl.WheelLoad, ()),
     "sensors": (cl.Sensors, ()),
     **{kind: (controller, ()) for kind, controller in cl.CONTROLLERS.items()},
 }

@@ -1,7 +1,8 @@
 """Runs of many wheelsets side by side under one sampled controller, row by row.
 
 At every sample the controller reads the sensors; its torque, within the drive's limits, is held
-until the next. The kernel steps every wheelset from row to row, with the friction of its track.
+until the next. The kernel steps every wheelset from row to row, with the friction of its track and
+the load of the row.
 """
 
 from __future__ import annotations
@@ -23,31 +24,36 @@ from contactlib.traction.interface import Controller
 from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.drivetrain import Motor
 from contactlib.vehicle.track import Profile
+from contactlib.vehicle.wheel_load import WheelLoad
 
 LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
 FRACTIONS = 50  # of a sample time that are tried for a step that is common to controllers
 BLOCK = 16_384  # rows times runs in a block
 AHEAD = 256  # rows whose profiles are evaluated at once
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
+STATIC = Profile.of(1.0)  # factor on the load
 
 
 class ManyProfiles:
-    """A profile over time for each wheelset; equal profiles are evaluated once.
+    """A profile or load over time for each wheelset; equal ones are evaluated once.
 
     Parameters
     ----------
-    profiles : sequence of Profile
+    profiles : sequence of Profile or WheelLoad
         One for each wheelset.
     """
 
-    def __init__(self, profiles: Sequence[Profile]) -> None:
-        distinct: dict[Profile, list[int]] = {}
+    def __init__(self, profiles: Sequence[Profile | WheelLoad]) -> None:
+        distinct: dict[Profile | WheelLoad, list[int]] = {}
         for i, profile in enumerate(profiles):
             distinct.setdefault(profile, []).append(i)
-        self._steady = np.array([profile.value[0] for profile in profiles], dtype=np.float64)
-        self._moving = [
-            (profile, places) for profile, places in distinct.items() if len(set(profile.value)) > 1
-        ]
+        self._steady = np.zeros(len(profiles))
+        self._moving = []
+        for profile, places in distinct.items():
+            if isinstance(profile, Profile) and len(set(profile.value)) == 1:
+                self._steady[places] = profile.value[0]
+            else:
+                self._moving.append((profile, places))
 
     def __call__(self, times: FloatArray) -> FloatArray:
         """Values at times [s], shape (times, n)."""
@@ -139,10 +145,17 @@ class Timing(NamedTuple):
 
 
 def default_step(scenario: Scenario, longest: float = LONGEST_STEP) -> float:
-    """Longest time between rows if none is given [s]: `longest`, or what shows the axle's swing."""
-    if scenario.drivetrain.axle is None:
-        return longest
-    return min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
+    """Longest time between rows if none is given [s].
+
+    It is `longest`, or less: a twentieth of the period of an elastic axle's swing, a tenth of the
+    shortest period in the wheel load.
+    """
+    load, axle = scenario.wheel_load, scenario.drivetrain.axle
+    if load is not None and load.highest_frequency > 0.0:
+        longest = min(longest, 0.1 / load.highest_frequency)
+    if axle is not None:
+        longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
+    return longest
 
 
 def common_step(longest: float, controls: Sequence[Controller]) -> float:
@@ -200,8 +213,8 @@ class Runs:
     Parameters
     ----------
     scenarios : sequence of Scenario
-        Their sensors have the same delay, and their frictions all fall with slip speed or none
-        does.
+        Their sensors have the same delay; all of their frictions fall with slip speed or none does,
+        and all have a wheel load or none has.
     control : TractionController
         Controller of all runs, with parameters stacked.
     timing : Timing
@@ -253,13 +266,16 @@ class Runs:
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
 
         self._inputs = np.zeros((max(1, BLOCK // n), n), kernel.drivetrain_dtype("input"))
-        load = [0.5 * body.element.normal_load for body in bodies]
-        self._inputs["load_left"] = self._inputs["load_right"] = load
-        inputs, (demand, acceleration) = self._inputs[0], self._ahead(0, 1)
+        self._load = np.array([0.5 * body.element.normal_load for body in bodies])
+        self._inputs["load_left"] = self._inputs["load_right"] = self._load
+        loads = [one.wheel_load or STATIC for one in scenarios]
+        self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
+        inputs, (demand, held) = self._inputs[0], self._ahead(0, 1)
         self._drives = Drives([one.motor for one in trains], self.radius, control.sample_time)
         speed = np.array([one.initial_speed for one in scenarios])
         self._demand = self._drives.possible(demand[0], speed)
-        inputs["acceleration"] = acceleration[0]
+        for name, values in held.items():
+            inputs[name] = values[0]
         self._states = np.zeros(n, kernel.drivetrain_dtype("state"))
         self._advance(inputs, 0, 0.0)  # sets the friction at the start
         begin = start(scenarios, self.fleet, inputs, self._demand, creepage)
@@ -269,7 +285,8 @@ class Runs:
     @cached_property
     def available(self) -> AvailableForce:
         """Largest creep forces that friction allows."""
-        return AvailableForce(self.trains, self._tracks)
+        loaded = self._load_factors is not None
+        return AvailableForce(self.trains, self._tracks, loaded=loaded)
 
     def blocks(self) -> Iterator[Block]:
         """Yield all rows in blocks, each of which is valid until the next."""
@@ -279,11 +296,12 @@ class Runs:
         kept, now = (each.view(np.float64) for each in (states, self._states))
         stored: list[FloatArray] = []
         for first in range(0, rows, AHEAD):
-            demands, accelerations = self._ahead(first, min(AHEAD, rows - first))
+            demands, held = self._ahead(first, min(AHEAD, rows - first))
             for done in range(0, len(demands), len(inputs)):
                 demand = demands[done : done + len(inputs)]
                 count = len(demand)
-                inputs["acceleration"][:count] = accelerations[done : done + count]
+                for name, values in held.items():
+                    inputs[name][:count] = values[done : done + count]
                 for i in range(count):
                     kept[i] = now
                     self._row(first + done + i, demand[i], inputs[i])
@@ -335,12 +353,13 @@ class Runs:
             self.failed,
         )
 
-    def _ahead(self, first: int, count: int) -> tuple[FloatArray, FloatArray]:
-        """Demand [N.m] at the sample of each row, and acceleration of held speeds [m/s2]."""
+    def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""
         rows = np.arange(first, first + count + 1, dtype=np.float64)
         sampled = rows[:-1] - rows[:-1] % self._timing.per_sample
         speeds = self._speeds(self._timing.step * rows)
-        return (
-            self._demands(self._timing.step * sampled),
-            np.diff(speeds, axis=0) / self._timing.step,
-        )
+        held = {"acceleration": np.diff(speeds, axis=0) / self._timing.step}
+        if self._load_factors is not None:
+            load = self._load * self._load_factors(self._timing.step * rows[:-1])
+            held |= {"load_left": load, "load_right": load}
+        return self._demands(self._timing.step * sampled), held

@@ -85,9 +85,9 @@ def run_scenario(
     index : int, optional
         Index of the run among many; the sensors' noise is drawn from their seed and this index.
     step : float, optional
-        Time between rows, over which friction is held [s]; rounded down to a whole fraction of
-        the sample time. Default: 5 ms, or a twentieth of the axle's vibration period if that
-        is less.
+        Time between rows, over which friction and wheel load are held [s]; rounded down to a whole
+        fraction of the sample time. Default: 5 ms, or less: a twentieth of the axle's vibration
+        period, a tenth of the shortest period of the wheel load.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].
     progress : callable, optional
@@ -177,9 +177,10 @@ def run_many(
         n - 1.
     step : float or sequence of float, optional
         Longest time between rows [s], of all runs or of each; rounded down to a whole fraction of
-        the sample time. Default: 10 ms, or a twentieth of the axle's vibration period if that is
-        less. A metric that depends on it can only be compared between controllers of different
-        sample times if they get a step that is a fraction of both.
+        the sample time. Default: 10 ms, or less: a twentieth of the axle's vibration period, a
+        tenth of the shortest period of the wheel load. A metric that depends on it can only be
+        compared between controllers of different sample times if they get a step that is a fraction
+        of both.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. With the default, a run on a wet
         patch under creep control is accurate to 1e-5 at 10 m/s and to 1e-3 at 1 m/s.
@@ -333,7 +334,7 @@ def _groups(
         if late not in delays:
             delays[late] = one.sensors.samples_of_delay(control.sample_time)
         falls = one.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        kind = one.drivetrain.kind, falls, kinds[id(control)]
+        kind = one.drivetrain.kind, falls, one.wheel_load is None, kinds[id(control)]
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)
     for (_, when, *_), places in groups.items():

@@ -245,6 +245,11 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
         friction_right = [1.0, 1.0]
         time = [5.0, 8.0]
         friction_over_time = [1.0, 0.5]
+        slope = ["30 %", 1.0]
+        [wheel_load]
+        frequency = [0.5, "10 Hz"]
+        density = [0.02, 0.0]
+        seed = 7
         [vehicle_changes.friction]
         static = 0.5
         [vehicle_changes.wheelset]
@@ -266,6 +271,8 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
     )
     assert scenario.track.friction_left == cl.Profile((1e3, 2e3), (0.5, 1.0))
     assert scenario.track.friction_scale(1e3, 9.0).tolist() == [0.25, 0.5]
+    assert scenario.track.slope == cl.Profile((1e3, 2e3), (0.3, 1.0))
+    assert scenario.wheel_load == cl.WheelLoad(frequency=(0.5, 10.0), density=(0.02, 0.0), seed=7.0)
     assert list(scenario.controllers) == ["first", "second"]
     assert scenario.controller("second").sample_time == pytest.approx(5e-3)
     # One key changes, and what follows from it: k_hat and saturation creepage are as in the file.
@@ -424,13 +431,24 @@ def test_each_key_that_only_scenarios_have_makes_one(
         ("time = [0.0, 1.0]", "time = [1.0, 0.0]", r"demand\.time = .*must rise"),
         ("time = [0.0, 1.0]", "time = [1.0]", r"demand\.time has 1 and torque 2 entries"),
         ("time = [0.0, 1.0]", "time = []", r"demand\.time = \[\] must be a list"),
-        ("[demand]", "[track]\ndistance = [0.0]\n[demand]", r"track\.distance goes with friction"),
+        (
+            "[demand]",
+            "[track]\ndistance = [0.0]\n[demand]",
+            r"track\.distance goes with slope, friction",
+        ),
         (
             "[demand]",
             "[track]\ndistance = [0.0]\nfriction_left = [1.0]\n[demand]",
             r"track\.distance goes with .*given are distance and friction_left",
         ),
         ("[demand]", "[track]\ntime = [0.0]\n[demand]", r"track\.time and .* go together"),
+        ("[demand]", "[track]\nslope = [0.5]\n[demand]", r"track\.distance goes .*given are slope"),
+        ("[demand]", "[wheel_load]\ntime = [0.0]\n[demand]", r"wheel_load\.time and factor, or"),
+        (
+            "[demand]",
+            "[wheel_load]\ntime = [0.0]\nfactor = [-1.0]\n[demand]",
+            r"wheel_load\.factor = -1\.0 .*>= 0",
+        ),
         (
             "[demand]",
             "[track]\ndistance = [0.0]\nfriction = [0.0]\n[demand]",

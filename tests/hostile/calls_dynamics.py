@@ -327,7 +327,7 @@ CALLS: list[Call] = [
     of_curve("basin", drive_torque=TORQUE, **INPUTS),
     of_curve("basin", free=True, drive_torque=TORQUE, **INPUTS),
     of_curve("separatrix", ("speed",), drive_torque=TORQUE, speed=SPEEDS),
-    of_curve("clearing", drive_torque=TORQUE, **INPUTS),
+    of_curve("clearing", drive_torque=TORQUE, slope=0.5, **INPUTS),
     of_curve("clearing", free=True, drive_torque=TORQUE, **INPUTS),
     of_curve("worst_pole", **CONTACT),
     Call(
@@ -428,6 +428,27 @@ CALLS: list[Call] = [
         make=lambda: (rig().conditions, dict(INPUTS)),
         numbers=tuple(INPUTS),
         optional=("normal_load",),
+    ),
+    Call(
+        name="Wheelset.with_slope",
+        make=lambda: (rig().with_slope, {"slope": 0.5}),
+        numbers=("slope",),
+    ),
+    Call(
+        name="WheelLoad",
+        make=lambda: (
+            cl.WheelLoad,
+            {"frequency": (0.5, 9.0), "density": (0.02, 0.01), "seed": 1.0},
+        ),
+        numbers=("seed",),
+    ),
+    Call(
+        name="WheelLoad.__call__",
+        make=lambda: (
+            cl.WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.01)),
+            {"time": [-1.0, 0.0, 0.7, 3.0]},
+        ),
+        arrays=("time",),
     ),
     Call(
         name="Wheelset.balanced",

@@ -65,7 +65,13 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
             friction_left=patch,
             friction_right=cl.Profile.of(0.95) if i % 4 == 3 else None,
             friction_over_time=rain,
+            slope=cl.Profile((4.0, 5.0, 9.0, 9.0), (1.0, 0.3, 0.3, 1.0))
+            if i % 3
+            else cl.Profile.of(1.0),
         ),
+        wheel_load=cl.WheelLoad(frequency=(1.0, 9.0), density=(0.01, 0.0), seed=float(i))
+        if i % 5 in (1, 2)
+        else None,
         demand=demand,
         held_speed=cl.Profile((0.0, 5.0), (speed, speed + 3.0)) if held else None,
         initial_speed=speed,

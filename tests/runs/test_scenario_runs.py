@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pytest
+from falling_friction import with_falling
 
 import contactlib as cl
 from contactlib import stability
@@ -17,6 +18,20 @@ from contactlib.traction import Measurement, OpenLoop, Sensors
 
 def variant(wheelset: cl.Wheelset, **changes: Any) -> cl.Wheelset:
     return dataclasses.replace(wheelset, **changes)
+
+
+@pytest.fixture
+def wet_drive(locomotive: cl.Model) -> cl.Scenario:
+    """Two seconds from 10 m/s, under a demand above what a wet rail allows."""
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    train = cl.Drivetrain(locomotive.wheelset)
+    controllers = {name: shipped.controller(name) for name in ("creep_pi", "open_loop")}
+    return scenario(
+        locomotive.wheelset,
+        drivetrain=train,
+        demand=cl.Profile.of(2.2e4),
+        controllers=controllers,
+    )
 
 
 SHIPPED = {
@@ -129,11 +144,92 @@ def test_a_patch_lies_where_it_lies(locomotive: cl.Model) -> None:
     assert (run["friction_scale_right"] == 0.9).all()
 
 
+WET = cl.Track(
+    friction_left=cl.Profile((5.0, 5.0, 12.0, 14.0), (1.0, 0.6, 0.6, 1.0)),
+    slope=cl.Profile((5.0, 6.0, 12.0, 12.0), (1.0, 0.29, 0.29, 1.0)),
+)
+ROUGH = cl.WheelLoad(frequency=(0.5, 2.0, 12.0), density=(0.02, 0.01, 0.0), seed=4)
+
+
+def test_a_slope_everywhere_is_that_of_the_vehicle(wet_drive: cl.Scenario) -> None:
+    """A factor of two's powers, so that dividing by it loses nothing: to the last bit."""
+    flat = dataclasses.replace(wet_drive, track=cl.Track(slope=cl.Profile.of(0.25)))
+    body = wet_drive.drivetrain.wheelset.with_slope(0.25)
+    assert body.element.saturation_creepage == pytest.approx(
+        4.0 * wet_drive.drivetrain.wheelset.element.saturation_creepage, rel=1e-15
+    )
+    vehicle = dataclasses.replace(wet_drive, drivetrain=cl.Drivetrain(body), track=cl.Track())
+    there, same = (cl.run_scenario(case, "creep_pi") for case in (flat, vehicle))
+    for name in set(there.signals) - {"slope_scale"}:
+        np.testing.assert_array_equal(there[name], same[name], err_msg=name)
+
+
+def test_a_load_of_one_changes_no_bit(wet_drive: cl.Scenario) -> None:
+    one = cl.WheelLoad(time=(0.0, 1.0), factor=(1.0, 1.0))
+    ones = dataclasses.replace(wet_drive, wheel_load=one)
+    static, run = (cl.run_scenario(case, "creep_pi") for case in (wet_drive, ones))
+    for name in set(run.signals) - {"available_force"}:
+        np.testing.assert_array_equal(run[name], static[name], err_msg=name)
+    # The interpolation has other nodes.
+    np.testing.assert_allclose(run["available_force"], static["available_force"], rtol=1e-8)
+
+
+@pytest.mark.parametrize("load", [None, ROUGH])
+def test_energy_is_kept_on_a_wet_rail_under_any_load(
+    wet_drive: cl.Scenario, load: cl.WheelLoad | None
+) -> None:
+    case = dataclasses.replace(wet_drive, track=WET, wheel_load=load)
+    run = cl.run_scenario(case, "creep_pi")
+    assert run["slope_scale"].min() == 0.29
+    assert np.abs(run["energy_defect"]).max() < 1e-6 * run["drive_work"][-1]
+
+
+def test_the_available_force_is_of_the_rail_and_the_load(wet_drive: cl.Scenario) -> None:
+    body = with_falling(wet_drive.drivetrain.wheelset)
+    case = dataclasses.replace(
+        wet_drive, drivetrain=cl.Drivetrain(body), track=WET, wheel_load=ROUGH
+    )
+    run = cl.run_scenario(case, "creep_pi")
+    load = body.element.normal_load * ROUGH(run.time)
+    np.testing.assert_allclose(run["normal_load"], load, rtol=1e-14)
+    for i in range(0, run.time.size, 7):
+        expected = cl.available_force(
+            body.with_slope(float(run["slope_scale"][i])).element,
+            speed=run["speed"][i],
+            normal_load=run["normal_load"][i],
+            friction_scale=run["friction_scale_left"][i],
+        )
+        assert run["available_force"][i] == pytest.approx(float(expected), rel=1e-8)
+    assert (np.abs(run["creep_force"]) <= run["available_force"] * (1.0 + 1e-8)).all()
+
+
+def test_a_wheel_without_load_has_no_force(wet_drive: cl.Scenario) -> None:
+    lifted = cl.WheelLoad(time=(0.5, 0.5, 0.7, 0.7), factor=(1.0, 0.0, 0.0, 1.0))
+    run = cl.run_scenario(dataclasses.replace(wet_drive, wheel_load=lifted), "creep_pi")
+    up = (run.time >= 0.5 - 1e-9) & (run.time < 0.7 - 1e-9)
+    for name in ("creep_force", "available_force", "normal_load"):
+        assert (run[name][up] == 0.0).all()
+        assert (run[name][~up] > 0.0).all()
+
+
+def test_a_load_held_over_rows_converges(wet_drive: cl.Scenario) -> None:
+    """Of first order, as it is held from its value at the start of a row."""
+    case = dataclasses.replace(wet_drive, wheel_load=ROUGH, demand=cl.Profile.of(1.5e4))
+    work = [
+        cl.run_scenario(case, "open_loop", step=step)["creep_work"][-1]
+        for step in (8e-3, 4e-3, 2e-3, 1e-3, 1e-4)
+    ]
+    errors = np.abs(np.array(work[:-1]) - work[-1])
+    assert (errors[1:] < 0.7 * errors[:-1]).all()
+    assert errors[-1] < 1e-3 * work[-1]
+
+
+@pytest.mark.parametrize("name", ["friction_left", "slope"])
 @pytest.mark.parametrize("start", [3.0, 3.01, 3.02, 3.03, 3.04])
-def test_a_patch_shorter_than_a_step_is_met(locomotive: cl.Model, start: float) -> None:
+def test_a_patch_shorter_than_a_step_is_met(locomotive: cl.Model, start: float, name: str) -> None:
     """Two centimetres are two fifths of a row; where it lies between rows does not matter."""
     ends = (start, start, start + 0.02, start + 0.02)
-    track = cl.Track(friction_left=cl.Profile(ends, (1.0, 0.5, 0.5, 1.0)))
+    track = cl.Track(**{name: cl.Profile(ends, (1.0, 0.5, 0.5, 1.0))})
     wheelset = variant(locomotive.wheelset, resistance=cl.Resistance())
     case = scenario(wheelset, track=track, duration=0.6, demand=cl.Profile.of(2.5e4))
     coarse, fine = (cl.run_scenario(case, "open_loop", step=step) for step in (5e-3, 1e-4))

@@ -27,6 +27,7 @@ from contactlib.runs.sweep.sampling import Choice, Distribution, LogUniform, Nor
 from contactlib.traction import CONTROLLERS, Sensors
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.drivetrain import Axle, Motor
+from contactlib.vehicle.wheel_load import WheelLoad
 
 SECTIONS: dict[str, type[Parameters]] = {
     "axle": Axle,
@@ -35,6 +36,7 @@ SECTIONS: dict[str, type[Parameters]] = {
     "run": ScenarioRunSection,
     "demand": DemandSection,
     "track": TrackSection,
+    "wheel_load": WheelLoad,
     "held_speed": HeldSpeedSection,
     "sensors": Sensors,
 }

@@ -1,0 +1,87 @@
+"""The dynamic wheel load: its history, and the statistics of a random one."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import welch
+
+import contactlib as cl
+
+FREQUENCY = (0.5, 1.0, 1.0, 3.0, 3.2, 8.0)  # a jump at 1 Hz, a steep fall from 3 Hz on
+DENSITY = (0.0, 0.02, 0.005, 0.005, 0.0005, 0.0)
+VARIANCE = np.trapezoid(DENSITY, FREQUENCY)
+
+
+def test_a_history_is_its_profile() -> None:
+    load = cl.WheelLoad(time=(0.0, 1.0, 1.0), factor=(1.0, 1.5, 0.5))
+    assert load([-1.0, 0.5, 1.0, 2.0]).tolist() == [1.0, 1.25, 0.5, 0.5]
+
+
+def test_the_variance_is_the_integral_of_the_density() -> None:
+    time = np.arange(0.0, 4000.0, 0.02)
+    found = cl.WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=1)(time)
+    assert found.mean() == pytest.approx(1.0, abs=1e-3)
+    assert found.var() == pytest.approx(VARIANCE, rel=5e-3)
+    # Nearly Gaussian: a sum of N equal waves has the kurtosis 3 - 3/(2 N).
+    assert np.mean((found - 1.0) ** 4) / found.var() ** 2 == pytest.approx(3.0, abs=0.1)
+
+
+def test_the_power_lies_where_the_density_does() -> None:
+    time = np.arange(0.0, 400.0, 0.02)
+    power = np.zeros(513)
+    for seed in range(30):
+        load = cl.WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=seed)
+        frequency, one = welch(load(time) - 1.0, 50.0, nperseg=1024)
+        power += one / 30.0
+    edges = [0.3, 0.9, 1.1, 2.0, 3.0, 3.4, 5.0, 10.0]
+    for low, high in pairwise(edges):
+        fine = np.linspace(low, high, 20001)
+        expected = np.trapezoid(np.interp(fine, FREQUENCY, DENSITY, 0.0, 0.0), fine)
+        inside = (frequency >= low) & (frequency < high)
+        found = power[inside].sum() * frequency[1]
+        assert found == pytest.approx(expected, rel=0.1, abs=0.01 * VARIANCE)
+
+
+def test_a_load_depends_on_seed_and_time_alone() -> None:
+    load = cl.WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
+    again = cl.WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
+    other = cl.WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=3)
+    time = np.linspace(0.0, 9.0, 50)
+    np.testing.assert_array_equal(load(time), again(time))
+    np.testing.assert_allclose(load(time), [float(load(t)) for t in time], rtol=1e-14)
+    assert np.abs(load(time) - other(time)).max() > 0.1
+    assert load(time.reshape(5, 10)).shape == (5, 10)
+
+
+def test_a_load_is_never_negative() -> None:
+    found = cl.WheelLoad(frequency=(1.0, 2.0), density=(1.0, 1.0))(np.linspace(0.0, 99.0, 9999))
+    assert found.min() == 0.0
+    assert found.max() > 2.0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, r"give exactly one of these pairs, not nothing"),
+        ({"time": (0.0,)}, r"not time$"),
+        (
+            {"time": (0.0,), "factor": (1.0,), "frequency": (1.0,), "density": (1.0,)},
+            r"not time and factor and frequency and density",
+        ),
+        ({"time": (0.0, 1.0), "factor": (1.0,)}, r"time has 2 and factor 1 entries"),
+        ({"time": (1.0, 0.0), "factor": (1.0, 1.0)}, r"time = .* must rise"),
+        ({"time": (0.0,), "factor": (-0.1,)}, r"WheelLoad\.factor = -0\.1 .*>= 0"),
+        ({"frequency": (1.0, 0.5), "density": (1.0, 1.0)}, r"frequency = .* must rise"),
+        ({"frequency": (1.0,), "density": (1.0,)}, r"density = .* must have a part above zero"),
+        ({"frequency": (1.0, 2.0), "density": (0.0, 0.0)}, r"density = .* a part above zero"),
+        ({"time": [[0.0]], "factor": (1.0,)}, r"WheelLoad\.time = .* one row of numbers"),
+        ({"time": (0.0,), "factor": (1.0,), "seed": 0.5}, r"seed = 0\.5 must be a whole number"),
+    ],
+)
+def test_a_load_that_is_none_is_refused(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        cl.WheelLoad(**given)
