@@ -382,7 +382,7 @@ def sweep(
 @click.option(
     "--trials", default=600, show_default=True, help="Settings to try for each controller."
 )
-@click.option("--seeds", default=4, show_default=True, help="Sequences of noise for each trial.")
+@click.option("--seeds", default=1, show_default=True, help="Sequences of noise for each sensor.")
 @drawing_options
 @click.option(
     "-o",
@@ -401,10 +401,10 @@ def tune(
 ) -> None:
     """Search settings of traction controllers, with the same budget for each, and compare them.
 
-    Default: all controllers of SCENARIO that have settings. The settings found go into
-    settings.toml, as sections of a scenario file. With them, every controller then runs with
-    sensors that err as it does not know: errors.csv has the force that it uses while friction
-    limits.
+    Default: all controllers of SCENARIO that have settings. Every trial runs with the sensors of the
+    file, and with sensors that err as the controller does not know. The settings found go into
+    settings.toml, as sections of a scenario file; errors.csv has the force that every controller
+    uses with them while friction limits.
     """
     from contactlib.cli.report import write_tuning
     from contactlib.files.scenario import load_scenario

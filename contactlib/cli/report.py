@@ -148,8 +148,8 @@ def write_tuning(
         for scenario, *both in zip(scenarios, found.designed, found.tuned, strict=True):
             means = [f"{value:.3f}" for values in both for value in values.mean(axis=-1)]
             rows.append([name, scenario.name, *means])
-    reporter.line(f"{trials} settings of each, {seeds} sequences of noise; force used / available")
-    reporter.line("while friction limits, and / transmittable in the whole run, with other noise:")
+    reporter.line(f"{trials} settings of each. Force used / available while friction limits, and /")
+    reporter.line("transmittable in the whole run, with noise that the search has not seen:")
     reporter.line(fixed_width(rows))
     with reporter.step("Running with sensors that err") as progress:
         controls = {name: found.controllers for name, found in tuned.items()}

@@ -5,7 +5,8 @@ controller is searched alike, with the same budget: the fields that its class na
 multiplied by factors, which `scipy.optimize.differential_evolution` chooses. The design itself is
 one of the first trials.
 
-The controllers know the sensors of the scenario's file. `sensor_errors` runs them with others.
+Controllers are designed for the sensors of the scenario's file. Settings are searched, and judged
+by `sensor_errors`, with these and with sensors that err as no controller knows.
 """
 
 from __future__ import annotations
@@ -90,15 +91,15 @@ def tune(
     controller: str,
     *,
     trials: int = 600,
-    seeds: int = 4,
+    seeds: int = 1,
     seed: int = 1,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Tuning:
     """Search settings of a controller that suit all of the scenarios at once.
 
-    The objective is the mean of limited and adhesion utilisation, of all scenarios and sequences
-    of noise. So force that is lost while friction limits counts, and so does force that is lost
-    afterwards.
+    The objective is the mean of limited and adhesion utilisation, of all scenarios, of all sensors
+    of `erring` and sequences of noise. So force that is lost while friction limits counts, and so
+    does force that is lost afterwards.
 
     Parameters
     ----------
@@ -109,7 +110,7 @@ def tune(
     trials : int, optional
         Settings to try, a multiple of the generation of 30 or less.
     seeds : int, optional
-        Sequences of noise in which each is tried.
+        Sequences of noise with which each is tried, for each of the sensors.
     seed : int, optional
         Seed of the search, which is the same each time.
     progress : callable, optional
@@ -142,10 +143,15 @@ def tune(
             "settings to search: its class names them in TUNED"
         )
     done = 0
+    cases = [
+        (replace(scenario, sensors=sensors), design)
+        for scenario, design in zip(scenarios, designs, strict=True)
+        for sensors in erring(scenario.sensors, design.sample_time).values()
+    ]
 
     def objective(logs: FloatArray) -> FloatArray:
         nonlocal done
-        found = _outcomes(scenarios, designs, names, np.exp(logs.T), range(seeds))
+        found = _outcomes(cases, names, np.exp(logs.T), range(seeds))
         done += len(logs.T)
         progress(min(1.0, done / (generations * POPULATION)))
         return -np.asarray(found.mean(axis=(1, 2, 3)))
@@ -169,7 +175,8 @@ def tune(
     factors = dict(zip(names, np.exp(best.x).tolist(), strict=True))
     both = np.exp(np.stack([np.zeros(len(names)), best.x]))
     unseen = range(UNSEEN, UNSEEN + max(seeds, 10))
-    designed, tuned = _outcomes(scenarios, designs, names, both, unseen)
+    plain = list(zip(scenarios, designs, strict=True))
+    designed, tuned = _outcomes(plain, names, both, unseen)
     settled = tuple(_changed(one, names, both[1]) for one in designs)
     return Tuning(factors, settled, designed, tuned, generations * POPULATION)
 
@@ -188,22 +195,21 @@ def _changed(design: Any, names: Sequence[str], factors: FloatArray) -> Any:
 
 
 def _outcomes(
-    scenarios: Sequence[Scenario],
-    designs: Sequence[Any],
+    cases: Sequence[tuple[Scenario, Any]],
     names: Sequence[str],
     factors: FloatArray,
     index: Sequence[int],
 ) -> FloatArray:
-    """Outcomes of every row of factors: shape (rows, scenarios, `OBJECTIVE`, noises)."""
-    cases, places = [], []
+    """Outcomes of every row of factors on the designs: shape (rows, cases, `OBJECTIVE`, noises)."""
+    tried, places = [], []
     for row, some in enumerate(factors):
-        for place, (scenario, design) in enumerate(zip(scenarios, designs, strict=True)):
+        for place, (scenario, design) in enumerate(cases):
             if (control := _changed(design, names, some)) is not None:
-                cases.append(replace(scenario, controllers={"tried": control}))
+                tried.append(replace(scenario, controllers={"tried": control}))
                 places.append((row, place))
-    many = [case for case in cases for _ in index]
-    found = run_many(many, "tried", OBJECTIVE, index=list(index) * len(cases))
-    whole = np.zeros((len(factors), len(scenarios), len(OBJECTIVE), len(index)))
+    many = [one for one in tried for _ in index]
+    found = run_many(many, "tried", OBJECTIVE, index=list(index) * len(tried))
+    whole = np.zeros((len(factors), len(cases), len(OBJECTIVE), len(index)))
     limited, used = (found[name].reshape(-1, len(index)) for name in OBJECTIVE)
     limited = np.where(np.isnan(limited), used, limited)  # friction never limits
     for (row, place), *values in zip(places, limited, used, strict=True):

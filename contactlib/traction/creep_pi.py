@@ -150,7 +150,7 @@ class SlipLimiter(Parameters):
     low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
     least_slip: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
     speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
-    recovery_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
+    recovery_time: Annotated[float, Quantity("s", above=0.0)] = 0.35
     creepage_error: Annotated[float, Quantity("1", at_least=0.0, at_most=0.1, percent=True)] = 0.01
     speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
     stick_torque: Annotated[float, Quantity("N.m", at_least=0.0)] = 0.0

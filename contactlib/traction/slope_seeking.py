@@ -40,8 +40,9 @@ from contactlib.vehicle.drivetrain import Drivetrain
 
 HELD = 0.3  # largest deviation of the creepage / reference at which the slope is used
 RANGE = (0.7, 10.0)  # limits of the compliance / first compliance; see `for_drivetrain`
-FIRST = 2.4  # first compliance / that of the sticking contact
-CLEAR = (-0.1, 0.5)  # elasticity below and above which the slope is clear
+AT_PEAK = 1.35  # gain / that of `slip_gains`, which allows for a pole that the peak has not
+FIRST = 2.7  # first compliance / that of the sticking contact
+CLEAR = (-0.1, 0.7)  # elasticity below and above which the slope is clear
 FAST = 4.0  # rate of the search where it is clear / rate elsewhere
 BEYOND = (1.5, 3.5)  # creepage / reference from which, and up to which, it lowers the compliance
 LOWERING = 0.6  # relative rate of that for every reference of creepage [1/s]
@@ -92,7 +93,7 @@ class SlopeSeeking(SlipLimiter):
         Bound of the reference creepage [1].
     seeking_rate : float, optional
         Relative rate of the compliance for an elasticity of one above the target [1/s]; four times
-        as much where the elasticity is above 0.5 or below -0.1.
+        as much where the elasticity is above 0.7 or below -0.1.
     target_elasticity : float, optional
         Elasticity at which the search settles [1]; the peak has zero. At 0.2 the last per cent of
         creepage, and so of slip work, still gives 0.2 per cent of force, and a broad peak is not
@@ -127,12 +128,12 @@ class SlopeSeeking(SlipLimiter):
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
     least_load: Annotated[float, Quantity("N.m", at_least=0.0)] = 0.0
     largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.08
-    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.2
-    target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.2
-    dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.04
-    dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.25
-    memory_time: Annotated[float, Quantity("s", above=0.0)] = 0.45
-    observer_time: Annotated[float, Quantity("s", above=0.0)] = 0.015
+    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.36
+    target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.28
+    dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.037
+    dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.58
+    memory_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
+    observer_time: Annotated[float, Quantity("s", above=0.0)] = 0.034
     slip_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
 
     def __post_init__(self) -> None:
@@ -180,7 +181,7 @@ class SlopeSeeking(SlipLimiter):
             "inertia": wheelset.inertia,
             "delay": sensors.delay,
             "motor_lag": drivetrain.motor.lag,
-            "proportional_gain": gains[0],
+            "proportional_gain": AT_PEAK * gains[0],
             "integral_gain": gains[1],
             "least_slip": least_slip(sensors, sample_time, filter_time),
             "first_compliance": FIRST * stick["stick_compliance"],
@@ -246,11 +247,14 @@ class SlopeSeeking(SlipLimiter):
             least_load=1e-3 * slip.demand + 1.0,
         )
         limiting = memory.limiter.limiting
-        seeking = limiting & (away < HELD * HELD * reference * reference)
-        clear = (slope < CLEAR[0]) | (slope > CLEAR[1])
+        near = HELD * HELD * reference * reference
+        rising = slope > CLEAR[1]
+        seeking = limiting & ((away < near) | (rising & (creepage > reference)))
+        clear = (slope < CLEAR[0]) | rising
         rate = self.seeking_rate * np.where(clear, FAST, 1.0) * seeking
         beyond = np.minimum(np.maximum(creepage / reference, BEYOND[0]), BEYOND[1]) - BEYOND[0]
-        rise = rate * (slope - self.target_elasticity) - LOWERING * beyond * limiting
+        lowering = LOWERING * beyond * (limiting & ~rising)
+        rise = rate * (slope - self.target_elasticity) - lowering
         gain = gain * (1.0 + self.sample_time * rise)
         gain = np.minimum(np.maximum(gain, RANGE[0]), RANGE[1])
 
