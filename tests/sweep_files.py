@@ -11,7 +11,7 @@ source = "chosen"
 vehicle = "locomotive.toml"
 
 [vehicle_changes.friction]
-slip_rate_residual = 0.40
+slip_rate_residual = 0.857
 slip_rate_decay = 0.60
 
 [run]

@@ -100,7 +100,8 @@ class ForceElement(Parameters):
     slope_reduction : float, optional
         The initial slope over that of clean surfaces; zeta0 is divided by it [1]. A third-body
         layer makes it less than 1; a measured curve may be steeper than Hertz's contact predicts.
-        Default: 1.
+        That k_hat stays is a choice: if a softer layer replaced E* by s E* in both scales, k_hat
+        would fall to sqrt(s) k_hat. Default: 1.
     minimum_speed : float, optional
         Speed below which the reference speed of the creepage is regularised and the output
         ``speed_regularized`` is 1 [m/s]. Default: 0.1.

@@ -217,6 +217,8 @@ def fit(
     than ten times the estimate, or if the Jacobian is singular in its direction: other parameters
     can then compensate any change of it, and only their ranges bound the interval. Parameters whose
     estimate is at an end of its range are not in the Jacobian; standard errors treat them as known.
+    All this takes the law as true, and the errors of the points as independent and of one size. An
+    interval says nothing about whether another law fits better: compare `FitResult.rmse`.
 
     Polach's law depends on kA and kS only through kA/zeta0 and kS/zeta0. Hold
     ``saturation_creepage`` to fit it; for another zeta0, kA and kS change in proportion. If all

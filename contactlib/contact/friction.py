@@ -133,7 +133,9 @@ class Friction(Parameters):
         weakening zone does not depend on it.
     slip_rate_residual, slip_rate_decay : float, optional
         A [1] and B [s/m] of the factor (1 - A) exp(-B w) + A by which both coefficients fall with
-        slip speed w. Default: no fall.
+        slip speed w. Default: no fall. Polach's A belongs to his one coefficient mu0, whose fall
+        contains that from `static` to `kinetic`. Here A times static/kinetic is consistent with
+        it: friction at high slip speed is then A `static`.
 
     Raises
     ------

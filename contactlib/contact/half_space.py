@@ -34,11 +34,11 @@ are updated in each step, and a case that does not converge is approached along 
 Error. Between order 3/2 (the root at the edge of stick) and 2 in h; two grids are extrapolated by
 2. Against CONTACT (a/b 0.5 to 2, nu = 0.28; largest and root mean square of f_x, f_y, m_z): 0.0016
 and 0.0005 without spin, 0.006 and 0.0014 with spin on the default grids, at some 20 ms a case;
-0.0011, 0.0004, 0.008 and 0.0012 on ((23, 12), (31, 16)). Without spin that is CONTACT's own
-uncertainty. With spin the rest is irregular: where the centre of rotation lies inside a sliding
-contact the traction's direction jumps, and the nodes see that only at their places. Weakening
-friction needs nodes inside its process zone: on ((47, 8), (71, 8)) 0.006 for a zone of 0.1 a and
-0.0025 for 0.4 a or more.
+0.0011, 0.0004, 0.008 and 0.0012 on ((23, 12), (31, 16)). Without spin the latter is at most
+twice the uncertainty of CONTACT's values. With spin the rest is irregular: where the centre of
+rotation lies inside a sliding contact the traction's direction jumps, and the nodes see that only
+at their places. Weakening friction needs nodes inside its process zone: on ((47, 8), (71, 8)) 0.006
+for a zone of 0.1 a and 0.0025 for 0.4 a or more.
 """
 
 from __future__ import annotations
