@@ -139,7 +139,7 @@ def slip_away_formula(
     far arm of the parabola is counted in addition, so the sum is too long, and the less so the
     smaller the overload and the farther the end. For the wheel of Fig. 6 (k_hat 0.3) it is within
     15 % up to an overload of 10 % if the end is ten times the saturation creepage, and within 4 %
-    up to 50 % if it is sixty-six times that.
+    up to 50 % if it is 67 times that.
 
     Parameters
     ----------

@@ -61,9 +61,14 @@ def test_slip_away_time_of_a_free_wheelset(
             assert wrong != pytest.approx(time, rel=tolerance)
 
 
-@pytest.mark.parametrize("overload", [1e-4, 1e-3, 1e-2, 0.03, 0.1])
-@pytest.mark.parametrize("end", [0.15, 1.0])
-def test_slip_away_formula(rig: cl.Model, overload: float, end: float) -> None:
+@pytest.mark.parametrize(
+    ("end", "overload", "within"),
+    [
+        *((0.15, overload, 0.15) for overload in (1e-4, 1e-3, 1e-2, 0.03, 0.1)),
+        *((1.0, overload, 0.04) for overload in (1e-4, 1e-2, 0.1, 0.5)),
+    ],
+)
+def test_slip_away_formula(rig: cl.Model, end: float, overload: float, within: float) -> None:
     body = replace(rig.wheelset, damping=0.0)
     law, zeta0 = cl.CarterGriffith(k_hat=0.3), body.element.saturation_creepage
     peak, sliding = law.peak, 0.21 * body.element.normal_load
@@ -81,7 +86,7 @@ def test_slip_away_formula(rig: cl.Model, overload: float, end: float) -> None:
         sliding_force=sliding,
     )
     torque = (1.0 + overload) * 0.5 * sliding * peak.traction_ratio
-    assert time == pytest.approx(simulated_time(body, torque, 0.0, end), rel=0.15)
+    assert 0.0 < time / simulated_time(body, torque, 0.0, end) - 1.0 < within
     estimate = stability.slip_away_estimate(body, drive_torque=torque, speed=V, end=end)
     assert estimate == pytest.approx(time, rel=1e-3)
 

@@ -115,6 +115,19 @@ def test_the_papers_limit_is_reached_like_the_square_of_the_process_zone() -> No
     assert order(zones[2:], peaks[2:]) == pytest.approx(2.0, abs=0.07)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "rising", "lacking"), [(0.45 / 0.21, 0.006, 0.018), (0.33 / 0.21, 0.015, 0.024)]
+)
+def test_the_papers_limit_errs_most_on_the_falling_branch(
+    ratio: float, rising: float, lacking: float
+) -> None:
+    law, limit = CohesiveZone(k_hat=0.3, static_to_kinetic=ratio), CarterGriffith(k_hat=0.3)
+    x = np.linspace(0.0, 1.4, 141)
+    assert np.abs(law.traction_ratio(x) - limit.traction_ratio(x)).max() < rising
+    left = float(law.traction_ratio(2.0) - limit.traction_ratio(2.0))
+    assert left == pytest.approx(lacking, abs=5e-4)
+
+
 def test_small_k_hat_tends_to_the_papers_limit() -> None:
     k_hats = [1e-2, 1e-3, 1e-4]
     near, whole = np.linspace(1.1, 1.6, 20), np.linspace(0.05, 2.0, 400)

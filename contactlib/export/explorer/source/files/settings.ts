@@ -25,7 +25,7 @@ export interface Settings {
   playback: number;
 }
 
-// The gain holds the falling branch of both shipped models at 10 m/s, where poles reach 69 1/s and
+// The gain holds the falling branch of both shipped models at 10 m/s, where poles reach 70 1/s and
 // g = 2e-4 1/(N.m.s): it takes 3.8e5 N.m anywhere, and at a creepage of 0.024 at most 1.4e6 N.m
 // behind a delay of 5 ms, but 4.9e5 N.m behind 12 ms.
 const GAINS = { proportional_gain: 6e5, integral_gain: 6e5 };

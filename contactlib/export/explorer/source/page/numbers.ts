@@ -71,7 +71,7 @@ export function warnings({ run, shown, control }: Moment): string {
   const found: string[] = [];
   if (zone > PROCESS_ZONE_LIMIT) {
     found.push(`The weakening zone is ${digits(zone)} semi-widths long. The ` +
-      `law shown is the limit of a short zone, good up to ${PROCESS_ZONE_LIMIT}: raise f_s/f_d or lower K.`);
+      `law shown is the limit of a short zone, below ${PROCESS_ZONE_LIMIT}: raise f_s/f_d or lower K.`);
   }
   if (control.mode === "creep" && run.driveTorque >= control.torque_max) {
     found.push("Creep control is at its largest torque.");

@@ -215,7 +215,7 @@ export const STORIES: Story[] = [
         begin: (app) => {
           app.settings.playback = 0.2;
         },
-        say: () => "A few milliseconds decide between grip and run-away.",
+        say: () => "A fifth of the critical clearing time lies between grip and run-away.",
         until: Infinity,
       },
     ],
