@@ -108,6 +108,17 @@ def test_fold_is_the_largest_quasi_steady_torque(rig: cl.Model, mass: float | No
     assert fold.return_torque == pytest.approx(least.min(), rel=1e-10)
 
 
+def test_fold_of_a_train_is_higher_by_what_turns_the_wheelset_along(locomotive: cl.Model) -> None:
+    free = locomotive.wheelset
+    assert free.mass is not None
+    fold, held = (cl.find_fold(body, speed=10.0) for body in (free, replace(free, mass=None)))
+    point = free.balanced(creepage=held.creepage, speed=10.0)
+    acceleration = point.resistance_force / free.mass
+    along = free.inertia / free.radius * (1.0 + held.creepage) * acceleration
+    assert fold.drive_torque - held.drive_torque == pytest.approx(along, rel=1e-3)
+    assert along / held.drive_torque == pytest.approx(0.0067, abs=5e-5)
+
+
 @pytest.mark.parametrize("mass", [None, 22.5e3])
 @pytest.mark.parametrize(
     ("residual", "decay", "tolerance"),
