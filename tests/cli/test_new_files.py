@@ -86,13 +86,13 @@ def test_the_scenario_runs_with_all_its_controllers() -> None:
     scenario = cl.load_scenario(written("scenario"))
     done = {name: cl.run_scenario(scenario, name) for name in scenario.controllers}
     used = {n: cl.metrics(r, scenario.drivetrain).adhesion_utilisation for n, r in done.items()}
-    assert used["open_loop"] < 0.7 < 0.9 < min(used["threshold"], used["creep_pi"])
+    assert used["open_loop"] < 0.85 < 0.9 < min(used["threshold"], used["creep_pi"])
 
 
 def test_the_sweep_runs() -> None:
     found = cl.ensemble(written("sweep"))
     assert dict(found.sizes) == {"controller": 2, "patch_friction": 4, "inertia": 3}
-    assert bool(found.adhesion_utilisation.notnull().all())
+    assert bool(found.slip_work.notnull().all())
 
 
 def test_every_kind_has_a_template_that_the_command_names() -> None:
