@@ -401,8 +401,8 @@ def tune(
 ) -> None:
     """Search settings of traction controllers, with the same budget for each, and compare them.
 
-    Default: all controllers of SCENARIO that have settings. Every trial runs with the sensors of the
-    file, and with sensors that err as the controller does not know. The settings found go into
+    Default: all controllers of SCENARIO that have settings. Every trial runs with the sensors of
+    the file, and with sensors that err as the controller does not know. The settings found go into
     settings.toml, as sections of a scenario file; errors.csv has the force that every controller
     uses with them while friction limits.
     """
