@@ -39,6 +39,7 @@ BIASES = (-0.02, -0.01, -0.005, 0.005, 0.01, 0.02)  # of the vehicle speed [1]
 DIAMETERS = (-0.01, 0.01)  # errors of the wheel's [1]
 LATE = (1, 2)  # samples of further delay
 NOISES = (0.0, 2.0)  # times the noise
+TRAIN = 0.5  # acceleration of a train at most, where its speed is estimated from the wheels [m/s2]
 
 
 @dataclass(frozen=True)
@@ -253,6 +254,9 @@ def sensor_errors(
 ) -> xr.DataArray:
     """Limited utilisation of controllers with sensors that err as the controllers do not know.
 
+    The sensors are those of `erring`, and then none of the vehicle speed, which is estimated from
+    the wheels.
+
     Parameters
     ----------
     scenarios : sequence of Scenario
@@ -280,6 +284,13 @@ def sensor_errors(
         for done, many in enumerate(controllers.values(), place * len(controllers)):
             control = many[place]
             sensors = erring(scenario.sensors, control.sample_time)
+            sensors["speed of the wheels alone"] = replace(
+                scenario.sensors,
+                vehicle_speed_bias=0.0,
+                vehicle_speed_drift=0.0,
+                vehicle_speed_noise=0.0,
+                acceleration_limit=TRAIN,
+            )
             labels = list(sensors)
             one: dict[str, Any] = {"tried": control}
             cases = [replace(scenario, sensors=s, controllers=one) for s in sensors.values()]

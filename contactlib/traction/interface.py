@@ -74,7 +74,7 @@ class SampledController(ABC):
     ...         return measurement.demand if abs(slip) < 0.2 else 0.1 * measurement.demand
     >>> run = cl.run_scenario(cl.load_scenario("dry_wet_dry.toml"), Cautious())
     >>> f"{run['creepage'].max():.2f}"
-    '0.06'
+    '0.09'
     """
 
     sample_time: float

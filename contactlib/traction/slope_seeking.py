@@ -40,12 +40,14 @@ from contactlib.vehicle.drivetrain import Drivetrain
 
 HELD = 0.3  # largest deviation of the creepage / reference at which the slope is used
 RANGE = (0.7, 10.0)  # limits of the compliance / first compliance; see `for_drivetrain`
+STEEP = 0.2  # elasticity from which a wheel that slows down is on a rising branch
+NOISES = 2.0  # standard deviations of the slip by which it has to slow down
 AT_PEAK = 1.35  # gain / that of `slip_gains`, which allows for a pole that the peak has not
 FIRST = 2.7  # first compliance / that of the sticking contact
 CLEAR = (-0.1, 0.7)  # elasticity below and above which the slope is clear
 FAST = 4.0  # rate of the search where it is clear / rate elsewhere
 BEYOND = (1.5, 3.5)  # creepage / reference from which, and up to which, it lowers the compliance
-LOWERING = 0.6  # relative rate of that for every reference of creepage [1/s]
+LOWERING = 0.9  # relative rate of that for every reference of creepage [1/s]
 LEAST = 0.06  # traction coefficient of the least load: half of that of very slippery rails
 
 
@@ -248,12 +250,19 @@ class SlopeSeeking(SlipLimiter):
         )
         limiting = memory.limiter.limiting
         near = HELD * HELD * reference * reference
-        rising = slope > CLEAR[1]
-        seeking = limiting & ((away < near) | (rising & (creepage > reference)))
-        clear = (slope < CLEAR[0]) | rising
+        # A wheel that slows down towards the reference and takes the load along is on a rising
+        # branch: the reference is too small. The moments do not know, as they are of what is near.
+        before = memory.moments.creepage
+        slowing = before - creepage
+        lost = (memory.moments.load - load) / np.maximum(memory.moments.load, self.least_load)
+        falling = (slowing > NOISES * self.slip_noise / slip.scale) & (creepage > reference)
+        falling = falling & (lost * before > STEEP * slowing)
+        slope = np.where(falling, 1.0, slope)
+        seeking = limiting & ((away < near) | falling)
+        clear = (slope < CLEAR[0]) | (slope > CLEAR[1])
         rate = self.seeking_rate * np.where(clear, FAST, 1.0) * seeking
         beyond = np.minimum(np.maximum(creepage / reference, BEYOND[0]), BEYOND[1]) - BEYOND[0]
-        lowering = LOWERING * beyond * (limiting & ~rising)
+        lowering = LOWERING * beyond * (limiting & ~falling)
         rise = rate * (slope - self.target_elasticity) - lowering
         gain = gain * (1.0 + self.sample_time * rise)
         gain = np.minimum(np.maximum(gain, RANGE[0]), RANGE[1])

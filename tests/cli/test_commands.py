@@ -338,4 +338,4 @@ def test_tune_writes_settings_that_a_scenario_takes_and_a_table_of_errors(tmp_pa
     assert "vehicle speed -2 %" in table
     lines = (folder / "errors.csv").read_text().splitlines()
     assert lines[0] == "scenario,controller,error,noise,limited_utilisation"
-    assert len(lines) == 1 + 13 * 10
+    assert len(lines) == 1 + 14 * 10
