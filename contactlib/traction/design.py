@@ -38,9 +38,9 @@ def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) ->
 
 
 def least_slip(sensors: Sensors, sample_time: float, filter_time: float) -> float:
-    """Smallest slip speed above the noise: three standard deviations of its measurement [m/s]."""
+    """Smallest slip speed above the noise: 3.5 standard deviations of its measurement [m/s]."""
     tracked = tracked_variance(sample_time, filter_time)
-    return 3.0 * math.sqrt(sensors.wheel_speed_noise**2 + tracked * sensors.vehicle_speed_noise**2)
+    return 3.5 * math.sqrt(sensors.wheel_speed_noise**2 + tracked * sensors.vehicle_speed_noise**2)
 
 
 def peak_creepage(wheelset: Wheelset, speed: float) -> float:

@@ -75,7 +75,7 @@ def test_run_can_be_read(
 def test_run_away_does_not_stretch_the_axes(
     runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics], tmp_path: Path
 ) -> None:
-    assert runs["open_loop"]["creepage"].max() > 5.0
+    assert runs["open_loop"]["creepage"].max() > 3.0
     figure = comparison(runs, found, title="Wet patch", caption=CAPTION)
     checks.check_axes(figure)
     checks.check_layout(figure)

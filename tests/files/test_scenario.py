@@ -43,6 +43,7 @@ def test_all_situations_are_shipped() -> None:
         "torque_step",
         "torque_ramp",
         "dry_wet_dry",
+        "soft_patch",
         "speed_sweep",
         "sanding",
         "standstill",

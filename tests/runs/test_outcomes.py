@@ -232,10 +232,10 @@ def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
     run = cl.run_scenario(scenario, "threshold")
     used, wanted = transmittable_force(run, scenario.drivetrain)
     cuts = np.count_nonzero(np.diff((used < 0.8 * wanted).astype(int)) == 1)
-    assert cuts > 20
+    assert cuts > 15
     found = metrics(run, scenario.drivetrain)
-    assert 0.0 < found.recovery_time < 0.6
-    assert found.limited_utilisation < found.adhesion_utilisation - 0.04
+    assert 0.0 < found.recovery_time < 1.5
+    assert found.limited_utilisation < found.adhesion_utilisation - 0.03
 
 
 @pytest.mark.parametrize(("part", "expected"), [(0.79, 1.5), (0.81, 0.0)])

@@ -132,7 +132,7 @@ def test_slope_seeking_finds_the_peak_it_is_not_told(locomotive: cl.Model, share
     controller = replace(nominal, first_compliance=share * nominal.first_compliance)
     factors = [1.0, 0.7, 0.4]
     used, creepage = np.transpose([late_rows(locomotive, controller, f, 10.0) for f in factors])
-    assert (used > 0.96).all()
+    assert (used > 0.93).all()
     # Each friction has a peak of its own, in proportion to it.
     assert creepage / creepage[0] == pytest.approx(factors, abs=0.15)
 
@@ -152,7 +152,7 @@ def test_slope_seeking_finds_the_elasticity_of_another_law(
     controller = designed("slope_seeking", model, target_elasticity=target)
     for factor in (1.0, 0.5):
         used, creepage = late_rows(model, controller, factor, 15.0)
-        assert used > 0.91
+        assert used > 0.89
         near = creepage * np.exp([-0.01, 0.01])
         force = other.at_creepage(near, speed=15.0, friction_scale=factor)["creep_force"]
         elasticity = float(np.diff(np.log(force))[0]) / 0.02

@@ -124,7 +124,7 @@ def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> No
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: cl.ThresholdControl(slip_threshold=0.01), "slip_release = 0.035 is out of range"),
+        (lambda: cl.ThresholdControl(slip_threshold=0.01), "slip_release = 0.07 is out of range"),
         (
             lambda: cl.CreepPI(reference=-0.01, proportional_gain=1.0, integral_gain=1.0),
             "CreepPI.reference = -0.01 is out of range",
