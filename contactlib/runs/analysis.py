@@ -23,7 +23,7 @@ from contactlib.stability.quasi_steady import creepage_grid
 from contactlib.vehicle.available_force import available_force
 
 DRIVING = "in driving; nan where the demand brakes"
-LOWEST = "the track's lowest factors on friction, of any wheel and time, and slope"
+LOWEST = "the track's lowest friction and slope, of any wheel and time"
 
 
 class Analysis:
