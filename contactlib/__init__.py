@@ -28,9 +28,13 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.contact.friction import EXPONENTIAL as EXPONENTIAL
     from contactlib.contact.friction import Friction as Friction
     from contactlib.contact.friction import Weakening as Weakening
+    from contactlib.contact.heat import ContactHeat as ContactHeat
+    from contactlib.contact.heat import Softening as Softening
+    from contactlib.contact.heat import ThermalMaterial as ThermalMaterial
     from contactlib.contact.hertz import EllipticContact as EllipticContact
     from contactlib.contact.hertz import LineContact as LineContact
     from contactlib.contact.hertz import Material as Material
+    from contactlib.contact.hot_contact import HotContact as HotContact
     from contactlib.contact.kalker import KalkerCoefficients as KalkerCoefficients
     from contactlib.contact.kalker import kalker_coefficients as kalker_coefficients
     from contactlib.contact.law_tables import carter_griffith_table as carter_griffith_table

@@ -1,9 +1,10 @@
 """Fit the parameters of a creep force law to measured traction.
 
-The model is mu(zeta) = f_d g q(x), x = zeta/(zeta0 g), where q is a law of `contact.laws` and
-g = (1 - A) exp(-B w) + A is the fraction of friction left at the slip speed w = |zeta| V. A law's
-k_hat becomes k_hat/sqrt(g). Data often leave some parameters undetermined, so each estimate comes
-with the set of values that the data allow.
+The model is mu(zeta) = f_d g q(x), x = zeta/(zeta0 g), where q is a law of `contact.laws` and g is
+the fraction of friction left at the slip speed w = |zeta| V: (1 - A) exp(-B w) + A, or what heat
+leaves of it, `contact.hot_contact.friction_factor`. A law's k_hat becomes k_hat/sqrt(g). Data often
+leave some parameters undetermined, so each estimate comes with the set of values that the data
+allow.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from numpy.polynomial.chebyshev import chebpts1, chebvander
 from numpy.typing import ArrayLike
 from scipy.special import fdtri, stdtrit
 
-from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number, derived
-from contactlib.contact.fit_search import Axis, Problem
+from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number
+from contactlib.contact.fit_search import Problem, axis_of
+from contactlib.contact.heat import ContactHeat
+from contactlib.contact.hot_contact import friction_factor
 from contactlib.contact.traction_data import TractionData
 
 SCALES = {
@@ -30,7 +33,7 @@ SLIP_RATE = {
     "slip_rate_residual": Quantity("1", above=0.0, at_most=1.0),
     "slip_rate_decay": Quantity("s/m", at_least=0.0),
 }
-WIDEST = 1e30  # largest ratio of the ends of a range that is searched by its logarithm
+SOFTENING = {"softening_temperature": Quantity("K", at_least=1.0, at_most=1e6)}
 LARGEST = 1e300  # normalized creepage
 K_NODES = 8  # laws between which k_hat/sqrt(g) is interpolated
 
@@ -100,6 +103,8 @@ class FitResult:
         Confidence level of the intervals [1].
     profiled : bool
         True if the intervals are from the profile likelihood, False if from the standard errors.
+    heat : ContactHeat or None
+        What warms the contact, if heat lowers the friction.
     """
 
     law: Law
@@ -109,6 +114,7 @@ class FitResult:
     residuals: FloatArray
     level: float
     profiled: bool
+    heat: ContactHeat | None = None
 
     @property
     def values(self) -> dict[str, float]:
@@ -120,12 +126,27 @@ class FitResult:
         """Root mean square of `residuals` [1]."""
         return float(np.sqrt(np.mean(self.residuals**2)))
 
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion; of fits to the same points the one with the least predicts best."""
+        return self._criterion(2.0)
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion, as `aic`; it costs a parameter more, the logarithm of the points."""
+        return self._criterion(math.log(self.residuals.size))
+
+    def _criterion(self, cost: float) -> float:
+        """-2 ln(likelihood) of normal errors, but for a constant, and the cost of parameters."""
+        variance = max(self.rmse**2, float(np.finfo(np.float64).tiny))
+        return self.residuals.size * math.log(variance) + cost * (len(self.estimates) + 1)
+
     def traction_coefficient(
         self, creepage: ArrayLike, speed: ArrayLike | None = None
     ) -> FloatArray:
         """Fitted Q/P at an array of creepages [1], and speeds [m/s] if friction falls with them."""
         points = TractionData(creepage, creepage, speed)
-        return _traction_coefficient(self.law, self.values, points)
+        return _traction_coefficient(self.law, self.values, points, self.heat)
 
     @property
     def caveats(self) -> tuple[str, ...]:
@@ -167,6 +188,7 @@ def fit(
     data: TractionData,
     *,
     slip_rate: bool = False,
+    heat: ContactHeat | None = None,
     level: float = 0.95,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     **fixed: Any,
@@ -175,7 +197,8 @@ def fit(
 
     The parameters are ``kinetic`` (f_d), ``saturation_creepage`` (zeta0), every quantity of the
     law that has no default and, if `slip_rate`, ``slip_rate_residual`` (A) and ``slip_rate_decay``
-    (B). Parameters given as keywords are held, the others are fitted.
+    (B), or, if `heat`, ``softening_temperature`` (T_m). Parameters given as keywords are held, the
+    others are fitted.
 
     Parameters
     ----------
@@ -183,15 +206,19 @@ def fit(
         A law such as `CarterGriffith` or `Polach`. Carter's is CarterGriffith with ``k_hat=0.0``;
         Coulomb friction is Carter's law with a saturation creepage far below the data's.
     data : TractionData
-        The measured points; with their speed if `slip_rate`.
+        The measured points; with their speed if `slip_rate` or `heat`.
     slip_rate : bool
         Whether friction falls with slip speed.
+    heat : ContactHeat, optional
+        What warms the contact, whose friction f_d (1 - T/T_m) then falls with its temperature.
+        kinetic and T_m count from the temperature at which the surfaces enter.
     level : float
         Confidence level of the intervals [1], between 0 and 1.
     ranges : mapping of str to (float, float), optional
         Ranges to search. Default: the law's own limits; for kinetic 1/100 to 10 times the largest
         traction coefficient; for saturation_creepage 1/1000 of the smallest to 1000 times the
-        largest creepage; for slip_rate_decay 0 to 100 over the largest slip speed.
+        largest creepage; for slip_rate_decay 0 to 100 over the largest slip speed; for
+        softening_temperature 1 to 1e6 K.
     **fixed
         Parameters to hold, and options of the law such as ``contact="line"``.
 
@@ -203,7 +230,8 @@ def fit(
     ------
     ValueError
         If a value or a range is out of its limits, a parameter has no finite range, the data lack
-        a speed, no point has a creepage, or there are no more points than free parameters.
+        a speed, no point has a creepage, there are no more points than free parameters, `heat`
+        comes with `slip_rate`, or with a law for another shape of contact.
     TypeError
         If the law does not know an option.
 
@@ -239,8 +267,10 @@ def fit(
     (True, True)
     """
     level = checked_number("level", level, Limits(above=0.0, below=1.0))
-    if slip_rate and data.speed is None:
-        raise ValueError("slip_rate needs data with a speed")
+    if (slip_rate or heat) and data.speed is None:
+        raise ValueError(f"{'slip_rate' if slip_rate else 'heat'} needs data with a speed")
+    if slip_rate and heat:
+        raise ValueError("slip_rate = True is not for a fit with heat, which takes its place")
     if not data.creepage.any():
         raise ValueError("no point of the data has a creepage")
     of_law = {
@@ -248,7 +278,8 @@ def fit(
         for field in fields(law)
         if field.name in law.quantities() and field.default is MISSING
     }
-    quantities = {**SCALES, **of_law, **(SLIP_RATE if slip_rate else {})}
+    falls = SLIP_RATE if slip_rate else SOFTENING if heat else {}
+    quantities = {**SCALES, **of_law, **falls}
     options = {name: fixed.pop(name) for name in set(fixed) - set(quantities)}
     for name, value in fixed.items():
         fixed[name] = checked_number(name, value, quantities[name])
@@ -259,10 +290,12 @@ def fit(
     degrees = data.creepage.size - len(free)
     if degrees < 1 or not free:
         raise ValueError(f"{data.creepage.size} points for {len(free)} free parameters")
-    axes = [_axis(name, quantities[name], data, ranges.get(name)) for name in free]
+    axes = [axis_of(name, quantities[name], data, ranges.get(name)) for name in free]
 
     def law_with(values: Mapping[str, float]) -> Law:
         made: Law = law(**{name: values[name] for name in of_law}, **options)
+        if heat and getattr(made, "contact", heat.shape) != heat.shape:
+            raise ValueError(f"heat is that of a contact that is {heat.shape}, but not the law")
         return made
 
     def all_values(theta: FloatArray) -> dict[str, float]:
@@ -271,7 +304,7 @@ def fit(
 
     def residuals(theta: FloatArray) -> FloatArray:
         values = all_values(theta)
-        model = _traction_coefficient(law_with(values), values, data)
+        model = _traction_coefficient(law_with(values), values, data, heat)
         return np.asarray(data.traction_coefficient - model)
 
     problem = Problem(residuals, len(free))
@@ -310,56 +343,31 @@ def fit(
         residuals=residuals(theta),
         level=level,
         profiled=profiled,
+        heat=heat,
     )
 
 
-def _axis(
-    name: str, limits: Quantity, data: TractionData, wanted: tuple[float, float] | None
-) -> Axis:
-    zeta = np.abs(data.creepage[data.creepage != 0.0])
-    largest = float(np.abs(data.traction_coefficient).max()) or 1.0
-    low, high = max(limits.at_least, limits.above), min(limits.at_most, limits.below)
-    if math.isfinite(high - low):  # a value near an end that is not allowed
-        low, high = (
-            low if limits.allows(low) else low + 1e-6 * (high - low),
-            high if limits.allows(high) else high - 1e-6 * (high - low),
-        )
-    start = (0.05, 0.6)  # fractions of the range: most laws have small parameters
-    if name == "kinetic":
-        low, high = 1e-2 * largest, 10.0 * largest
-        start = (math.log(60.0) / math.log(1e3), math.log(200.0) / math.log(1e3))
-    elif name == "saturation_creepage":
-        low, high = 1e-3 * float(zeta.min()), 1e3 * float(zeta.max())
-        step = math.log(1e3) / math.log(high / low)
-        start = (step, 1.0 - step)
-    elif name == "slip_rate_decay":
-        assert data.speed is not None  # noqa: S101 (for mypy; fit has checked it)
-        high = 100.0 / float(np.abs(data.creepage * data.speed).max())
-        start = (1e-3, 0.05)
-    if wanted is not None:
-        low, high = (checked_number(f"ranges[{name!r}]", end, limits) for end in wanted)
-        start = (0.05, 0.95)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"{name} has no range to search: give its value, or ranges[{name!r}]")
-    if name in SCALES:
-        ends = {"low": low, "high": high}
-        derived(f"high/low of ranges[{name!r}]", lambda: high / low, ends, Limits(at_most=WIDEST))
-    return Axis(float(low), float(high), start, name in SCALES)
-
-
-def _traction_coefficient(law: Law, values: Mapping[str, float], data: TractionData) -> FloatArray:
-    x = _finite_ratio(data.creepage, values["saturation_creepage"])
-    if "slip_rate_residual" not in values:
-        return np.asarray(values["kinetic"] * law.traction_ratio(x))
-    residual, decay = values["slip_rate_residual"], values["slip_rate_decay"]
+def _traction_coefficient(
+    law: Law, values: Mapping[str, float], data: TractionData, heat: ContactHeat | None
+) -> FloatArray:
+    kinetic, zeta0 = values["kinetic"], values["saturation_creepage"]
+    x = _finite_ratio(data.creepage, zeta0)
+    if heat is None and "slip_rate_residual" not in values:
+        return np.asarray(kinetic * law.traction_ratio(x))
     if data.speed is None:
         raise ValueError("friction falls with slip speed, so a speed is needed")
-    g = (1.0 - residual) * np.exp(-decay * np.abs(data.creepage) * data.speed) + residual
+    if heat is None:
+        residual, decay = values["slip_rate_residual"], values["slip_rate_decay"]
+        g = (1.0 - residual) * np.exp(-decay * np.abs(data.creepage) * data.speed) + residual
+    else:
+        warmth = kinetic * heat.rise_per_creepage(data.creepage, data.speed)
+        number = warmth * (zeta0 / values["softening_temperature"])
+        g = friction_factor(x, number, contact=heat.shape)
     if values.get("k_hat"):
         ratio = _ratio_at_k_hats(law, _finite_ratio(x, g), values["k_hat"] / np.sqrt(g))
     else:
         ratio = law.traction_ratio(_finite_ratio(x, g))
-    return np.asarray(values["kinetic"] * g * ratio)
+    return np.asarray(kinetic * g * ratio)
 
 
 def _finite_ratio(a: FloatArray, b: FloatArray | float) -> FloatArray:

@@ -13,11 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number, derived
+from contactlib.contact.traction_data import TractionData
 
 SCREENED, REFINED = 96, 6  # starting points tried, and searches from the best of them
 PROFILE_POINTS = 6  # on each side of an estimate
 STEP = 1e-6  # of the range: for derivatives; an estimate closer to an end counts as at that end
+LOGARITHMIC = ("kinetic", "saturation_creepage", "softening_temperature")
+WIDEST = 1e30  # largest ratio of the ends of a range that is searched by its logarithm
 SINGULAR = 1e-6  # ratio of singular values below which the data do not determine a direction
 
 
@@ -42,6 +45,43 @@ class Axis(NamedTuple):
         if self.logarithmic:
             return self.value(theta) * math.log(self.high / self.low)
         return self.high - self.low
+
+
+def axis_of(
+    name: str, limits: Quantity, data: TractionData, wanted: tuple[float, float] | None
+) -> Axis:
+    """Range of a parameter: the wanted one, or what its limits and the data suggest."""
+    zeta = np.abs(data.creepage[data.creepage != 0.0])
+    largest = float(np.abs(data.traction_coefficient).max()) or 1.0
+    low, high = max(limits.at_least, limits.above), min(limits.at_most, limits.below)
+    if math.isfinite(high - low):  # a value near an end that is not allowed
+        low, high = (
+            low if limits.allows(low) else low + 1e-6 * (high - low),
+            high if limits.allows(high) else high - 1e-6 * (high - low),
+        )
+    start = (0.05, 0.6)  # fractions of the range: most laws have small parameters
+    if name == "kinetic":
+        low, high = 1e-2 * largest, 10.0 * largest
+        start = (math.log(60.0) / math.log(1e3), math.log(200.0) / math.log(1e3))
+    elif name == "saturation_creepage":
+        low, high = 1e-3 * float(zeta.min()), 1e3 * float(zeta.max())
+        step = math.log(1e3) / math.log(high / low)
+        start = (step, 1.0 - step)
+    elif name == "softening_temperature":
+        start = (math.log(1e2) / math.log(1e6), math.log(4e3) / math.log(1e6))
+    elif name == "slip_rate_decay":
+        assert data.speed is not None  # noqa: S101 (for mypy; fit has checked it)
+        high = 100.0 / float(np.abs(data.creepage * data.speed).max())
+        start = (1e-3, 0.05)
+    if wanted is not None:
+        low, high = (checked_number(f"ranges[{name!r}]", end, limits) for end in wanted)
+        start = (0.05, 0.95)
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ValueError(f"{name} has no range to search: give its value, or ranges[{name!r}]")
+    if name in LOGARITHMIC:
+        ends = {"low": low, "high": high}
+        derived(f"high/low of ranges[{name!r}]", lambda: high / low, ends, Limits(at_most=WIDEST))
+    return Axis(float(low), float(high), start, name in LOGARITHMIC)
 
 
 class Problem:

@@ -10,7 +10,18 @@ from scipy.optimize import curve_fit
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
-from contactlib import CarterGriffith, FitResult, Polach, TractionData
+from contactlib import (
+    CarterGriffith,
+    ContactHeat,
+    EllipticContact,
+    FitResult,
+    HotContact,
+    LineContact,
+    Polach,
+    Softening,
+    TractionData,
+    friction_with_k_hat,
+)
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
 from contactlib.contact.fit import fit
@@ -210,6 +221,74 @@ def test_the_same_data_give_the_same_result(unweakened: FitResult) -> None:
     data = made_up(3)
     first, second = (fit(CarterGriffith, data, **CARTER) for _ in range(2))
     assert first.estimates == second.estimates
+
+
+def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
+    locomotive: TractionData,
+) -> None:
+    wheel = EllipticContact.from_semi_axes(
+        semi_axis_x=6.304e-3,
+        semi_axis_y=12.61e-3,
+        normal_load=106.7e3,
+        contact_modulus=82e9 / 0.72,
+        poisson_ratio=0.28,
+    )
+    given: dict[str, Any] = {"k_hat": 0.0, "contact": "elliptic"}
+    hot = fit(CarterGriffith, locomotive, heat=ContactHeat(contact=wheel), **given)
+    assert hot.rmse < 0.0290
+    softening = hot.estimates["softening_temperature"]
+    assert softening.identifiable
+    assert 600.0 < softening.value < 1200.0
+    falling = fit(CarterGriffith, locomotive, slip_rate=True, **given)
+    assert hot.rmse == pytest.approx(falling.rmse, rel=0.01)
+    assert hot.bic < falling.bic
+    assert abs(hot.aic - falling.aic) < 2.0
+    # Another law of the rise takes another softening temperature: the fall alone does not tell it.
+    other = fit(Polach, locomotive, heat=ContactHeat(contact=wheel), **POLACH)
+    assert other.values["softening_temperature"] < softening.interval[0]
+    assert other.bic < hot.bic
+
+
+@pytest.mark.parametrize("k_hat", [0.0, 0.25])
+def test_softening_temperature_is_recovered(k_hat: float) -> None:
+    line = LineContact.from_semi_width(
+        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3
+    )
+    heat = ContactHeat(contact=line)
+    friction = friction_with_k_hat(line, k_hat=k_hat, static=0.45, kinetic=0.3)
+    made = HotContact(heat=heat, friction=friction, softening=Softening.linear(700.0))
+    zeta, speed = np.geomspace(5e-4, 0.5, 40), np.where(np.arange(40) % 2, 5.0, 30.0)
+    data = TractionData(zeta, made.traction_coefficient(zeta, speed), speed)
+    found = fit(CarterGriffith, data, heat=heat, k_hat=k_hat, contact="line")
+    assert found.values["softening_temperature"] == pytest.approx(700.0, rel=1e-3)
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-3)
+    zeta0 = made.saturation_creepage
+    assert found.values["saturation_creepage"] == pytest.approx(zeta0, rel=1e-3)
+    np.testing.assert_allclose(
+        found.traction_coefficient(zeta, speed), data.traction_coefficient, atol=1e-4
+    )
+
+
+def test_criteria_count_parameters() -> None:
+    data = made_up(0)
+    free = fit(CarterGriffith, data, **CARTER)
+    held = fit(CarterGriffith, data, **CARTER, kinetic=free.values["kinetic"])
+    assert free.aic - held.aic == pytest.approx(2.0, abs=1e-6)
+    assert free.bic - held.bic == pytest.approx(np.log(40.0), abs=1e-6)
+
+
+def test_heat_is_for_its_own_contact_and_takes_the_place_of_slip_rate() -> None:
+    line = LineContact.from_semi_width(
+        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3
+    )
+    heat, data = ContactHeat(contact=line), made_up(0)
+    with pytest.raises(ValueError, match="heat needs data with a speed"):
+        fit(CarterGriffith, data, heat=heat, **CARTER)
+    moving = TractionData(data.creepage, data.traction_coefficient, 10.0)
+    with pytest.raises(ValueError, match="slip_rate = True is not for a fit with heat"):
+        fit(CarterGriffith, moving, heat=heat, slip_rate=True, **CARTER)
+    with pytest.raises(ValueError, match="heat is that of a contact that is line"):
+        fit(CarterGriffith, moving, heat=heat, contact="elliptic")
 
 
 @pytest.mark.parametrize(

@@ -110,6 +110,38 @@ def fit_with(low: float, high: float, level: float, **fixed: Any) -> cl.FitResul
     return cl.fit(cl.CarterGriffith, data, level=level, ranges=ranges, **fixed)
 
 
+@cache
+def heat(shape: str = "line") -> cl.ContactHeat:
+    return cl.ContactHeat(contact=line() if shape == "line" else ellipse())
+
+
+@cache
+def hot(shape: str = "line") -> cl.HotContact:
+    friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+    softening = cl.Softening([0.0, 200.0, 700.0], [1.0, 0.9, 0.2])
+    return cl.HotContact(heat=heat(shape), friction=friction, softening=softening)
+
+
+def of_heat() -> Iterator[Call]:
+    """Calls of what slip warms."""
+    rows = {"creepage": 0.1 * X, "speed": SPEEDS[:-1].max() * SCALES}
+    for what in (
+        "peclet_number",
+        "wheel_share",
+        "entry_temperature",
+        "mean_rise",
+        "rise_per_creepage",
+    ):
+        yield from over(f"ContactHeat.{what}", method(heat, what), rows)
+    for what in ("traction_coefficient", "mean_temperature", "local_traction_coefficient"):
+        yield from over(f"HotContact.{what}", method(hot, what), rows)
+    yield from over(
+        "HotContact.traction_coefficient elliptic",
+        method(lambda: hot("elliptic"), "traction_coefficient"),
+        rows,
+    )
+
+
 def scales(contact: Any, slope_reduction: float = 1.0, **friction: Any) -> tuple[float, ...]:
     made = cl.Friction(**friction)
     return (
@@ -437,6 +469,71 @@ CALLS: list[Call] = [
         lambda: partial(cl.available_force, element()),
         LOADED | {"other_friction_scale": SCALES[::-1].copy()},
         optional=("normal_load", "other_friction_scale"),
+    ),
+    # ---- heat ----
+    of_class(
+        "ThermalMaterial",
+        cl.ThermalMaterial,
+        {"conductivity": 50.0, "density": 7850.0, "heat_capacity": 460.0},
+        "effusivity",
+        "diffusivity",
+    ),
+    of_class(
+        "ContactHeat",
+        lambda **given: cl.ContactHeat(contact=line(), **given).entry_temperature(0.1, 10.0),
+        {"wheel_temperature": 60.0, "rail_temperature": 20.0},
+    ),
+    Call(
+        name="ContactHeat.temperature",
+        make=lambda: (
+            heat("elliptic").temperature,
+            {
+                "position": XI,
+                "lateral_position": 0.9 * XI,
+                "friction_coefficient": 0.3,
+                "creepage": 0.05,
+                "speed": 10.0,
+            },
+        ),
+        arrays=("position", "lateral_position"),
+        numbers=("friction_coefficient", "creepage", "speed"),
+    ),
+    Call(
+        name="Softening",
+        make=lambda: (
+            cl.Softening,
+            {"temperature": 1e8 * SLIPS, "coefficient": 0.4 - SCALES / 10.0},
+        ),
+        rows=("temperature", "coefficient"),
+    ),
+    *over(
+        "Softening.fraction",
+        method(lambda: cl.Softening.linear(800.0), "fraction"),
+        {"temperature": 500.0 * X},
+    ),
+    *over(
+        "Softening.slope",
+        method(lambda: cl.Softening.linear(800.0), "slope"),
+        {"temperature": 500.0 * X},
+    ),
+    of_class("Softening.linear", cl.Softening.linear, {"softening_temperature": 800.0}),
+    *of_heat(),
+    of_class(
+        "HotContact",
+        partial(
+            cl.HotContact,
+            heat=heat(),
+            friction=cl.Friction(static=0.45, kinetic=0.21, weakening_length=1e-6),
+            softening=cl.Softening.linear(800.0),
+        ),
+        {"slope_reduction": 0.8},
+        "k_hat",
+        "saturation_creepage",
+    ),
+    of_class(
+        "HotContact.strip",
+        lambda **given: hot("elliptic").strip(**given),
+        {"creepage": 0.01, "speed": 10.0, "lateral_position": 0.3},
     ),
     # ---- data, fits, profiles, track ----
     Call(
