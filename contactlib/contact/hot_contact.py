@@ -23,7 +23,7 @@ from contactlib.base.quantities import (
 from contactlib.contact.friction import Friction
 from contactlib.contact.heat import CREEPAGE, INNER, MEANS, SPEED, ContactHeat, Softening
 from contactlib.contact.laws.carter_griffith import CarterGriffith
-from contactlib.contact.laws.hot_zone import HotZone, solve_hot_zone
+from contactlib.contact.laws.hot_zone import NODES, HotZone, solve_hot_zone
 from contactlib.contact.scales import SLOPE_REDUCTION, k_hat, saturation_creepage
 
 STRIPS = 16  # of half an ellipse
@@ -237,7 +237,9 @@ class HotContact(Parameters):
             ratio = np.reshape(values, x.shape)
         return np.asarray(self.friction.kinetic * left * g * ratio)
 
-    def _zone(self, creepage: float, speed: float, w: float) -> tuple[HotZone | None, float, float]:
+    def _zone(
+        self, creepage: float, speed: float, w: float, nodes: int = NODES
+    ) -> tuple[HotZone | None, float, float]:
         """Strip of relative half-width w; temperature and F where it begins."""
         x, enters, left, rise = (float(v) for v in self._entry(creepage, speed))
         if abs(x) < NO_SLIP:
@@ -258,6 +260,7 @@ class HotContact(Parameters):
             rise=rise * MEANS["line"] / MEANS[self.heat.shape] * w**2.5,
             fall=fall,
             k_hat=self.k_hat / (np.sqrt(left) * w),
+            nodes=nodes,
         )
         return zone, enters, left
 
@@ -289,7 +292,7 @@ class HotContact(Parameters):
         speed = checked_number("speed", speed, SPEED)
         eta = checked_number("lateral_position", lateral_position, INNER)
         w = float(np.sqrt((1.0 - eta) * (1.0 + eta))) if self.heat.shape == "elliptic" else 1.0
-        zone, enters, left = self._zone(creepage, speed, w)
+        zone, enters, left = self._zone(creepage, speed, w, 3 * NODES)  # for curves
         if zone is None:
             raise ValueError(f"creepage = {creepage!r} is too close to 0: something must slip")
         c, xi = zone.stick_boundary, zone.position

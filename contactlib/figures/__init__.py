@@ -1,6 +1,7 @@
 """Figures: the only room that imports matplotlib. Every function returns a `Figure`."""
 
 from contactlib.figures.errors import sensor_errors
+from contactlib.figures.heat import hot_curves, hot_strips
 from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
     CONTACT_PATCH,
@@ -43,6 +44,8 @@ __all__ = [
     "figure_5",
     "figure_6",
     "fold_diagram",
+    "hot_curves",
+    "hot_strips",
     "map_figure",
     "run_name",
     "save",

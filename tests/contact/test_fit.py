@@ -243,10 +243,28 @@ def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     assert hot.rmse == pytest.approx(falling.rmse, rel=0.01)
     assert hot.bic < falling.bic
     assert abs(hot.aic - falling.aic) < 2.0
+    flat = LineContact.from_semi_width(
+        semi_width=6.304e-3, radius=0.56, contact_modulus=82e9 / 0.72, normal_load=106.7e3
+    )
+    given["contact"] = "line"
+    longer = fit(CarterGriffith, locomotive, heat=ContactHeat(contact=flat), **given)
+    assert longer.rmse < 0.0290
+    value = longer.values["softening_temperature"]
+    assert value / softening.value == pytest.approx(1.24, abs=0.02)
     # Another law of the rise takes another softening temperature: the fall alone does not tell it.
     other = fit(Polach, locomotive, heat=ContactHeat(contact=wheel), **POLACH)
     assert other.values["softening_temperature"] < softening.interval[0]
     assert other.bic < hot.bic
+
+
+@pytest.mark.slow
+def test_k_hat_is_not_seen_beside_heat(locomotive: TractionData) -> None:
+    line = LineContact.from_semi_width(
+        semi_width=6.304e-3, radius=0.56, contact_modulus=82e9 / 0.72, normal_load=106.7e3
+    )
+    found = fit(CarterGriffith, locomotive, heat=ContactHeat(contact=line), contact="line")
+    assert found.values["k_hat"] == 0.0
+    assert 0.05 < found.estimates["k_hat"].interval[1] < 0.1
 
 
 @pytest.mark.parametrize("k_hat", [0.0, 0.25])

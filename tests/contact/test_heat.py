@@ -352,13 +352,13 @@ def closed(x: FloatArray, number: float, shape: Any, k_hat: float = 0.0) -> Floa
     return np.asarray(g * q)
 
 
-@pytest.mark.parametrize(("shape", "largest"), [("line", 0.0005), ("elliptic", 0.0008)])
+@pytest.mark.parametrize(("shape", "largest"), [("line", 0.0005), ("elliptic", 0.0007)])
 def test_closed_form_in_full_slip(shape: str, largest: float) -> None:
     r = np.geomspace(1e-2, 1e3, 21)
     far = 1e8
     found = friction_factor(far, r / far, contact=shape)
     exact = [local(far, one / far, shape) for one in r]
-    np.testing.assert_allclose(found, exact, atol=largest)
+    assert np.abs(found - exact).max() < largest + 5e-5
     mean_field = 1.0 / (1.0 + r) - exact
     expected = {"line": 0.019, "elliptic": 0.009}[shape]
     assert np.abs(mean_field).max() == pytest.approx(expected, abs=0.0006)
@@ -375,12 +375,30 @@ def test_slip_that_elastic_strain_takes_up_at_first(shape: str) -> None:
     assert x - lost == pytest.approx(SHAPES[shape].late, abs=2e-4)
 
 
-@pytest.mark.parametrize("shape", ["line", "elliptic"])
-@pytest.mark.parametrize("number", [0.002, 0.02, 0.08, 0.2])
-def test_closed_form_between_stick_and_full_slip(shape: str, number: float) -> None:
-    x = np.concatenate([np.linspace(0.1, 1.5, 15), np.geomspace(2.0, 300.0, 7)])
-    exact = [local(float(v), number, shape) for v in x]
-    np.testing.assert_allclose(closed(x, number, shape), exact, atol=0.004)
+@pytest.mark.parametrize(
+    ("shape", "number", "largest"),
+    [
+        ("line", 0.002, 0.0006),
+        ("line", 0.02, 0.0006),
+        ("line", 0.1, 0.0019),
+        ("line", 0.2, 0.0038),
+        ("elliptic", 0.002, 0.0008),
+        ("elliptic", 0.02, 0.0008),
+        ("elliptic", 0.1, 0.0022),
+        ("elliptic", 0.2, 0.0037),
+    ],
+)
+def test_closed_form_between_stick_and_full_slip(shape: str, number: float, largest: float) -> None:
+    x = np.concatenate([np.linspace(0.1, 1.5, 29), np.geomspace(2.0, 300.0, 7)])
+    error = closed(x, number, shape) - [local(float(v), number, shape) for v in x]
+    assert np.abs(error).max() < largest + 5e-5
+
+
+@pytest.mark.parametrize(("pressure", "number"), [(1.5e9, 0.1), (0.75e9, 0.025)])
+def test_heat_number_of_a_fast_wheel(pressure: float, number: float) -> None:
+    contact = hot(line(pressure))
+    rise = 0.3 * contact.heat.rise_per_creepage(0.0, 80.0)
+    assert contact.saturation_creepage * rise / 800.0 == pytest.approx(number, rel=0.02)
 
 
 def test_closed_form_with_weakening_over_microns() -> None:

@@ -1,0 +1,64 @@
+"""Figures of a contact that slip warms: the curves are those of the contact, and can be read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_checks import check_axes, check_layout, check_saved, check_styles, lines
+from numpy.testing import assert_allclose
+
+import contactlib as cl
+from contactlib.figures import hot_curves, hot_strips
+
+
+@pytest.fixture(scope="module")
+def contact() -> cl.HotContact:
+    ellipse = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=1e5, contact_modulus=115.4e9
+    )
+    return cl.HotContact(
+        heat=cl.ContactHeat(contact=ellipse),
+        friction=cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0),
+        softening=cl.Softening.linear(700.0),
+    )
+
+
+def test_curves_are_those_of_the_contact(contact: cl.HotContact, tmp_path: Path) -> None:
+    data = cl.TractionData([0.01, 0.1], [0.28, 0.22])
+    figure = hot_curves(contact, (5.0, 20.0, 60.0), data=data)
+    (axes,) = figure.axes
+    for speed in (5.0, 20.0, 60.0):
+        zeta, mu, _ = lines(axes, f"{speed:g} m/s")
+        assert_allclose(mu, contact.traction_coefficient(zeta, speed), rtol=1e-12)
+    cold = max(float(np.max(line.get_ydata())) for line in axes.lines)
+    assert cold == pytest.approx(0.3, rel=1e-6)
+    assert_allclose(lines(axes, "measured")[1], [0.28, 0.22])
+    check_axes(figure)
+    check_layout(figure)
+    check_styles(figure)
+    check_saved(figure, tmp_path)
+
+
+def test_strips_begin_cold_and_end_hot(contact: cl.HotContact, tmp_path: Path) -> None:
+    figure = hot_strips(contact, (0.002, -0.02, 0.2), speed=10.0)
+    traction, temperature = figure.axes
+    for name in ("0.200 %", "2.00 %", "20.0 %"):
+        xi, kelvin, _ = lines(temperature, f"creepage {name}")
+        assert abs(kelvin[np.argmax(xi)]) < 2.0
+        assert kelvin[np.argmin(xi)] > 1.0
+        assert np.all(lines(traction, f"creepage {name}")[1] >= 0.0)
+    check_axes(figure)
+    check_layout(figure)
+    check_styles(figure)
+    check_saved(figure, tmp_path)
+
+
+def test_bad_input_is_refused(contact: cl.HotContact) -> None:
+    with pytest.raises(ValueError, match="creepages has 4 numbers: must be 1 to 3"):
+        hot_strips(contact, (0.1, 0.2, 0.3, 0.4), speed=10.0)
+    with pytest.raises(ValueError, match=r"speeds = 0\.0"):
+        hot_curves(contact, (10.0, 0.0))
+    with pytest.raises(ValueError, match=r"largest_creepage = -1\.0"):
+        hot_curves(contact, (10.0,), largest_creepage=-1.0)
