@@ -8,6 +8,9 @@ branch for long. Backward in time, every motion that starts near the branch at a
 therefore approaches the separatrix at the rate of the unstable pole: twenty time constants reduce
 the initial error, which is small, to 2e-9 of its size. Where there is a saddle, the trace ends on
 its stable manifold.
+
+Where the branch ends sooner, as the vehicle's speed changes, motions forward in time tell the
+border: it lies between a creepage from which they return and one from which they do not.
 """
 
 from __future__ import annotations
@@ -37,6 +40,10 @@ from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
 TIME_CONSTANTS = 20
 FEWEST = 8  # time constants if the branch ends sooner: they leave 3e-4 of the error
+REACH = 3.0  # distance searched / that of the unstable state from the gripping one
+AWAY = 30.0  # the same, beyond which a motion does not return
+LONGEST = 200.0  # time of a motion that is tried [time constants]
+CLOSE = 1e-6  # width of the bracket of a border / creepage
 SHORTEST = 2.0**-5  # step [time constants]
 AT_REST = 1e-6  # smallest gain of speed in a step / gain so far
 ROUNDING = 1e-12  # of a speed
@@ -152,7 +159,10 @@ def basin(
     """Range of creepages at a speed from which a constant torque returns to grip.
 
     The range is exact for a held speed. For a free wheelset it is exact up to the error of the
-    trace, unless the speed changes so much during the return that the gripping branch is lost.
+    trace, unless the speed changes so much during the return that the gripping branch is lost. If
+    the unstable branch ends within a few of its time constants, as the speed changes, the border is
+    searched for up to three times the distance of the unstable state from the gripping one; without
+    one there, it is infinite.
 
     Parameters
     ----------
@@ -167,8 +177,7 @@ def basin(
     Raises
     ------
     ValueError
-        If a value is out of range, no gripping state holds this torque at this speed, or the
-        unstable branch ends, as the speed changes, within too few of its time constants.
+        If a value is out of range, or no gripping state holds this torque at this speed.
     """
     torque = checked_torque(drive_torque)
     at = wheelset.conditions(at, **given)
@@ -183,7 +192,8 @@ def basin(
     borders = [-math.inf, math.inf]
     for side, j in ((0, i - 1), (1, i + 1)):
         if 0 <= j < states.creepage.size:
-            borders[side] = _border(wheelset, torque, float(states.creepage[j]), at)
+            pair = float(states.creepage[i]), float(states.creepage[j])
+            borders[side] = _border(wheelset, torque, *pair, at)
     return Basin(float(states.creepage[i]), borders[0], borders[1])
 
 
@@ -209,7 +219,9 @@ def _rises_to(wheelset: Wheelset, creepage: float, at: Conditions) -> bool:
     return bool((creepage_pole(wheelset, path, at) < 0.0).all())
 
 
-def _border(wheelset: Wheelset, torque: float, creepage: float, at: Conditions) -> float:
+def _border(
+    wheelset: Wheelset, torque: float, grip: float, creepage: float, at: Conditions
+) -> float:
     """Creepage at the speed of `at` on the separatrix that belongs to an unstable steady state."""
     if wheelset.mass is None:
         return creepage
@@ -219,7 +231,10 @@ def _border(wheelset: Wheelset, torque: float, creepage: float, at: Conditions) 
     away = side * slip_acceleration(wheelset, beyond, at, drive_torque=torque)
     if (away <= 0.0).all():
         return side * math.inf  # beyond, the creepage grows only because the vehicle stops
-    later, branch, time = _ahead(wheelset, torque, creepage, at)
+    trace = _ahead(wheelset, torque, creepage, at)
+    if trace is None:
+        return _searched(wheelset, torque, grip, creepage, at)
+    later, branch, time = trace
     if abs(later.speed - at.speed) <= ROUNDING * at.speed:  # a saddle
         return creepage
     return move_until(
@@ -234,10 +249,11 @@ def _border(wheelset: Wheelset, torque: float, creepage: float, at: Conditions) 
 
 def _ahead(
     wheelset: Wheelset, torque: float, creepage: float, at: Conditions
-) -> tuple[Conditions, float, float]:
+) -> tuple[Conditions, float, float] | None:
     """Follow the unstable branch; return conditions, creepage [1] and time [s] at the end.
 
-    Steps are a time constant or less, as the end need only be near the branch.
+    Steps are a time constant or less, as the end need only be near the branch. None if the branch
+    ends within too few of its time constants.
     """
 
     def gain(zeta: float, there: Conditions) -> float:
@@ -257,14 +273,40 @@ def _ahead(
         elif share > SHORTEST:
             share *= 0.5  # to the end of the branch, or up to a saddle
         elif passed < FEWEST:
-            raise ValueError(
-                f"speed = {at.speed!r}, drive_torque = {torque!r}: the unstable branch is lost "
-                f"before {ahead.speed:.6g} m/s, {passed:.3g} of its time constants on; a border "
-                f"takes >= {FEWEST}"
-            )
+            return None
         else:
             break
     return later, branch, time
+
+
+def _searched(
+    wheelset: Wheelset, torque: float, grip: float, creepage: float, at: Conditions
+) -> float:
+    """Border found by motions forward in time; infinite if there is none within reach."""
+    side, distance = math.copysign(1.0, creepage), abs(creepage - grip)
+    middle, far = 0.5 * (grip + creepage), grip + side * AWAY * distance
+    horizon = LONGEST / float(creepage_pole(wheelset, creepage, at))
+
+    def decided(zeta: float, speed: float) -> float:
+        standing = speed - wheelset.element.minimum_speed
+        return (zeta - middle) * (far - zeta) * standing
+
+    def returns(start: float) -> bool:
+        try:
+            end = move_until(
+                wheelset, decided, creepage=start, at=at, drive_torque=torque, horizon=horizon
+            )
+        except RuntimeError:  # it spins, but not far away
+            return False
+        return side * end.creepage < 0.5 * side * (middle + far)
+
+    known, unknown = middle, grip + side * REACH * distance
+    if returns(unknown):
+        return side * math.inf
+    while abs(unknown - known) > CLOSE * abs(unknown):
+        tried = 0.5 * (known + unknown)
+        known, unknown = (tried, unknown) if returns(tried) else (known, tried)
+    return 0.5 * (known + unknown)
 
 
 def _on_branch(wheelset: Wheelset, torque: float, near: float, at: Conditions) -> float | None:
