@@ -1,6 +1,7 @@
 #include "force_element.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "force_in_plane.h"
 #include "force_law.h"
@@ -20,8 +21,8 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
 static void evaluate_without_grip(const creep_table *table, const force_element_parameters *p,
                                   const force_element_input *in, force_element_output *out) {
     force_state at = begin_force(table, p, contact_scales_of(p), in, friction_decay(table, p, in));
-    *out =
-        (force_element_output){.falling_margin = -1.0, .k_hat_margin = -1.0, .force_margin = -1.0};
+    memset(out, 0, sizeof *out);
+    out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
     set_kinematics(p, in, &at, out);
     relaxation_rate(p, in, at.slip, 0.0, 0.0, out);
     double share[2];

@@ -65,7 +65,8 @@ static state_in_plane state_in_plane_of(const creep_table *table,
                                         const force_element_parameters *there,
                                         const force_element_input *in) {
     const plane_contact *plane = table->plane;
-    state_in_plane s = {.slip = slip_in_plane(table, there, in)};
+    state_in_plane s;
+    s.slip = slip_in_plane(table, there, in);
     double passing, decay = decay_at(there, s.slip.size);
     double g = slip_rate_factor(there, decay, &passing);
     s.at = begin_force(table, there, contact_scales_of(there), in, decay);

@@ -19,7 +19,9 @@ ALWAYS_INLINE slip_speeds slip_in_plane(const creep_table *table, const force_el
                                         const force_element_input *in) {
     double width = 0.0; /* no load has no width */
     if (is_loaded(p, in->normal_load)) width = force_element_at_load(p, in->normal_load).semi_width;
-    slip_speeds w = {.along = slip_of(p, in), .across = -in->lateral_velocity};
+    slip_speeds w;
+    w.along = slip_of(p, in);
+    w.across = -in->lateral_velocity;
     w.turning = table->plane->slip_spread * width * in->spin_velocity;
     w.size = sqrt(w.along * w.along + w.across * w.across + w.turning * w.turning);
     return w;

@@ -52,19 +52,21 @@ ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p
     double modulus = p->contact_modulus;
     double weakening = modulus * p->weakening_length / (p->semi_width * p->peak_pressure);
     double zone = 2.0 * weakening / drop; /* 2 pi k_hat^2 (f_d / (f_s - f_d))^2, with Eq. (17) */
-    return (contact_scales){
-        .saturation_creepage =
-            2.0 * kinetic * p->peak_pressure / (modulus * p->slope_reduction), /* Eq. (15) */
-        .k_hat = sqrt(weakening * drop * inverse_pi) / kinetic,                /* Eq. (17) */
-        .process_zone_ratio = drop > 0.0 ? zone : 0.0,
+    contact_scales s = {
+        2.0 * kinetic * p->peak_pressure / (modulus * p->slope_reduction), /* Eq. (15) */
+        sqrt(weakening * drop * inverse_pi) / kinetic,                     /* Eq. (17) */
+        drop > 0.0 ? zone : 0.0,
     };
+    return s;
 }
 
 /* Scales with both friction coefficients multiplied by a factor. */
 ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction) {
     double inverse = 1.0 / friction;
-    return (contact_scales){s.saturation_creepage * friction, s.k_hat * sqrt(inverse),
-                            s.process_zone_ratio * inverse};
+    s.saturation_creepage *= friction;
+    s.k_hat *= sqrt(inverse);
+    s.process_zone_ratio *= inverse;
+    return s;
 }
 
 /* Where an ellipse on a half-space reads its table: it grows softer as the stick area shrinks, by
@@ -81,11 +83,9 @@ ALWAYS_INLINE softened_place softened_at(double softening, double x, double k_ha
     double size = fabs(x);
     held_creepage held = held_up_to_saturation(softening, size);
     double left = 1.0 - softening * held.value, loss = softening * held.by_size;
-    return (softened_place){.x = x * left,
-                            .k_hat = k_hat * sqrt(left),
-                            .held = held,
-                            .x_by_x = left - loss * size,
-                            .log_k_by_x = -copysign(0.5 * loss / left, x)};
+    softened_place place = {x * left, k_hat * sqrt(left), held, left - loss * size,
+                            -copysign(0.5 * loss / left, x)};
+    return place;
 }
 
 /* The table's value at a softened place, with its slope by the creepage itself. */

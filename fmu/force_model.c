@@ -1,5 +1,6 @@
 /* The model "force_element": held, relaxed or implicit. */
 #include <math.h>
+#include <string.h>
 
 #include "model_functions.h"
 #include "regularized_speed.h"
@@ -105,16 +106,19 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
         start += step * (a - m * memory.force);
         memory.applied = memory.force;
     }
-    wheelset_parameters body = {
-        .radius = radius, .inertia = radius * radius / m, .minimum_speed = contact->minimum_speed};
-    wheelset_input given = {.drive_torque = a * radius / m,
-                            .normal_load = v->input.normal_load,
-                            .friction_scale = v->input.friction_scale,
-                            .lateral_velocity = v->input.lateral_velocity,
-                            .spin_velocity = v->input.spin_velocity};
-    wheelset_state state = {.omega = (start + v->input.speed) / radius,
-                            .speed = v->input.speed,
-                            .relaxed_creepage = v->input.relaxed_creepage};
+    wheelset_parameters body;
+    memset(&body, 0, sizeof body);
+    body.radius = radius;
+    body.inertia = radius * radius / m;
+    body.minimum_speed = contact->minimum_speed;
+    wheelset_input given = {a * radius / m,
+                            0.0,
+                            v->input.normal_load,
+                            v->input.friction_scale,
+                            v->input.lateral_velocity,
+                            v->input.spin_velocity};
+    wheelset_state state = {(start + v->input.speed) / radius, v->input.speed,
+                            v->input.relaxed_creepage};
     double begin = radius * state.omega - state.speed;
     const char *error =
         wheelset_advance(table, contact, &body, &given, &state, step, tolerance, &v->substep);

@@ -14,7 +14,8 @@ typedef struct {
 
 ALWAYS_INLINE coordinate coordinate_at(double t, double k) {
     double p = (t * t) * (t * t), s = 1.0 / (1.0 + p);
-    return (coordinate){t, p * s, s, k * t};
+    coordinate c = {t, p * s, s, k * t};
+    return c;
 }
 
 /* A starting value within a fifth of the root t; two steps from there reach it to rounding. */

@@ -107,7 +107,9 @@ ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double 
     double turn = l[2] < 0.0 || (l[2] == 0.0 && l[1] < 0.0) ? -1.0 : 1.0;
     double mirror[3] = {along, turn, turn}, by_log_k[3] = {0.0};
     const double *set = shape->coefficients;
-    plane_place there = {.without_spin = l[2] == 0.0, .one_set = one_set};
+    plane_place there;
+    there.without_spin = l[2] == 0.0;
+    there.one_set = one_set;
     find_cell(along * (l[0] * shrink), PLANE_CELLS / 2, &there, 0);
     find_cell(1.0 + turn * (l[1] * shrink), PLANE_CELLS, &there, 1);
     find_cell(turn * (l[2] * shrink), PLANE_CELLS / 2, &there, 2);
@@ -157,7 +159,9 @@ ALWAYS_INLINE plane_start plane_begin(const plane_shape *shape, const double cre
                                       double k_hat) {
     double x = creepage[0], y = creepage[1], s = creepage[2];
     double xx = x * x, yy = y * y, ss = s * s, total = xx + yy + (ss + TINY);
-    plane_start at = {.size = sqrt(total), .per = 1.0 / total};
+    plane_start at;
+    at.size = sqrt(total);
+    at.per = 1.0 / total;
     /* Stiffness and softening are those of the directions, by their shares. */
     double more = shape->softening_y - shape->softening_x;
     at.share = (yy + 0.5 * ss) * at.per;

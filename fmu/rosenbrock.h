@@ -44,9 +44,9 @@ typedef struct {
     int place[MOST_ROWS]; /* of each row in y, f and the Jacobian; below MOST_STATES for a state */
     void *model;
     /* Rates of all rows and, unless jacobian is NULL, their derivatives by the states. */
-    void (*rates)(void *model, rows y, rows f, matrix *jacobian);
+    void (*rates)(void *model, lanes *y, lanes *f, matrix *jacobian);
     /* Relative size of an error of y, to be compared with the tolerance. */
-    void (*error_size)(void *model, rows y, rows error, lanes size);
+    void (*error_size)(void *model, lanes *y, lanes *error, lanes size);
 } equations;
 
 /* Factorize a = l u in place, with an inverted diagonal. Rows are not exchanged: the diagonal holds

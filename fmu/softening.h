@@ -13,9 +13,9 @@ typedef struct {
 ALWAYS_INLINE held_creepage held_up_to_saturation(double softening, double size) {
     double end = 1.0 / (1.0 - softening), begin = end - 0.5;
     double t = smaller(larger(size - begin, 0.0), 1.0), by_size = 1.0 - t * t * (3.0 - 2.0 * t);
-    return (held_creepage){.value = smaller(size, begin) + t * (1.0 + t * t * (0.5 * t - 1.0)),
-                           .by_size = by_size,
-                           .by_softening = end * end * (1.0 - by_size)};
+    double value = smaller(size, begin) + t * (1.0 + t * t * (0.5 * t - 1.0));
+    held_creepage held = {value, by_size, end * end * (1.0 - by_size)};
+    return held;
 }
 
 #endif

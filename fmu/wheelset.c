@@ -7,9 +7,8 @@
 void wheelset_motion(const wheelset_parameters *p, double omega, double speed, double drive_torque,
                      double resistance_force, const force_element_output *contact,
                      wheelset_rates *rates) {
-    contact_action action = {.force = contact->creep_force,
-                             .by_omega = contact->force_by_omega,
-                             .by_speed = contact->force_by_speed};
+    contact_action action = {contact->creep_force, contact->force_by_omega,
+                             contact->force_by_speed};
     *rates = motion_rates(p, omega, speed, drive_torque, resistance_force, action);
 }
 

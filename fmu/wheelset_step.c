@@ -1,6 +1,7 @@
 #include "wheelset_step.h"
 
 #include <math.h>
+#include <string.h>
 
 #define LANES 1
 #include "rosenbrock.h"
@@ -15,16 +16,16 @@ typedef struct {
 } motion;
 
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
-    motion *m = model;
+    motion *m = (motion *)model;
     const wheelset_input *held = m->input;
     int relaxed = m->contact->relaxation_length > 0.0;
-    force_element_input in = {.omega = y[0][0],
-                              .speed = y[1][0],
-                              .normal_load = held->normal_load,
-                              .friction_scale = held->friction_scale,
-                              .relaxed_creepage = relaxed ? y[2][0] : 0.0,
-                              .lateral_velocity = held->lateral_velocity,
-                              .spin_velocity = held->spin_velocity};
+    force_element_input in = {y[0][0],
+                              y[1][0],
+                              held->normal_load,
+                              held->friction_scale,
+                              relaxed ? y[2][0] : 0.0,
+                              held->lateral_velocity,
+                              held->spin_velocity};
     force_element_output out;
     wheelset_rates rates;
     force_element_evaluate(m->table, m->contact, &in, &out);
@@ -47,7 +48,7 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
 }
 
 static void error_size(void *model, rows y, rows error, lanes size) {
-    const motion *m = model;
+    const motion *m = (const motion *)model;
     double radius = m->body->radius, floor = m->body->minimum_speed;
     double slip = fabs(radius * y[0][0] - y[1][0]), speed = fabs(y[1][0]) + floor;
     size[0] = fabs(radius * error[0][0] - error[1][0]) / (slip + m->saturation_creepage * speed) +
@@ -60,21 +61,16 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
                              const wheelset_parameters *body, const wheelset_input *input,
                              wheelset_state *state, double step, double tolerance,
                              double *substep) {
-    motion m = {.table = table,
-                .contact = contact,
-                .body = body,
-                .input = input,
-                .saturation_creepage = 1.0};
+    motion m = {table, contact, body, input, 1.0};
     int states = contact->relaxation_length > 0.0 ? 3 : 2;
-    equations problem = {.states = states,
-                         .rows = states,
-                         .place = {0, 1, 2},
-                         .model = &m,
-                         .rates = evaluate,
-                         .error_size = error_size};
-    integration run = {.y = {{state->omega}, {state->speed}, {state->relaxed_creepage}},
-                       .left = {step},
-                       .h = {*substep > 0.0 ? *substep : step}};
+    equations problem = {states, states, {0, 1, 2}, &m, evaluate, error_size};
+    integration run;
+    memset(&run, 0, sizeof run);
+    run.y[0][0] = state->omega;
+    run.y[1][0] = state->speed;
+    run.y[2][0] = state->relaxed_creepage;
+    run.left[0] = step;
+    run.h[0] = *substep > 0.0 ? *substep : step;
     while (run.left[0] > 0.0) {
         if (run.count[0] >= MOST_SUBSTEPS) {
             *substep = step - run.left[0];
@@ -83,7 +79,8 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
         rosenbrock_substep(&problem, &run, tolerance);
     }
     *substep = run.h[0];
-    *state = (wheelset_state){
-        .omega = run.y[0][0], .speed = run.y[1][0], .relaxed_creepage = run.y[2][0]};
+    state->omega = run.y[0][0];
+    state->speed = run.y[1][0];
+    state->relaxed_creepage = run.y[2][0];
     return NULL;
 }
