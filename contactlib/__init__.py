@@ -53,6 +53,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.export import export_fmu as export_fmu
     from contactlib.export import export_ssp as export_ssp
     from contactlib.export.explorer import write_explorer as write_explorer
+    from contactlib.export.kernel_source import export_kernel as export_kernel
     from contactlib.export.lookup import lookup_table as lookup_table
     from contactlib.files.mistakes import ModelError as ModelError
     from contactlib.files.model import Model as Model

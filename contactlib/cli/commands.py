@@ -277,6 +277,19 @@ def fmu(
 
 
 @main.command()
+@click.argument("model")
+@_output_option("contactlib-kernel", "Folder for contactlib.c, contactlib.h and example.c.")
+def kernel(model: str, output: Path) -> None:
+    """Write the creep force of MODEL as C source, for programs that import no FMUs.
+
+    The file holds table and parameters. It is C99 and C++, reads no file and allocates nothing.
+    """
+    from contactlib.export.kernel_source import export_kernel
+
+    say(f"{export_kernel(_load(model), output)}: contactlib.c, contactlib.h and example.c")
+
+
+@main.command()
 @click.argument("sweep")
 @click.option(
     "--workers",

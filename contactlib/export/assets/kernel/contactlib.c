@@ -1,0 +1,68 @@
+/* @text@
+ * Written by contactlib @version@; contactlib.h says how to use and compile it. The parts are those
+ * of the kernel in contactlib's FMUs. */
+#include "contactlib.h"
+
+@includes@
+
+#ifdef __FAST_MATH__
+#error "contactlib needs IEEE arithmetic: compile it without -ffast-math"
+#endif
+
+@kernel@
+/* ---- the model ------------------------------------------------------------------------------ */
+
+@data@
+/* ---- the interface of contactlib.h ---------------------------------------------------------- */
+
+static const char *wrong_parameters(const contactlib_parameters *p) {
+@limits_p@
+    if (!(p->static_friction >= p->kinetic_friction))
+        return "static_friction must be at least kinetic_friction";
+    double least = TABLE.static_to_kinetic * p->kinetic_friction;
+    if (least > 0.0 && !(fabs(p->static_friction - least) <= 1e-9 * least))
+        return "static_friction over kinetic_friction must be the table's ratio";
+    return NULL;
+}
+
+static const char *wrong_input(const contactlib_input *in) {
+@limits_in@
+    return NULL;
+}
+
+void contactlib_start(contactlib_element *element) {
+    memset(element, 0, sizeof *element);
+@start@
+}
+
+const char *contactlib_force(const contactlib_parameters *parameters,
+                             const contactlib_input *input, contactlib_output *output) {
+    const char *error = wrong_parameters(parameters);
+    if (error == NULL) error = wrong_input(input);
+    if (error == NULL) force_element_evaluate(&TABLE, parameters, input, output);
+    return error;
+}
+
+static const char *wrong_step(const contactlib_element *e, double step, double tolerance) {
+    const char *error = wrong_parameters(&e->contact);
+    if (error == NULL) error = wrong_input(&e->input);
+    if (error != NULL) return error;
+@limits_e@
+    if (!(step > 0.0 && step < INFINITY)) return "step must be finite and above zero";
+    if (!(tolerance >= 1e-10 && tolerance <= 1e-2)) return "tolerance must be from 1e-10 to 1e-2";
+    return NULL;
+}
+
+const char *contactlib_step(contactlib_element *element, double step, double tolerance) {
+    const contactlib_element before = *element;
+    const char *error = wrong_step(element, step, tolerance);
+    if (error != NULL) return error;
+    evaluate_force(&TABLE, element);
+    error = advance_force(&TABLE, element, step, tolerance);
+    if (error == NULL && element->contact.relaxation_length > 0.0) {
+        error = wrong_input(&element->input); /* the state may have left its limits */
+        evaluate_force(&TABLE, element);      /* the outputs belong to the end of the step */
+    }
+    if (error != NULL) *element = before;
+    return error;
+}

@@ -1,0 +1,283 @@
+"""The kernel without FMI: one C file and its header, with a model's table and parameters in them.
+
+The C sources in ``fmu/`` stay the only ones. Their parts are read as they stand, those that the
+interface in ``assets/kernel/`` does not reach are left out, and all are made static.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from importlib import metadata
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from contactlib.base.text import harmless_line
+from contactlib.base.writing import package_folder, write_whole
+from contactlib.contact import kernel
+from contactlib.contact.table_building import HEADER_SIZE
+from contactlib.export.description import Description
+from contactlib.export.package import describe
+from contactlib.export.page import ASSETS
+
+if TYPE_CHECKING:
+    from contactlib.files.model import Model
+
+# Each defines what the next ones call.
+SOURCES = (
+    "creep_table.c",
+    "relaxation.c",
+    "force_in_plane.c",
+    "force_element.c",
+    "wheelset.c",
+    "wheelset_step.c",
+    "force_model.c",
+)
+# Types of the interface, in the header under these names. That of the element is the header's own:
+# it has only those members that the functions above use.
+PUBLIC = {
+    "force_element_parameters": "contactlib_parameters",
+    "force_element_input": "contactlib_input",
+    "force_element_output": "contactlib_output",
+    "slip_memory": "contactlib_memory",
+    "model_values": "contactlib_element",
+}
+# Types that are only pointed to, or whose name is a parameter's, too.
+LEFT_OUT = {"model_values", "model", "creep_forces"}
+COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+
+
+class Part(NamedTuple):
+    """A function, type, constant or macro of the sources, with the comment above it."""
+
+    comment: str
+    body: str
+
+    @property
+    def is_prototype(self) -> bool:
+        """Whether it only declares a function."""
+        return bool(re.fullmatch(r"(CONTACTLIB_API )?\w[^{=]*\);", self.body, re.DOTALL))
+
+    @property
+    def names(self) -> set[str]:
+        """What it defines."""
+        body = COMMENT.sub("", self.body)
+        if body.startswith("#"):
+            return set(re.findall(r"# *define (\w+)", body))
+        if body.startswith("typedef"):
+            return set(re.findall(r"(\w+)(?:\[\w+\])*;$", body))
+        if body.startswith("enum"):
+            return set(re.findall(r"([A-Z_]\w*)(?= =|,| \})", body))
+        if body.endswith("}") or self.is_prototype:
+            return set(re.findall(r"(\w+)\(", body)[:1])
+        return set(re.findall(r"(\w+)(?:\[\w+\])* =", body))
+
+    @property
+    def uses(self) -> set[str]:
+        """All names in it but those of members."""
+        member = r"(?!\w|[,;[])" if self.body.startswith("typedef") else ""
+        pattern = rf"(?<![.\w])(?<!->)[A-Za-z_]\w*{member}"
+        return set(re.findall(pattern, COMMENT.sub("", self.body)))
+
+
+def export_kernel(model: Model, folder: str | os.PathLike[str]) -> Path:
+    """Write the creep force of `model` as C source, for programs that do not import FMUs.
+
+    The folder then holds ``contactlib.c``, ``contactlib.h`` and ``example.c``. The code is C99 and
+    C++, reads no file, allocates nothing, and gives the numbers of the model's force element FMU.
+
+    Parameters
+    ----------
+    model : Model
+        Gives table and parameters; the force is that of one wheel.
+    folder : path
+        Where to write; made if it is missing.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    files = kernel_files(describe(model, "force_element", None, True, False))
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        write_whole(folder / name, text.encode("ascii", "replace"))
+    return folder
+
+
+def kernel_files(description: Description) -> dict[str, str]:
+    """Text of each file, by its name."""
+    templates = {path.name: path.read_text() for path in sorted((ASSETS / "kernel").iterdir())}
+    includes, parts = amalgamated(templates["contactlib.c"])
+    checks, start = _limits_and_start(description)
+    structs = [part for part in parts if part.names & set(PUBLIC.values())]
+    least = re.findall(r"#define LEAST_FRICTION_SCALE (\S+)", _source("force_element.h"))
+    filled = {
+        # Neither end nor begin a comment in a comment.
+        "text": harmless_line(description.text).replace("*/", "* /").replace("/*", "/ *"),
+        "version": metadata.version("contactlib"),
+        "carriers": description.carriers,
+        "tolerance": re.findall(r"DEFAULT_TOLERANCE = ([\w-]+)", _source("component.c"))[0],
+        "structs": _joined(structs).replace("LEAST_FRICTION_SCALE", least[0]),
+        "includes": "\n".join(includes),
+        "kernel": _joined(part for part in parts if part not in structs),
+        "data": _data(description),
+        "start": start,
+        **checks,
+    }
+    return {
+        name: re.sub(r"@(\w+)@", lambda found: filled[found[1]], text)
+        for name, text in templates.items()
+    }
+
+
+# ---- the sources ---------------------------------------------------------------------------------
+
+
+def amalgamated(interface: str) -> tuple[list[str], list[Part]]:
+    """The system's headers, and those parts of the sources that a text with this code needs.
+
+    Each part stands behind those that it uses.
+    """
+    seen: set[str] = set()
+    lines = [line for name in SOURCES for line in _lines(name, seen)]
+    includes = sorted({line for line in lines if line.startswith("#include")})
+    parts = list(_parts(line for line in lines if not line.startswith("#include")))
+    comments = {min(p.names): p.comment for p in parts if p.is_prototype}
+    defined = {n: p for p in parts if not p.is_prototype for n in p.names - LEFT_OUT}
+    wanted, reached = Part("", interface).uses, set[str]()
+    while wanted:
+        reached |= wanted
+        wanted = set().union(*(defined[n].uses for n in wanted if n in defined)) - reached
+    kept = [p for p in parts if not p.is_prototype and p.names & reached - LEFT_OUT]
+    return includes, [_static(p, comments) for p in kept]
+
+
+def _source(name: str) -> str:
+    return (package_folder("fmu") / name).read_text(encoding="ascii")
+
+
+def _lines(name: str, seen: set[str]) -> Iterator[str]:
+    """Lines of a file, with those of the files that it includes in their places, once."""
+    if name in seen:
+        return
+    seen.add(name)
+    text = _source(name)
+    if name.endswith(".h"):  # without the guard
+        text = re.sub(r"(?m)^#ifndef \w+_H\n#define \w+_H\n((?s:.*))^#endif\n", r"\1", text)
+    for line in text.splitlines():
+        if included := re.fullmatch(r'#include "(.*)"', line):
+            yield from _lines(included[1], seen)
+        else:
+            yield line
+
+
+def _parts(lines: Iterable[str]) -> Iterator[Part]:
+    """The parts of formatted sources: what begins in the first column, up to its end."""
+    comment, body, conditions = "", "", 0
+    for line in lines:
+        within = comment.count("/*") > comment.count("*/")
+        if not body and (within or line.startswith("/*") or not line):
+            comment = comment + line + "\n" if line else ""
+            continue
+        body += line + "\n"
+        bare = COMMENT.sub("", body).rstrip()
+        if body.startswith("#"):
+            conditions += line.startswith("#if") - line.startswith("#endif")
+            ended = conditions == 0 and not line.endswith("\\")
+        else:
+            ended = bare.count("{") == bare.count("}") and bare.endswith((";", "}"))
+        if ended:
+            yield Part(comment, body.rstrip())
+            comment, body = "", ""
+
+
+def _static(part: Part, comments: dict[str, str]) -> Part:
+    """A part without linkage, with the comment of its declaration, and the interface's names."""
+    comment, body = part
+    if body.endswith("}") and not body.startswith(("#", "typedef")):
+        comment = comment or comments.get(min(part.names), "")
+        if not body.startswith(("static", "ALWAYS_INLINE")):
+            body = f"static {body}"
+    for name, public in PUBLIC.items():
+        comment, body = (re.sub(rf"\b{name}\b", public, text) for text in (comment, body))
+    return Part(comment, body)
+
+
+def _joined(parts: Iterable[Part]) -> str:
+    return "".join(f"{part.comment}{part.body}\n\n" for part in parts).rstrip("\n") + "\n"
+
+
+# ---- the model -----------------------------------------------------------------------------------
+
+
+def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
+    """Checks of parameters, inputs and what else is given, by their place; and start values."""
+    structs = {"p": "force_element_parameters", "in": "force_element_input", "e": "model_values"}
+    checks: dict[str, list[str]] = {struct: [] for struct in structs}
+    start = []
+    for v in kernel.model_variables("force_element"):
+        if v.role not in kernel.GIVEN:
+            continue
+        members = {s: dict(kernel.ffi.typeof(name).fields) for s, name in structs.items()}
+        struct = next((s for s in ("p", "in") if v.name in members[s]), "e")
+        low, high, value = v.limits.at_least, v.limits.at_most, f"{struct}->{v.name}"
+        fits, either = f"{value} >= {low!r} && {value} <= {high!r}", ""
+        if v.name == "relaxation_length":
+            fits, either = f"{value} == 0.0 || ({fits})", "0 or "
+        checks[struct].append(
+            f"    if (!({fits}))\n"
+            f'        return "{v.name} must be {either}from {low:g} to {high:g}";'
+        )
+        place = {"p": "contact.", "in": "input.", "e": ""}[struct]
+        start.append(f"    element->{place}{v.name} = {description.start_values[v.name]!r};")
+    return {f"limits_{s}": "\n".join(lines) for s, lines in checks.items()}, "\n".join(start)
+
+
+def _data(description: Description) -> str:
+    """The table, and what it needs for force in the plane, as constants."""
+    element, struct = description.element, description.native_contact.struct
+    numbers = {"TABLE_DATA": element.table.data[HEADER_SIZE:], "PLANE_DATA": b""}
+    if description.spins:
+        count = 8 * kernel.library().PLANE_COEFFICIENTS
+        numbers["PLANE_DATA"] = element.plane_data[-count:]
+    names = {name: name if data else "NULL" for name, data in numbers.items()}
+    arrays = "".join(_array(name, data) for name, data in numbers.items() if data)
+    plane = _initializer(struct.plane[0], {"coefficients": names["PLANE_DATA"]})
+    known = {"coefficients": names["TABLE_DATA"], "plane": "&PLANE", "pair": "NULL"}
+    return (
+        f"{arrays}static const plane_contact PLANE = {plane};\n\n"
+        f"static const creep_table TABLE = {_initializer(struct[0], known)};\n"
+    )
+
+
+def _array(name: str, data: bytes) -> str:
+    """An array of doubles, in the fewest digits that keep every bit."""
+    numbers = ", ".join(map(repr, np.frombuffer(data, np.float64).tolist()))
+    lines = wrap(numbers, 98, break_long_words=False, break_on_hyphens=False)
+    return f"static const double {name}[{len(data) // 8}] = {{\n" + "\n".join(lines) + "};\n\n"
+
+
+def _initializer(struct: Any, pointers: dict[str, str]) -> str:
+    """A struct of the kernel with its numbers; its pointers have these values."""
+    values = []
+    for name, field in kernel.ffi.typeof(struct).fields:
+        if field.type.kind == "pointer":
+            values.append(pointers[name])
+        elif field.type.kind == "struct":
+            values.append(_initializer(getattr(struct, name), pointers))
+        elif field.type.kind == "array":
+            values.append(f"{{{', '.join(map(repr, getattr(struct, name)))}}}")
+        else:
+            values.append(repr(getattr(struct, name)))
+    return f"{{{', '.join(values)}}}"

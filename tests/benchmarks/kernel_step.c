@@ -1,0 +1,74 @@
+/* Time of every step of the kernel as one C file; see kernel_step.py.
+ *
+ * A wheel is driven over the peak and back by a torque that swings, under a load, a friction and
+ * a lateral motion that change at each step. Prints the least, median, 99.9th percentile and
+ * largest time of a step in microseconds; and the largest if each step counts with the least of its
+ * times in all repetitions, which leaves out what the system did in between. */
+#define _POSIX_C_SOURCE 199309L
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "contactlib.h"
+
+enum { STEPS = 1000000, REPETITIONS = 3 };
+static double once[STEPS], least[STEPS];
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
+}
+
+/* From -1 to 1, by a linear congruential generator. */
+static double random_number(unsigned *state) {
+    *state = *state * 1664525u + 1013904223u;
+    return 2.0 * (double)*state / 4294967296.0 - 1.0;
+}
+
+static void run(double step, double implicit, double relaxation_length, double *times) {
+    contactlib_element wheel;
+    contactlib_start(&wheel);
+    wheel.implicit = implicit;
+    wheel.contact.relaxation_length = relaxation_length;
+    double radius = wheel.contact.radius, load = wheel.input.normal_load;
+    double speed = wheel.input.speed, most = wheel.contact.static_friction * load * radius;
+    double inertia = radius * radius / wheel.effective_inverse_mass;
+    unsigned state = 1;
+    for (int i = 0; i < STEPS; i++) {
+        double torque = most * sin(0.7 * step * i) * (1.0 + 0.3 * random_number(&state));
+        wheel.input.normal_load = load * (1.0 + 0.3 * random_number(&state));
+        wheel.input.friction_scale = i / 3000 % 5 == 4 ? 0.2 : 1.0 + 0.1 * random_number(&state);
+        wheel.input.lateral_velocity = 1e-3 * speed * random_number(&state);
+        wheel.input.spin_velocity = 0.2 * speed * random_number(&state);
+        double begin = now();
+        const char *error = contactlib_step(&wheel, step, CONTACTLIB_TOLERANCE);
+        times[i] = now() - begin;
+        if (error != NULL) {
+            fprintf(stderr, "%s\n", error);
+            exit(1);
+        }
+        wheel.input.omega += step * (torque + wheel.output.wheel_torque) / inertia;
+    }
+}
+
+static int compare(const void *a, const void *b) {
+    double left = *(const double *)a, right = *(const double *)b;
+    return (left > right) - (left < right);
+}
+
+int main(int count, char **argument) {
+    if (count != 4) return 2;
+    double step = atof(argument[1]), implicit = atof(argument[2]), length = atof(argument[3]);
+    for (int k = 0; k < REPETITIONS; k++) {
+        run(step, implicit, length, once);
+        for (int i = 0; i < STEPS; i++)
+            least[i] = k == 0 || once[i] < least[i] ? once[i] : least[i];
+    }
+    qsort(once, STEPS, sizeof *once, compare);
+    qsort(least, STEPS, sizeof *least, compare);
+    printf("%.3f %.3f %.3f %.3f %.3f\n", once[0], once[STEPS / 2], once[STEPS - STEPS / 1000],
+           once[STEPS - 1], least[STEPS - 1]);
+    return 0;
+}

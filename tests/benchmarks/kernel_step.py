@@ -1,0 +1,50 @@
+"""Time of a step of the kernel as C source: ``python tests/benchmarks/kernel_step.py [MODEL ...]``.
+
+What a hard real-time target needs is the longest of a million steps, with inputs that change at
+each of them; kernel_step.c says what is run and printed.
+"""
+
+from __future__ import annotations
+
+import runpy
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import contactlib as cl
+from contactlib.base.writing import package_folder
+from contactlib.contact import kernel
+
+MODES = {
+    "implicit": ("1", "0"),
+    "implicit, relaxed": ("1", "8e-3"),
+    "relaxed": ("0", "8e-3"),
+}
+STEP = "1e-3"  # [s]
+
+
+def compiled(model: cl.Model, scratch: Path) -> Path:
+    """The program with the kernel of a model."""
+    hook = runpy.run_path(str(package_folder("fmu") / "build_hook.py"))
+    source, program = cl.export_kernel(model, scratch) / "contactlib.c", scratch / "kernel_step.exe"
+    files = (Path(__file__).with_suffix(".c"), source)
+    flags = (*hook["compiler_flags"](), "-Werror", f"-I{scratch}", "-lm")
+    hook["zig_cc"](kernel.platform_name(), *flags, *map(str, files), "-o", str(program))
+    return program
+
+
+def times(program: Path, mode: str) -> list[float]:
+    """Least, median, 99.9th percentile, largest, and largest of the least times [us]."""
+    command = [str(program), STEP, *MODES[mode]]
+    return list(map(float, subprocess.check_output(command, text=True).split()))
+
+
+if __name__ == "__main__":
+    print(f"{'steps of 1 ms [us]':38}     min  median   99.9%     max  max of least")
+    for name in sys.argv[1:] or ["roller_rig.toml", "locomotive.toml"]:
+        with tempfile.TemporaryDirectory() as scratch:
+            program = compiled(cl.load_model(name), Path(scratch))
+            for mode in MODES:
+                row = " ".join(f"{value:7.2f}" for value in times(program, mode))
+                print(f"{name:18}{mode:20} {row}")

@@ -1,0 +1,377 @@
+"""The kernel as one C file: what it holds, and that it gives the FMU's numbers to the last bit."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from cffi import FFI
+from click.testing import CliRunner
+from fmu_instance import Instance
+from outside_tools import missing
+
+import contactlib as cl
+from contactlib.base.writing import package_folder
+from contactlib.cli.commands import main
+
+RULES = re.DOTALL | re.MULTILINE
+PLAIN = ("-fno-stack-protector", "-fno-pic", "-fno-pie")  # nothing of the system's hardening
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
+CURVE = """
+name = "a curve */ with a comment /* in its name \u00e9"
+[contact]
+radius_x = 0.46
+radius_y = 0.3
+normal_load = 1e5
+youngs_modulus = 210e9
+poisson_ratio = 0.3
+[law]
+kind = "measured"
+file = "curve.csv"
+columns = ["slip", "mu"]
+creepage_unit = "1"
+[wheelset]
+radius = 0.46
+"""
+POINTS = (
+    (0.002, 0.1),
+    (0.005, 0.2),
+    (0.01, 0.28),
+    (0.02, 0.3),
+    (0.05, 0.26),
+    (0.1, 0.22),
+    (0.3, 0.2),
+)
+
+
+def compiler_flags() -> list[str]:
+    """Those of the FMU's library, which hides what the FMI shell does not export."""
+    path = package_folder("fmu") / "build_hook.py"
+    spec: Any = importlib.util.spec_from_file_location("build_hook", path)
+    build = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(build)
+    return [flag for flag in build.compiler_flags() if flag != "-fvisibility=hidden"]
+
+
+def compiler(name: str) -> list[str]:
+    if name == "zig":
+        if importlib.util.find_spec("ziglang") is None:
+            missing("there is no ziglang")
+        return [sys.executable, "-m", "ziglang", "cc"]
+    if shutil.which(name) is None:
+        missing(f"there is no {name}")
+    return [name]
+
+
+def run(*command: object) -> str:
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def models(
+    rig: cl.Model, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, cl.Model]:
+    """A line contact, an ellipse that knows spin, and a measured curve."""
+    folder = tmp_path_factory.mktemp("curve")
+    rows = ["slip,mu", *(f"{slip},{mu}" for slip, mu in POINTS)]
+    (folder / "curve.csv").write_text("\n".join(rows))
+    (folder / "curve.toml").write_text(CURVE, encoding="utf-8")
+    return {"rig": rig, "locomotive": locomotive, "curve": cl.load_model(folder / "curve.toml")}
+
+
+@pytest.fixture(scope="module")
+def folders(
+    models: dict[str, cl.Model], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("kernel")
+    return {name: cl.export_kernel(model, folder / name) for name, model in models.items()}
+
+
+class Library:
+    """The C file of a folder as a library, with what its header declares."""
+
+    def __init__(self, folder: Path, *command: str) -> None:
+        path = folder / "library.so"
+        if not path.exists():
+            run(*command, "-shared", "-fPIC", folder / "contactlib.c", "-lm", "-o", path)
+        header = (folder / "contactlib.h").read_text(encoding="ascii")
+        bare = re.sub(r"/\*.*?\*/|^#ifdef __cplusplus.*?^#endif|^#.*?$", "", header, flags=RULES)
+        self.ffi: Any = FFI()
+        self.ffi.cdef(bare)
+        self.c: Any = self.ffi.dlopen(str(path))
+        self.element: Any = self.ffi.new("contactlib_element *")
+        self.start()
+
+    def start(self) -> None:
+        self.c.contactlib_start(self.element)
+
+    def _part(self, name: str) -> Any:
+        element = self.element
+        parts = (element.contact, element.input, element.output, element)
+        return next(part for part in parts if hasattr(part, name))
+
+    def set(self, **values: float) -> None:
+        for name, value in values.items():
+            setattr(self._part(name), name, value)
+
+    def get(self, *names: str) -> list[float]:
+        return [float(getattr(self._part(name), name)) for name in names]
+
+    def said(self, text: Any) -> str:
+        return "" if text == self.ffi.NULL else str(self.ffi.string(text).decode())
+
+    def step(self, step: float, tolerance: float = 1e-6) -> str:
+        return self.said(self.c.contactlib_step(self.element, step, tolerance))
+
+    def force(self) -> str:
+        parts = [self.ffi.addressof(self.element, part) for part in ("contact", "input", "output")]
+        return self.said(self.c.contactlib_force(*parts))
+
+    @property
+    def bytes(self) -> bytes:
+        """All of the element."""
+        return bytes(self.ffi.buffer(self.element))
+
+
+@pytest.fixture
+def library(folders: dict[str, Path]) -> Library:
+    return Library(folders["locomotive"], *compiler("zig"), *compiler_flags())
+
+
+def random_inputs(model: cl.Model, count: int) -> Iterator[dict[str, float]]:
+    """Inputs over both branches, in traction and braking, at standstill, without load or grip."""
+    rng, element = np.random.default_rng(22), model.wheelset.element
+    for _ in range(count):
+        speed = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 2.0)
+        size = 10.0 ** rng.uniform(-5.0, 0.5, 3) * rng.choice([-1.0, 0.0, 1.0], 3)
+        yield {
+            "speed": float(speed),
+            "omega": float(speed * (1.0 + size[0]) / element.radius),
+            "normal_load": float(
+                element.normal_load * rng.choice([-0.1, 0.0, *rng.uniform(0.1, 2.0, 8)])
+            ),
+            "friction_scale": float(rng.choice([0.0, 1e-7, *rng.uniform(0.1, 2.0, 8)])),
+            "lateral_velocity": float(0.1 * size[1] * speed),
+            "spin_velocity": float(size[2] * speed),
+        }
+
+
+def bits(values: list[float]) -> list[str]:
+    return [value.hex() for value in values]
+
+
+# ---- without a compiler --------------------------------------------------------------------------
+
+
+def test_the_files_need_nothing_else(folders: dict[str, Path], models: dict[str, cl.Model]) -> None:
+    for name, folder in folders.items():
+        assert {path.name for path in folder.iterdir()} >= {
+            "contactlib.c",
+            "contactlib.h",
+            "example.c",
+        }
+        source = (folder / "contactlib.c").read_text(encoding="ascii")
+        assert re.findall(r'#include "(.*)"', source) == ["contactlib.h"]
+        assert set(re.findall(r"#include <(.*)>", source)) <= {
+            *("float.h", "math.h", "stddef.h", "stdint.h", "string.h")
+        }
+        assert not re.search(r"@|CONTACTLIB_API|_tangent\b", source)
+        again = cl.export_kernel(models[name], folder.parent / "again")
+        assert (again / "contactlib.c").read_text(encoding="ascii") == source
+        assert len((folder / "example.c").read_text().splitlines()) <= 30
+
+
+def test_command(tmp_path: Path, folders: dict[str, Path]) -> None:
+    folder = tmp_path / "new" / "folder"
+    done = CliRunner().invoke(main, ["kernel", "locomotive.toml", "-o", str(folder)])
+    assert done.exit_code == 0, done.output
+    for name in ("contactlib.c", "contactlib.h", "example.c"):
+        assert (folder / name).read_bytes() == (folders["locomotive"] / name).read_bytes()
+
+
+def test_a_file_in_the_place_of_the_folder_is_named(tmp_path: Path, rig: cl.Model) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="file"):
+        cl.export_kernel(rig, tmp_path / "file")
+
+
+# ---- with one ------------------------------------------------------------------------------------
+
+
+@pytest.mark.tools
+@pytest.mark.parametrize("language", [("-std=c99",), ("-xc++",), ("-xc++", "-std=c++11")], ids=str)
+@pytest.mark.parametrize("name", ["gcc", "clang", "zig"])
+def test_it_compiles_without_a_warning(
+    folders: dict[str, Path], tmp_path: Path, name: str, language: tuple[str, ...]
+) -> None:
+    flags = [flag for flag in compiler_flags() if not flag.startswith("-std")]
+    for folder in folders.values():
+        for source in ("contactlib.c", "example.c"):
+            run(
+                *compiler(name),
+                *language,
+                *flags,
+                *WARNINGS,
+                "-c",
+                folder / source,
+                "-o",
+                tmp_path / "o",
+            )
+
+
+@pytest.mark.tools
+def test_it_calls_no_more_than_the_c_library_s_mathematics(folders: dict[str, Path]) -> None:
+    made = folders["locomotive"] / "contactlib.o"
+    source = made.with_suffix(".c")
+    run(*compiler("gcc"), *compiler_flags(), *PLAIN, "-c", source, "-o", made)
+    symbols = [line.split()[-2:] for line in run("nm", made).splitlines()]
+    assert {name for kind, name in symbols if kind == "U"} <= {
+        *("ceil", "fmax", "fmin", "memcpy", "memset", "sqrt", "_GLOBAL_OFFSET_TABLE_")
+    }
+    assert {name for kind, name in symbols if kind in "TDBC"} == {
+        *("contactlib_start", "contactlib_force", "contactlib_step")
+    }
+    assert {kind for kind, _ in symbols} <= set("UTtRr")  # no data that can change
+
+
+MODES: dict[str, dict[str, Any]] = {
+    "held": {},
+    "relaxed": {"relaxation_length": 8e-3},
+    "implicit": {"implicit": True},
+    "implicit-relaxed": {"implicit": True, "relaxation_length": 8e-3},
+    "implicit-parallel": {"implicit": True, "parallel_exchange": True},
+}
+
+
+@pytest.mark.tools
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("name", ["rig", "locomotive", "curve"])
+def test_it_gives_the_bits_of_the_fmu(
+    folders: dict[str, Path], models: dict[str, cl.Model], tmp_path: Path, name: str, mode: str
+) -> None:
+    fmu = cl.export_fmu(models[name], tmp_path / "x.fmu", **MODES[mode])
+    unpacked = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unpacked")))
+    library = Library(folders[name], *compiler("zig"), *compiler_flags())
+    library.set(**{"implicit": 0.0, **{key: float(value) for key, value in MODES[mode].items()}})
+    with Instance(unpacked) as tool:
+        variables = tool.description.modelVariables
+        names = [v.name for v in variables if v.causality == "output"]
+        given = {v.name for v in variables if v.causality == "input"}
+        steady = [n for n in names if n != "step_size_hint"]  # which knows what is coupled
+        tool.start()
+        time, rng = 0.0, np.random.default_rng(23)
+        for inputs in random_inputs(models[name], 500):
+            known = {key: value for key, value in inputs.items() if key in given}
+            step = 10.0 ** rng.uniform(-4.0, -1.0)
+            tool.set(**known)
+            library.set(**known)
+            if "implicit" not in mode:
+                assert library.force() == ""
+                assert bits(library.get(*steady)) == bits(tool.get(*steady)), inputs
+            tool.step(time, step)
+            assert library.step(step) == ""
+            assert bits(library.get(*names)) == bits(tool.get(*names)), inputs
+            time += step
+
+
+@pytest.mark.tools
+@pytest.mark.parametrize("name", ["gcc", "clang"])
+def test_another_compiler_gives_the_same_numbers(
+    library: Library, models: dict[str, cl.Model], tmp_path: Path, name: str
+) -> None:
+    folder = cl.export_kernel(models["locomotive"], tmp_path)
+    other = Library(folder, *compiler(name), "-std=c99", "-O3", "-ffp-contract=off")
+    for inputs in random_inputs(models["locomotive"], 300):
+        for one in (library, other):
+            one.set(**inputs)
+            assert one.step(1e-2) == ""
+        # fmax(0.0, -0.0) has any sign.
+        assert np.array_equal(np.frombuffer(other.bytes), np.frombuffer(library.bytes))
+
+
+@pytest.mark.tools
+def test_fast_mathematics_are_refused(folders: dict[str, Path], tmp_path: Path) -> None:
+    command = [*compiler("gcc"), "-ffast-math", "-c", str(folders["rig"] / "contactlib.c")]
+    done = subprocess.run([*command, "-o", str(tmp_path / "o")], capture_output=True, text=True)
+    assert "compile it without -ffast-math" in done.stderr
+
+
+@pytest.mark.tools
+def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.Model]) -> None:
+    for name, folder in folders.items():
+        program = folder / "example"
+        run(
+            *compiler("gcc"),
+            "-std=c99",
+            "-O2",
+            folder / "example.c",
+            folder / "contactlib.c",
+            "-lm",
+            "-o",
+            program,
+        )
+        rows = [list(map(float, line.split())) for line in run(program).splitlines()[1:]]
+        forces = [row[-1] for row in rows]
+        assert rows[0][3] < 0.1 < 1.0 < rows[-1][3]
+        assert max(forces) > 1.1 * forces[-1]
+        element = replace(models[name].wheelset.element, wheels=1.0)
+        steady = element.force(omega=rows[-1][2], speed=models[name].initial_speed)
+        assert forces[-1] == pytest.approx(steady, rel=1e-3)
+
+
+@pytest.mark.tools
+def test_without_friction_or_load_there_is_no_force(library: Library) -> None:
+    for none in ({"friction_scale": 0.0}, {"normal_load": 0.0}, {"normal_load": -1e3}):
+        library.start()
+        library.set(omega=30.0, **none)
+        assert library.force() == ""
+        assert library.get("creep_force", "wheel_torque") == [0.0, 0.0]
+        assert library.step(1e-3) == ""
+        assert library.get("creep_force", "wheel_torque") == [0.0, 0.0]
+
+
+@pytest.mark.tools
+@pytest.mark.parametrize(
+    ("values", "step", "message"),
+    [
+        ({"omega": math.nan}, 1e-3, r"omega must be from -1e\+09 to 1e\+09"),
+        ({"normal_load": math.inf}, 1e-3, "normal_load must be from"),
+        ({"friction_scale": -1.0}, 1e-3, "friction_scale must be from 0 to 1000"),
+        ({"radius": 0.0}, 1e-3, "radius must be from 1e-06"),
+        ({"relaxation_length": 1e-9}, 1e-3, "relaxation_length must be 0 or from 1e-06 to 1000"),
+        ({"kinetic_friction": 2.0}, 1e-3, "static_friction must be at least kinetic_friction"),
+        ({"effective_inverse_mass": 0.0}, 1e-3, "effective_inverse_mass must be from 1e-12"),
+        ({}, 0.0, "step must be finite and above zero"),
+        ({}, math.nan, "step must be finite and above zero"),
+    ],
+)
+def test_a_mistake_is_named_and_changes_nothing(
+    library: Library, values: dict[str, float], step: float, message: str
+) -> None:
+    assert library.step(1e-3) == ""
+    library.set(**values)
+    before = library.bytes
+    assert re.match(message, library.step(step))
+    assert library.bytes == before
+    if values and "effective_inverse_mass" not in values:
+        assert re.match(message, library.force())
+        assert library.bytes == before
+
+
+@pytest.mark.tools
+def test_a_tolerance_out_of_its_limits_is_named(library: Library) -> None:
+    for tolerance in (0.0, 1.0, math.nan):
+        assert library.step(1e-3, tolerance) == "tolerance must be from 1e-10 to 1e-2"
