@@ -294,7 +294,7 @@ def test_licence_is_the_project_s() -> None:
 
 
 def test_fragments_are_ascii() -> None:
-    paths = [p for p in ASSETS.iterdir() if p.suffix != ".png"]
+    paths = [p for p in ASSETS.rglob("*.*") if p.suffix != ".png"]
     assert paths
     for path in paths:
         path.read_text(encoding="ascii")
