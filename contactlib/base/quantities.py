@@ -190,6 +190,32 @@ def checked_number(name: str, value: ArrayLike, limits: Limits) -> float:
     return float(number)
 
 
+def checked_whole(name: str, value: float, limits: Limits) -> int:
+    """Return a whole number within limits, or raise a ValueError that names it."""
+    number = checked_number(name, value, limits)
+    if number != int(number):
+        raise ValueError(f"{name} = {value!r} must be a whole number")
+    return value if isinstance(value, int) else int(number)
+
+
+def checked_samples(
+    limits: Limits, *, apart: float = math.ulp(0.0), **given: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Return two rows of one length, of which the first begins with 0 and rises, or raise.
+
+    Its values are at least `apart`. A ValueError names the rows as the keywords do.
+    """
+    (first, x), (second, y) = ((name, checked(name, row, limits)) for name, row in given.items())
+    if x.ndim != 1 or x.shape != y.shape or x.size < 2:
+        raise ValueError(
+            f"{first} has the shape {x.shape} and {second} {y.shape}: they must be two rows of one "
+            "length, at least 2"
+        )
+    if x[0] != 0.0 or np.any(np.diff(x) < apart):
+        raise ValueError(f"{first} = {shown(x.tolist())} must begin with 0 and rise")
+    return x, y
+
+
 def checked_rows(duration: float, interval: float | None) -> tuple[float, float]:
     """Duration of a response and the interval of its rows [s]; default: a thousandth of it."""
     duration = checked_number("duration", duration, Limits(at_least=1e-9))

@@ -23,7 +23,7 @@ from contactlib.base.quantities import (
     Quantity,
     checked,
     checked_number,
-    shown,
+    checked_samples,
 )
 
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
@@ -252,17 +252,7 @@ class Friction(Parameters):
         >>> Friction.from_samples([0.0, 1e-6, 4e-6], [0.4, 0.3, 0.2]).static
         0.4
         """
-        u, f = (
-            checked("slip", slip, NOT_NEGATIVE),
-            checked("coefficient", coefficient, NOT_NEGATIVE),
-        )
-        if u.ndim != 1 or u.shape != f.shape or u.size < 2:
-            raise ValueError(
-                f"slip has the shape {u.shape} and coefficient {f.shape}: they must be two rows "
-                "of one length, at least 2"
-            )
-        if u[0] != 0.0 or np.any(np.diff(u) <= 0.0):
-            raise ValueError(f"slip = {shown(u.tolist())} must begin with 0 and rise")
+        u, f = checked_samples(NOT_NEGATIVE, slip=slip, coefficient=coefficient)
         static, kinetic = float(f[0]), float(f[-1])
         _check_drop("coefficient[0]", static, kinetic)
         phi = (f - kinetic) / (static - kinetic)

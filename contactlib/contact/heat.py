@@ -38,6 +38,7 @@ from contactlib.base.quantities import (
     Quantity,
     checked,
     checked_number,
+    checked_samples,
     common_shape,
     derived,
     shown,
@@ -147,15 +148,8 @@ class Softening:
     share: tuple[float, ...]
 
     def __init__(self, temperature: ArrayLike, coefficient: ArrayLike) -> None:
-        t = checked("temperature", temperature, Limits(at_least=0.0, at_most=1e6))
-        f = checked("coefficient", coefficient, Limits(at_least=0.0, at_most=1e6))
-        if t.ndim != 1 or t.shape != f.shape or t.size < 2:
-            raise ValueError(
-                f"temperature has the shape {t.shape} and coefficient {f.shape}: they must be two "
-                "rows of one length, at least 2"
-            )
-        if t[0] != 0.0 or np.any(np.diff(t) < 1e-6):
-            raise ValueError(f"temperature = {shown(t.tolist())} must begin with 0 and rise")
+        limits = Limits(at_least=0.0, at_most=1e6)
+        t, f = checked_samples(limits, apart=1e-6, temperature=temperature, coefficient=coefficient)
         if not f[0] >= 1e-6 or np.any(np.diff(f) >= 0.0):
             raise ValueError(f"coefficient = {shown(f.tolist())} must be >= 1e-6 at first and fall")
         object.__setattr__(self, "temperature", tuple(t.tolist()))

@@ -15,6 +15,7 @@ from contactlib.base.quantities import (
     as_number,
     checked,
     checked_number,
+    checked_whole,
     shown,
 )
 from contactlib.base.text import explained
@@ -27,7 +28,7 @@ from contactlib.runs.result import Result
 from contactlib.runs.signals import UNITS, Block
 from contactlib.traction import stacked, structure
 from contactlib.traction.interface import Controller, checked_controller
-from contactlib.traction.sensors import INDEX, checked_indices, checked_whole
+from contactlib.traction.sensors import INDEX, checked_indices
 
 TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
 DEFAULT_TOLERANCE = 1e-4

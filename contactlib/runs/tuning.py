@@ -20,11 +20,11 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
-from contactlib.base.quantities import FloatArray, Limits, shown
+from contactlib.base.quantities import FloatArray, Limits, checked_whole, shown
 from contactlib.files.scenario import ControllerDesign, Scenario
 from contactlib.runs.scenario_runs import run_many
 from contactlib.traction.interface import Controller, TractionController
-from contactlib.traction.sensors import INDEX, Sensors, checked_whole
+from contactlib.traction.sensors import INDEX, Sensors
 
 if TYPE_CHECKING:
     import xarray as xr

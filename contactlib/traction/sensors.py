@@ -1,4 +1,4 @@
-"""Speed sensors with their errors and delay, and counts and indices as whole numbers."""
+"""Speed sensors with their errors and delay, and indices of runs."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from contactlib.base.quantities import (
     Quantity,
     checked,
     checked_number,
+    checked_whole,
     shown,
 )
 
@@ -26,14 +27,6 @@ COUNTS = Limits(at_least=1.0, at_most=1e6)
 INDEX = Limits(at_least=0.0, below=2.0**63)  # of a run, for its noise
 LONGEST_DELAY = 10_000  # samples, all of which are stored
 TOGETHER = 64  # wheelsets whose noise is written at once
-
-
-def checked_whole(name: str, value: float, limits: Limits) -> int:
-    """Return a whole number within limits, or raise a ValueError that names it."""
-    number = checked_number(name, value, limits)
-    if number != int(number):
-        raise ValueError(f"{name} = {value!r} must be a whole number")
-    return value if isinstance(value, int) else int(number)
 
 
 def checked_indices(index: Sequence[int]) -> list[int]:
@@ -113,9 +106,7 @@ class Sensors(Parameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("seed", "encoder_pulses"):
-            value = getattr(self, name)
-            if value != int(value):
-                raise ValueError(f"Sensors.{name} = {value!r} must be a whole number")
+            checked_whole(f"Sensors.{name}", getattr(self, name), self.quantities()[name])
         for name in ("vehicle_speed_bias", "vehicle_speed_drift", "vehicle_speed_noise"):
             value = getattr(self, name)
             if self.acceleration_limit is not None and value != 0.0:

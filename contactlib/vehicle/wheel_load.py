@@ -10,7 +10,15 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import FloatArray, Limits, Parameters, Quantity, checked, shown
+from contactlib.base.quantities import (
+    FloatArray,
+    Limits,
+    Parameters,
+    Quantity,
+    checked,
+    checked_whole,
+    shown,
+)
 from contactlib.vehicle.track import Profile, profile_of
 
 WAVES = 100  # of a random load: their sum is nearly Gaussian
@@ -70,8 +78,7 @@ class WheelLoad(Parameters):
                 raise ValueError(f"WheelLoad.{name} = {given} must be one row of numbers")
             object.__setattr__(self, name, tuple(values.tolist()))
         super().__post_init__()
-        if self.seed != int(self.seed):
-            raise ValueError(f"WheelLoad.seed = {self.seed!r} must be a whole number")
+        checked_whole("WheelLoad.seed", self.seed, self.quantities()["seed"])
         pair = tuple(name for name in names if getattr(self, name))
         if pair not in (names[:2], names[2:]):
             raise ValueError(

@@ -36,6 +36,7 @@ from contactlib.base.quantities import (
     Limits,
     checked,
     checked_number,
+    checked_whole,
     warn,
 )
 from contactlib.contact.laws.contact_law import Peak
@@ -130,9 +131,7 @@ class MeasuredCurve:
     ) -> None:
         data = TractionData(creepage, traction_coefficient)
         smoothing = checked_number("MeasuredCurve.smoothing", smoothing, SMOOTHING)
-        number = checked_number("MeasuredCurve.cells", cells, CELLS)
-        if number != int(number):
-            raise ValueError(f"MeasuredCurve.cells = {cells!r} must be a whole number")
+        number = checked_whole("MeasuredCurve.cells", cells, CELLS)
         zeta = np.abs(data.creepage)
         mu = data.traction_coefficient * np.sign(data.creepage)
         if np.count_nonzero(zeta) < 4:
@@ -143,7 +142,7 @@ class MeasuredCurve:
         limits = Limits(at_least=1e-6 * last, at_most=1e6 * last, given=("creepage", last))
         scale = checked_number("MeasuredCurve.saturation_creepage", scale, limits)
         u = zeta / (zeta + scale)
-        curve = _smooth(u, mu, int(number), smoothing)
+        curve = _smooth(u, mu, number, smoothing)
         end = float(curve(min(1.0, curve.x[-1])))
         if end <= 0.0:
             raise ValueError(
@@ -160,7 +159,7 @@ class MeasuredCurve:
             f"{100 * last:.4g} % it levels off at {end:.4g}"
         )
         if miss.max() > 0.2 * ASTRAY * np.abs(mu).max() and zeta.size >= FEW:
-            stray, off = _stray(u, mu, miss, int(number), smoothing)
+            stray, off = _stray(u, mu, miss, number, smoothing)
             if stray is not None:
                 warn(
                     f"{name}: the point of {mu[stray]:.4g} at {100 * zeta[stray]:.4g} % is "

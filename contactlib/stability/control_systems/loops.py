@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray, Limits, checked_number
+from contactlib.base.quantities import FloatArray, Limits, checked_number, checked_whole
 from contactlib.stability.control_systems.loci import growth_rate
 from contactlib.stability.delay import MOST_ROOTS, NO_TIME, TIMES
 from contactlib.vehicle.conditions import OperatingPoint
@@ -161,16 +161,14 @@ def creep_loop(
     proportional_gain = checked_number("proportional_gain", proportional_gain, GAINS)
     integral_gain = checked_number("integral_gain", integral_gain, INTEGRAL_GAINS)
     delay = checked_number("delay", delay, TIMES)
-    order = checked_number("pade_order", pade_order, PADE_ORDERS)
-    if order != int(order):
-        raise ValueError(f"pade_order = {pade_order!r} must be a whole number")
+    order = checked_whole("pade_order", pade_order, PADE_ORDERS)
     controller = _proportional(proportional_gain)
     if integral_gain > 0.0:
         integral = control.tf([proportional_gain, integral_gain], [1.0, 0.0])
         controller = control.ss(integral, inputs="creepage_error", outputs="command")
     wait = _unit("command", "delayed")
     if delay > NO_TIME:
-        approximant = control.tf(*control.pade(delay, int(order)))
+        approximant = control.tf(*control.pade(delay, order))
         wait = control.ss(approximant, inputs="command", outputs="delayed")
     return open_loop(_driven(wheelset, point, lag), _chain([controller, wait], "delayed"))
 
