@@ -91,8 +91,8 @@ class Analysis:
     def clearing(self) -> tuple[float, float]:
         """Time and length of the longest patch that the torque survives.
 
-        Zero if the torque is too large for good friction. Nan if there is no border to follow, or
-        if the torque brakes: the wheelset may slow down so much that the border is lost.
+        Zero if the torque is too large for good friction. Nan if it brakes, or if good friction
+        does not hold it, or has no border, at the speed that is reached on the patch.
         """
         if self.torque < 0.0:
             return math.nan, math.nan
@@ -106,7 +106,7 @@ class Analysis:
                 friction_scale=self.patch,
                 slope=self.slope,
             )
-        except ValueError:  # the arguments are valid, as they come from a scenario
+        except ValueError:  # of the speed reached: the arguments come from a scenario
             return math.nan, math.nan
         return found.time, found.distance
 

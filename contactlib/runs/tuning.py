@@ -77,7 +77,9 @@ class Tuning:
             The scenario's design, whose kind and other fields are kept.
         """
         if not isinstance(design, ControllerDesign):
-            raise ValueError(f"design = {shown(design)} is not of a file")
+            raise ValueError(
+                f"design = {shown(design)} must be a ControllerDesign, as a scenario file gives it"
+            )
         control: Any = self.controllers[0]
         settings = {key: getattr(control, key) for key in self.factors}
         if "reference" in settings and control.reference_torque is not None:
@@ -204,18 +206,27 @@ def _outcomes(
     """Outcomes of every row of factors on the designs: shape (rows, cases, `OBJECTIVE`, noises)."""
     tried, places = [], []
     for row, some in enumerate(factors):
+        controls = {one: _changed(one, names, some) for one in {design for _, design in cases}}
         for place, (scenario, design) in enumerate(cases):
-            if (control := _changed(design, names, some)) is not None:
-                tried.append(replace(scenario, controllers={"tried": control}))
+            if (control := controls[design]) is not None:
+                tried.append((scenario, control))
                 places.append((row, place))
-    many = [one for one in tried for _ in index]
-    found = run_many(many, "tried", OBJECTIVE, index=list(index) * len(tried))
     whole = np.zeros((len(factors), len(cases), len(OBJECTIVE), len(index)))
-    limited, used = (found[name].reshape(-1, len(index)) for name in OBJECTIVE)
+    limited, used = _run(tried, OBJECTIVE, index)
     limited = np.where(np.isnan(limited), used, limited)  # friction never limits
     for (row, place), *values in zip(places, limited, used, strict=True):
         whole[row, place] = np.nan_to_num(np.stack(values))  # zero for a run that failed
     return whole
+
+
+def _run(
+    tried: Sequence[tuple[Scenario, Any]], names: Sequence[str], index: Sequence[int]
+) -> FloatArray:
+    """Outcomes of scenarios under controllers: shape (names, scenarios, noises)."""
+    cases = [replace(scenario, controllers={"tried": control}) for scenario, control in tried]
+    many = [case for case in cases for _ in index]
+    found = run_many(many, "tried", names, index=list(index) * len(cases))
+    return np.stack([found[name].reshape(len(cases), len(index)) for name in names])
 
 
 def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
@@ -292,15 +303,8 @@ def sensor_errors(
                 acceleration_limit=TRAIN,
             )
             labels = list(sensors)
-            one: dict[str, Any] = {"tried": control}
-            cases = [replace(scenario, sensors=s, controllers=one) for s in sensors.values()]
-            found = run_many(
-                [case for case in cases for _ in index],
-                "tried",
-                OBJECTIVE[:1],
-                index=list(index) * len(cases),
-            )
-            whole.append(found[OBJECTIVE[0]].reshape(len(cases), noises))
+            cases = [(replace(scenario, sensors=s), control) for s in sensors.values()]
+            whole.append(_run(cases, OBJECTIVE[:1], index)[0])
             progress((done + 1) / work)
     return xr.DataArray(
         np.reshape(whole, (len(scenarios), len(controllers), len(labels), noises)),
