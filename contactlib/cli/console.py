@@ -10,6 +10,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -54,6 +55,18 @@ def in_unit(unit: str) -> Callable[[click.Context, click.Parameter, str | None],
             raise ValueError(f"{option.opts[0]} = {text!r} {error}") from None
 
     return number
+
+
+def output_option(default: str, text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Option `--output` with a default."""
+    return click.option(
+        "-o",
+        "--output",
+        type=click.Path(path_type=Path),
+        default=default,
+        show_default=True,
+        help=text,
+    )
 
 
 def drawing_options(command: Callable[..., Any]) -> Callable[..., Any]:

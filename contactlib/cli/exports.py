@@ -1,0 +1,269 @@
+"""Commands that write a model in another form, as files of any kind, and files to start from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from contactlib.cli.console import (
+    ConsoleReporter,
+    complain,
+    drawing_options,
+    in_unit,
+    output_option,
+    say,
+    with_progress,
+)
+
+if TYPE_CHECKING:
+    from contactlib.files.model import Model
+
+EXAMPLE = "roller_rig.toml"
+
+
+def _load(name: str) -> Model:
+    from contactlib.files.model import load_model
+
+    model = with_progress(lambda progress: load_model(name, progress=progress))
+    if note := model.wheelset.element.table.note:
+        say(note)
+    return model
+
+
+@click.command()
+@click.argument("model")
+@output_option(
+    "creep_table.bin",
+    "File: .csv, .mat, .npz or .nc for a table of the creep force, .bin for the kernel's table.",
+)
+@click.option("--load", help="Loads, as 50kN,100kN, or a range, as 50kN:150kN. Default: nominal.")
+@click.option("--speed", help="Speeds likewise, as 5,20 or '18 km/h:72 km/h'. Default: 10 m/s.")
+@click.option("--friction-scale", help="Factors on friction likewise, as 0.5:1. Default: 1.")
+@click.option("--largest-creepage", callback=in_unit("1"), help="End of the creepages. Default: 1.")
+@click.option(
+    "--error",
+    type=float,
+    help="Largest error of interpolation over the largest force. Default: 1e-3, cubic 1e-5.",
+)
+@click.option("--interpolation", type=click.Choice(["linear", "cubic"]), help="Default: linear.")
+@click.option(
+    "--rebuild", is_flag=True, help="For .bin: solve the law instead of reading its shipped table."
+)
+def table(model: str, output: Path, rebuild: bool, **options: Any) -> None:
+    """Write the creep force of MODEL as a table, or the table of its law.
+
+    The points of the first are chosen so that interpolation between them keeps the error, which
+    the file states.
+    """
+    from contactlib.cli.new_files import write_table
+
+    write_table(partial(_load, model), output, rebuild, options)
+
+
+class _KindOrFile(click.Choice[str]):
+    """One of the choices, or the name of the file to write."""
+
+    def convert(self, value: Any, *context: Any) -> Any:
+        return value if str(value).endswith(".toml") else super().convert(value, *context)
+
+
+@click.command()
+@click.argument("kind", type=_KindOrFile(["model", "force", "scenario", "sweep"]), default="model")
+@click.option("--list", "shipped", is_flag=True, help="List the shipped files instead.")
+@click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="File. Default: my_KIND.toml."
+)
+def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
+    """Write a commented file to start from, ready to run.
+
+    KIND is model (a wheelset and two runs, the default), force (only a wheel's creep force, for an
+    FMU or a table), scenario or sweep; a name such as my_wheelset.toml writes a model there.
+    """
+    from contactlib.cli.new_files import say_shipped, write_template
+
+    if kind.endswith(".toml"):
+        if output is not None:
+            raise ValueError(f"new: give one file to write, not {kind} and {output}")
+        kind, output = "model", Path(kind)
+    if shipped:
+        say_shipped()
+    else:
+        write_template(kind, output, overwrite)
+
+
+@click.command()
+@click.argument("model")
+@click.option(
+    "--kind",
+    type=click.Choice(["force_element", "wheelset", "wheelset_body", "creep_forces"]),
+    help="Creep force for given velocities (default), wheelset with its creep force, wheelset "
+    "without it, or forces and spin moment for given ellipse, load and creepages.",
+)
+@click.option(
+    "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version."
+)
+@click.option(
+    "--platforms",
+    help="Comma-separated, such as x86_64-linux,x86_64-windows, or all. Default: this machine's. "
+    "What the installation lacks is compiled once, which takes up to some minutes and needs pip "
+    "install 'contactlib[platforms]'.",
+)
+@click.option(
+    "--relaxation-length",
+    callback=in_unit("m"),
+    help="Let the force lag the creepage by this distance [m].",
+)
+@click.option("--implicit", is_flag=True, help="Let the element solve its slip over each step.")
+@click.option(
+    "--parallel-exchange", is_flag=True, help="Both sides of the coupling step in parallel."
+)
+@click.option("--author", help="Author of the exported model.")
+@click.option("--version", help="Version of the exported model.")
+@click.option(
+    "--ssp",
+    is_flag=True,
+    help="Export an SSP package instead: force element and wheelset, coupled, with parameters.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="File. Default: CreepForceElement.fmu, Wheelset.fmu, WheelsetBody.fmu, CreepForces.fmu or "
+    "CreepForceSystem.ssp.",
+)
+def fmu(
+    model: str,
+    kind: str | None,
+    fmi: str,
+    platforms: str | None,
+    relaxation_length: float | None,
+    implicit: bool,
+    parallel_exchange: bool,
+    author: str | None,
+    version: str | None,
+    ssp: bool,
+    output: Path | None,
+) -> None:
+    """Export MODEL as an FMU, or as an SSP package.
+
+    The FMU supports model exchange and co-simulation.
+    """
+    from contactlib.export import MODEL_NAMES, SYSTEM_NAME, export_fmu, export_ssp
+    from contactlib.export.platforms import to_compile
+
+    names = None if platforms is None else [p.strip() for p in platforms.split(",")]
+    if missing := to_compile(names):
+        ConsoleReporter().line(f"Compiling for {', '.join(missing)}: minutes, the first time only")
+    common: dict[str, Any] = {
+        "fmi_version": int(fmi),
+        "platforms": names,
+        "relaxation_length": relaxation_length,
+        "author": author,
+        "version": version,
+    }
+    if ssp:
+        chosen = {"kind": kind, "implicit": implicit, "parallel-exchange": parallel_exchange}
+        given = [f"--{name}" for name, value in chosen.items() if value]
+        if given:
+            raise ValueError(f"--ssp cannot be combined with {', '.join(given)}")
+        written = export_ssp(_load(model), output or f"{SYSTEM_NAME}.ssp", **common)
+    else:
+        kind = kind or "force_element"
+        written = export_fmu(
+            _load(model),
+            output or f"{MODEL_NAMES[kind]}.fmu",
+            kind=kind,
+            implicit=implicit,
+            parallel_exchange=parallel_exchange,
+            **common,
+        )
+    say(str(written))
+
+
+@click.command()
+@click.argument("model")
+@output_option("contactlib-kernel", "Folder for contactlib.c, contactlib.h and example.c.")
+def kernel(model: str, output: Path) -> None:
+    """Write the creep force of MODEL as C source, for programs that import no FMUs.
+
+    The file holds table and parameters. It is C99 and C++, reads no file and allocates nothing.
+    """
+    from contactlib.export.kernel_source import export_kernel
+
+    say(f"{export_kernel(_load(model), output)}: contactlib.c, contactlib.h and example.c")
+
+
+@click.command()
+@click.option(
+    "--paper", is_flag=True, help="Draw figures 1 to 6 of the paper, and the contact patch."
+)
+@click.option(
+    "--stability",
+    "model",
+    metavar="[MODEL]",
+    is_flag=False,
+    flag_value=EXAMPLE,
+    help=f"Stability figures of the wheelset of MODEL. Default: {EXAMPLE}.",
+)
+@drawing_options
+@output_option("contactlib-figures", "Folder for the figures.")
+def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ...]) -> None:
+    """Draw the laws or a wheelset's stability.
+
+    A figure that cannot be drawn gives a line and exit status 1, after all others are drawn.
+    """
+    from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save_pictures
+    from contactlib.stability import find_fold
+
+    if not paper and model is None:
+        raise ValueError("figures: pass --paper or --stability, or both")
+    wanted: dict[str, tuple[Callable[[], Any], str]] = {}
+    if paper:
+        named = {f"paper_figure_{number}": figure for number, figure in PAPER_FIGURES.items()}
+        for name, figure in {**named, "contact_patch": CONTACT_PATCH}.items():
+            wanted[name] = figure.draw, figure.title
+    if model is not None:
+        loaded = _load(model)
+        given = loaded.wheelset, loaded.initial_speed
+        find_fold(loaded.wheelset, speed=loaded.initial_speed)  # without which there is nothing
+        for name, figure_of in STABILITY_FIGURES.items():
+            wanted[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
+    output.mkdir(parents=True, exist_ok=True)
+    failed = False
+    for name, (draw, title) in wanted.items():
+        try:
+            figure = draw()
+        except (ValueError, RuntimeError) as error:
+            failed = True
+            complain(f"contactlib: no {name}: {error}")
+            continue
+        first, *others = save_pictures(figure, output, name, formats)
+        say(f"{', '.join([str(first), *(path.name for path in others)])}: {title}")
+    if failed:
+        click.get_current_context().exit(1)
+
+
+@click.command()
+@click.argument("model", required=False)
+@click.option("--open/--no-open", "shown", default=True, help="Open the page in the browser.")
+@output_option("contactlib-explorer.html", "HTML file.")
+def explore(model: str | None, shown: bool, output: Path) -> None:
+    """Write a page that runs the kernel live, and open it.
+
+    The page is one file that works offline in any browser. It starts with MODEL, whose law must
+    be Carter-Griffith's. Default: the roller rig.
+    """
+    from contactlib.export.explorer import open_in_browser, write_explorer
+
+    written = write_explorer(output, model)
+    if shown and not open_in_browser(written):
+        say("No browser could be opened here; open the file in any browser.")
+    say(f"The page is {written}")
+
+
+EXPORTS = (table, new, fmu, kernel, figures, explore)
