@@ -52,10 +52,10 @@ typedef struct {
     double saturation, creepage, falling;
 } wheel_action;
 
-/* Drivetrains with the same table and the same states. */
+/* Drivetrains with the same table, states and kind of friction. */
 typedef struct {
     const creep_table *table;
-    int elastic, relaxed, lagging;
+    int elastic, relaxed, lagging, hot;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
     lanes scales[2][FIELDS(contact_scales)];            /* likewise */
     lanes loaded[2];                                    /* 1 or 0 */
@@ -91,14 +91,16 @@ ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
 }
 
 /* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
-static void wheel(group *g, int side, rows y) {
+ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int hot) {
     lanes x, k_hat, ratio, slope, log_k, state[FIELDS(force_state)];
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
         TAKE(contact_scales, scales, g->scales[side]);
         scales.saturation_creepage /= g->input[SLOPE][l]; /* as slope_reduction does; k_hat stays */
-        force_state at = begin_force(g->table, &p, scales, &in, slip_decay(&p, slip_of(&p, &in)));
+        double slip = slip_of(&p, &in), size = fabs(slip), decay = slip_decay(&p, size);
+        friction_fall fall = falling_friction(g->table, &p, scales, &in, size, decay, hot);
+        force_state at = begin_force(g->table, &p, scales, &in, &fall, direction_of(slip));
         put(state, l, FIELDS(force_state), (const double *)&at);
         x[l] = at.place.x;
         k_hat[l] = at.place.k_hat;
@@ -115,8 +117,9 @@ static void wheel(group *g, int side, rows y) {
         finish_force(g->table, &p, &in, &at, q, &out);
         int loaded = g->loaded[side][l] > 0.0;
         double saturation = loaded ? out.saturation_creepage : 0.0;
-        double log_g_by_slip = loaded ? at.log_g_by_slip : 0.0;
-        relaxation_rate(&p, &in, at.slip, saturation, log_g_by_slip, &out);
+        double by_rolling = loaded ? at.log_g_by_rolling : 0.0;
+        double by_speed = loaded ? at.log_g_by_speed : 0.0;
+        relaxation_rate(&p, &in, at.slip, saturation, by_rolling, by_speed, &out);
         wheel_action action = {
             .force = half * out.creep_force,
             .by_omega = half * out.force_by_omega,
@@ -132,6 +135,11 @@ static void wheel(group *g, int side, rows y) {
         };
         put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
     }
+}
+
+static void wheel(group *g, int side, rows y) {
+    if (g->hot) wheel_of(g, side, y, 1);
+    else wheel_of(g, side, y, 0);
 }
 
 /* Whether two numbers differ in any bit; zeros of different sign do. */
@@ -301,7 +309,8 @@ static int is_lagging(const drivetrain_member *m) { return m->drivetrain->motor_
 
 static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *b) {
     return a->table == b->table && is_elastic(a) == is_elastic(b) &&
-           is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b);
+           is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b) &&
+           is_hot(a->contact) == is_hot(b->contact);
 }
 
 /* How many of the next n members are of the first one's kind. */
@@ -316,6 +325,7 @@ static void set_kind(group *g, const drivetrain_member *member) {
     g->elastic = is_elastic(member);
     g->relaxed = is_relaxed(member);
     g->lagging = is_lagging(member);
+    g->hot = is_hot(member->contact);
 }
 
 /* Load a drivetrain into a lane. */

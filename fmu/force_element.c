@@ -13,18 +13,29 @@ double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
 void force_element_scales(const force_element_parameters *p, double normal_load,
                           double friction_scale, contact_scales *scales) {
     force_element_parameters there = force_element_at_load(p, normal_load);
-    *scales = scaled(contact_scales_of(&there), friction_scale);
+    *scales = scaled(contact_scales_of(&there), friction_scale, 1.0 / friction_scale);
+}
+
+void hot_friction_many(int elliptic, size_t n, const double *x, const double *heat_number,
+                       const double *k_hat, double *fraction) {
+    heat_shape shape = elliptic ? HEAT_ELLIPSE : HEAT_LINE;
+    for (size_t i = 0; i < n; i++) {
+        double r = x[i] * heat_number[i];
+        fraction[i] = hot_friction_at(shape, x[i], r, heat_number[i], k_hat[i]).value;
+    }
 }
 
 /* Without load or friction there is no force. Its derivative by a load that begins is that of a
  * patch that slides all over. */
 static void evaluate_without_grip(const creep_table *table, const force_element_parameters *p,
                                   const force_element_input *in, force_element_output *out) {
-    force_state at = begin_force(table, p, contact_scales_of(p), in, friction_decay(table, p, in));
+    friction_fall fall = friction_without_grip(table, p, in);
+    force_state at =
+        begin_force(table, p, contact_scales_of(p), in, &fall, direction_of(slip_of(p, in)));
     memset(out, 0, sizeof *out);
     out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
     set_kinematics(p, in, &at, out);
-    relaxation_rate(p, in, at.slip, 0.0, 0.0, out);
+    relaxation_rate(p, in, at.slip, 0.0, 0.0, 0.0, out);
     double share[2];
     if (in->normal_load >= 0.0 && has_friction(in)) {
         sliding_shares(table, p, in, &at, share);
@@ -44,12 +55,16 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
         evaluate_in_plane(table, &p, in, out);
         return;
     }
-    force_state at =
-        begin_force(table, &p, contact_scales_of(&p), in, decay_at(&p, slip_of(&p, in)));
+    contact_scales scales = contact_scales_of(&p);
+    double slip = slip_of(&p, in), size = fabs(slip);
+    friction_fall fall =
+        falling_friction(table, &p, scales, in, size, decay_at(&p, size), is_hot(&p));
+    force_state at = begin_force(table, &p, scales, in, &fall, direction_of(slip));
     creep_table_evaluate(table, at.place.x, at.place.k_hat, &q);
     finish_force(table, &p, in, &at, q, out);
     if (p.relaxation_length > 0.0)
-        relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_slip, out);
+        relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_rolling,
+                        at.log_g_by_speed, out);
     else
         out->relaxation_rate = out->rate_by_omega = out->rate_by_speed = out->rate_by_relaxed = 0.0;
 }

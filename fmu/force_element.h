@@ -20,6 +20,10 @@ typedef struct {
     double minimum_speed;      /* below it the creepage's reference speed is regularised [m/s] */
     double slip_rate_residual; /* A of the factor (1 - A) exp(-B w) + A on friction [1] */
     double slip_rate_decay;    /* B, w being the slip speed [s/m] */
+    double
+        softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 if there is none */
+    double thermal_effusivity; /* e of both bodies [W s^0.5/(m^2 K)] */
+    double elliptic;           /* 1 if the contact is an ellipse, 0 if it is a line; for T */
     double relaxation_length;  /* sigma [m]; 0 if the force follows the creepage at once */
 } force_element_parameters;
 
@@ -45,6 +49,7 @@ typedef struct {
     double k_hat;                /* at this load, friction and slip speed [1] */
     double saturation_creepage;  /* zeta0 at this load, friction and slip speed [1] */
     double process_zone_ratio;   /* weakening zone over contact semi-width, as above [1] */
+    double contact_temperature;  /* T, mean flash temperature by which friction falls [K] */
     double relaxation_rate;      /* d(relaxed creepage)/dt [1/s] */
     double falling_branch;       /* 1 if the force falls with creepage at fixed speed */
     double speed_regularized;    /* 1 if |speed| < minimum_speed, without relaxation */
@@ -79,12 +84,19 @@ typedef struct {
     double saturation_creepage; /* zeta0 [1] */
     double k_hat;               /* [1] */
     double process_zone_ratio;  /* [1] */
+    double heating;             /* (sqrt(V) + sqrt(omega r))/w_T; 0 without heat [s^0.5/m^0.5] */
 } contact_scales;
 
 /* Scales at a load above zero; friction_scale includes the factor of the slip speed. */
 CONTACTLIB_API void force_element_scales(const force_element_parameters *parameters,
                                          double normal_load, double friction_scale,
                                          contact_scales *scales);
+
+/* Fractions of friction f0 (1 - T/T_m) that hot contacts keep at n normalized creepages x, numbers
+ * n = V zeta0/w_T and k_hat; all not negative, and x and heat numbers at most 1e20. */
+CONTACTLIB_API void hot_friction_many(int elliptic, size_t n, const double *x,
+                                      const double *heat_number, const double *k_hat,
+                                      double *fraction);
 
 /* Output at one input. Parameters and input must be valid. */
 CONTACTLIB_API void force_element_evaluate(const creep_table *table,

@@ -40,16 +40,17 @@ const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t
 typedef struct {
     force_state at;
     slip_speeds slip;
-    double log_g_by_slip; /* by the magnitude of the slip speed [s/m] */
-    double direction;     /* of rolling: -1 or 1 above the minimum speed */
-    double per_velocity;  /* 1/(reference zeta0) [s/m] */
-    double per_spin;      /* normalized spin per spin velocity and direction of rolling [s] */
-    double creepage[3];   /* normalized, in the signs of the forces */
-    double most;          /* f_s/f_d */
-    int held;             /* 1 if the force is held at f_s N */
-    plane_value law;      /* as the law has it */
-    double size;          /* of the law's force [f_d N] */
-    plane_value force;    /* as it acts */
+    friction_fall fall;
+    double along;        /* slip along rolling over that in the plane */
+    double direction;    /* of rolling: -1 or 1 above the minimum speed */
+    double per_velocity; /* 1/(reference zeta0) [s/m] */
+    double per_spin;     /* normalized spin per spin velocity and direction of rolling [s] */
+    double creepage[3];  /* normalized, in the signs of the forces */
+    double most;         /* f_s/f_d */
+    int held;            /* 1 if the force is held at f_s N */
+    plane_value law;     /* as the law has it */
+    double size;         /* of the law's force [f_d N] */
+    plane_value force;   /* as it acts */
 } state_in_plane;
 
 /* The law at the creepages of a state. */
@@ -67,11 +68,11 @@ static state_in_plane state_in_plane_of(const creep_table *table,
     const plane_contact *plane = table->plane;
     state_in_plane s;
     s.slip = slip_in_plane(table, there, in);
-    double passing, decay = decay_at(there, s.slip.size);
-    double g = slip_rate_factor(there, decay, &passing);
-    s.at = begin_force(table, there, contact_scales_of(there), in, decay);
-    s.log_g_by_slip = s.slip.size > 0.0 ? -there->slip_rate_decay * passing / g : 0.0;
-    s.at.log_g_by_slip = s.slip.size > 0.0 ? s.log_g_by_slip * s.slip.along / s.slip.size : 0.0;
+    contact_scales scales = contact_scales_of(there);
+    s.fall = falling_friction(table, there, scales, in, s.slip.size, decay_at(there, s.slip.size),
+                              is_hot(there));
+    s.along = s.slip.size > 0.0 ? s.slip.along / s.slip.size : 0.0;
+    s.at = begin_force(table, there, scales, in, &s.fall, s.along);
     s.direction = in->speed * s.at.inverse_speed;
     s.per_velocity = s.at.inverse_speed * s.at.inverse_saturation;
     s.per_spin = plane->spin_arm * there->semi_width * s.per_velocity;
@@ -117,14 +118,14 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
     out->k_hat = at->k_hat;
     out->saturation_creepage = zeta0;
     out->process_zone_ratio = at->scales.process_zone_ratio;
+    out->contact_temperature = at->temperature;
 
-    /* The force along rolling by the acting creepage, by the slip speed w through friction, by the
-     * speed through the other creepages, and by the load. */
+    /* The force along rolling by the acting creepage, by omega r through friction, by the speed
+     * through the other creepages, and by the load. */
     double stretch[3] = {-l[0], -l[1], -l[2]}, k_by_g = k_limited ? 0.0 : -0.5;
     double by_log_g = force[0] + follows(&s.force, 0, stretch, k_by_g);
     double by_acting = sliding * s.force.by_creepage[0][0] * at->inverse_saturation;
-    double by_slip = sliding * s.log_g_by_slip * by_log_g;
-    double by_along = s.slip.size > 0.0 ? by_slip * s.slip.along / s.slip.size : 0.0;
+    double through_g = sliding * by_log_g, by_rolling = through_g * at->log_g_by_rolling;
     double slower = -at->speed_slope * at->inverse_speed;     /* d(ln(1/reference))/d(speed) */
     double turned = at->inverse_speed + s.direction * slower; /* d(direction)/d(speed) */
     double at_speed[3] = {0.0, l[1] * slower,
@@ -132,50 +133,25 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
     double growth = p->load_exponent / in->normal_load;
     double at_load[3] = {-l[0] * growth, -l[1] * growth, 0.0}; /* the width grows like zeta0 */
     double wider = s.slip.size > 0.0 ? s.slip.turning * s.slip.turning * growth / s.slip.size : 0.0;
-    out->force_gradient = by_acting * at->inverse_speed + by_along;
+    out->force_gradient = by_acting * at->inverse_speed + by_rolling;
     double slope = out->force_gradient * at->reference * zeta0 / sliding;
     out->falling_margin = slope == 0.0 ? -1.0 : -slope;
     out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
-    out->force_by_omega = p->radius * (relaxed ? by_along : out->force_gradient);
-    out->force_by_speed = (relaxed ? 0.0 : by_acting * out->creepage_by_speed) - by_along +
+    out->force_by_omega = p->radius * (relaxed ? by_rolling : out->force_gradient);
+    out->force_by_speed = (relaxed ? 0.0 : by_acting * out->creepage_by_speed) +
+                          through_g * at->log_g_by_speed +
                           sliding * follows(&s.force, 0, at_speed, 0.0);
-    out->force_by_load = at->kinetic * force[0] + by_slip * wider +
+    double log_g_by_load = at->log_g_by_log_load / in->normal_load + s.fall.by_slip * wider;
+    out->force_by_load = at->kinetic * force[0] + through_g * log_g_by_load +
                          sliding * follows(&s.force, 0, at_load, k_limited ? 0.0 : -growth);
     out->force_by_relaxed = relaxed ? by_acting : 0.0;
-    relaxation_rate(p, in, at->slip, zeta0, at->log_g_by_slip, out);
+    relaxation_rate(p, in, at->slip, zeta0, at->log_g_by_rolling, at->log_g_by_speed, out);
 }
 
-/* A struct of doubles, moved along a direction. */
-static void move(void *to, const void *direction, double distance, size_t size) {
-    double *number = to;
-    const double *along = direction;
-    for (size_t i = 0; i < size / sizeof(double); i++) number[i] += distance * along[i];
-}
-
-/* Change of the gradient, by central differences of first derivatives over a step of this size. */
-static void follow_gradient(const creep_table *table, const force_element_parameters *p,
-                            const force_element_input *in, const force_element_output *out,
-                            const force_element_parameters *dp, const force_element_input *din,
-                            double step, force_element_output *dout) {
-    force_element_output found[2];
-    for (int i = 0; i < 2; i++) {
-        double distance = i == 0 ? step : -step;
-        force_element_parameters moved = *p;
-        force_element_input given = *in;
-        move(&moved, dp, distance, sizeof moved);
-        move(&given, din, distance, sizeof given);
-        if (!(out->k_hat > 0.0)) moved.weakening_length = 0.0;
-        moved = force_element_at_load(&moved, given.normal_load);
-        evaluate_in_plane(table, &moved, &given, &found[i]);
-    }
-    dout->force_gradient = (found[0].force_gradient - found[1].force_gradient) / (2.0 * step);
-    dout->falling_margin = (found[0].falling_margin - found[1].falling_margin) / (2.0 * step);
-}
-
-void tangent_in_plane(const creep_table *table, const force_element_parameters *p,
-                      const force_element_input *in, const force_element_output *out,
-                      const force_element_parameters *dp, const force_element_input *din,
-                      const force_change *change, force_element_output *dout) {
+double tangent_in_plane(const creep_table *table, const force_element_parameters *p,
+                        const force_element_input *in, const force_element_parameters *dp,
+                        const force_element_input *din, const force_change *change,
+                        force_element_output *dout) {
     force_element_parameters there = force_element_at_load(p, in->normal_load);
     const plane_contact *plane = table->plane;
     state_in_plane s = state_in_plane_of(table, &there, in);
@@ -213,18 +189,12 @@ void tangent_in_plane(const creep_table *table, const force_element_parameters *
     dout->lateral_force = dsliding * force[1] + sliding * dforce[1];
     dout->spin_moment = mean * (s.direction * (dsliding * force[2] + sliding * dforce[2]) +
                                 sliding * force[2] * (s.direction * change->log_width + turned));
-    if (!is_in_plane(table, in)) return;
+    double pace = 0.0;
+    for (int i = 0; i < 3; i++) pace += fabs(dl[i]) / (fabs(l[i]) + 1e-2);
+    if (!is_in_plane(table, in)) return pace;
     dout->traction_coefficient = kinetic * (force[0] * change->log_kinetic + dforce[0]);
     dout->creep_force = dsliding * force[0] + sliding * dforce[0];
     dout->force_margin =
         p->kinetic_friction * dsize + s.size * dp->kinetic_friction - dp->static_friction;
-    double zeta0 = s.at.scales.saturation_creepage;
-    double pace = fabs(change->log_k) + fabs(change->log_zeta0) + fabs(change->log_width) +
-                  fabs(change->log_kinetic) + fabs(slower) + fabs(dp->softening) +
-                  fabs(dp->slip_rate_residual) + fabs(dp->slip_rate_decay) * s.slip.size +
-                  fabs(change->slip) / (s.slip.size + zeta0 * s.at.reference);
-    for (int i = 0; i < 3; i++) pace += fabs(dl[i]) / (fabs(l[i]) + 1e-2);
-    /* A tool may give any seed; one that changes nothing has no pace. */
-    if (pace > 1e-300 && pace < 1e290)
-        follow_gradient(table, p, in, out, dp, din, 1e-5 / pace, dout);
+    return pace;
 }

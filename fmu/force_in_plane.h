@@ -27,11 +27,14 @@ ALWAYS_INLINE slip_speeds slip_in_plane(const creep_table *table, const force_el
     return w;
 }
 
-/* exp(-B w) at the slip speed w, in the plane if it slips there. */
-static inline double friction_decay(const creep_table *table, const force_element_parameters *p,
-                                    const force_element_input *in) {
-    double slip = is_in_plane(table, in) ? slip_in_plane(table, p, in).size : slip_of(p, in);
-    return decay_at(p, slip);
+/* Fall of friction without load or friction, and so without heat; in the plane if it slips there.
+ */
+static inline friction_fall friction_without_grip(const creep_table *table,
+                                                  const force_element_parameters *p,
+                                                  const force_element_input *in) {
+    double slip = is_in_plane(table, in) ? slip_in_plane(table, p, in).size : fabs(slip_of(p, in));
+    contact_scales none = {0};
+    return falling_friction(table, p, none, in, slip, decay_at(p, slip), 0);
 }
 
 /* The force under a load and with friction; parameters are those at the load. */
@@ -41,15 +44,15 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
 /* How what the force depends on changes along a direction of parameters and inputs. */
 typedef struct {
     double acting, reference; /* acting creepage and reference speed */
-    double slip;              /* magnitude of the slip speed */
     double log_kinetic, log_zeta0, log_k, log_width;
 } force_change;
 
 /* Set the change of the force across rolling and of the moment and, if the contact slips across or
- * spins, of all other outputs that differ for it. */
-void tangent_in_plane(const creep_table *table, const force_element_parameters *p,
-                      const force_element_input *in, const force_element_output *out,
-                      const force_element_parameters *dp, const force_element_input *din,
-                      const force_change *change, force_element_output *dout);
+ * spins, of all other outputs that differ for it but the gradient. Returns by how much the
+ * creepages change relative to themselves. */
+double tangent_in_plane(const creep_table *table, const force_element_parameters *p,
+                        const force_element_input *in, const force_element_parameters *dp,
+                        const force_element_input *din, const force_change *change,
+                        force_element_output *dout);
 
 #endif

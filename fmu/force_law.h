@@ -7,6 +7,7 @@
 
 #include "branch_free.h"
 #include "force_element.h"
+#include "heat.h"
 #include "regularized_speed.h"
 #include "relaxation.h"
 #include "softening.h"
@@ -45,6 +46,11 @@ ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element
     return there;
 }
 
+/* Whether friction falls with temperature. */
+ALWAYS_INLINE int is_hot(const force_element_parameters *p) {
+    return p->softening_temperature > 0.0;
+}
+
 /* Scales at the nominal load, with the friction coefficients as given. */
 ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p) {
     const double inverse_pi = 0.31830988618379067;
@@ -52,20 +58,27 @@ ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p
     double modulus = p->contact_modulus;
     double weakening = modulus * p->weakening_length / (p->semi_width * p->peak_pressure);
     double zone = 2.0 * weakening / drop; /* 2 pi k_hat^2 (f_d / (f_s - f_d))^2, with Eq. (17) */
+    double heating = 0.0;
+    if (is_hot(p)) {
+        double mean = p->elliptic != 0.0 ? HEAT_ELLIPSE.mean : HEAT_LINE.mean;
+        double per_flow = mean * kinetic / (p->softening_temperature * p->thermal_effusivity);
+        heating = per_flow * p->peak_pressure * sqrt(p->semi_width * inverse_pi);
+    }
     contact_scales s = {
         2.0 * kinetic * p->peak_pressure / (modulus * p->slope_reduction), /* Eq. (15) */
         sqrt(weakening * drop * inverse_pi) / kinetic,                     /* Eq. (17) */
         drop > 0.0 ? zone : 0.0,
+        heating,
     };
     return s;
 }
 
-/* Scales with both friction coefficients multiplied by a factor. */
-ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction) {
-    double inverse = 1.0 / friction;
+/* Scales with both friction coefficients multiplied by a factor, whose inverse is given too. */
+ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction, double inverse) {
     s.saturation_creepage *= friction;
     s.k_hat *= sqrt(inverse);
     s.process_zone_ratio *= inverse;
+    s.heating *= friction;
     return s;
 }
 
@@ -111,23 +124,81 @@ ALWAYS_INLINE double slip_decay(const force_element_parameters *p, double slip) 
     return decaying_exponential(p->slip_rate_decay * fabs(slip));
 }
 
-/* Factor g on friction; passing is its part that vanishes at high slip speed. */
-ALWAYS_INLINE double slip_rate_factor(const force_element_parameters *p, double decay,
-                                      double *passing) {
-    *passing = (1.0 - p->slip_rate_residual) * decay;
-    return *passing + p->slip_rate_residual;
+/* The branch pays: an exponential costs as much as the law. */
+static inline double decay_at(const force_element_parameters *p, double slip) {
+    return p->slip_rate_decay == 0.0 ? 1.0 : slip_decay(p, slip);
+}
+
+/* Factor g on both friction coefficients, and derivatives of ln(g). */
+typedef struct {
+    double scale;          /* g times the friction scale */
+    double inverse;        /* one over it */
+    double passing;        /* part of the factor by slip speed that vanishes at high slip speed */
+    double temperature;    /* [K] */
+    double by_slip;        /* by the magnitude w of the slip velocity [s/m] */
+    double hot_by_slip;    /* the part of it that heat makes */
+    double by_rolling;     /* by omega r, as it carries heat, [s/m] */
+    double by_speed;       /* and by the speed, both at fixed w [s/m] */
+    double by_log_heating; /* by ln(1/w_T) [1] */
+    double by_log_zeta0;   /* by the logarithms of cold friction's scales [1] */
+    double by_log_k;       /* [1] */
+} friction_fall;
+
+/* g at the magnitude of the slip velocity; scales are those of friction scale 1, and hot is whether
+ * friction falls with temperature. Rail and wheel run through the contact with the speeds V and
+ * omega r, and the heat that they carry off grows like sqrt(V) + sqrt(omega r). */
+ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
+                                             const force_element_parameters *p,
+                                             contact_scales scales, const force_element_input *in,
+                                             double slip, double decay, int hot) {
+    friction_fall fall = {0};
+    fall.passing = (1.0 - p->slip_rate_residual) * decay;
+    double by_speed = fall.passing + p->slip_rate_residual;
+    double friction = has_friction(in) ? in->friction_scale : 1.0;
+    fall.scale = by_speed * friction;
+    fall.inverse = 1.0 / fall.scale;
+    fall.by_slip = -(p->slip_rate_decay * fall.passing / by_speed);
+    if (!hot) return fall;
+    double rail, rail_slope, wheel, wheel_slope;
+    regularized_speed(in->speed, p->minimum_speed, &rail, &rail_slope);
+    regularized_speed(p->radius * in->omega, p->minimum_speed, &wheel, &wheel_slope);
+    double per_friction = fall.inverse * by_speed;
+    double per_rail = 1.0 / rail, root_rail = sqrt(rail), root_wheel = sqrt(wheel);
+    double roots = root_rail + root_wheel, inverse = 1.0 / (roots * root_wheel);
+    double per_roots = 1.0 / roots, heating = scales.heating * friction * per_roots; /* 1/w_T */
+    double zeta0 = scales.saturation_creepage * friction;
+    double per_full =
+        per_rail * (1.0 / scales.saturation_creepage) * per_friction; /* slip at x = 1 */
+    double x = slip * per_full, r = slip * heating, n = rail * zeta0 * heating;
+    double k_hat = table->one_axis ? 0.0 : scales.k_hat * sqrt(per_friction);
+    hot_friction g = hot_friction_at(p->elliptic != 0.0 ? HEAT_ELLIPSE : HEAT_LINE, x, r, n, k_hat);
+    fall.scale *= g.value;
+    fall.inverse *= g.inverse;
+    fall.temperature = p->softening_temperature * (1.0 - g.value);
+    fall.hot_by_slip = g.by_x * per_full + g.by_r * heating;
+    fall.by_slip += fall.hot_by_slip;
+    fall.by_log_heating = r * g.by_r + g.by_log_n;
+    fall.by_log_zeta0 = g.by_log_n - x * g.by_x;
+    fall.by_log_k = g.by_log_k;
+    fall.by_rolling = -0.5 * fall.by_log_heating * wheel_slope * inverse;
+    fall.by_speed = (fall.by_log_zeta0 - 0.5 * fall.by_log_heating * root_rail * per_roots) *
+                    (per_rail * rail_slope);
+    return fall;
 }
 
 /* Results of the formulas before the table is evaluated. */
 typedef struct {
-    double slip;               /* slip velocity [m/s] */
-    double creepage;           /* [1] */
-    double speed_slope;        /* d(reference)/d(speed) [1] */
-    double inverse_speed;      /* 1/reference [s/m] */
-    double reference;          /* reference speed of the creepage [m/s] */
-    double acting;             /* creepage that the force follows [1] */
-    double kinetic;            /* f_d at this friction scale and slip speed [1] */
-    double log_g_by_slip;      /* d(ln g)/d(slip), g being the factor on friction [s/m] */
+    double slip;              /* slip velocity [m/s] */
+    double creepage;          /* [1] */
+    double speed_slope;       /* d(reference)/d(speed) [1] */
+    double inverse_speed;     /* 1/reference [s/m] */
+    double reference;         /* reference speed of the creepage [m/s] */
+    double acting;            /* creepage that the force follows [1] */
+    double kinetic;           /* f_d at this friction scale and slip speed [1] */
+    double log_g_by_rolling;  /* derivatives of ln(g), g being the factor on friction: by omega r */
+    double log_g_by_speed;    /* at fixed speed, by the speed at fixed omega [s/m], */
+    double log_g_by_log_load; /* and by the logarithm of the load [1] */
+    double temperature;       /* [K] */
     double inverse_saturation; /* one over zeta0 [1] */
     contact_scales scales;
     double x, k_hat; /* normalized creepage, and k_hat up to the table's largest */
@@ -135,25 +206,26 @@ typedef struct {
 } force_state;
 
 /* The nominal load of the parameters must be the input's load, scales must belong to the
- * parameters, and decay is exp(-B w). Without friction the state is that of friction scale 1. */
+ * parameters, and along is the slip velocity along rolling over its magnitude. Without friction the
+ * state is that of friction scale 1. */
 ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_element_parameters *p,
                                       contact_scales scales, const force_element_input *in,
-                                      double decay) {
+                                      const friction_fall *fall, double along) {
     force_state at;
-    double passing, k_max = table->one_axis ? INFINITY : table->k_max;
+    double k_max = table->one_axis ? INFINITY : table->k_max;
     at.slip = slip_of(p, in);
     regularized_speed(in->speed, p->minimum_speed, &at.reference, &at.speed_slope);
     at.inverse_speed = 1.0 / at.reference;
     at.creepage = at.slip * at.inverse_speed;
     at.acting = p->relaxation_length > 0.0 ? in->relaxed_creepage : at.creepage;
-    /* g has a kink at zero slip; the force has none, as it is zero there. */
-    double g = slip_rate_factor(p, decay, &passing);
-    double friction_scale = g * (has_friction(in) ? in->friction_scale : 1.0);
-    double log_g = p->slip_rate_decay * passing / g;
-    at.log_g_by_slip = at.slip == 0.0 ? 0.0 : -copysign(log_g, at.slip);
-    at.kinetic = friction_scale * p->kinetic_friction;
-    at.scales = scaled(scales, friction_scale);
-    at.inverse_saturation = 1.0 / at.scales.saturation_creepage;
+    at.log_g_by_rolling = fall->by_slip * along + fall->by_rolling;
+    at.log_g_by_speed = fall->by_speed - fall->by_slip * along;
+    at.log_g_by_log_load =
+        p->load_exponent * (1.5 * fall->by_log_heating + fall->by_log_zeta0 - fall->by_log_k);
+    at.temperature = fall->temperature;
+    at.kinetic = fall->scale * p->kinetic_friction;
+    at.scales = scaled(scales, fall->scale, fall->inverse);
+    at.inverse_saturation = 1.0 / scales.saturation_creepage * fall->inverse;
     at.x = at.acting * at.inverse_saturation;
     at.k_hat = smaller(at.scales.k_hat, k_max);
     at.place = softened_at(p->softening, at.x, at.k_hat);
@@ -217,9 +289,9 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     double sliding = at->kinetic * in->normal_load, per_creepage = sliding * at->inverse_saturation;
     double log_k_by_log_load = k_limited ? 0.0 : -p->load_exponent;
     double log_k_by_log_g = k_limited ? 0.0 : -0.5;
-    /* The part of dq/dw that comes from friction falling with the slip speed w. */
+    /* The part of dq/d(omega r) that comes from friction falling. */
     double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
-    double through_g = by_log_g * at->log_g_by_slip;
+    double through_g = by_log_g * at->log_g_by_rolling;
     double slope = q.slope + through_g * zeta0 * at->reference; /* at this speed */
     double by_creepage = per_creepage * slope;
     set_kinematics(p, in, at, out);
@@ -235,18 +307,19 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     /* An event indicator must not stay at zero; the slope does where the force is held. */
     out->falling_margin = slope == 0.0 ? -1.0 : -slope;
     out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
-    out->force_by_load = at->kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
-                                        log_k_by_log_load * q.log_k_derivative);
+    out->contact_temperature = at->temperature;
+    out->force_by_load =
+        at->kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
+                       log_k_by_log_load * q.log_k_derivative + by_log_g * at->log_g_by_log_load);
     double straight = by_creepage * out->creepage_by_omega;
-    double by_speed = per_creepage * q.slope * out->creepage_by_speed - sliding * through_g;
+    double speed_through_g = sliding * (by_log_g * at->log_g_by_speed);
+    double by_speed = per_creepage * q.slope * out->creepage_by_speed + speed_through_g;
     out->force_by_omega = relaxed ? sliding * through_g * p->radius : straight;
-    out->force_by_speed = relaxed ? -sliding * through_g : by_speed;
+    out->force_by_speed = relaxed ? speed_through_g : by_speed;
     out->force_by_relaxed = relaxed ? per_creepage * q.slope : 0.0;
 }
 
-/* The branch pays here: an exponential costs as much as the law. */
-static inline double decay_at(const force_element_parameters *p, double slip) {
-    return p->slip_rate_decay == 0.0 ? 1.0 : slip_decay(p, slip);
-}
+/* g has a kink at zero slip; the force has none, as it is zero there. */
+ALWAYS_INLINE double direction_of(double slip) { return slip == 0.0 ? 0.0 : copysign(1.0, slip); }
 
 #endif

@@ -16,21 +16,59 @@ static inline double by_softening(const creep_table *table, double softening, do
     return left_by * (q.slope * x + 0.5 * q.log_k_derivative / left);
 }
 
-/* Change of slope and of k dq/dk along (dx, dlog_k, dsoftening), by central differences of the
- * law's first derivatives. */
-static inline void second_derivatives(const creep_table *table, double softening, double x,
-                                      double k_hat, double dx, double dlog_k, double dsoftening,
-                                      double *dslope, double *dlog_k_derivative) {
-    double pace = fabs(dx) / (fabs(x) + 1e-2) + fabs(dlog_k) + fabs(dsoftening);
-    *dslope = *dlog_k_derivative = 0.0;
-    if (!(pace > 1e-300)) return; /* e would overflow */
-    double e = 1e-6 / pace, most = table->one_axis ? INFINITY : table->k_max;
-    creep_value ahead = law_value(table, softening + e * dsoftening, x + e * dx,
-                                  fmin(k_hat * exponential(e * dlog_k), most));
-    creep_value behind = law_value(table, softening - e * dsoftening, x - e * dx,
-                                   fmin(k_hat * exponential(-e * dlog_k), most));
-    *dslope = (ahead.slope - behind.slope) / (2.0 * e);
-    *dlog_k_derivative = (ahead.log_k_derivative - behind.log_k_derivative) / (2.0 * e);
+/* A struct of doubles, moved along a direction. */
+static inline void move(void *to, const void *direction, double distance, size_t size) {
+    double *number = (double *)to;
+    const double *along = (const double *)direction;
+    for (size_t i = 0; i < size / sizeof(double); i++) number[i] += distance * along[i];
+}
+
+/* Change of the gradient, by central differences of first derivatives. The pace is that of relative
+ * changes; a tool may give any seed, and one that changes nothing has no pace. */
+static inline void follow_gradient(const creep_table *table, const force_element_parameters *p,
+                                   const force_element_input *in, const force_element_output *out,
+                                   const force_element_parameters *dp,
+                                   const force_element_input *din, double pace,
+                                   force_element_output *dout) {
+    if (!(pace > 1e-300 && pace < 1e290)) return;
+    force_element_output found[2];
+    double step = 1e-5 / pace;
+    for (int i = 0; i < 2; i++) {
+        double distance = i == 0 ? step : -step;
+        force_element_parameters moved = *p;
+        force_element_input given = *in;
+        move(&moved, dp, distance, sizeof moved);
+        move(&given, din, distance, sizeof given);
+        if (!(out->k_hat > 0.0)) moved.weakening_length = 0.0;
+        force_element_evaluate(table, &moved, &given, &found[i]);
+    }
+    dout->force_gradient = (found[0].force_gradient - found[1].force_gradient) / (2.0 * step);
+    dout->falling_margin = (found[0].falling_margin - found[1].falling_margin) / (2.0 * step);
+}
+
+/* d(ln g) of the part of friction's fall that heat makes; cold scales and speeds change as given.
+ */
+typedef struct {
+    double log_kinetic, log_pressure, log_width, log_zeta0, log_k, reference, rolling, slip;
+} cold_change;
+
+static inline double log_hot_change(const force_element_parameters *p,
+                                    const force_element_input *in, const friction_fall *fall,
+                                    const force_element_parameters *dp, const cold_change *d) {
+    double rail, rail_slope, wheel, wheel_slope;
+    regularized_speed(in->speed, p->minimum_speed, &rail, &rail_slope);
+    double rolling = p->radius * in->omega;
+    regularized_speed(rolling, p->minimum_speed, &wheel, &wheel_slope);
+    double dwheel = wheel_slope * d->rolling +
+                    (wheel - wheel_slope * rolling) * dp->minimum_speed / p->minimum_speed;
+    double root_rail = sqrt(rail), root_wheel = sqrt(wheel);
+    double dlog_roots =
+        0.5 * (d->reference / root_rail + dwheel / root_wheel) / (root_rail + root_wheel);
+    double dlog_heating = d->log_kinetic + d->log_pressure + 0.5 * d->log_width - dlog_roots -
+                          dp->softening_temperature / p->softening_temperature -
+                          dp->thermal_effusivity / p->thermal_effusivity;
+    return fall->hot_by_slip * d->slip + fall->by_log_heating * dlog_heating +
+           fall->by_log_zeta0 * (d->log_zeta0 + d->reference / rail) + fall->by_log_k * d->log_k;
 }
 
 /* See force_element_tangent. Each formula above needs its differential here. */
@@ -69,35 +107,55 @@ static inline void force_tangent(const creep_table *table, const force_element_p
         w = all.size;
         dw = (slip * dslip - all.across * din->lateral_velocity + all.turning * dturning) / w;
     }
-    double passing, g = slip_rate_factor(p, decay_at(p, w), &passing);
-    double part = p->slip_rate_residual < 1.0 ? passing / (1.0 - p->slip_rate_residual)
+    double friction = has_friction(in) ? in->friction_scale : 1.0;
+    double dlog_friction = din->friction_scale / friction;
+    double dlog_cold = dlog_friction + dp->kinetic_friction / p->kinetic_friction;
+    double dlog_pressure = dlog_growth + dp->peak_pressure / p->peak_pressure;
+    double dlog_modulus = dp->contact_modulus / p->contact_modulus;
+    double dlog_length =
+        p->weakening_length > 0.0 ? dp->weakening_length / p->weakening_length : 0.0;
+    double drop = p->static_friction - p->kinetic_friction;
+    double ddrop = dp->static_friction - dp->kinetic_friction;
+    double dlog_drop = dlog_friction + (drop > 0.0 ? ddrop / drop : 0.0);
+    /* Eqs. (15) and (17) are products of powers. */
+    cold_change cold = {
+        .log_kinetic = dlog_cold,
+        .log_pressure = dlog_pressure,
+        .log_width = dlog_width,
+        .log_zeta0 =
+            dlog_cold + dlog_pressure - dlog_modulus - dp->slope_reduction / p->slope_reduction,
+        .log_k =
+            0.5 * (dlog_modulus + dlog_drop + dlog_length - dlog_width - dlog_pressure) - dlog_cold,
+        .reference = dreference,
+        .rolling = p->radius * din->omega + in->omega * dp->radius,
+        .slip = dw,
+    };
+    contact_scales none = {0};
+    friction_fall fall = falling_friction(table, p, none, in, w, decay_at(p, w), 0);
+    double by_speed = fall.scale / friction; /* the factor by slip speed alone */
+    double part = p->slip_rate_residual < 1.0 ? fall.passing / (1.0 - p->slip_rate_residual)
                                               : decaying_exponential(p->slip_rate_decay * w);
     double dlog_g = (dp->slip_rate_residual * (1.0 - part) -
-                     passing * (w * dp->slip_rate_decay + p->slip_rate_decay * dw)) /
-                    g;
-    double friction = has_friction(in) ? in->friction_scale : 1.0;
-    double scale = g * friction, kinetic = scale * p->kinetic_friction;
-    double dlog_scale = dlog_g + din->friction_scale / friction;
-    double dlog_kinetic = dlog_scale + dp->kinetic_friction / p->kinetic_friction;
+                     fall.passing * (w * dp->slip_rate_decay + p->slip_rate_decay * dw)) /
+                    by_speed;
+    if (is_hot(p) & can_grip(p, in)) {
+        force_element_parameters there = force_element_at_load(p, in->normal_load);
+        contact_scales scales = contact_scales_of(&there);
+        fall = falling_friction(table, &there, scales, in, w, decay_at(p, w), 1);
+        double dlog_hot = log_hot_change(p, in, &fall, dp, &cold);
+        double left = 1.0 - fall.temperature / p->softening_temperature;
+        dout->contact_temperature =
+            dp->softening_temperature * (1.0 - left) - p->softening_temperature * left * dlog_hot;
+        dlog_g += dlog_hot;
+    }
+    double kinetic = fall.scale * p->kinetic_friction;
+    double dlog_kinetic = dlog_g + dlog_cold;
 
     force_state at = {.acting = acting, .inverse_speed = 1.0 / reference, .kinetic = kinetic};
     double share[2], zeta0 = out->saturation_creepage, dlog_zeta0 = 0.0;
     if (can_grip(p, in)) {
-        double drop = p->static_friction - p->kinetic_friction;
-        double ddrop = dp->static_friction - dp->kinetic_friction;
-        double dlog_drop = dlog_scale + (drop > 0.0 ? ddrop / drop : 0.0);
-        double dlog_pressure = dlog_growth + dp->peak_pressure / p->peak_pressure;
-        double dlog_modulus = dp->contact_modulus / p->contact_modulus;
-        double dlog_length =
-            p->weakening_length > 0.0 ? dp->weakening_length / p->weakening_length : 0.0;
-        /* Eqs. (15) and (17) are products of powers. */
-        dlog_zeta0 =
-            dlog_kinetic + dlog_pressure - dlog_modulus - dp->slope_reduction / p->slope_reduction;
-        double dlog_k_free = 0.0;
-        if (out->k_hat > 0.0)
-            dlog_k_free =
-                0.5 * (dlog_modulus + dlog_drop + dlog_length - dlog_width - dlog_pressure) -
-                dlog_kinetic;
+        dlog_zeta0 = dlog_g + cold.log_zeta0;
+        double dlog_k_free = out->k_hat > 0.0 ? cold.log_k - 0.5 * dlog_g : 0.0;
         double dlog_k = out->k_hat_limited > 0.0 ? 0.0 : dlog_k_free;
         if (!table->one_axis) dout->k_hat_margin = (table->k_max + out->k_hat_margin) * dlog_k_free;
         contact_scales longer = {0};
@@ -105,35 +163,40 @@ static inline void force_tangent(const creep_table *table, const force_element_p
             force_element_parameters unit = *p;
             unit.weakening_length = 1.0;
             unit = force_element_at_load(&unit, in->normal_load);
-            longer = scaled(contact_scales_of(&unit), scale);
+            longer = scaled(contact_scales_of(&unit), fall.scale, fall.inverse);
         }
         dout->saturation_creepage = zeta0 * dlog_zeta0;
         dout->k_hat = out->k_hat * dlog_k;
         dout->process_zone_ratio =
             out->process_zone_ratio *
-                (dlog_modulus + dlog_length - dlog_drop - dlog_width - dlog_pressure) +
+                (dlog_modulus + dlog_length - dlog_drop - dlog_g - dlog_width - dlog_pressure) +
             longer.process_zone_ratio * dp->weakening_length;
 
         double x = out->normalized_creepage, dx = dacting / zeta0 - x * dlog_zeta0;
         dout->normalized_creepage = dx;
+        double pace = fabs(dx) / (fabs(x) + 1e-2) + fabs(dlog_k) + fabs(dlog_zeta0) +
+                      fabs(dlog_kinetic) + fabs(dlog_width) + fabs(dreference) / reference +
+                      fabs(din->normal_load) / in->normal_load + fabs(dp->softening) +
+                      fabs(dp->slip_rate_residual) + fabs(dp->slip_rate_decay) * w +
+                      fabs(dw) / (w + zeta0 * reference);
+        if (is_hot(p))
+            pace += fabs(dp->softening_temperature) / p->softening_temperature +
+                    fabs(dp->thermal_effusivity) / p->thermal_effusivity;
+        force_element_input along = *din;
         if (is_in_plane(table, in) | is_in_plane(table, din)) {
             force_change change = {.acting = dacting,
                                    .reference = dreference,
-                                   .slip = dw,
                                    .log_kinetic = dlog_kinetic,
                                    .log_zeta0 = dlog_zeta0,
                                    .log_k = dlog_k,
                                    .log_width = dlog_width};
-            tangent_in_plane(table, p, in, out, dp, din, &change, dout);
+            pace += tangent_in_plane(table, p, in, dp, din, &change, dout);
         }
         if (!is_in_plane(table, in)) {
             creep_value q = law_value(table, p->softening, x, out->k_hat);
             double dratio = q.slope * dx + q.log_k_derivative * dlog_k, side = copysign(1.0, x);
-            double dslope = 0.0, dlog_k_derivative = 0.0;
             if (dp->softening != 0.0)
                 dratio += by_softening(table, p->softening, x, out->k_hat) * dp->softening;
-            second_derivatives(table, p->softening, x, out->k_hat, dx, dlog_k, dp->softening,
-                               &dslope, &dlog_k_derivative);
             double most = p->static_friction / p->kinetic_friction;
             double dmost =
                 (dp->static_friction - most * dp->kinetic_friction) / p->kinetic_friction;
@@ -143,36 +206,14 @@ static inline void force_tangent(const creep_table *table, const force_element_p
             if (out->force_limited > 0.0) {
                 q = (creep_value){.traction_ratio = side * most};
                 dratio = side * dmost;
-                dslope = dlog_k_derivative = 0.0;
             }
             dout->traction_coefficient = kinetic * (q.traction_ratio * dlog_kinetic + dratio);
             dout->creep_force = in->normal_load * dout->traction_coefficient +
                                 kinetic * q.traction_ratio * din->normal_load;
-
-            /* force_gradient = kinetic P (slope / (zeta0 reference) + through_g) */
-            double b = p->slip_rate_decay, falling = passing / g;
-            double log_k_by_log_g = out->k_hat_limited > 0.0 ? 0.0 : -0.5;
-            double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
-            double dby_log_g =
-                dratio - dx * q.slope - x * dslope + log_k_by_log_g * dlog_k_derivative;
-            /* d(passing)/passing - d(g)/g, with passing = (1 - A) exp(-B w) */
-            double dpassing =
-                -dp->slip_rate_residual * part - passing * (w * dp->slip_rate_decay + b * dw);
-            double dshare = dpassing / g - falling * dlog_g;
-            double sign = copysign(1.0, slip);
-            double elastic = q.slope / (zeta0 * reference);
-            double delastic =
-                dslope / (zeta0 * reference) - elastic * (dlog_zeta0 + dreference / reference);
-            double through_g = -sign * b * falling * by_log_g;
-            double dthrough_g = -sign * (dp->slip_rate_decay * falling * by_log_g +
-                                         b * dshare * by_log_g + b * falling * dby_log_g);
-            double stretch = zeta0 * reference;
-            dout->falling_margin = -dslope - dthrough_g * stretch -
-                                   through_g * stretch * (dlog_zeta0 + dreference / reference);
-            double dsliding = kinetic * (in->normal_load * dlog_kinetic + din->normal_load);
-            dout->force_gradient = dsliding * (elastic + through_g) +
-                                   kinetic * in->normal_load * (delastic + dthrough_g);
+            /* The force is even in what slips across. */
+            along.lateral_velocity = along.spin_velocity = 0.0;
         }
+        follow_gradient(table, p, in, out, dp, &along, pace, dout);
     } else if (is_loaded(p, in->normal_load)) { /* as soon as there is friction, all slides */
         sliding_shares(table, p, in, &at, share);
         dout->traction_coefficient = share[0] * din->friction_scale;

@@ -36,6 +36,12 @@ const char TRUTH[] = "Boolean";
             contact.slip_rate_residual), \
     TUNABLE("slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6, \
             contact.slip_rate_decay), \
+    HOT(TUNABLE_PARAMETER, "softening_temperature", "K", "rise of temperature at which friction " \
+        "would vanish", 1.0, 1e6, contact.softening_temperature, NULL), \
+    HOT(TUNABLE_PARAMETER, "thermal_effusivity", "W.s0.5/(m2.K)", "root of conductivity, density " \
+        "and heat capacity of wheel and rail", 1e-3, 1e9, contact.thermal_effusivity, NULL), \
+    HOT(FIXED_PARAMETER, "elliptic", TRUTH, "the contact is an ellipse, else a line", 0.0, 1.0, \
+        contact.elliptic, NULL), \
     FIXED("semi_width", "m", "contact semi-width at nominal load", 1e-9, 1e3, contact.semi_width), \
     FIXED("peak_pressure", "Pa", "peak contact pressure at nominal load", 1e-3, 1e15, \
           contact.peak_pressure), \
@@ -52,6 +58,9 @@ const char TRUTH[] = "Boolean";
     {"relaxation_length", "m", "distance rolled in which the force follows the creepage", 1e-6, \
      1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_RELAXED, NULL}
 
+#define HOT(role, name, unit, text, low, high, member, depends) \
+    {name, unit, text, low, high, AT(member), role, IF_HOT, depends}
+
 #define CONTACT_INPUTS \
     GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
           input.normal_load), \
@@ -64,9 +73,13 @@ const char TRUTH[] = "Boolean";
      NULL}
 
 /* Variables that the contact's outputs depend on (syntax: variable.h). Everything that scales with
- * friction depends on the slip velocity, with which friction falls. */
-#define KINETIC "omega speed radius slip_rate_residual slip_rate_decay friction_scale " \
-                "kinetic_friction lateral_velocity spin_velocity @semi_width "
+ * friction depends on the slip velocity, with which friction falls, and on what heats the contact. */
+#define HEAT "^thermal_effusivity ^softening_temperature ^elliptic ^minimum_speed ^normal_load " \
+             "^nominal_load ^load_exponent ^semi_width ^peak_pressure ^contact_modulus " \
+             "^slope_reduction *^static_friction *^weakening_length "
+#define WARMTH "omega speed radius friction_scale kinetic_friction lateral_velocity " \
+               "spin_velocity @semi_width " HEAT
+#define KINETIC WARMTH "slip_rate_residual slip_rate_decay "
 #define LOAD "normal_load nominal_load load_exponent "
 #define ZETA0 KINETIC LOAD "peak_pressure contact_modulus slope_reduction "
 #define K_HAT KINETIC LOAD "peak_pressure contact_modulus static_friction weakening_length " \
@@ -74,7 +87,8 @@ const char TRUTH[] = "Boolean";
 #define IF_K_HAT "*omega *speed *radius *slip_rate_residual *slip_rate_decay *friction_scale " \
                  "*kinetic_friction *normal_load *nominal_load *load_exponent *peak_pressure " \
                  "*contact_modulus *static_friction *weakening_length *semi_width " \
-                 "*lateral_velocity *spin_velocity "
+                 "*lateral_velocity *spin_velocity *^thermal_effusivity *^softening_temperature " \
+                 "*^elliptic *^minimum_speed *^slope_reduction "
 #define X ZETA0 "minimum_speed/relaxed_creepage "
 #define RATIO X "*weakening_length *semi_width static_friction softening minimum_speed "
 
@@ -101,6 +115,8 @@ const char TRUTH[] = "Boolean";
                   "this load, friction and slip speed", output.saturation_creepage, ZETA0), \
     MADE_POSITIVE("process_zone_ratio", "1", "length of the weakening zone over semi-width; " \
                   "valid below " TEXT(PROCESS_ZONE_LIMIT), output.process_zone_ratio, K_HAT), \
+    HOT(OUTPUT, "contact_temperature", "K", "mean flash temperature of the contact above that of " \
+        "wheel and rail", 0.0, LARGE, output.contact_temperature, WARMTH), \
     FLAGS(FLAG)
 #define MADE_POSITIVE(name, unit, text, member, depends) \
     {name, unit, text, 0.0, LARGE, AT(member), OUTPUT, ALWAYS, depends}
@@ -251,6 +267,7 @@ static const model_variable PAIR_VARIABLES[] = {
 
 int model_has(const model_variable *variable, const model_values *values) {
     if (variable->part == IF_RELAXED) return values->contact.relaxation_length > 0.0;
+    if (variable->part == IF_HOT) return values->contact.softening_temperature > 0.0;
     return variable->part == ALWAYS || values->spins > 0.0;
 }
 

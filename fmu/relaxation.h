@@ -27,10 +27,11 @@ ALWAYS_INLINE double sliding_limit(double saturation_creepage) {
 }
 
 /* Set the relaxation rate and its partial derivatives; all are zero without a relaxation length.
- * log_by_slip is d(ln saturation_creepage)/d(slip). */
+ * log_by_rolling and log_by_speed are derivatives of ln(saturation_creepage) by omega r and by the
+ * speed. */
 ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const force_element_input *in,
-                                   double slip, double saturation_creepage, double log_by_slip,
-                                   force_element_output *out) {
+                                   double slip, double saturation_creepage, double log_by_rolling,
+                                   double log_by_speed, force_element_output *out) {
     int relaxed = p->relaxation_length > 0.0;
     double zeta = in->relaxed_creepage, limit = sliding_limit(saturation_creepage);
     double pace = fabs(in->speed), direction = copysign(in->speed == 0.0 ? 0.0 : 1.0, in->speed);
@@ -40,15 +41,16 @@ ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const forc
     double decay = sliding ? sliding_decay(slip, in->speed, limit) : pace;
     double rate = (slip - decay * zeta) * inverse;
     int moves = sliding & (limit == saturation_creepage);
-    double log_limit_by_slip = moves ? log_by_slip : 0.0;
     int least = decay > pace; /* LEAST_DECAY applies; the slip is not zero then */
-    double decay_by_slip = least ? decay / slip - decay * log_limit_by_slip : 0.0;
     direction = least ? 0.0 : direction;
-    double by_slip = (1.0 - decay_by_slip * zeta) * inverse - rate * log_limit_by_slip;
+    double by_slip = (1.0 - (least ? decay / slip : 0.0) * zeta) * inverse;
+    double by_log_limit = moves ? (least ? decay * zeta * inverse : 0.0) - rate : 0.0;
     double by_relaxed = -decay * inverse + (sliding ? rate / zeta : 0.0);
     out->relaxation_rate = relaxed ? rate : 0.0;
-    out->rate_by_omega = relaxed ? by_slip * p->radius : 0.0;
-    out->rate_by_speed = relaxed ? -by_slip - direction * zeta * inverse : 0.0;
+    double by_rolling = by_slip + by_log_limit * log_by_rolling;
+    double by_speed = by_log_limit * log_by_speed - by_slip - direction * zeta * inverse;
+    out->rate_by_omega = relaxed ? by_rolling * p->radius : 0.0;
+    out->rate_by_speed = relaxed ? by_speed : 0.0;
     out->rate_by_relaxed = relaxed ? by_relaxed : 0.0;
 }
 

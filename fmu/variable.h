@@ -16,7 +16,7 @@ typedef enum {
     INDICATOR   /* of an event: a truth value changes where the indicator changes sign */
 } variable_role;
 
-typedef enum { ALWAYS, IF_RELAXED, IF_SPINNING } variable_part;
+typedef enum { ALWAYS, IF_RELAXED, IF_SPINNING, IF_HOT } variable_part;
 
 /* The unit of a truth value, which is held as 0 or 1: "Boolean". */
 extern const char TRUTH[];
@@ -32,7 +32,8 @@ typedef struct {
     /* Names of the variables that an output, derivative or indicator depends on, separated by
      * spaces; NULL for parameters and inputs. "a/b" means b if the contact has a relaxation length,
      * else a; either may be empty. "*a" counts only if the law's table has a k_hat axis, "@a" only
-     * if the contact knows spin. "a:kind" states FMI's kind of the dependency, such as fixed. */
+     * if the contact knows spin, "^a" only if friction falls with temperature, "*^a" only if both
+     * are so. "a:kind" states FMI's kind of the dependency, such as fixed. */
     const char *depends;
 } model_variable;
 

@@ -42,6 +42,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     force_state at[MOST_POINTS];
     double x[MOST_POINTS], k_hat[MOST_POINTS];
     double ratio[MOST_POINTS], slope[MOST_POINTS], log_k[MOST_POINTS];
+    int hot = is_hot(&p);
     for (size_t first = 0; first < n; first += MOST_POINTS) {
         const force_element_input *in = input + first;
         size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
@@ -51,7 +52,9 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                 p = force_element_at_load(parameters, in[i].normal_load);
                 scales = contact_scales_of(&p);
             }
-            at[i] = begin_force(table, &p, scales, &in[i], slip_decay(&p, slip_of(&p, &in[i])));
+            double slip = slip_of(&p, &in[i]), size = fabs(slip), decay = decay_at(&p, size);
+            friction_fall fall = falling_friction(table, &p, scales, &in[i], size, decay, hot);
+            at[i] = begin_force(table, &p, scales, &in[i], &fall, direction_of(slip));
             x[i] = at[i].place.x;
             k_hat[i] = at[i].place.k_hat;
         }
@@ -66,7 +69,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
             }
             finish_force(table, parameters, &in[i], &at[i], q, out);
             relaxation_rate(parameters, &in[i], at[i].slip, at[i].scales.saturation_creepage,
-                            at[i].log_g_by_slip, out);
+                            at[i].log_g_by_rolling, at[i].log_g_by_speed, out);
         }
     }
 }

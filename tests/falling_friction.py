@@ -8,7 +8,9 @@ import contactlib as cl
 
 
 def falling(element: cl.ForceElement, residual: float = 0.4, decay: float = 0.6) -> cl.ForceElement:
-    friction = replace(element.friction, slip_rate_residual=residual, slip_rate_decay=decay)
+    """Element whose friction falls to `residual` of itself; by heat if that is 0."""
+    fall = {"slip_rate_residual": residual, "slip_rate_decay": decay}
+    friction = replace(element.friction, **(fall if residual else {"softening_temperature": 600.0}))
     return replace(element, friction=friction)
 
 

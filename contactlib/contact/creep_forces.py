@@ -85,10 +85,10 @@ class CreepForces(Parameters):
         super().__post_init__()
         if self.table.options.get("contact") != "elliptic":
             raise ValueError(f"CreepForces.table = {self.table.law!r} must be of an ellipse")
-        if self.friction.slip_rate_residual < 1.0:
+        if self.friction.falls_with_slip_speed:
             raise ValueError(
-                f"friction.slip_rate_residual = {self.friction.slip_rate_residual!r} must be 1: "
-                "the slip speed is not known here"
+                f"friction = {self.friction!r} must not fall with slip speed, which is not known "
+                "here"
             )
 
     @classmethod

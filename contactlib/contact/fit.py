@@ -362,7 +362,8 @@ def _traction_coefficient(
     else:
         warmth = kinetic * heat.rise_per_creepage(data.creepage, data.speed)
         number = warmth * (zeta0 / values["softening_temperature"])
-        g = friction_factor(x, number, contact=heat.shape)
+        cold = values.get("k_hat", 0.0)
+        g = friction_factor(x, number, k_hat=cold, contact=heat.shape)
     if values.get("k_hat"):
         ratio = _ratio_at_k_hats(law, _finite_ratio(x, g), values["k_hat"] / np.sqrt(g))
     else:

@@ -30,6 +30,8 @@ ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 DOUBLINGS = 1e-12 * 2.0 ** np.arange(81)  # slips at which a function is sampled [m]
 DECADES = 18  # over which Eq. (2) is integrated, beyond the slip at half of the drop
 TAIL = 1e-6  # largest accepted share of the last decade in Eq. (2)
+EFFUSIVITY = Quantity("W.s0.5/(m2.K)", at_least=1e-3, at_most=1e9)
+STEEL_EFFUSIVITY = 13437.0  # that of `contact.heat.STEEL`
 
 
 @dataclass(frozen=True)
@@ -131,16 +133,21 @@ class Friction(Parameters):
     weakening : Weakening, optional
         Shape of f(u) between the two. Default: Rabinowicz's exponential. The limit of a short
         weakening zone does not depend on it.
+    softening_temperature : float, optional
+        T_m of the factor 1 - T/T_m by which both coefficients fall with the contact's flash
+        temperature T, counted from that of the bodies [K]; at least 1. Default: no fall.
+    thermal_effusivity : float, optional
+        sqrt(lambda rho c) of wheel and rail [W s^0.5/(m^2 K)]. Default: that of steel.
     slip_rate_residual, slip_rate_decay : float, optional
-        A [1] and B [s/m] of the factor (1 - A) exp(-B w) + A by which both coefficients fall with
-        slip speed w. Default: no fall. Polach's A belongs to his one coefficient mu0, whose fall
-        contains that from `static` to `kinetic`. Here A times static/kinetic is consistent with
-        it: friction at high slip speed is then A `static`.
+        The other way to say how friction falls: A [1] and B [s/m] of the factor
+        (1 - A) exp(-B w) + A, w being the slip speed. Default: no fall. Polach's A belongs to his
+        one coefficient mu0, whose fall contains that from `static` to `kinetic`. Here A times
+        static/kinetic is consistent with it: friction at high slip speed is then A `static`.
 
     Raises
     ------
     ValueError
-        If a value is not finite or out of its range.
+        If a value is not finite or out of its range, or if friction falls in both ways.
 
     Examples
     --------
@@ -157,9 +164,19 @@ class Friction(Parameters):
     weakening: Weakening = EXPONENTIAL
     slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
     slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0)] = 0.0
+    softening_temperature: Annotated[float, Quantity("K", at_least=0.0, at_most=1e6)] = 0.0
+    thermal_effusivity: Annotated[float, EFFUSIVITY] = STEEL_EFFUSIVITY
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        given = f"Friction.softening_temperature = {self.softening_temperature!r}"
+        if 0.0 < self.softening_temperature < 1.0:
+            raise ValueError(f"{given} is out of range: must be 0, which is no fall, or at least 1")
+        if self.softens_with_heat and self.slip_rate_decay > 0.0:
+            raise ValueError(
+                f"{given} and Friction.slip_rate_decay = {self.slip_rate_decay!r} are two ways to "
+                "say how friction falls with slip speed: give one"
+            )
         if self.static < self.kinetic:
             raise ValueError(
                 f"Friction.static = {self.static!r} is out of range: "
@@ -174,8 +191,7 @@ class Friction(Parameters):
         *,
         kinetic: float | None = None,
         name: str = "function",
-        slip_rate_residual: float = 1.0,
-        slip_rate_decay: float = 0.0,
+        **others: float,
     ) -> Friction:
         """Friction of any function f(u) of the slip u >= 0 [m], not negative.
 
@@ -189,8 +205,8 @@ class Friction(Parameters):
             Limit of f at large slip [1]. Default: found by evaluating f at large slips.
         name : str, optional
             Name of the weakening's shape.
-        slip_rate_residual, slip_rate_decay : float, optional
-            As in the constructor.
+        **others
+            Further fields of `Friction`.
 
         Raises
         ------
@@ -218,8 +234,7 @@ class Friction(Parameters):
             kinetic=limit,
             weakening_length=length,
             weakening=_Function(name, f, static, limit, length, half / length, reach / length),
-            slip_rate_residual=slip_rate_residual,
-            slip_rate_decay=slip_rate_decay,
+            **others,
         )
 
     @classmethod
@@ -229,8 +244,7 @@ class Friction(Parameters):
         coefficient: ArrayLike,
         *,
         name: str = "samples",
-        slip_rate_residual: float = 1.0,
-        slip_rate_decay: float = 0.0,
+        **others: float,
     ) -> Friction:
         """Friction of sampled data: the monotone cubic (PCHIP) through the samples.
 
@@ -239,7 +253,7 @@ class Friction(Parameters):
         slip, coefficient : array_like
             Slips [m], rising from 0, and the coefficients there [1]. The last one is the kinetic
             coefficient and holds for larger slips.
-        name, slip_rate_residual, slip_rate_decay
+        name, **others
             As in `from_function`.
 
         Raises
@@ -263,8 +277,7 @@ class Friction(Parameters):
             kinetic=kinetic,
             weakening_length=length,
             weakening=_Samples(name, tuple((u / length).tolist()), tuple(phi.tolist())),
-            slip_rate_residual=slip_rate_residual,
-            slip_rate_decay=slip_rate_decay,
+            **others,
         )
 
     @property
@@ -274,8 +287,24 @@ class Friction(Parameters):
 
     @property
     def falls_with_slip_speed(self) -> bool:
-        """Whether `slip_rate_factor` can differ from 1."""
-        return self.slip_rate_decay > 0.0 and self.slip_rate_residual < 1.0
+        """Whether both coefficients fall with slip speed, in whichever way."""
+        return self.softens_with_heat or (
+            self.slip_rate_decay > 0.0 and self.slip_rate_residual < 1.0
+        )
+
+    @property
+    def softens_with_heat(self) -> bool:
+        """Whether friction falls with the flash temperature that slip makes."""
+        return self.softening_temperature > 0.0
+
+    @property
+    def least_left(self) -> float:
+        """Fraction of friction that is left where the creep force peaks, or less [1].
+
+        With heat the peak is at about zeta0/sqrt(n) if the heat number n = V zeta0/w_T is large;
+        400 is far beyond any steel.
+        """
+        return 0.05 if self.softens_with_heat else self.slip_rate_residual
 
     def coefficient(self, slip: ArrayLike) -> FloatArray:
         """f(u) at slips u >= 0 [m] and zero slip speed [1], for any shape.

@@ -101,9 +101,9 @@ class ThermalMaterial(Parameters):
     (13437, 13.85)
     """
 
-    conductivity: Annotated[float, Quantity("W/(m K)", **PROPERTY)]
+    conductivity: Annotated[float, Quantity("W/(m.K)", **PROPERTY)]
     density: Annotated[float, Quantity("kg/m^3", **PROPERTY)]
-    heat_capacity: Annotated[float, Quantity("J/(kg K)", **PROPERTY)]
+    heat_capacity: Annotated[float, Quantity("J/(kg.K)", **PROPERTY)]
 
     @property
     def effusivity(self) -> float:

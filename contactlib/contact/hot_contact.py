@@ -20,6 +20,7 @@ from contactlib.base.quantities import (
     common_shape,
     derived,
 )
+from contactlib.contact import kernel
 from contactlib.contact.friction import Friction
 from contactlib.contact.heat import CREEPAGE, INNER, MEANS, SPEED, ContactHeat, Softening
 from contactlib.contact.laws.carter_griffith import CarterGriffith
@@ -33,30 +34,18 @@ LEAST = 1e-3  # of friction, where the surfaces meet
 K_HATS = CarterGriffith.quantities()["k_hat"]
 
 
-class Shape(NamedTuple):
-    """Numbers of `friction_factor` for a shape of contact; fitted to the local solution."""
-
-    late: float  # slip speed that is lacking to first order in full slip, in units of zeta0 V
-    bend: float
-    flatness: float
-
-
-SHAPES = {
-    "line": Shape(0.1754, 0.1282, 0.9335),
-    "elliptic": Shape(0.1603, 0.1176, 2.544),
-}
-
-
 def friction_factor(
-    normalized_creepage: ArrayLike, heat_number: ArrayLike, *, contact: str = "line"
+    normalized_creepage: ArrayLike,
+    heat_number: ArrayLike,
+    *,
+    k_hat: ArrayLike = 0.0,
+    contact: str = "line",
 ) -> FloatArray:
-    """Fraction g of the friction that a hot contact keeps, in closed form.
+    """Fraction g of the friction that a hot contact keeps, in closed form: the kernel's.
 
-    For friction f0 (1 - T/T_m), at r = w/w_T = |x| n with the heat number n = V zeta0/w_T and the
-    softening speed w_T, the slip speed that would warm the contact by T_m if friction stayed f0.
-    The mean-field balance is g = 1/(1 + r). The local solution is lower, as the contact is
-    hottest where pressure is high, by 1/g = 1 + r (1 + bend r/(1 + flatness r)); and higher, as
-    elastic strain takes up part of the slip at first, by n late g**2 min(x (1 + r/2), 1)**4.
+    It holds for friction f0 (1 - T/T_m). The heat number n is V zeta0/w_T with the softening speed
+    w_T, the slip speed that would warm the contact by T_m if friction stayed f0. The formula and
+    where it comes from stand in ``fmu/heat.h``.
 
     Parameters
     ----------
@@ -64,6 +53,8 @@ def friction_factor(
         x = zeta/zeta0 [1], zeta0 being that of cold friction.
     heat_number : array_like
         n [1], not negative.
+    k_hat : array_like, optional
+        k_hat of cold friction [1]. Default: 0.
     contact : {"line", "elliptic"}
         Shape of the contact.
 
@@ -82,19 +73,15 @@ def friction_factor(
     >>> friction_factor([0.0, 10.0, 1000.0], 0.02).round(4).tolist()
     [1.0, 0.832, 0.0424]
     """
-    if contact not in SHAPES:
+    if contact not in MEANS:
         raise ValueError(f"contact = {contact!r} must be 'line' or 'elliptic'")
     x = np.abs(checked("normalized_creepage", normalized_creepage, FINITE))
     number = checked("heat_number", heat_number, NOT_NEGATIVE)
-    common_shape({"normalized_creepage": x, "heat_number": number})
-    number = np.minimum(number, 1e20)  # where no friction is left, but powers do not overflow
-    late, bend, flatness = SHAPES[contact]
-    r = number * np.minimum(x, 1e20)
-    above = 1.0 + flatness * r
-    below = 1.0 + r * (1.0 + flatness + (bend + flatness) * r)
-    slips = np.minimum(x * (1.0 + 0.5 * r), 1.0) ** 4
-    ratio = above / below  # g in full slip at a creepage far beyond zeta0
-    return np.asarray(ratio / (1.0 - late * number * slips * ratio**3))
+    k_hats = checked("k_hat", k_hat, NOT_NEGATIVE)
+    common_shape({"normalized_creepage": x, "heat_number": number, "k_hat": k_hats})
+    # Beyond, no friction is left.
+    x, number = np.minimum(x, 1e20), np.minimum(number, 1e20)
+    return kernel.hot_friction(x, number, k_hats, elliptic=contact == "elliptic")
 
 
 class HotStrip(NamedTuple):
@@ -159,7 +146,7 @@ class HotContact(Parameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.friction.falls_with_slip_speed:
-            raise ValueError("HotContact.friction must not fall with slip speed as well")
+            raise ValueError("HotContact.friction must not fall with slip speed by itself")
         if self.k_hat > K_HATS.at_most:
             raise ValueError(f"HotContact.k_hat = {self.k_hat!r} is out of range: must be {K_HATS}")
 
@@ -196,12 +183,14 @@ class HotContact(Parameters):
         For softening that is not linear, T_m is the secant's through the mean temperature.
         """
         x, enters, left, rise = self._entry(creepage, speed)
+        k_hats = self.k_hat / np.sqrt(left)
         low, high = np.zeros(left.shape), rise * np.abs(x)
         for _ in range(60):
             mean = 0.5 * (low + high)
             share = self.softening.fraction(enters + mean) / left
             number = rise * (1.0 - share) / np.where(mean > 0.0, mean, 1.0)
-            colder = share > friction_factor(x, number, contact=self.heat.shape)
+            found = friction_factor(x, number, k_hat=k_hats, contact=self.heat.shape)
+            colder = share > found
             low, high = np.where(colder, mean, low), np.where(colder, high, mean)
         return x, enters, left, share, mean
 

@@ -12,7 +12,7 @@ from typing import Any
 from contactlib.base.quantities import NOT_NEGATIVE, POSITIVE, Quantity, checked_number, derived
 from contactlib.contact import kernel
 from contactlib.contact.friction import Friction
-from contactlib.contact.hertz import Contact
+from contactlib.contact.hertz import Contact, EllipticContact
 
 SLOPE_REDUCTION = Quantity("1", above=0.0, at_most=1e6)
 
@@ -27,6 +27,9 @@ def contact_parameters(
         "weakening_length": friction.weakening_length,
         "slip_rate_residual": friction.slip_rate_residual,
         "slip_rate_decay": friction.slip_rate_decay,
+        "softening_temperature": friction.softening_temperature,
+        "thermal_effusivity": friction.thermal_effusivity,
+        "elliptic": float(isinstance(contact, EllipticContact)),
         "slope_reduction": slope_reduction,
         "semi_width": contact.semi_width,
         "peak_pressure": contact.peak_pressure,

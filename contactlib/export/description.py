@@ -260,7 +260,12 @@ class Description:
     def variables(self) -> tuple[Variable, ...]:
         """All variables of the FMU, by rising value reference."""
         entries = enumerate(kernel.model_variables(self.kind))
-        parts = {"always": True, "if_relaxed": self.relaxed, "if_spinning": self.spins}
+        parts = {
+            "always": True,
+            "if_relaxed": self.relaxed,
+            "if_spinning": self.spins,
+            "if_hot": self.has_contact and self.element.friction.softens_with_heat,
+        }
         return tuple(self._variable(i, v) for i, v in entries if parts[v.part])
 
     def _variable(self, reference: int, entry: kernel.Variable) -> Variable:
@@ -325,6 +330,7 @@ class Description:
             "force_gradient": force / (zeta0 * speed),
             "k_hat": element.k_hat or 1.0,
             "process_zone_ratio": 1.0,
+            "contact_temperature": 100.0,
             "step_size_hint": 1e-3,
         }
 
@@ -355,13 +361,15 @@ class Description:
         counts = {
             "*": self.has_contact and not self.element.table.one_axis,
             "@": self.spins,
+            "^": self.element.friction.softens_with_heat,
         }
         entry = next(v for v in kernel.model_variables(self.kind) if v.name == name)
         kinds: dict[str, str] = {}
         for declared in entry.depends.split():
-            if not counts.get(declared[0], True):
+            plain = declared.lstrip("*@^")
+            if not all(counts[mark] for mark in declared.removesuffix(plain)):
                 continue
-            held, _, relaxed = declared.lstrip("*@").partition("/")
+            held, _, relaxed = plain.partition("/")
             chosen = relaxed if "/" in declared and self.relaxed else held
             depends, _, kind = chosen.partition(":")
             kinds[depends] = kind or kinds.get(depends, "dependent")

@@ -52,7 +52,8 @@ def add_units(root: Element, description: Description) -> None:
     for name in sorted({kind.unit for kind in types_of(description)}):
         unit = SubElement(parent, "Unit", name=name)
         base, displays = UNITS[name]
-        SubElement(unit, "BaseUnit", {key: str(power) for key, power in base.items()})
+        if base is not None:
+            SubElement(unit, "BaseUnit", {key: str(power) for key, power in base.items()})
         for display in displays:
             SubElement(unit, "DisplayUnit", name=display.name, factor=number(display.factor))
 

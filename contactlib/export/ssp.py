@@ -222,8 +222,8 @@ def _connect(connections: Element, variable: str, **elements: str) -> None:
 def _add_units(parent: Element, variables: Iterable[Variable]) -> None:
     for name in sorted({v.unit for v in variables if v.type is not None}):
         unit = SubElement(parent, "ssc:Unit", name=name)
-        exponents = {key: str(power) for key, power in UNITS[name].base.items()}
-        SubElement(unit, "ssc:BaseUnit", exponents)
+        base = UNITS[name].base or {}
+        SubElement(unit, "ssc:BaseUnit", {key: str(power) for key, power in base.items()})
 
 
 def _add_master(system: Element) -> None:

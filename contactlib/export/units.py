@@ -16,7 +16,7 @@ class Display(NamedTuple):
 class Unit(NamedTuple):
     """Exponents of the SI base units, and customary display units, the usual one first."""
 
-    base: dict[str, int]
+    base: dict[str, int] | None  # None: FMI has no fractional exponents
     displays: tuple[Display, ...] = ()
 
 
@@ -39,6 +39,8 @@ UNITS: dict[str, Unit] = {
     "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
     "kg.m2": Unit({"kg": 1, "m": 2}),
     "1/kg": Unit({"kg": -1}),
+    "K": Unit({"K": 1}),
+    "W.s0.5/(m2.K)": Unit(None),
 }
 
 
@@ -77,6 +79,8 @@ TYPES = {
         Type("RotationalDamping", "N.m.s/rad"),
         Type("MomentOfInertia", "kg.m2"),
         Type("InverseMass", "1/kg"),
+        Type("TemperatureRise", "K", shown_in=-1),
+        Type("ThermalEffusivity", "W.s0.5/(m2.K)", shown_in=-1),
     )
 }
 NUMBER = Type("Number", "1", shown_in=-1)

@@ -147,11 +147,13 @@ def creepage_grid(
     scale = wheelset.element.saturation_creepage_at(
         normal_load=at.normal_load, friction_scale=at.friction_scale
     )
-    # Where friction falls with slip speed, the peak may be as early as the zeta0 of the residual
-    # friction, and the grid must extend over the whole fall.
+    # Where friction falls with slip speed, the peak may be as early as the zeta0 of the friction
+    # that is left, and the grid must extend over the whole fall; with heat it never ends.
     friction = wheelset.element.friction
     fall = friction.slip_rate_decay * at.speed * scale  # over one zeta0
-    first, last = 0.01 * friction.slip_rate_residual, max(1e5, 40.0 / fall if fall > 0.0 else 0.0)
+    first, last = 0.01 * friction.least_left, max(1e5, 40.0 / fall if fall > 0.0 else 0.0)
+    if friction.softens_with_heat:
+        last = 1e6
     return scale * np.geomspace(first, last, round(571.0 * math.log10(last / first)) + 4)
 
 

@@ -78,7 +78,7 @@ def find_fold(
     falling = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
     if falling.size == 0:
         friction = wheelset.element.friction
-        level = friction.ratio == 1.0 and friction.slip_rate_decay == 0.0
+        level = friction.ratio == 1.0 and not friction.falls_with_slip_speed
         raise ValueError(
             f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, "
             f"friction_scale = {at.friction_scale!r}, damping = {wheelset.damping!r}: the "

@@ -49,7 +49,8 @@ def available_force(
     """Largest |creep force| over all creepages at given speeds [N]; arguments broadcast.
 
     If friction falls with slip speed, the peak is lower at higher vehicle speed, where its creepage
-    means more slip speed. Braking and driving have the same peak.
+    means more slip speed. Braking and driving have the same peak; with heat that of driving is
+    higher by less than 1e-3, as a faster rim carries more heat away, and it is the one meant.
 
     Parameters
     ----------
@@ -98,6 +99,7 @@ def available_force(
     shape = common_shape(arrays)
     if not element.friction.falls_with_slip_speed:
         arrays["speed"] = np.ones(())  # the result does not depend on it
+    arrays["speed"] = np.abs(arrays["speed"])
     rows = np.stack([np.broadcast_to(array, shape) for array in arrays.values()], axis=-1)
     cases, place = np.unique(rows.reshape(-1, 4), axis=0, return_inverse=True)
     return np.asarray(_largest(element, cases)[place].reshape(rows.shape[:-1]))
@@ -118,7 +120,7 @@ def _largest(element: ForceElement, cases: FloatArray) -> FloatArray:
     rolling = element.native.evaluate(inputs)
     # Slip speed at the saturation creepage: zeta0 times the creepage's reference speed.
     units = rolling["saturation_creepage"] * element.radius / rolling["creepage_by_omega"]
-    return largest_force(force, units.max(axis=0), element.friction.slip_rate_residual)
+    return largest_force(force, units.max(axis=0), element.friction.least_left)
 
 
 def largest_force(
@@ -133,7 +135,8 @@ def largest_force(
     unit : ndarray
         Approximate slip speeds at the saturation creepage [m/s].
     residual : array_like
-        Fraction of friction that is left at high slip speeds [1]; broadcasts with `unit`.
+        Fraction of friction that is left where the force peaks, or less [1]; broadcasts with
+        `unit`.
 
     Returns
     -------
@@ -227,13 +230,13 @@ class AvailableForce:
         These are speeds [m/s], factors on friction under either wheel and on the slope [1], and
         loads of both wheels together [N].
         """
-        column = np.full(speed.shape, -1)
+        speed, column = np.abs(speed), np.full(speed.shape, -1)
         for (on_left, on_right, on_slope), case in zip(self._level, self._case, strict=True):
             on = (left == on_left) & (right == on_right) & (slope == on_slope)
             np.copyto(column, case, where=on)
         place, load_place = np.zeros((len(speed), 1)), np.zeros((1, 1))
         if self._falls:
-            column, place = _in_octaves(column, np.abs(speed), OCTAVES)
+            column, place = _in_octaves(column, speed, OCTAVES)
         if self._loaded:
             part = CENTRE * (load / self._nominal[self._body])
             column, load_place = _in_octaves(column, part, LOAD_OCTAVES)
@@ -296,7 +299,7 @@ class AvailableForce:
                     element.radius,
                     element.saturation_creepage,
                     element.minimum_speed,
-                    element.friction.slip_rate_residual,
+                    element.friction.least_left,
                 )
                 for element in elements
             ]

@@ -240,7 +240,7 @@ def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     assert softening.identifiable
     assert 600.0 < softening.value < 1200.0
     falling = fit(CarterGriffith, locomotive, slip_rate=True, **given)
-    assert hot.rmse == pytest.approx(falling.rmse, rel=0.01)
+    assert hot.rmse == pytest.approx(falling.rmse, rel=0.015)
     assert hot.bic < falling.bic
     assert abs(hot.aic - falling.aic) < 2.0
     flat = LineContact.from_semi_width(

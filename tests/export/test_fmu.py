@@ -18,6 +18,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from falling_friction import with_falling
 from fmpy.fmi1 import FMICallException
 from fmu_instance import EXPORTS, Instance
 
@@ -160,6 +161,32 @@ def test_friction_is_tunable_while_it_runs(tool: Instance) -> None:
     assert "at least kinetic_friction = 0.42" in tool.said
     tool.set(static_friction=0.9)
     assert tool.get("creep_force")[0] == pytest.approx(2.0 * sliding, rel=1e-3)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_contact_that_slip_warms(locomotive: cl.Model, tmp_path: Path, version: int) -> None:
+    wheelset = with_falling(locomotive.wheelset, 0.0)
+    warm = replace(locomotive, wheelset=wheelset)
+    tool = Instance(exported(warm, tmp_path, "force_element", version)).initialize()
+    names = "traction_coefficient", "contact_temperature"
+
+    def at(omega: float, element: cl.ForceElement) -> list[float]:
+        tool.set(omega=omega, speed=30.0)
+        found = element.evaluate(omega=omega, speed=30.0)
+        assert tool.get(*names) == [float(found[name]) for name in names]
+        return tool.get(*names)
+
+    cold, hot = at(60.0, wheelset.element), at(66.0, wheelset.element)
+    assert cold[1] == 0.0 < 100.0 < hot[1]
+    tool.set(softening_temperature=1200.0, thermal_effusivity=2e4)
+    friction = replace(
+        wheelset.element.friction, softening_temperature=1200.0, thermal_effusivity=2e4
+    )
+    better = at(66.0, replace(wheelset.element, friction=friction))
+    assert better[0] > hot[0]
+    tool.fmu.freeInstance()
+    known = {v.name for v in Description(locomotive, "force_element").variables}
+    assert not known & {"contact_temperature", "softening_temperature", "thermal_effusivity"}
 
 
 def test_cohesive_table_holds_its_friction_ratio(

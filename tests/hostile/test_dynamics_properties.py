@@ -42,11 +42,12 @@ def wheelsets(draw: st.DrawFn, *, held: bool | None = None, lightest: float = 10
     """The locomotive's contact under light and heavy vehicles, friction that falls or does not."""
     element = train().element
     if draw(st.booleans()):
-        friction = dataclasses.replace(
-            element.friction,
-            slip_rate_residual=draw(number(0.3, 0.9)),
-            slip_rate_decay=draw(number(0.1, 1.0)),
-        )
+        if draw(st.booleans()):
+            fall = {"softening_temperature": draw(number(300.0, 1500.0))}
+        else:
+            rate = draw(number(0.1, 1.0))
+            fall = {"slip_rate_residual": draw(number(0.3, 0.9)), "slip_rate_decay": rate}
+        friction = dataclasses.replace(element.friction, **fall)
         element = dataclasses.replace(element, friction=friction)
     free = not (draw(st.booleans()) if held is None else held)
     return dataclasses.replace(

@@ -25,7 +25,7 @@ RAMP = cl.Profile((30.0, 40.0), (1.0, 0.5))
 @pytest.mark.parametrize("falls", [False, True])
 def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, falls: bool) -> None:
     rng = np.random.default_rng(3)
-    laws = (0.1, 2.0), (0.4, 0.6), (0.9, 0.2)
+    laws = (0.1, 2.0), (0.0, 0.0), (0.9, 0.2)
     bodies = [locomotive.wheelset] * 3
     if falls:
         bodies = [with_falling(locomotive.wheelset, *law) for law in laws]
@@ -113,6 +113,7 @@ def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Mo
         locomotive.wheelset,
         rig.wheelset,
         with_falling(locomotive.wheelset),
+        with_falling(locomotive.wheelset, 0.0),
         with_falling(dataclasses.replace(locomotive.wheelset, element=flat)),
     ]
     cases = []

@@ -206,7 +206,7 @@ def test_a_residual_of_one_is_no_fall_with_slip_speed(rig: cl.Model) -> None:
         assert cl.creep_control_gain(body, point) == np.inf
 
 
-@pytest.mark.parametrize("residual", [1.0, 0.4])
+@pytest.mark.parametrize("residual", [1.0, 0.4, 0.0])
 @pytest.mark.parametrize("mass", [None, 22.5e3])
 @pytest.mark.parametrize("creepage", [0.019, 0.0216, 0.03])
 def test_creep_control_gain(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlib.base.quantities import Limits
+from contactlib.base.quantities import FloatArray, Limits
 from contactlib.contact.kernel.library import ffi, library, pointer, struct_dtype
 from contactlib.contact.kernel.models import model_variables
 from contactlib.contact.kernel.tables import NativeContact, NativeTable
@@ -66,6 +66,17 @@ def contact_scales(
     given = ffi.new("force_element_parameters *", dict(parameters))
     lib.force_element_scales(given, normal_load, friction_scale, scales)
     return scales
+
+
+def hot_friction(
+    x: FloatArray, heat_number: FloatArray, k_hat: FloatArray, *, elliptic: bool
+) -> FloatArray:
+    """Fraction of friction that a hot contact keeps; arguments broadcast, in `heat.h`'s words."""
+    given = [np.array(a, order="C") for a in np.broadcast_arrays(x, heat_number, k_hat)]
+    found = np.empty(given[0].shape)
+    arrays = [pointer(a, "double") for a in (*given, found)]
+    library().hot_friction_many(elliptic, found.size, *arrays)
+    return found
 
 
 class NativeForceElement:
