@@ -6,12 +6,12 @@ Each class declares the keys of a section with unit and limits; `build` makes th
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from contactlib.base.quantities import Parameters, Quantity
-from contactlib.contact.friction import Friction
+from contactlib.contact.friction import EFFUSIVITY, STEEL_EFFUSIVITY, Friction
 from contactlib.contact.hertz import THEORIES, Contact, EllipticContact, LineContact, Material
 from contactlib.contact.kalker import POISSON_RATIO
 from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive_table
@@ -128,14 +128,16 @@ class FrictionSection(Parameters):
     k_hat: Annotated[float | None, Quantity("1", at_least=0.0, at_most=2.0)] = None
     slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
     slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0, usual=(0.0, 10.0))] = 0.0
+    softening_temperature: Annotated[
+        float, Quantity("K", at_least=0.0, at_most=1e6, usual=(100.0, 3000.0))
+    ] = 0.0
+    thermal_effusivity: Annotated[float, replace(EFFUSIVITY, usual=(1e3, 4e4))] = STEEL_EFFUSIVITY
 
     def build(self, contact: Contact) -> Friction:
         """Build the friction, with the weakening length given or from `k_hat`."""
         one_of(self, "weakening_length", "k_hat")
-        values = {
-            key: getattr(self, key)
-            for key in ("static", "kinetic", "slip_rate_residual", "slip_rate_decay")
-        }
+        lengths = ("weakening_length", "k_hat")
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in lengths}
         if self.weakening_length is not None:
             return Friction(weakening_length=self.weakening_length, **values)
         return friction_with_k_hat(contact, k_hat=self.k_hat or 0.0, **values)
