@@ -41,6 +41,8 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
         "k_hat": element.k_hat,
         "slip_rate_residual": friction.slip_rate_residual,
         "slip_rate_decay": friction.slip_rate_decay,
+        "softening_temperature": friction.softening_temperature,
+        "thermal_effusivity": friction.thermal_effusivity,
         "radius": wheelset.radius,
         "inertia": wheelset.inertia,
         "mass": wheelset.mass,
@@ -84,7 +86,7 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
         static=kinetic * float(rng.uniform(1.05, 4.0)),
         kinetic=kinetic,
         slip_rate_residual=float(rng.choice([1.0, rng.uniform(0.2, 1.0)])),
-        slip_rate_decay=float(rng.uniform(0.0, 2.0)),
+        **_fall(rng),
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RangeWarning)
@@ -109,6 +111,12 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
     )
 
 
+def _fall(rng: np.random.Generator) -> dict[str, float]:
+    if rng.random() < 0.3:
+        return {"softening_temperature": float(rng.uniform(200.0, 2000.0))}
+    return {"slip_rate_decay": float(rng.uniform(0.0, 2.0))}
+
+
 def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) -> cl.Wheelset:
     """A wheelset after entries by a visitor; a line that becomes an ellipse keeps a, p0 and P."""
     element = wheelset.element
@@ -116,6 +124,7 @@ def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) 
     left: dict[str, Any] = dict(changes)
     kinetic = left.pop("kinetic", friction.kinetic)
     ratio = left.pop("ratio", friction.static / friction.kinetic)
+    heat = left.pop("heat", 0.0)
     load, a, p0 = contact.normal_load, contact.semi_width, contact.peak_pressure
     if ellipse and isinstance(contact, cl.LineContact):
         contact = cl.EllipticContact.from_semi_axes(
@@ -130,7 +139,8 @@ def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) 
         static=ratio * kinetic,
         kinetic=kinetic,
         slip_rate_residual=left.pop("residual", friction.slip_rate_residual),
-        slip_rate_decay=left.pop("decay", friction.slip_rate_decay),
+        slip_rate_decay=left.pop("decay", 0.0 if heat else friction.slip_rate_decay),
+        softening_temperature=1.0 / heat if heat else friction.softening_temperature,
     )
     slope = left.pop("slope", element.slope_reduction)
     table = carter_griffith_table("elliptic" if ellipse else "line")

@@ -147,6 +147,7 @@ ALTERNATIVES: list[dict[str, dict[str, Any]]] = [
     *({"contact": {**shape, "semi_width": None, "radius": None}} for shape in ELLIPTIC),
     {"friction": {"k_hat": None, "weakening_length": "1.3 um"}},
     {"friction": {"k_hat": 0, "static": 0.21, "slip_rate_residual": 0.4, "slip_rate_decay": 0.6}},
+    {"friction": {"softening_temperature": "900 K", "thermal_effusivity": 13e3}},
     {"friction": {"k_hat": None, "weakening_length": "1.3 um", "static": 0.21}},
     {"wheelset": {"saturation_creepage": None}},
     {"wheelset": {"rotor_inertia": 7.5, "gear_ratio": 4}},

@@ -144,6 +144,18 @@ TRAINS: dict[str, tuple[Shape, Numbers, Numbers, Numbers, Numbers]] = {
         {"inverse_mass": 7e-6, "constant_resistance": 1.8e3, "quadratic_resistance": 3.1},
         {"load_left": 1.2e5, "load_right": 1.0e5},
     ),
+    "a contact that slip warms": (
+        "elliptic",
+        {
+            "load_exponent": 1.0 / 3.0,
+            "softening_temperature": 600.0,
+            "thermal_effusivity": 13e3,
+            "elliptic": 1.0,
+        },
+        RIGID,
+        {"inverse_mass": 7e-6},
+        {"load_left": 1.2e5, "load_right": 1.0e5},
+    ),
     "a soft axle on relaxing contacts": (
         "line",
         {"relaxation_length": 5e-3},

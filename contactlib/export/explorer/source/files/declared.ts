@@ -77,6 +77,7 @@ const SETTING_LIMITS: ByName<Limit> = {
   torque_max: { unit: "N.m", at_least: 0, at_most: 1e7 },
   delay: { unit: "s", at_least: 0, at_most: LONGEST_DELAY },
   kick: { unit: "1", at_least: -0.9, at_most: 10 },
+  heat: { unit: "1/K", at_least: 0, at_most: 1 },
   friction_ratio: { unit: "1", at_least: 1, at_most: 100 },
   patch_friction: { unit: "1", at_least: 1e-3, at_most: 2 },
   patch_length: { unit: "m", at_least: 1e-6, at_most: 1e4 },

@@ -67,6 +67,7 @@ export function readModel(text: string): Model {
       throw new ModelError(`wheelset.${key} is missing: this page shows wheelsets`);
     }
   }
+  checkFall(vehicle);
   vehicle.inertia += rotorOf(wheelset);
   vehicle.normal_load *= vehicle.wheels;
   vehicle.k_hat = kHatOf(vehicle, friction);
@@ -164,6 +165,18 @@ function kHatOf(vehicle: Vehicle, { k_hat: given, weakening_length: length }: Nu
     `friction.weakening_length = ${length} gives k_hat = ${kHat}, out of range: must be ` +
       limitText(limit),
   );
+}
+
+/** Refuse friction that falls with slip speed in two ways. */
+function checkFall({ softening_temperature: top, slip_rate_decay: decay }: Vehicle): void {
+  const given = `friction.softening_temperature = ${top}`;
+  if (top > 0 && top < 1) throw new ModelError(`${given} is out of range: must be 0 or >= 1`);
+  if (top > 0 && decay > 0) {
+    throw new ModelError(
+      `${given} and friction.slip_rate_decay = ${decay} are two ways to say how friction falls: ` +
+        "give one",
+    );
+  }
 }
 
 /** Inertia of the rotor about the axle, zero without one [kg.m2]. */

@@ -96,6 +96,16 @@ const TOGETHER: { keys: string[]; must: string; holds(v: Record<string, number>)
     holds: (v) => v["k_hat"] === 0 || v["static_friction"]! > v["kinetic_friction"]!,
   },
   {
+    keys: ["softening_temperature"],
+    must: "softening_temperature = 0 or >= 1",
+    holds: (v) => v["softening_temperature"] === 0 || v["softening_temperature"]! >= 1,
+  },
+  {
+    keys: ["softening_temperature", "slip_rate_decay"],
+    must: "softening_temperature = 0 or slip_rate_decay = 0",
+    holds: (v) => v["softening_temperature"] === 0 || v["slip_rate_decay"] === 0,
+  },
+  {
     keys: ["speed", "minimum_speed"],
     must: "speed >= minimum_speed",
     holds: (v) => v["speed"]! >= v["minimum_speed"]!,

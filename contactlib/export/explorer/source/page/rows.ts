@@ -9,6 +9,7 @@ import { Row, type RowSpec } from "./controls";
 
 const MEGA = 1e6, KILO = 1e3, MILLI = 1e-3, PERCENT = 1e-2;
 const FALL = "Friction falls with slip speed w by (1 - A) exp(-B w) + A";
+const HEAT = "Friction falls with the contact's flash temperature T by 1 - T/T\u2098; it replaces A and B";
 
 /** Rows by their place in the page. */
 export interface Rows {
@@ -49,6 +50,9 @@ export function makeRows(app: App): Rows {
     app.settings.vehicle.static_friction / app.settings.vehicle.kinetic_friction;
   const setFriction = (kinetic: number, over: number): void => app.change(() =>
     Object.assign(app.settings.vehicle, { kinetic_friction: kinetic, static_friction: over * kinetic }));
+  const temperature = (): number => app.settings.vehicle.softening_temperature;
+  const setFall = (slip_rate_decay: number, softening_temperature: number): void => app.change(() =>
+    Object.assign(app.settings.vehicle, { slip_rate_decay, softening_temperature }));
 
   const rows = {
     torque: [
@@ -107,7 +111,12 @@ export function makeRows(app: App): Rows {
       wheel("slope_reduction", shape("slope", "slope reduction", "", 1, 0.02, 1,
         "A third body on the rail lowers the initial slope", true)),
       wheel("slip_rate_residual", shape("residual", "residual friction A", "", 1, 0.2, 1, FALL)),
-      wheel("slip_rate_decay", shape("decay", "fall with slip speed B", "s/m", 1, 0, 3, FALL)),
+      row("slip_rate_decay", shape("decay", "fall with slip speed B", "s/m", 1, 0, 3, FALL),
+        () => app.settings.vehicle.slip_rate_decay,
+        (value) => setFall(value, value > 0 ? 0 : temperature())),
+      row("heat", shape("heat", "fall with heat 1/T\u2098", "1/(1000 K)", MILLI, 0, 4e-3, HEAT),
+        () => (temperature() > 0 ? 1 / temperature() : 0),
+        (value) => setFall(0, value > 0 ? 1 / value : 0)),
       wheel("damping", shape("damping", "damping b", "N m s", 1, 0, 300,
         "Drive torque lost per angular velocity, which ends a run-away")),
     ],

@@ -2,6 +2,7 @@
 import type { Curves, Plant } from "./plant";
 import { root } from "./roots";
 import { type TorqueCurve, type Turn, torqueCurve } from "./torque_curve";
+import { fallsWithSlipSpeed } from "./vehicle";
 
 /** Where a slow torque ramp leaves the stable branch, and where it returns to it. */
 export interface Fold {
@@ -149,8 +150,7 @@ function forceBySpeed(
   stretch: number,
   contact: { force_by_speed: number; force_gradient: number },
 ): number {
-  const { slip_rate_decay: decay, slip_rate_residual: residual } = plant.vehicle;
-  if (!(decay > 0 && residual < 1)) return 0; // where the difference would be rounding errors
+  if (!fallsWithSlipSpeed(plant.vehicle)) return 0; // where the difference would be rounding errors
   return contact.force_by_speed + stretch * contact.force_gradient;
 }
 

@@ -1,6 +1,7 @@
 /** Curve of the quasi-steady torque over creepages of traction, described by its turns. */
 import type { Plant } from "./plant";
 import { otherSide, root } from "./roots";
+import { leastLeft } from "./vehicle";
 
 /** Where the torque changes between rising and falling with creepage. */
 export interface Turn {
@@ -71,7 +72,7 @@ function corner(plant: Plant, speed: number, friction: number): number {
   const whole = plant.scales(friction).saturation_creepage;
   const excess = (creepage: number): number =>
     Math.log(plant.force(creepage, speed, friction).normalized_creepage);
-  const least = whole * plant.vehicle.slip_rate_residual;
+  const least = whole * leastLeft(plant.vehicle);
   if (!(excess(whole) > 1e-6 && excess(least) < 0)) return whole;
   return root(excess, least, whole);
 }
@@ -91,5 +92,6 @@ function grid(corner: number, last: number): number[] {
 function lastCreepage(plant: Plant, speed: number, friction: number): number {
   const whole = plant.scales(friction).saturation_creepage;
   const fall = plant.vehicle.slip_rate_decay * speed * whole; // over one zeta0
+  if (plant.vehicle.softening_temperature > 0) return whole * 1e6; // it falls for ever
   return whole * Math.max(1e5, fall > 0 ? 40 / fall : 0);
 }

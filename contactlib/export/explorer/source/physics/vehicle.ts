@@ -29,6 +29,10 @@ export interface Vehicle {
   /** A [1] and B [s/m] of the factor (1 - A) exp(-B w) + A on friction at slip speed w. */
   slip_rate_residual: number;
   slip_rate_decay: number;
+  /** T_m of the factor 1 - T/T_m on friction at flash temperature T [K]; 0 if it does not fall so. */
+  softening_temperature: number;
+  /** Of both bodies, for T [W s^0.5/(m^2 K)]. */
+  thermal_effusivity: number;
   /** Rolling radius [m]. */
   radius: number;
   /** About the axle, with the drive [kg.m2]. */
@@ -90,6 +94,16 @@ function loadExponent(v: Vehicle): number {
   return v.contact === "line" ? 1 / 2 : 1 / 3;
 }
 
+/** Whether friction falls with slip speed, in whichever way. */
+export function fallsWithSlipSpeed(v: Vehicle): boolean {
+  return v.softening_temperature > 0 || (v.slip_rate_decay > 0 && v.slip_rate_residual < 1);
+}
+
+/** Fraction of friction left where the creep force peaks, or less: Python's Friction.least_left. */
+export function leastLeft(v: Vehicle): number {
+  return v.softening_temperature > 0 ? 0.05 : v.slip_rate_residual;
+}
+
 /** Parameters of the kernel's force element, without relaxation. */
 export function forceParameters(v: Vehicle): Structs["force_element_parameters"] {
   return {
@@ -107,6 +121,9 @@ export function forceParameters(v: Vehicle): Structs["force_element_parameters"]
     minimum_speed: v.minimum_speed,
     slip_rate_residual: v.slip_rate_residual,
     slip_rate_decay: v.slip_rate_decay,
+    softening_temperature: v.softening_temperature,
+    thermal_effusivity: v.thermal_effusivity,
+    elliptic: v.contact === "elliptic" ? 1 : 0,
     relaxation_length: 0,
   };
 }
