@@ -1,7 +1,7 @@
 """Figures: the only room that imports matplotlib. Every function returns a `Figure`."""
 
 from contactlib.figures.errors import sensor_errors
-from contactlib.figures.heat import hot_curves, hot_strips
+from contactlib.figures.heat import hot_curves, hot_strips, stability_over_speed
 from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
     CONTACT_PATCH,
@@ -52,5 +52,6 @@ __all__ = [
     "save_pictures",
     "scenario_run",
     "sensor_errors",
+    "stability_over_speed",
     "time_histories",
 ]

@@ -1,8 +1,8 @@
-"""A contact that slip warms: what happens along it, and its creep curves at several speeds."""
+"""A contact that slip warms: along it, its creep curves and its stability at several speeds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -19,6 +19,8 @@ from contactlib.figures.style import (
     percent_axis,
     styled,
 )
+from contactlib.stability import clearing, find_fold, worst_pole
+from contactlib.vehicle.wheelset import Wheelset
 
 ALONG = (
     "Shear traction and temperature along the middle of a contact at {speed:g} m/s. Surfaces enter "
@@ -30,6 +32,12 @@ CURVES = (
     "Traction coefficient over creepage at several speeds, with the same constants. At the same "
     "creepage a faster wheel slips more metres per second, but its surfaces are together for a "
     "shorter time: temperature grows like the root of the speed. Dashed: without heat."
+)
+OVER_SPEED = (
+    "What a constant torque meets at each speed: above the critical torque the wheel runs away, "
+    "and a deviation on the steepest fall grows e-fold in the time constant. At 5 % below the "
+    "critical torque it runs away on a patch of half the friction that lasts longer than the "
+    "clearing time."
 )
 
 
@@ -131,4 +139,52 @@ def hot_curves(
         axes.set_ylabel("traction coefficient $Q/P$  [1]")
         axes.legend(loc="lower right", ncols=2)
         add_caption(figure, CURVES)
+    return figure
+
+
+def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[float]) -> Figure:
+    """Critical torque, time constant of a run-away and clearing time over speed.
+
+    The clearing time is that of a torque 5 % below the critical one, on half of the friction.
+
+    Parameters
+    ----------
+    wheelsets : mapping
+        One to three wheelsets, by their names in the legend.
+    speeds : sequence of float
+        V [m/s], each above 0 and rising.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, there are more than three wheelsets, or one of them has no
+        critical torque.
+    """
+    values = checked("speeds", speeds, POSITIVE)
+    if not 1 <= len(wheelsets) <= len(paint.three):
+        raise ValueError(f"wheelsets has {len(wheelsets)} members: must have 1 to 3")
+    with styled():
+        figure, axes = new_figure(9.6, 4.2, ncols=3)
+        for (name, wheelset), (color, width) in zip(wheelsets.items(), paint.three, strict=False):
+            folds = [find_fold(wheelset, speed=v).drive_torque for v in values]
+            growth = [1.0 / worst_pole(wheelset, speed=v).pole for v in values]
+            times = [
+                clearing(wheelset, speed=v, drive_torque=0.95 * fold, friction_scale=0.5).time
+                for v, fold in zip(values, folds, strict=True)
+            ]
+            look = {"color": color, "lw": width, "label": name}
+            for place, rows in zip(axes, (folds, growth, times), strict=True):
+                place.plot(values, (1e-3 if place is axes[0] else 1e3) * np.array(rows), **look)
+        axes[0].set_ylabel("critical torque  [kN m]")
+        axes[1].set_ylabel("time constant of the run-away  [ms]")
+        axes[2].set_ylabel("clearing time  [ms]")
+        for place in axes:
+            place.set_xlabel("speed $V$  [m/s]")
+            place.set_xlim(0.0, values[-1])
+        for place in axes[1:]:
+            place.set_ylim(bottom=0.0)
+        low, high = axes[0].get_ylim()
+        axes[0].set_ylim(low - 0.5 * (high - low), high)  # room for the legend
+        axes[0].legend(loc="lower left")
+        add_caption(figure, OVER_SPEED)
     return figure

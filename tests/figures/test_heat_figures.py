@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from falling_friction import with_falling
 from figure_checks import check_axes, check_layout, check_saved, check_styles, lines
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.figures import hot_curves, hot_strips
+from contactlib.figures import hot_curves, hot_strips, stability_over_speed
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +56,25 @@ def test_strips_begin_cold_and_end_hot(contact: cl.HotContact, tmp_path: Path) -
     check_saved(figure, tmp_path)
 
 
+def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path) -> None:
+    warm = with_falling(locomotive.wheelset, 0.0)
+    speeds = [5.0, 20.0]
+    figure = stability_over_speed({"cold": locomotive.wheelset, "warm": warm}, speeds)
+    torque, growth, times = figure.axes
+    for name, wheelset in {"cold": locomotive.wheelset, "warm": warm}.items():
+        for i, speed in enumerate(speeds):
+            fold = cl.find_fold(wheelset, speed=speed).drive_torque
+            pole = cl.stability.worst_pole(wheelset, speed=speed).pole
+            at = {"speed": speed, "friction_scale": 0.5, "drive_torque": 0.95 * fold}
+            expected = 1e-3 * fold, 1e3 / pole, 1e3 * cl.clearing(wheelset, **at).time
+            found = (lines(axes, name)[1][i] for axes in (torque, growth, times))
+            assert_allclose(list(found), expected)
+    check_axes(figure)
+    check_layout(figure)
+    check_styles(figure)
+    check_saved(figure, tmp_path)
+
+
 def test_bad_input_is_refused(contact: cl.HotContact) -> None:
     with pytest.raises(ValueError, match="creepages has 4 numbers: must be 1 to 3"):
         hot_strips(contact, (0.1, 0.2, 0.3, 0.4), speed=10.0)
@@ -62,3 +82,5 @@ def test_bad_input_is_refused(contact: cl.HotContact) -> None:
         hot_curves(contact, (10.0, 0.0))
     with pytest.raises(ValueError, match=r"largest_creepage = -1\.0"):
         hot_curves(contact, (10.0,), largest_creepage=-1.0)
+    with pytest.raises(ValueError, match="wheelsets has 0 members: must have 1 to 3"):
+        stability_over_speed({}, (10.0,))
