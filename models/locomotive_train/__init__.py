@@ -1,0 +1,1 @@
+"""A four-axle locomotive with its train in Exudyn; `README.md` says what it is for."""

@@ -1,0 +1,182 @@
+"""Runs of the locomotive: Exudyn moves the bodies, contactlib gives the wheels' forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import exudyn
+import numpy as np
+
+from contactlib.base.quantities import POSITIVE, FloatArray, checked_number
+
+from .rails import Rails, RailState
+from .system import build, outer_forces
+from .vehicle import AXLES, COORDINATES, SPIN, Forces, Locomotive, Motion
+from .wheels import Element, Source
+
+
+class Drive(Protocol):
+    """Source of the motors' torques, such as `Motors`."""
+
+    sample_time: float
+
+    def sample(self, time: float, omega: FloatArray, speed: float) -> None:
+        """See the wheels' angular velocities [rad/s] and the speed [m/s]."""
+
+    def step(self, step: float) -> FloatArray:
+        """Torque of each axle over the next step [N.m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run, by rows; forces are those at the rows, by the law.
+
+    Attributes
+    ----------
+    locomotive : Locomotive
+        What ran.
+    time : ndarray
+        Times of the rows [s].
+    coordinates, rates : ndarray
+        q and its rates at the rows.
+    torque, friction : ndarray
+        Torque of each motor over the step after a row [N.m], friction scale of each wheel [1].
+    motion : Motion
+        Motion of the wheels at the rows.
+    forces : tuple of ndarray
+        Creep force, lateral force [N] and spin moment [N.m] of each wheel.
+    """
+
+    locomotive: Locomotive
+    time: FloatArray
+    coordinates: FloatArray
+    rates: FloatArray
+    torque: FloatArray
+    friction: FloatArray
+    motion: Motion
+    forces: Forces
+
+    @property
+    def creepage(self) -> FloatArray:
+        """Mean creepage of each axle's wheels [1]."""
+        return np.asarray((self.motion.slip / self.motion.speed).mean(axis=-1))
+
+    @property
+    def creep_force(self) -> FloatArray:
+        """Creep force of each axle [N]."""
+        return np.asarray(self.forces[0].sum(axis=-1))
+
+    @property
+    def load(self) -> FloatArray:
+        """Load of each axle [N]."""
+        return np.asarray(self.motion.load.sum(axis=-1))
+
+
+def simulate(
+    locomotive: Locomotive,
+    drive: Drive,
+    *,
+    duration: float,
+    step: float,
+    speed: float = 10.0,
+    source: Source | None = None,
+    held: bool = False,
+    implicit: bool = False,
+    rails: Rails | None = None,
+) -> Run:
+    """Run the locomotive from pure rolling.
+
+    Parameters
+    ----------
+    locomotive : Locomotive
+        Vehicle, wheelsets and track.
+    drive : Drive
+        Torques of the motors.
+    duration, step, speed : float
+        Duration and step [s], and speed at the start [m/s].
+    source : Source, optional
+        Source of the wheels' forces. Default: contactlib's force element.
+    held : bool, optional
+        Whether the outer forces are found once, at the start of a step, and held over it, instead
+        of inside Exudyn's integrator.
+    implicit : bool, optional
+        Whether Exudyn integrates with its generalized-alpha method instead of Runge and Kutta's,
+        which needs fewer calls. It takes stiff forces, but held ones half a step late.
+    rails : Rails, optional
+        Friction along the track. Default: dry.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    RuntimeError
+        If Exudyn gives up.
+    """
+    for name, value in (("duration", duration), ("step", step), ("speed", speed)):
+        checked_number(name, value, POSITIVE)
+    source = Element(locomotive) if source is None else source
+    steps = round(duration / step)
+    per_sample = round(min(drive.sample_time / step, steps + 1))
+    at = locomotive.motion(np.zeros_like(locomotive.reference), locomotive.start(speed)).distance
+    reach = at[0] + 2.0 * speed * duration + 50.0  # it cannot be twice as fast at the end
+    state = RailState(Rails() if rails is None else rails, at[-1] - 50.0, reach)
+    rows: list[tuple[FloatArray, ...]] = []
+    # Exudyn asks for the first accelerations before the first step.
+    now = {
+        "torque": np.zeros(AXLES),
+        "friction": state.friction(at),
+        "outer": np.zeros(COORDINATES),
+    }
+
+    def found(q: FloatArray, rates: FloatArray) -> FloatArray:
+        motion = locomotive.motion(q, rates)
+        of_wheels = source.forces(motion, now["friction"], len(rows) * step, step)
+        return outer_forces(locomotive, q, rates, motion, of_wheels, now["torque"])
+
+    def before_step(mbs: Any, time: float) -> bool:
+        row = len(rows)
+        q = np.array(mbs.systemData.GetODE2Coordinates())
+        rates = np.array(mbs.systemData.GetODE2Coordinates_t())
+        motion = locomotive.motion(q, rates)
+        if row % per_sample == 0:
+            drive.sample(row * step, rates[SPIN], float(motion.speed.mean()))
+        now["torque"], now["friction"] = drive.step(step), state.friction(motion.distance)
+        rows.append((q, rates, now["torque"], now["friction"]))
+        if held or state.cleans:
+            of_wheels = source.forces(motion, now["friction"], row * step, step)
+            state.slide(motion.distance, step * slip_power(motion, of_wheels))
+        if held:
+            now["outer"] = outer_forces(locomotive, q, rates, motion, of_wheels, now["torque"])
+        return True
+
+    mbs = build(
+        locomotive,
+        speed,
+        (lambda q, rates: now["outer"]) if held else found,
+    )
+    mbs.SetPreStepUserFunction(before_step)
+    settings = exudyn.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = steps
+    settings.timeIntegration.endTime = steps * step
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.write = False
+    settings.timeIntegration.newton.useModifiedNewton = True
+    solvers = exudyn.DynamicSolverType
+    solver = solvers.GeneralizedAlpha if implicit else solvers.RK44
+    if not mbs.SolveDynamic(settings, solverType=solver):
+        raise RuntimeError(f"Exudyn gave up at {len(rows) * step:.6g} s")
+    before_step(mbs, steps * step)  # the last row
+    q, rates, torque, friction = (np.array(part) for part in zip(*rows, strict=True))
+    motion = locomotive.motion(q, rates)
+    forces = Element(locomotive).forces(motion, friction, 0.0, step)
+    time = np.arange(steps + 1, dtype=np.float64) * step
+    return Run(locomotive, time, q, rates, torque, friction, motion, forces)
+
+
+def slip_power(motion: Motion, forces: Forces) -> FloatArray:
+    """Power that each wheel loses in slip [W]."""
+    creep, lateral, moment = forces
+    return np.asarray(
+        creep * motion.slip - lateral * motion.lateral_velocity - moment * motion.spin_velocity
+    )

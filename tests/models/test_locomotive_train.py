@@ -1,0 +1,448 @@
+"""The locomotive in Exudyn: limits with known solutions, statics, energy, and ways of coupling."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from locomotive_train.control import Motors, Torques
+from locomotive_train.rails import CELL, Rails
+from locomotive_train.vehicle import (
+    AXLES,
+    ENDS,
+    SHAFT,
+    SPIN,
+    TRAIN,
+    Alignment,
+    Locomotive,
+    Vehicle,
+    cross,
+    directions,
+    dot,
+)
+from locomotive_train.wheels import Instances
+from outside_tools import module
+
+import contactlib as cl
+from contactlib.base.quantities import FloatArray
+
+if TYPE_CHECKING:
+    from locomotive_train.run import Run
+
+pytestmark = pytest.mark.tools
+
+DURATION = 5.0
+THERE_AND_BACK = cl.Profile((0.0, 1.5, 3.0, 3.6, DURATION), (0.0, 28e3, 28e3, 8e3, 8e3))
+Simulate = Callable[..., "Run"]
+
+
+@pytest.fixture(scope="module")
+def scenario() -> cl.Scenario:
+    return cl.load_scenario("dry_wet_dry.toml")
+
+
+@pytest.fixture(scope="module")
+def locomotive(scenario: cl.Scenario) -> Locomotive:
+    return Locomotive(Vehicle.load(), scenario.drivetrain.wheelset)
+
+
+@pytest.fixture(scope="module")
+def fmu(scenario: cl.Scenario, tmp_path_factory: pytest.TempPathFactory) -> str:
+    model = replace(cl.load_model("locomotive.toml"), wheelset=scenario.drivetrain.wheelset)
+    path = tmp_path_factory.mktemp("fmu") / "wheel.fmu"
+    return str(cl.export_fmu(model, path, implicit=True))
+
+
+@pytest.fixture(scope="module")
+def simulate(fmu: str) -> Simulate:
+    """A run; with ``once`` by the FMU once per step, with ``exchange`` by it inside the solver."""
+    run = module("locomotive_train.run").simulate
+
+    def simulated(
+        locomotive: Locomotive,
+        drive: Any,
+        *,
+        once: bool = False,
+        exchange: bool = False,
+        **how: Any,
+    ) -> Run:
+        if not (once or exchange):
+            return run(locomotive, drive, **how)  # type: ignore[no-any-return]
+        with Instances(locomotive, fmu, exchange=exchange) as wheels:
+            return run(locomotive, drive, source=wheels, held=once, **how)  # type: ignore
+
+    return simulated
+
+
+WAYS: Mapping[str, Mapping[str, bool]] = {
+    "Python inside the iteration": {},
+    "FMU inside the iteration": {"exchange": True},
+    "FMU once per step": {"once": True},
+}
+
+
+@pytest.fixture(scope="module")
+def runaways(locomotive: Locomotive, simulate: Simulate) -> dict[str, Run]:
+    return {
+        name: simulate(locomotive, Torques(THERE_AND_BACK), duration=DURATION, step=1e-3, **way)
+        for name, way in WAYS.items()
+    }
+
+
+@pytest.mark.parametrize("once", [False, True])
+def test_stiff_and_equally_loaded_it_is_one_wheelset(
+    locomotive: Locomotive, simulate: Simulate, once: bool
+) -> None:
+    own = cl.simulate(
+        locomotive.wheelset,
+        cl.TorqueControl(THERE_AND_BACK),
+        initial_speed=10.0,
+        initial_creepage=0.0,
+        duration=DURATION,
+        output_interval=1e-3,
+    )
+    low: dict[str, Any] = dict.fromkeys(
+        ("bogie_height", "body_height", "link_height", "secondary_height", "drawhook_height"), 0.0
+    )
+    v, longer = locomotive.vehicle, 150.0  # bogies that no moment of a motor tips
+    roll, pitch, yaw = v.bogie_inertia
+    stiff = replace(
+        v,
+        **low,
+        conicity=0.0,  # its spin would cost force
+        half_wheelbase=longer * v.half_wheelbase,
+        bogie_inertia=(roll, longer**2 * pitch, longer**2 * yaw),
+        quill_stiffness=4e7,
+        quill_damping=6e4,
+        primary_stiffness=(2e8, *v.primary_stiffness[1:]),
+        primary_damping=(5e5, *v.primary_damping[1:]),
+        link_stiffness=2e9,
+        link_damping=5e6,
+        drawbar_stiffness=1e9,
+        drawbar_damping=2e6,
+    )
+    four = replace(locomotive, vehicle=stiff)
+    run = simulate(four, Torques(THERE_AND_BACK), duration=DURATION, step=1e-3, once=once)
+    assert own["creepage"].max() > 2.0  # it ran away
+    assert own["creepage"][-1] < 0.01  # and came back
+    expected = np.interp(run.time, own.time, own["omega"])
+    np.testing.assert_allclose(
+        run.rates[:, SPIN], np.repeat(expected[:, None], AXLES, axis=1), rtol=5e-3
+    )
+    speed = np.interp(run.time, own.time, own["speed"])
+    np.testing.assert_allclose(run.rates[:, TRAIN], speed, rtol=5e-4)
+
+
+@pytest.mark.parametrize(("once", "order"), [(False, 4.0), (True, 1.0)])
+def test_order_of_the_coupling(
+    locomotive: Locomotive, simulate: Simulate, once: bool, order: float
+) -> None:
+    steps = 1e-3 / 2.0 ** np.arange(3)
+    ends = [
+        simulate(
+            locomotive,
+            Torques(cl.Profile.of(20e3)),
+            duration=0.5,
+            step=step,
+            speed=20.0,
+            once=once,
+        ).rates[-1, SPIN]
+        for step in steps.tolist()
+    ]
+    change = np.linalg.norm(np.diff(ends, axis=0), axis=1)
+    found = np.polyfit(np.log(steps[:-1]), np.log(change), 1)[0]
+    assert found == pytest.approx(order, abs=0.1 * order)
+
+
+def test_all_ways_of_coupling_agree(runaways: dict[str, Run]) -> None:
+    first, *others = runaways.values()
+    assert (first.creepage.max(axis=0)[:3] > 1.0).all()
+    assert first.creepage[-1].max() < 0.02
+    for run in others:
+        np.testing.assert_allclose(run.rates[:, SPIN], first.rates[:, SPIN], atol=0.1)
+        np.testing.assert_allclose(run.load, first.load, rtol=5e-3)
+
+
+def test_the_leading_axle_of_each_bogie_runs_away_first(runaways: dict[str, Run]) -> None:
+    run = runaways["FMU once per step"]
+    away = (run.creepage > 0.05).argmax(axis=0)
+    assert 0 < away[0] < away[2] < away[1]
+    assert run.creepage[:, 3].max() < 0.05  # the axle that the others load
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_energy_is_conserved(runaways: dict[str, Run], way: str) -> None:
+    check_energy(runaways[way])
+
+
+def test_energy_is_conserved_in_a_curve(locomotive: Locomotive, simulate: Simulate) -> None:
+    curved = replace(locomotive, alignment=Alignment(1e-3))
+    check_energy(simulate(curved, Torques(THERE_AND_BACK), duration=4.0, step=1e-3, once=True))
+
+
+def check_energy(run: Run) -> None:
+    """Work of the motors, stored energy and losses, by trapezes of the powers at the rows."""
+    locomotive, vehicle = run.locomotive, run.locomotive.vehicle
+    q, rates = run.coordinates, run.rates
+    twist, twisting = q[:, SHAFT] - q[:, SPIN], rates[:, SHAFT] - rates[:, SPIN]
+    quill = vehicle.quill_stiffness * twist + vehicle.quill_damping * twisting
+    turning = angular_velocity(run)
+    pitching = dot(turning[:, [1, 1, 2, 2]], run.motion.axle)
+    # A motor turns the shaft against the bogie; its rotor turns the bogie as it accelerates.
+    ratio = 1.0 + 1.0 / vehicle.gear_ratio
+    moved = rates[:, SHAFT] + (ratio - 1.0) * pitching
+    drive = float((run.torque[:-1] * np.diff(run.time)[:, None] * middle(moved)).sum())
+    creep, lateral, moment = run.forces
+    motion, train = run.motion, locomotive.wheelset.resistance
+    speed = rates[:, TRAIN]
+    powers = {
+        "rotors": (quill * ratio * pitching).sum(axis=1),
+        "slip": (creep * motion.slip).sum(axis=(1, 2)),
+        "across": -(lateral * motion.lateral_velocity).sum(axis=(1, 2)),
+        "spin": -(moment * motion.spin_velocity).sum(axis=(1, 2)),
+        "bearings": locomotive.wheelset.damping
+        * (rates[:, SPIN] * (rates[:, SPIN] - pitching)).sum(axis=1),
+        "quills": vehicle.quill_damping * (twisting**2).sum(axis=1),
+        "train": AXLES
+        * (train.constant + train.linear * speed + train.quadratic * speed**2)
+        * speed,
+    }
+    potential, damping = springs_energy(run, turning)
+    potential += 0.5 * vehicle.quill_stiffness * (twist**2).sum(axis=1)
+    lost = sum(np.trapezoid(power, run.time) for power in (*powers.values(), damping))
+    stored = kinetic_energy(run, turning) + potential
+    assert np.trapezoid(powers["slip"], run.time) > 0.2 * drive  # it ran away
+    assert stored[-1] - stored[0] + lost == pytest.approx(drive, rel=1e-5)
+
+
+def middle(values: FloatArray) -> FloatArray:
+    return np.asarray(0.5 * (values[1:] + values[:-1]))
+
+
+def placed(run: Run) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and rates of the seven bodies."""
+    at = (run.coordinates + run.locomotive.reference)[:, :42]
+    return at.reshape(-1, 7, 6), run.rates[:, :42].reshape(-1, 7, 6)
+
+
+def angular_velocity(run: Run) -> FloatArray:
+    at, moving = placed(run)
+    return np.asarray(np.einsum("tbi,tbij->tbj", moving[..., 3:], directions(at[..., 3:])[0]))
+
+
+def kinetic_energy(run: Run, turning: FloatArray) -> FloatArray:
+    at, moving = placed(run)
+    locomotive, v = run.locomotive, run.locomotive.vehicle
+    mass = np.array([v.body_mass, *[v.bogie_mass] * 2, *[v.wheelset_mass] * AXLES])
+    inertia = np.array([v.body_inertia, *[v.bogie_inertia] * 2, *[(v.wheelset_inertia,) * 3] * 4])
+    own = np.einsum("tbij,tbj->tbi", directions(at[..., 3:])[1], turning)
+    twice = mass * (moving[..., :3] ** 2).sum(axis=-1) + (inertia * own**2).sum(axis=-1)
+    wheels = locomotive.wheel_inertia * run.rates[:, SPIN] ** 2
+    shafts = locomotive.shaft_inertia * run.rates[:, SHAFT] ** 2
+    train = v.train_mass * run.rates[:, TRAIN] ** 2
+    return np.asarray(0.5 * (twice.sum(axis=1) + (wheels + shafts).sum(axis=1) + train))
+
+
+def springs_energy(run: Run, turning: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Energy in the springs, and the power that their dampers take."""
+    springs = module("locomotive_train.system").springs
+    at, moving = placed(run)
+    own, v, track = directions(at[..., 3:])[1], run.locomotive.vehicle, run.locomotive.alignment
+    stored, lost = np.zeros((2, len(run.time)))
+
+    def point(body: int, place: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+        if body < 0:
+            return np.array(place), np.zeros(3)
+        arm = np.einsum("i,tij->tj", place, own[:, body])
+        return at[:, body, :3] + arm, moving[:, body, :3] + cross(turning[:, body], arm)
+
+    for first, other, place, place_other, (stiffness, damping) in springs(run.locomotive):
+        (from_, leaving), (to, coming) = point(first, place), point(other, place_other)
+        own_first = own[:, first] if first >= 0 else np.eye(3)
+        stretch = (own_first @ (to - from_)[..., None])[..., 0]
+        rate = (own_first @ (coming - leaving)[..., None])[..., 0]
+        stored += 0.5 * (stretch**2) @ stiffness[:3]
+        lost += (rate**2) @ damping[:3]
+        if stiffness[5]:
+            forward, aside = own[:, first, 0], own[:, first, 1]
+            yaw = np.arctan2(dot(aside, own[:, other, 0]), dot(forward, own[:, other, 0]))
+            stored += 0.5 * stiffness[5] * yaw**2
+            lost += damping[5] * dot(own[:, first, 2], turning[:, other] - turning[:, first]) ** 2
+    hook, velocity = point(0, (-v.half_length, 0.0, v.drawhook_height - v.body_height))
+    distance, offset = track.of(hook[:, 0], hook[:, 1])
+    heading = track.curvature * distance
+    along = velocity[:, 0] * np.cos(heading) + velocity[:, 1] * np.sin(heading)
+    rate = along / (1.0 - track.curvature * offset) - run.rates[:, TRAIN]
+    stretch = distance - (run.locomotive.reference[0] - v.half_length) - run.coordinates[:, TRAIN]
+    stored += 0.5 * v.drawbar_stiffness * stretch**2
+    return stored, lost + v.drawbar_damping * rate**2
+
+
+def test_a_start_does_not_chatter(locomotive: Locomotive, simulate: Simulate) -> None:
+    ramp = cl.Profile((0.0, 1.0), (0.0, 12e3))
+
+    def ways(**how: Any) -> FloatArray:
+        """Way of the creep force up and down over its range, of each axle."""
+        force = simulate(locomotive, Torques(ramp), duration=1.5, speed=0.5, **how).creep_force
+        return np.asarray(np.abs(np.diff(force, axis=0)).sum(axis=0) / np.ptp(force, axis=0))
+
+    assert (ways(step=1e-3, once=True) < 1.5).all()
+    assert (ways(step=5e-3, implicit=True) < 1.5).all()
+    assert (ways(step=1e-3, held=True) > 100.0).all()  # as a held force is not implicit
+
+
+def test_load_transfer_is_that_of_statics(locomotive: Locomotive, simulate: Simulate) -> None:
+    run = simulate(
+        locomotive,
+        Torques(cl.Profile((0.0, 2.0), (0.0, 20e3))),
+        duration=10.0,
+        step=2e-3,
+        once=True,
+    )
+    v, wheelset, r = locomotive.vehicle, locomotive.wheelset, locomotive.wheelset.radius
+    second = 500
+    rising = (run.rates[-1] - run.rates[-1 - second]) / (run.time[-1] - run.time[-1 - second])
+    rate, speed, along = rising[TRAIN], run.rates[-1, TRAIN], wheelset.resistance
+    train = along.constant + along.linear * speed + along.quadratic * speed**2
+    pull = v.train_mass * rate + AXLES * train
+    turned = locomotive.wheel_inertia * rising[SPIN] + locomotive.shaft_inertia * rising[SHAFT]
+    creep = (20e3 - turned - wheelset.damping * run.rates[-1, SPIN]) / r
+    links = creep.reshape(2, 2).sum(axis=1) - (v.bogie_mass + 2 * v.wheelset_mass) * rate
+    tips = v.link_height * links.sum() - v.drawhook_height * pull
+    front = (tips - v.body_height * v.body_mass * rate) / (2.0 * v.half_pivot_distance)
+    # Moments about the rails under a bogie; its rotors turn the other way than its axles.
+    momentum = locomotive.wheel_inertia * rising[SPIN]
+    momentum = momentum - v.rotor_inertia * v.gear_ratio * rising[SHAFT]
+    tip = -v.link_height * links - momentum.reshape(2, 2).sum(axis=1)
+    tip -= (v.bogie_height * v.bogie_mass + 2.0 * r * v.wheelset_mass) * rate
+    change = 0.5 * (front * ENDS[:, None] + tip[:, None] / v.half_wheelbase * ENDS)
+    loads = wheelset.element.normal_load + change.ravel()
+    assert np.ptp(loads) > 3e4
+    np.testing.assert_allclose(run.load[-1], loads, rtol=1e-3)
+
+
+def linear_curving(locomotive: Locomotive, speed: float) -> tuple[FloatArray, FloatArray]:
+    """Offsets [m] and lateral forces [N] of the axles in a steady curve, by Kalker's coefficients.
+
+    Unknowns are offset and yaw against the track of body, bogies and axles.
+    """
+    v, k, r = locomotive.vehicle, locomotive.alignment.curvature, locomotive.wheelset.radius
+    element, s = locomotive.wheel, locomotive.vehicle.half_gauge
+    contact: Any = element.contact
+    a, b = contact.semi_axis_x, contact.semi_axis_y
+    shear = contact.contact_modulus * (1.0 - contact.poisson_ratio) * element.slope_reduction
+    c11, c22, c23, c33 = cl.kalker_coefficients(a / b, contact.poisson_ratio)
+    c11, c22 = shear * a * b * c11, shear * a * b * c22
+    c23, c33 = shear * (a * b) ** 1.5 * c23, shear * (a * b) ** 2 * c33
+    matrix, right = np.zeros((14, 14)), np.zeros(14)
+
+    def spring(body: int, other: int, x: float, across: float, yawing: float) -> None:
+        aside, yaw = np.zeros((2, 14))
+        aside[[2 * other, 2 * body, 2 * body + 1]] = 1.0, -1.0, -x
+        yaw[[2 * other + 1, 2 * body + 1]] = 1.0, -1.0
+        for row, curve, stiffness in ((aside, 0.5 * k * x * x, across), (yaw, k * x, yawing)):
+            matrix[:] += stiffness * np.outer(row, row)
+            right[:] -= stiffness * curve * row
+
+    boxes = 2.0 * v.primary_stiffness[0] * v.half_boxes**2
+    for bogie, end in ((1, 1.0), (2, -1.0)):
+        across = 2.0 * v.secondary_stiffness[1]
+        spring(0, bogie, end * v.half_pivot_distance, across, v.yaw_stiffness)
+        for axle, x in ((2 * bogie + 1, v.half_wheelbase), (2 * bogie + 2, -v.half_wheelbase)):
+            spring(bogie, axle, x, 2.0 * v.primary_stiffness[1], boxes)
+    masses = (v.body_mass, *[v.bogie_mass] * 2, *[v.wheelset_mass] * AXLES)
+    right[::2] -= np.array(masses) * speed**2 * k
+    for y in range(6, 14, 2):
+        matrix[y, y + 1] -= 2.0 * c22
+        right[y] -= 2.0 * c23 * k
+        matrix[y + 1, y] += 2.0 * s * c11 * v.conicity / r
+        matrix[y + 1, y + 1] += 2.0 * c23
+        right[y + 1] -= 2.0 * (s * s * c11 + c33) * k
+    found = np.linalg.solve(matrix, right)
+    return np.asarray(found[6::2]), np.asarray(2.0 * (c22 * found[7::2] - c23 * k))
+
+
+def test_steady_curving_is_kalkers(locomotive: Locomotive, simulate: Simulate) -> None:
+    curvature, tolerance = 1.0 / 5000.0, 0.025
+    curved = replace(locomotive, alignment=Alignment(curvature))
+    coasting = Torques(cl.Profile.of(900.0))
+    run = simulate(curved, coasting, duration=22.0, step=2e-3, speed=5.0, once=True)
+    speed = float(run.rates[-1, TRAIN])
+    offset, force = linear_curving(curved, speed)
+    assert (force[::2] < 0.0).all()  # outwards on the leading axles
+    assert (force[1::2] > 0.0).all()
+    np.testing.assert_allclose(run.motion.offset[-1], offset, rtol=tolerance)
+    np.testing.assert_allclose(run.forces[1][-1].sum(axis=1), force, rtol=tolerance)
+    camber = locomotive.vehicle.conicity / locomotive.wheelset.radius
+    spin = np.broadcast_to(curvature - camber * ENDS, (AXLES, 2))
+    np.testing.assert_allclose(run.motion.spin_velocity[-1] / speed, spin, rtol=1e-3)
+
+
+WET = cl.Profile((20.0, 20.0), (1.0, 0.5))
+
+
+def on_wet_rails(locomotive: Locomotive, simulate: Simulate, cleaning: float | None) -> Run:
+    ramp = cl.Profile((0.0, 1.0), (0.0, 20e3))
+    rails = Rails(friction=WET, cleaning=cleaning)
+    return simulate(locomotive, Torques(ramp), duration=3.0, step=2e-3, once=True, rails=rails)
+
+
+def test_cleaning_of_nothing_changes_nothing(locomotive: Locomotive, simulate: Simulate) -> None:
+    never, none = (on_wet_rails(locomotive, simulate, rate) for rate in (None, 0.0))
+    np.testing.assert_array_equal(never.coordinates, none.coordinates)
+
+
+def test_trailing_axles_find_what_the_axles_before_have_cleaned(
+    locomotive: Locomotive, simulate: Simulate
+) -> None:
+    rate = 1e-3
+    run = on_wet_rails(locomotive, simulate, rate)
+    creep, _, _ = run.forces
+    distance = run.motion.distance
+    per_length = (creep * run.motion.slip)[..., 0] / run.motion.speed[..., 0]
+    at = distance[-1, 3]  # of the last axle, at the end
+    work = sum(np.interp(at, distance[:, i], per_length[:, i]) for i in range(3))
+    expected = 1.0 - 0.5 * np.exp(-rate * work)
+    assert work > 500.0
+    assert run.friction[-1, 3, 0] == pytest.approx(expected, abs=0.02)
+    np.testing.assert_array_equal(run.friction[:, 0, 0], WET(distance[:, 0]))
+    assert 0.1 * np.ptp(distance[-1]) > CELL
+
+
+@pytest.mark.parametrize("groups", [2, 4])
+def test_creep_control_holds_all_axles_on_a_wet_patch(
+    locomotive: Locomotive, simulate: Simulate, scenario: cl.Scenario, groups: int
+) -> None:
+    rails = Rails(friction=WET)
+    runs = {
+        name: simulate(
+            locomotive,
+            Motors(scenario, name, groups=groups),
+            duration=7.0,
+            step=5e-3,
+            once=True,
+            rails=rails,
+        )
+        for name in ("open_loop", "slope_seeking")
+    }
+    assert (runs["open_loop"].creepage.max(axis=0) > 1.0).all()
+    held = runs["slope_seeking"]
+    assert held.creepage[-1].max() < 0.05
+    assert held.rates[-1, TRAIN] > runs["open_loop"].rates[-1, TRAIN] + 0.25
+    if groups == 2:
+        np.testing.assert_array_equal(held.torque[:, ::2], held.torque[:, 1::2])
+
+
+def test_a_wrong_locomotive_is_refused(locomotive: Locomotive, scenario: cl.Scenario) -> None:
+    heavy = replace(locomotive.vehicle, body_mass=70e3)
+    with pytest.raises(ValueError, match=r"Vehicle\.mass = 106"):
+        replace(locomotive, vehicle=heavy)
+    with pytest.raises(ValueError, match=r"wheelset\.inertia = "):
+        replace(locomotive, vehicle=replace(locomotive.vehicle, rotor_inertia=20.0))
+    with pytest.raises(ValueError, match=r"Vehicle\.primary_damping = -1.0 is out of range"):
+        replace(locomotive.vehicle, primary_damping=(-1.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="groups = 3 must be 2 or 4"):
+        Motors(scenario, "creep_pi", groups=3)
