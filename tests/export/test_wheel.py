@@ -135,13 +135,14 @@ def test_its_modules_are_those_of_the_package(wheel: Wheel) -> None:
         n for n in tree("contactlib", ".py", ".pyi") if not n.startswith("export/explorer/source/")
     }
     found = {n for n in inside(wheel, "contactlib") if n.endswith((".py", ".pyi"))}
-    assert found == own | {"fmu/build_hook.py"}
+    models = {f"models/{name}" for name in tree("models", ".py")}
+    assert found == own | models | {"fmu/build_hook.py"}
     assert not [name for name in wheel.files if re.search(r"test|conftest|source/|\.pyc", name)]
 
 
 def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     assert inside(wheel, "contactlib/fmu") == tree("fmu", ".c", ".h", ".md", ".py")
-    assert inside(wheel, "contactlib/models") == tree("models", ".toml", ".csv", ".png", ".md")
+    assert inside(wheel, "contactlib/models") == tree("models", ".toml", ".csv", ".png", ".md", ".py")
     tables = "contactlib/contact/tables"
     assert inside(wheel, tables) == tree(tables, ".bin")
     templates = "contactlib/files/templates"
