@@ -65,8 +65,10 @@ def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path
         for i, speed in enumerate(speeds):
             fold = cl.find_fold(wheelset, speed=speed).drive_torque
             pole = cl.stability.worst_pole(wheelset, speed=speed).pole
-            at = {"speed": speed, "friction_scale": 0.5, "drive_torque": 0.95 * fold}
-            expected = 1e-3 * fold, 1e3 / pole, 1e3 * cl.clearing(wheelset, **at).time
+            cleared = cl.clearing(
+                wheelset, speed=speed, friction_scale=0.5, drive_torque=0.95 * fold
+            )
+            expected = 1e-3 * fold, 1e3 / pole, 1e3 * cleared.time
             found = (lines(axes, name)[1][i] for axes in (torque, growth, times))
             assert_allclose(list(found), expected)
     check_axes(figure)

@@ -42,6 +42,7 @@ def wheelsets(draw: st.DrawFn, *, held: bool | None = None, lightest: float = 10
     """The locomotive's contact under light and heavy vehicles, friction that falls or does not."""
     element = train().element
     if draw(st.booleans()):
+        fall: dict[str, Any]
         if draw(st.booleans()):
             fall = {"softening_temperature": draw(number(300.0, 1500.0))}
         else:

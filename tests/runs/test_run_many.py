@@ -27,7 +27,10 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
     """A scenario that differs from the others in all that it may."""
     shipped = cl.load_scenario("dry_wet_dry.toml")
     element = shipped.drivetrain.wheelset.element
-    fall = {"slip_rate_residual": rng.uniform(0.3, 0.9), "slip_rate_decay": rng.uniform(0.1, 1.0)}
+    fall: dict[str, Any] = {
+        "slip_rate_residual": rng.uniform(0.3, 0.9),
+        "slip_rate_decay": rng.uniform(0.1, 1.0),
+    }
     if i % 3 == 0:
         fall = {} if i % 2 == 0 else {"softening_temperature": rng.uniform(300.0, 900.0)}
     friction = dataclasses.replace(element.friction, **fall)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -124,7 +125,10 @@ def plausible_vehicles(locomotive: cl.Model, count: int) -> list[tuple[cl.Wheels
         mass, speed = np.exp(rng.uniform(np.log([5e3, 0.1]), np.log([2e5, 80.0]))).tolist()
         residual, decay, inertia, part = rng.uniform([0.4, 0.0, 50.0, 0.0], [1.0, 1.0, 400.0, 1.0])
         element = locomotive.wheelset.element
-        fall = {"slip_rate_residual": float(residual), "slip_rate_decay": float(decay)}
+        fall: dict[str, Any] = {
+            "slip_rate_residual": float(residual),
+            "slip_rate_decay": float(decay),
+        }
         if rng.random() < 0.3:
             fall = {"softening_temperature": float(rng.uniform(300.0, 1500.0))}
         friction = replace(element.friction, **fall)
