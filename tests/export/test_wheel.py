@@ -35,7 +35,16 @@ from contactlib.contact import kernel
 from contactlib.export.platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[2]
-PARTS = ("contactlib", "fmu", "models", "tests", "LICENSE", "README.md", "pyproject.toml")
+PARTS = (
+    "contactlib",
+    "fmu",
+    "models",
+    "tests",
+    "CITATION.cff",
+    "LICENSE",
+    "README.md",
+    "pyproject.toml",
+)
 MOST_BYTES = 5_000_000  # with the libraries of all platforms
 TAGS = {
     "manylinux_2_17_x86_64": "x86_64-linux",

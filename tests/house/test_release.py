@@ -1,0 +1,48 @@
+"""What a release says of itself: one version, its changes, and how to cite it."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import contactlib as cl
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def test_newest_changes_are_those_of_this_version() -> None:
+    text = (Path(cl.__file__).parent / "guide" / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.findall(r"^## (\S+)$", text, re.MULTILINE)
+    assert versions[0] == PROJECT["version"]
+    in_turn = sorted(versions, key=lambda v: [int(part) for part in v.split(".")], reverse=True)
+    assert versions == in_turn
+    assert len(set(versions)) == len(versions)
+
+
+def test_the_version_stands_in_one_place() -> None:
+    kinds = {".py", ".md", ".c", ".h", ".cff", ".toml", ".txt"}
+    allowed = {Path("pyproject.toml"), Path("contactlib/guide/CHANGELOG.md")}
+    quoted = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
+    folders = [ROOT / name for name in ("contactlib", "fmu", "models", "tests")]
+    files = [*ROOT.glob("*"), *(path for folder in folders for path in folder.rglob("*"))]
+    found = {
+        path.relative_to(ROOT)
+        for path in files
+        if path.suffix in kinds and path.is_file() and quoted.search(path.read_text("utf-8"))
+    }
+    assert found <= allowed
+    assert Path("pyproject.toml") in found
+
+
+def test_how_to_cite_it() -> None:
+    yaml = pytest.importorskip("yaml")
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert {"cff-version", "message", "title", "authors"} <= set(cited)  # what the format demands
+    assert cited["authors"] == PROJECT["authors"]
+    assert cited["license"] == PROJECT["license"]
+    assert cited["title"].startswith(PROJECT["name"])
+    assert "version" not in cited
