@@ -1,6 +1,6 @@
 """``python -m contactlib``: the command ``contactlib``."""
 
-from contactlib.cli.commands import main
+from contactlib.cli.entry import main
 
 if __name__ == "__main__":
     main()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import io
 import signal
 import sys
@@ -11,7 +12,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import click
 from rich.console import Console
@@ -27,6 +28,7 @@ from rich.progress import (
 
 from contactlib.base.text import harmless, harmless_line
 from contactlib.base.units import in_si
+from contactlib.cli.entry import INTERRUPTED, leave
 
 Loaded = TypeVar("Loaded")
 
@@ -126,7 +128,7 @@ class Group(click.Group):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="backslashreplace")
         try:
-            with warnings.catch_warnings(), _terminated_like_ctrl_c():
+            with warnings.catch_warnings(), _interruptible():
                 warnings.showwarning = show
                 return super().invoke(ctx)
         except (click.exceptions.Exit, click.exceptions.Abort):  # click's own RuntimeErrors
@@ -143,19 +145,45 @@ class Group(click.Group):
 
 
 @contextmanager
-def _terminated_like_ctrl_c() -> Iterator[None]:
-    """Let SIGTERM, as sent by a batch system, interrupt like Ctrl-C, so that runs clean up."""
-    before = signal.getsignal(signal.SIGTERM)
-    # Only the main thread receives signals; a handler set by the caller stays.
-    main_thread = threading.current_thread() is threading.main_thread()
-    if not main_thread or before is not signal.SIG_DFL:
+def _interruptible() -> Iterator[None]:
+    """Let Ctrl-C, and SIGTERM as sent by a batch system, interrupt runs, which then clean up.
+
+    The command ends with one line and the exit status of a shell, also where the interrupt became
+    another error on its way, as in an import.
+    """
+    if threading.current_thread() is not threading.main_thread():  # only that receives signals
         yield
         return
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    received: list[int] = []
+    ours = {signal.SIGINT: (leave, signal.default_int_handler), signal.SIGTERM: (signal.SIG_DFL,)}
+    # A handler that the caller has set stays.
+    before = {n: h for n, known in ours.items() if (h := signal.getsignal(n)) in known}
+    unraisable = sys.unraisablehook
+
+    def interrupt(number: int, _frame: object) -> NoReturn:
+        received.append(number)
+        raise KeyboardInterrupt
+
+    def again(lost: Any) -> None:
+        if lost.exc_type is not KeyboardInterrupt:
+            unraisable(lost)
+        else:  # it came in a callback, which can only report it
+            threading.Timer(0.01, _thread.interrupt_main).start()
+
+    sys.unraisablehook = again
+    for number in before:
+        signal.signal(number, interrupt)
     try:
         yield
+    except BaseException:
+        if not received:
+            raise
+        complain("contactlib: interrupted")
+        raise click.exceptions.Exit(INTERRUPTED + received[0]) from None
     finally:
-        signal.signal(signal.SIGTERM, before)
+        sys.unraisablehook = unraisable
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class Pace:

@@ -134,7 +134,7 @@ def test_it_has_the_package_and_what_describes_it(wheel: Wheel) -> None:
     assert inside(wheel, wheel.info) == described
     assert wheel.described("licenses/LICENSE") == (ROOT / "LICENSE").read_bytes()
     assert wheel.described("entry_points.txt").decode().split() == [
-        *("[console_scripts]", "contactlib", "=", "contactlib.cli.commands:main")
+        *("[console_scripts]", "contactlib", "=", "contactlib.cli.entry:main")
     ]
     assert wheel.path.stat().st_size < MOST_BYTES
 

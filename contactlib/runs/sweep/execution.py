@@ -21,6 +21,7 @@ from concurrent.futures import (
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any
@@ -166,10 +167,28 @@ def thread_workers(count: int) -> Iterator[Workers]:
             event.set()
 
 
+class _Deaf(SpawnProcess):
+    """A process that does not hear a terminal's Ctrl-C, while it starts either."""
+
+    def start(self) -> None:
+        """Start with the signal blocked, which the process inherits."""
+        block = getattr(signal, "pthread_sigmask", None)  # of POSIX
+        before = block(signal.SIG_BLOCK, {signal.SIGINT}) if block else None
+        try:
+            super().start()
+        finally:
+            if block:
+                block(signal.SIG_SETMASK, before)
+
+
+class _Spawning(SpawnContext):
+    Process = _Deaf
+
+
 @contextmanager
 def process_workers(count: int) -> Iterator[Workers]:
     """Spawned processes of this machine; a script needs a ``__name__`` guard."""
-    context = multiprocessing.get_context("spawn")
+    context = _Spawning()
     event = context.Event()
     with ProcessPoolExecutor(count, context, _begin, (event,)) as executor:
         try:

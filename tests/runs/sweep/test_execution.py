@@ -398,7 +398,8 @@ def test_ctrl_c_stops_and_the_same_command_goes_on(
         time.sleep(0.01)
     run.send_signal(signal.SIGINT)
     out, err = run.communicate(timeout=30)
-    assert run.returncode == 1
+    assert run.returncode == 130
+    assert err == "contactlib: interrupted\n"
     assert f"kept in {tmp_path}; the same command continues" in out
     assert "Traceback" not in out + err
     kept = len(list(folder.glob("*.chunk")))
