@@ -85,8 +85,14 @@ def test_element_and_creep_forces_are_one_law() -> None:
         np.testing.assert_allclose(ours / scale, sign * other[theirs][fast] / scale, atol=2e-7)
 
 
-def test_mirror_images_and_backward_rolling_are_exact() -> None:
-    element, given = element_of(slip_rate_residual=0.4, slip_rate_decay=0.6), cases()
+FALLS = [{"slip_rate_residual": 0.4, "slip_rate_decay": 0.6}, {"softening_temperature": 500.0}]
+
+
+@pytest.mark.parametrize("fall", FALLS)
+def test_mirror_images_and_backward_rolling_are_exact(
+    fall: dict[str, float],
+) -> None:
+    element, given = element_of(**fall), cases()
     here = element.evaluate(**given)
     side = {name: -given[name] for name in ("lateral_velocity", "spin_velocity")}
     back = {name: -given[name] for name in ("omega", "speed", "lateral_velocity")}
@@ -96,8 +102,11 @@ def test_mirror_images_and_backward_rolling_are_exact() -> None:
             np.testing.assert_array_equal(there[name], sign * here[name])
 
 
-def test_slip_loses_power_and_force_stays_below_static_friction() -> None:
-    element, given = element_of(slip_rate_residual=0.4, slip_rate_decay=0.6), cases(20000)
+@pytest.mark.parametrize("fall", FALLS)
+def test_slip_loses_power_and_force_stays_below_static_friction(
+    fall: dict[str, float],
+) -> None:
+    element, given = element_of(**fall), cases(20000)
     out = element.evaluate(**given)
     power = (
         out["creep_force"] * (RADIUS * given["omega"] - given["speed"])
@@ -145,9 +154,10 @@ def test_friction_falls_with_the_magnitude_of_slip() -> None:
     assert fast["saturation_creepage"] / slow["saturation_creepage"] == pytest.approx(fall)
 
 
+@pytest.mark.parametrize("fall", FALLS)
 @pytest.mark.parametrize("k_hat", [0.0, 0.3])
-def test_force_in_the_plane_begins_smoothly(k_hat: float) -> None:
-    element = element_of(k_hat=k_hat, slip_rate_residual=0.4, slip_rate_decay=0.6)
+def test_force_in_the_plane_begins_smoothly(k_hat: float, fall: dict[str, float]) -> None:
+    element = element_of(k_hat=k_hat, **fall)
     zeta = element.saturation_creepage * np.array([-3.0, -0.5, 0.2, 0.9, 1.2, 4.0])
     without: Any = element.at_creepage(zeta, speed=SPEED)
     for tiny in (1e-7, -1e-7):

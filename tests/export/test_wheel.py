@@ -151,7 +151,9 @@ def test_its_modules_are_those_of_the_package(wheel: Wheel) -> None:
 
 def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     assert inside(wheel, "contactlib/fmu") == tree("fmu", ".c", ".h", ".md", ".py")
-    assert inside(wheel, "contactlib/models") == tree("models", ".toml", ".csv", ".png", ".md", ".py")
+    assert inside(wheel, "contactlib/models") == tree(
+        "models", ".toml", ".csv", ".png", ".md", ".py"
+    )
     tables = "contactlib/contact/tables"
     assert inside(wheel, tables) == tree(tables, ".bin")
     templates = "contactlib/files/templates"
