@@ -1,4 +1,4 @@
-"""Location of the package's data files, and atomic file writing."""
+"""Location of the package's data files, reading of small files, and atomic file writing."""
 
 from __future__ import annotations
 
@@ -10,12 +10,28 @@ from contextlib import suppress
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1]
+MOST_BYTES = 2_000_000  # of a file that a user writes: what Python reads in a few seconds
 
 
 def package_folder(name: str) -> Path:
     """Path of ``fmu`` or ``models``: inside an installed package, beside it in a checkout."""
     inside = PACKAGE / name
     return inside if inside.is_dir() else PACKAGE.parent / name
+
+
+def read_small(path: Path) -> bytes:
+    """Contents of a file, of which no more is read than a file may have.
+
+    Raises
+    ------
+    ValueError
+        If it is too large.
+    """
+    with open(path, "rb") as file:
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"the file is too large: it must have <= {MOST_BYTES / 1e6:g} MB")
+    return data
 
 
 def write_whole(path: str | os.PathLike[str], data: bytes) -> Path:

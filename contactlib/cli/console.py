@@ -27,7 +27,7 @@ from rich.progress import (
 )
 
 from contactlib.base.text import harmless, harmless_line
-from contactlib.base.units import in_si
+from contactlib.base.units import NUMBER, in_si
 from contactlib.cli.entry import INTERRUPTED, leave
 
 Loaded = TypeVar("Loaded")
@@ -47,10 +47,8 @@ def in_unit(unit: str) -> Callable[[click.Context, click.Parameter, str | None],
     """Callback of an option that is a number in an SI unit, or names another unit."""
 
     def number(_context: click.Context, option: click.Parameter, text: str | None) -> float | None:
-        try:
+        if text is None or NUMBER.fullmatch(text.strip()):
             return None if text is None else float(text)
-        except ValueError:
-            pass
         try:
             return in_si(str(text), unit)
         except ValueError as error:

@@ -23,6 +23,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import unit_value
+from contactlib.base.writing import read_small
 
 SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
 COLUMNS = tuple(SI)
@@ -140,7 +141,7 @@ class TractionData:
             _check_columns(columns)
         place = os.fspath(path)
         try:
-            found, lines = _read_columns(_decoded(Path(path).read_bytes()), columns, creepage_unit)
+            found, lines = _read_columns(_decoded(read_small(Path(path))), columns, creepage_unit)
             if "speed" in found and speed is not None:
                 raise ValueError("the file has a speed column, so speed must not be given")
         except ValueError as error:

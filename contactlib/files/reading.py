@@ -21,13 +21,16 @@ from typing import Any, Literal, TypeVar
 from contactlib.base.quantities import Parameters, Quantity, warn
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
-from contactlib.base.writing import package_folder
+from contactlib.base.writing import package_folder, read_small
 from contactlib.files.mistakes import MOST_LINES, Mistakes, ModelError, lines_of
 
 IS_SWEEP = (
     "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
     "'contactlib sweep' runs it"
 )
+# A key of 10 parts with dots between them.
+PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+LONG_KEY = re.compile(rf"(?<![\w-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{9}}")
 
 
 def model_path(name: str | os.PathLike[str]) -> Path:
@@ -116,11 +119,13 @@ def loading(path: str | os.PathLike[str]) -> Iterator[None]:
 
 def parse(file: Path) -> dict[str, Any]:
     """Contents of a TOML file, which may begin with a byte order mark."""
-    return parse_text(file.read_bytes().decode("utf-8-sig"))
+    return parse_text(read_small(file).decode("utf-8-sig"))
 
 
 def parse_text(text: str) -> dict[str, Any]:
     """Contents of TOML text."""
+    if LONG_KEY.search(text):  # tomllib takes the square of its length: hours for 0.2 MB
+        raise ValueError("its lists or tables are nested too deeply")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

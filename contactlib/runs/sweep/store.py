@@ -11,6 +11,7 @@ import io
 import json
 import os
 import platform
+import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -170,8 +171,14 @@ class ChunkStore:
         contents = data[CHECKSUM:]
         if data[:CHECKSUM] != self._checksum(first, contents):
             return None
-        with np.load(io.BytesIO(contents), allow_pickle=False) as arrays:
-            return dict(arrays)
+        try:
+            with zipfile.ZipFile(io.BytesIO(contents)) as archive:
+                if any(member.compress_type for member in archive.infolist()):
+                    return None  # it is not one of `save`, and may grow to any size
+            with np.load(io.BytesIO(contents), allow_pickle=False) as arrays:
+                return dict(arrays)
+        except (ValueError, MemoryError, zipfile.BadZipFile):
+            return None
 
     def save(self, first: int, results: Mapping[str, FloatArray]) -> None:
         """Save the results of a chunk."""

@@ -1,0 +1,113 @@
+"""Files that are too large, or small and long to read: refused before they take time or memory."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib.base.units import in_si
+from contactlib.base.writing import MOST_BYTES
+from contactlib.cli.console import in_unit
+from contactlib.files.reading import LONG_KEY
+from contactlib.runs.sweep.store import ChunkStore
+
+MODEL = Path(cl.model_path("roller_rig.toml")).read_text(encoding="utf-8")
+HISTORY = ", ".join(["1.0"] * 2_000_000)
+LARGE = {
+    "keys": "".join(f"k{i} = 1\n" for i in range(1_000_000)) + MODEL,
+    "points": f"{MODEL}\n[x]\ntime = [{HISTORY}]\n",
+    "comment": MODEL + "#" + "x" * 10_000_000,
+}
+# tomllib would take hours for these; a child that takes a minute has failed.
+DOTTED = {
+    "key": "a" + ".a" * 100_000 + " = 1\n",
+    "table": "[a" + " . 'b c'" * 100_000 + "]\n",
+    "quoted": '"\\""' + '."="' * 100_000 + " = 1\n",
+}
+READ = """
+import resource, sys
+import contactlib as cl
+try:
+    cl.load_model(sys.argv[1])
+except cl.ModelError as error:
+    print(error)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory in units of Linux")
+@pytest.mark.parametrize("name", [*LARGE, *DOTTED])
+def test_a_file_from_a_stranger_takes_neither_time_nor_memory(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(LARGE[name] if name in LARGE else DOTTED[name] + MODEL, encoding="utf-8")
+    command = [sys.executable, "-c", READ, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    said, memory = done.stdout.splitlines()
+    assert said == f"{path}: " + (
+        "the file is too large: it must have <= 2 MB"
+        if name in LARGE
+        else "its lists or tables are nested too deeply"
+    )
+    assert int(memory) < 1e9
+
+
+def test_nine_parts_are_a_key_and_ten_are_not() -> None:
+    assert not LONG_KEY.search(".".join(["a"] * 9) + " = 0.1")
+    assert LONG_KEY.search(".".join(["a"] * 10) + " = 0.1")
+
+
+def test_a_curve_is_read_up_to_the_limit(tmp_path: Path) -> None:
+    path, row = tmp_path / "c.csv", "0.01,0.3\n"
+    head = "creepage,traction_coefficient\n"
+    count = (MOST_BYTES - len(head)) // len(row)
+    path.write_text(head + row * count)
+    assert cl.TractionData.from_csv(path).creepage.size == count
+    path.write_text(head + row * (count + 1))
+    with pytest.raises(ValueError, match=r"c\.csv: the file is too large: it must have <= 2 MB"):
+        cl.TractionData.from_csv(path)
+
+
+@pytest.mark.parametrize("how", ["compressed", "claims", "no archive"])
+def test_a_chunk_that_grows_is_none(tmp_path: Path, how: str) -> None:
+    """Its checksum is right: a stranger can compute that, too."""
+    store = ChunkStore(tmp_path, "digest", runs=1, chunk=1)
+    store.save(0, {"x": np.zeros(3)})
+    known = store.load(0)
+    assert known is not None
+    assert known["x"].tolist() == [0.0] * 3
+    buffer = io.BytesIO()
+    if how == "compressed":
+        np.savez_compressed(buffer, x=np.zeros(1000))
+    elif how == "claims":
+        header = io.BytesIO()
+        claim = {"descr": "<f8", "fortran_order": False, "shape": (10**15,)}
+        np.lib.format.write_array_header_1_0(header, claim)
+        with zipfile.ZipFile(buffer, "w") as archive:
+            archive.writestr("x.npy", header.getvalue())
+    contents = buffer.getvalue()
+    checksum = hashlib.sha256(b"digest 0 1 " + contents).digest()
+    (path,) = tmp_path.glob("*.chunk")
+    assert path.read_bytes()[: len(checksum)] != checksum
+    path.write_bytes(checksum + contents)
+    assert store.load(0) is None
+
+
+def test_numbers_have_the_digits_that_everybody_reads() -> None:
+    number = in_unit("m")
+    option = type("Option", (), {"opts": ["--length"]})()
+    for text in ("\u0665", "\uff15", "1_0", "5\u0665 mm", "1e\u0663", "\u0665 mm"):
+        with pytest.raises(ValueError, match=r"begin with a number|must be a number"):
+            in_si(text, "m")
+        with pytest.raises(ValueError, match="--length"):
+            number(None, option, text)  # type: ignore[arg-type]
+    for text in ("5 \u00b5m", "5\u00a0\u03bcm", "5\u202fum", " 5um "):
+        assert in_si(text, "m") == number(None, option, text) == 5.0 * 1e-6  # type: ignore[arg-type]
+    assert number(None, option, " 5e-6") == 5e-6  # type: ignore[arg-type]
