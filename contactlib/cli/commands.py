@@ -156,11 +156,11 @@ def sweep(
     loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
     folder = output or Path(f"contactlib-{loaded.stem}")
     count = workers or sweeps.default_workers()
+    reporter, pace = ConsoleReporter(), Pace()
     if cluster is not None:
-        opened = sweeps.cluster_workers(cluster)
+        opened = sweeps.cluster_workers(cluster, reporter.line)
     else:
         opened = (sweeps.process_workers if processes else sweeps.thread_workers)(count)
-    reporter, pace = ConsoleReporter(), Pace()
     with opened as pool:
         reporter.line(f"{loaded.name}: {loaded.summary}; {pool.count} workers")
         try:

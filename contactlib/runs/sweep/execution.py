@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import pickle
@@ -12,6 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
+    CancelledError,
     Executor,
     Future,
     ProcessPoolExecutor,
@@ -141,12 +143,15 @@ class Workers:
         Function that chunks poll.
     stop : callable
         Makes `stopped` return True, if it can.
+    watch : callable
+        Called each second while no chunk is done.
     """
 
     executor: Executor
     count: int
     stopped: Callable[[], bool] = go_on
     stop: Callable[[], Any] = go_on
+    watch: Callable[[], Any] = go_on
 
 
 def default_workers() -> int:
@@ -219,8 +224,13 @@ def _leave_with_parent() -> None:
 
 
 @contextmanager
-def cluster_workers(address: str) -> Iterator[Workers]:
+def cluster_workers(
+    address: str, tell: Callable[[str], object] = lambda line: None
+) -> Iterator[Workers]:
     """Workers of the Dask cluster with this scheduler address.
+
+    A sweep for which no worker is left waits for one. `tell` is called with a line that says so,
+    and with one when it goes on.
 
     Raises
     ------
@@ -235,10 +245,21 @@ def cluster_workers(address: str) -> Iterator[Workers]:
         raise ValueError(
             "a cluster needs dask.distributed: pip install 'contactlib[cluster]'"
         ) from None
+    waits = False
+    for name in logging.root.manager.loggerDict:
+        if name.split(".")[0] == "distributed":  # what is lost is told by `tell` and errors
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     with Client(address) as client:  # type: ignore[no-untyped-call]
+
+        def watch() -> None:
+            nonlocal waits
+            if waits != (not client.nthreads()):
+                waits = not waits
+                tell("No worker is left: waiting for one" if waits else "A worker has come")
+
         count = sum(client.nthreads().values())
         with client.get_executor() as executor:
-            yield Workers(executor, max(1, count))
+            yield Workers(executor, max(1, count), watch=watch)
 
 
 def run_chunks(
@@ -288,13 +309,20 @@ def run_chunks(
                 flying[job] = first
             if not flying:
                 return
-            done, _ = wait(flying, return_when=FIRST_COMPLETED)
+            done, _ = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED)
+            if not done:
+                workers.watch()
             for job in sorted(done, key=flying.__getitem__):
                 keep(flying.pop(job), job.result())
     except BaseException as error:
         workers.stop()
         for job in flying:
             job.cancel()
+        if isinstance(error, CancelledError):
+            raise RuntimeError(
+                "a chunk was cancelled, as by a cluster whose scheduler has gone; finished chunks "
+                "are kept if there is an output folder: start the same sweep again to continue"
+            ) from None
         if isinstance(error, BrokenProcessPool):
             own = {**plan.controllers, **plan.metrics}.values()
             here = any(getattr(one, "__module__", "") == "__main__" for one in own)

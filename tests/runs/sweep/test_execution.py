@@ -12,6 +12,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -53,6 +54,9 @@ def file_of(path: Path, folder: Path, **given: Any) -> bytes:
 
 # What is started behind a shell's & inherits an interrupt that is ignored; a user's does not.
 HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+
+
+COMMAND = "import sys; from contactlib.cli.commands import main; main(sys.argv[1:])"
 
 
 def python(code: str, *arguments: object) -> subprocess.Popen[str]:
@@ -390,8 +394,7 @@ def test_ctrl_c_stops_and_the_same_command_goes_on(
     path: Path, known: bytes, tmp_path: Path, how: list[str]
 ) -> None:
     given = ["sweep", str(path), "-o", str(tmp_path), "--no-maps", "--chunk", "1", *how]
-    code = "import sys; from contactlib.cli.commands import main; main(sys.argv[1:])"
-    run = python(code, *given)
+    run = python(COMMAND, *given)
     folder = tmp_path / f"{path.stem}.chunks"
     while len(list(folder.glob("*.chunk"))) < 3:
         assert run.poll() is None, run.communicate()
@@ -488,3 +491,75 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(
     assert "; 3 workers" in out
     for folder in (tmp_path, tmp_path / "command"):
         assert (folder / f"{path.stem}.nc").read_bytes() == known
+
+
+@pytest.fixture
+def dask(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts a process of a cluster on this machine, such as ``dask("scheduler")``."""
+    started = []
+
+    def start(*arguments: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "dask", *arguments]
+        with (tmp_path / "dask.log").open("a") as log:
+            started.append(subprocess.Popen(command, stdout=log, stderr=log, text=True))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+
+
+def until(reached: Callable[[], bool], running: subprocess.Popen[str]) -> None:
+    while not reached():
+        assert running.poll() is None, running.communicate()
+        time.sleep(0.02)
+
+
+@pytest.mark.slow
+@needs_distributed
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("end", ["scheduler", "Ctrl-C", "a worker comes"])
+def test_a_sweep_that_its_cluster_leaves_says_so_and_goes_on(
+    path: Path,
+    known: bytes,
+    tmp_path: Path,
+    dask: Callable[..., subprocess.Popen[str]],
+    end: str,
+) -> None:
+    file = tmp_path / "scheduler.json"
+    host = ("--host", "127.0.0.1", "--no-dashboard")
+    scheduler = dask("scheduler", *host, "--port", "0", "--scheduler-file", str(file))
+    until(lambda: file.exists() and bool(file.read_text()), scheduler)
+    address = json.loads(file.read_text())["address"]
+    plain = ("worker", address, *host, "--nthreads", "1", "--no-nanny")
+    worker = dask(*plain)
+    given = ["sweep", str(path), "-o", str(tmp_path), "--no-maps", "--chunk", "1"]
+    run = python(COMMAND, *given, "--cluster", address)
+    chunks = tmp_path / f"{path.stem}.chunks"
+    until(lambda: len(list(chunks.glob("*.chunk"))) > 2, run)
+    if end == "scheduler":
+        scheduler.kill()
+    else:
+        worker.kill()
+        assert run.stdout
+        for line in run.stdout:
+            if line == "No worker is left: waiting for one\n":
+                break
+        if end == "Ctrl-C":
+            run.send_signal(signal.SIGINT)
+        else:
+            dask(*plain)
+    out, err = run.communicate(timeout=120)
+    if end == "a worker comes":
+        assert (run.returncode, err) == (0, "")
+        assert "A worker has come" in out
+    else:
+        assert run.returncode == (2 if end == "scheduler" else 130)
+        assert len(err.splitlines()) == 1
+        assert err.startswith("contactlib: ")
+        assert len(list(chunks.glob("*.chunk"))) > 2
+        result = CliRunner().invoke(main, given)
+        assert result.exit_code == 0, result.output
+        assert "was done before" in result.output
+    assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
