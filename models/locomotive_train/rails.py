@@ -58,13 +58,16 @@ class RailState:
     ----------
     rails : Rails
         The rails.
-    start, end : float
-        Distances of the last axle at the start and of the first at the end [m].
+    distance : ndarray
+        Distances of the axles at the start [m].
+    reach : float
+        Distance that no axle comes to [m].
     """
 
-    def __init__(self, rails: Rails, start: float, end: float) -> None:
-        self._rails, self._start = rails, start
-        self._work = np.zeros((int((end - start) / CELL) + 2, AXLES, 2))  # [J/m]
+    def __init__(self, rails: Rails, distance: FloatArray, reach: float) -> None:
+        self._rails, self._start = rails, float(distance.min()) - 1.0
+        self._work = np.zeros((int((reach - self._start) / CELL) + 2, AXLES, 2))  # [J/m]
+        self._last = self._cells(distance)
         self.cleans = rails.cleaning is not None
 
     def friction(self, distance: FloatArray) -> FloatArray:
@@ -78,9 +81,13 @@ class RailState:
         return np.asarray(scale - gain * np.expm1(-self._rails.cleaning * done))
 
     def slide(self, distance: FloatArray, work: FloatArray) -> None:
-        """Add slip work [J] of a step in which the wheels come to the axles' distances [m]."""
-        if self.cleans:
-            self._work[self._cells(distance), range(AXLES)] += work / CELL
+        """Note the slip work per length [J/m] of wheels that come to the axles' distances [m]."""
+        if not self.cleans:
+            return
+        now = self._cells(distance)
+        for axle, (last, cell) in enumerate(zip(self._last, now, strict=True)):
+            self._work[last : cell + 1, axle] = work[axle]
+        self._last = now
 
     def _cells(self, distance: FloatArray) -> FloatArray:
         return np.asarray((distance - self._start) / CELL, dtype=np.intp)

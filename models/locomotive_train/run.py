@@ -15,6 +15,8 @@ from .system import build, outer_forces
 from .vehicle import AXLES, COORDINATES, SPIN, Forces, Locomotive, Motion
 from .wheels import Element, Source
 
+STRONGEST = 10.0  # acceleration that no friction allows [m/s2]
+
 
 class Drive(Protocol):
     """Source of the motors' torques, such as `Motors`."""
@@ -119,8 +121,8 @@ def simulate(
     steps = round(duration / step)
     per_sample = round(min(drive.sample_time / step, steps + 1))
     at = locomotive.motion(np.zeros_like(locomotive.reference), locomotive.start(speed)).distance
-    reach = at[0] + 2.0 * speed * duration + 50.0  # it cannot be twice as fast at the end
-    state = RailState(Rails() if rails is None else rails, at[-1] - 50.0, reach)
+    reach = at[0] + speed * duration + 0.5 * STRONGEST * duration**2
+    state = RailState(Rails() if rails is None else rails, at, reach)
     rows: list[tuple[FloatArray, ...]] = []
     # Exudyn asks for the first accelerations before the first step.
     now = {
@@ -145,7 +147,7 @@ def simulate(
         rows.append((q, rates, now["torque"], now["friction"]))
         if held or state.cleans:
             of_wheels = source.forces(motion, now["friction"], row * step, step)
-            state.slide(motion.distance, step * slip_power(motion, of_wheels))
+            state.slide(motion.distance, slip_power(motion, of_wheels) / motion.speed)
         if held:
             now["outer"] = outer_forces(locomotive, q, rates, motion, of_wheels, now["torque"])
         return True
@@ -162,6 +164,7 @@ def simulate(
     settings.timeIntegration.verboseMode = 0
     settings.solution.file.write = False
     settings.timeIntegration.newton.useModifiedNewton = True
+    exudyn.config.suppressWarnings = True  # a long run prints that Python allocates memory
     solvers = exudyn.DynamicSolverType
     solver = solvers.GeneralizedAlpha if implicit else solvers.RK44
     if not mbs.SolveDynamic(settings, solverType=solver):
