@@ -12,7 +12,7 @@ from contactlib.base.quantities import POSITIVE, FloatArray, checked_number
 
 from .rails import Rails, RailState
 from .system import build, outer_forces
-from .vehicle import AXLES, COORDINATES, SPIN, Forces, Locomotive, Motion
+from .vehicle import AXLES, COORDINATES, SHAFT, SPIN, Forces, Locomotive, Motion
 from .wheels import Element, Source
 
 STRONGEST = 10.0  # acceleration that no friction allows [m/s2]
@@ -73,6 +73,13 @@ class Run:
     def load(self) -> FloatArray:
         """Load of each axle [N]."""
         return np.asarray(self.motion.load.sum(axis=-1))
+
+    @property
+    def shaft_torque(self) -> FloatArray:
+        """Torque in the hollow shaft of each axle [N.m]."""
+        v, q, rates = self.locomotive.vehicle, self.coordinates, self.rates
+        twist, twisting = q[:, SHAFT] - q[:, SPIN], rates[:, SHAFT] - rates[:, SPIN]
+        return np.asarray(v.quill_stiffness * twist + v.quill_damping * twisting)
 
 
 def simulate(

@@ -188,7 +188,6 @@ def check_energy(run: Run) -> None:
     locomotive, vehicle = run.locomotive, run.locomotive.vehicle
     q, rates = run.coordinates, run.rates
     twist, twisting = q[:, SHAFT] - q[:, SPIN], rates[:, SHAFT] - rates[:, SPIN]
-    quill = vehicle.quill_stiffness * twist + vehicle.quill_damping * twisting
     turning = angular_velocity(run)
     pitching = dot(turning[:, [1, 1, 2, 2]], run.motion.axle)
     # A motor turns the shaft against the bogie; its rotor turns the bogie as it accelerates.
@@ -199,7 +198,7 @@ def check_energy(run: Run) -> None:
     motion, train = run.motion, locomotive.wheelset.resistance
     speed = rates[:, TRAIN]
     powers = {
-        "rotors": (quill * ratio * pitching).sum(axis=1),
+        "rotors": (run.shaft_torque * ratio * pitching).sum(axis=1),
         "slip": (creep * motion.slip).sum(axis=(1, 2)),
         "across": -(lateral * motion.lateral_velocity).sum(axis=(1, 2)),
         "spin": -(moment * motion.spin_velocity).sum(axis=(1, 2)),
