@@ -86,9 +86,12 @@ class CreepForces(Parameters):
         if self.table.options.get("contact") != "elliptic":
             raise ValueError(f"CreepForces.table = {self.table.law!r} must be of an ellipse")
         if self.friction.falls_with_slip_speed:
+            name, plain = "slip_rate_residual", 1
+            if self.friction.softens_with_heat:
+                name, plain = "softening_temperature", 0
             raise ValueError(
-                f"friction = {self.friction!r} must not fall with slip speed, which is not known "
-                "here"
+                f"friction.{name} = {getattr(self.friction, name)!r} must be {plain}: "
+                "the slip speed is not known here"
             )
 
     @classmethod

@@ -17,6 +17,7 @@ import numpy as np
 
 from contactlib.base.writing import PACKAGE
 from contactlib.contact import kernel
+from contactlib.contact.element import ForceElement
 from contactlib.contact.table import CreepForceTable
 from contactlib.export.curve_svg import curve_svg, sample_curve
 from contactlib.export.description import MODEL_NAMES, Description, Variable
@@ -154,9 +155,9 @@ def law(description: Description) -> str:
     )
 
 
-def equations(table: CreepForceTable, kind: str, relaxed: bool) -> str:
+def equations(element: ForceElement, kind: str, relaxed: bool) -> str:
     """The equations that this FMU solves."""
-    names = []
+    names, table = [], element.table
     if kind == "creep_forces":
         names = ["elliptic" if table.law.startswith("CarterGriffith") else "other", "plane"]
     elif kind != "wheelset_body":
@@ -167,6 +168,7 @@ def equations(table: CreepForceTable, kind: str, relaxed: bool) -> str:
         else:
             names += ["contact", shape if table.law.startswith("CarterGriffith") else "other"]
             names += ["half_space"] if shape == "elliptic" else []
+            names += ["heat"] if element.friction.softens_with_heat else []
         if relaxed:
             names.append("relaxation")
     if kind.startswith("wheelset"):
@@ -303,7 +305,7 @@ def index_page(description: Description) -> bytes:
         + facts(description),
         "Signs": signs(description),
         "The law": law(description) if contact else "",
-        "Equations": equations(table, kind, relaxed),
+        "Equations": equations(description.element, kind, relaxed),
         "Variables": variable_tables(variables),
         "Coupling": coupling(description),
         "Loading it": tools(kind, variables),

@@ -129,7 +129,7 @@ class FrictionSection(Parameters):
     slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
     slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0, usual=(0.0, 10.0))] = 0.0
     softening_temperature: Annotated[
-        float, Quantity("K", at_least=0.0, at_most=1e6, usual=(100.0, 3000.0))
+        float, Quantity("K", at_least=0.0, at_most=1e6, usual=(0.0, 3000.0))
     ] = 0.0
     thermal_effusivity: Annotated[float, replace(EFFUSIVITY, usual=(1e3, 4e4))] = STEEL_EFFUSIVITY
 

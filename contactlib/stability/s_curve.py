@@ -33,7 +33,8 @@ class Fold(NamedTuple):
         On a plateau, its beginning.
     return_creepage, return_torque : float
         End of the run-away branch under a falling torque [1, N.m]; the creepage is infinite where
-        the torque falls to its limit without a minimum.
+        the torque falls to its limit without a minimum. A limit below 0 counts as 0: no torque that
+        drives brings the wheel back.
     """
 
     creepage: float
@@ -100,7 +101,8 @@ def find_fold(
     landing = int(higher[0]) if higher.size else grid.size - 1
     rising = np.flatnonzero((slopes[:landing] < 0.0) & (slopes[1 : landing + 1] > 0.0))
     back = root(int(rising[-1])) if rising.size and slopes[landing] > 0.0 else math.inf
-    return Fold(fold, highest, back, torque(back if math.isfinite(back) else grid[-1]))
+    returns = torque(back) if math.isfinite(back) else max(0.0, torque(grid[-1]))
+    return Fold(fold, highest, back, returns)
 
 
 def _end_of_rise(slope: Callable[[float], float], rising: float, level: float) -> float:

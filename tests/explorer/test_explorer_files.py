@@ -394,6 +394,9 @@ def random_settings(rng: np.random.Generator, preset: dict[str, Any]) -> dict[st
             if isinstance(value, int | float) and rng.random() < 0.6:
                 part[name] = abs(value) * rng.uniform(0.1, 1.0) or rng.random() / 11.0
     vehicle["static_friction"] = vehicle["kinetic_friction"] * rng.uniform(1.01, 3.0)
+    vehicle[pick(rng, ["softening_temperature", "slip_rate_decay"])] = 0
+    if vehicle["softening_temperature"] > 0:
+        vehicle["softening_temperature"] += 1.0
     vehicle["wheels"] = pick(rng, [1, 2, 6])
     vehicle["minimum_speed"] = pick(rng, [0.1, 1e-7])
     vehicle["contact"] = pick(rng, ["line", "elliptic"])

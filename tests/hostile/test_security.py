@@ -277,8 +277,7 @@ def test_a_chunk_with_the_right_checksum_runs_nothing(tmp_path: Path, kind: str)
     contents = buffer.getvalue()
     checksum = hashlib.sha256(b"plan 0 4 " + contents).digest()
     (tmp_path / "c" / "000000000.chunk").write_bytes(checksum + contents)
-    with pytest.raises(ValueError, match="allow_pickle="):
-        store.load(0)
+    assert store.load(0) is None  # it is computed anew
     assert not sprung.exists()
 
 

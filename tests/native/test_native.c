@@ -76,7 +76,41 @@ static void test_force(const creep_table *table, const force_element_parameters 
     }
 }
 
-/* Any state and any step: stepped on, or left as it was with a message. */
+/* Twice the direction is twice the change, to the last bit. */
+static void test_tangent(const creep_table *table, const force_element_parameters *parameters) {
+    force_element_parameters direction[2];
+    for (int i = 0; i < points; i++) {
+        force_element_input in = {.omega = random_exponent(0.0, 3.0),
+                                  .speed = random_exponent(-2.0, 2.0),
+                                  .normal_load = random_exponent(3.0, 6.0),
+                                  .friction_scale = random_exponent(-2.0, 0.5)};
+        force_element_output out, change[2];
+        force_element_evaluate(table, parameters, &in, &out);
+        for (int twice = 0; twice < 2; twice++) {
+            force_element_input moved = {.omega = 1.0 + twice, .speed = 0.5 + 0.5 * twice};
+            for (size_t k = 0; k < sizeof *parameters / sizeof(double); k++)
+                ((double *)&direction[twice])[k] =
+                    ((const double *)parameters)[k] * 1e-3 * (1.0 + twice);
+            force_element_tangent(table, parameters, &in, &out, &direction[twice], &moved,
+                                  &change[twice]);
+        }
+        CHECK(isfinite(change[0].creep_force) && isfinite(change[0].contact_temperature));
+        CHECK(change[1].creep_force == 2.0 * change[0].creep_force);
+        CHECK(change[1].contact_temperature == 2.0 * change[0].contact_temperature);
+    }
+}
+
+/* A part of friction is left at any creepage, heat number and k_hat, and the less the hotter. */
+static void test_hot_friction(void) {
+    for (int i = 0; i < points; i++) {
+        double x = random_exponent(-20.0, 20.0), k_hat = random_exponent(-3.0, 6.0), left[2];
+        double place[2] = {x, x}, number[2] = {random_exponent(-20.0, 19.0)}, k[2] = {k_hat, k_hat};
+        number[1] = 2.0 * number[0];
+        hot_friction_many(i % 2, 2, place, number, k, left);
+        CHECK(left[1] > 0.0 && left[0] <= 1.0 && left[1] <= left[0] * (1.0 + 1e-15));
+    }
+}
+
 /* Forces of any contact: finite, bounded, none from nothing, and those of the mirror image. */
 static void test_creep_forces(const creep_table *table) {
     static double coefficients[PLANE_ASPECTS * PLANE_COEFFICIENTS];
@@ -127,6 +161,7 @@ static void test_creep_forces(const creep_table *table) {
     }
 }
 
+/* Any state and any step: stepped on, or left as it was with a message. */
 static void test_steps(const creep_table *table, const force_element_parameters *parameters) {
     wheelset_parameters body = SOME_BODY;
     for (int i = 0; i < 100 && i < points / 10; i++) {
@@ -558,6 +593,16 @@ int main(int count, char **arguments) {
     test_steps(&table, &parameters);
     test_drivetrains(&table, &parameters);
     test_widths(&table, &parameters);
+    parameters.softening_temperature = 600.0; /* and with the fall with slip speed, as a tool may */
+    parameters.thermal_effusivity = 13e3;
+    test_force(&table, &parameters);
+    parameters.relaxation_length = parameters.slip_rate_decay = 0.0;
+    parameters.elliptic = 1.0;
+    test_force(&table, &parameters);
+    test_drivetrains(&table, &parameters);
+    test_widths(&table, &parameters);
+    test_hot_friction();
+    test_tangent(&table, &parameters);
     test_lives(location, token);
     test_lives3(location, token, !table.one_axis); /* Polach's law does not fall */
     free(bytes);

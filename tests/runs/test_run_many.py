@@ -32,7 +32,9 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
         "slip_rate_decay": rng.uniform(0.1, 1.0),
     }
     if i % 3 == 0:
-        fall = {} if i % 2 == 0 else {"softening_temperature": rng.uniform(300.0, 900.0)}
+        fall = {"slip_rate_decay": 0.0}
+        if i % 2:
+            fall["softening_temperature"] = rng.uniform(300.0, 900.0)
     friction = dataclasses.replace(element.friction, **fall)
     radius = rng.uniform(0.4, 0.6)
     body = dataclasses.replace(

@@ -114,7 +114,7 @@ export function makeRows(app: App): Rows {
       row("slip_rate_decay", shape("decay", "fall with slip speed B", "s/m", 1, 0, 3, FALL),
         () => app.settings.vehicle.slip_rate_decay,
         (value) => setFall(value, value > 0 ? 0 : temperature())),
-      row("heat", shape("heat", "fall with heat 1/T\u2098", "1/(1000 K)", MILLI, 0, 4e-3, HEAT),
+      row("heat", shape("heat", "fall with heat 1/T\u2098", "1/kK", MILLI, 0, 4e-3, HEAT),
         () => (temperature() > 0 ? 1 / temperature() : 0),
         (value) => setFall(0, value > 0 ? 1 / value : 0)),
       wheel("damping", shape("damping", "damping b", "N m s", 1, 0, 300,

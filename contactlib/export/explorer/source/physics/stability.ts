@@ -32,7 +32,7 @@ function foldOf(curve: TorqueCurve): Fold | null {
     creepage: fold.creepage,
     drive_torque: fold.drive_torque,
     return_creepage: back?.creepage ?? Infinity,
-    return_torque: back?.drive_torque ?? plant.torque(last, speed, friction),
+    return_torque: back?.drive_torque ?? Math.max(0, plant.torque(last, speed, friction)),
   };
 }
 
