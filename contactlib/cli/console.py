@@ -28,7 +28,7 @@ from rich.progress import (
 
 from contactlib.base.text import harmless, harmless_line
 from contactlib.base.units import NUMBER, in_si
-from contactlib.cli.entry import INTERRUPTED, leave
+from contactlib.cli.leaving import INTERRUPTED, leave
 
 Loaded = TypeVar("Loaded")
 

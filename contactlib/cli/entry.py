@@ -5,16 +5,9 @@ This module imports nothing that takes time.
 
 from __future__ import annotations
 
-import os
 import signal
-from typing import NoReturn
 
-INTERRUPTED = 128  # exit status of a command that a signal ends, less the signal's number
-
-
-def leave(number: int, _frame: object) -> NoReturn:
-    """End the process as a handler of a signal: nothing is there yet, or any more, to clean up."""
-    os._exit(INTERRUPTED + number)
+from contactlib.cli.leaving import leave
 
 
 def main() -> None:
