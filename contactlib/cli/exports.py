@@ -187,15 +187,17 @@ def fmu(
 
 @click.command()
 @click.argument("model")
-@output_option("contactlib-kernel", "Folder for contactlib.c, contactlib.h and example.c.")
+@output_option("contactlib-kernel", "Folder for contactlib.c and its header.")
 def kernel(model: str, output: Path) -> None:
     """Write the creep force of MODEL as C source, for programs that import no FMUs.
 
     The file holds table and parameters. It is C99 and C++, reads no file and allocates nothing.
+    Beside it are an example, a Modelica package and an S-function that call it.
     """
     from contactlib.export.kernel_source import export_kernel
 
-    say(f"{export_kernel(_load(model), output)}: contactlib.c, contactlib.h and example.c")
+    folder = export_kernel(_load(model), output)
+    say(f"{folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
 
 
 @click.command()

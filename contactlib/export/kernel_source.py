@@ -89,6 +89,7 @@ def export_kernel(model: Model, folder: str | os.PathLike[str]) -> Path:
 
     The folder then holds ``contactlib.c``, ``contactlib.h`` and ``example.c``. The code is C99 and
     C++, reads no file, allocates nothing, and gives the numbers of the model's force element FMU.
+    ``package.mo`` calls it from Modelica, and ``contactlib_sfun.c`` from Simulink.
 
     Parameters
     ----------
@@ -233,7 +234,7 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
         struct = next((s for s in ("p", "in") if v.name in members[s]), "e")
         low, high, value = v.limits.at_least, v.limits.at_most, f"{struct}->{v.name}"
         fits, either = f"{value} >= {low!r} && {value} <= {high!r}", ""
-        if v.name == "relaxation_length":
+        if v.name in ("relaxation_length", "softening_temperature"):
             fits, either = f"{value} == 0.0 || ({fits})", "0 or "
         checks[struct].append(
             f"    if (!({fits}))\n"
