@@ -160,7 +160,7 @@ def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     assert inside(wheel, templates) == tree(templates, ".toml")
     guide = "contactlib/guide"
     assert inside(wheel, guide) >= tree(guide, ".md", ".py")
-    kinds = ".html", ".css", ".svg", ".png", ".txt", ".c", ".h"
+    kinds = ".html", ".css", ".svg", ".png", ".txt", ".c", ".h", ".mo"
     assets = tree("contactlib/export/assets", *kinds)
     assert inside(wheel, "contactlib/export/assets") == assets
     folders = "fmu|models|contact/tables|files/templates|export/assets|guide|_native"
