@@ -118,7 +118,7 @@ def simulate(
     Raises
     ------
     ValueError
-        If a value is out of range.
+        If a value is out of range, or the step is no whole fraction of the drive's sample time.
     RuntimeError
         If Exudyn gives up.
     """
@@ -126,7 +126,13 @@ def simulate(
         checked_number(name, value, POSITIVE)
     source = Element(locomotive) if source is None else source
     steps = round(duration / step)
-    per_sample = round(min(drive.sample_time / step, steps + 1))
+    samples = min(drive.sample_time / step, float(steps + 1))
+    per_sample = max(1, round(samples))
+    if abs(samples - per_sample) > 1e-6:
+        raise ValueError(
+            f"step = {step!r} s must be a whole fraction of the drive's sample time, "
+            f"{drive.sample_time!r} s"
+        )
     at = locomotive.motion(np.zeros_like(locomotive.reference), locomotive.start(speed)).distance
     reach = at[0] + speed * duration + 0.5 * STRONGEST * duration**2
     state = RailState(Rails() if rails is None else rails, at, reach)

@@ -164,11 +164,11 @@ def outer_forces(
     pull, forward = drawbar(locomotive, frames[0], rates, hook, axes[0], q[TRAIN])
     bodies[0, :3] = -pull * forward
     bodies[0, 3:] = axes[0] @ cross(hook, bodies[0, :3])
-    along = wheelset.resistance
-    speed = rates[TRAIN]
-    held = along.constant * np.tanh(speed / wheelset.element.minimum_speed)
-    held += along.linear * speed + along.quadratic * speed * abs(speed)
-    found[TRAIN] = pull - AXLES * held
+    # Its constant part turns its sign at standstill, smoothly.
+    davis, speed = wheelset.resistance, rates[TRAIN]
+    along = davis.constant * np.tanh(speed / wheelset.element.minimum_speed)
+    along += davis.linear * speed + davis.quadratic * speed * abs(speed)
+    found[TRAIN] = pull - AXLES * along
     return found
 
 

@@ -18,7 +18,14 @@ from typing import Annotated, Any, NamedTuple, Self
 import numpy as np
 
 import contactlib as cl
-from contactlib.base.quantities import FloatArray, Parameters, Quantity, checked_number
+from contactlib.base.quantities import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    FloatArray,
+    Parameters,
+    Quantity,
+    checked_number,
+)
 from contactlib.vehicle.wheelset import GRAVITY
 
 AXLES = 4
@@ -86,10 +93,13 @@ class Vehicle(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("inertia", "stiffness", "damping"):
-            for key in (key for key in vars(self) if key.endswith(name)):
-                for number in np.atleast_1d(getattr(self, key)).tolist():
-                    checked_number(f"Vehicle.{key}", number, Quantity("SI", at_least=0.0))
+        for name, value in vars(self).items():
+            if isinstance(value, tuple):
+                if len(value) != 3:
+                    raise ValueError(f"Vehicle.{name} = {value!r} must have three entries")
+                limits = POSITIVE if name.endswith("inertia") else NOT_NEGATIVE
+                for number in value:
+                    checked_number(f"Vehicle.{name}", number, limits)
 
     @classmethod
     def load(cls) -> Self:
@@ -203,8 +213,8 @@ class Locomotive:
     Raises
     ------
     ValueError
-        If the weight is not that of the wheelsets' nominal loads, or the rotor is not part of the
-        wheelset's inertia.
+        If the weight is not that of the wheelsets' nominal loads, the rotor is not part of the
+        wheelset's inertia, or the resistance has a grade.
     """
 
     vehicle: Vehicle
@@ -223,6 +233,10 @@ class Locomotive:
                 f"wheelset.inertia = {self.wheelset.inertia!r} must be above that of the rotor, "
                 f"{self.shaft_inertia!r}, which is part of it"
             )
+
+        grade = self.wheelset.resistance.grade
+        if grade != 0.0:
+            raise ValueError(f"wheelset.resistance.grade = {grade!r} must be 0: the track is level")
 
     @property
     def shaft_inertia(self) -> float:

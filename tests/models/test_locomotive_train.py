@@ -435,13 +435,23 @@ def test_creep_control_holds_all_axles_on_a_wet_patch(
         np.testing.assert_array_equal(held.torque[:, ::2], held.torque[:, 1::2])
 
 
-def test_a_wrong_locomotive_is_refused(locomotive: Locomotive, scenario: cl.Scenario) -> None:
-    heavy = replace(locomotive.vehicle, body_mass=70e3)
-    with pytest.raises(ValueError, match=r"Vehicle\.mass = 106"):
-        replace(locomotive, vehicle=heavy)
-    with pytest.raises(ValueError, match=r"wheelset\.inertia = "):
-        replace(locomotive, vehicle=replace(locomotive.vehicle, rotor_inertia=20.0))
-    with pytest.raises(ValueError, match=r"Vehicle\.primary_damping = -1.0 is out of range"):
-        replace(locomotive.vehicle, primary_damping=(-1.0, 0.0, 0.0))
+def test_what_cannot_run_is_refused(
+    locomotive: Locomotive, simulate: Simulate, scenario: cl.Scenario
+) -> None:
+    vehicle, wheelset = locomotive.vehicle, locomotive.wheelset
+    with pytest.raises(ValueError, match=r"Vehicle\.mass = 106.* must be .* 882600"):
+        replace(locomotive, vehicle=replace(vehicle, body_mass=70e3))
+    with pytest.raises(ValueError, match=r"wheelset\.inertia = 250.* above that of the rotor, 320"):
+        replace(locomotive, vehicle=replace(vehicle, rotor_inertia=20.0))
+    uphill = replace(wheelset, resistance=replace(wheelset.resistance, grade=0.01))
+    with pytest.raises(ValueError, match=r"grade = 0\.01 must be 0"):
+        replace(locomotive, wheelset=uphill)
+    with pytest.raises(ValueError, match=r"Vehicle\.primary_damping = -1\.0 is out of range"):
+        replace(vehicle, primary_damping=(-1.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r"Vehicle\.body_inertia = .* must have three entries"):
+        replace(vehicle, body_inertia=(1.0, 1.0))  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="groups = 3 must be 2 or 4"):
         Motors(scenario, "creep_pi", groups=3)
+    for step in (3e-3, 20e-3):
+        with pytest.raises(ValueError, match=r"step = 0\.0.* whole fraction .* 0\.01 s"):
+            simulate(locomotive, Motors(scenario, "creep_pi"), duration=1.0, step=step)
