@@ -177,7 +177,6 @@ def simulate(
     settings.timeIntegration.verboseMode = 0
     settings.solution.file.write = False
     settings.timeIntegration.newton.useModifiedNewton = True
-    exudyn.config.suppressWarnings = True  # a long run prints that Python allocates memory
     solvers = exudyn.DynamicSolverType
     solver = solvers.GeneralizedAlpha if implicit else solvers.RK44
     if not mbs.SolveDynamic(settings, solverType=solver):
