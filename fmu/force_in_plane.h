@@ -33,7 +33,8 @@ static inline friction_fall friction_without_grip(const creep_table *table,
                                                   const force_element_parameters *p,
                                                   const force_element_input *in) {
     double slip = is_in_plane(table, in) ? slip_in_plane(table, p, in).size : fabs(slip_of(p, in));
-    contact_scales none = {0};
+    contact_scales none;
+    memset(&none, 0, sizeof none);
     return falling_friction(table, p, none, in, slip, decay_at(p, slip), 0);
 }
 

@@ -151,7 +151,8 @@ ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
                                              const force_element_parameters *p,
                                              contact_scales scales, const force_element_input *in,
                                              double slip, double decay, int hot) {
-    friction_fall fall = {0};
+    friction_fall fall;
+    memset(&fall, 0, sizeof fall);
     fall.passing = (1.0 - p->slip_rate_residual) * decay;
     double by_speed = fall.passing + p->slip_rate_residual;
     double friction = has_friction(in) ? in->friction_scale : 1.0;

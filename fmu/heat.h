@@ -41,14 +41,13 @@ ALWAYS_INLINE hot_friction hot_friction_at(heat_shape shape, double x, double r,
     double alone = n * shape.late * c * c * c, lack = alone * (1.0 + 2.0 * k);
     double left = 1.0 / (1.0 - lack * m), by_s = lack * m_by_s * left;
     double by_k = 2.0 * alone * m * left - 1.5 * by_s * s * (pace * shape.reach);
-    hot_friction found = {
-        .value = c * left,
-        .inverse = (1.0 - lack * m) * per_c,
-        .by_x = by_s * warming * pace,
-        .by_r = log_c_by_r * (1.0 + 3.0 * lack * m * left) + by_s * 0.5 * x * pace,
-        .by_log_n = lack * m * left,
-        .by_log_k = k_hat < 1.0 ? by_k * k : 0.0,
-    };
+    hot_friction found;
+    found.value = c * left;
+    found.inverse = (1.0 - lack * m) * per_c;
+    found.by_x = by_s * warming * pace;
+    found.by_r = log_c_by_r * (1.0 + 3.0 * lack * m * left) + by_s * 0.5 * x * pace;
+    found.by_log_n = lack * m * left;
+    found.by_log_k = k_hat < 1.0 ? by_k * k : 0.0;
     return found;
 }
 

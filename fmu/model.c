@@ -65,7 +65,8 @@ const char TRUTH[] = "Boolean";
     GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
           input.normal_load), \
     GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients; below " \
-          TEXT(LEAST_FRICTION_SCALE) " there is no friction", 0.0, 1e3, input.friction_scale), \
+          TEXT(LEAST_FRICTION_SCALE) " there is no friction, also where a solver looks just below " \
+          "0", -LEAST_FRICTION_SCALE, 1e3, input.friction_scale), \
     GIVEN(INPUT, "lateral_velocity", "m/s", "velocity of the wheel's surface against the rail, " \
           "positive to the left", -1e6, 1e6, input.lateral_velocity), \
     {"spin_velocity", "rad/s", "angular velocity of the wheel against the rail about the " \

@@ -268,7 +268,7 @@ def test_derivatives_of_what_is_no_unknown_are_refused(tool: Instance) -> None:
         ("normal_load", 2e12, "to 1e+12"),
         ("normal_load", np.nan, "from -1e+12 to"),
         ("omega", np.inf, "from -1e"),
-        ("friction_scale", -0.1, "from 0 to"),
+        ("friction_scale", -0.1, "from -1e-06 to"),
         ("slope_reduction", 2e6, "to 1e+06"),
         ("radius", 0.6, "after initialization"),
         ("creep_force", 1.0, "it is calculated"),

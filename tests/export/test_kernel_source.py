@@ -334,7 +334,7 @@ def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.M
 
 @pytest.mark.tools
 def test_without_friction_or_load_there_is_no_force(library: Library) -> None:
-    for none in ({"friction_scale": 0.0}, {"normal_load": 0.0}, {"normal_load": -1e3}):
+    for none in ({"friction_scale": 0.0}, {"friction_scale": -1e-8}, {"normal_load": 0.0}, {"normal_load": -1e3}):
         library.start()
         library.set(omega=30.0, **none)
         assert library.force() == ""
@@ -349,7 +349,7 @@ def test_without_friction_or_load_there_is_no_force(library: Library) -> None:
     [
         ({"omega": math.nan}, 1e-3, r"omega must be from -1e\+09 to 1e\+09"),
         ({"normal_load": math.inf}, 1e-3, "normal_load must be from"),
-        ({"friction_scale": -1.0}, 1e-3, "friction_scale must be from 0 to 1000"),
+        ({"friction_scale": -1.0}, 1e-3, "friction_scale must be from -1e-06 to 1000"),
         ({"radius": 0.0}, 1e-3, "radius must be from 1e-06"),
         ({"relaxation_length": 1e-9}, 1e-3, "relaxation_length must be 0 or from 1e-06 to 1000"),
         ({"kinetic_friction": 2.0}, 1e-3, "static_friction must be at least kinetic_friction"),
