@@ -69,6 +69,23 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
         out->relaxation_rate = out->rate_by_omega = out->rate_by_speed = out->rate_by_relaxed = 0.0;
 }
 
+double force_element_force(const creep_table *table, const force_element_parameters *parameters,
+                           const force_ranges *ranges, double omega, double speed,
+                           double normal_load, double friction_scale) {
+    double given[4] = {omega, speed, normal_load, friction_scale};
+    for (int i = 0; i < 4; i++)
+        if (!(given[i] >= ranges->least[i] && given[i] <= ranges->most[i])) return NAN;
+    force_element_input in;
+    force_element_output out;
+    memset(&in, 0, sizeof in);
+    in.omega = omega;
+    in.speed = speed;
+    in.normal_load = normal_load;
+    in.friction_scale = friction_scale;
+    force_element_evaluate(table, parameters, &in, &out);
+    return out.creep_force;
+}
+
 void force_element_tangent(const creep_table *table, const force_element_parameters *parameters,
                            const force_element_input *input, const force_element_output *output,
                            const force_element_parameters *parameters_direction,

@@ -104,6 +104,17 @@ CONTACTLIB_API void force_element_evaluate(const creep_table *table,
                                            const force_element_input *input,
                                            force_element_output *output);
 
+/* Least and largest values of omega, speed, normal load and friction scale that a caller takes. */
+typedef struct {
+    double least[4], most[4];
+} force_ranges;
+
+/* Creep force at one input, NaN if the input is out of range. */
+CONTACTLIB_API double force_element_force(const creep_table *table,
+                                          const force_element_parameters *parameters,
+                                          const force_ranges *ranges, double omega, double speed,
+                                          double normal_load, double friction_scale);
+
 CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 const force_element_parameters *parameters,
                                                 size_t n, const force_element_input *input,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import KW_ONLY, dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
@@ -55,24 +55,7 @@ class AspectWarning(RangeWarning):
     """The ratio of an ellipse's axes is outside the range for which the law was checked."""
 
 
-@cache
-def _input_ranges() -> tuple[tuple[float, float], ...]:
-    """Smallest and largest value of each of the kernel's inputs that `_plain` takes."""
-    limits = kernel.force_input_limits()
-    names = ("omega", "speed", "normal_load", "friction_scale")
-    return tuple((limits[name].at_least, limits[name].at_most) for name in names)
-
-
-def _plain(*values: object) -> tuple[float, ...] | None:
-    """The kernel's inputs if all are floats within their limits, so that no array is needed."""
-    plain = []
-    for value, (least, most) in zip(values, _input_ranges(), strict=True):
-        if not (isinstance(value, float) and least <= value <= most):
-            return None
-        plain.append(value)
-    return tuple(plain)
-
-
+NUMBERS = frozenset((float, int, np.float64))  # types of which no array is made
 REFERENCE_SPEED = "max(|initial_speed|, minimum_speed)"  # for the initial creepage of a run
 
 
@@ -377,10 +360,16 @@ class ForceElement(Parameters):
 
         The arguments are those of `evaluate`.
         """
-        load = self.normal_load if normal_load is None else normal_load
-        plain = None if others else _plain(omega, speed, load, friction_scale)
-        if plain is not None:
-            return np.array(self.native.evaluate_one(*plain).creep_force)
+        native = self.native
+        load = native.nominal_load if normal_load is None else normal_load
+        types = {type(omega), type(speed), type(load), type(friction_scale)}
+        if types <= NUMBERS and not others:
+            try:
+                found = native.force(omega, speed, load, friction_scale)
+            except OverflowError:  # of a whole number
+                found = math.nan
+            if found == found:  # else an input is out of range
+                return np.array(found)
         record = self.evaluate(
             omega=omega, speed=speed, normal_load=load, friction_scale=friction_scale, **others
         )

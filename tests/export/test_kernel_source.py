@@ -334,7 +334,8 @@ def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.M
 
 @pytest.mark.tools
 def test_without_friction_or_load_there_is_no_force(library: Library) -> None:
-    for none in ({"friction_scale": 0.0}, {"friction_scale": -1e-8}, {"normal_load": 0.0}, {"normal_load": -1e3}):
+    scales, loads = [{"friction_scale": v} for v in (0.0, -1e-8)], [0.0, -1e3]
+    for none in (*scales, *({"normal_load": v} for v in loads)):
         library.start()
         library.set(omega=30.0, **none)
         assert library.force() == ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -80,12 +80,27 @@ def hot_friction(
 
 
 class NativeForceElement:
-    """Parameters and table of a force element. Checks nothing."""
+    """Parameters and table of a force element. Checks nothing.
+
+    Attributes
+    ----------
+    force : callable
+        Creep force of omega, speed, load and friction scale, all numbers; nan if one is out of its
+        limits. Nothing is faster.
+    nominal_load : float
+        Of all its wheels together [N].
+    """
 
     def __init__(self, table: NativeTable | NativeContact, parameters: Mapping[str, float]) -> None:
-        library()
+        lib = library()
         self._table = table
         self._parameters = ffi.new("force_element_parameters *", dict(parameters))
+        names = ("omega", "speed", "normal_load", "friction_scale")
+        limits = [force_input_limits()[name] for name in names]
+        ends = [[limit.at_least for limit in limits], [limit.at_most for limit in limits]]
+        given = table.struct, self._parameters, ffi.new("force_ranges *", ends)
+        self.force = partial(lib.force_element_force, *given)
+        self.nominal_load = parameters["nominal_load"]
 
     def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
         """Output records for input records of any shape."""
