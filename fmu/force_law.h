@@ -158,7 +158,7 @@ ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
     double friction = has_friction(in) ? in->friction_scale : 1.0;
     fall.scale = by_speed * friction;
     fall.inverse = 1.0 / fall.scale;
-    fall.by_slip = -(p->slip_rate_decay * fall.passing / by_speed);
+    fall.by_slip = -(p->slip_rate_decay * fall.passing) * (fall.inverse * friction);
     if (!hot) return fall;
     double rail, rail_slope, wheel, wheel_slope;
     regularized_speed(in->speed, p->minimum_speed, &rail, &rail_slope);
@@ -166,12 +166,14 @@ ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
     double per_friction = fall.inverse * by_speed;
     double per_rail = 1.0 / rail, root_rail = sqrt(rail), root_wheel = sqrt(wheel);
     double roots = root_rail + root_wheel, inverse = 1.0 / (roots * root_wheel);
-    double per_roots = 1.0 / roots, heating = scales.heating * friction * per_roots; /* 1/w_T */
+    double per_roots = inverse * root_wheel;
+    double heating = scales.heating * friction * per_roots; /* 1/w_T */
     double zeta0 = scales.saturation_creepage * friction;
     double per_full =
         per_rail * (1.0 / scales.saturation_creepage) * per_friction; /* slip at x = 1 */
     double x = slip * per_full, r = slip * heating, n = rail * zeta0 * heating;
-    double k_hat = table->one_axis ? 0.0 : scales.k_hat * sqrt(per_friction);
+    double k_hat = table->one_axis ? 0.0 : scales.k_hat;
+    if (friction != 1.0) k_hat *= sqrt(per_friction);
     hot_friction g = hot_friction_at(p->elliptic != 0.0 ? HEAT_ELLIPSE : HEAT_LINE, x, r, n, k_hat);
     fall.scale *= g.value;
     fall.inverse *= g.inverse;

@@ -34,8 +34,9 @@ ALWAYS_INLINE hot_friction hot_friction_at(heat_shape shape, double x, double r,
     double pace = 1.0 / (shape.reach * (1.0 + 1.5 * k)), warming = 1.0 + 0.5 * r;
     double above = 1.0 + shape.flatness * r, curve = shape.bend + shape.flatness;
     double below = 1.0 + r * (1.0 + shape.flatness + curve * r);
-    double c = above / below, per_c = below / above;
-    double log_c_by_r = (shape.flatness * per_c - (1.0 + shape.flatness + 2.0 * curve * r)) / below;
+    double per_above = 1.0 / above, per_below = 1.0 / below, c = above * per_below;
+    double log_c_by_r =
+        shape.flatness * per_above - (1.0 + shape.flatness + 2.0 * curve * r) * per_below;
     double s = smaller(x * warming * pace, 1.0), s2 = s * s, s4 = s2 * s2;
     double m = s4 * s4 * (9.0 - 8.0 * s), m_by_s = 72.0 * s4 * s2 * s * (1.0 - s);
     double alone = n * shape.late * c * c * c, lack = alone * (1.0 + 2.0 * k);
@@ -43,7 +44,7 @@ ALWAYS_INLINE hot_friction hot_friction_at(heat_shape shape, double x, double r,
     double by_k = 2.0 * alone * m * left - 1.5 * by_s * s * (pace * shape.reach);
     hot_friction found;
     found.value = c * left;
-    found.inverse = (1.0 - lack * m) * per_c;
+    found.inverse = (1.0 - lack * m) * (below * per_above);
     found.by_x = by_s * warming * pace;
     found.by_r = log_c_by_r * (1.0 + 3.0 * lack * m * left) + by_s * 0.5 * x * pace;
     found.by_log_n = lack * m * left;
