@@ -11,7 +11,7 @@ its beginning, and for model exchange the solution for inputs that are linear be
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -76,14 +76,15 @@ def csv(names: Iterable[str], rows: Iterable[Iterable[float]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write(folder: Path, platforms: Iterable[str] = PLATFORMS) -> None:
-    """Write FMUs of all kinds for model exchange and co-simulation, with their references."""
+def write(folder: Path, platforms: Mapping[str, Sequence[str]] | None = None) -> None:
+    """Write FMUs of all kinds for model exchange and co-simulation, with their references.
+
+    `platforms` names the libraries in each of the FMUs. Default: all, in those of all platforms.
+    """
     model = cl.load_model("locomotive.toml")
-    for platform in platforms:
+    for platform, libraries in (platforms or {n: FMI2_FOLDERS[n] for n in PLATFORMS}).items():
         for kind, name in MODEL_NAMES.items():
-            fmu = cl.export_fmu(
-                model, folder / "x.fmu", kind=kind, platforms=FMI2_FOLDERS[platform]
-            )
+            fmu = cl.export_fmu(model, folder / "x.fmu", kind=kind, platforms=libraries)
             packed, description = fmu.read_bytes(), Description(model, kind)
             fmu.unlink()
             step = experiment(description).step

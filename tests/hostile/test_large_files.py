@@ -32,14 +32,15 @@ DOTTED = {
     "table": "[a" + " . 'b c'" * 100_000 + "]\n",
     "quoted": '"\\""' + '."="' * 100_000 + " = 1\n",
 }
-READ = """
-import resource, sys
+READ = r"""
+import re, sys
 import contactlib as cl
 try:
     cl.load_model(sys.argv[1])
 except cl.ModelError as error:
     print(error)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+# The resource usage of a process includes that of the one it was forked from.
+print(1024 * int(re.search(r"VmHWM:\s*(\d+) kB", open("/proc/self/status").read())[1]))
 """
 
 

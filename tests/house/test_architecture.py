@@ -25,8 +25,12 @@ ROOMS = [
     "guide",
 ]
 PACKAGE = Path(contactlib.__file__).parent
-NOT_ROOMS = {PACKAGE, PACKAGE / "_native", PACKAGE / "fmu"}  # a wheel brings fmu/ into the package
-MODULES = [path for path in PACKAGE.rglob("*.py") if path.parent not in NOT_ROOMS]
+NOT_ROOMS = {"_native", "fmu", "models"}  # a wheel brings the last two into the package
+MODULES = [
+    path
+    for path in PACKAGE.rglob("*.py")
+    if path.parent != PACKAGE and path.relative_to(PACKAGE).parts[0] not in NOT_ROOMS
+]
 
 
 def room_of(path: Path) -> str:
