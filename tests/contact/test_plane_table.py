@@ -180,6 +180,7 @@ def test_weakening_adds_nothing_to_spin_where_friction_does_not_fall() -> None:
     assert without == pytest.approx(forces_of(1.3, 0.28, creepages)[0], abs=1e-7)
 
 
+@pytest.mark.slow
 def test_spline_of_few_samples() -> None:
     """Made again on another ellipse than the file's it gives the same forces."""
     u, forces = samples(1.4, 0.28, 300)
@@ -255,6 +256,7 @@ def error_with_weakening(
     return (found - true)[solved]
 
 
+@pytest.mark.slow
 def test_agreement_with_the_witness_if_friction_weakens() -> None:
     """The law of a short process zone adds an error of its own, also without spin."""
     error = error_with_weakening(2.0, 0.35, 11.0 / 7.0, 40)

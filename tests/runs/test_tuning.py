@@ -41,6 +41,7 @@ def test_a_search_mends_a_controller_that_somebody_has_spoilt(patch: cl.Scenario
     assert np.array_equal(again[LIMITED], found.tuned[0, 0])
 
 
+@pytest.mark.slow
 def test_a_search_gives_the_same_each_time_and_nothing_worse_than_the_design(
     patch: cl.Scenario,
 ) -> None:
@@ -53,6 +54,7 @@ def test_a_search_gives_the_same_each_time_and_nothing_worse_than_the_design(
     assert sum(float(tried[n][0]) for n in tried) >= sum(float(design[n][0]) for n in design)
 
 
+@pytest.mark.slow
 def test_settings_are_read_from_a_file_as_they_were_found(
     patch: cl.Scenario, tmp_path: Path
 ) -> None:

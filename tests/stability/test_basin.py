@@ -145,6 +145,7 @@ def plausible_vehicles(locomotive: cl.Model, count: int) -> list[tuple[cl.Wheels
     return found
 
 
+@pytest.mark.slow
 def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
     soon = 0
     for body, speed, torque in plausible_vehicles(locomotive, 120):
