@@ -23,7 +23,10 @@ from contactlib.export.platforms import FMI2_FOLDERS
 
 HERE = [name for name in PLATFORMS if kernel.platform_name() == FMI2_FOLDERS[name][0]]
 HELD = 100  # parts of a row: FMPy holds the inputs of model exchange for an interval of output
-pytestmark = pytest.mark.skipif(not HERE, reason="the rules do not know this platform")
+pytestmark = [
+    pytest.mark.tools,  # in CI those of a release
+    pytest.mark.skipif(not HERE, reason="the rules do not know this platform"),
+]
 
 
 @pytest.fixture(scope="module")
