@@ -38,7 +38,7 @@ def main(folder: Path, unpacked: Path) -> dict[str, object]:
     with Instance(unpacked) as fmu:
         fmu.initialize()
         values = fmu.get("radius", "static_friction")
-        for refused in ({"friction_scale": -1.5}, {"friction_scale": -1.25e-300}):
+        for refused in ({"friction_scale": -1.5}, {"slip_rate_residual": 1.25e-300}):
             try:
                 fmu.set(**refused)
             except Exception:  # FMPy raises bare exceptions

@@ -55,7 +55,7 @@ def interrupted(command: list[str], folder: Path, after: float) -> tuple[int, st
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize(
     "count",
-    [2, pytest.param(int(os.environ.get("CONTACTLIB_MOMENTS", "12")), marks=pytest.mark.slow)],
+    [2, pytest.param(int(os.environ.get("CONTACTLIB_MOMENTS", "5")), marks=pytest.mark.slow)],
 )
 def test_ctrl_c_is_one_line_at_most(tmp_path: Path, name: str, count: int) -> None:
     command, takes = COMMANDS[name]

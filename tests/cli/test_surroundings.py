@@ -144,7 +144,7 @@ def test_a_decimal_comma_changes_no_number(
     assert found["comma"] == found["dot"]
     first, tiny, point = found["comma"]["said"]
     assert first.startswith("friction_scale = -1.5 is out of range: must be from ")
-    assert tiny.startswith("friction_scale = -1.25e-300 is out of range")
+    assert tiny.startswith("slip_rate_residual = 1.25e-300 is out of range")
     assert point == "communication point = 0.125 must be the FMU's time 0"
 
 

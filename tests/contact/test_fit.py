@@ -263,7 +263,7 @@ def test_k_hat_is_not_seen_beside_heat(locomotive: TractionData) -> None:
         semi_width=6.304e-3, radius=0.56, contact_modulus=82e9 / 0.72, normal_load=106.7e3
     )
     found = fit(CarterGriffith, locomotive, heat=ContactHeat(contact=line), contact="line")
-    assert found.values["k_hat"] == 0.0
+    assert found.values["k_hat"] < 0.01
     assert 0.05 < found.estimates["k_hat"].interval[1] < 0.1
 
 

@@ -64,6 +64,13 @@ static void test_force(const creep_table *table, const force_element_parameters 
         if (i % 12 == 0) in.normal_load = -in.normal_load;
         force_element_output out;
         force_element_evaluate(table, parameters, &in, &out);
+        force_ranges any = {{-1e9, -1e9, -1e12, 0.0}, {1e9, 1e9, 1e12, 1e3}};
+        double alone = force_element_force(table, parameters, &any, in.omega, in.speed,
+                                           in.normal_load, in.friction_scale);
+        CHECK(alone == out.creep_force || parameters->relaxation_length > 0.0);
+        any.most[3] = 0.5 * in.friction_scale - 1e-9;
+        CHECK(isnan(force_element_force(table, parameters, &any, in.omega, in.speed, in.normal_load,
+                                        in.friction_scale)));
         CHECK(isfinite(out.creep_force) && isfinite(out.force_by_omega));
         CHECK(isfinite(out.force_by_speed) && isfinite(out.force_by_load));
         CHECK(fabs(out.creep_force) <= parameters->static_friction * in.friction_scale *

@@ -247,7 +247,7 @@ def cluster_workers(
         ) from None
     waits = False
     for name in logging.root.manager.loggerDict:
-        if name.split(".")[0] == "distributed":  # what is lost is told by `tell` and errors
+        if name.split(".")[0] in ("distributed", "tornado"):  # what is lost is told by `tell`
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with Client(address) as client:  # type: ignore[no-untyped-call]
 
