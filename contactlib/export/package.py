@@ -214,10 +214,10 @@ def _start_values_file(description: Description) -> bytes:
 def zipped(files: dict[str, bytes]) -> bytes:
     """Zip file whose bytes depend only on its contents."""
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(buffer, "w") as archive:
         for name, data in files.items():
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o755 << 16 if name.startswith("binaries/") else 0o644 << 16
-            archive.writestr(entry, data)
+            archive.writestr(entry, data, compresslevel=4)  # half the time, and 3 % larger
     return buffer.getvalue()

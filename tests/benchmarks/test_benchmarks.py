@@ -52,6 +52,7 @@ def test_rivals_of_the_runs_are_right() -> None:
     bench_runs.check(duration=0.5)
 
 
+@pytest.mark.slow
 def test_closed_form_and_table_of_the_batch_are_the_law() -> None:
     x = np.concatenate([np.geomspace(1e-6, 50.0, 60), [1.0, 5.999, 6.0]])
     for k_hat in (0.1, 0.3, 1.5):
@@ -87,6 +88,7 @@ def test_controller_of_the_batch_is_the_shipped_one() -> None:
     assert 50 < limited < 400  # both of its states have been seen
 
 
+@pytest.mark.slow
 def test_batch_converges_with_second_order() -> None:
     # Under the first torque, on dry rails: nothing jumps.
     run = rival.records([wet_patch(10.0, duration=100.0)], CONTROLLER)[0]

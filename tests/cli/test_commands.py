@@ -185,6 +185,7 @@ def test_figures_command_draws_a_models_stability(
     assert held == (model == "")  # on the roller rig
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [
@@ -323,6 +324,7 @@ def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
     assert (shown.exit_code, shown.stderr) == (0, "warning: mind the gap\n")
 
 
+@pytest.mark.slow
 def test_tune_writes_settings_that_a_scenario_takes_and_a_table_of_errors(tmp_path: Path) -> None:
     folder = tmp_path / "tuned"
     given = ["tune", "dry_wet_dry.toml", "threshold", "--trials", "60", "--seeds", "1"]

@@ -162,6 +162,7 @@ def test_one_run_has_no_comparison(tmp_path: Path) -> None:
     assert stems == {"plain", "metrics"}  # the first in the file
 
 
+@pytest.mark.slow
 def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> None:
     shown = simulate("roller_rig.toml", "--control", "creep", "-o", tmp_path)
     assert shown.exit_code == 0, shown.output

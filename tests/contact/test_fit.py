@@ -77,6 +77,7 @@ def test_the_locomotives_carter_with_falling_friction(locomotive: TractionData) 
     assert not result.estimates["slip_rate_residual"].identifiable
 
 
+@pytest.mark.slow
 def test_the_locomotives_data_do_not_identify_k_hat(unweakened: FitResult) -> None:
     assert unweakened.rmse == pytest.approx(0.0344, rel=0.05)
     k_hat = unweakened.estimates["k_hat"]
@@ -120,6 +121,7 @@ def test_estimates_errors_and_correlation_are_those_of_another_solver() -> None:
     )
 
 
+@pytest.mark.slow
 def test_an_end_of_a_profile_is_where_the_sum_of_squares_says(
     locomotive: TractionData, unweakened: FitResult
 ) -> None:
@@ -223,6 +225,7 @@ def test_the_same_data_give_the_same_result(unweakened: FitResult) -> None:
     assert first.estimates == second.estimates
 
 
+@pytest.mark.slow
 def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     locomotive: TractionData,
 ) -> None:

@@ -43,6 +43,7 @@ def test_full_slip_strains_like_the_closed_form(a_over_b: float, nu: float) -> N
         assert strains[direction] == pytest.approx(edge * ahead / math.sqrt(a_over_b), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("a_over_b", "nu"), [(0.3, 0.5), (1.0, 0.28), (3.0, 0.0)])
 def test_small_creepages_converge_to_kalkers_coefficients(a_over_b: float, nu: float) -> None:
     """To first order only: the traction of full stick is singular at the trailing edge."""
@@ -60,6 +61,7 @@ def test_small_creepages_converge_to_kalkers_coefficients(a_over_b: float, nu: f
         assert np.linalg.norm(fine[k]) < 0.7 * np.linalg.norm(coarse[k])
 
 
+@pytest.mark.slow
 def test_order_in_the_interval() -> None:
     """Between 3/2, for the root at the edge of stick, and 2; from much stick to full slip."""
     cases = [
@@ -175,6 +177,7 @@ def errors(cases: Cases, grids: tuple[tuple[int, int], tuple[int, int]]) -> NDAr
     return np.asarray(np.abs(forces - expected).max(axis=1))
 
 
+@pytest.mark.slow
 def test_agreement_with_contact() -> None:
     """A sample on quick grids."""
     coulomb = [c for c in contact_cases("contact_3d_coulomb.csv") if c["a_over_b"] == 1.0]

@@ -377,6 +377,7 @@ def test_slip_that_elastic_strain_takes_up_at_first(shape: str, late: float) -> 
     assert x - lost == pytest.approx(late, abs=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "number", "largest"),
     [
@@ -411,6 +412,7 @@ def test_closed_form_with_weakening_over_microns(shape: str, k_hat: float, numbe
     np.testing.assert_allclose(closed(x, number, shape, k_hat), exact, atol=0.004)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [line, ellipse])
 def test_closed_form_over_speed_and_pressure(make: Callable[[float], Any]) -> None:
     zeta = np.array([5e-4, 2e-3, 4e-3, 8e-3, 0.03, 0.15, 1.0])

@@ -76,6 +76,7 @@ def needle(g: float, nu: float) -> tuple[float, float, float, float]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("limit", "g", "degree"), [(strips, 1e-3, 10), (needle, 1e3, 8)])
 def test_closed_limits(
     limit: Callable[[float, float], tuple[float, ...]], g: float, degree: int
@@ -87,6 +88,7 @@ def test_closed_limits(
         assert found == pytest.approx(limit(g, nu), rel=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("a_over_b", "nu"), [(0.05, 0.5), (0.33, 0.1), (1.3, 0.3), (20.0, 0.0)])
 def test_shipped_coefficients_are_what_the_solver_gives(a_over_b: float, nu: float) -> None:
     c = stick_coefficients(influence(a_over_b, FINE), nu)

@@ -99,6 +99,7 @@ WITNESSED = [(0.3, 0.0), (0.3, 0.5), (3.0, 0.0), (3.0, 0.5)]
 BEYOND = [(g, nu) for g in (0.5, 1.0, 2.0) for nu in (0.0, 0.5)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("a_over_b", "nu"),
     WITNESSED + [pytest.param(*case, marks=pytest.mark.reference) for case in BEYOND],

@@ -104,6 +104,7 @@ def zipped(path: Path, files: Files) -> Path:
     return path
 
 
+@pytest.mark.slow
 @on_linux
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_found(fault: str, exported: Files, tmp_path: Path) -> None:

@@ -71,6 +71,7 @@ def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) ->
     assert (one != other) == (subject.name in hidden)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["wheelset-relaxed", "force_element-implicit"])
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("steps", LONG)

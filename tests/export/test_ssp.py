@@ -384,7 +384,7 @@ def assert_equal(found: FloatArray, expected: FloatArray) -> None:
 
 @pytest.mark.parametrize("run", [run_fmpy, run_libcosim, run_ecos])
 @pytest.mark.parametrize("step", [1e-3, 1e-2, None])
-@pytest.mark.parametrize("speed", [1.0, 10.0])
+@pytest.mark.parametrize("speed", [pytest.param(1.0, marks=pytest.mark.slow), 10.0])
 def test_tool_runs_it_as_both_step_at_once(
     locomotive: cl.Model,
     tmp_path: Path,

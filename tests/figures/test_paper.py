@@ -70,6 +70,7 @@ def axes(figures: dict[int, Figure]) -> dict[int, Axes]:
     return {number: figure.axes[0] for number, figure in figures.items()}
 
 
+@pytest.mark.slow
 def test_figure_1_is_equation_16_at_the_stick_boundary(axes: dict[int, Axes]) -> None:
     c, (xi, traction) = -0.5, curve(axes[1], STABLE)
     away = np.abs(xi - c) > 1e-6

@@ -43,6 +43,7 @@ def drawn(axes: Axes, style: str) -> list[np.ndarray]:
     return [np.asarray(line.get_ydata()) for line in kept if checks.style_of(line) == style]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["open_loop", "threshold", "creep_pi"])
 def test_run_can_be_read(
     runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics], tmp_path: Path, name: str
@@ -72,6 +73,7 @@ def test_run_can_be_read(
     assert -0.06 * high < low <= 0.0  # from zero, with a margin if the torque gets there
 
 
+@pytest.mark.slow
 def test_run_away_does_not_stretch_the_axes(
     runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics], tmp_path: Path
 ) -> None:

@@ -21,6 +21,8 @@ from contactlib.figures.stability.torsion import drawn_axle, simulated_amplitude
 from contactlib.stability import torsion
 from contactlib.stability.control_systems import creep_loop, nyquist
 
+pytestmark = pytest.mark.slow
+
 V = 10.0
 NAMES = list(STABILITY_FIGURES)
 

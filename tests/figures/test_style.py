@@ -84,6 +84,7 @@ def test_the_user_s_settings_go_before_those_of_contactlib(tmp_path: Path) -> No
     assert pixels.shape[:2] == tuple((40.0 * figure.get_size_inches()[::-1]).astype(int))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["creep_curve", "time_histories", "fold_diagram", *STABILITY_FIGURES]
 )
@@ -131,6 +132,7 @@ def with_captions() -> Iterator[None]:
         yield
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("with_captions")
 @pytest.mark.parametrize("name", ["paper 4", "patch", "s_curve", "lines", "samples"])
 def test_captions_can_be_left_out(name: str, rig: cl.Model) -> None:
@@ -168,6 +170,7 @@ def light(colour: Any) -> float:
     return float(np.dot(to_rgba(colour)[:3], [0.299, 0.587, 0.114]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_marks_stand_out_from_a_dark_background(name: str, rig: cl.Model) -> None:
     with mpl.style.context("dark_background"):
@@ -216,6 +219,7 @@ STARTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", STARTS)
 def test_a_figure_is_written_in_any_format_of_matplotlib(tmp_path: Path, kind: str) -> None:
     figure, axes = new_figure(3.0, 2.0)

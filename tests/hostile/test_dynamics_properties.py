@@ -206,6 +206,7 @@ def test_the_border_of_light_and_slow_vehicles_is_that_of_runs(
         assert reaches_grip(body, torque, start, basin.creepage, border, **inputs) == back
 
 
+@pytest.mark.slow
 @examples(25)
 @given(
     body=wheelsets(held=False, lightest=3e3),  # lighter ones hardly ever have a border
@@ -296,6 +297,7 @@ def test_energy_is_kept_and_friction_takes_it(body: cl.Wheelset, run: dict[str, 
     assert (np.abs(result["creep_force"]) <= most * (1.0 + 1e-14)).all()
 
 
+@pytest.mark.slow
 @examples(4)
 @given(body=wheelsets(lightest=1e3), run=torque_runs())
 def test_backward_is_the_mirror_image_to_the_last_bit(
@@ -315,6 +317,7 @@ def test_backward_is_the_mirror_image_to_the_last_bit(
     assert np.array_equal(forward["drive_work"], backward["drive_work"])
 
 
+@pytest.mark.slow
 @examples(3)
 @given(body=wheelsets(lightest=1e3), run=torque_runs())
 def test_a_finer_tolerance_changes_no_more_than_the_coarse_one_allows(

@@ -62,6 +62,7 @@ def found_by_command(tmp_path_factory: pytest.TempPathFactory) -> Found:
 REASONS = {"full": errno.EFBIG, "read_only": errno.EACCES}
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("fault", REASONS)
 @pytest.mark.parametrize("name", OUTPUTS)
@@ -139,6 +140,7 @@ def test_an_old_comparison_stays_until_the_new_one_is_written(
 # ---- killed ---------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_a_kill_before_the_rename_leaves_the_old_file_and_one_that_is_hidden(
@@ -155,6 +157,7 @@ def test_a_kill_before_the_rename_leaves_the_old_file_and_one_that_is_hidden(
     assert files[name] == files[hidden] == tried["files"][hidden]
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_ctrl_c_before_the_rename_leaves_the_old_file_alone(found: Found, name: str) -> None:

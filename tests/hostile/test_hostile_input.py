@@ -80,6 +80,7 @@ def test_extreme_numbers(call: Call) -> None:
     hold_all(partial(check, call), product(call.arguments, EXTREMES.values()))
 
 
+@pytest.mark.slow
 @EACH
 @examples(5, list(HealthCheck))
 @given(value=st.floats(allow_nan=False, allow_infinity=False))
@@ -90,6 +91,7 @@ def test_any_number(call: Call, value: float) -> None:
             check(call, argument, [value] * 4 if argument in call.rows else value)
 
 
+@pytest.mark.slow
 @EACH
 def test_layout_of_an_array_does_not_count(call: Call) -> None:
     if call.long:

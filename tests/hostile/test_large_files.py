@@ -44,6 +44,7 @@ print(1024 * int(re.search(r"VmHWM:\s*(\d+) kB", open("/proc/self/status").read(
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory in units of Linux")
 @pytest.mark.parametrize("name", [*LARGE, *DOTTED])
 def test_a_file_from_a_stranger_takes_neither_time_nor_memory(tmp_path: Path, name: str) -> None:
@@ -65,6 +66,7 @@ def test_nine_parts_are_a_key_and_ten_are_not() -> None:
     assert LONG_KEY.search(".".join(["a"] * 10) + " = 0.1")
 
 
+@pytest.mark.slow
 def test_a_curve_is_read_up_to_the_limit(tmp_path: Path) -> None:
     path, row = tmp_path / "c.csv", "0.01,0.3\n"
     head = "creepage,traction_coefficient\n"

@@ -108,6 +108,7 @@ def test_wheels_that_spin_against_their_bearings_are_not_held(tmp_path: Path) ->
     assert found["clearing_time"][1] > 0.0
 
 
+@pytest.mark.slow
 def test_maps_of_friction_and_load_are_in_order() -> None:
     sweep = cl.load_sweep("friction_and_load_sweep.toml")
     points = np.arange(sweep.runs).reshape(sweep.shape)[::9, ::4]  # (load, patch friction)

@@ -250,6 +250,7 @@ def test_a_wheel_above_the_trip_speed_stays_without_torque() -> None:
     assert not at_samples(slow, "open_loop")["commanded_torque"][1:].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", cl.CONTROLLERS)
 def test_limits_that_are_never_reached_change_no_bit(controller: str) -> None:
     free, huge = (

@@ -59,6 +59,7 @@ def test_a_scenario_travels_after_it_was_run(
         changed.controllers["creep_pi"] = cl.OpenLoop()
 
 
+@pytest.mark.slow
 @WAYS
 def test_a_sweep_travels_after_it_was_run(way: Callable[[Any], Any], tmp_path: Path) -> None:
     sweep = cl.load_sweep(write_sweep(tmp_path))

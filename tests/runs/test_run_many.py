@@ -121,6 +121,7 @@ def test_each_run_is_what_it_would_be_by_itself(
             assert same(values[[i]], alone[name]), (i, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", ["creep_pi", "slope_seeking"])
 def test_one_run_has_the_metrics_of_its_rows(scenarios: list[cl.Scenario], controller: str) -> None:
     for one in scenarios:
@@ -207,6 +208,7 @@ def test_a_controller_that_breaks_fails_its_runs(scenarios: list[cl.Scenario]) -
         cl.run_scenario(cases[0], "broken")
 
 
+@pytest.mark.slow
 def test_an_own_controller_s_runs_do_not_know_each_other(
     scenarios: list[cl.Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -281,6 +283,7 @@ def test_refusals(scenarios: list[cl.Scenario]) -> None:
     assert run_many([], "creep_pi", ["slip_work"])["slip_work"].shape == (0,)
 
 
+@pytest.mark.slow
 def test_memory_is_bounded(scenarios: list[cl.Scenario], monkeypatch: pytest.MonkeyPatch) -> None:
     """By the number of runs side by side, and not by how long or how many they are."""
     monkeypatch.setattr(ensemble_run, "FLEET", 200)
@@ -347,6 +350,7 @@ def test_structure_is_all_but_numbers() -> None:
 # ---- against another solver -----------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "step", "tolerance", "bound"),
     [

@@ -327,6 +327,7 @@ def test_beyond_the_window_no_gain_holds(rig: cl.Model) -> None:
         assert np.abs(run["creepage"] / creepage - 1.0)[-50:].max() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "controller"), RUNS)
 def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
     case = cl.load_scenario(name)
@@ -344,6 +345,7 @@ def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
     assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
 @pytest.mark.parametrize(
     "speed", [0.0, *(pytest.param(v, marks=pytest.mark.slow) for v in (0.05, -3.0))]
@@ -403,6 +405,7 @@ def test_creep_control_beats_cutting_the_torque() -> None:
     assert (share[:, pi:].mean(axis=0) < 1.02 * share[:, baseline].mean()).all()
 
 
+@pytest.mark.slow
 def test_creep_control_survives_what_the_sensors_do_not_say() -> None:
     """Biases of the vehicle speed and wrong diameters that shift the creepage by up to 2 %."""
     shipped = cl.load_scenario("dry_wet_dry.toml")
@@ -436,6 +439,7 @@ def test_creep_control_survives_what_the_sensors_do_not_say() -> None:
     assert believing[shown > 4e-3].max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["creep_pi", pytest.param("slope_seeking", marks=pytest.mark.slow)]
 )

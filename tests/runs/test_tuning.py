@@ -23,6 +23,7 @@ def patch() -> cl.Scenario:
     return replace(scenario, track=track, duration=10.0)
 
 
+@pytest.mark.slow
 def test_a_search_mends_a_controller_that_somebody_has_spoilt(patch: cl.Scenario) -> None:
     spoilt = ControllerDesign("threshold", {"ramp_time": 8.0, "reapply_fraction": 0.4})
     scenario = replace(patch, controllers={"spoilt": spoilt})

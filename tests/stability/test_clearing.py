@@ -53,6 +53,7 @@ def survives(body: cl.Wheelset, torque: float, scale: float, creepage: float, ti
     return run.first("slip_away") is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mass", "scale"),
     [

@@ -77,7 +77,7 @@ def analyses(
 
 @pytest.mark.parametrize(
     "vehicles",
-    [range(12), pytest.param(range(2000), marks=pytest.mark.reference)],
+    [range(4), pytest.param(range(2000), marks=pytest.mark.reference)],
     ids=lambda vehicles: str(len(vehicles)),
 )
 def test_every_analysis_answers(locomotive: cl.Model, vehicles: range) -> None:

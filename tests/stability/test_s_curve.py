@@ -119,6 +119,7 @@ def test_fold_of_a_train_is_higher_by_what_turns_the_wheelset_along(locomotive: 
     assert along / held.drive_torque == pytest.approx(0.0067, abs=5e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", [None, 22.5e3])
 @pytest.mark.parametrize(
     ("residual", "decay", "tolerance"),

@@ -198,6 +198,7 @@ def test_jacobian_is_that_of_both_wheels(locomotive: cl.Model) -> None:
     np.testing.assert_allclose(matrix, np.transpose(difference), rtol=1e-5, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping_ratio", [0.005, 0.02])
 def test_threshold_is_where_a_small_vibration_neither_grows_nor_decays(
     locomotive: cl.Model, damping_ratio: float
@@ -243,6 +244,7 @@ def test_describing_function_is_the_first_harmonic(locomotive: cl.Model) -> None
     assert np.abs(numerical.imag).max() < 1e-9 * np.abs(numerical.real).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("creepage", [0.03, 0.04])
 def test_limit_cycles_are_the_intersections_in_the_nyquist_plane(
     locomotive: cl.Model, creepage: float
@@ -273,6 +275,7 @@ def test_limit_cycles_are_the_intersections_in_the_nyquist_plane(
         assert omega * frequency == pytest.approx(2.0 * math.pi * cycle.frequency, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("creepage", [0.02, 0.03, 0.045])
 @pytest.mark.parametrize("control_of_mean", ["stiff", "as in the model"])
 def test_limit_cycle_has_the_amplitude_of_the_describing_function(
@@ -361,6 +364,7 @@ def check_bistable_between_the_ends(drivetrain: cl.Drivetrain, speed: float) -> 
     assert torsion.effective_slope(body, point, sizes).min() > limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "frequency", "damping_ratio", "inertia", "damping"),
     [
@@ -390,6 +394,7 @@ def test_bistable_up_to_both_ends_where_friction_falls_with_slip_speed(
     check_bistable_between_the_ends(replace(drivetrain, relaxation_length=0.0), 5.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("creepage", [0.02, 0.03, 0.045])
 def test_kernel_swings_with_the_amplitude_of_the_describing_function(
     locomotive: cl.Model, creepage: float
@@ -409,6 +414,7 @@ def test_kernel_swings_with_the_amplitude_of_the_describing_function(
     assert (sizes[: len(rest)] < 0.03 * cycle.amplitude).all()
 
 
+@pytest.mark.slow
 def test_error_is_of_second_order_in_the_growth_within_a_cycle(locomotive: cl.Model) -> None:
     body = replace(locomotive.wheelset, mass=None)
     drivetrain = on_axle(body)

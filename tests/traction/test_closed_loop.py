@@ -61,6 +61,7 @@ def patch_runs(
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITED)
 def test_the_wheel_comes_back_after_a_wet_patch(
     name: str, patch_runs: Mapping[str, Mapping[str, np.ndarray]]
@@ -70,6 +71,7 @@ def test_the_wheel_comes_back_after_a_wet_patch(
     assert (found["largest_slip_speed"] < (3.0 if name == "threshold" else 1.5)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["creep_pi", "slope_seeking"])
 def test_creep_control_beats_cutting_and_reapplying(
     name: str, patch_runs: Mapping[str, Mapping[str, np.ndarray]]
@@ -82,6 +84,7 @@ def test_creep_control_beats_cutting_and_reapplying(
     assert ours["slip_share"].mean() < 1.01 * baseline["slip_share"].mean()
 
 
+@pytest.mark.slow
 def test_open_loop_runs_away(patch_runs: Mapping[str, Mapping[str, np.ndarray]]) -> None:
     found = patch_runs["open_loop"]
     assert (found["largest_slip_speed"] > 100.0).all()
@@ -125,6 +128,7 @@ def late_rows(
     return used, float(run["slip_velocity"][late].mean()) / 15.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_slope_seeking_finds_the_peak_it_is_not_told(locomotive: cl.Model, share: float) -> None:
     nominal = designed("slope_seeking", locomotive)
@@ -137,6 +141,7 @@ def test_slope_seeking_finds_the_peak_it_is_not_told(locomotive: cl.Model, share
     assert creepage / creepage[0] == pytest.approx(factors, abs=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [0.0, 0.2, 0.4])
 def test_slope_seeking_finds_the_elasticity_of_another_law(
     locomotive: cl.Model, target: float

@@ -51,6 +51,7 @@ def test_it_never_exceeds_static_friction(locomotive: cl.Model) -> None:
     assert found == pytest.approx(friction.static * element.normal_load, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["line", "elliptic", "polach"])
 def test_it_is_the_largest_of_many_where_friction_falls(law: str, locomotive: cl.Model) -> None:
     element = locomotive.wheelset.element

@@ -305,6 +305,7 @@ def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
     assert states[0] != before[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_from_standstill_to_forty_and_back(locomotive: cl.Model, variant: str) -> None:
     options, held = VARIANTS[variant]

@@ -21,6 +21,7 @@ def test_a_history_is_its_profile() -> None:
     assert load([-1.0, 0.5, 1.0, 2.0]).tolist() == [1.0, 1.25, 0.5, 0.5]
 
 
+@pytest.mark.slow
 def test_the_variance_is_the_integral_of_the_density() -> None:
     time = np.arange(0.0, 4000.0, 0.02)
     found = cl.WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=1)(time)
@@ -30,6 +31,7 @@ def test_the_variance_is_the_integral_of_the_density() -> None:
     assert np.mean((found - 1.0) ** 4) / found.var() ** 2 == pytest.approx(3.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_power_lies_where_the_density_does() -> None:
     time = np.arange(0.0, 400.0, 0.02)
     power = np.zeros(513)

@@ -81,6 +81,7 @@ def exact(x: float, k_hat: float) -> tuple[float, float]:
         return float(q), float(2 * (1 - target) + 2 * k**2 * t / (k + 4 * t**3 * s**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k_hat", [1e-9, 1e-4, 0.03, 0.3, 1.0, 2.0])
 def test_thirteen_digits_from_the_smallest_creepage_to_the_far_tail(k_hat: float) -> None:
     law = CarterGriffith(k_hat=k_hat)

@@ -206,6 +206,7 @@ def test_tail_of_the_force_falls_like_creepage_to_minus_three_halves(
     assert ends[1] == pytest.approx(1.0, abs=5e-4)
 
 
+@pytest.mark.slow
 def test_initial_slope_and_oddness(ellipse: CohesiveZone) -> None:
     for k_hat, ratio in STATES[2:4]:
         law = CohesiveZone(k_hat=k_hat, static_to_kinetic=ratio)
@@ -281,6 +282,7 @@ def test_creepage_grows_from_state_to_state() -> None:
         np.testing.assert_allclose(law.traction_ratio(x), q, atol=2e-9)
 
 
+@pytest.mark.slow
 def test_twice_the_nodes_change_nothing() -> None:
     rng = np.random.default_rng(1)
     for i in range(240):
@@ -305,6 +307,7 @@ def test_twice_the_nodes_change_nothing() -> None:
 # --- along the contact ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("k_hat", "ratio"), STATES)
 def test_traction_is_below_static_friction_and_slip_goes_forward(
     k_hat: float, ratio: float
@@ -421,6 +424,7 @@ def first_to_slip(law: CohesiveZone, x: float) -> float:
     return 0.0 if left(1.0) < 0.0 else float(np.arccos(brentq(left, 0.05, 1.0, xtol=1e-12)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [0.6, 1.5])
 def test_ellipse_is_the_sum_of_its_strips(ellipse: CohesiveZone, x: float) -> None:
     place, weight = np.polynomial.legendre.leggauss(24)
@@ -475,6 +479,7 @@ def exponential(u: float) -> float:
     return 0.21 + 0.12 * float(np.exp(-u / 1e-6))
 
 
+@pytest.mark.slow
 def test_a_function_that_is_the_exponential_gives_its_law() -> None:
     x = np.array([0.2, 0.5, 0.8, 1.0, 1.2, 1.6, 3.0, 10.0])
     expected = CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO).traction_ratio(x)

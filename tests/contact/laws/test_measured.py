@@ -143,6 +143,7 @@ def left_out_error(smoothing: float) -> float:
     return float(np.sqrt(np.mean(np.concatenate(misses) ** 2)))
 
 
+@pytest.mark.slow
 def test_default_smoothing_is_the_strongest_that_costs_nothing(locomotive: MeasuredCurve) -> None:
     data = TractionData.from_csv(EUROSPRINTER)
     miss = data.traction_coefficient - in_measured_terms(locomotive, data.creepage)

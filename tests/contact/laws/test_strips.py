@@ -28,6 +28,7 @@ def test_initial_slope_is_that_of_linear_strip_theory(k_hat: float) -> None:
     assert law.traction_ratio(1e-13) / 1e-13 == pytest.approx(0.75 * np.pi, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k_hat", [1e-3, 0.03, 0.3, 2.0])
 @pytest.mark.parametrize("x", [0.05, 0.5, 0.97, 1.0, 1.2, 4.0])
 def test_sum_of_strips(k_hat: float, x: float) -> None:

@@ -151,6 +151,7 @@ def test_yes_or_no_has_no_colour_bar(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_controllers_share_one_scale(tmp_path: Path) -> None:
     figure = map_figure(compared(), "slip_work")
     looks_right(figure, tmp_path)
@@ -203,6 +204,7 @@ def test_the_best_is_the_best() -> None:
     assert best(alike) is None
 
 
+@pytest.mark.slow
 def test_coarse_maps_have_their_numbers(tmp_path: Path) -> None:
     made = compared().isel(length=slice(0, 4))
     figure = map_figure(made, "adhesion_utilisation")

@@ -237,6 +237,7 @@ def test_rows_are_equally_far_apart_under_all_controllers(path: Path) -> None:
     assert sweep.plan.step_of(sweep.scenario_of(0)) == 0.01
 
 
+@pytest.mark.slow
 def test_own_controllers_go_to_processes_and_results_to_a_file(path: Path, tmp_path: Path) -> None:
     own: dict[str, Any] = {"controllers": {"mine": SlipPI()}, "metrics": {"largest": largest_slip}}
     with sweeps.process_workers(2) as pool:

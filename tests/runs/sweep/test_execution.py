@@ -139,6 +139,7 @@ def test_chunks_are_large_and_every_worker_has_two(path: Path) -> None:
 # ---- what is kept ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_and_does_no_chunk_twice(
     path: Path, known: bytes, tmp_path: Path
 ) -> None:
@@ -388,6 +389,7 @@ def test_command_tells_what_it_does_and_where_the_results_are(
     assert "100% was done before" in again.output
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("how", [[], pytest.param(["--processes"], marks=pytest.mark.slow)])
 def test_ctrl_c_stops_and_the_same_command_goes_on(

@@ -154,6 +154,7 @@ def delayed_growth(
     return max(sizes[-third:]) / max(sizes[third : 2 * third])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1.3, 2.0])
 def test_delay_margin_is_the_delay_at_which_a_simulation_loses_it(
     rig: cl.Model, factor: float

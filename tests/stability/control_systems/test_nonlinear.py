@@ -65,6 +65,7 @@ def test_speed_is_a_parameter_if_held_and_a_state_if_not(
     assert faster[1:3] == pytest.approx([20.0, 0.1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rig", "locomotive"])
 def test_nonlinear_loop_runs_as_the_simulation_does(
     name: str, request: pytest.FixtureRequest
