@@ -1,4 +1,4 @@
-"""The kernel in C, beside Polach's formula, a cubic Hermite table and FASTSIM in C.
+"""The kernel in C, beside Polach's formulas, tables and FASTSIM in C.
 
 All are called from one process and work on arrays that fit into the cache.
 """
@@ -6,6 +6,7 @@ All are called from one process and work on arrays that fit into the cache.
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -19,8 +20,9 @@ from compiled import (
     ForcesOneByOne,
     KernelOneByOne,
     fastsim,
+    polach_with_spin,
 )
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from rivals import K_HAT
 from timing import Case
 
@@ -32,7 +34,7 @@ from contactlib.contact.plane_table import plane_scales
 POINTS = 10_000
 NU = 0.28  # of CONTACT's cases
 COULOMB = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
-USETAB = (0.25, 0.5, 1.0, 2.0, 4.0), (11, 21, 11)  # a/b, and nodes along creepages
+USETAB_ENDS, USETAB = (0.25, 4.0), (5, 11, 21, 11)  # ratios a/b, and nodes along all axes
 POLACH = cl.Polach.dry()
 CELLS = 1024
 
@@ -58,6 +60,25 @@ def check() -> None:
     np.testing.assert_allclose(found, law.traction_ratio(x), atol=rivals.ERROR)
     np.testing.assert_allclose(slope, law.slope(x), atol=1e-5)
     _check_fastsim()
+    _check_polach_with_spin()
+    g, creepages = np.array([0.25, 1.0, 4.0]), np.array([[1.0, -0.25, 4.0]] * 3)
+    places = like_usetab().places(g, creepages)  # nodes: u is 1/2, -1/5 and 4/5
+    np.testing.assert_allclose(like_usetab()(places), plane_law(g, creepages), atol=1e-12)
+
+
+def _check_polach_with_spin() -> None:
+    """It is linear theory, his formula along rolling, and at last all of the friction."""
+    g, zeta = 1.5, np.linspace(-9.0, 9.0, 50)
+    c = cl.kalker_coefficients(g, NU)[:3]
+    rows = np.concatenate([[[g, *c]] * 3, 1e-6 * np.eye(3)], axis=1)
+    linear = np.array([[c[0], 0.0], [0.0, c[1]], [0.0, c[2]]])
+    np.testing.assert_allclose(polach_with_spin(rows), -1e-6 * linear, rtol=1e-4)
+    straight = np.pad(np.column_stack([np.tile([g, *c], (50, 1)), zeta]), ((0, 0), (0, 2)))
+    law = cl.Polach(adhesion_reduction=1.0, slip_reduction=1.0)
+    ratio = law.traction_ratio(4.0 / (3.0 * np.pi) * c[0] * zeta)
+    np.testing.assert_allclose(polach_with_spin(straight)[:, 0], -ratio, atol=1e-14)
+    sliding = polach_with_spin(np.array([[g, *c, 0.6e6, -0.8e6, 0.1]]))
+    np.testing.assert_allclose(sliding, [[-0.6, 0.8]], atol=1e-5)
 
 
 def _check_fastsim() -> None:
@@ -68,40 +89,55 @@ def _check_fastsim() -> None:
         assert abs(error[1]) < 2e-4
         assert 1.5 < np.log2(error[0] / error[1]) < 2.5
     # Linear theory: F = 3 pi/4 x along and across, and G (a b)**1.5 c23 phi.
-    g, nu = 1.5, NU
+    g = 1.5
     creepages = 1e-5 * np.eye(3)
     slopes = fastsim(rates_of(np.full(3, g), creepages), strips=400, elements=400) / 1e-5
-    c23 = cl.kalker_coefficients(g, nu).c23 / plane_scales(g, nu)[2]
+    c23 = -cl.kalker_coefficients(g, NU).c23 / normalizing(np.array([g]))[0, 2]
     np.testing.assert_allclose(
         slopes, [[0.75 * np.pi, 0.0], [0.0, 0.75 * np.pi], [0.0, c23]], rtol=1e-3, atol=1e-3
     )
     skew = fastsim(np.array([[0.8, 0.0, 0.0, 0.0], [0.48, 0.64, 0.0, 0.0]]), strips=20, elements=20)
     np.testing.assert_allclose(skew[1], skew[0, 0] * np.array([0.6, 0.8]), rtol=1e-12)
+    # It slides as a whole: Coulomb, with what the grid makes of the pressure's integral.
+    sliding = fastsim(np.array([[0.6e4, -0.8e4, 0.1, 0.1]]), strips=100, elements=100)
+    np.testing.assert_allclose(sliding, [[0.6, -0.8]], rtol=1e-3)
 
 
 def rates_of(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
     """FASTSIM's rates with three flexibilities, from Kalker's coefficients."""
-    spin = np.array(
-        [
-            2.0 * cl.kalker_coefficients(g, NU).c23 / plane_scales(g, NU)[2] * v
-            for g, v in zip(a_over_b, creepages[:, 2], strict=True)
-        ]
-    )
+    c23 = each_aspect(lambda g: [cl.kalker_coefficients(g, NU).c23], a_over_b)[:, 0]
+    spin = -2.0 * c23 / normalizing(a_over_b)[:, 2] * creepages[:, 2]
     return np.column_stack([9.0 / 64.0 * np.pi**2 * creepages[:, :2], spin / a_over_b, spin])
 
 
 @cache
-def like_usetab() -> CUsetab:
+def like_usetab(fineness: int = 1) -> CUsetab:
     """Values of our own law, whose error is a part of that of multilinear interpolation."""
-    return CUsetab(lambda creepages, g: plane_law(np.full(len(creepages), g), creepages), *USETAB)
+    aspects, *nodes = (1 + fineness * (n - 1) for n in USETAB)
+    return CUsetab(
+        lambda creepages, g: plane_law(np.full(len(creepages), g), creepages),
+        np.geomspace(*USETAB_ENDS, aspects).tolist(),
+        (nodes[0], nodes[1], nodes[2]),
+    )
+
+
+def each_aspect(function: Callable[[float], ArrayLike], a_over_b: FloatArray) -> FloatArray:
+    """A function of a/b at many, of the shape (n, k)."""
+    aspects, places = np.unique(a_over_b, return_inverse=True)
+    return np.array([function(g) for g in aspects.tolist()])[places]
+
+
+def normalizing(a_over_b: FloatArray) -> FloatArray:
+    """Normalized creepages per Kalker's, times G a b/(mu N)."""
+    return each_aspect(lambda g: -plane_scales(g, NU), a_over_b)
 
 
 def plane_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
     """Our forces and moment over mu P at normalized creepages without weakening."""
-    scales = np.array([plane_scales(g, NU) for g in a_over_b.tolist()])
     pair = cl.CreepForces(COULOMB, shear_modulus=82e9, poisson_ratio=NU)
     a, b, load = 5e-3 * np.sqrt(a_over_b), 5e-3 / np.sqrt(a_over_b), 1e5
-    kalkers = -creepages / scales * (COULOMB.kinetic * load / (82e9 * a * b))[:, np.newaxis]
+    unit = 82e9 * 25e-6 / (COULOMB.kinetic * load)
+    kalkers = creepages / (unit * normalizing(a_over_b))
     found = pair.evaluate(
         semi_axis_x=a,
         semi_axis_y=b,
@@ -122,17 +158,19 @@ def plane_errors() -> dict[str, dict[str, FloatArray]]:
         table = list(csv.DictReader(line for line in file if not line.startswith("#")))
     columns = {name: np.array([float(row[name]) for row in table]) for name in list(table[0])[:-1]}
     a, b, g = columns["a"], columns["b"], columns["a_over_b"]
-    unit = columns["G"] * a * b / (columns["mu"] * columns["N"])
+    unit = (columns["G"] * a * b / (columns["mu"] * columns["N"]))[:, np.newaxis]
     kalkers = np.stack([columns["cksi"], columns["ceta"], columns["cphi"] * np.sqrt(a * b)], axis=1)
-    scales = np.array([plane_scales(ratio, NU) for ratio in g.tolist()])
-    creepages = -unit[:, np.newaxis] * kalkers * scales
+    creepages = unit * kalkers * normalizing(g)
     true = np.stack([columns["fx"], columns["fy"]], axis=1)
-    rates, usetab = rates_of(g, creepages), like_usetab()
+    rates = rates_of(g, creepages)
+    stiffness = unit * each_aspect(lambda g: cl.kalker_coefficients(g, NU)[:3], g)
     found = {
         "contactlib": plane_law(g, creepages)[:, :2],
         "FASTSIM 10 x 10": fastsim(rates, strips=10, elements=10),
-        "FASTSIM 20 x 20": fastsim(rates, strips=20, elements=20),
-        "like USETAB": usetab(usetab.places(g, creepages))[:, :2],
+        "FASTSIM 50 x 50": fastsim(rates, strips=50, elements=50),
+        "like USETAB": like_usetab()(like_usetab().places(g, creepages))[:, :2],
+        "like USETAB, 2 x finer": like_usetab(2)(like_usetab(2).places(g, creepages))[:, :2],
+        "Polach with spin": polach_with_spin(np.column_stack([g, stiffness, kalkers])),
     }
     groups = np.array([row["group"] for row in table])
     return {
@@ -248,8 +286,11 @@ def _in_the_plane(points: int) -> Case:
         for friction in (COULOMB, weakening)
     )
     rates = random.uniform(0.0, 3.0, (points, 4))
-    usetab = like_usetab()
-    places = usetab.places(random.uniform(0.5, 2.0, points), random.uniform(-3.0, 3.0, (points, 3)))
+    g, creepages = random.uniform(0.5, 2.0, points), random.uniform(-3.0, 3.0, (points, 3))
+    usetab, finer = like_usetab(), like_usetab(2)
+    places = usetab.places(g, creepages)
+    stiffness = np.broadcast_to(cl.kalker_coefficients(1.0, NU)[:3], (points, 3))
+    contacts = np.column_stack([g, stiffness, creepages])
     return Case(
         "force in the plane, with 9 partial derivatives",
         points,
@@ -262,8 +303,10 @@ def _in_the_plane(points: int) -> Case:
             "Coulomb, no spin, batch": lambda: plain.evaluate(straight),
             "Coulomb, no spin, one by one": ForcesOneByOne(plain, straight),
             "FASTSIM in C, 10 x 10, value": lambda: fastsim(rates, strips=10, elements=10),
-            "FASTSIM in C, 20 x 20, value": lambda: fastsim(rates, strips=20, elements=20),
+            "FASTSIM in C, 50 x 50, value": lambda: fastsim(rates, strips=50, elements=50),
             "like USETAB in C, value": lambda: usetab(places),
+            "like USETAB in C, 2 x finer, value": lambda: finer(places),
+            "Polach with spin in C, value": lambda: polach_with_spin(contacts),
         },
         ours=6,
     )

@@ -90,6 +90,15 @@ class CHermite:
         rivals().hermite_each(self._table, x.size, pointer(x), pointer(value), pointer(slope))
 
 
+def polach_with_spin(contacts: FloatArray) -> FloatArray:
+    """Both forces over mu P at contacts of the shape (n, 7); see rivals.h."""
+    contacts = np.ascontiguousarray(contacts)
+    force = np.empty((len(contacts), 2))
+    given = ffi().cast("polach_contact *", contacts.ctypes.data)
+    rivals().polach_with_spin_each(len(contacts), given, pointer(force))
+    return force
+
+
 def fastsim(rates: FloatArray, *, strips: int, elements: int) -> FloatArray:
     """Both forces over mu P at rates of the shape (n, 4); see rivals.h."""
     rates = np.ascontiguousarray(rates)

@@ -33,6 +33,17 @@ double polach_force(const polach *p, double creepage, double slip_speed, double 
 void polach_each(const polach *p, size_t n, const double *creepage, const double *slip_speed,
                  double load, double *force);
 
+/* Polach's forces along and across over mu P, with spin. Stiffness: Kalker's c11, c22 and c23 times
+ * G a b/(mu P). Creepages in Kalker's signs, spin times sqrt(a b). */
+typedef struct {
+    double a_over_b;
+    double stiffness[3];
+    double creepage[3];
+} polach_contact;
+
+void polach_with_spin(const polach_contact *c, double force[2]);
+void polach_with_spin_each(size_t n, const polach_contact *contact, double *force);
+
 /* An odd function of x. */
 void hermite_evaluate(const hermite *h, double x, double *value, double *slope);
 void hermite_each(const hermite *h, size_t n, const double *x, double *value, double *slope);
