@@ -68,8 +68,8 @@ def unit_value(unit: str, si: str) -> float | None:
     return known.get(plain)
 
 
-def in_si(text: str, si: str) -> float:
-    """Value of a text such as ``"24 kNm"`` in the SI unit `si`.
+def in_si(text: str, si: str, *, bare: bool = False) -> float:
+    """Value of a text such as ``"24 kNm"`` in the SI unit `si`, which it may leave out if `bare`.
 
     Raises
     ------
@@ -88,6 +88,8 @@ def in_si(text: str, si: str) -> float:
         raise ValueError("does not begin with a number")
     number = float(found[0])
     unit = text[found.end() :]
+    if bare and not unit:
+        return number
     if not unit and si != "1":
         raise ValueError(f'has no unit: write "{text} {si}", or {text} without quotation marks')
     if unit.startswith(","):

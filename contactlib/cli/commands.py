@@ -10,6 +10,7 @@ from contactlib.cli.console import (
     ConsoleReporter,
     Group,
     Pace,
+    Whole,
     complain,
     drawing_options,
     output_option,
@@ -57,9 +58,7 @@ def demo(output: Path) -> None:
     "or an object.",
 )
 @click.option("--compare", is_flag=True, help="Run all controllers and compare them.")
-@click.option(
-    "--seed", type=click.IntRange(0), help="Seed of the sensor noise. Default: the file's."
-)
+@click.option("--seed", type=Whole(0), help="Seed of the sensor noise. Default: the file's.")
 @drawing_options
 @click.option(
     "-o",
@@ -106,7 +105,7 @@ def simulate(
 @click.argument("sweep")
 @click.option(
     "--workers",
-    type=click.IntRange(1),
+    type=Whole(1),
     help="Number of threads or processes. Default: one per processor.",
 )
 @click.option(
@@ -115,9 +114,7 @@ def simulate(
     help="Use processes instead of threads; faster for the analysis, which is in Python.",
 )
 @click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, such as tcp://10.0.0.1:8786.")
-@click.option(
-    "--chunk", type=click.IntRange(1), help="Runs per chunk, the most that a kill can lose."
-)
+@click.option("--chunk", type=Whole(1), help="Runs per chunk, the most that a kill can lose.")
 @click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT and start again.")
 @click.option("--controller", hidden=True)
 @click.option("--no-maps", is_flag=True, help="Do not draw maps.")
@@ -206,9 +203,19 @@ def sweep(
     help="Search settings that suit this scenario as well; can be given several times.",
 )
 @click.option(
-    "--trials", default=600, show_default=True, help="Settings to try for each controller."
+    "--trials",
+    type=Whole(1),
+    default=600,
+    show_default=True,
+    help="Settings to try for each controller.",
 )
-@click.option("--seeds", default=1, show_default=True, help="Sequences of noise for each sensor.")
+@click.option(
+    "--seeds",
+    type=Whole(1),
+    default=1,
+    show_default=True,
+    help="Sequences of noise for each sensor.",
+)
 @drawing_options
 @click.option(
     "-o",

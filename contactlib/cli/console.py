@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import _thread
 import io
+import re
 import signal
 import sys
 import threading
@@ -27,7 +28,7 @@ from rich.progress import (
 )
 
 from contactlib.base.text import harmless, harmless_line
-from contactlib.base.units import NUMBER, in_si
+from contactlib.base.units import in_si
 from contactlib.cli.leaving import INTERRUPTED, leave
 
 Loaded = TypeVar("Loaded")
@@ -47,14 +48,22 @@ def in_unit(unit: str) -> Callable[[click.Context, click.Parameter, str | None],
     """Callback of an option that is a number in an SI unit, or names another unit."""
 
     def number(_context: click.Context, option: click.Parameter, text: str | None) -> float | None:
-        if text is None or NUMBER.fullmatch(text.strip()):
-            return None if text is None else float(text)
         try:
-            return in_si(str(text), unit)
+            return None if text is None else in_si(text, unit, bare=True)
         except ValueError as error:
             raise ValueError(f"{option.opts[0]} = {text!r} {error}") from None
 
     return number
+
+
+class Whole(click.IntRange):
+    """A whole number in the digits that everybody reads; Python's int takes 1_0 and any script."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Refuse what is no plain number, as click refuses a word."""
+        if isinstance(value, str) and not re.fullmatch("[+-]?[0-9]+", value.strip()):
+            self.fail(f"{value!r} is not a valid integer.", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 def output_option(default: str, text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

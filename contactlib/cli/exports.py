@@ -46,7 +46,7 @@ def _load(name: str) -> Model:
 @click.option("--largest-creepage", callback=in_unit("1"), help="End of the creepages. Default: 1.")
 @click.option(
     "--error",
-    type=float,
+    callback=in_unit("1"),
     help="Largest error of interpolation over the largest force. Default: 1e-3, cubic 1e-5.",
 )
 @click.option("--interpolation", type=click.Choice(["linear", "cubic"]), help="Default: linear.")

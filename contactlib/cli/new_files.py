@@ -88,7 +88,7 @@ def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
     """Numbers of an option: one, several, or a range."""
     parts = text.replace(":", ",").split(",")
     try:
-        values = [in_si(f"{part} {unit}" if _plain(part) else part, unit) for part in parts]
+        values = [in_si(part, unit, bare=True) for part in parts]
     except ValueError as error:
         raise ValueError(f"{option} = {text!r} {error}") from None
     usual = ContactSection.quantities()["normal_load"]
@@ -99,11 +99,3 @@ def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
             raise ValueError(f"{option} = {text!r} must be a range of two numbers, as 0.5:1")
         return slice(*values)
     return values if len(values) > 1 else values[0]
-
-
-def _plain(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

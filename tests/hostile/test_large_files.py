@@ -13,9 +13,7 @@ import numpy as np
 import pytest
 
 import contactlib as cl
-from contactlib.base.units import in_si
 from contactlib.base.writing import MOST_BYTES
-from contactlib.cli.console import in_unit
 from contactlib.files.reading import LONG_KEY
 from contactlib.runs.sweep.store import ChunkStore
 
@@ -101,16 +99,3 @@ def test_a_chunk_that_grows_is_none(tmp_path: Path, how: str) -> None:
     assert path.read_bytes()[: len(checksum)] != checksum
     path.write_bytes(checksum + contents)
     assert store.load(0) is None
-
-
-def test_numbers_have_the_digits_that_everybody_reads() -> None:
-    number = in_unit("m")
-    option = type("Option", (), {"opts": ["--length"]})()
-    for text in ("\u0665", "\uff15", "1_0", "5\u0665 mm", "1e\u0663", "\u0665 mm"):
-        with pytest.raises(ValueError, match=r"begin with a number|must be a number"):
-            in_si(text, "m")
-        with pytest.raises(ValueError, match="--length"):
-            number(None, option, text)  # type: ignore[arg-type]
-    for text in ("5 \u00b5m", "5\u00a0\u03bcm", "5\u202fum", " 5um "):
-        assert in_si(text, "m") == number(None, option, text) == 5.0 * 1e-6  # type: ignore[arg-type]
-    assert number(None, option, " 5e-6") == 5e-6  # type: ignore[arg-type]

@@ -40,7 +40,7 @@ SECTIONS: dict[str, type[Parameters]] = {
     "held_speed": HeldSpeedSection,
     "sensors": Sensors,
 }
-PATH = re.compile(r"([A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)+)(?:\[(\d+)\])?")
+PATH = re.compile(r"([A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)+)(?:\[([0-9]+)\])?")
 EXAMPLES = "vehicle.wheelset.inertia, track.friction[1] or controllers.creep_pi.reference"
 # Names that a dataset uses itself, and those of the dimensions of strings in its file.
 TAKEN = re.compile(r"controller|run|failed|string\d+")

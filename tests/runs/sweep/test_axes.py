@@ -65,6 +65,7 @@ CASES = {
     'parameter = "vehicle.wheelset.inertai"\nvalues = [1.0]': "did you mean 'inertia'",
     'parameter = "wheelset.inertia"\nvalues = [1.0]': "'wheelset' is not known",
     'parameter = "inertia"\nvalues = [1.0]': "not a path such as",
+    'parameter = "track.friction[\u0661]"\nvalues = [1.0]': "not a path such as",
     'parameter = "vehicle.law.kind"\nvalues = [1.0]': "'kind' is not known",
     'parameter = "demand.torque"\nvalues = [1.0]': "is a list of 2",
     'parameter = "demand.torque[2]"\nvalues = [1.0]': "only 2 entries",
