@@ -14,7 +14,6 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq
 
 from contactlib.base.quantities import FloatArray, Quantity
@@ -24,6 +23,7 @@ from contactlib.contact.laws.carter_griffith import CarterGriffith
 from contactlib.contact.laws.contact_law import ContactLaw, Corner, Peak, places_at, strips_at
 from contactlib.contact.laws.slip_curve import SlipCurve
 from contactlib.contact.laws.slip_zone import (
+    between_nodes,
     enough_nodes,
     sliding_creepage,
     solve_slip_zones,
@@ -89,20 +89,14 @@ def along_contact(
     to = np.sqrt(np.maximum(behind, 0.0))
     root = np.sqrt(stick_length + to**2)
 
-    # Interpolation between the nodes: divided by their leading powers, the functions are smooth in
-    # ln(y). Close to the boundary the slip is negligible.
-    seen = y > 1e-5 * y[-1]
-    log_y = np.log(y[seen])
-    log_to = np.log(np.clip(to, y[seen][0], y[-1]))
-    bracket = (zones.slip_rate[0] - edge_slip)[seen] / (_root(y, stick_length) * y)[seen]
-    near = to * make_interp_spline(log_y, bracket, 5)(log_to)
-    over_length = to**2 * make_interp_spline(log_y, (zones.slip[0] / y**2)[seen], 5)(log_to)
+    bracket = (zones.slip_rate[0] - edge_slip) / np.where(y > 0.0, _root(y, stick_length), 1.0)
+    near, over_length = between_nodes(to / y[-1], np.stack([bracket, zones.slip[0]]))
     beyond = to > y[-1]
     far = np.where(beyond, to, 2.0 * y[-1])[:, np.newaxis]
     push = (2.0 / np.pi) * (weight * h / (far**2 - y**2)).sum(axis=1)
     slip_rate = np.where(slips, root * np.where(beyond, to * (1.0 + push), near) + edge_slip, 0.0)
     length = weakening_length(np.array(k_hat), static_to_kinetic)
-    slip = np.where(beyond, np.inf, over_length / length)
+    slip = np.where(beyond, np.inf, np.maximum(over_length, 0.0) / length)
 
     pressure = np.sqrt(np.maximum(1.0 - position**2, 0.0))
     left = np.where(slips & ~beyond, weakening.fraction(np.where(beyond, 0.0, slip)), 0.0)

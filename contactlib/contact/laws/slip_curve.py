@@ -45,16 +45,26 @@ class State(NamedTuple):
     slope: FloatArray  # dq/dx
 
 
+# Stick length c0 + c1 v**2 and edge slip c2 v + c3/v**2 of each stretch.
+_SHAPES = np.array(
+    [[2.0, -1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)
+
+
 def _regime(kind: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
     """Stick length, L = 2 - stick length, edge slip; derivatives of first and last by v."""
-    tail = np.where(kind == TAIL, v, -1.0)
+    c0, c1, c2, c3 = _SHAPES.T[:, kind]
     square = v * v
-    stick = np.select([kind == REAR, kind == FRONT], [2.0 - square, square], 0.0)
-    slipped = np.where(kind == REAR, square, 2.0 - stick)
-    edge = np.select([kind == SLIP, kind == TAIL], [v, 1.0 / tail**2], 0.0)
-    d_stick = np.select([kind == REAR, kind == FRONT], [-2.0 * v, 2.0 * v], 0.0)
-    d_edge = np.select([kind == SLIP, kind == TAIL], [1.0, -2.0 / tail**3], 0.0)
-    return stick, slipped, edge, d_stick, d_edge
+    stick = c0 + c1 * square
+    slipped = (2.0 - c0) - c1 * square
+    inverse = c3 / np.where(c3 > 0.0, square, 1.0)
+    return (
+        stick,
+        slipped,
+        c2 * v + inverse,
+        2.0 * c1 * v,
+        c2 - 2.0 * inverse / np.where(c3 > 0.0, v, 1.0),
+    )
 
 
 class SlipCurve(NamedTuple):
@@ -221,7 +231,7 @@ def find_points(
         new = np.where((new >= lower) & (new <= upper), new, 0.5 * (lower + upper))
         step = np.abs(new - place)
         place = new
-        if (step <= 1e-9).all():  # second-order convergence: this was the last step
+        if (step <= 1e-7).all():  # second-order convergence: this was the last step
             break
     _, q, d_x, d_q, _, stick, edge = _points(kind, low, high, coefficients, place)
     return State(stick, edge, q, d_q / d_x)

@@ -29,14 +29,21 @@ from contactlib.contact.laws.strips import griffith_ellipse, line_values, solve_
 LOWEST, HIGHEST = -10, 5  # powers of e at which the first and the last panel begin
 LIMIT_UP_TO = 0  # power of e up to which the Carter-Griffith law is subtracted
 SMALLEST_K_HAT = float(np.exp(LOWEST))  # below it the limit's ellipse differs by less than 2e-9
-GAUSS, FEWER_GAUSS = 16, 6  # nodes in each part of the strips, and of the narrow ones
+# Curves of a panel and their accuracy. From a k_hat of e on only strips narrower than 2/k_hat need
+# them, whose share of the force is k_hat**-4; the last panel extends to infinity.
+CURVES = {-3: 12, -2: 12, -1: 14, 0: 14, 1: 14, 2: 12, 3: 10, 4: 8, 5: 8}
+FEWEST_CURVES = 8
 
 
-def _panel_nodes(power: int) -> int:
-    """Number of curves in a panel; the last panel extends to infinity."""
-    if power == HIGHEST:
-        return 16
-    return 14 if power >= -1 else 12 if power >= -3 else 7 if power >= -5 else 5
+def _tolerance(power: int) -> float:
+    if power < -3:  # the Carter-Griffith law is subtracted, and the rest is small
+        return 1e-9
+    return 1e-11 * float(np.exp(4.0 * max(0, power)))
+
+
+def _gauss(wide: float) -> int:
+    """Number of nodes in a part of the strips up to the half-width `wide`."""
+    return 20 if wide > 0.35 else 12 if wide > 0.1 else 6 if wide > 0.03 else 2
 
 
 class _Panel(NamedTuple):
@@ -96,13 +103,11 @@ def _panel(power: int, static_to_kinetic: float, weakening: Weakening) -> _Panel
 
 
 def _solve_panel(power: int, static_to_kinetic: float, weakening: Weakening) -> _Panel:
-    n = _panel_nodes(power)
+    n = CURVES.get(power, FEWEST_CURVES)
     places = chebyshev.chebpts1(n)
     last = power == HIGHEST
     k_hats = np.exp(power) * (2.0 / (1.0 + places) if last else np.exp(0.5 * (1.0 + places)))
-    # At small k_hat the Carter-Griffith law is subtracted, and the rest is small.
-    tolerance = 1e-9 if power < -3 else 1e-11
-    curves = SlipCurve.solve(k_hats, static_to_kinetic, weakening, tolerance)
+    curves = SlipCurve.solve(k_hats, static_to_kinetic, weakening, _tolerance(power))
     coefficients = np.stack([c.coefficients.reshape(len(c.kind), -1) for c in curves], axis=1)
     return _Panel(
         power,
@@ -136,7 +141,7 @@ def cohesive_ellipse(
             part = np.flatnonzero(high - low > 1e-12)
             if not part.size:
                 continue
-            place, weight = leggauss(GAUSS if wide > 0.35 else FEWER_GAUSS)
+            place, weight = leggauss(_gauss(wide))
             half = 0.5 * (high - low)[part, np.newaxis]
             w = np.cos(low[part, np.newaxis] + half * (1.0 + place))  # w = cos(angle)
             strip_x, strip_k = (x[part, np.newaxis] / w).ravel(), (k_hat / w).ravel()
@@ -156,7 +161,7 @@ def _last_to_stick(
 ) -> FloatArray:
     """Half-width of the narrowest strip of a panel with any stick, by bisection."""
     low, high = np.full_like(x, narrow), np.full_like(x, wide)
-    for _ in range(40):
+    for _ in range(24):
         w = 0.5 * (low + high)
         sticks = panel.basis(k_hat / w) @ panel.sliding * w > x
         low, high = np.where(sticks, low, w), np.where(sticks, w, high)

@@ -18,10 +18,12 @@ as an even one, gives the slip rate per rolled distance, the creepage and the fo
 with r = f_s/f_d and the weakening length D = pi k_hat**2/(2 (r - 1)). The release A replaces the
 Carter-Griffith law's singular term k_hat/sqrt(1 - c) in x.
 
-The double-exponential rule on 0 < y < Y takes all integrals. Its nodes are dense at the stick
-boundary, where u ~ y**3 gives h a kink in a derivative, so that polynomials in y would converge
-slowly. The principal value uses every second node, the running integral Sinc functions. Friction
-has weakened completely at Y, so a zone of any length is resolved.
+The function h and the slip are polynomials in v on 0 < v < 1, collocated at Chebyshev's points,
+with y = Y m(v) and m = v**2 (3 - 2 v). Slip grows like y**3 at the stick boundary, where h,
+continued as an even function, has a kink in a derivative, and h ends like a square root at the
+trailing edge. In v both are smooth to a high order, so few points suffice. The principal value of
+each polynomial is found once. Friction has weakened completely at Y, so a zone of any length is
+resolved.
 """
 
 from __future__ import annotations
@@ -30,15 +32,15 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import sici
+from numpy.polynomial import chebyshev
+from numpy.polynomial.legendre import leggauss
 
 from contactlib.base.quantities import FloatArray
 from contactlib.contact.friction import Weakening
-from contactlib.contact.laws.strips import double_exponential
 
 ITERATIONS = 60
-NEGLIGIBLE = 1e-16  # fraction of the drop in friction that is left at Y
-BATCH = 16  # states solved at once
+NEGLIGIBLE = 1e-13  # fraction of the drop in friction that is left at Y
+BATCH = 32  # states solved at once
 
 
 class ConvergenceError(RuntimeError):
@@ -58,33 +60,53 @@ class SlipZones(NamedTuple):
 
 
 class _Rules(NamedTuple):
-    """Double-exponential rules on 0 < y < 1."""
+    """Collocation on 0 <= y <= 1 at n points in v; matrices act on values at the points."""
 
-    place: FloatArray  # y, (N,)
-    rest: FloatArray  # 1 - y, (N,)
-    weight: FloatArray  # of the integral over all of it, (N,)
-    running: FloatArray  # integral from 0 to each node, (N, N)
-    principal: FloatArray  # (1/pi) PV int_{-1}^{1} h(|y'|) dy'/(y' - y) at each node, (N, N)
-    sliding: FloatArray  # reduction of the slip by h in full slip, (N, N)
+    place: FloatArray  # y, (n,)
+    rest: FloatArray  # 1 - y, (n,)
+    weight: FloatArray  # of the integral over all of it, (n,)
+    running: FloatArray  # integral from 0 to each point, (n, n)
+    principal: FloatArray  # (1/pi) PV int_{-1}^{1} h(|y'|) dy'/(y' - y) at each point, (n, n)
+    sliding: FloatArray  # reduction of the slip by h in full slip, (n, n)
 
 
 @cache
 def _rules(n: int) -> _Rules:
-    place, rest, weight = double_exponential(n, 3.0, 2.6)
-    index = np.arange(n)
-    apart = index[:, np.newaxis] - index
-    near_end = rest[:, np.newaxis] < 0.5  # which form of the difference loses no digits
-    difference = np.where(
-        near_end, rest[:, np.newaxis] - rest, place - place[:, np.newaxis]
-    ) * np.add.outer(place, place)
-    every_second = apart % 2 == 1
-    kernel = 4.0 * place[:, np.newaxis] * weight / np.where(every_second, difference, 1.0)
-    principal = np.where(every_second, kernel, 0.0)
-    # A constant has a known principal value; only the change of h is left to the rule.
-    principal[index, index] = np.log(rest / (1.0 + place)) - principal.sum(axis=1)
-    running = (0.5 + sici(np.pi * apart)[0] / np.pi) * weight
+    angle = 0.5 * np.pi * np.arange(n) / (n - 1)
+    v, to_end = np.sin(angle) ** 2, np.sin(angle[::-1]) ** 2  # v + to_end = 1
+    to_series = np.linalg.inv(chebyshev.chebvander(2.0 * v - 1.0, n - 1))
+    place, rest, stretch = v**2 * (3.0 - 2.0 * v), to_end**2 * (1.0 + 2.0 * v), 6.0 * v * to_end
+    integrals = 0.5 * chebyshev.chebint(to_series, lbnd=-1.0)
+    running = chebyshev.chebvander(2.0 * v - 1.0, n) @ integrals * stretch
+
+    principal = np.zeros((n, n))
+    nodes, shares = leggauss(48)
+    for i in range(1, n):
+        # The integrand varies on the scale of the distance to the nearer end: v, 2 v, 4 v ...
+        near = min(v[i], to_end[i]) or 1.0
+        ends = np.concatenate([[0.0], near * 2.0 ** np.arange(-np.log2(near)), [1.0]])
+        ends = np.unique(ends if near == v[i] else 1.0 - ends)
+        half = 0.5 * np.diff(ends)[:, np.newaxis]
+        at = (ends[:-1, np.newaxis] + half * (1.0 + nodes)).ravel()
+        there = at**2 * (3.0 - 2.0 * at)
+        kernel = 12.0 * place[i] * at * (1.0 - at) * (half * shares).ravel()
+        kernel /= (there - place[i]) * (there + place[i])
+        principal[i] = kernel @ chebyshev.chebvander(2.0 * at - 1.0, n - 1) @ to_series
+        # A constant has a known principal value; at the end, where it has none, h is negligible.
+        known = np.log(rest[i] / (1.0 + place[i])) if i < n - 1 else 0.0
+        principal[i, i] += known - kernel.sum()
     principal /= np.pi
-    return _Rules(place, rest, weight, running, principal, running * (2.0 * place**2) @ principal)
+    sliding = running * (2.0 * place**2) @ principal
+    return _Rules(place, rest, running[-1], running, principal, sliding)
+
+
+def between_nodes(place: FloatArray, values: FloatArray) -> FloatArray:
+    """Functions given at the nodes, (m, n), at y/Y = `place`, (p,); beyond 1 the last values."""
+    v = 0.5 - np.sin(np.arcsin(1.0 - 2.0 * np.minimum(place, 1.0)) / 3.0)
+    n = values.shape[1]
+    at_nodes = chebyshev.chebvander(-np.cos(np.pi * np.arange(n) / (n - 1)), n - 1)
+    series = np.linalg.solve(at_nodes, values.T)
+    return np.asarray((chebyshev.chebvander(2.0 * v - 1.0, n - 1) @ series).T)
 
 
 def weakening_length(k_hat: FloatArray, static_to_kinetic: float) -> FloatArray:
@@ -104,8 +126,8 @@ def _reach(weakening: Weakening) -> float:
 def enough_nodes(k_hat: float, static_to_kinetic: float) -> int:
     """Number of nodes that gives q to 1e-9 for a smooth weakening law; more for a short zone."""
     if (k_hat / (static_to_kinetic - 1.0)) ** 2 > 0.2:
-        return 64
-    return 96 if static_to_kinetic < 4.0 else 112
+        return 32
+    return 48 if static_to_kinetic < 2.0 else 56 if static_to_kinetic < 4.0 else 72
 
 
 def solve_slip_zones(
@@ -128,7 +150,12 @@ def solve_slip_zones(
         If the iteration does not converge, or ends where the surface would slip backwards.
     """
     nodes = nodes or enough_nodes(float(k_hat.min()), static_to_kinetic)
-    state = (stick_length, slip_length, edge_slip, k_hat)
+    length, reach = weakening_length(k_hat, static_to_kinetic), _reach(weakening)
+    first = _first_end(
+        stick_length, slip_length, edge_slip, k_hat, static_to_kinetic, reach * length
+    )
+    end = np.minimum(np.sqrt(slip_length), first)
+    state = (stick_length, slip_length, edge_slip, k_hat, end)
     # States of full slip have the same matrices, so they are solved together.
     order = np.argsort(stick_length > 0.0, kind="stable")
     cuts = np.searchsorted(stick_length[order] > 0.0, True)
@@ -150,11 +177,10 @@ def solve_slip_zones(
 def _solve_batch(
     state: tuple[FloatArray, ...], ratio: float, weakening: Weakening, nodes: int
 ) -> SlipZones:
-    """Stick length, slip length, edge slip and k_hat as columns, (n, 1)."""
-    stick, slipped, edge, k_hat = state
+    """Stick length, slip length, edge slip, k_hat and the likely Y as columns, (n, 1)."""
+    stick, slipped, edge, k_hat, end = state
     length, reach = weakening_length(k_hat, ratio), _reach(weakening)
     whole = np.sqrt(slipped)  # y at the trailing edge
-    end = np.minimum(whole, _first_end(stick, slipped, edge, k_hat, ratio, reach * length))
     while True:
         zones = _newton(stick, slipped, edge, end, k_hat, ratio, weakening, nodes)
         early = (end < whole) & (zones.slip[:, -1:] < 0.9 * reach * length)
