@@ -50,7 +50,7 @@ def page() -> Iterator[ExplorerPage]:
 
 @pytest.fixture(scope="session")
 def cohesive_table(tmp_path_factory: pytest.TempPathFactory) -> CreepForceTable:
-    """On a coarse grid, as the fine one takes a minute; xdist's workers share its file."""
+    """On a coarse grid, as the fine one takes seconds; xdist's workers share its file."""
     folder = tmp_path_factory.getbasetemp()
     file = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "cohesive.bin"
     if not file.exists():

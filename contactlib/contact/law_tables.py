@@ -48,7 +48,7 @@ def cohesive_table(
     weakening: Weakening = EXPONENTIAL,
     progress: Callable[[float], object] = _silent,
 ) -> CreepForceTable:
-    """Table of the cohesive-zone law for one friction ratio; building takes up to a minute."""
+    """Table of the cohesive-zone law for one friction ratio; building takes seconds."""
     static_to_kinetic = checked_number(
         "static_to_kinetic", static_to_kinetic, CohesiveZone.quantities()["static_to_kinetic"]
     )

@@ -20,7 +20,8 @@ from scipy.interpolate import BSpline, CubicSpline
 from threadpoolctl import threadpool_limits
 
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
+from contactlib.contact import corner_sampling, kernel
+from contactlib.contact.corner_sampling import CornerRow, CornerSamples
 
 HEADER_SIZE, NAME_SIZE = 192, 104  # of a table file; the name ends the header
 K_MAX = 2.0
@@ -85,10 +86,10 @@ def build(
     """Table file of a law; the arguments are those of `CreepForceTable.from_law`."""
     sampler = _Sampler(law, options, progress)
     reference = _reference_values(sampler)
-    done = 0.5
+    samples, done = _corner_samples(sampler, 0.5, 0.9)
     for cells in sampler.grids:
         then = 0.5 * (1.0 + done)  # it is not known which grid will do
-        coefficients = _fit(sampler, *cells, done, then)
+        coefficients = _fit(sampler, samples, *cells, done, then)
         draft = kernel.NativeTable(_pack(sampler, cells, Certificate(0.0, 0.0, 0), coefficients))
         certificate = _certify(draft, reference)
         if certificate.ratio_error <= target and certificate.slope_error <= SLOPE_TARGET:
@@ -204,7 +205,42 @@ def _off_nodes(n: int) -> FloatArray:
     return np.asarray((np.arange(n) + np.sqrt(0.5)) / (n + 1.0))
 
 
-def _fit(sampler: _Sampler, cells_u: int, cells_k: int, done: float, then: float) -> FloatArray:
+def _corner_samples(
+    sampler: _Sampler, done: float, then: float
+) -> tuple[CornerSamples | None, float]:
+    """Samples of (1 - u)^d H of a law with a corner, and the progress made; else nothing."""
+    largest = float(np.sqrt(K_MAX))
+
+    def row(k_hat: float) -> CornerRow | None:
+        law = sampler.at(k_hat)
+        corner: Corner | None = getattr(law, "corner", None)
+        if corner is None:
+            return None
+        t = kernel.table_place(corner.normalized_creepage, k_hat)
+        place = t / (1.0 + t)
+        below, beyond = corner_sampling.nodes(place)
+        u = np.concatenate([below, beyond])
+        node = kernel.table_nodes(u, k_hat, **sampler.shape)
+        h = (law.traction_ratio(node.normalized_creepage) - node.line) / node.weight
+        values = h * (1.0 - u) ** (0.5 * sampler.shape["twice_decay"])
+        return CornerRow(place, values[: below.size], values[below.size :])
+
+    if not sampler.shape["twice_corner"]:
+        return None, done
+    k_hats = (corner_sampling.root_k_nodes(largest) ** 2).tolist()
+    rows = sampler.rows(row, k_hats, done, then)
+    known = [r for r in rows if r is not None]
+    return (CornerSamples(known, largest) if len(known) == len(rows) else None), then
+
+
+def _fit(
+    sampler: _Sampler,
+    samples: CornerSamples | None,
+    cells_u: int,
+    cells_k: int,
+    done: float,
+    then: float,
+) -> FloatArray:
     """Coefficients of the table, one row for each spline coefficient along sqrt(k_hat)."""
     if cells_u == 0:
         return np.empty((0, 0))
@@ -215,10 +251,9 @@ def _fit(sampler: _Sampler, cells_u: int, cells_k: int, done: float, then: float
     def row(k_hat: float) -> FloatArray:
         if k_hat == 0.0 and sampler.shape["root_k"]:
             return np.zeros(lead + cells_u - 1)
-        law = sampler.at(k_hat)
-        node = kernel.table_nodes(inner, k_hat, **sampler.shape)
-        h = (law.traction_ratio(node.normalized_creepage) - node.line) / node.weight
-        return np.concatenate([_corner_numbers(sampler, law, k_hat), h]) if lead else np.asarray(h)
+        at, place = _h_at(sampler, samples, k_hat)
+        h = at(inner)
+        return np.concatenate([_corner_numbers(sampler, at, place), h]) if lead else h
 
     if sampler.one_axis:
         return _b_spline(_with_ends(row(1.0)))[np.newaxis]
@@ -258,21 +293,42 @@ def _corner_terms(t: ArrayLike, inverse_place: float, power: float) -> FloatArra
     return np.stack([v for part in parts for v in (part, part * logarithm)], axis=1)
 
 
-def _corner_numbers(sampler: _Sampler, law: Law, k_hat: float) -> FloatArray:
-    """1/T and the factors of the singular functions, fitted close to the corner."""
+def _h_at(
+    sampler: _Sampler, samples: CornerSamples | None, k_hat: float
+) -> tuple[Callable[[FloatArray], FloatArray], float]:
+    """H of fmu/creep_table.h as a function of u, and the corner's t, infinite if there is none."""
+    if samples is not None and np.sqrt(k_hat) >= corner_sampling.LOWEST:
+        row, decay = samples.at(np.sqrt(k_hat)), 0.5 * sampler.shape["twice_decay"]
+
+        def sampled(u: FloatArray) -> FloatArray:
+            return np.asarray(corner_sampling.value(row, u) / (1.0 - u) ** decay)
+
+        return sampled, row.place / (1.0 - row.place)
+    law = sampler.at(k_hat)
+
+    def solved(u: FloatArray) -> FloatArray:
+        node = kernel.table_nodes(u, k_hat, **sampler.shape)
+        return np.asarray((law.traction_ratio(node.normalized_creepage) - node.line) / node.weight)
+
     corner: Corner | None = getattr(law, "corner", None)
     if corner is None or k_hat == 0.0:
+        return solved, np.inf
+    return solved, kernel.table_place(corner.normalized_creepage, k_hat)
+
+
+def _corner_numbers(
+    sampler: _Sampler, h: Callable[[FloatArray], FloatArray], place: float
+) -> FloatArray:
+    """1/T and the factors of the singular functions, fitted close to the corner t = T."""
+    if place == np.inf:
         return np.zeros(CORNER)
-    place = kernel.table_place(corner.normalized_creepage, k_hat)
     off = REACH * ((np.arange(60) + 0.5) / 60.0) ** 2
     off = np.concatenate([-off, off])
     t = place * (1.0 + off)
-    node = kernel.table_nodes(t / (1.0 + t), k_hat, **sampler.shape)
-    h = (law.traction_ratio(node.normalized_creepage) - node.line) / node.weight
     # Columns: the singular terms, then a smooth remainder.
-    terms = _corner_terms(t, 1.0 / place, corner.power)
+    terms = _corner_terms(t, 1.0 / place, 0.5 * sampler.shape["twice_corner"])
     matrix = np.hstack([terms, chebvander(off / REACH, 8)])
-    factors = np.linalg.lstsq(matrix, h, rcond=None)[0]
+    factors = np.linalg.lstsq(matrix, h(t / (1.0 + t)), rcond=None)[0]
     return np.concatenate([[1.0 / place], factors[: CORNER - 1]])
 
 

@@ -147,7 +147,7 @@ def test_spline_converges_with_fourth_order() -> None:
     cells = [16, 32, 64, 128]
     for n in cells:
         sampler = module._Sampler(Stickier, {}, lambda part: None)
-        coefficients = module._fit(sampler, n, n, 0.0, 1.0)
+        coefficients = module._fit(sampler, None, n, n, 0.0, 1.0)
         made = CreepForceTable(module._pack(sampler, (n, n), none, coefficients))
         law = Stickier(k_hat=0.9)
         errors.append(np.abs(made.traction_ratio(x, 0.9) - law.traction_ratio(x)).max())

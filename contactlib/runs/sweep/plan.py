@@ -31,7 +31,7 @@ from contactlib.traction.interface import Controller
 from contactlib.vehicle.wheelset import Wheelset
 
 PLACEHOLDER = {"open_loop": OpenLoop()}  # for scenarios that are only analysed
-MOST_TABLES = 64  # building a cohesive one takes half a minute
+MOST_TABLES = 64  # building a cohesive one takes several seconds
 
 
 def package_version() -> str:
