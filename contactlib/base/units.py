@@ -49,7 +49,7 @@ SPELLINGS = (
     (r"^(?:percent|per\.cent)$", "%"),
     (r"^-?$", "1"),
 )
-NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?![0-9_])")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?![0-9_])")
 
 
 def unit_value(unit: str, si: str) -> float | None:
@@ -63,7 +63,7 @@ def unit_value(unit: str, si: str) -> float | None:
     known = {si: 1.0, **UNITS.get(si, {})}
     plain = unit.strip()
     for pattern, replacement in SPELLINGS:
-        if plain not in known:
+        if plain not in known and len(plain) < 100:  # they take the square of a row of spaces
             plain = re.sub(pattern, replacement, plain)
     return known.get(plain)
 

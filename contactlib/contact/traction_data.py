@@ -212,13 +212,13 @@ def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 def _named(cell: str) -> tuple[str, str]:
     """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
-    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s(%))", cell)
+    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s(%))", cell)
     return (found[1], found[2] or found[3] or found[4] or "") if found else (cell, "")
 
 
 def _number(cell: str) -> float | None:
-    try:
-        return float(cell.replace(",", ".", 1))
+    try:  # Python also reads 1_0, and the digits of any script
+        return float(cell.replace(",", ".", 1)) if cell.isascii() and "_" not in cell else None
     except ValueError:
         return None
 

@@ -28,9 +28,10 @@ IS_SWEEP = (
     "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
     "'contactlib sweep' runs it"
 )
-# A key of 10 parts with dots between them.
+# A key of 10 parts with dots between them. None begins after a backslash: so no quote inside a
+# string is taken for the beginning of another one, which would take the square of its length.
 PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
-LONG_KEY = re.compile(rf"(?<![\w-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{9}}")
+LONG_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{9}}")
 
 
 def model_path(name: str | os.PathLike[str]) -> Path:
@@ -131,7 +132,7 @@ def parse_text(text: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"\(at line (\d+),", str(error))
         line = text.split("\n")[int(place[1]) - 1] if place else ""
-        comma = re.search(r"=[^\"\[]*\d,\d", line)
+        comma = re.search(r"=[^=\"\[]*\d,\d", line)
         hint = ": is there a decimal comma? a number has a decimal point" if comma else ""
         raise ValueError(f"{error}{hint}") from None
     except RecursionError:

@@ -59,6 +59,40 @@ def test_a_file_from_a_stranger_takes_neither_time_nor_memory(tmp_path: Path, na
     assert int(memory) < 1e9
 
 
+# Each took the square of its length: minutes and more.
+SQUARES = {
+    "quotes": MODEL + "# " + '\\"' * 200_000,
+    "comma": MODEL + "x = " + "=1" * 200_000,
+    "unit": MODEL.replace("\nradius =", f'\nradius = "1 a{" " * 1_500_000}b"\nz =', 1),
+    "digits": MODEL.replace("\nradius =", f'\nradius = "{"1" * 400_000}_"\nz =', 1),
+}
+
+
+@pytest.mark.parametrize("name", SQUARES)
+def test_a_file_up_to_the_limit_takes_time_in_proportion(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(SQUARES[name], encoding="utf-8")
+    command = [sys.executable, "-c", READ, str(path)]
+    subprocess.run(command, capture_output=True, timeout=60, check=True)
+
+
+def test_a_column_s_name_takes_time_in_proportion(tmp_path: Path) -> None:
+    path = tmp_path / "c.csv"
+    path.write_text(",".join(["[" * 130_000] * 14) + "\n1,1\n")
+    read = "import sys, contactlib as cl; cl.TractionData.from_csv(sys.argv[1])"
+    command = [sys.executable, "-c", read, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert "no column 'creepage'" in done.stderr
+
+
+def test_a_curve_has_the_digits_that_everybody_reads(tmp_path: Path) -> None:
+    path = tmp_path / "c.csv"
+    for text in ("1_0", "\u0661"):
+        path.write_text(f"creepage,traction_coefficient\n0.01,{text}\n", encoding="utf-8")
+        with pytest.raises(ValueError, match="is not a number"):
+            cl.TractionData.from_csv(path)
+
+
 def test_nine_parts_are_a_key_and_ten_are_not() -> None:
     assert not LONG_KEY.search(".".join(["a"] * 9) + " = 0.1")
     assert LONG_KEY.search(".".join(["a"] * 10) + " = 0.1")
