@@ -170,6 +170,7 @@ def test_figures_command_writes_the_papers(
         assert sentence.endswith(".")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["", "locomotive.toml"])
 def test_figures_command_draws_a_models_stability(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str

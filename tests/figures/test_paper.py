@@ -89,6 +89,7 @@ def test_figure_1_is_equation_16_at_the_stick_boundary(axes: dict[int, Axes]) ->
     assert_allclose(traction[slips], np.sqrt(1.0 - xi[slips] ** 2), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_figure_1_of_carter_and_of_a_finite_length_is_continuous(axes: dict[int, Axes]) -> None:
     pressure_there = np.sqrt(0.75)
     for label, largest in ((CARTER, 1.0), ("cohesive zone", STATIC / KINETIC)):
@@ -224,6 +225,7 @@ def test_captions_say_where_the_text_differs(number: int, said: str) -> None:
     assert said in PAPER_FIGURES[number].caption
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2, 3, 4, 5, 6, None])
 def test_caption_is_under_the_figure_and_nothing_is_covered(
     figures: dict[int, Figure], number: int | None

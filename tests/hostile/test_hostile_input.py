@@ -73,6 +73,7 @@ def test_what_is_no_number_is_refused(call: Call) -> None:
     hold_all(partial(check_refused, call), product(call.arguments, NO_NUMBER))
 
 
+@pytest.mark.slow
 @EACH
 def test_extreme_numbers(call: Call) -> None:
     if call.long or (call.slow and EXAMPLES <= 1):

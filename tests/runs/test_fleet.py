@@ -219,6 +219,7 @@ def test_power_is_limited_at_every_sample(controller: str) -> None:
     assert (found["commanded_torque"] <= found["demand"]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", ["threshold", "creep_pi", "slope_seeking"])
 def test_torque_changes_at_the_largest_rate_at_most(controller: str) -> None:
     rate = 1.5e5

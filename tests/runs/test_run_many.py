@@ -109,6 +109,7 @@ def same(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
     return bool(((a == b) | (np.isnan(a) & np.isnan(b))).all())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", cl.CONTROLLERS)
 def test_each_run_is_what_it_would_be_by_itself(
     scenarios: list[cl.Scenario], controller: str

@@ -224,6 +224,7 @@ def test_a_load_held_over_rows_converges(wet_drive: cl.Scenario) -> None:
     assert errors[-1] < 1e-3 * work[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["friction_left", "slope"])
 @pytest.mark.parametrize("start", [3.0, 3.01, 3.02, 3.03, 3.04])
 def test_a_patch_shorter_than_a_step_is_met(locomotive: cl.Model, start: float, name: str) -> None:
@@ -364,6 +365,7 @@ def test_no_controller_starts_at_no_torque_for_ever(speed: float, name: str) -> 
     assert torque[-1] >= torque[torque.size // 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
 @pytest.mark.parametrize(
     "noise",

@@ -243,6 +243,7 @@ def test_profile_ends_jumps_and_refusals() -> None:
         cl.Profile((1.0, 1.0, 1.0), (0.0, 1.0, 2.0))
 
 
+@pytest.mark.slow
 def test_energy_balance_of_every_kind_of_run(rig: cl.Model, locomotive: cl.Model) -> None:
     for model in (rig, locomotive):
         for control in (model.torque_control, model.creep_control):

@@ -31,6 +31,7 @@ def slips_away(body: cl.Wheelset, torque: float, creepage: float, speed: float =
     return away
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", MASSES)
 @pytest.mark.parametrize("part", [0.92, 0.98])
 def test_the_basin_ends_where_it_says(

@@ -239,6 +239,7 @@ def test_further_axes_make_rows_of_maps(tmp_path: Path) -> None:
     assert len(maps_of(alone)) == LOAD[::2].size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [np.nan, np.inf, 0.0])
 def test_a_map_of_nothing_can_be_drawn(value: float, tmp_path: Path) -> None:
     made = grid(

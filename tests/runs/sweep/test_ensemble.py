@@ -47,6 +47,7 @@ def test_outcomes_are_those_of_single_runs_and_of_the_analysis(tmp_path: Path) -
         assert found["clearing_time"].values.reshape(-1)[j] == known.time
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", ["", "common", "independent"])
 @pytest.mark.parametrize("kind", ["grid", "monte_carlo"])
 def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) -> None:
@@ -247,6 +248,7 @@ def test_own_controllers_go_to_processes_and_results_to_a_file(path: Path, tmp_p
     assert again.identical(found)
 
 
+@pytest.mark.slow
 def test_what_processes_cannot_import_is_told(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with sweeps.process_workers(1) as pool:
         metrics = {"local": lambda result: 1.0}
@@ -376,6 +378,7 @@ def test_a_controller_in_the_scenario_of_a_sweep_is_not_ignored(path: Path) -> N
             dataclasses.replace(sweep, scenario=scenario)
 
 
+@pytest.mark.slow
 def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_path: Path) -> None:
     def stop(part: float) -> None:
         if part > 0.4:

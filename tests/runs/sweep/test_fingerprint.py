@@ -91,6 +91,7 @@ def test_any_change_of_code_or_numbers_is_noticed(old: str, new: str) -> None:
     assert fingerprint(made(SOURCE.replace(old, new))) != fingerprint(made())
 
 
+@pytest.mark.slow
 def test_comments_places_and_what_is_not_used_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     known = fingerprint(made())
     moved = SOURCE.replace("GAIN, N", "# what it gains\n\nUNUSED = 3\nGAIN, N")
