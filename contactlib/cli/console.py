@@ -57,10 +57,10 @@ def in_unit(unit: str) -> Callable[[click.Context, click.Parameter, str | None],
 
 
 class Whole(click.IntRange):
-    """A whole number in the digits that everybody reads; Python's int takes 1_0 and any script."""
+    """A whole number in ASCII digits; Python's int also takes 1_0 and the digits of any script."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Refuse what is no plain number, as click refuses a word."""
+        """Fail with click's own message if the text is not a whole number in ASCII digits."""
         if isinstance(value, str) and not re.fullmatch("[+-]?[0-9]+", value.strip()):
             self.fail(f"{value!r} is not a valid integer.", param, ctx)
         return super().convert(value, param, ctx)

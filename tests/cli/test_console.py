@@ -1,4 +1,4 @@
-"""Numbers on the command line: in which digits and units they are read."""
+"""The digits and units in which numbers of the command line are read."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from contactlib.cli.console import in_unit
 
 # Python's int and float read these, with digits of Arabic and of full width.
 UNUSUAL = ("1_0", "\u0661\u0660", "\uff11\uff10", "1\u0660", "1e\u0661")
-# What is text and stays it, and lists of numbers, which the command reads.
+# Options whose value is a text, and those that are lists of numbers, which the command reads.
 TEXTS = {"author", "cluster", "control", "controller", "controllers", "kind", "model", "output"}
 TEXTS |= {"also", "platforms", "scenario", "sweep", "version"}
 LISTS = {"friction_scale", "load", "speed"}
 
 
-def test_no_number_has_digits_that_not_everybody_reads() -> None:
+def test_numbers_have_ascii_digits() -> None:
     numbers = set()
     for command in main.commands.values():
         context = click.Context(command)

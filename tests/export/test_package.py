@@ -138,9 +138,8 @@ def test_readme_says_how_the_rows_of_fmpy_compare(
         np.testing.assert_allclose(there[output][1:], expected, rtol=1e-9, err_msg=output)
 
 
-@pytest.mark.parametrize(
-    ("name", "version"), [("force_element", 2), *((name, 3) for name in EXPORTS)]
-)
+@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
+@pytest.mark.parametrize("name", EXPORTS)
 def test_description_says_who_made_what(
     locomotive: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:

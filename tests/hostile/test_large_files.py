@@ -85,7 +85,7 @@ def test_a_column_s_name_takes_time_in_proportion(tmp_path: Path) -> None:
     assert "no column 'creepage'" in done.stderr
 
 
-def test_a_curve_has_the_digits_that_everybody_reads(tmp_path: Path) -> None:
+def test_numbers_of_a_curve_have_ascii_digits(tmp_path: Path) -> None:
     path = tmp_path / "c.csv"
     for text in ("1_0", "\u0661"):
         path.write_text(f"creepage,traction_coefficient\n0.01,{text}\n", encoding="utf-8")

@@ -77,7 +77,11 @@ def analyses(
 
 @pytest.mark.parametrize(
     "vehicles",
-    [range(4), pytest.param(range(2000), marks=pytest.mark.reference)],
+    [
+        range(4),
+        pytest.param(range(4, 12), marks=pytest.mark.slow),
+        pytest.param(range(2000), marks=pytest.mark.reference),
+    ],
     ids=lambda vehicles: str(len(vehicles)),
 )
 def test_every_analysis_answers(locomotive: cl.Model, vehicles: range) -> None:

@@ -17,8 +17,8 @@ export type Table = Readonly<Record<string, unknown>>;
 export type Numbers = Record<string, number | null>;
 
 const LARGEST_FILE = 1_000_000; // characters
-const NUMBER = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?(?![0-9_])/i;
-const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+const NUMBER = /^[+-]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?(?![0-9_])/i;
+const DECIMAL = /^[+-]?(\d+(?:\.\d*)?|\.\d+)(e[+-]?\d+)?$/i;
 
 /** A number in decimal digits; NaN for any other text. */
 export function decimal(text: string): number {
