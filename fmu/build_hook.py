@@ -24,6 +24,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import chain
 from pathlib import Path
@@ -71,14 +72,6 @@ def host() -> str:
     return known(os.environ.get("CONTACTLIB_HOST") or f"{machine}-{platform.system().lower()}")
 
 
-def fmi_headers() -> Path:
-    """Folder of the FMI headers, which come with FMPy (found without importing it)."""
-    spec = importlib.util.find_spec("fmpy")
-    if spec is None or spec.origin is None:
-        raise RuntimeError("the FMI headers come with the package fmpy, which is not installed")
-    return Path(spec.origin).parent / "c-code"
-
-
 def source_token() -> str:
     """Digest of the C sources, which ties an FMU's description to its binary."""
     digest = hashlib.sha256()
@@ -102,14 +95,6 @@ def compiler_flags() -> list[str]:
     ]
 
 
-def library_flags() -> list[str]:
-    """Further flags for the shared library: the FMI shell and the sources' digest."""
-    return [
-        f'-DCONTACTLIB_TOKEN="{source_token()}"',
-        f"-isystem{fmi_headers()}",  # suppresses warnings about these headers
-    ]
-
-
 def zig_cc(name: str, *arguments: str) -> None:
     """Run the compiler for platform tuple `name`."""
     zig_cc_target(TARGETS[name].zig, *arguments)
@@ -124,28 +109,45 @@ def private_cache() -> str:
 
 
 def zig_cc_target(target: str, *arguments: str) -> None:
-    """Run the compiler for a target in Zig's notation."""
+    """Run the compiler for a target in Zig's notation, in the folder of the sources.
+
+    With paths relative to it, the compiler's cache serves each copy of the sources.
+    """
     environment = dict(os.environ)
     if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
         # Zig keeps its cache in the home folder, which is missing here.
         environment.setdefault("ZIG_GLOBAL_CACHE_DIR", private_cache())
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *arguments]
-    subprocess.run(command, check=True, env=environment)
+    subprocess.run(command, check=True, env=environment, cwd=SOURCES)
 
 
 def compile_library(name: str, library: Path, *extra_flags: str) -> None:
     """Compile all sources for platform tuple `name` into the file `library`."""
-    sources = [str(path) for path in sorted(SOURCES.glob("*.c"))]
+    flags = [*compiler_flags(), f'-DCONTACTLIB_TOKEN="{source_token()}"', *extra_flags]
     kind = ["-shared", "-s"]
-    if TARGETS[name].suffix == ".so":
-        # Link-time optimisation makes it a fifth faster; Zig supports it only for these systems.
-        # -Bsymbolic: the library uses its own functions whatever else a tool has loaded.
-        kind += ["-fPIC", "-lm", "-flto", "-Wl,-Bsymbolic"]
-    if TARGETS[name].suffix == ".dylib":
-        # The default name is the path where the library was built.
-        kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]
-    flags = [*kind, *compiler_flags(), *library_flags(), *extra_flags]
-    zig_cc(name, *flags, *sources, "-o", str(library))
+    sources = sorted(path.name for path in SOURCES.glob("*.c"))
+    objects: list[str] = []
+    with tempfile.TemporaryDirectory() as scratch:
+        if TARGETS[name].suffix == ".so":
+            # Link-time optimisation makes a force a fifth faster; Zig supports it only for these
+            # systems. The wide functions gain nothing by it, and are most of what there is to do.
+            # -Bsymbolic: the library uses its own functions whatever else a tool has loaded.
+            flags.append("-fPIC")
+            kind += ["-lm", "-flto", "-Wl,-Bsymbolic"]
+            wide = [source for source in sources if source.startswith("wide_")]
+            objects = [str(Path(scratch, source).with_suffix(".o")) for source in wide]
+            sources = [source for source in sources if source not in wide]
+            with ThreadPoolExecutor() as pool:
+                each = [
+                    pool.submit(zig_cc, name, *flags, "-c", source, "-o", made)
+                    for source, made in zip(wide, objects, strict=True)
+                ]
+            for done in each:
+                done.result()
+        if TARGETS[name].suffix == ".dylib":
+            # The default name is the path where the library was built.
+            kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]
+        zig_cc(name, *kind, *flags, *sources, *objects, "-o", str(library.resolve()))
 
 
 def build_library(name: str) -> Path:
@@ -162,9 +164,18 @@ def build_library(name: str) -> Path:
 
 
 def check_sources() -> None:
-    """Compile for this machine with warnings as errors; keep nothing."""
+    """Compile for this machine with warnings as errors, and against FMI's own headers."""
+    import fmpy
+
+    strict = [*compiler_flags(), "-Werror", '-DCONTACTLIB_TOKEN=""']
+    headers = Path(fmpy.__file__).parent / "c-code"
     with tempfile.TemporaryDirectory() as scratch:
         compile_library(host(), Path(scratch) / "checked", "-Werror")
+        for name in ("fmi2", "fmi3"):
+            # As of a system, for they have warnings of their own.
+            standard = (f"-isystem{headers}", "-include", f"{name}Functions.h")
+            made = str(Path(scratch) / name)
+            zig_cc(host(), *strict, *standard, "-c", f"{name}.c", "-o", made)
 
 
 if importlib.util.find_spec("hatchling") is not None:

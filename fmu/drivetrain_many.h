@@ -1,5 +1,6 @@
 /* Stepping and evaluating many drivetrains, LANES at a time. Part of wide_functions.h. */
 #include "drivetrain_lanes.h"
+#include "track_formula.h"
 
 /* A step of many drivetrains of one kind: a lane that has finished one takes the next. */
 typedef struct {

@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "component.h"
-#include "fmi2Functions.h"
+#include "export.h"
+#include "fmi2_types.h"
 
 typedef struct {
     component core;
@@ -53,13 +54,21 @@ static fmi2Status undiscarded(result status) {
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
-const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+CONTACTLIB_API const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 
-const char *fmi2GetVersion(void) { return fmi2Version; }
+CONTACTLIB_API const char *fmi2GetVersion(void) { return fmi2Version; }
 
-fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
-                              fmi2String resource_location, const fmi2CallbackFunctions *functions,
-                              fmi2Boolean visible, fmi2Boolean logging) {
+CONTACTLIB_API void fmi2FreeInstance(fmi2Component c) {
+    instance *self = c;
+    if (self == NULL) return;
+    component_close(&self->core);
+    free(self);
+}
+
+CONTACTLIB_API fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
+                                             fmi2String resource_location,
+                                             const fmi2CallbackFunctions *functions,
+                                             fmi2Boolean visible, fmi2Boolean logging) {
     (void)visible;
     const char *given = name != NULL ? name : "";
     fmi2CallbackLogger logger = functions != NULL ? functions->logger : NULL;
@@ -85,44 +94,38 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
     return NULL;
 }
 
-void fmi2FreeInstance(fmi2Component c) {
-    instance *self = c;
-    if (self == NULL) return;
-    component_close(&self->core);
-    free(self);
-}
-
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
-                               const fmi2String categories[]) {
+CONTACTLIB_API fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
+                                              const fmi2String categories[]) {
     CORE(c, ANY_STAGE);
     NEEDS(n, categories);
     return (fmi2Status)component_set_logging(core, on != fmi2False, n, categories);
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
-                               fmi2Real start, fmi2Boolean has_stop, fmi2Real stop) {
+CONTACTLIB_API fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance,
+                                              fmi2Real tolerance, fmi2Real start,
+                                              fmi2Boolean has_stop, fmi2Real stop) {
     CORE(c, IN(INSTANTIATED));
     return (fmi2Status)component_set_up(core, start, has_stop, stop, has_tolerance, tolerance);
 }
 
-fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+CONTACTLIB_API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     CORE(c, IN(INSTANTIATED));
     core->now.stage = INITIALIZING;
     return fmi2OK;
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+CONTACTLIB_API fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     CORE(c, IN(INITIALIZING));
     return undiscarded(component_start(core));
 }
 
-fmi2Status fmi2Terminate(fmi2Component c) {
+CONTACTLIB_API fmi2Status fmi2Terminate(fmi2Component c) {
     CORE(c, RUNNING);
     core->now.stage = TERMINATED;
     return fmi2OK;
 }
 
-fmi2Status fmi2Reset(fmi2Component c) {
+CONTACTLIB_API fmi2Status fmi2Reset(fmi2Component c) {
     CORE(c, ANY_STAGE);
     component_reset(core);
     return fmi2OK;
@@ -130,8 +133,8 @@ fmi2Status fmi2Reset(fmi2Component c) {
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                       fmi2Real values[]) {
+CONTACTLIB_API fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[],
+                                      size_t n, fmi2Real values[]) {
     CORE(c, ANY_STAGE);
     NEEDS(n, references);
     NEEDS(n, values);
@@ -141,8 +144,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], s
     return core->model_exchange ? (fmi2Status)status : undiscarded(status);
 }
 
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                          fmi2Boolean values[]) {
+CONTACTLIB_API fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[],
+                                         size_t n, fmi2Boolean values[]) {
     CORE(c, ANY_STAGE);
     NEEDS(n, references);
     NEEDS(n, values);
@@ -155,8 +158,8 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[]
     return undiscarded(status);
 }
 
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                       const fmi2Real values[]) {
+CONTACTLIB_API fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[],
+                                      size_t n, const fmi2Real values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
     NEEDS(n, references);
     NEEDS(n, values);
@@ -168,8 +171,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], s
     return (fmi2Status)status;
 }
 
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                          const fmi2Boolean values[]) {
+CONTACTLIB_API fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[],
+                                         size_t n, const fmi2Boolean values[]) {
     CORE(c, BEFORE_RUN | RUNNING);
     NEEDS(n, references);
     NEEDS(n, values);
@@ -182,34 +185,36 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[]
 }
 
 /* No model has variables of these types: only a call without values is allowed. */
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                          fmi2Integer values[]) {
+CONTACTLIB_API fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[],
+                                         size_t n, fmi2Integer values[]) {
     (void)references, (void)values;
     return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
 }
 
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                          const fmi2Integer values[]) {
+CONTACTLIB_API fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference references[],
+                                         size_t n, const fmi2Integer values[]) {
     (void)references, (void)values;
     return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
 }
 
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                         fmi2String values[]) {
+CONTACTLIB_API fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[],
+                                        size_t n, fmi2String values[]) {
     (void)references, (void)values;
     return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
 }
 
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                         const fmi2String values[]) {
+CONTACTLIB_API fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[],
+                                        size_t n, const fmi2String values[]) {
     (void)references, (void)values;
     return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
 }
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
-                                        size_t unknown_count, const fmi2ValueReference knowns[],
-                                        size_t known_count, const fmi2Real seed[],
-                                        fmi2Real sensitivity[]) {
+CONTACTLIB_API fmi2Status fmi2GetDirectionalDerivative(fmi2Component c,
+                                                       const fmi2ValueReference unknowns[],
+                                                       size_t unknown_count,
+                                                       const fmi2ValueReference knowns[],
+                                                       size_t known_count, const fmi2Real seed[],
+                                                       fmi2Real sensitivity[]) {
     CORE(c, IN(INITIALIZING) | RUNNING);
     NEEDS(unknown_count, unknowns);
     NEEDS(known_count, knowns);
@@ -221,22 +226,23 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 
 /* ---- saved states -------------------------------------------------------------------------- */
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *saved) {
+CONTACTLIB_API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *saved) {
     CORE(c, ANY_STAGE);
     return (fmi2Status)component_save(core, saved);
 }
 
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate saved) {
+CONTACTLIB_API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate saved) {
     CORE(c, ANY_STAGE);
     return (fmi2Status)component_restore(core, saved);
 }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *saved) {
+CONTACTLIB_API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *saved) {
     CORE(c, ANY_STAGE);
     return (fmi2Status)component_forget(core, saved);
 }
 
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved, size_t *size) {
+CONTACTLIB_API fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved,
+                                                     size_t *size) {
     CORE(c, ANY_STAGE);
     NEEDS(1, size);
     (void)saved;
@@ -244,15 +250,15 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved, size_
     return fmi2OK;
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate saved, fmi2Byte bytes[],
-                                 size_t size) {
+CONTACTLIB_API fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate saved,
+                                                fmi2Byte bytes[], size_t size) {
     CORE(c, ANY_STAGE);
     NEEDS(1, bytes);
     return (fmi2Status)component_serialize(core, saved, bytes, size);
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
-                                   fmi2FMUstate *saved) {
+CONTACTLIB_API fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[],
+                                                  size_t size, fmi2FMUstate *saved) {
     CORE(c, ANY_STAGE);
     NEEDS(1, bytes);
     return (fmi2Status)component_deserialize(core, bytes, size, saved);
@@ -260,27 +266,29 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 
 /* ---- model exchange ------------------------------------------------------------------------ */
 
-fmi2Status fmi2EnterEventMode(fmi2Component c) {
+CONTACTLIB_API fmi2Status fmi2EnterEventMode(fmi2Component c) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
     core->now.stage = EVENTS;
     return fmi2OK;
 }
 
-fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
+CONTACTLIB_API fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     CORE(c, IN(EVENTS));
     NEEDS(1, info);
     memset(info, 0, sizeof *info); /* no further iteration, no termination, no change */
     return undiscarded(component_update_flags(core));
 }
 
-fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
+CONTACTLIB_API fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
     CORE(c, IN(EVENTS));
     core->now.stage = CONTINUOUS;
     return fmi2OK;
 }
 
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state_before,
-                                       fmi2Boolean *enter_event_mode, fmi2Boolean *terminate) {
+CONTACTLIB_API fmi2Status fmi2CompletedIntegratorStep(fmi2Component c,
+                                                      fmi2Boolean no_set_state_before,
+                                                      fmi2Boolean *enter_event_mode,
+                                                      fmi2Boolean *terminate) {
     CORE(c, IN(CONTINUOUS));
     NEEDS(1, enter_event_mode);
     NEEDS(1, terminate);
@@ -289,36 +297,38 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state
     return fmi2OK;
 }
 
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+CONTACTLIB_API fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
     return (fmi2Status)component_set_time(core, time);
 }
 
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[], size_t n) {
+CONTACTLIB_API fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[],
+                                                  size_t n) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
     NEEDS(n, states);
     return (fmi2Status)component_set_states(core, n, states);
 }
 
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t n) {
+CONTACTLIB_API fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, states);
     return (fmi2Status)component_get_states(core, n, states);
 }
 
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t n) {
+CONTACTLIB_API fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, derivatives);
     return (fmi2Status)component_get_derivatives(core, n, derivatives);
 }
 
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t n) {
+CONTACTLIB_API fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, indicators);
     return (fmi2Status)component_get_indicators(core, n, indicators);
 }
 
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n) {
+CONTACTLIB_API fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[],
+                                                            size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, nominals);
     return (fmi2Status)component_get_nominals(core, n, nominals);
@@ -326,30 +336,34 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[
 
 /* ---- co-simulation ------------------------------------------------------------------------- */
 
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step,
-                      fmi2Boolean no_set_state_before) {
+CONTACTLIB_API fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step,
+                                     fmi2Boolean no_set_state_before) {
     CORE(c, IN(STEPPING));
     (void)no_set_state_before;
     return (fmi2Status)component_step(core, point, step);
 }
 
-fmi2Status fmi2CancelStep(fmi2Component c) { return not_offered(c, __func__); }
+CONTACTLIB_API fmi2Status fmi2CancelStep(fmi2Component c) { return not_offered(c, __func__); }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference references[],
-                                       size_t n, const fmi2Integer order[],
-                                       const fmi2Real values[]) {
+CONTACTLIB_API fmi2Status fmi2SetRealInputDerivatives(fmi2Component c,
+                                                      const fmi2ValueReference references[],
+                                                      size_t n, const fmi2Integer order[],
+                                                      const fmi2Real values[]) {
     (void)references, (void)order, (void)values;
     return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference references[],
-                                        size_t n, const fmi2Integer order[], fmi2Real values[]) {
+CONTACTLIB_API fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c,
+                                                       const fmi2ValueReference references[],
+                                                       size_t n, const fmi2Integer order[],
+                                                       fmi2Real values[]) {
     (void)references, (void)order, (void)values;
     return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
 }
 
 /* A step ends before fmi2DoStep returns, so only the time of the last one can be asked for. */
-fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+CONTACTLIB_API fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind,
+                                            fmi2Real *value) {
     CORE(c, ANY_STAGE);
     NEEDS(1, value);
     if (kind != fmi2LastSuccessfulTime) return not_offered(c, __func__);
@@ -357,17 +371,20 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
     return fmi2OK;
 }
 
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+CONTACTLIB_API fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind,
+                                        fmi2Status *value) {
     (void)kind, (void)value;
     return not_offered(c, __func__);
 }
 
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+CONTACTLIB_API fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind,
+                                               fmi2Integer *value) {
     (void)kind, (void)value;
     return not_offered(c, __func__);
 }
 
-fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+CONTACTLIB_API fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind,
+                                               fmi2Boolean *value) {
     CORE(c, ANY_STAGE);
     NEEDS(1, value);
     if (kind != fmi2Terminated) return not_offered(c, __func__);
@@ -375,7 +392,8 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     return fmi2OK;
 }
 
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+CONTACTLIB_API fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind,
+                                              fmi2String *value) {
     (void)kind, (void)value;
     return not_offered(c, __func__);
 }

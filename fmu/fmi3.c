@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "component.h"
-#include "fmi3Functions.h"
+#include "export.h"
+#include "fmi3_types.h"
 
 typedef struct {
     component core;
@@ -43,7 +44,14 @@ static fmi3Status none(void *pointer, size_t n, const char *function) {
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
-const char *fmi3GetVersion(void) { return fmi3Version; }
+CONTACTLIB_API const char *fmi3GetVersion(void) { return fmi3Version; }
+
+CONTACTLIB_API void fmi3FreeInstance(fmi3Instance c) {
+    instance *self = c;
+    if (self == NULL) return;
+    component_close(&self->core);
+    free(self);
+}
 
 static fmi3Instance instantiate(int model_exchange, fmi3String token, fmi3String resources,
                                 fmi3Boolean logging, fmi3InstanceEnvironment environment,
@@ -65,15 +73,16 @@ static fmi3Instance instantiate(int model_exchange, fmi3String token, fmi3String
     return NULL;
 }
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
-                                          fmi3Boolean visible, fmi3Boolean logging,
-                                          fmi3InstanceEnvironment environment,
-                                          fmi3LogMessageCallback logger) {
+CONTACTLIB_API fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token,
+                                                         fmi3String resources, fmi3Boolean visible,
+                                                         fmi3Boolean logging,
+                                                         fmi3InstanceEnvironment environment,
+                                                         fmi3LogMessageCallback logger) {
     (void)name, (void)visible;
     return instantiate(1, token, resources, logging, environment, logger);
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(
+CONTACTLIB_API fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3Boolean event_mode_used, fmi3Boolean early_return_allowed,
     const fmi3ValueReference required[], size_t required_count, fmi3InstanceEnvironment environment,
@@ -89,7 +98,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     return instantiate(0, token, resources, logging, environment, logger);
 }
 
-fmi3Instance fmi3InstantiateScheduledExecution(
+CONTACTLIB_API fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
     fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock,
@@ -102,41 +111,34 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     return NULL;
 }
 
-void fmi3FreeInstance(fmi3Instance c) {
-    instance *self = c;
-    if (self == NULL) return;
-    component_close(&self->core);
-    free(self);
-}
-
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
-                               const fmi3String categories[]) {
+CONTACTLIB_API fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
+                                              const fmi3String categories[]) {
     CORE(c, ANY_STAGE);
     NEEDS(n, categories);
     return (fmi3Status)component_set_logging(core, on, n, categories);
 }
 
-fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
-                                       fmi3Float64 tolerance, fmi3Float64 start,
-                                       fmi3Boolean has_stop, fmi3Float64 stop) {
+CONTACTLIB_API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
+                                                      fmi3Float64 tolerance, fmi3Float64 start,
+                                                      fmi3Boolean has_stop, fmi3Float64 stop) {
     CORE(c, IN(INSTANTIATED));
     result status = component_set_up(core, start, has_stop, stop, has_tolerance, tolerance);
     if (status == RESULT_OK) core->now.stage = INITIALIZING;
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+CONTACTLIB_API fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     CORE(c, IN(INITIALIZING));
     return (fmi3Status)component_start(core);
 }
 
-fmi3Status fmi3Terminate(fmi3Instance c) {
+CONTACTLIB_API fmi3Status fmi3Terminate(fmi3Instance c) {
     CORE(c, RUNNING);
     core->now.stage = TERMINATED;
     return fmi3OK;
 }
 
-fmi3Status fmi3Reset(fmi3Instance c) {
+CONTACTLIB_API fmi3Status fmi3Reset(fmi3Instance c) {
     CORE(c, ANY_STAGE);
     component_reset(core);
     return fmi3OK;
@@ -151,8 +153,8 @@ static fmi3Status check_count(component *core, size_t references, size_t values)
     return fmi3Error;
 }
 
-fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                          fmi3Float64 values[], size_t value_count) {
+CONTACTLIB_API fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
+                                         size_t n, fmi3Float64 values[], size_t value_count) {
     CORE(c, ANY_STAGE);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
     NEEDS(n, references);
@@ -163,8 +165,8 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                          fmi3Boolean values[], size_t value_count) {
+CONTACTLIB_API fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference references[],
+                                         size_t n, fmi3Boolean values[], size_t value_count) {
     CORE(c, ANY_STAGE);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
     NEEDS(n, references);
@@ -178,8 +180,8 @@ fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference references[],
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                          const fmi3Float64 values[], size_t value_count) {
+CONTACTLIB_API fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
+                                         size_t n, const fmi3Float64 values[], size_t value_count) {
     CORE(c, BEFORE_RUN | RUNNING);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
     NEEDS(n, references);
@@ -192,8 +194,8 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                          const fmi3Boolean values[], size_t value_count) {
+CONTACTLIB_API fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[],
+                                         size_t n, const fmi3Boolean values[], size_t value_count) {
     CORE(c, BEFORE_RUN | RUNNING);
     if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
     NEEDS(n, references);
@@ -207,16 +209,17 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[],
 }
 
 /* No model has variables of these types. */
-#define ABSENT_TYPE(type)                                                                     \
-    fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference references[], size_t n, \
-                             fmi3##type values[], size_t value_count) {                       \
-        (void)references, (void)values, (void)value_count;                                    \
-        return none(c, n, __func__);                                                          \
-    }                                                                                         \
-    fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference references[], size_t n, \
-                             const fmi3##type values[], size_t value_count) {                 \
-        (void)references, (void)values, (void)value_count;                                    \
-        return none(c, n, __func__);                                                          \
+#define ABSENT_TYPE(type)                                                                          \
+    CONTACTLIB_API fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference references[], \
+                                            size_t n, fmi3##type values[], size_t value_count) {   \
+        (void)references, (void)values, (void)value_count;                                         \
+        return none(c, n, __func__);                                                               \
+    }                                                                                              \
+    CONTACTLIB_API fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference references[], \
+                                            size_t n, const fmi3##type values[],                   \
+                                            size_t value_count) {                                  \
+        (void)references, (void)values, (void)value_count;                                         \
+        return none(c, n, __func__);                                                               \
     }
 
 ABSENT_TYPE(Float32)
@@ -230,28 +233,32 @@ ABSENT_TYPE(Int64)
 ABSENT_TYPE(UInt64)
 ABSENT_TYPE(String)
 
-fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                         size_t sizes[], fmi3Binary values[], size_t value_count) {
+CONTACTLIB_API fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference references[],
+                                        size_t n, size_t sizes[], fmi3Binary values[],
+                                        size_t value_count) {
     (void)references, (void)sizes, (void)values, (void)value_count;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                         const size_t sizes[], const fmi3Binary values[], size_t value_count) {
+CONTACTLIB_API fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference references[],
+                                        size_t n, const size_t sizes[], const fmi3Binary values[],
+                                        size_t value_count) {
     (void)references, (void)sizes, (void)values, (void)value_count;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference reference,
-                                               size_t *n) {
+CONTACTLIB_API fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c,
+                                                              fmi3ValueReference reference,
+                                                              size_t *n) {
     (void)reference, (void)n;
     return not_offered(c, __func__);
 }
 
-fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent,
-                                       size_t elements[], fmi3ValueReference independents[],
-                                       size_t independent_elements[], fmi3DependencyKind kinds[],
-                                       size_t n) {
+CONTACTLIB_API fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent,
+                                                      size_t elements[],
+                                                      fmi3ValueReference independents[],
+                                                      size_t independent_elements[],
+                                                      fmi3DependencyKind kinds[], size_t n) {
     (void)dependent, (void)elements, (void)independents, (void)independent_elements, (void)kinds;
     (void)n;
     return not_offered(c, __func__);
@@ -270,11 +277,10 @@ static fmi3Status derivative(component *core, int adjoint, const fmi3ValueRefere
                                             known_count, seed, sensitivity);
 }
 
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
-                                        size_t unknown_count, const fmi3ValueReference knowns[],
-                                        size_t known_count, const fmi3Float64 seed[],
-                                        size_t seed_count, fmi3Float64 sensitivity[],
-                                        size_t sensitivity_count) {
+CONTACTLIB_API fmi3Status fmi3GetDirectionalDerivative(
+    fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
+    const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
+    size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count) {
     CORE(c, IN(INITIALIZING) | RUNNING);
     NEEDS(unknown_count, unknowns);
     NEEDS(known_count, knowns);
@@ -284,10 +290,10 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                       sensitivity, sensitivity_count);
 }
 
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
-                                    size_t unknown_count, const fmi3ValueReference knowns[],
-                                    size_t known_count, const fmi3Float64 seed[], size_t seed_count,
-                                    fmi3Float64 sensitivity[], size_t sensitivity_count) {
+CONTACTLIB_API fmi3Status fmi3GetAdjointDerivative(
+    fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
+    const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
+    size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count) {
     CORE(c, IN(INITIALIZING) | RUNNING);
     NEEDS(unknown_count, unknowns);
     NEEDS(known_count, knowns);
@@ -299,22 +305,23 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
 
 /* ---- saved states -------------------------------------------------------------------------- */
 
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *saved) {
+CONTACTLIB_API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *saved) {
     CORE(c, ANY_STAGE);
     return (fmi3Status)component_save(core, saved);
 }
 
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState saved) {
+CONTACTLIB_API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState saved) {
     CORE(c, ANY_STAGE);
     return (fmi3Status)component_restore(core, saved);
 }
 
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *saved) {
+CONTACTLIB_API fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *saved) {
     CORE(c, ANY_STAGE);
     return (fmi3Status)component_forget(core, saved);
 }
 
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved, size_t *size) {
+CONTACTLIB_API fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved,
+                                                     size_t *size) {
     CORE(c, ANY_STAGE);
     NEEDS(1, size);
     (void)saved;
@@ -322,15 +329,15 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved, size_t
     return fmi3OK;
 }
 
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState saved, fmi3Byte bytes[],
-                                 size_t size) {
+CONTACTLIB_API fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState saved,
+                                                fmi3Byte bytes[], size_t size) {
     CORE(c, ANY_STAGE);
     NEEDS(1, bytes);
     return (fmi3Status)component_serialize(core, saved, bytes, size);
 }
 
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
-                                   fmi3FMUState *saved) {
+CONTACTLIB_API fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[],
+                                                  size_t size, fmi3FMUState *saved) {
     CORE(c, ANY_STAGE);
     NEEDS(1, bytes);
     return (fmi3Status)component_deserialize(core, bytes, size, saved);
@@ -338,95 +345,108 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
 
 /* ---- modes and clocks that no model has ---------------------------------------------------- */
 
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return not_offered(c, __func__); }
+CONTACTLIB_API fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) {
+    return not_offered(c, __func__);
+}
 
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return not_offered(c, __func__); }
+CONTACTLIB_API fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) {
+    return not_offered(c, __func__);
+}
 
-fmi3Status fmi3EnterStepMode(fmi3Instance c) { return not_offered(c, __func__); }
+CONTACTLIB_API fmi3Status fmi3EnterStepMode(fmi3Instance c) { return not_offered(c, __func__); }
 
-fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time) {
+CONTACTLIB_API fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock,
+                                                     fmi3Float64 time) {
     (void)clock, (void)time;
     return not_offered(c, __func__);
 }
 
-fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                        fmi3Clock values[]) {
+CONTACTLIB_API fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference references[],
+                                       size_t n, fmi3Clock values[]) {
     (void)references, (void)values;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                        const fmi3Clock values[]) {
+CONTACTLIB_API fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference references[],
+                                       size_t n, const fmi3Clock values[]) {
     (void)references, (void)values;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                                  fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]) {
+CONTACTLIB_API fmi3Status fmi3GetIntervalDecimal(fmi3Instance c,
+                                                 const fmi3ValueReference references[], size_t n,
+                                                 fmi3Float64 intervals[],
+                                                 fmi3IntervalQualifier qualifiers[]) {
     (void)references, (void)intervals, (void)qualifiers;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                                   fmi3UInt64 counters[], fmi3UInt64 resolutions[],
-                                   fmi3IntervalQualifier qualifiers[]) {
+CONTACTLIB_API fmi3Status fmi3GetIntervalFraction(fmi3Instance c,
+                                                  const fmi3ValueReference references[], size_t n,
+                                                  fmi3UInt64 counters[], fmi3UInt64 resolutions[],
+                                                  fmi3IntervalQualifier qualifiers[]) {
     (void)references, (void)counters, (void)resolutions, (void)qualifiers;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                               fmi3Float64 shifts[]) {
+CONTACTLIB_API fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference references[],
+                                              size_t n, fmi3Float64 shifts[]) {
     (void)references, (void)shifts;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3GetShiftFraction(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                                fmi3UInt64 counters[], fmi3UInt64 resolutions[]) {
+CONTACTLIB_API fmi3Status fmi3GetShiftFraction(fmi3Instance c,
+                                               const fmi3ValueReference references[], size_t n,
+                                               fmi3UInt64 counters[], fmi3UInt64 resolutions[]) {
     (void)references, (void)counters, (void)resolutions;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3SetIntervalDecimal(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                                  const fmi3Float64 intervals[]) {
+CONTACTLIB_API fmi3Status fmi3SetIntervalDecimal(fmi3Instance c,
+                                                 const fmi3ValueReference references[], size_t n,
+                                                 const fmi3Float64 intervals[]) {
     (void)references, (void)intervals;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3SetIntervalFraction(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                                   const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]) {
+CONTACTLIB_API fmi3Status fmi3SetIntervalFraction(fmi3Instance c,
+                                                  const fmi3ValueReference references[], size_t n,
+                                                  const fmi3UInt64 counters[],
+                                                  const fmi3UInt64 resolutions[]) {
     (void)references, (void)counters, (void)resolutions;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3SetShiftDecimal(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                               const fmi3Float64 shifts[]) {
+CONTACTLIB_API fmi3Status fmi3SetShiftDecimal(fmi3Instance c, const fmi3ValueReference references[],
+                                              size_t n, const fmi3Float64 shifts[]) {
     (void)references, (void)shifts;
     return none(c, n, __func__);
 }
 
-fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                                const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]) {
+CONTACTLIB_API fmi3Status fmi3SetShiftFraction(fmi3Instance c,
+                                               const fmi3ValueReference references[], size_t n,
+                                               const fmi3UInt64 counters[],
+                                               const fmi3UInt64 resolutions[]) {
     (void)references, (void)counters, (void)resolutions;
     return none(c, n, __func__);
 }
 
 /* ---- model exchange ------------------------------------------------------------------------ */
 
-fmi3Status fmi3EnterEventMode(fmi3Instance c) {
+CONTACTLIB_API fmi3Status fmi3EnterEventMode(fmi3Instance c) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
     core->now.stage = EVENTS;
     return fmi3OK;
 }
 
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
+CONTACTLIB_API fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
     CORE(c, IN(INITIALIZING) | IN(EVENTS));
     return (fmi3Status)component_update_flags(core);
 }
 
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *need_update,
-                                    fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
-                                    fmi3Boolean *states_changed, fmi3Boolean *has_next_time,
-                                    fmi3Float64 *next_time) {
+CONTACTLIB_API fmi3Status fmi3UpdateDiscreteStates(
+    fmi3Instance c, fmi3Boolean *need_update, fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
+    fmi3Boolean *states_changed, fmi3Boolean *has_next_time, fmi3Float64 *next_time) {
     CORE(c, IN(EVENTS));
     NEEDS(1, need_update);
     NEEDS(1, terminate);
@@ -439,14 +459,16 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *need_update,
     return (fmi3Status)component_update_flags(core);
 }
 
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
+CONTACTLIB_API fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
     CORE(c, IN(EVENTS));
     core->now.stage = CONTINUOUS;
     return fmi3OK;
 }
 
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state_before,
-                                       fmi3Boolean *enter_event_mode, fmi3Boolean *terminate) {
+CONTACTLIB_API fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c,
+                                                      fmi3Boolean no_set_state_before,
+                                                      fmi3Boolean *enter_event_mode,
+                                                      fmi3Boolean *terminate) {
     CORE(c, IN(CONTINUOUS));
     NEEDS(1, enter_event_mode);
     NEEDS(1, terminate);
@@ -455,49 +477,53 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state_
     return fmi3OK;
 }
 
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
+CONTACTLIB_API fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
     return (fmi3Status)component_set_time(core, time);
 }
 
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], size_t n) {
+CONTACTLIB_API fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[],
+                                                  size_t n) {
     CORE(c, IN(EVENTS) | IN(CONTINUOUS));
     NEEDS(n, states);
     return (fmi3Status)component_set_states(core, n, states);
 }
 
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t n) {
+CONTACTLIB_API fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, states);
     return (fmi3Status)component_get_states(core, n, states);
 }
 
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t n) {
+CONTACTLIB_API fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c,
+                                                            fmi3Float64 derivatives[], size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, derivatives);
     return (fmi3Status)component_get_derivatives(core, n, derivatives);
 }
 
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t n) {
+CONTACTLIB_API fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[],
+                                                 size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, indicators);
     return (fmi3Status)component_get_indicators(core, n, indicators);
 }
 
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n) {
+CONTACTLIB_API fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[],
+                                                            size_t n) {
     CORE(c, ANY_STAGE);
     NEEDS(n, nominals);
     return (fmi3Status)component_get_nominals(core, n, nominals);
 }
 
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
+CONTACTLIB_API fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
     CORE(c, ANY_STAGE);
     NEEDS(1, n);
     *n = component_indicators(core);
     return fmi3OK;
 }
 
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
+CONTACTLIB_API fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
     CORE(c, ANY_STAGE);
     NEEDS(1, n);
     *n = core->states;
@@ -506,10 +532,10 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
 
 /* ---- co-simulation ------------------------------------------------------------------------- */
 
-fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 step,
-                      fmi3Boolean no_set_state_before, fmi3Boolean *event_handling_needed,
-                      fmi3Boolean *terminate, fmi3Boolean *early_return,
-                      fmi3Float64 *last_successful_time) {
+CONTACTLIB_API fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 step,
+                                     fmi3Boolean no_set_state_before,
+                                     fmi3Boolean *event_handling_needed, fmi3Boolean *terminate,
+                                     fmi3Boolean *early_return, fmi3Float64 *last_successful_time) {
     CORE(c, IN(STEPPING));
     NEEDS(1, event_handling_needed);
     NEEDS(1, terminate);
@@ -522,9 +548,10 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 step,
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference references[], size_t n,
-                                    const fmi3Int32 orders[], fmi3Float64 values[],
-                                    size_t value_count) {
+CONTACTLIB_API fmi3Status fmi3GetOutputDerivatives(fmi3Instance c,
+                                                   const fmi3ValueReference references[], size_t n,
+                                                   const fmi3Int32 orders[], fmi3Float64 values[],
+                                                   size_t value_count) {
     (void)references, (void)orders, (void)values, (void)value_count;
     return none(c, n, __func__);
 }

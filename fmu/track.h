@@ -19,11 +19,4 @@ typedef struct {
     profile slope;       /* for both wheels, over distance [m] */
 } track;
 
-/* Factors on friction under the left and the right wheel, and on the slope. */
-void track_factors(const track *rails, double distance, double time, double factor[3]);
-
-/* Time at a constant speed until a profile has a corner or a jump; may be infinite. For a vehicle
- * at rest only the profile over time counts. */
-double track_until_change(const track *rails, double distance, double speed, double time);
-
 #endif

@@ -1,11 +1,14 @@
 /* Version for x86-64 with AVX2. */
-#if defined(__x86_64__) && defined(__clang__)
+#include "wide.h"
+#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
-#elif defined(__x86_64__) && defined(__GNUC__)
+#else
 #pragma GCC target("avx2")
 #endif
 #define WIDE_SUFFIX avx2
 #include "wide_functions.h"
-#if defined(__x86_64__) && defined(__clang__)
+#if defined(__clang__)
 #pragma clang attribute pop
+#endif
 #endif

@@ -1,12 +1,15 @@
 /* Version for x86-64 with AVX-512. */
-#if defined(__x86_64__) && defined(__clang__)
+#include "wide.h"
+#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), \
                              apply_to = function)
-#elif defined(__x86_64__) && defined(__GNUC__)
+#else
 #pragma GCC target("avx512f,avx512dq,avx512vl")
 #endif
 #define WIDE_SUFFIX avx512
 #include "wide_functions.h"
-#if defined(__x86_64__) && defined(__clang__)
+#if defined(__clang__)
 #pragma clang attribute pop
+#endif
 #endif

@@ -196,9 +196,9 @@ def _sources(fmi_version: int) -> dict[str, bytes]:
 
     The importer supplies the standard's headers.
     """
-    other = f"fmi{5 - fmi_version}.c"
+    other = f"fmi{5 - fmi_version}"
     paths = sorted(package_folder("fmu").glob("*.[ch]"))
-    found = {path.name: path.read_bytes() for path in paths if path.name != other}
+    found = {path.name: path.read_bytes() for path in paths if not path.name.startswith(other)}
     # The build sets this by a flag; see fmu/token.h.
     found["token_value.h"] = f'#define CONTACTLIB_TOKEN "{kernel.token()}"\n'.encode()
     return found

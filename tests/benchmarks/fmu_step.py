@@ -54,7 +54,7 @@ def compile_program(program: Path) -> None:
     hook["zig_cc"](
         kernel.platform_name(),
         *("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
-        *("-isystem", str(hook["fmi_headers"]())),
+        *("-isystem", str(Path(fmpy.__file__).parent / "c-code")),
         str(Path(__file__).with_suffix(".c")),
         *("-o", str(program)),
     )

@@ -355,7 +355,7 @@ def compiled(name: str, platform: str, folder: Path) -> Path:
         *("-s", "-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
         "-ffp-contract=off",
         # As a system's: the FMI headers have their own warnings.
-        *("-isystem", str(hook["fmi_headers"]()), f"-I{package_folder('fmu')}"),
+        *("-isystem", str(Path(fmpy.__file__).parent / "c-code"), f"-I{package_folder('fmu')}"),
         str(Path(__file__).parents[1] / "native" / f"{name}.c"),
         *("-o", str(program)),
     )

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
 import line_coverage
 import pytest
 from fmu_instance import EXPORTS
-from native_programs import PLAIN, SANITIZED, THREADED, WRAPPED, Build, Fmu, clean
+from native_programs import PLAIN, SANITIZED, THREADED, WRAPPED, Build, Fmu, clean, gcc, run
 from outside_tools import missing
 
 import contactlib as cl
+from contactlib.base.writing import package_folder
 
 pytestmark = pytest.mark.tools
 
@@ -32,6 +34,32 @@ def valgrind() -> list[str]:
     if shutil.which("valgrind") is None:
         missing("needs valgrind")
     return ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full"]
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_types_are_those_of_the_standard(plain: Build, tmp_path: Path, version: str) -> None:
+    text = (package_folder("fmu") / f"fmi{version}_types.h").read_text()
+    text = "\n".join(text[text.index("#elif") :].split("\n")[1:]).rsplit("#endif", 2)[0]
+    text = text.replace(f"fmi{version}", f"own{version}")
+    checks, structures = [], re.findall(r"typedef struct \{(.*?)\} own(\w+);", text, re.S)
+    for members, name in structures:
+        for member in re.findall(r"(\w+);|\(\*(\w+)\)", members):
+            first, second = (f"offsetof({x}{name}, {''.join(member)})" for x in ("own", "fmi"))
+            checks.append(f"{first} == {second}")
+    for values in re.findall(r"typedef enum \{(.*?)\}", text, re.S):
+        checks += [f"(int)own{x} == (int)fmi{x}" for x in re.findall(r"own(\w+)", values)]
+    for line in re.findall(r"typedef (?!struct|enum)([^()]*?);", text):
+        names = re.findall(r"own(\w+)(?=,|$)", line)
+        checks += [f"__builtin_types_compatible_p(own{x}, fmi{x})" for x in names]
+    for name, value in re.findall(r"#define own(\w+) (\S+)", text):
+        equal = "__builtin_strcmp(own{0}, fmi{0}) == 0" if '"' in value else "own{0} == fmi{0}"
+        checks.append(equal.format(name))
+    assert len(checks) > 30
+    source = tmp_path / "types.c"
+    asserted = "".join(f'_Static_assert({each}, "{each}");\n' for each in checks)
+    header = f'#include "fmi{version}Functions.h"\n'
+    source.write_text(f"{header}{text}\n{asserted}int main(void) {{ return 0; }}\n")
+    run(gcc(), *plain.flags, "-std=c11", "-c", source, "-o", tmp_path / "types.o")
 
 
 def test_kernel_and_shells_are_clean_under_sanitizers(

@@ -17,7 +17,6 @@ C_SOURCES = (
     "creep_table.c",
     "force_element.c",
     "force_in_plane.c",
-    "track.c",
     "wheelset.c",
     "wide.c",
 )

@@ -1,11 +1,15 @@
-#include "track.h"
+/* Formulas of the factors along a track (track.h). */
+#ifndef TRACK_FORMULA_H
+#define TRACK_FORMULA_H
 
 #include <math.h>
+
+#include "track.h"
 
 static const double NEAR = 1e-9; /* a place closer than that counts as reached [m, s] */
 
 /* Number of the profile's places that are not beyond a place. */
-static size_t passed(const profile *p, double place) {
+static inline size_t passed(const profile *p, double place) {
     size_t low = 0, high = p->count;
     while (low < high) {
         size_t middle = (low + high) / 2;
@@ -15,7 +19,7 @@ static size_t passed(const profile *p, double place) {
     return low;
 }
 
-static double value_at(const profile *p, double place) {
+static inline double value_at(const profile *p, double place) {
     size_t next = passed(p, place);
     if (next == 0) return p->value[0];
     if (next == p->count) return p->value[p->count - 1];
@@ -23,25 +27,30 @@ static double value_at(const profile *p, double place) {
     return p->value[next - 1] + part * (p->value[next] - p->value[next - 1]);
 }
 
-void track_factors(const track *rails, double distance, double time, double factor[3]) {
+/* Factors on friction under the left and the right wheel, and on the slope. */
+static inline void track_factors(const track *rails, double distance, double time,
+                                 double factor[3]) {
     double over_time = value_at(&rails->over_time, time);
     factor[0] = over_time * value_at(&rails->left, distance);
     factor[1] = over_time * value_at(&rails->right, distance);
     factor[2] = value_at(&rails->slope, distance);
 }
 
-static double distance_ahead(const profile *p, double distance) {
+static inline double distance_ahead(const profile *p, double distance) {
     size_t next = passed(p, distance + NEAR);
     return next < p->count ? p->at[next] - distance : INFINITY;
 }
 
-static double distance_behind(const profile *p, double distance) {
+static inline double distance_behind(const profile *p, double distance) {
     size_t next = passed(p, distance - NEAR);
     if (next > 0 && p->at[next - 1] == distance - NEAR) next--; /* this one is reached */
     return next > 0 ? distance - p->at[next - 1] : INFINITY;
 }
 
-double track_until_change(const track *rails, double distance, double speed, double time) {
+/* Time at a constant speed until a profile has a corner or a jump; may be infinite. For a vehicle
+ * at rest only the profile over time counts. */
+static inline double track_until_change(const track *rails, double distance, double speed,
+                                        double time) {
     double found = distance_ahead(&rails->over_time, time);
     if (speed > 0.0) {
         double way =
@@ -56,3 +65,5 @@ double track_until_change(const track *rails, double distance, double speed, dou
     }
     return found;
 }
+
+#endif
