@@ -133,7 +133,7 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
             # systems. The wide functions gain nothing by it, and are most of what there is to do.
             # -Bsymbolic: the library uses its own functions whatever else a tool has loaded.
             flags.append("-fPIC")
-            kind += ["-lm", "-flto", "-Wl,-Bsymbolic"]
+            kind += ["-nostdlib", "-lc", "-lm", "-flto", "-Wl,-Bsymbolic"]
             wide = [source for source in sources if source.startswith("wide_")]
             objects = [str(Path(scratch, source).with_suffix(".o")) for source in wide]
             sources = [source for source in sources if source not in wide]
