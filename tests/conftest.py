@@ -64,5 +64,7 @@ def coarse_cohesive_table() -> CreepForceTable:
         patch.setattr(table_module, "CERTIFIED_K_HATS", 8)
         patch.setattr(table_module, "SLOPE_TARGET", 3e-3)
         patch.setattr(CreepForceTable, "from_law", partial(CreepForceTable.from_law, target=1e-4))
-        patch.setattr(law_tables, "_cohesive", {})  # others of this process get the fine one
+        # Others, of this process and of this user, get the fine one.
+        patch.setattr(law_tables, "_cohesive", {})
+        patch.setattr(law_tables, "_kept", lambda name, build: build())
         return law_tables.cohesive_table("line", 0.45 / 0.21)

@@ -1,4 +1,4 @@
-"""Location of the package's data files, reading of small files, and atomic file writing."""
+"""Location of data files and of the user's cache, reading of small files, atomic writing."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import secrets
 import shutil
 from contextlib import suppress
 from pathlib import Path
+
+import platformdirs
 
 PACKAGE = Path(__file__).resolve().parents[1]
 MOST_BYTES = 2_000_000  # of a file that a user writes: what Python reads in a few seconds
@@ -32,6 +34,18 @@ def read_small(path: Path) -> bytes:
     if len(data) > MOST_BYTES:
         raise ValueError(f"the file is too large: it must have <= {MOST_BYTES / 1e6:g} MB")
     return data
+
+
+def user_cache(name: str) -> Path:
+    """Folder of this user's cache for what takes long to make; it need not exist."""
+    return platformdirs.user_cache_path("contactlib", appauthor=False) / name
+
+
+def keep_in_cache(path: Path, data: bytes) -> None:
+    """Write a file of the user's cache, if that can be written."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, data)
 
 
 def write_whole(path: str | os.PathLike[str], data: bytes) -> Path:

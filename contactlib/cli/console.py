@@ -279,8 +279,9 @@ def with_progress(load: Callable[[Callable[[float], object]], Loaded]) -> Loaded
 
         def progress(part: float) -> None:
             if not bar:
-                step = ConsoleReporter().step("Building the table of the law")
+                step = ConsoleReporter().countdown("Building the table of the law", Pace())
                 bar.append(stack.enter_context(step))
+                bar[0](0.0)
             bar[0](part)
 
         return load(progress)

@@ -1,20 +1,25 @@
-"""Tables by the name of their law: shipped ones are read, others are built once per process."""
+"""Tables by the name of their law: shipped ones are read, others are built once per user."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
-from functools import lru_cache
+from contextlib import suppress
+from functools import cache, lru_cache, partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from contactlib.base.quantities import checked_number
-from contactlib.base.writing import PACKAGE
+from contactlib.base.writing import PACKAGE, keep_in_cache, user_cache
+from contactlib.contact import kernel
 from contactlib.contact.friction import EXPONENTIAL, Weakening
 from contactlib.contact.laws.carter_griffith import CarterGriffith
 from contactlib.contact.laws.cohesive import CohesiveZone
 from contactlib.contact.table import CreepForceTable
 
 Shape = Literal["line", "elliptic"]
+
+MOST_KEPT = 100  # tables in the user's cache, of 0.4 MB each
 
 
 def _silent(part: float) -> None:
@@ -48,18 +53,48 @@ def cohesive_table(
     weakening: Weakening = EXPONENTIAL,
     progress: Callable[[float], object] = _silent,
 ) -> CreepForceTable:
-    """Table of the cohesive-zone law for one friction ratio; building takes seconds."""
+    """Table of the cohesive-zone law for one friction ratio.
+
+    Building takes some ten seconds. With the exponential weakening the table is then kept in the
+    user's cache, from where later processes read it.
+    """
     static_to_kinetic = checked_number(
         "static_to_kinetic", static_to_kinetic, CohesiveZone.quantities()["static_to_kinetic"]
     )
     key = (contact, static_to_kinetic, weakening)
     if key not in _cohesive:
-        options: dict[str, Any] = {} if weakening is EXPONENTIAL else {"weakening": weakening}
-        _cohesive[key] = CreepForceTable.from_law(
+        build = partial(
+            CreepForceTable.from_law,
             CohesiveZone,
             contact=contact,
             static_to_kinetic=static_to_kinetic,
             progress=progress,
-            **options,
         )
+        if weakening is EXPONENTIAL:
+            _cohesive[key] = _kept(f"cohesive_{contact}_{static_to_kinetic!r}", build)
+        else:  # a function has no name under which to keep its table
+            _cohesive[key] = build(weakening=weakening)
     return _cohesive[key]
+
+
+def _kept(name: str, build: Callable[[], CreepForceTable]) -> CreepForceTable:
+    """Read a table from the user's cache, or build it and keep it there."""
+    folder = user_cache("tables")
+    path = folder / f"{name}_{_sources()}.bin"
+    with suppress(OSError, ValueError):  # not there, or damaged
+        return CreepForceTable.load(path)
+    table = build()
+    keep_in_cache(path, table.data)
+    with suppress(OSError):
+        for old in sorted(folder.glob("*.bin"), key=lambda p: p.stat().st_mtime)[:-MOST_KEPT]:
+            old.unlink()
+    return table
+
+
+@cache
+def _sources() -> str:
+    """Digest of what a table is made of: the laws, the grids and the kernel."""
+    digest = hashlib.sha256(kernel.token().encode())
+    for path in sorted((PACKAGE / "contact").rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -18,12 +18,11 @@ import struct
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from contactlib.base.writing import package_folder, write_whole
+from contactlib.base.writing import keep_in_cache, package_folder, user_cache
 from contactlib.contact import kernel
 
 PLATFORMS = ("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
@@ -131,17 +130,14 @@ def _read(path: Path) -> bytes | None:
 
 
 def _has_compiler() -> bool:
-    return all(importlib.util.find_spec(module) for module in ("platformdirs", "ziglang"))
+    return importlib.util.find_spec("ziglang") is not None
 
 
 def _cache(name: str) -> Path:
     """Where the user's cache has the library: another compiler or other flags give another file."""
-    import platformdirs
-
     compiler = metadata.version("ziglang").encode() + _HOOK.read_bytes()
     key = f"{kernel.token()}-{hashlib.sha256(compiler).hexdigest()[:16]}"
-    folder = platformdirs.user_cache_path("contactlib", appauthor=False) / "libraries"
-    return folder / key / name / kernel.library_path(name).name
+    return user_cache("libraries") / key / name / kernel.library_path(name).name
 
 
 def _compiled(name: str) -> bytes:
@@ -161,10 +157,7 @@ def _compiled(name: str) -> bytes:
         except subprocess.CalledProcessError as error:
             raise RuntimeError(f"the library for {name} cannot be compiled: {error}") from None
         data = library.read_bytes()
-    with suppress(OSError):
-        path = _cache(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, data)
+    keep_in_cache(_cache(name), data)
     return data
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+import platformdirs
 import pytest
 
 import contactlib as cl
+from contactlib.contact import law_tables
 from contactlib.contact.law_tables import build_carter_griffith_table, shipped_path
 from contactlib.contact.table_building import CORNER_GRIDS
 
@@ -81,6 +84,79 @@ def test_cohesive_table(contact: Literal["line", "elliptic"], n: int) -> None:
     assert_holds(table, lambda k: law_at(k_hat=k), K_HATS, n)
     assert table.cells in CORNER_GRIDS[4 if contact == "line" else 5]
     assert cl.cohesive_table(contact, RATIO) is table
+
+
+@pytest.fixture
+def built(
+    cohesive_table: cl.CreepForceTable, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> list[float]:
+    """Friction ratios of the tables that a process builds, with a user's cache of its own."""
+    ratios: list[float] = []
+
+    def build(*_: object, static_to_kinetic: float, **__: object) -> cl.CreepForceTable:
+        ratios.append(static_to_kinetic)
+        return cohesive_table
+
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda *_, **__: tmp_path / "cache")
+    monkeypatch.setattr(cl.CreepForceTable, "from_law", build)
+    return ratios
+
+
+def in_a_new_process(ratio: float) -> cl.CreepForceTable:
+    law_tables._cohesive.clear()
+    return cl.cohesive_table("line", ratio)
+
+
+@pytest.fixture
+def others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(law_tables, "_cohesive", {})
+
+
+@pytest.mark.usefixtures("others")
+def test_a_table_is_built_once_for_a_user(built: list[float], tmp_path: Path) -> None:
+    first = in_a_new_process(1.5)
+    assert in_a_new_process(1.5).data == first.data
+    assert built == [1.5]
+    in_a_new_process(1.6)
+    assert built == [1.5, 1.6]
+    for path in (tmp_path / "cache" / "tables").iterdir():
+        path.write_bytes(first.data[:-1])
+    assert in_a_new_process(1.5).data == first.data
+    assert in_a_new_process(1.5).data == first.data
+    assert built == [1.5, 1.6, 1.5]
+
+
+@pytest.mark.usefixtures("others")
+def test_a_table_of_other_sources_is_not_read(
+    built: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    in_a_new_process(1.5)
+    monkeypatch.setattr(law_tables, "_sources", lambda: "0" * 16)
+    in_a_new_process(1.5)
+    assert built == [1.5, 1.5]
+
+
+@pytest.mark.usefixtures("others")
+def test_a_cache_that_cannot_be_written_costs_time_alone(
+    built: list[float], tmp_path: Path
+) -> None:
+    (tmp_path / "cache").write_text("a file where the folder should be")
+    assert in_a_new_process(1.5).data == in_a_new_process(1.5).data
+    assert built == [1.5, 1.5]
+
+
+@pytest.mark.usefixtures("others")
+def test_the_cache_keeps_the_newest_tables(
+    built: list[float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(law_tables, "MOST_KEPT", 2)
+    for age, ratio in enumerate((1.7, 1.5, 1.6)):
+        in_a_new_process(ratio)
+        for path in (tmp_path / "cache" / "tables").glob(f"*_{ratio}_*"):
+            os.utime(path, (age, age))
+    in_a_new_process(1.8)
+    kept = sorted(path.name.split("_")[2] for path in (tmp_path / "cache" / "tables").iterdir())
+    assert kept == ["1.6", "1.8"]
 
 
 @pytest.mark.parametrize("k_hat", [0.02, 0.3, 2.0])

@@ -435,7 +435,7 @@ def test_the_model_file_s_cohesive_law(
     )
     assert shown.exit_code == 0, shown.output
     assert asked == ["line", pytest.approx(0.45 / 0.21)]
-    assert "... Building the table of the law\n" in shown.output
+    assert "... Building the table of the law: 50% done, about 0 s left\n" in shown.output
     assert (tmp_path / "t.bin").read_bytes() == table.data
 
 
