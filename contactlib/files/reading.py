@@ -33,7 +33,7 @@ IS_SWEEP = (
 PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 LONG_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{9}}")
 # Each part of a table's name costs tomllib 1 kB and 10 us: a file of long ones, 1 GB and 10 s.
-DEEP_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{3,}}")
+DEEP_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{2,}}")
 MOST_DEEP_KEYS = 10_000
 
 
@@ -131,7 +131,7 @@ def parse_text(text: str) -> dict[str, Any]:
     if LONG_KEY.search(text):  # tomllib takes the square of its length: hours for 0.2 MB
         raise ValueError("its lists or tables are nested too deeply")
     if sum(1 for _ in DEEP_KEY.finditer(text)) > MOST_DEEP_KEYS:
-        raise ValueError(f"more than {MOST_DEEP_KEYS} of its keys have four parts or more")
+        raise ValueError(f"more than {MOST_DEEP_KEYS} of its keys have three parts or more")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

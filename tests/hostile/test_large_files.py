@@ -57,7 +57,7 @@ def test_a_file_from_a_stranger_takes_neither_time_nor_memory(tmp_path: Path, na
         if name in LARGE
         else "its lists or tables are nested too deeply"
         if name in DOTTED
-        else "more than 10000 of its keys have four parts or more"
+        else "more than 10000 of its keys have three parts or more"
     )
     assert int(memory) < 1e9
 
