@@ -79,7 +79,8 @@ def _csv(table: Dataset) -> bytes:
 
 def _mat(table: Dataset) -> bytes:
     buffer = io.BytesIO()
-    savemat(buffer, _arrays(table), oned_as="column")  # type: ignore[arg-type]
+    file: Any = buffer  # some versions of SciPy's types know only paths
+    savemat(file, _arrays(table), oned_as="column")
     head = (
         b"MATLAB 5.0 MAT-file, by contactlib"  # without SciPy's date: the same table, the same file
     )

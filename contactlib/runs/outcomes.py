@@ -157,7 +157,7 @@ def _torsional_peak(vehicles: Vehicles) -> Observer:
 
 def _energy_defect(vehicles: Vehicles) -> Observer:
     def share(defect: Extremes, *energies: Extremes) -> FloatArray:
-        largest = np.max([energy.range() for energy in energies], axis=0)
+        largest = np.max(np.stack([energy.range() for energy in energies]), axis=0)
         return np.nan_to_num(_share(defect.value(), largest))
 
     energies = (Extremes(_signal(name)) for name in (*WORKS, "stored_energy"))

@@ -152,12 +152,12 @@ def tune(
         for sensors in erring(scenario.sensors, design.sample_time).values()
     ]
 
-    def objective(logs: FloatArray) -> FloatArray:
+    def objective(logs: Any) -> Any:  # many at once, which SciPy's types do not know
         nonlocal done
         found = _outcomes(cases, names, np.exp(logs.T), range(seeds))
         done += len(logs.T)
         progress(min(1.0, done / (generations * POPULATION)))
-        return -np.asarray(found.mean(axis=(1, 2, 3)))
+        return -found.mean(axis=(1, 2, 3))
 
     end = math.log(LARGEST)
     # The design is the first of a population that fills the space evenly.
@@ -165,8 +165,8 @@ def tune(
     start = end * (2.0 * even[:POPULATION] - 1.0)
     start[0] = 0.0
     best = differential_evolution(
-        objective,  # type: ignore[arg-type]  # many at once, as it is vectorized
-        Bounds([-end] * len(names), [end] * len(names)),
+        objective,
+        Bounds(np.full(len(names), -end), np.full(len(names), end)),
         init=start,
         maxiter=generations - 1,
         tol=0.0,

@@ -61,7 +61,7 @@ def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers, Numb
     """Contact of a random wheelset, its parameters, an input of its force element, and its body."""
     wheelset = random_wheelset(rng)
     parameters = {**wheelset.element.parameters}
-    parameters["relaxation_length"] = rng.choice([0.0, rng.uniform(1e-3, 1e-2)])
+    parameters["relaxation_length"] = float(rng.choice([0.0, rng.uniform(1e-3, 1e-2)]))
     if rng.random() < 0.3:
         parameters["weakening_length"] = 0.0
     speed = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 1.8)

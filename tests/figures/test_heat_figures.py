@@ -33,7 +33,7 @@ def test_curves_are_those_of_the_contact(contact: cl.HotContact, tmp_path: Path)
     for speed in (5.0, 20.0, 60.0):
         zeta, mu, _ = lines(axes, f"{speed:g} m/s")
         assert_allclose(mu, contact.traction_coefficient(zeta, speed), rtol=1e-12)
-    cold = max(float(np.max(line.get_ydata())) for line in axes.lines)
+    cold = max(float(np.max(np.asarray(line.get_ydata()))) for line in axes.lines)
     assert cold == pytest.approx(0.3, rel=1e-6)
     assert_allclose(lines(axes, "measured")[1], [0.28, 0.22])
     check_axes(figure)

@@ -71,7 +71,7 @@ def test_it_is_the_largest_of_many_where_friction_falls(law: str, locomotive: cl
             "load": element.normal_load * rng.uniform(0.5, 1.3),
             "scale": rng.uniform(0.3, 1.2),
         }
-        residual = rng.choice([0.0, rng.uniform(0.1, 0.9)])  # heat leaves none
+        residual = float(rng.choice([0.0, rng.uniform(0.1, 0.9)]))  # heat leaves none
         changed = falling(element, residual=residual, decay=rng.uniform(0.0, 2.0))
         found = cl.available_force(
             changed,
