@@ -85,9 +85,10 @@ def _kept(name: str, build: Callable[[], CreepForceTable]) -> CreepForceTable:
         return CreepForceTable.load(path)
     table = build()
     keep_in_cache(path, table.data)
-    with suppress(OSError):
-        for old in sorted(folder.glob("*.bin"), key=lambda p: p.stat().st_mtime)[:-MOST_KEPT]:
-            old.unlink()
+    kept = sorted(folder.glob("*.bin"), key=lambda p: (_sources() in p.name, p == path))
+    for surplus in kept[:-MOST_KEPT]:  # those of other releases first
+        with suppress(OSError):
+            surplus.unlink()
     return table
 
 
