@@ -1,6 +1,6 @@
 /* Time per call of an FMU in co-simulation; see fmu_step.py.
  *
- *     fmu_step 2|3 LIBRARY RESOURCES TOKEN CALLS REPETITIONS INPUTS OUTPUTS LEAST MOST
+ *     fmu_step 2|3 LIBRARY RESOURCES TOKEN CALLS REPETITIONS INPUTS OUTPUTS LEAST MOST TOLERANCE
  *
  * INPUTS and OUTPUTS are value references with commas between. The first input takes another value
  * between LEAST and MOST at every call, so that an output cannot be remembered; the others are set
@@ -25,7 +25,7 @@ typedef enum { STEP_ALONE, SET, SET_STEP, SET_STEP_GET } extent;
 
 static const double LENGTH = 1e-3;
 static void *library, *instance;
-static double now, values[VALUES];
+static double now, tolerance, values[VALUES];
 static unsigned inputs[MOST_REFERENCES], outputs[MOST_REFERENCES];
 static size_t input_count, output_count;
 
@@ -93,7 +93,7 @@ static void start2(const char *resources, const char *token) {
     instance = fmi2Instantiate("timed", fmi2CoSimulation, token, resources, &callbacks, fmi2False,
                                fmi2False);
     if (instance == NULL) fail("fmi2Instantiate");
-    CHECK(fmi2SetupExperiment(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0));
+    CHECK(fmi2SetupExperiment(instance, fmi2True, tolerance, 0.0, fmi2False, 0.0));
     CHECK(fmi2EnterInitializationMode(instance));
     CHECK(fmi2ExitInitializationMode(instance));
 }
@@ -105,7 +105,7 @@ static void start3(const char *resources, const char *token) {
     instance = fmi3InstantiateCoSimulation("timed", token, resources, fmi3False, fmi3False,
                                            fmi3False, fmi3False, NULL, 0, NULL, log3_message, NULL);
     if (instance == NULL) fail("fmi3InstantiateCoSimulation");
-    CHECK(fmi3EnterInitializationMode(instance, fmi3False, 0.0, 0.0, fmi3False, 0.0));
+    CHECK(fmi3EnterInitializationMode(instance, fmi3True, tolerance, 0.0, fmi3False, 0.0));
     CHECK(fmi3ExitInitializationMode(instance));
 }
 
@@ -146,10 +146,11 @@ static void calls3(size_t calls, extent what) {
 }
 
 int main(int argc, char **argv) {
-    if (argc != 11) fail("reading the arguments");
+    if (argc != 12) fail("reading the arguments");
     int version = atoi(argv[1]), repetitions = atoi(argv[6]);
     size_t calls = (size_t)strtoul(argv[5], NULL, 10);
     double least = strtod(argv[9], NULL), most = strtod(argv[10], NULL), part = 0.0;
+    tolerance = strtod(argv[11], NULL);
     input_count = references(argv[7], inputs);
     output_count = references(argv[8], outputs);
     /* Multiples of the golden ratio: spread evenly, and no two neighbours alike. */
