@@ -109,10 +109,7 @@ def private_cache() -> str:
 
 
 def zig_cc_target(target: str, *arguments: str) -> None:
-    """Run the compiler for a target in Zig's notation, in the folder of the sources.
-
-    With paths relative to it, the compiler's cache serves each copy of the sources.
-    """
+    """Run the compiler for a target in Zig's notation, in the folder of the sources."""
     environment = dict(os.environ)
     if os.name == "posix" and not os.access(environment.get("HOME", ""), os.W_OK):
         # Zig keeps its cache in the home folder, which is missing here.
