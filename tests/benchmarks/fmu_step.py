@@ -116,7 +116,8 @@ def main() -> None:
     versions = [f"{name} {importlib.metadata.version(name)}" for name in ("contactlib", "ziglang")]
     print(f"{processor()}, {kernel.platform_name()}, {', '.join(versions)}")
     print(
-        f"nanoseconds per call; steps of 1 ms, by tolerance; best of {REPETITIONS} times {CALLS} calls"
+        "nanoseconds per call; steps of 1 ms, by tolerance; "
+        f"best of {REPETITIONS} times {CALLS} calls"
     )
     columns = ("step", "set", "set+step", "set+step+get")
     print(f"{'':30s}" + "".join(f"{name:>14s}" for name in columns))

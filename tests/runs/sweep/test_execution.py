@@ -57,6 +57,14 @@ HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 COMMAND = "import sys; from contactlib.cli.commands import main; main(sys.argv[1:])"
+# However slowly the test itself gets on, the sweep does not end before it is stopped.
+UNHURRIED = """
+import time
+from contactlib.runs.sweep.store import ChunkStore
+
+save = ChunkStore.save
+ChunkStore.save = lambda *given: (save(*given), time.sleep(0.2))
+"""
 
 
 def python(code: str, *arguments: object) -> subprocess.Popen[str]:
@@ -396,7 +404,7 @@ def test_ctrl_c_stops_and_the_same_command_goes_on(
     path: Path, known: bytes, tmp_path: Path, how: list[str]
 ) -> None:
     given = ["sweep", str(path), "-o", str(tmp_path), "--no-maps", "--chunk", "1", *how]
-    run = python(COMMAND, *given)
+    run = python(UNHURRIED + COMMAND, *given)
     folder = tmp_path / f"{path.stem}.chunks"
     while len(list(folder.glob("*.chunk"))) < 3:
         assert run.poll() is None, run.communicate()
