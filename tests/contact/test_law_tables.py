@@ -98,6 +98,7 @@ def built(
 
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda *_, **__: tmp_path / "cache")
     monkeypatch.setattr(cl.CreepForceTable, "from_law", build)
+    monkeypatch.setattr(law_tables, "_cohesive", {})
     return ratios
 
 
@@ -106,12 +107,6 @@ def in_a_new_process(ratio: float) -> cl.CreepForceTable:
     return cl.cohesive_table("line", ratio)
 
 
-@pytest.fixture
-def others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(law_tables, "_cohesive", {})
-
-
-@pytest.mark.usefixtures("others")
 def test_a_table_is_built_once_for_a_user(built: list[float], tmp_path: Path) -> None:
     first = in_a_new_process(1.5)
     assert in_a_new_process(1.5).data == first.data
@@ -125,7 +120,6 @@ def test_a_table_is_built_once_for_a_user(built: list[float], tmp_path: Path) ->
     assert built == [1.5, 1.6, 1.5]
 
 
-@pytest.mark.usefixtures("others")
 def test_a_table_of_other_sources_is_not_read(
     built: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -135,7 +129,6 @@ def test_a_table_of_other_sources_is_not_read(
     assert built == [1.5, 1.5]
 
 
-@pytest.mark.usefixtures("others")
 def test_a_cache_that_cannot_be_written_costs_time_alone(
     built: list[float], tmp_path: Path
 ) -> None:
@@ -144,7 +137,6 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
     assert built == [1.5, 1.5]
 
 
-@pytest.mark.usefixtures("others")
 def test_the_cache_does_not_grow_without_end(
     built: list[float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -70,7 +70,7 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
     tables = [rig.wheelset.element.table, *line_coverage.shapes(cohesive_table)]
     for table in tables:
         table.save(fmu.resources / "creep_table.bin")
-        clean([program, "25000", fmu.location, fmu.token])
+        clean([program, "100000", fmu.location, fmu.token])
 
 
 @pytest.mark.parametrize("version", [2, 3])
