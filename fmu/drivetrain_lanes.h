@@ -1,5 +1,5 @@
 /* The drivetrain's equations for LANES drivetrains at once. A struct of doubles becomes one row of
- * LANES numbers for each field. Part of wide_functions.h. */
+ * LANES numbers for each field. */
 #include <math.h>
 #include <stddef.h>
 

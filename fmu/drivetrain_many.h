@@ -1,6 +1,7 @@
-/* Stepping and evaluating many drivetrains, LANES at a time. Part of wide_functions.h. */
+/* Stepping and evaluating many drivetrains, LANES at a time. */
 #include "drivetrain_lanes.h"
 #include "track_formula.h"
+#include "wide.h"
 
 /* A step of many drivetrains of one kind: a lane that has finished one takes the next. */
 typedef struct {

@@ -37,6 +37,8 @@ static int width(void) {
 #define CHOOSE(name) name##_portable
 #endif
 
+enum { FEW = 4 }; /* up to as many are quicker one by one */
+
 void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
                                const double *k_hat, size_t k_stride, double *ratio, double *slope) {
     CHOOSE(creep_table_evaluate_many)(table, n, x, k_hat, k_stride, ratio, slope);
@@ -51,14 +53,15 @@ void force_element_evaluate_many(const creep_table *table,
 void drivetrain_advance_many(const drivetrain_member *members, size_t n, drivetrain_input *input,
                              drivetrain_state *state, double time, double step, double tolerance,
                              double *substep, unsigned char *failed) {
-    CHOOSE(drivetrain_advance_many)
-    (members, n, input, state, time, step, tolerance, substep, failed);
+    (n <= FEW ? drivetrain_advance_many_in_turn : CHOOSE(drivetrain_advance_many))(
+        members, n, input, state, time, step, tolerance, substep, failed);
 }
 
 void drivetrain_evaluate_many(const drivetrain_member *members, size_t n, size_t rows,
                               const drivetrain_input *input, const drivetrain_state *state,
                               drivetrain_output *output) {
-    CHOOSE(drivetrain_evaluate_many)(members, n, rows, input, state, output);
+    (n <= FEW ? drivetrain_evaluate_many_in_turn : CHOOSE(drivetrain_evaluate_many))(
+        members, n, rows, input, state, output);
 }
 
 void creep_forces_evaluate(const creep_forces *pair, size_t n, const creep_forces_input *input,

@@ -1,7 +1,7 @@
 /* Functions of many points or drivetrains, compiled for several vector widths.
  *
  * All versions come from one source (wide_functions.h) without contraction, so they give the same
- * bits. wide.c calls the widest version that the processor has. */
+ * bits. wide.c calls the widest version that the processor has, or that of few drivetrains. */
 #ifndef WIDE_H
 #define WIDE_H
 
@@ -9,6 +9,11 @@
 #include "creep_table.h"
 #include "drivetrain.h"
 #include "force_element.h"
+
+/* A function's name in the version that the including file has chosen. */
+#define JOINED(name, suffix) name##_##suffix
+#define NAMED(name, suffix) JOINED(name, suffix)
+#define WIDE(name) NAMED(name, WIDE_SUFFIX)
 
 #define WIDE_FUNCTIONS(suffix)                                                                    \
     void creep_table_evaluate_many_##suffix(const creep_table *, size_t, const double *,          \
@@ -28,5 +33,14 @@
 WIDE_FUNCTIONS(portable)
 WIDE_FUNCTIONS(avx2)
 WIDE_FUNCTIONS(avx512)
+
+/* Those of few drivetrains. */
+void drivetrain_advance_many_in_turn(const drivetrain_member *members, size_t n,
+                                     drivetrain_input *input, drivetrain_state *state, double time,
+                                     double step, double tolerance, double *substep,
+                                     unsigned char *failed);
+void drivetrain_evaluate_many_in_turn(const drivetrain_member *members, size_t n, size_t rows,
+                                      const drivetrain_input *input, const drivetrain_state *state,
+                                      drivetrain_output *output);
 
 #endif

@@ -6,10 +6,6 @@
 #include "table_points.h"
 #include "wide.h"
 
-#define JOINED(name, suffix) name##_##suffix
-#define NAMED(name, suffix) JOINED(name, suffix)
-#define WIDE(name) NAMED(name, WIDE_SUFFIX)
-
 void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const double *x,
                                      const double *k_hat, size_t k_stride, double *ratio,
                                      double *slope) {
@@ -74,7 +70,5 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     }
 }
 
-#ifndef LANES /* the explorer page steps one drivetrain and defines it as 1 */
 #define LANES 16
-#endif
 #include "drivetrain_many.h"

@@ -6,8 +6,8 @@ of the program that were reached, and of each source the lines that the inputs f
 measured by running them once more in a program that counts. An input that breaks the program is
 kept in the folder and named; then the command ends with an error.
 
-The vectorised kernel (wide*.c) is left out: it takes no bytes, and the same formulas are in here
-for one point at a time.
+The functions of many points and drivetrains are left out: they take no bytes, and the same formulas
+are in here for one point at a time.
 """
 
 from __future__ import annotations
@@ -74,9 +74,9 @@ def can_fuzz(folder: Path) -> bool:
 
 
 def sources() -> list[Path]:
-    """The kernel and the shells without what is vectorised."""
+    """The kernel and the shells without the functions of many."""
     paths = sorted(package_folder("fmu").glob("*.c"))
-    return [path for path in paths if not path.name.startswith("wide")]
+    return [path for path in paths if not path.name.startswith(("wide", "drivetrain"))]
 
 
 def compiled(source: Path, folder: Path, flags: Sequence[str]) -> Path:

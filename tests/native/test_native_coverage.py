@@ -20,7 +20,8 @@ def test_every_line_is_run_or_has_a_reason(
         str(line) for line in line_coverage.not_run(found) if line_coverage.reason(line) is None
     ]
     compiled = {path.name for path in line_coverage.sources("*.c")}
-    assert compiled - set(found) <= {"wide_avx2.c", "wide_avx512.c", "wide_portable.c"}
+    of_headers = ("wide_portable.c", "wide_avx2.c", "wide_avx512.c", "drivetrain_in_turn.c")
+    assert compiled - set(found) <= set(of_headers)
 
 
 def test_every_reason_is_of_a_line() -> None:

@@ -1,13 +1,10 @@
 /* What the page's WebAssembly module adds to the kernel: it fills the structs that hold pointers,
- * and says where all others have their doubles.
- *
- * The page steps one drivetrain at a time, so there is one lane; a lane's numbers do not depend on
- * how many there are. */
+ * and says where all others have their doubles. */
 #include <stddef.h>
 
-#define LANES 1
-#define WIDE_SUFFIX portable
-#include "wide_functions.h"
+#include "track.h"
+#include "wheelset.h"
+#include "wide.h"
 
 static const double ALWAYS = 0.0, UNCHANGED = 1.0;
 

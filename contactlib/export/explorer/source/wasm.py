@@ -15,10 +15,10 @@ FMU = package_folder("fmu")
 C_SOURCES = (
     "checked_file.c",
     "creep_table.c",
+    "drivetrain_in_turn.c",
     "force_element.c",
     "force_in_plane.c",
     "wheelset.c",
-    "wide.c",
 )
 FUNCTIONS = (
     "creep_table_open",
@@ -26,8 +26,8 @@ FUNCTIONS = (
     "force_element_evaluate",
     "force_element_scales",
     "wheelset_motion",
-    "drivetrain_advance_many",
-    "drivetrain_evaluate_many",
+    "drivetrain_advance_many_in_turn",
+    "drivetrain_evaluate_many_in_turn",
     "member_name",  # from here on module.c's
     "member_bytes",
     "track_set",

@@ -189,8 +189,8 @@ export class Drivetrain {
   /** Step from a time on [s], to a relative tolerance [1]; an Error if that is not met. */
   advance(time: number, step: number, tolerance = 1e-6): void {
     this.demandTable();
-    this.module.drivetrain_advance_many(this.member, 1, this.inputAt, this.stateAt, time, step,
-      tolerance, this.substep, this.failed);
+    this.module.drivetrain_advance_many_in_turn(this.member, 1, this.inputAt, this.stateAt, time,
+      step, tolerance, this.substep, this.failed);
     const failed = this.memory.bytesAt(this.failed, 1);
     if (failed[0] !== 0) {
       failed[0] = 0; // another attempt is free to begin
@@ -202,7 +202,7 @@ export class Drivetrain {
   /** Forces, creepages and energies at the state under the input. */
   output(): Structs["drivetrain_output"] {
     this.demandTable();
-    this.module.drivetrain_evaluate_many(
+    this.module.drivetrain_evaluate_many_in_turn(
       this.member, 1, 1, this.inputAt, this.stateAt, this.outputs.address);
     return this.outputs.read();
   }
