@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import fuzz
@@ -13,7 +13,6 @@ from seeds import write_seeds
 
 from contactlib.base.writing import package_folder
 
-HERE = Path(__file__).parent
 pytestmark = pytest.mark.tools
 RUNS = {"table": 20_000, "start_values": 1_000, "fmi2": 1_000, "fmi3": 1_000}
 
@@ -112,13 +111,22 @@ def test_a_check_that_is_gone_is_found(
     assert list(tmp_path.glob("crash-*"))  # what breaks it is kept
 
 
-def test_the_command_says_what_it_found(folder: Path, tmp_path: Path) -> None:
-    command = [sys.executable, str(HERE / "fuzz.py"), "table", "--seconds", "1"]
-    done = subprocess.run(
-        [*command, "--corpus", str(tmp_path)], capture_output=True, text=True, cwd=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    first, *lines = done.stdout.splitlines()
+def test_the_command_says_what_it_found(
+    programs: dict[str, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    build = fuzz.build
+
+    def built(targets: Sequence[str], folder: Path, *flags: Sequence[str]) -> dict[str, Path]:
+        return build(targets, folder, *flags) if flags else programs  # which takes a while
+
+    monkeypatch.setattr(fuzz, "build", built)
+    command = ["fuzz.py", "table", "--seconds", "1", "--corpus", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", command)
+    assert fuzz.main() == 0
+    first, *lines = capsys.readouterr().out.splitlines()
     assert first.startswith("table: ")
     assert first.endswith("no crash")
     assert any(line.startswith("    creep_table.c: ") for line in lines)

@@ -18,7 +18,7 @@ from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
 
 NATIVE = Path(__file__).parent
-WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-g")
+WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-g1")
 # Ways to compile. The vectors' files cost gcc five times as much with -O1 under the sanitizers.
 SANITIZED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 THREADED = ("-O1", "-fsanitize=thread")
