@@ -91,7 +91,7 @@ ALWAYS_INLINE void creep_forces_finish(const creep_forces_state *state, double q
     memcpy(&out->force_x_by_creepage_x, slope, sizeof slope);
 }
 
-/* Up to MOST_POINTS contacts: alone each waits for its own law. */
+/* Up to MOST_POINTS contacts. */
 ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, size_t n, const creep_forces_input *in,
                                    creep_forces_output *out) {
     creep_forces_state state[MOST_POINTS];

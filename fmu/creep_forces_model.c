@@ -22,13 +22,18 @@ const char *creep_forces_open(creep_forces *pair, const creep_table *table, cons
     return NULL;
 }
 
+void creep_forces_of_one(const creep_forces *pair, const creep_forces_input *input,
+                         creep_forces_output *output) {
+    creep_forces_at(pair, 1, input, output);
+}
+
 static void evaluate_at(const creep_table *table, const creep_forces_parameters *parameters,
                         const creep_forces_input *input, creep_forces_output *output) {
     creep_forces pair = *table->pair;
     double poisson_ratio = pair.parameters.poisson_ratio;
     pair.parameters = *parameters;
     pair.parameters.poisson_ratio = poisson_ratio;
-    creep_forces_at(&pair, 1, input, output);
+    creep_forces_of_one(&pair, input, output);
 }
 
 void evaluate_pair(const creep_table *table, model_values *v) {

@@ -19,10 +19,6 @@ void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const d
 
 void WIDE(creep_forces_evaluate)(const creep_forces *pair, size_t n,
                                  const creep_forces_input *input, creep_forces_output *output) {
-    if (n == 1) {
-        creep_forces_at(pair, 1, input, output);
-        return;
-    }
     for (size_t first = 0; first < n; first += MOST_POINTS) {
         size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
         creep_forces_at(pair, count, input + first, output + first);
