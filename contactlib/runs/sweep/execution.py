@@ -23,6 +23,7 @@ from concurrent.futures import (
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -299,21 +300,33 @@ def run_chunks(
                 f"controllers and metrics cannot be sent to processes: {error}; define them at the "
                 "top of a module, or use threads"
             ) from error
-    left, flying = iter(chunks), dict[Future[Results], int]()
+    left, flying, again = iter(chunks), dict[Future[Results], tuple[int, int]](), set[int]()
+    local = isinstance(workers.executor, (ThreadPoolExecutor, ProcessPoolExecutor))
     asked = () if workers.stopped is go_on else (workers.stopped,)
     try:
         while True:
             while len(flying) < AHEAD * workers.count and (chunk := next(left, None)) is not None:
                 first, end = chunk
                 job = workers.executor.submit(run_chunk, plan, first, values[first:end], *asked)
-                flying[job] = first
+                flying[job] = chunk
             if not flying:
                 return
             done, _ = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED)
             if not done:
                 workers.watch()
             for job in sorted(done, key=flying.__getitem__):
-                keep(flying.pop(job), job.result())
+                first, end = flying.pop(job)
+                try:
+                    results = job.result()
+                except (AttributeError, TypeError, ValueError):
+                    # Dask's executor takes results for an error if the worker that holds them ends
+                    # as they come (its version 2026.8), so another attempt is made.
+                    if local or first in again:
+                        raise
+                    again.add(first)
+                    left = chain([(first, end)], left)
+                else:
+                    keep(first, results)
     except BaseException as error:
         workers.stop()
         for job in flying:

@@ -13,7 +13,7 @@ import sys
 import textwrap
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -486,6 +486,33 @@ def test_a_cluster_gives_the_same_bits(path: Path, known: bytes, tmp_path: Path)
     assert run.returncode == 0, err
     assert "; 2 workers" in out
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
+
+
+class Stumbling(Executor):
+    """An executor that is not of this machine, and loses the results of some jobs."""
+
+    def __init__(self, losses: int) -> None:
+        self._losses = losses
+
+    def submit(self, *given: Any, **options: Any) -> Future[Any]:
+        job: Future[Any] = Future()
+        call, *arguments = given
+        if self._losses > 0:
+            self._losses -= 1
+            job.set_exception(AttributeError("'str' object has no attribute 'with_traceback'"))
+        else:
+            job.set_result(call(*arguments, **options))
+        return job
+
+
+def test_results_that_a_cluster_takes_for_an_error_are_asked_for_again(
+    path: Path, known: bytes, tmp_path: Path
+) -> None:
+    # As Dask's do if the worker that holds them ends as they come.
+    cl.ensemble(path, executor=Stumbling(3), workers=2, chunk=5, output=tmp_path)
+    assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
+    with pytest.raises(AttributeError, match="with_traceback"):
+        cl.ensemble(path, executor=Stumbling(1000), workers=2, chunk=5)
 
 
 @pytest.mark.slow
