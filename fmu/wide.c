@@ -37,7 +37,7 @@ static int width(void) {
 #define CHOOSE(name) name##_portable
 #endif
 
-enum { FEW = 4 }; /* up to as many are quicker one by one */
+enum { FEW = 4 }; /* up to this many drivetrains are quicker one after another */
 
 void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
                                const double *k_hat, size_t k_stride, double *ratio, double *slope) {

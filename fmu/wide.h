@@ -1,7 +1,8 @@
 /* Functions of many points or drivetrains, compiled for several vector widths.
  *
  * All versions come from one source (wide_functions.h) without contraction, so they give the same
- * bits. wide.c calls the widest version that the processor has, or that of few drivetrains. */
+ * bits. wide.c calls the widest version that the processor has, or the one for a few drivetrains.
+ */
 #ifndef WIDE_H
 #define WIDE_H
 
@@ -34,7 +35,7 @@ WIDE_FUNCTIONS(portable)
 WIDE_FUNCTIONS(avx2)
 WIDE_FUNCTIONS(avx512)
 
-/* Those of few drivetrains. */
+/* The versions for a few drivetrains. */
 void drivetrain_advance_many_in_turn(const drivetrain_member *members, size_t n,
                                      drivetrain_input *input, drivetrain_state *state, double time,
                                      double step, double tolerance, double *substep,

@@ -74,7 +74,7 @@ def can_fuzz(folder: Path) -> bool:
 
 
 def sources() -> list[Path]:
-    """The kernel and the shells without the functions of many."""
+    """The kernel and the shells without the functions of many points or drivetrains."""
     paths = sorted(package_folder("fmu").glob("*.c"))
     return [path for path in paths if not path.name.startswith(("wide", "drivetrain"))]
 

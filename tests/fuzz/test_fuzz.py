@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -130,3 +131,10 @@ def test_the_command_says_what_it_found(
     assert first.startswith("table: ")
     assert first.endswith("no crash")
     assert any(line.startswith("    creep_table.c: ") for line in lines)
+
+
+def test_the_command_starts_by_itself(tmp_path: Path) -> None:
+    command = [sys.executable, str(Path(fuzz.__file__)), "nothing"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "nothing: known targets are table, " in done.stderr

@@ -272,6 +272,9 @@ def run_chunks(
 ) -> None:
     """Run chunks, a bounded number at a time, and pass on the results of each when it is done.
 
+    An executor that is not of this machine gets a chunk a second time if the first attempt fails
+    in a way that a lost worker can cause.
+
     Parameters
     ----------
     plan : Plan
