@@ -76,11 +76,17 @@ class Wheel(NamedTuple):
 
 
 @pytest.fixture(scope="module", params=["given", pytest.param("built", marks=pytest.mark.slow)])
-def wheel(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Wheel:
+def wheel(request: pytest.FixtureRequest) -> Wheel:
     if request.param == "given":
         if "CONTACTLIB_WHEEL" not in os.environ:
             missing("CONTACTLIB_WHEEL names no wheel")
         return opened(Path(os.environ["CONTACTLIB_WHEEL"]))
+    built_here: Wheel = request.getfixturevalue("wheel_of_the_tree")
+    return built_here
+
+
+@pytest.fixture(scope="module")
+def wheel_of_the_tree(tmp_path_factory: pytest.TempPathFactory) -> Wheel:
     folder = tmp_path_factory.mktemp("wheel")
     return opened(built(copied_tree(folder / "tree"), folder), folder, ROOT)
 
@@ -263,11 +269,12 @@ def test_its_entries_have_no_time_and_no_rights_of_a_machine(wheel: Wheel) -> No
 
 
 @pytest.mark.slow
-def test_the_source_distribution_gives_the_same_wheel(tmp_path: Path) -> None:
+def test_the_source_distribution_gives_the_same_wheel(
+    wheel_of_the_tree: Wheel, tmp_path: Path
+) -> None:
     """In another folder, at another time."""
-    here = copied_tree(tmp_path / "here")
-    first = built(here, tmp_path / "first")
-    with tarfile.open(built(here, tmp_path / "sdist", "sdist")) as archive:
+    first = wheel_of_the_tree.path
+    with tarfile.open(built(copied_tree(tmp_path / "here"), tmp_path, "sdist")) as archive:
         archive.extractall(tmp_path / "elsewhere", filter="data")
     (there,) = (tmp_path / "elsewhere").iterdir()
     again = built(there, tmp_path / "again")
