@@ -110,6 +110,7 @@ def commands(folder: Path) -> dict[str, Writer]:
 
 def disk_full() -> None:
     """No file grows beyond some bytes: the real error of a write, of a limit instead of a disk."""
+    sys.dont_write_bytecode = True  # or an import leaves the head of its bytecode, for good
     resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
 
 
