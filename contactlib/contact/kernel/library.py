@@ -49,6 +49,7 @@ def library_path(name: str) -> Path:
     return PACKAGE / "_native" / name / f"contactlib{suffix}"
 
 
+@cache
 def library() -> Any:
     """The native library, which is loaded once for all threads.
 

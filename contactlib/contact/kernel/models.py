@@ -67,8 +67,9 @@ class NativeModel:
     """
 
     def __init__(self, kind: str, table: NativeContact, start: Mapping[str, float]) -> None:
-        self._model, self._table = _model(kind), table
-        self._entries = {v.name: i for i, v in enumerate(model_variables(kind))}
+        self._lib, self._model, self._table = library(), _model(kind), table
+        variables = model_variables(kind)
+        self._entries = {v.name: self._model.variables + i for i, v in enumerate(variables)}
         self._values = ffi.new("model_values *")
         self.set(**start)
         self.evaluate()
@@ -76,15 +77,15 @@ class NativeModel:
     def set(self, **values: float) -> None:
         """Set variables of any role; outputs do not change before `evaluate`."""
         for name, value in values.items():
-            library().model_set(self._entry(name), self._values, float(value))
+            self._lib.model_set(self._entries[name], self._values, float(value))
 
     def get(self, *names: str) -> list[float]:
         """Values of the named variables."""
-        return [library().model_get(self._entry(name), self._values) for name in names]
+        return [self._lib.model_get(self._entries[name], self._values) for name in names]
 
     def evaluate(self) -> None:
         """Calculate outputs and derivatives from everything else."""
-        library().model_evaluate(self._model, self._table.struct, self._values)
+        self._lib.model_evaluate(self._model, self._table.struct, self._values)
 
     def advance(self, step: float, tolerance: float = 1e-6) -> None:
         """Advance the states by one step with the inputs held.
@@ -94,7 +95,7 @@ class NativeModel:
         RuntimeError
             If the integrator gives up.
         """
-        error = library().model_advance(
+        error = self._lib.model_advance(
             self._model, self._table.struct, self._values, step, tolerance
         )
         if error != ffi.NULL:
@@ -103,16 +104,12 @@ class NativeModel:
 
     def explicit_step(self) -> float:
         """Largest step with which an explicit solver is stable at zero slip [s]."""
-        return float(library().model_explicit_step(self._model, self._table.struct, self._values))
+        return float(self._lib.model_explicit_step(self._model, self._table.struct, self._values))
 
     def tangent(self, unknowns: Sequence[str], direction: Mapping[str, float]) -> list[float]:
         """Changes of the unknowns when the other variables change along a direction."""
-        lib = library()
         moved, change = ffi.new("model_values *"), ffi.new("model_values *")
         for name, value in direction.items():
-            lib.model_set(self._entry(name), moved, float(value))
-        lib.model_tangent(self._model, self._table.struct, self._values, moved, change)
-        return [lib.model_get(self._entry(name), change) for name in unknowns]
-
-    def _entry(self, name: str) -> Any:
-        return ffi.addressof(self._model.variables[self._entries[name]])
+            self._lib.model_set(self._entries[name], moved, float(value))
+        self._lib.model_tangent(self._model, self._table.struct, self._values, moved, change)
+        return [self._lib.model_get(self._entries[name], change) for name in unknowns]
