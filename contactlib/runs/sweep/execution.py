@@ -145,14 +145,15 @@ class Workers:
     stop : callable
         Makes `stopped` return True, if it can.
     watch : callable
-        Called each second while no chunk is done.
+        Called each second while no chunk is done; returns whether it waits for workers. Then it is
+        called again as soon as one is.
     """
 
     executor: Executor
     count: int
     stopped: Callable[[], bool] = go_on
     stop: Callable[[], Any] = go_on
-    watch: Callable[[], Any] = go_on
+    watch: Callable[[], bool] = go_on
 
 
 def default_workers() -> int:
@@ -252,11 +253,12 @@ def cluster_workers(
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with Client(address) as client:  # type: ignore[no-untyped-call]
 
-        def watch() -> None:
+        def watch() -> bool:
             nonlocal waits
             if waits != (not client.nthreads()):
                 waits = not waits
                 tell("No worker is left: waiting for one" if waits else "A worker has come")
+            return waits
 
         count = sum(client.nthreads().values())
         with client.get_executor() as executor:
@@ -306,6 +308,7 @@ def run_chunks(
     left, flying, again = iter(chunks), dict[Future[Results], tuple[int, int]](), set[int]()
     local = isinstance(workers.executor, (ThreadPoolExecutor, ProcessPoolExecutor))
     asked = () if workers.stopped is go_on else (workers.stopped,)
+    waits = False
     try:
         while True:
             while len(flying) < AHEAD * workers.count and (chunk := next(left, None)) is not None:
@@ -315,8 +318,8 @@ def run_chunks(
             if not flying:
                 return
             done, _ = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED)
-            if not done:
-                workers.watch()
+            if not done or waits:
+                waits = workers.watch()
             for job in sorted(done, key=flying.__getitem__):
                 first, end = flying.pop(job)
                 try:
