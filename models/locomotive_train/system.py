@@ -33,7 +33,6 @@ from .vehicle import (
     Locomotive,
     Motion,
     cross,
-    directions,
     dot,
 )
 
@@ -149,21 +148,20 @@ def outer_forces(
     gyroscopic = (locomotive.wheel_inertia * spin)[:, None] * cross(motion.turning, motion.axle)
     turns = turns - driven[:, None] * motion.axle - gyroscopic
     bodies[3:, :3] = pushes.sum(axis=1)
-    bodies[3:, 3:] = (motion.axes * turns[:, None]).sum(axis=-1)
+    bodies[3:, 3:] = (motion.axes[3:] * turns[:, None]).sum(axis=-1)
     loss = wheelset.damping * spin
     found[SPIN], found[SHAFT] = driven - loss, torque
 
     # A motor and its gear turn the bogie back. The rotor turns the other way than the axle.
     quill = v.quill_stiffness * (q[SHAFT] - q[SPIN]) + v.quill_damping * (rates[SHAFT] - spin)
     back = (loss - quill + (torque - quill) / v.gear_ratio)[:, None] * motion.axle
-    frames = (q + locomotive.reference)[:18].reshape(3, 6)
-    axes, own = directions(frames[:, 3:])
-    bodies[1:3, 3:] = (axes[1:] * back.reshape(2, 1, 2, 3).sum(axis=2)).sum(axis=-1)
+    bodies[1:3, 3:] = (motion.axes[1:3] * back.reshape(2, 1, 2, 3).sum(axis=2)).sum(axis=-1)
 
-    hook = own[0].T @ np.array([-v.half_length, 0.0, v.drawhook_height - v.body_height])
-    pull, forward = drawbar(locomotive, frames[0], rates, hook, axes[0], q[TRAIN])
+    hook = motion.own[0].T @ np.array([-v.half_length, 0.0, v.drawhook_height - v.body_height])
+    place, axes = q[:3] + locomotive.reference[:3] + hook, motion.axes[0]
+    pull, forward = drawbar(locomotive, place, rates, hook, axes, q[TRAIN])
     bodies[0, :3] = -pull * forward
-    bodies[0, 3:] = axes[0] @ cross(hook, bodies[0, :3])
+    bodies[0, 3:] = axes @ cross(hook, bodies[0, :3])
     # Its constant part turns its sign at standstill, smoothly.
     davis, speed = wheelset.resistance, rates[TRAIN]
     along = davis.constant * np.tanh(speed / wheelset.element.minimum_speed)
@@ -174,15 +172,14 @@ def outer_forces(
 
 def drawbar(
     locomotive: Locomotive,
-    body: FloatArray,
+    place: FloatArray,
     moving: FloatArray,
     hook: FloatArray,
     axes: FloatArray,
     way: float,
 ) -> tuple[float, FloatArray]:
-    """Pull on the train [N] and the direction of the pull on the body, along the track."""
+    """Pull on the train [N] and its direction along the track, with the hook's end at a place."""
     v, k = locomotive.vehicle, locomotive.alignment.curvature
-    place = body[:3] + hook
     velocity = moving[:3] + cross(moving[3:6] @ axes, hook)
     distance, offset = locomotive.alignment.of(place[0], place[1])
     heading = k * distance

@@ -146,9 +146,10 @@ class Motion(NamedTuple):
         Of the axles' centres along the track and to the left of it [m].
     forward, left : ndarray
         Unit vectors along and across the track at each axle.
-    axes, axle, turning : ndarray
-        Axes of an axle's three angles, unit vector along the axle, and angular velocity without
-        the wheels' spin [rad/s].
+    axes, own : ndarray
+        Axes about which their three angles turn body, bogies and axles, and their own axes.
+    axle, turning : ndarray
+        Unit vector along each axle, and its angular velocity without the wheels' spin [rad/s].
     arm : ndarray
         From an axle's centre to its two contacts [m].
     slip, lateral_velocity, spin_velocity, speed, load : ndarray
@@ -162,6 +163,7 @@ class Motion(NamedTuple):
     forward: FloatArray
     left: FloatArray
     axes: FloatArray
+    own: FloatArray
     axle: FloatArray
     turning: FloatArray
     arm: FloatArray
@@ -281,12 +283,11 @@ class Locomotive:
     def motion(self, q: FloatArray, rates: FloatArray) -> Motion:
         """Motion of the wheels, of one state or of many; coordinates are the last dimension."""
         v, radius = self.vehicle, self.wheelset.radius
-        shape = (*q.shape[:-1], AXLES, 6)
-        at = (q + self.reference)[..., 18:42].reshape(shape)
-        moving = rates[..., 18:42].reshape(shape)
-        axes, own = directions(at[..., 3:])
-        axle = own[..., 1, :]
-        turning = (moving[..., 3:, None] * axes).sum(axis=-2)
+        bodies = (q + self.reference)[..., :42].reshape(*q.shape[:-1], 7, 6)
+        axes, own = directions(bodies[..., 3:])
+        at, moving = bodies[..., 3:, :], rates[..., 18:42].reshape(*q.shape[:-1], AXLES, 6)
+        axle = own[..., 3:, 1, :]
+        turning = (moving[..., 3:, None] * axes[..., 3:, :, :]).sum(axis=-2)
         distance, offset = self.alignment.of(at[..., 0], at[..., 1])
         heading = self.alignment.curvature * distance
         c, s, none = np.cos(heading), np.sin(heading), np.zeros_like(heading)
@@ -312,6 +313,7 @@ class Locomotive:
             forward=forward,
             left=left,
             axes=axes,
+            own=own,
             axle=axle,
             turning=turning,
             arm=arm,
