@@ -206,9 +206,11 @@ def save_pictures(
 ) -> list[Path]:
     """Write a figure in some formats; the layout, half of the work, is computed once."""
     engine, written = figure.get_layout_engine(), []
-    for kind in formats:
-        written.append(save(figure, folder / f"{name}.{kind}"))
-        figure.set_layout_engine("none")
+    # No engine, whatever the user's settings: "none" would put one there that makes it draw twice.
+    with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+        for kind in formats:
+            written.append(save(figure, folder / f"{name}.{kind}"))
+            figure.set_layout_engine(None)
     figure.set_layout_engine(engine)
     return written
 
