@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 ComplexArray = NDArray[np.complex128]
 
+POINTS = 2000  # frequencies, between which a cubic spline gives the margins
+BEYOND = 300.0  # factor of the frequency range beyond the slowest and the fastest pole
+
 
 class RootLocus(NamedTuple):
     """Closed-loop poles over the gain.
@@ -101,6 +104,25 @@ def root_locus(loop: StateSpace, gains: ArrayLike) -> RootLocus:
     return RootLocus(factors, found.loci, rates, tuple(critical))
 
 
+def frequencies(loop: StateSpace) -> FloatArray:
+    """Angular frequencies that cover the poles of a loop and of its closed loop [rad/s].
+
+    Zeros are left out: some are lost to rounding, and far beyond the fastest pole they turn no
+    curve near -1.
+    """
+    import control
+
+    features = np.concatenate([loop.poles(), control.feedback(loop, 1.0).poles()])
+    if loop.dt:
+        features = np.log(features[np.abs(features) > 1e-9]) / loop.dt
+    sizes = np.abs(features)
+    sizes = sizes[sizes > 1e-9 * sizes.max()]
+    slowest, fastest = sizes.min() / BEYOND, sizes.max() * BEYOND
+    if loop.dt:
+        fastest = math.pi / loop.dt
+    return np.geomspace(min(slowest, 0.1 * fastest), fastest, POINTS)
+
+
 class Nyquist(NamedTuple):
     """Nyquist curve of an open loop: Z = N + P.
 
@@ -145,7 +167,7 @@ def nyquist(loop: StateSpace) -> Nyquist:
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", DeprecationWarning)  # not about the curve
-        (curve,) = control.nyquist_response([loop])
+        (curve,) = control.nyquist_response([loop], np.append(0.0, frequencies(loop)))
     if doubts:
         raise ValueError(f"the encirclements of -1 cannot be counted: {doubts[0].message}")
     poles = loop.poles()

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray, Limits, checked_number, checked_whole
-from contactlib.stability.control_systems.loci import growth_rate
+from contactlib.base.quantities import Limits, checked_number, checked_whole
+from contactlib.stability.control_systems.loci import frequencies, growth_rate
 from contactlib.stability.delay import MOST_ROOTS, NO_TIME, TIMES
 from contactlib.vehicle.conditions import OperatingPoint
 from contactlib.vehicle.wheelset import Wheelset
@@ -21,8 +21,6 @@ from contactlib.vehicle.wheelset import Wheelset
 if TYPE_CHECKING:
     from control import StateSpace
 
-POINTS = 2000  # frequencies, between which a cubic spline gives the margins
-BEYOND = 300.0  # factor of the frequency range beyond the slowest and the fastest pole or zero
 GAINS = Limits(at_least=1e-12, at_most=1e15)  # [N.m]
 INTEGRAL_GAINS = Limits(at_least=0.0, at_most=1e15)  # [N.m/s]
 SAMPLE_TIMES = Limits(at_least=1e-9, at_most=1e6)  # [s]
@@ -64,7 +62,7 @@ class Margins(NamedTuple):
 
 
 def margins(loop: StateSpace) -> Margins:
-    """Margins of an open loop, on a grid of frequencies that covers all its poles and zeros.
+    """Margins of an open loop, on a grid of frequencies that covers all its poles.
 
     Notes
     -----
@@ -109,21 +107,6 @@ def margins(loop: StateSpace) -> Margins:
         disk_gain=float(control.db2mag(disk_gain)),
         disk_phase=math.radians(float(disk_phase)),
     )
-
-
-def frequencies(loop: StateSpace) -> FloatArray:
-    """Angular frequencies that cover the dynamics of a loop and its closed loop [rad/s]."""
-    import control
-
-    features = np.concatenate([loop.poles(), loop.zeros(), control.feedback(loop, 1.0).poles()])
-    if loop.dt:
-        features = np.log(features[np.abs(features) > 1e-9]) / loop.dt
-    sizes = np.abs(features)
-    sizes = sizes[sizes > 1e-9 * sizes.max()]
-    slowest, fastest = sizes.min() / BEYOND, sizes.max() * BEYOND
-    if loop.dt:
-        fastest = math.pi / loop.dt
-    return np.geomspace(min(slowest, 0.1 * fastest), fastest, POINTS)
 
 
 def creep_loop(

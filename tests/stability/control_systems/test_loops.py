@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import control
 import numpy as np
 import pytest
 from hypothesis import assume, given
+from hypothesis import strategies as st
 from scipy.optimize import brentq
-from strategies import examples, number
-from wheelsets import falling, unstable
+from strategies import examples, magnitude, number
+from wheelsets import BODIES, falling, made_wheelset, unstable
 
 import contactlib as cl
 from contactlib import stability
@@ -87,6 +88,130 @@ def test_pi_with_lag_is_stable_as_routh_says(
     held = stability.pi_stable(p, g, kp * np.array([1.0 - 1e-6, 1.0 + 1e-6]), ki, lag)
     assume(held.all() == held.any())  # on the border nobody can say
     assert (unstable(loop) == 0) == held.all()
+
+
+class BruteForce(NamedTuple):
+    """Nyquist curve from the equations of motion, on a grid far beyond all poles.
+
+    The delay is exact, and nothing is shared with the systems under test but the linearisation's
+    slope of the creep force.
+    """
+
+    unstable_closed_loop_poles: int
+    gain_lower: float
+    gain_upper: float
+    phase: float
+    delay: float
+    sensitivity_peak: float
+
+
+def brute_force(
+    body: cl.Wheelset, point: cl.OperatingPoint, kp: float, ki: float, lag: float, delay: float
+) -> BruteForce:
+    r, j, b, v = body.radius, body.inertia, body.damping, point.speed
+    m = math.inf if body.mass is None else body.mass
+    kappa, stretch = point.creep_force_slope / v, 1.0 + point.creepage
+    matrix = np.array(
+        [
+            [-(b + r**2 * kappa) / j, r * kappa * stretch / j],
+            [r * kappa / m, -(kappa * stretch + point.resistance_slope) / m],
+        ]
+    )
+
+    def loop(s: Any) -> Any:
+        rest = s - matrix[1, 1]
+        both = (s - matrix[0, 0]) * rest - matrix[0, 1] * matrix[1, 0]
+        plant = (r / v * rest - stretch / v * matrix[1, 0]) / (j * both)
+        return (kp + ki / s) * np.exp(-s * delay) / (1.0 + lag * s) * plant
+
+    omega = np.geomspace(1e-9, min(1e6, 300.0 / max(delay, 1e-9)), 60_000)
+    arc = loop(omega[0] * np.exp(0.5j * math.pi * np.linspace(0.0, 1.0, 2000)))
+    curve = loop(1j * omega)
+    whole = 1.0 + np.append(arc, curve)
+    turns = np.angle(whole[1:] / whole[:-1]).sum() / math.pi  # of the whole curve
+    assert abs(turns - round(turns)) < 0.05
+
+    def crossings(sign: Any, *values: Any) -> list[Any]:
+        """Values where `sign` changes, each at the first point behind."""
+        (at,) = np.nonzero(np.diff(np.sign(sign)))
+        return [value[at + 1] for value in values]
+
+    (real,) = crossings(whole.imag, whole.real - 1.0)
+    if ki == 0.0:
+        real = np.append(real, arc[0].real)
+    gains = -1.0 / real[real < 0.0]
+    at_one, frequency = crossings(np.log(np.abs(curve)), curve, omega)
+    lags = np.mod(np.angle(-at_one), 2.0 * math.pi)
+    return BruteForce(
+        int((np.linalg.eigvals(matrix).real > 0.0).sum()) - round(turns),
+        gains[gains < 1.0].max(initial=0.0),
+        gains[gains > 1.0].min(initial=math.inf),
+        lags.min(initial=math.inf),
+        (lags / frequency).min(initial=math.inf),
+        float((1.0 / np.abs(whole)).max()),
+    )
+
+
+def assert_margins(loop: Any, exact: BruteForce) -> None:
+    found = control_systems.margins(loop)
+    for name in BruteForce._fields[1:]:
+        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=0.01), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("free", [True, False])
+@examples(50)
+@given(
+    made=BODIES,
+    speed=number(2.0, 40.0),
+    beyond=number(1.0, 1.3),
+    factor=number(0.5, 6.0),
+    lag=st.just(0.0) | magnitude(1e-4, 2e-2),
+    delay=st.just(0.0) | magnitude(1e-4, 2e-2),
+    reset=st.just(0.0) | magnitude(0.05, 20.0),
+)
+def test_margins_gains_and_verdicts_are_those_of_a_brute_force_nyquist_curve(
+    free: bool,
+    made: dict[str, Any],
+    speed: float,
+    beyond: float,
+    factor: float,
+    lag: float,
+    delay: float,
+    reset: float,
+) -> None:
+    body = made_wheelset(**made | {"mass": made["mass"] if free else None})
+    creepage = beyond * cl.worst_pole(body, speed=speed).creepage
+    point = body.balanced(creepage=creepage, speed=speed)
+    lowest = cl.creep_control_gain(body, point)
+    assume(0.0 < lowest < math.inf and abs(factor - 1.0) > 0.01)  # nobody can say on the border
+    for part, holds in ((0.99, False), (1.01, True)):
+        curve = brute_force(body, point, part * lowest, 0.0, 0.0, 0.0)
+        assert (curve.unstable_closed_loop_poles == 0) == holds
+    kp = factor * lowest
+    exact = brute_force(body, point, kp, reset * kp, lag, delay)
+    assume(exact.sensitivity_peak < 100.0)
+    loop = control_systems.creep_loop(
+        body, point, proportional_gain=kp, integral_gain=reset * kp, lag=lag, delay=delay
+    )
+    held = exact.unstable_closed_loop_poles == 0
+    assert control_systems.nyquist(loop).stable == held
+    if not held:
+        with pytest.raises(ValueError, match="not stable, so it has no margins"):
+            control_systems.margins(loop)
+        return
+    assert_margins(loop, exact)
+
+
+def test_margins_of_the_locomotive(locomotive: cl.Model) -> None:
+    # rounding gives this loop a zero at 8e20 rad/s
+    body = locomotive.wheelset
+    point = body.balanced(creepage=0.024, speed=SPEED)
+    lowest = cl.creep_control_gain(body, point)
+    loop = control_systems.creep_loop(
+        body, point, proportional_gain=2.0 * lowest, integral_gain=4.0 * lowest, delay=1e-3
+    )
+    assert_margins(loop, brute_force(body, point, 2.0 * lowest, 4.0 * lowest, 0.0, 1e-3))
 
 
 def test_disk_margin_bounds_gain_and_phase(rig: cl.Model) -> None:
