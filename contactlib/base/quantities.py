@@ -95,16 +95,28 @@ class Quantity(Limits):
     """Unit and limits of a number, for use in ``Annotated``.
 
     `percent`: it is shown in per cent. `usual`: lowest and highest value that a vehicle or a rig
-    has; a file's value beyond them is allowed, and warned of.
+    has; a file's value beyond them is allowed, and warned of with `doubtful`, the probable mistake.
     """
 
     unit: str
     percent: bool = field(default=False, kw_only=True)
     usual: tuple[float, float] | None = field(default=None, kw_only=True)
+    doubtful: str = field(default="is its unit missing or wrong?", kw_only=True)
 
     def is_usual(self, value: float) -> bool:
         """Whether a number is in the usual range, if there is one."""
         return self.usual is None or self.usual[0] <= value <= self.usual[1]
+
+    def doubt(self, name: str, value: float) -> str | None:
+        """Sentence on a number that is not usual; None for one that is."""
+        if self.usual is None or self.is_usual(value):
+            return None
+        low, high = self.usual
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return (
+            f"{name} = {value:g}{unit} is implausible: {low:g} to {high:g}{unit} is usual; "
+            f"{self.doubtful}"
+        )
 
 
 class InputWarning(UserWarning):

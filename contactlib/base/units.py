@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 
 STANDARD_GRAVITY = 9.80665  # m/s2
+AMBIENT = 20.0  # degC, in messages
 # Value of each further unit in the SI unit of a quantity.
 UNITS = {
     "1": {"%": 1e-2},
@@ -31,6 +32,7 @@ UNITS = {
     "N.m/rad": {"kN.m/rad": 1e3, "MN.m/rad": 1e6},
     "N.m.s/rad": {"kN.m.s/rad": 1e3},
     "1/(N.m)": {"1/(kN.m)": 1e-3},
+    "K": {"delta_degC": 1.0, "delta_degF": 5.0 / 9.0},  # of a rise, not of a temperature
 }
 # What turns other spellings into those above, in this order; Python and the explorer's page read
 # the expressions alike.
@@ -47,6 +49,7 @@ SPELLINGS = (
     (r"\bsec\b", "s"),
     (r"^tonnes?$", "t"),
     (r"^(?:percent|per\.cent)$", "%"),
+    (r"^(?:\u00b0\.?|deg\.)?C(?:elsius)?$", "degC"),
     (r"^-?$", "1"),
 )
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?![0-9_])")
@@ -101,5 +104,8 @@ def in_si(text: str, si: str, *, bare: bool = False) -> float:
     if mass is not None:
         weight = number * mass * STANDARD_GRAVITY / 1e3
         raise ValueError(f'is a mass; its weight is "{weight:.4g} kN"')
+    if si == "K" and unit_value(unit, "degC"):
+        rise = f'"{number - AMBIENT:g} K" if ambient is {AMBIENT:g} degC'
+        raise ValueError(f"is a temperature; what it needs is the rise above ambient: {rise}")
     known = ", ".join([si, *UNITS.get(si, {})])
     raise ValueError(f"must be a number in {si}, or a number and one of: {known}")

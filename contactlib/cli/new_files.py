@@ -91,9 +91,10 @@ def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
         values = [in_si(part, unit, bare=True) for part in parts]
     except ValueError as error:
         raise ValueError(f"{option} = {text!r} {error}") from None
-    usual = ContactSection.quantities()["normal_load"]
-    if option == "--load" and not all(map(usual.is_usual, values)):
-        warn(f"{option} = {text} is implausible for a load in N; is its unit missing or wrong?")
+    if option == "--load":
+        load = ContactSection.quantities()["normal_load"]
+        for doubt in filter(None, (load.doubt(option, value) for value in values)):
+            warn(doubt)
     if ":" in text:
         if len(values) != 2 or "," in text:
             raise ValueError(f"{option} = {text!r} must be a range of two numbers, as 0.5:1")

@@ -31,6 +31,7 @@ DOUBLINGS = 1e-12 * 2.0 ** np.arange(81)  # slips at which a function is sampled
 DECADES = 18  # over which Eq. (2) is integrated, beyond the slip at half of the drop
 TAIL = 1e-6  # largest accepted share of the last decade in Eq. (2)
 EFFUSIVITY = Quantity("W.s0.5/(m2.K)", at_least=1e-3, at_most=1e9)
+SOFTENING_TEMPERATURE = Quantity("K", at_least=0.0, at_most=1e6)  # a rise above ambient
 STEEL_EFFUSIVITY = 13437.0  # that of `contact.heat.STEEL`
 
 
@@ -135,7 +136,8 @@ class Friction(Parameters):
         weakening zone does not depend on it.
     softening_temperature : float, optional
         T_m of the factor 1 - T/T_m by which both coefficients fall with the contact's flash
-        temperature T, counted from that of the bodies [K]; at least 1. Default: no fall.
+        temperature T [K]; at least 1. Both are rises above ambient, the temperature of the bodies.
+        Default: no fall.
     thermal_effusivity : float, optional
         sqrt(lambda rho c) of wheel and rail [W s^0.5/(m^2 K)]. Default: that of steel.
     slip_rate_residual, slip_rate_decay : float, optional
@@ -164,7 +166,7 @@ class Friction(Parameters):
     weakening: Weakening = EXPONENTIAL
     slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
     slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0)] = 0.0
-    softening_temperature: Annotated[float, Quantity("K", at_least=0.0, at_most=1e6)] = 0.0
+    softening_temperature: Annotated[float, SOFTENING_TEMPERATURE] = 0.0
     thermal_effusivity: Annotated[float, EFFUSIVITY] = STEEL_EFFUSIVITY
 
     def __post_init__(self) -> None:

@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray, checked, shown
+from contactlib.base.quantities import FloatArray, checked_number, shown, warn
 from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
 from contactlib.export import fmi2, fmi3, page
 from contactlib.export.description import Description
 from contactlib.export.platforms import binaries
+from contactlib.vehicle.drivetrain import RELAXATION_LENGTH
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
@@ -138,7 +139,10 @@ def describe(
         raise ValueError(f"kind = {kind!r} must be one of: {', '.join(kernel.MODEL_KINDS)}")
     if relaxation_length is not None:
         limits = {v.name: v.limits for v in kernel.model_variables("force_element")}
-        checked("relaxation_length", relaxation_length, limits["relaxation_length"])
+        name = "relaxation_length"
+        relaxation_length = checked_number(name, relaxation_length, limits[name])
+        if doubt := RELAXATION_LENGTH.doubt(name, relaxation_length):
+            warn(doubt)
         if kind not in ("force_element", "wheelset"):
             raise ValueError(
                 f"relaxation_length = {relaxation_length!r} needs a contact, which {kind!r} lacks"

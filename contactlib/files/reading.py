@@ -80,7 +80,8 @@ def doubt(key: str, text: str) -> None:
 def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     """Turn any ValueError raised inside (TOML, encoding or range) into a `ModelError`.
 
-    Each of its lines begins with the file.
+    Each of its lines begins with the file. Doubts about numbers come first, as a forgotten unit may
+    well be the cause of the mistakes.
     """
     place, outer = os.fspath(path), _DOUBTS.get()
     found: dict[str, str] = {}
@@ -88,12 +89,13 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        lines = list(lines_of(error))
+        lines = [*found.values(), *lines_of(error)]
         if len(lines) > MOST_LINES:
             lines[MOST_LINES:] = ["there are more mistakes"]
         raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
     except ArithmeticError:  # each number is within its limits, but they do not fit together
-        raise ModelError(f"{place}: its numbers are too far apart") from None
+        lines = [*found.values(), "its numbers are too far apart"]
+        raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
     finally:
         _DOUBTS.reset(token)
     if outer is not None:
@@ -291,14 +293,8 @@ def number(where: str, value: object, quantity: Quantity) -> float:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
     if not quantity.allow(found):
         raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
-    if not quantity.is_usual(found) and quantity.usual is not None:
-        low, high = quantity.usual
-        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-        doubt(
-            f"{'.'.join(where.split('.')[-2:])} = {found}",
-            f"{where} = {found:g}{unit} is implausible: {low:g} to {high:g}{unit} is usual; is its "
-            "unit missing or wrong?",
-        )
+    if text := quantity.doubt(where, found):
+        doubt(f"{'.'.join(where.split('.')[-2:])} = {found}", text)
     return found
 
 

@@ -11,7 +11,12 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from contactlib.base.quantities import Parameters, Quantity
-from contactlib.contact.friction import EFFUSIVITY, STEEL_EFFUSIVITY, Friction
+from contactlib.contact.friction import (
+    EFFUSIVITY,
+    SOFTENING_TEMPERATURE,
+    STEEL_EFFUSIVITY,
+    Friction,
+)
 from contactlib.contact.hertz import THEORIES, Contact, EllipticContact, LineContact, Material
 from contactlib.contact.kalker import POISSON_RATIO
 from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive_table
@@ -21,6 +26,7 @@ from contactlib.contact.scales import friction_with_k_hat, saturation_creepage
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.reading import doubt, file_beside, in_file, one_of
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
+from contactlib.vehicle.drivetrain import RELAXATION_LENGTH
 from contactlib.vehicle.track import Profile, Track, profile_of
 
 
@@ -74,7 +80,7 @@ class ContactSection(Parameters):
     radius_y: Annotated[float | None, Quantity("m", above=0.0, usual=(0.005, 1e3))] = None
     semi_axis_x: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
     semi_axis_y: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
-    normal_load: Annotated[float, Quantity("N", above=0.0, usual=(100.0, 1e6))]
+    normal_load: Annotated[float, Quantity("N", above=0.0, usual=(500.0, 1e6))]
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, usual=(1e6, 1e12))]
     poisson_ratio: Annotated[float, POISSON_RATIO]
     theory: str | None = None
@@ -129,7 +135,12 @@ class FrictionSection(Parameters):
     slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
     slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0, usual=(0.0, 10.0))] = 0.0
     softening_temperature: Annotated[
-        float, Quantity("K", at_least=0.0, at_most=1e6, usual=(0.0, 3000.0))
+        float,
+        replace(
+            SOFTENING_TEMPERATURE,
+            usual=(0.0, 1480.0),
+            doubtful="it is a rise above ambient, and steel melts at 1480 K above",
+        ),
     ] = 0.0
     thermal_effusivity: Annotated[float, replace(EFFUSIVITY, usual=(1e3, 4e4))] = STEEL_EFFUSIVITY
 
@@ -281,8 +292,8 @@ class CreepSection(Parameters):
     creepage: Annotated[
         tuple[float, ...], Quantity("1", above=-1.0, percent=True, usual=(-1.0, 1.0))
     ]
-    proportional_gain: Annotated[float, Quantity("N.m", above=0.0)]
-    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0)]
+    proportional_gain: Annotated[float, Quantity("N.m", above=0.0, usual=(1.0, 1e8))]
+    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0, usual=(0.0, 1e10))]
     torque_min: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
     torque_max: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
 
@@ -308,7 +319,7 @@ class RunSection(Parameters):
 class RelaxationSection(Parameters):
     """``[contact_relaxation]``: distance over which the creep force follows the creepage."""
 
-    length: Annotated[float, Quantity("m", at_least=0.0, usual=(0.0, 0.2))] = 0.0
+    length: Annotated[float, RELAXATION_LENGTH] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -144,16 +144,16 @@ class SlipLimiter(Parameters):
         "speed_filter_time",
     )
 
-    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
-    proportional_gain: Annotated[float, Quantity("N.s", above=0.0)]
-    integral_gain: Annotated[float, Quantity("N", at_least=0.0)]
-    low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
-    least_slip: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
-    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
-    recovery_time: Annotated[float, Quantity("s", above=0.0)] = 0.35
+    sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
+    proportional_gain: Annotated[float, Quantity("N.s", above=0.0, usual=(1.0, 1e8))]
+    integral_gain: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e10))]
+    low_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.01, 20.0))] = 2.0
+    least_slip: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.25
+    recovery_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-3, 20.0))] = 0.35
     creepage_error: Annotated[float, Quantity("1", at_least=0.0, at_most=0.1, percent=True)] = 0.01
-    speed_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
-    stick_torque: Annotated[float, Quantity("N.m", at_least=0.0)] = 0.0
+    speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    stick_torque: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
     stick_compliance: Annotated[float, Quantity("1/(N.m)", at_least=0.0)] = 0.0
 
     @cached_property
@@ -265,7 +265,7 @@ class CreepPI(SlipLimiter):
     TUNED: ClassVar[tuple[str, ...]] = ("reference", "least_share", *SlipLimiter.TUNED)
 
     reference: Annotated[float, Quantity("1", above=0.0, percent=True)]
-    reference_torque: Annotated[float | None, Quantity("N.m", above=0.0)] = None
+    reference_torque: Annotated[float | None, Quantity("N.m", above=0.0, usual=(1.0, 3e5))] = None
     least_share: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 0.5
 
     @classmethod

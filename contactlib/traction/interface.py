@@ -160,7 +160,7 @@ class OpenLoop(Parameters):
         Sample time [s].
     """
 
-    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
+    sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
 
     @classmethod
     def for_drivetrain(

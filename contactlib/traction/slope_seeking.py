@@ -123,20 +123,20 @@ class SlopeSeeking(SlipLimiter):
         *SlipLimiter.TUNED,
     )
 
-    radius: Annotated[float, Quantity("m", above=0.0)]
-    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
-    delay: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
-    motor_lag: Annotated[float, Quantity("s", at_least=0.0)] = 0.0
+    radius: Annotated[float, Quantity("m", above=0.0, usual=(0.01, 2.0))]
+    inertia: Annotated[float, Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))]
+    delay: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
+    motor_lag: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
-    least_load: Annotated[float, Quantity("N.m", at_least=0.0)] = 0.0
+    least_load: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
     largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.08
-    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0)] = 0.36
+    seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0, usual=(0.0, 20.0))] = 0.36
     target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.28
     dither: Annotated[float, Quantity("1", at_least=1e-3, at_most=0.5)] = 0.037
-    dither_period: Annotated[float, Quantity("s", above=0.0)] = 0.58
-    memory_time: Annotated[float, Quantity("s", above=0.0)] = 0.2
-    observer_time: Annotated[float, Quantity("s", above=0.0)] = 0.034
-    slip_noise: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
+    dither_period: Annotated[float, Quantity("s", above=0.0, usual=(1e-2, 20.0))] = 0.58
+    memory_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-3, 20.0))] = 0.2
+    observer_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.034
+    slip_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()

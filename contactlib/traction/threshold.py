@@ -98,20 +98,20 @@ class ThresholdControl(Parameters):
         "speed_filter_time",
     )
 
-    sample_time: Annotated[float, Quantity("s", above=0.0)] = 0.01
+    sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
     slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.11
     slip_release: Annotated[float, Quantity("1", above=0.0)] = 0.07
-    acceleration_threshold: Annotated[float, Quantity("m/s2", above=0.0)] = 3.4
+    acceleration_threshold: Annotated[float, Quantity("m/s2", above=0.0, usual=(0.01, 100.0))] = 3.4
     cut_fraction: Annotated[float, Quantity("1", at_least=0.0, below=1.0)] = 0.26
-    cut_time: Annotated[float, Quantity("s", above=0.0)] = 0.009
+    cut_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.009
     reapply_fraction: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.84
-    reapply_time: Annotated[float, Quantity("s", above=0.0)] = 0.008
-    ramp_time: Annotated[float, Quantity("s", above=0.0)] = 3.0
-    low_speed: Annotated[float, Quantity("m/s", above=0.0)] = 2.0
-    least_slip: Annotated[float, Quantity("m/s", at_least=0.0)] = 0.0
-    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.25
-    slip_filter_time: Annotated[float, Quantity("s", at_least=0.0)] = 0.04
-    acceleration_filter_time: Annotated[float, Quantity("s", above=0.0)] = 0.022
+    reapply_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.008
+    ramp_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-2, 60.0))] = 3.0
+    low_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.01, 20.0))] = 2.0
+    least_slip: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.25
+    slip_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.04
+    acceleration_filter_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.022
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -75,9 +75,9 @@ class Resistance(Parameters):
         Rise over distance, positive uphill [1].
     """
 
-    constant: Annotated[float, Quantity("N", at_least=0.0)] = 0.0
-    linear: Annotated[float, Quantity("N.s/m", at_least=0.0)] = 0.0
-    quadratic: Annotated[float, Quantity("N.s2/m2", at_least=0.0)] = 0.0
+    constant: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e6))] = 0.0
+    linear: Annotated[float, Quantity("N.s/m", at_least=0.0, usual=(0.0, 1e5))] = 0.0
+    quadratic: Annotated[float, Quantity("N.s2/m2", at_least=0.0, usual=(0.0, 1e4))] = 0.0
     grade: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.0
 
 

@@ -14,6 +14,7 @@ from contactlib.base.quantities import Parameters, Quantity
 from contactlib.contact import kernel
 from contactlib.vehicle.wheelset import Wheelset
 
+RELAXATION_LENGTH = Quantity("m", at_least=0.0, usual=(0.0, 0.2))
 LARGEST_LAG = 10.0  # of a motor [s]
 
 
@@ -33,7 +34,7 @@ class Axle(Parameters):
     """
 
     stiffness: Annotated[float, Quantity("N.m/rad", above=0.0, usual=(1e3, 1e10))]
-    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e7))] = 0.0
     drive_share: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.5
 
 
@@ -85,7 +86,7 @@ class Drivetrain(Parameters):
     _: KW_ONLY
     axle: Axle | None = None
     motor: Motor = Motor()
-    relaxation_length: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+    relaxation_length: Annotated[float, RELAXATION_LENGTH] = 0.0
 
     @property
     def torsional_frequency(self) -> float:

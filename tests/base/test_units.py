@@ -32,6 +32,7 @@ SAME = {
     ("kg", 142.5e3): ("142.5 t", "142.5 tonnes", "142.5t"),
     ("1", 0.015): ("1.5 %", "1.5%", "1.5 percent", "1.5 per cent", "0.015 -", "0.015 1"),
     ("1/s", 0.5): ("0.5 1/s", "30 1/min"),
+    ("K", 600.0): ("600 K", "600 delta_degC", "1080 delta_degF"),
     ("1/(N.m)", 1e-3): ("0.001 1/(N.m)", "1 1/(kN m)", "1 1/(kNm)"),
 }
 
@@ -63,6 +64,9 @@ def test_every_listed_unit_is_known_by_its_name() -> None:
         ("1,5 mm", "m", "has a decimal comma"),
         ("1 kNm", "N.m/rad", "must be a number in N.m/rad"),
         ("9**9**9 m", "m", "must be a number in m"),
+        ("600 degC", "K", 'is a temperature; .* rise above ambient: "580 K" if ambient is 20 degC'),
+        ("600 \u00b0C", "K", 'is a temperature; .* rise above ambient: "580 K"'),
+        ("600 C", "K", 'is a temperature; .* rise above ambient: "580 K"'),
     ],
 )
 def test_what_is_no_quantity_is_refused(text: str, si: str, message: str) -> None:

@@ -116,12 +116,21 @@ def test_a_mistake_in_an_option_is_one_line(arguments: list[str], message: str) 
 
 
 @pytest.mark.filterwarnings("always::contactlib.InputWarning")
-def test_a_load_that_no_wheel_has_is_warned_of(tmp_path: Path) -> None:
-    for text, lines in (("11", 1), ("11 kN", 0)):
-        given = ["table", "roller_rig.toml", "-o", str(tmp_path / "c.csv"), "--load", text]
+@pytest.mark.parametrize(
+    ("command", "file", "option", "forgotten", "right", "doubt"),
+    [
+        ("table", "c.csv", "--load", "11", "11 kN", "--load = 11 N is implausible"),
+        ("fmu", "x.fmu", "--relaxation-length", "8", "8 mm", "relaxation_length = 8 m is implausi"),
+    ],
+)
+def test_an_option_without_its_unit_is_warned_of(
+    command: str, file: str, option: str, forgotten: str, right: str, doubt: str, tmp_path: Path
+) -> None:
+    for text, lines in ((forgotten, 1), (right, 0)):
+        given = [command, "roller_rig.toml", "-o", str(tmp_path / file), option, text]
         result = CliRunner().invoke(main, given)
         assert result.exit_code == 0
-        assert result.stderr.count("--load = 11 is implausible") == lines
+        assert result.stderr.count(doubt) == lines
 
 
 def test_options_take_units(tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ from click.testing import CliRunner
 import contactlib as cl
 from contactlib.base.writing import package_folder
 from contactlib.cli import commands as cli
+from contactlib.files.model import RUNS, VEHICLE_SECTIONS, build_model
+from contactlib.files.reading import loading, parse
 
 SHIPPED = [package_folder("models") / name for name in ("locomotive.toml", "roller_rig.toml")]
 
@@ -245,8 +247,8 @@ def test_a_measured_curve_is_reproduced_as_measured(tmp_path: Path, shape: str) 
 def test_semi_axes_that_do_not_fit_the_load_are_warned_of(tmp_path: Path) -> None:
     axes = 'semi_axis_x = "6.3 mm"\nsemi_axis_y = "5 mm"'
     load_changed(tmp_path, None, {SHAPE: axes})
-    with pytest.warns(cl.InputWarning, match=r"107\.9 N .* relative radius_x of 301\.3 m: 0\.005"):
-        load_changed(tmp_path, None, {SHAPE: axes, '"110.325 kN"': "107.9"})
+    with pytest.warns(cl.InputWarning, match=r"110325 N .* relative radius_x of 294\.7 m: 0\.005"):
+        load_changed(tmp_path, None, {SHAPE: axes.replace("mm", "cm")})
 
 
 def test_a_curve_that_no_table_follows_is_told_in_the_users_words(tmp_path: Path) -> None:
@@ -447,11 +449,17 @@ def test_the_model_file_s_cohesive_law(
             "\n[wheelset]\nradius = 500",
             "wheelset.radius = 500 m",
         ),
-        ('"110.325 kN"', '"22.5 N"', "contact.normal_load = 22.5 N is implausible: 100 to 1e"),
+        ('"110.325 kN"', '"22.5 N"', "contact.normal_load = 22.5 N is implausible: 500 to 1e"),
         ('"210 GPa"', "210", "contact.youngs_modulus = 210 Pa"),
         ("inertia = 250.0", "inertia = 1e6", "wheelset.inertia = 1e.06 kg.m2"),
         ("static = 0.45", "static = 45", "friction.static = 45 is"),
         ("initial_speed = 10.0", "initial_speed = 360", "run.initial_speed = 360 m/s"),
+        ('"110.325 kN"', "110.325", "contact.normal_load = 110.325 N"),
+        (
+            "k_hat = 0.3",
+            'k_hat = 0.3\nsoftening_temperature = "1600 K"',
+            "friction.softening_temperature = 1600 K .* steel melts at 1480 K above$",
+        ),
     ],
 )
 def test_a_number_that_no_vehicle_has_warns_once(
@@ -464,6 +472,51 @@ def test_a_number_that_no_vehicle_has_warns_once(
     assert len(messages) == 1
     assert re.match(rf"{re.escape(str(tmp_path))}.*changed\.toml: {said}", messages[0])
     assert {w.filename for w in caught if w.category is cl.InputWarning} == {__file__}
+
+
+SECTIONS = {**VEHICLE_SECTIONS, **RUNS}
+USUAL = [
+    (section, key, beyond)
+    for section, kind in SECTIONS.items()
+    for key, quantity in kind.quantities().items()
+    for low, high in [quantity.usual or (0.0, 0.0)]
+    for beyond in (1e-3 * low, 1e3 * high)
+    if quantity.allow(beyond) and not quantity.is_usual(beyond)
+]
+
+
+@pytest.mark.filterwarnings("always::contactlib.InputWarning")
+@pytest.mark.parametrize(("section", "key", "beyond"), USUAL)
+def test_a_forgotten_unit_is_named_before_what_follows_from_it(
+    section: str, key: str, beyond: float
+) -> None:
+    takes_place_of = {
+        "weakening_length": ["k_hat"],
+        "slope_reduction": ["saturation_creepage"],
+        "radius_x": ["radius", "semi_width"],
+        "semi_axis_x": ["radius", "semi_width"],
+    }
+    takes_place_of |= {key.replace("_x", "_y"): old for key, old in takes_place_of.items()}
+    partners = {"rotor_inertia": "gear_ratio", "radius_x": "radius_y", "semi_axis_x": "semi_axis_y"}
+    data = parse(cl.model_path("roller_rig.toml"))
+    table: dict[str, Any] = data[section]
+    for old in takes_place_of.get(key, []):
+        del table[old]
+    for pair in partners.items():
+        if key in pair:
+            table |= dict.fromkeys(pair, 0.01 if "axis" in key else 1.0)
+    table[key] = [beyond] * len(table[key]) if isinstance(table.get(key), list) else beyond
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            with loading("mine.toml"):
+                build_model(data, Path(), None, lambda part: None)
+        except cl.ModelError as error:
+            said = list(error.lines)
+        else:
+            said = [str(w.message) for w in caught if w.category is cl.InputWarning]
+    assert said[0].startswith(f"mine.toml: {section}.{key} = {beyond:g}")
+    assert " is implausible: " in said[0]
 
 
 def test_all_mistakes_come_at_once_in_the_order_of_the_file(
