@@ -474,7 +474,7 @@ def test_a_number_that_no_vehicle_has_warns_once(
     assert {w.filename for w in caught if w.category is cl.InputWarning} == {__file__}
 
 
-SECTIONS = {**VEHICLE_SECTIONS, **RUNS}
+SECTIONS: dict[str, type[Any]] = {**VEHICLE_SECTIONS, **RUNS}
 USUAL = [
     (section, key, beyond)
     for section, kind in SECTIONS.items()
