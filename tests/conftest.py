@@ -62,8 +62,8 @@ def coarse_cohesive_table() -> CreepForceTable:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(table_module, "CORNER_GRIDS", {4: ((128, 24),)})
         patch.setattr(table_module, "CERTIFIED_K_HATS", 8)
-        patch.setattr(table_module, "SLOPE_TARGET", 3e-3)
-        patch.setattr(CreepForceTable, "from_law", partial(CreepForceTable.from_law, target=1e-4))
+        coarse = partial(CreepForceTable.from_law, target=1e-4, slope_target=3e-3)
+        patch.setattr(CreepForceTable, "from_law", coarse)
         # Others, of this process and of this user, get the fine one.
         patch.setattr(law_tables, "_cohesive", {})
         patch.setattr(law_tables, "_kept", lambda name, build: build())

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from contactlib.base.quantities import FloatArray
 
 DEGREE = 19
-K_PANELS, BELOW, BEYOND = 4, 5, 4  # along sqrt(k_hat), and in u below and beyond the corner
+K_PANELS, BELOW, BEYOND = 4, 6, 4  # along sqrt(k_hat), and in u below and beyond the corner
 LOWEST = 0.007  # sqrt(k_hat) from which on the series hold: above it laws have their corner
 
 _PLACES = chebyshev.chebpts1(DEGREE + 1)

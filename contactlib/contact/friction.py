@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,9 +46,12 @@ class Weakening(ABC):
     ----------
     name : str
         Name in reports.
+    kinks : bool
+        Whether a derivative of phi jumps somewhere. Laws are then solved to 2e-6 only.
     """
 
     name: str
+    kinks: ClassVar[bool] = False
 
     @abstractmethod
     def fraction(self, v: FloatArray) -> FloatArray:
@@ -105,6 +108,7 @@ class _Samples(Weakening):
 
     v: tuple[float, ...]
     phi: tuple[float, ...]
+    kinks: ClassVar[bool] = True
 
     @cached_property
     def _curve(self) -> Any:

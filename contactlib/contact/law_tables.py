@@ -9,7 +9,7 @@ from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
-from contactlib.base.quantities import checked_number
+from contactlib.base.quantities import Limits, checked_number
 from contactlib.base.writing import PACKAGE, keep_in_cache, user_cache
 from contactlib.contact import kernel
 from contactlib.contact.friction import EXPONENTIAL, Weakening
@@ -19,7 +19,7 @@ from contactlib.contact.table import CreepForceTable
 
 Shape = Literal["line", "elliptic"]
 
-MOST_KEPT = 100  # tables in the user's cache, of 0.4 MB each
+MOST_KEPT = 100  # tables in the user's cache, of 0.5 to 4 MB
 
 
 def _silent(part: float) -> None:
@@ -56,11 +56,12 @@ def cohesive_table(
     """Table of the cohesive-zone law for one friction ratio.
 
     Building takes some ten seconds. With the exponential weakening the table is then kept in the
-    user's cache, from where later processes read it.
+    user's cache, from where later processes read it. The friction ratio is from 1.01 to 30. The
+    target is 1e-8 for the exponential, 1e-6 for a function, and 3e-5 for a weakening with kinks,
+    whose slope is right to 0.01 (0.0001 for the others).
     """
-    static_to_kinetic = checked_number(
-        "static_to_kinetic", static_to_kinetic, CohesiveZone.quantities()["static_to_kinetic"]
-    )
+    limits = Limits(at_least=1.01, at_most=30.0)
+    static_to_kinetic = checked_number("static_to_kinetic", static_to_kinetic, limits)
     key = (contact, static_to_kinetic, weakening)
     if key not in _cohesive:
         build = partial(
@@ -73,7 +74,8 @@ def cohesive_table(
         if weakening is EXPONENTIAL:
             _cohesive[key] = _kept(f"cohesive_{contact}_{static_to_kinetic!r}", build)
         else:  # a function has no name under which to keep its table
-            _cohesive[key] = build(weakening=weakening)
+            target, slope_target = (3e-5, 1e-2) if weakening.kinks else (1e-6, 1e-4)
+            _cohesive[key] = build(weakening=weakening, target=target, slope_target=slope_target)
     return _cohesive[key]
 
 

@@ -78,17 +78,21 @@ class CreepForceTable:
         law: Callable[..., Law] | Law,
         *,
         target: float = 1e-8,
+        slope_target: float = 1e-4,
         progress: Callable[[float], object] = lambda part: None,
         **options: Any,
     ) -> CreepForceTable:
         """Tabulate a law for all k_hat from 0 to 2 and certify the result.
 
+        If the law has a `static_to_kinetic` below 1.52, k_hat ends where the weakening length is 12
+        f_d a^2/R, as friction in a contact hardly falls over a longer one.
+
         Parameters
         ----------
         law : callable or Law
             ``law(k_hat=k, **options)`` is the law at one k_hat; or a law without k_hat.
-        target : float
-            Largest accepted error of the traction ratio [1]; that of the slope is 1e-4.
+        target, slope_target : float
+            Largest accepted errors of the traction ratio and of its slope [1].
         progress : callable
             Called with the fraction done, from 0 to 1.
         **options
@@ -97,10 +101,13 @@ class CreepForceTable:
         Raises
         ------
         ValueError
-            If the finest grid misses the target; the message names the error reached.
+            If the finest grid misses a target; the message names the errors reached.
         """
-        target = checked_number("target", target, Limits(above=0.0))
-        return cls(build(law, options, target, progress), getattr(law, "summary", ""))
+        targets = (
+            checked_number("target", target, Limits(above=0.0)),
+            checked_number("slope_target", slope_target, Limits(above=0.0)),
+        )
+        return cls(build(law, options, targets, progress), getattr(law, "summary", ""))
 
     @property
     def law(self) -> str:

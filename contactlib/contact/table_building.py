@@ -24,20 +24,22 @@ from contactlib.contact import corner_sampling, kernel
 from contactlib.contact.corner_sampling import CornerRow, CornerSamples
 
 HEADER_SIZE, NAME_SIZE = 192, 104  # of a table file; the name ends the header
-K_MAX = 2.0
+K_MAX, LEAST_K_MAX = 2.0, 0.1
+LONGEST_WEAKENING = 12.0  # over f_d a^2/R: over one as long, friction in a contact hardly falls
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
 CORNER_GRIDS = {  # by twice the corner's power
     4: ((512, 204), (512, 232)),
-    5: ((416, 160), (512, 232), (640, 288)),
+    5: ((416, 160), (512, 232), (640, 288), (832, 384), (1024, 480)),
 }
+# Part of the range of sqrt(k_hat) below which the corner's terms fade out, and with which power. At
+# very small k_hat a law has no corner, where none of them may be left.
+FADES = {4: (0.14, 4), 5: (0.25, 10)}
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
-SLOPE_TARGET = 1e-4
 CERTIFIED_K_HATS = 44  # besides the smallest ones and the largest
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # extrapolates four values by one
 CORNER = 7  # numbers in a row that describe a corner
 REACH = 0.1  # of the fit to a corner, in t/T
 SMOOTHING = 8  # intervals along sqrt(k_hat)
-FADE = 0.2  # sqrt(k_hat) below which the corner's terms fade out
 
 Row = TypeVar("Row")
 
@@ -80,7 +82,7 @@ class Certificate(NamedTuple):
 def build(
     law: Callable[..., Law] | Law,
     options: dict[str, Any],
-    target: float,
+    targets: tuple[float, float],
     progress: Callable[[float], object],
 ) -> bytes:
     """Table file of a law; the arguments are those of `CreepForceTable.from_law`."""
@@ -92,14 +94,14 @@ def build(
         coefficients = _fit(sampler, samples, *cells, done, then)
         draft = kernel.NativeTable(_pack(sampler, cells, Certificate(0.0, 0.0, 0), coefficients))
         certificate = _certify(draft, reference)
-        if certificate.ratio_error <= target and certificate.slope_error <= SLOPE_TARGET:
+        if certificate.ratio_error <= targets[0] and certificate.slope_error <= targets[1]:
             progress(1.0)
             return _pack(sampler, cells, certificate, coefficients)
         done = then
     raise ValueError(
-        f"target = {target!r} is not reached for {sampler.name}: the finest grid has the error "
-        f"{certificate.ratio_error:.2e} of the traction ratio and {certificate.slope_error:.2e} "
-        "of its slope"
+        f"target = {targets[0]!r}, slope_target = {targets[1]!r} are not reached for "
+        f"{sampler.name}: the finest grid has the error {certificate.ratio_error:.2e} of the "
+        f"traction ratio and {certificate.slope_error:.2e} of its slope"
     )
 
 
@@ -142,6 +144,10 @@ class _Sampler:
         some = self.at(1.0)
         corner: Corner | None = getattr(some, "corner", None)
         self.static_to_kinetic = float(getattr(some, "static_to_kinetic", 0.0))
+        self.k_max = K_MAX
+        if self.static_to_kinetic:
+            weakest = LONGEST_WEAKENING * (self.static_to_kinetic - 1.0) / (0.5 * np.pi)
+            self.k_max = float(np.clip(np.sqrt(weakest), LEAST_K_MAX, K_MAX))  # Eq. (17)
         self.shape = {
             "one_axis": int(self.one_axis),
             "twice_decay": round(2.0 * float(getattr(some, "tail_decay", 3.0))) + 2,
@@ -196,8 +202,8 @@ def _reference_values(sampler: _Sampler) -> list[_Reference]:
         return _Reference(k_hat, x, *values)
 
     # Irrational fractions of the table's axes; the ends are the table's borders.
-    inner = K_MAX * _off_nodes(CERTIFIED_K_HATS) ** 2
-    k_hats = [0.0, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, *inner.tolist(), K_MAX]
+    inner = sampler.k_max * _off_nodes(CERTIFIED_K_HATS) ** 2
+    k_hats = [0.0, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, *inner.tolist(), sampler.k_max]
     return sampler.rows(row, [1.0] if sampler.one_axis else k_hats, 0.0, 0.5)
 
 
@@ -209,7 +215,7 @@ def _corner_samples(
     sampler: _Sampler, done: float, then: float
 ) -> tuple[CornerSamples | None, float]:
     """Samples of (1 - u)^d H of a law with a corner, and the progress made; else nothing."""
-    largest = float(np.sqrt(K_MAX))
+    largest = float(np.sqrt(sampler.k_max))
 
     def row(k_hat: float) -> CornerRow | None:
         law = sampler.at(k_hat)
@@ -257,14 +263,15 @@ def _fit(
 
     if sampler.one_axis:
         return _b_spline(_with_ends(row(1.0)))[np.newaxis]
-    root_k = np.linspace(0.0, np.sqrt(K_MAX), cells_k + 1)
+    root_k = np.linspace(0.0, np.sqrt(sampler.k_max), cells_k + 1)
     # Rounding must not leave the law's range.
-    k_hats = np.minimum(root_k**2, K_MAX).tolist()
+    k_hats = np.minimum(root_k**2, sampler.k_max).tolist()
     rows = np.array(sampler.rows(row, k_hats, done, then))
     numbers, h = rows[:, :lead], rows[:, lead:]
     if lead:
         # Each row's fit has some noise, which an interpolation between rows would amplify.
-        numbers[:, 1:] = _smooth(root_k, numbers[:, 1:])
+        fade = FADES.get(sampler.shape["twice_corner"], FADES[4])
+        numbers[:, 1:] = _smooth(root_k, numbers[:, 1:], *fade)
         power, t = 0.5 * sampler.shape["twice_corner"], inner / (1.0 - inner)
         for values, number in zip(h, numbers, strict=True):
             values -= _corner_terms(t, number[0], power) @ number[1:]
@@ -272,12 +279,12 @@ def _fit(
     return _b_spline(np.hstack([numbers, along_u]))
 
 
-def _smooth(x: FloatArray, values: FloatArray) -> FloatArray:
+def _smooth(x: FloatArray, values: FloatArray, fade_below: float, fade_power: int) -> FloatArray:
     """Quintic splines over few intervals through the columns of `values`, by least squares.
 
     They fade out at small x, where a corner is too weak to need its terms.
     """
-    fade = x**4 / (x**4 + FADE**4)
+    fade = 1.0 / (1.0 + (fade_below * x[-1] / np.maximum(x, 1e-6)) ** fade_power)
     knots = np.linspace(0.0, x[-1], SMOOTHING + 1)
     knots = np.concatenate([[0.0] * 5, knots, [x[-1]] * 5])
     basis = fade[:, np.newaxis] * BSpline.design_matrix(x, knots, 5).toarray()
@@ -356,7 +363,7 @@ def _pack(
 ) -> bytes:
     """Pack a table file, whose layout is defined in fmu/creep_table.c."""
     shape = sampler.shape
-    header = struct.pack("<IIdddd", *cells, K_MAX, *certificate) + struct.pack(
+    header = struct.pack("<IIdddd", *cells, sampler.k_max, *certificate) + struct.pack(
         "<dIIII",
         sampler.static_to_kinetic,
         shape["one_axis"],

@@ -24,12 +24,13 @@ def assert_holds(
     k_hats: list[float],
     n: int,
     targets: tuple[float, float] = (1e-8, 1e-4),
+    largest: int = 1_000_000,
 ) -> None:
     """The certificate at points and k_hats of its own."""
     random = np.random.default_rng(20260102)
     assert table.max_error <= targets[0]
     assert table.max_slope_error <= targets[1]
-    assert len(table.data) <= 1_000_000
+    assert len(table.data) <= largest
     for k_hat in k_hats:
         law = law_at(k_hat)  # type: ignore[operator]
         x = np.concatenate([10.0 ** random.uniform(-9.0, 5.0, n // 2), random.uniform(0, 4, n)])
@@ -76,13 +77,51 @@ def test_coarse_cohesive_table(cohesive_table: cl.CreepForceTable) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("contact", "n"), [("line", 2000), ("elliptic", 400)])
-def test_cohesive_table(contact: Literal["line", "elliptic"], n: int) -> None:
-    table = cl.cohesive_table(contact, RATIO)
-    law_at = partial(cl.CohesiveZone, static_to_kinetic=RATIO, contact=contact)
-    assert_holds(table, lambda k: law_at(k_hat=k), K_HATS, n)
+@pytest.mark.parametrize(
+    ("contact", "ratio", "n"),
+    [
+        ("line", RATIO, 2000),
+        ("elliptic", RATIO, 400),
+        ("line", 1.02, 400),
+        *(
+            pytest.param(contact, ratio, 400, marks=pytest.mark.reference)
+            for contact in ("line", "elliptic")
+            for ratio in (1.01, 1.015, 1.05, 1.1, 1.2, 2.5, 6.0, 30.0)
+        ),
+    ],
+)
+def test_cohesive_table(contact: Literal["line", "elliptic"], ratio: float, n: int) -> None:
+    table = cl.cohesive_table(contact, ratio)
+    law_at = partial(cl.CohesiveZone, static_to_kinetic=ratio, contact=contact)
+    k_hats = [table.k_max * (k_hat / 2.0) for k_hat in K_HATS]
+    largest = 1_000_000 if ratio > 1.05 else 4_000_000
+    assert_holds(table, lambda k: law_at(k_hat=k), k_hats, n, largest=largest)
+    assert table.k_max == pytest.approx(min(2.0, (24.0 * (ratio - 1.0) / np.pi) ** 0.5))
     assert table.cells in CORNER_GRIDS[4 if contact == "line" else 5]
-    assert cl.cohesive_table(contact, RATIO) is table
+    assert cl.cohesive_table(contact, ratio) is table
+
+
+@pytest.mark.reference
+@pytest.mark.parametrize("contact", ["line", "elliptic"])
+@pytest.mark.parametrize("kind", ["function", "samples"])
+def test_table_of_another_weakening(contact: Literal["line", "elliptic"], kind: str) -> None:
+    samples = cl.Friction.from_samples([0.0, 1e-6, 2e-6, 5e-6], [0.33, 0.26, 0.22, 0.21])
+    function = cl.Friction.from_function(lambda u: 0.21 + 0.12 / (1.0 + u / 2e-6) ** 3)
+    friction, targets = (function, (1e-6, 1e-4)) if kind == "function" else (samples, (3e-5, 1e-2))
+    table = cl.cohesive_table(contact, friction.ratio, friction.weakening)
+    law_at = partial(
+        cl.CohesiveZone,
+        static_to_kinetic=friction.ratio,
+        contact=contact,
+        weakening=friction.weakening,
+    )
+    assert_holds(table, lambda k: law_at(k_hat=k), K_HATS, 400, targets)
+
+
+@pytest.mark.parametrize("ratio", [1.005, 31.0])
+def test_friction_ratios_without_a_table_are_refused(ratio: float) -> None:
+    with pytest.raises(ValueError, match=r"static_to_kinetic = .* and >= 1.01 and <= 30"):
+        cl.cohesive_table("line", ratio)
 
 
 @pytest.fixture

@@ -182,7 +182,9 @@ def test_partial_derivatives_of_a_spline_table(spline_table: CreepForceTable) ->
 
 def test_a_target_out_of_reach_says_what_was_reached(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("contactlib.contact.table_building.GRIDS", GRIDS[:2])
-    with pytest.raises(ValueError, match=r"target = 1e-14 is not reached for Stickier.* error"):
+    with pytest.raises(
+        ValueError, match=r"target = 1e-14, .* are not reached for Stickier.* error"
+    ):
         CreepForceTable.from_law(Stickier, target=1e-14)
 
 

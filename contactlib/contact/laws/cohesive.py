@@ -80,7 +80,8 @@ def along_contact(
         k_hat=np.array([k_hat]),
         static_to_kinetic=static_to_kinetic,
         weakening=weakening,
-        nodes=2 * enough_nodes(k_hat, static_to_kinetic),  # for interpolation between the nodes
+        nodes=2
+        * enough_nodes(k_hat, static_to_kinetic, weakening),  # for interpolation between the nodes
     )
     y, h, weight = zones.distance[0], zones.intensity[0], zones.weight[0]
     inside = np.abs(position) <= 1.0

@@ -32,6 +32,7 @@ from contactlib.contact.laws.slip_zone import (
 
 DEGREE = 15
 NOISE = 1e-9  # largest accepted error of the states themselves
+KINKED = (1e-9, 1e-6)  # tolerance and noise if the weakening has kinks
 MOST_PANELS, NARROWEST = 200, 1e-3  # number of panels; width over that of the first panels
 REAR, FRONT, SLIP, TAIL = range(4)
 
@@ -93,16 +94,21 @@ class SlipCurve(NamedTuple):
     ) -> list[SlipCurve]:
         """Curves at several k_hat that share their panels, resolved to `tolerance`.
 
+        If the weakening has kinks, they are resolved to 2e-6.
+
         Raises
         ------
         ConvergenceError
             If a state has no solution, the series do not converge, or creepage does not grow
             along a curve, so that it would not be a function of creepage.
         """
-        fewest = enough_nodes(float(k_hats.min()), static_to_kinetic)
-        for nodes in (fewest, 3 * fewest // 2, 9 * fewest // 4):
+        law = (k_hats, static_to_kinetic, weakening)
+        fewest = enough_nodes(float(k_hats.min()), static_to_kinetic, weakening)
+        if weakening.kinks:
+            return cls._resolve(*law, fewest, *KINKED)
+        for nodes in (fewest, 3 * fewest // 2, 9 * fewest // 4, 27 * fewest // 8):
             try:
-                return cls._resolve(k_hats, static_to_kinetic, weakening, tolerance, nodes)
+                return cls._resolve(*law, nodes, tolerance, NOISE)
             except ConvergenceError as error:
                 failure = error  # more nodes may help
         raise failure
@@ -113,8 +119,9 @@ class SlipCurve(NamedTuple):
         k_hats: FloatArray,
         static_to_kinetic: float,
         weakening: Weakening,
-        tolerance: float,
         nodes: int,
+        tolerance: float,
+        noise: float,
     ) -> list[SlipCurve]:
         panels = _stretches(k_hats, static_to_kinetic)
         narrowest = NARROWEST * min(high - low for _, low, high in panels)
@@ -126,7 +133,7 @@ class SlipCurve(NamedTuple):
             # The last terms estimate the truncation error. If a cut has not made them much smaller,
             # they are noise of the states.
             rest = np.abs(found[:, :, -2:]).max(axis=(0, 2, 3))
-            good = (rest <= tolerance) | ((rest > 0.2 * before) & (rest <= NOISE))
+            good = (rest <= tolerance) | ((rest > 0.2 * before) & (rest <= noise))
             done += [p for p, ok in zip(panels, good, strict=True) if ok]
             series += list(np.moveaxis(found[:, good], 0, 1))
             panels = [h for p, ok in zip(panels, good, strict=True) if not ok for h in _halves(p)]

@@ -39,7 +39,8 @@ from contactlib.base.quantities import FloatArray
 from contactlib.contact.friction import Weakening
 
 ITERATIONS = 60
-NEGLIGIBLE = 1e-13  # fraction of the drop in friction that is left at Y
+# Fraction of the drop in friction that is left at Y; the second if f(u) falls like a power of u.
+NEGLIGIBLE, NEGLIGIBLE_IN_TAIL = 1e-13, 1e-10
 BATCH = 32  # states solved at once
 
 
@@ -117,14 +118,17 @@ def weakening_length(k_hat: FloatArray, static_to_kinetic: float) -> FloatArray:
 @cache
 def _reach(weakening: Weakening) -> float:
     """Slip over the weakening length where the drop is complete; infinite if it never is."""
-    for v in 2.0 ** np.arange(0.0, 10.0, 0.125):
-        if np.all(np.abs(weakening.fraction(np.array([v, 1.5 * v, 10.0 * v]))) < NEGLIGIBLE):
-            return float(v)
+    for negligible, largest in ((NEGLIGIBLE, 10.0), (NEGLIGIBLE_IN_TAIL, 20.0)):
+        for v in 2.0 ** np.arange(0.0, largest, 0.125):
+            if np.all(np.abs(weakening.fraction(np.array([v, 1.5 * v, 10.0 * v]))) < negligible):
+                return float(v)
     return float(np.inf)
 
 
-def enough_nodes(k_hat: float, static_to_kinetic: float) -> int:
-    """Number of nodes that gives q to 1e-9 for a smooth weakening law; more for a short zone."""
+def enough_nodes(k_hat: float, static_to_kinetic: float, weakening: Weakening) -> int:
+    """Number of nodes that gives q to 1e-9 for an exponential weakening, to 2e-6 for kinks."""
+    if weakening.kinks:
+        return 162
     if (k_hat / (static_to_kinetic - 1.0)) ** 2 > 0.2:
         return 32
     return 48 if static_to_kinetic < 2.0 else 56 if static_to_kinetic < 4.0 else 72
@@ -149,7 +153,7 @@ def solve_slip_zones(
     ConvergenceError
         If the iteration does not converge, or ends where the surface would slip backwards.
     """
-    nodes = nodes or enough_nodes(float(k_hat.min()), static_to_kinetic)
+    nodes = nodes or enough_nodes(float(k_hat.min()), static_to_kinetic, weakening)
     length, reach = weakening_length(k_hat, static_to_kinetic), _reach(weakening)
     first = _first_end(
         stick_length, slip_length, edge_slip, k_hat, static_to_kinetic, reach * length
@@ -240,8 +244,27 @@ def _newton(
     def slip(h: FloatArray) -> FloatArray:
         return np.asarray(sliding + np.einsum("nij,nj->ni", by_h, h))
 
+    # At the stick boundary u is zero but for rounding. Below zero f continues smoothly and bounded,
+    # as Newton's method would jump to and fro over a kink.
+    at_zero = float(weakening.slope(np.zeros(1))[0])
+
+    def fraction(u: FloatArray) -> FloatArray:
+        found = weakening.fraction(np.maximum(u, 0.0) / length)
+        below = u < 0.0
+        if below.any():
+            v = (u / length)[below]
+            found[below] += at_zero * v / (1.0 - v)
+        return found
+
+    def fraction_slope(u: FloatArray) -> FloatArray:
+        found = weakening.slope(np.maximum(u, 0.0) / length)
+        below = u < 0.0
+        if below.any():
+            found[below] = at_zero / (1.0 - (u / length)[below]) ** 2
+        return found
+
     def residual(h: FloatArray, u: FloatArray) -> FloatArray:
-        return np.asarray(h - full * weakening.fraction(np.maximum(u, 0.0) / length))
+        return np.asarray(h - full * fraction(u))
 
     # Start from a zone of about the right length: y**2 root ~ D/h.
     zone = length / ((ratio - 1.0) * np.sqrt(0.5 * slipped))
@@ -256,7 +279,7 @@ def _newton(
         open_ = (error > tolerance)[:, 0]
         if not open_.any():
             break
-        falling = -full * np.where(u > 0.0, weakening.slope(np.maximum(u, 0.0) / length), 0.0)
+        falling = -full * fraction_slope(u)
         matrix = matrices[: np.count_nonzero(open_)]
         rows = by_h if open_.all() else by_h[open_]
         np.multiply((falling / length)[open_][:, :, np.newaxis], rows, out=matrix)
