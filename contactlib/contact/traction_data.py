@@ -18,6 +18,7 @@ from contactlib.base.quantities import (
     POSITIVE,
     FloatArray,
     checked,
+    checked_number,
     shown,
     warn,
 )
@@ -28,6 +29,7 @@ from contactlib.base.writing import read_small
 SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
 COLUMNS = tuple(SI)
 ABOUT_ZERO = 0.1  # scatter of a traction coefficient there, over the largest
+LOWEST = 0.005  # of the largest traction coefficients that rails have
 ONE_SIGN = "both are positive in traction and negative in braking"
 
 
@@ -101,13 +103,15 @@ class TractionData:
         columns: Sequence[str | int] | None = None,
         creepage_unit: str | None = None,
         speed: ArrayLike | None = None,
+        load: float | None = None,
     ) -> TractionData:
         """Read a CSV file as it is.
 
         The first line names the columns; a column that is not asked for is ignored. Commas,
         semicolons, tabs or blanks separate the columns, numbers have a decimal point or a decimal
         comma, and cells may be quoted. Empty lines and lines that begin with ``#`` are skipped. A
-        unit may stand behind a name, as in ``slip [%]``, or in a row of units below the names.
+        unit may stand behind a name, as in ``slip [%]``, or in a row of units below the names, some
+        of which may be empty.
 
         Parameters
         ----------
@@ -121,6 +125,11 @@ class TractionData:
             ``"1"`` or ``"%"``. Default: that of the file, or else ``"1"``.
         speed : array_like, optional
             Running speed [m/s], if no column gives it.
+        load : float, optional
+            Vertical load of the wheel or wheels whose force was measured [N]: of one wheel if the
+            force is that of one wheel, of the axle if it is that of the axle. The second of the
+            `columns` is then this force, in N or in the unit that the file gives; default:
+            creep_force.
 
         Raises
         ------
@@ -139,9 +148,12 @@ class TractionData:
             raise ValueError(f"creepage_unit = {shown(creepage_unit)} must be '1' or '%'")
         if columns is not None:
             _check_columns(columns)
+        if load is not None:
+            load = checked_number("load", load, POSITIVE)
         place = os.fspath(path)
         try:
-            found, lines = _read_columns(_decoded(read_small(Path(path))), columns, creepage_unit)
+            text = _decoded(read_small(Path(path)))
+            found, lines = _read_columns(text, columns, creepage_unit, load)
             if "speed" in found and speed is not None:
                 raise ValueError("the file has a speed column, so speed must not be given")
         except ValueError as error:
@@ -152,11 +164,19 @@ class TractionData:
         ):
             largest = float(np.abs(found[name]).max())
             if largest > most:
+                hint = f"if it is in per cent, say so with {how}"
+                if name == "traction_coefficient" and load is not None:
+                    hint = f"does load = {load:g} N carry as many wheels as the force drives?"
                 warn(
                     f"{place}: line {lines[int(np.abs(found[name]).argmax())]}: {name} = "
-                    f"{largest:g}, and above {most:g} is unusual; if it is in per cent, say so "
-                    f"with {how}"
+                    f"{largest:g}, and above {most:g} is unusual; {hint}"
                 )
+        highest = float(np.abs(found["traction_coefficient"]).max())
+        if load is not None and highest < LOWEST:
+            warn(
+                f"{place}: the largest force is {highest:.2g} of load = {load:g} N, and below "
+                f"{LOWEST:g} is unusual; does the file lack the force's unit?"
+            )
         return cls(found["creepage"], found["traction_coefficient"], found.get("speed", speed))
 
 
@@ -224,7 +244,10 @@ def _number(cell: str) -> float | None:
 
 
 def _read_columns(
-    text: str, columns: Sequence[str | int] | None, creepage_unit: str | None
+    text: str,
+    columns: Sequence[str | int] | None,
+    creepage_unit: str | None,
+    load: float | None,
 ) -> tuple[dict[str, FloatArray], list[int]]:
     """Columns in SI units by the names of `COLUMNS`, and the lines of the points."""
     rows = list(_rows(text))
@@ -234,13 +257,16 @@ def _read_columns(
     names = [_named(cell)[0] for cell in head]
     headless = any(_number(cell) is not None for cell in head)
     if columns is None:
-        columns = COLUMNS if "speed" in names else COLUMNS[:2]
+        columns = [COLUMNS[0], COLUMNS[1] if load is None else "creep_force"]
+        columns += ["speed"] if "speed" in names else []
     places = [_place(line, head, names, column, headless) for column in columns]
     units = ["" if headless else _named(head[place])[1] for place in places]
     body = rows if headless else rows[1:]
     if body and not headless:
         first = [body[0][1][place] if place < len(body[0][1]) else "" for place in places]
-        if all(first) and all(_number(cell) is None for cell in first) and _are_units(first):
+        # 1 alone may be a number.
+        named = any(cell and _number(cell) is None for cell in first)
+        if named and all(_is_unit(cell.strip("[]()")) for cell in first):
             units = [cell.strip("[]()") for cell in first]
             body = body[1:]
     if not body:
@@ -267,11 +293,20 @@ def _read_columns(
             and re.search("percent|prozent|pct", name, re.IGNORECASE)
         ):
             raise ValueError(f"line {line}: is {name} in per cent? say so with creepage_unit = '%'")
-        factor = unit_value(unit, SI[kind]) if unit else 1.0
+        force = kind == "traction_coefficient" and load is not None
+        si = "N" if force else SI[kind]
+        factor = unit_value(unit, si) if unit else 1.0
         if factor is None:
+            hint = ""
+            if kind == "traction_coefficient" and unit_value(unit, "N") is not None:
+                hint = (
+                    ": divide by the load, with load = its value in N under which it was measured"
+                )
             raise ValueError(
-                f"line {line}: {name} is in {unit!r}, which is not a unit in {SI[kind]}"
+                f"line {line}: {name} is in {unit!r}, which is not a unit in {si}{hint}"
             )
+        if force and load is not None:
+            factor /= load
         limits = POSITIVE if kind == "speed" else FINITE
         bad = np.flatnonzero(~limits.allows(factor * column))
         if bad.size:
@@ -288,11 +323,9 @@ def _read_columns(
     return found, lines
 
 
-def _are_units(cells: Sequence[str]) -> bool:
-    return all(
-        unit_value(cell.strip("[]()"), si) is not None
-        for cell, si in zip(cells, SI.values(), strict=False)
-    )
+def _is_unit(cell: str) -> bool:
+    """Whether a cell is a unit of some column, or empty: not a number."""
+    return not cell or any(unit_value(cell, si) is not None for si in (*SI.values(), "N"))
 
 
 def _place(

@@ -125,6 +125,11 @@ def loading(path: str | os.PathLike[str]) -> Iterator[None]:
 
 def parse(file: Path) -> dict[str, Any]:
     """Contents of a TOML file, which may begin with a byte order mark."""
+    if file.suffix.lower() == ".csv":
+        raise ValueError(
+            'is a CSV file: a model file names it, in [law] with kind = "measured" and file = '
+            f"\"{file.name}\"; 'contactlib new force' writes such a file"
+        )
     return parse_text(read_small(file).decode("utf-8-sig"))
 
 

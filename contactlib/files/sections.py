@@ -57,10 +57,11 @@ LAWS = {
         "A curve through measured points, as it was measured at the contact's nominal load. It "
         "replaces `[friction]`, and `saturation_creepage` and `slope_reduction` in `[wheelset]`.",
         keys=("file",),
-        optional_keys=("load_exponent", "columns", "creepage_unit"),
+        optional_keys=("load_exponent", "columns", "creepage_unit", "load"),
     ),
 }
 LONGEST = 1e6  # duration of a run [s]
+NORMAL_LOAD = Quantity("N", above=0.0, usual=(500.0, 1e6))
 SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
 Values = tuple[float, ...]
 
@@ -80,7 +81,7 @@ class ContactSection(Parameters):
     radius_y: Annotated[float | None, Quantity("m", above=0.0, usual=(0.005, 1e3))] = None
     semi_axis_x: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
     semi_axis_y: Annotated[float | None, Quantity("m", above=0.0, usual=(1e-5, 0.1))] = None
-    normal_load: Annotated[float, Quantity("N", above=0.0, usual=(500.0, 1e6))]
+    normal_load: Annotated[float, NORMAL_LOAD]
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, usual=(1e6, 1e12))]
     poisson_ratio: Annotated[float, POISSON_RATIO]
     theory: str | None = None
@@ -169,6 +170,7 @@ class LawSection(Parameters):
     load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
     columns: tuple[str | int, ...] = ()
     creepage_unit: str | None = None
+    load: Annotated[float | None, NORMAL_LOAD] = None
 
     def check_keys(self) -> None:
         """Refuse an unknown kind, and keys that the kind would ignore."""
@@ -187,7 +189,10 @@ class LawSection(Parameters):
             path = file_beside("file", name, folder, "the model")
         try:
             curve = MeasuredCurve.from_csv(
-                path, columns=self.columns or None, creepage_unit=self.creepage_unit
+                path,
+                columns=self.columns or None,
+                creepage_unit=self.creepage_unit,
+                load=self.load,
             )
         except ValueError as error:
             place = str(error).removeprefix(f"{path}: ")

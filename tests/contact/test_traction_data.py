@@ -87,6 +87,26 @@ AS_IT_IS: dict[str, tuple[str, dict[str, Any]]] = {
         f"{NAMES}[%];[-];[km/h]\n1,5;0,25;36\n3;0,2;36\n",
         {"creepage_unit": None},
     ),
+    "a row of units with an empty one": (
+        "slip_percent;mu;v;note\n%;;km/h;\n1,5;0,25;36;\n3;0,2;36;\n",
+        {"creepage_unit": None},
+    ),
+    "a row of units with a one": (
+        f"{NAMES}%;1;km/h\n1,5;0,25;36\n3;0,2;36\n",
+        {"creepage_unit": None},
+    ),
+    "a force in a row of units": (
+        f"{NAMES}%;kN;\n1,5;55;36\n3;44;36\n",
+        {"creepage_unit": None, "load": 220e3},
+    ),
+    "a force with its unit behind the name": (
+        "slip_percent;Q [kN];v\n1,5;55;36\n3;44;36\n",
+        {"columns": (1, 2, 3), "load": 220e3},
+    ),
+    "a force in newtons": (
+        "creepage,creep_force,speed\n1.5,5e4,36\n3,4e4,36\n",
+        {"columns": None, "load": 2e5},
+    ),
     "no names": ("1.5 0.25 36\n3 0.2 36\n", {"columns": (1, 2, 3)}),
     "trailing separators": (f"{NAMES}1,5;0,25;36;;\n3;0,2;36;;\n", {}),
 }
@@ -101,7 +121,7 @@ def test_a_file_is_read_as_it_is(name: str, encoding: str, tmp_path: Path) -> No
     given: dict[str, Any] = {"columns": ("slip_percent", "mu", "v"), "creepage_unit": "%"}
     data = TractionData.from_csv(path, **given | options)
     assert data.creepage.tolist() == pytest.approx([0.015, 0.03], rel=1e-15)
-    assert data.traction_coefficient.tolist() == [0.25, 0.2]
+    assert data.traction_coefficient.tolist() == pytest.approx([0.25, 0.2], rel=1e-15)
     assert data.speed is not None
     speed = 10.0 if "km/h" in text else 36.0
     assert data.speed.tolist() == pytest.approx([speed, speed], rel=1e-15)
@@ -122,7 +142,11 @@ def test_a_file_is_read_as_it_is(name: str, encoding: str, tmp_path: Path) -> No
             "slip_percent [km],mu\n1,0.2\n",
             "line 1: slip_percent .km. is in 'km', but creepage_unit",
         ),
-        ("slip_percent,mu [kN]\n1,0.2\n", "line 1: mu .kN. is in 'kN', which is not a unit in 1"),
+        (
+            "slip_percent,mu [kN]\n1,0.2\n",
+            "line 1: mu .kN. is in 'kN', .* not a unit in 1: divide by the load, with load = ",
+        ),
+        ("slip_percent;mu\n%;kN\n1;0.2\n", "line 1: mu is in 'kN', .* divide by the load, with lo"),
         ('slip_percent,mu\n1,"0.2\n', "line 2: unexpected end of data"),
         ("slip_percent,mu\n1,\n", "line 2: mu = '' is not a number"),
     ],
@@ -133,6 +157,30 @@ def test_a_mistake_names_line_and_column(tmp_path: Path, text: str, message: str
     with pytest.raises(ValueError, match=message) as info:
         TractionData.from_csv(path, columns=("slip_percent", "mu"), creepage_unit="%")
     assert str(info.value).startswith(f"{path}: line ")
+
+
+@pytest.mark.parametrize(
+    ("force", "load", "message"),
+    [
+        (
+            "mu\n1,440\n2,400",
+            220.0,
+            "traction_coefficient = 2, .* load = 220 N carry as many wheels",
+        ),
+        (
+            "mu\n1,55\n2,50",
+            220e3,
+            r"largest force is 0\.00025 of load = 220000 N.* lack the force's u",
+        ),
+    ],
+)
+def test_a_load_that_does_not_fit_the_force_is_warned_of(
+    force: str, load: float, message: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "rig.csv"
+    path.write_text(f"slip_percent,{force}\n")
+    with pytest.warns(cl.InputWarning, match=message):
+        TractionData.from_csv(path, columns=(1, 2), creepage_unit="%", load=load)
 
 
 def test_options_are_checked(tmp_path: Path) -> None:

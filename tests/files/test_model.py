@@ -168,6 +168,14 @@ def test_units_are_converted(tmp_path: Path, table: cl.CreepForceTable) -> None:
 
 
 SHAPE = 'radius = "500 mm"\nsemi_width = "5 mm"'
+MEASURED = f"""[contact]
+{SHAPE}
+normal_load = 9e4
+youngs_modulus = 2.1e11
+poisson_ratio = 0.3
+[wheelset]
+radius = 0.46
+"""
 
 
 def load_changed(
@@ -266,9 +274,7 @@ def test_load_and_friction_stretch_a_measured_curve(tmp_path: Path) -> None:
     zeta = np.linspace(-0.01, 0.01, 41)
     for key, power in (("", 0.5), ("\nload_exponent = 0.0", 0.0)):
         law = f'[law]\nkind = "measured"\nfile = "steep.csv"{key}\n'
-        text = f"[contact]\n{SHAPE}\nnormal_load = 9e4\nyoungs_modulus = 2.1e11\n"
-        text += "poisson_ratio = 0.3\n[wheelset]\nradius = 0.46\n" + law
-        (tmp_path / "force.toml").write_text(text)
+        (tmp_path / "force.toml").write_text(MEASURED + law)
         element = cl.load_model(tmp_path / "force.toml").wheelset.element
         for load, scale in ((3.6e5, 1.0), (9e4, 0.5), (1e4, 0.7)):
             stretch = scale * (load / 9e4) ** power
@@ -373,6 +379,10 @@ def test_wheels_share_the_load(tmp_path: Path) -> None:
         ),
         ('columns = ["slip", "mu"]', r"law.kind = 'carter_griffith' takes no other key"),
         ('kind = "measured"\nfile = "no_such.csv"', "no_such.csv"),
+        (
+            'kind = "measured"\nfile = "x.csv"\nload = "220 km"',
+            r"law.load = '220 km' must be a numb",
+        ),
     ],
 )
 def test_bad_laws_are_refused(tmp_path: Path, section: str, message: str) -> None:
@@ -499,7 +509,7 @@ def test_a_forgotten_unit_is_named_before_what_follows_from_it(
     takes_place_of |= {key.replace("_x", "_y"): old for key, old in takes_place_of.items()}
     partners = {"rotor_inertia": "gear_ratio", "radius_x": "radius_y", "semi_axis_x": "semi_axis_y"}
     data = parse(cl.model_path("roller_rig.toml"))
-    table: dict[str, Any] = data[section]
+    table: dict[str, Any] = data.setdefault(section, {})
     for old in takes_place_of.get(key, []):
         del table[old]
     for pair in partners.items():
@@ -556,3 +566,25 @@ def test_a_flood_of_mistakes_ends(tmp_path: Path) -> None:
         cl.load_model(path)
     assert len(caught.value.lines) == 51
     assert caught.value.lines[-1] == f"{path}: there are more mistakes"
+
+
+def test_a_measured_force_is_divided_by_its_load(tmp_path: Path) -> None:
+    zeta = np.geomspace(1e-3, 0.1, 20)
+    mu = 0.3 * np.tanh(zeta / 0.01) * (0.6 + 0.4 * np.exp(-zeta / 0.05))
+    rows = zip(100.0 * zeta, mu, 220.0 * mu, strict=True)
+    points = "\n".join(f"{z};{m};{force}" for z, m, force in rows).replace(".", ",")
+    (tmp_path / "rig.csv").write_text(f"slip;mu;Q\n%;;kN\n{points}\n")
+    found = []
+    for columns, load in ((["slip", "mu"], ""), (["slip", "Q"], 'load = "220 kN"')):
+        law = f'[law]\nkind = "measured"\nfile = "rig.csv"\ncolumns = {columns!r}\n{load}\n'
+        (tmp_path / "mine.toml").write_text(MEASURED + law)
+        element = cl.load_model(tmp_path / "mine.toml").wheelset.element
+        found.append(element.at_creepage(zeta, speed=10.0)["traction_coefficient"])
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
+
+
+def test_a_curve_in_place_of_a_model_says_so(tmp_path: Path) -> None:
+    (tmp_path / "rig.csv").write_text("slip,mu\n1,0.2\n")
+    shown = CliRunner().invoke(cli.main, ["fmu", str(tmp_path / "rig.csv")])
+    assert shown.exit_code == 2
+    assert re.search(r'rig\.csv: is a CSV file: .*\[law\] .* file = "rig\.csv"; ', shown.stderr)

@@ -189,6 +189,7 @@ class MeasuredCurve:
         *,
         columns: Sequence[str | int] | None = None,
         creepage_unit: str | None = None,
+        load: float | None = None,
         **options: Any,
     ) -> MeasuredCurve:
         """Smooth the points of a CSV file as `contactlib.TractionData.from_csv` reads it.
@@ -197,7 +198,7 @@ class MeasuredCurve:
         ----------
         path : path
             The file.
-        columns, creepage_unit : optional
+        columns, creepage_unit, load : optional
             As for `contactlib.TractionData.from_csv`.
         **options
             Keywords of `MeasuredCurve`. Default of `name`: that of the file.
@@ -209,7 +210,7 @@ class MeasuredCurve:
         OSError
             If the file cannot be read.
         """
-        data = TractionData.from_csv(path, columns=columns, creepage_unit=creepage_unit)
+        data = TractionData.from_csv(path, columns=columns, creepage_unit=creepage_unit, load=load)
         try:
             return cls(
                 data.creepage, data.traction_coefficient, **{"name": Path(path).name, **options}
