@@ -329,5 +329,5 @@ def test_results_of_another_contactlib_name_both(
         patch.setattr("contactlib.runs.sweep.plan.package_version", lambda: "0.0.9")
         patch.setattr("contactlib.runs.sweep.loading.package_version", lambda: "0.0.9")
         path.write_text(text.replace("300.0", "301.0"))
-        with pytest.raises(ValueError, match="not the same: axes;"):
+        with pytest.raises(ValueError, match="not the same: axis inertia;"):
             cl.ensemble(path, output=folder)

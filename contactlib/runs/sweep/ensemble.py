@@ -273,8 +273,9 @@ def ensemble(
     path = results_path(sweep, output)
     folder = path.with_suffix(".chunks")
     if path.exists() and not restart and not folder.exists():
+        known = _finished(sweep, digest, path)
         progress(1.0)
-        return _finished(sweep, digest, path)
+        return known
     with locked(folder):
         if restart:
             path.unlink(missing_ok=True)

@@ -128,10 +128,8 @@ class Plan:
         parts: dict[str, object] = {
             "scenario": self.contents.data,
             "vehicle": self.contents.vehicle,
-            "axes": [
-                [(axis.name, axis.factor, axis.targets) for axis in self.axes],
-                (values.shape, hashlib.sha256(values.tobytes()).hexdigest()),
-            ],
+            "axes": (values.shape, hashlib.sha256(values.tobytes()).hexdigest()),
+            **{f"axis {one.name}": (one.factor, one.targets, one.spread) for one in self.axes},
             "controllers": list(self.controllers),
             "tables": [
                 (key, hashlib.sha256(table).hexdigest())

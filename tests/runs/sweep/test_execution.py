@@ -320,12 +320,13 @@ def test_another_plan_is_refused(path: Path, tmp_path: Path, finished: bool) -> 
     else:
         stop_in_the_middle(mine, folder)
     mine.write_text(LONG.replace("to = 300.0", "to = 301.0"))
-    with pytest.raises(ValueError, match="of another plan: not the same: axes; discard"):
+    with pytest.raises(ValueError, match="not the same: axis inertia; discard"):
         cl.ensemble(mine, output=folder)
     result = CliRunner().invoke(main, ["sweep", str(mine), "-o", str(folder), "--no-maps"])
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1
     assert "--restart" in result.stderr
+    assert "was done before" not in result.stdout
     found = cl.ensemble(mine, output=folder, restart=True)
     assert found["inertia"].values[-1] == 301.0
 
