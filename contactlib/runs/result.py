@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -37,6 +37,35 @@ UNITS = {
 }
 WORKS = ("drive_work", "creep_work", "resistance_work", "loss_work")
 WORK_UNITS = {"distance": "m", **dict.fromkeys((*WORKS, "stored_energy", "energy_defect"), "J")}
+LONG_NAMES = {  # of the signals of all kinds of runs; _left and _right are of that wheel
+    "time": "time",
+    "demand": "torque that the driver demands",
+    "commanded_torque": "torque that the drive is commanded",
+    "drive_torque": "drive torque on the axle",
+    "axle_torque": "torque that twists the axle",
+    "reference": "reference of the controller",
+    "omega": "angular velocity",
+    "speed": "vehicle speed",
+    "acceleration": "vehicle acceleration",
+    "slip_velocity": "rim speed less vehicle speed",
+    "creepage": "longitudinal creepage",
+    "normalized_creepage": "creepage over saturation creepage",
+    "traction_coefficient": "creep force over normal load",
+    "creep_force": "creep force",
+    "available_force": "largest creep force that friction allows",
+    "normal_load": "normal load",
+    "friction_scale": "factor on friction",
+    "slope_scale": "factor on the initial slope of the creep force",
+    "resistance_force": "resistance force beside the vehicle's own",
+    "falling_branch": "1 where the creep force falls with creepage, else 0",
+    "distance": "distance travelled",
+    "drive_work": "work of the drive",
+    "creep_work": "work that friction turns into heat",
+    "resistance_work": "work of the resistance, or of a rig that holds the speed",
+    "loss_work": "work of the damping",
+    "stored_energy": "kinetic energy, and that of the twisted axle",
+    "energy_defect": "error of the energy balance",
+}
 PEAK_PASSED, SLIP_AWAY, STANDSTILL = "peak_passed", "slip_away", "standstill"
 
 
@@ -141,14 +170,21 @@ class Result:
         return frame
 
     def to_xarray(self) -> Dataset:
-        """Convert to an `xarray.Dataset` over time, each variable with its ``units``."""
+        """Convert to an `xarray.Dataset` over time: variables with ``units`` and ``long_name``."""
         import xarray
 
-        data = {
-            name: ("time", values, {"units": self.units[name]})
-            for name, values in self.signals.items()
-        }
-        return xarray.Dataset(data, coords={"time": ("time", self.time, {"units": "s"})})
+        def variable(name: str, values: FloatArray, unit: str) -> tuple[str, FloatArray, Any]:
+            return "time", values, {"units": unit, "long_name": _long_name(name)}
+
+        data = {name: variable(name, y, self.units[name]) for name, y in self.signals.items()}
+        return xarray.Dataset(data, coords={"time": variable("time", self.time, "s")})
+
+
+def _long_name(name: str) -> str:
+    both, _, side = name.rpartition("_")
+    if side in ("left", "right"):
+        return f"{LONG_NAMES.get(both, both)}, {side} wheel"
+    return LONG_NAMES.get(name, name.replace("_", " "))
 
 
 class Signals(Protocol):

@@ -17,6 +17,7 @@ import pytest
 from sweep_files import write_sweep
 
 import contactlib as cl
+from contactlib.runs.result import LONG_NAMES
 
 
 def pickled(value: Any) -> Any:
@@ -106,8 +107,21 @@ def test_pandas_and_xarray_have_every_signal_by_name(run: cl.Result) -> None:
         assert (dataset[name].values == values).all()
         assert dataset[name].attrs["units"] == run.units[name]
     assert (frame.index == run.time).all()
-    assert dataset["time"].attrs["units"] == "s"
+    assert dataset["time"].attrs == {"units": "s", "long_name": "time"}
+    assert dataset["creep_force_left"].attrs["long_name"] == "creep force, left wheel"
     assert (dataset.to_dataframe() == frame).all(axis=None)
+
+
+def test_xarray_labels_every_signal_of_each_kind_of_run(run: cl.Result, rig: cl.Model) -> None:
+    other = cl.simulate(rig.wheelset, rig.torque_control, initial_speed=10.0, duration=0.1)
+    for one in (run, other):
+        names = {name: data.attrs["long_name"] for name, data in one.to_xarray().items()}
+        assert len(set(names.values())) == len(names)
+        assert {name.removesuffix("_left").removesuffix("_right") for name in names} <= {
+            *LONG_NAMES
+        }
+    mine = cl.Result(run.time, {"brake_heat": run.time}, {"brake_heat": "J"})
+    assert mine.to_xarray()["brake_heat"].attrs == {"units": "J", "long_name": "brake heat"}
 
 
 def test_a_result_is_a_line_and_in_a_notebook_a_table(run: cl.Result) -> None:
