@@ -10,6 +10,9 @@ from pathlib import PurePath
 from contactlib.base.writing import PACKAGE
 
 LONGEST_LINE = 1000  # characters
+# What a user's function may raise. After sys.exit the program would end without a word, and with
+# the status of success.
+USERS_ERRORS = (Exception, SystemExit)
 
 
 def harmless(text: str) -> str:
@@ -35,12 +38,13 @@ def harmless_line(text: str) -> str:
     return line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]} ..."
 
 
-def explained(what: str, error: Exception) -> RuntimeError:
+def explained(what: str, error: BaseException) -> RuntimeError:
     """One line for an error in a user's function, with its place in his file; `what` failed."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [f for f in frames if not f.filename.startswith((str(PACKAGE), "<frozen"))]
     where = f" ({PurePath(own[0].filename).name}, line {own[0].lineno})" if own else ""
-    return RuntimeError(f"{what}: {type(error).__name__}: {harmless_line(str(error))}{where}")
+    message = f": {harmless_line(str(error))}" if str(error) else ""
+    return RuntimeError(f"{what}: {type(error).__name__}{message}{where}")
 
 
 def known_names(word: str, known: Collection[str]) -> str:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-from contactlib.base.text import explained, known_names
+from contactlib.base.text import USERS_ERRORS, explained, known_names
 from contactlib.traction.interface import Controller, checked_controller
 
 
@@ -40,7 +40,7 @@ def load_controller(place: str) -> tuple[str, Controller]:
     if isinstance(found, type):
         try:
             found = found()
-        except Exception as error:
+        except USERS_ERRORS as error:
             line = explained(f"--controller {place}", error)
             raise RuntimeError(f"{line}; or name an object that the file makes of it") from error
     return name, checked_controller(f"--controller {place}", found)
@@ -57,6 +57,6 @@ def _run(file: Path) -> ModuleType:
     sys.path.insert(0, str(file.resolve().parent))
     try:
         spec.loader.exec_module(module)  # type: ignore[union-attr]
-    except Exception as error:
+    except USERS_ERRORS as error:
         raise explained(f"--controller {file}", error) from error
     return module

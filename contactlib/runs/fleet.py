@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contactlib.base.quantities import MOST_ROWS, POSITIVE, FloatArray, checked_number, shown
+from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.contact import kernel
 from contactlib.files.scenario import Scenario
 from contactlib.runs.signals import Block
@@ -325,8 +326,8 @@ class Runs:
             speeds = self._reader.read(rim, states["speed"], self._demand)
             measured = Measurement(self._demand, *speeds, self._torque)
             if row == 0:
-                self._memory = self._control.start(measured, self._torque)
-            answer: Any = self._control.sample(measured, self._memory)
+                self._memory = self._asked("start", row, measured, self._torque)
+            answer = self._asked("sample", row, measured, self._memory)
             if row == 0 and not (
                 isinstance(answer, tuple)
                 and len(answer) == 2
@@ -341,6 +342,16 @@ class Runs:
         demand[:] = self._demand
         inputs["commanded_torque"] = self._torque
         self._advance(inputs, row, self._timing.step if row < self._timing.rows - 1 else 0.0)
+
+    def _asked(self, method: str, row: int, *given: Any) -> Any:
+        """Answer of a method of the controller at a row."""
+        try:
+            return getattr(self._control, method)(*given)
+        except (ValueError, RuntimeError):  # as of a SampledController, already explained
+            raise
+        except USERS_ERRORS as error:
+            what = f"{type(self._control).__name__}.{method} at {self._timing.step * row:.6g} s"
+            raise explained(what, error) from error
 
     def _advance(self, inputs: Any, row: int, step: float) -> None:
         self.fleet.advance(

@@ -18,7 +18,7 @@ from contactlib.base.quantities import (
     checked_whole,
     shown,
 )
-from contactlib.base.text import explained
+from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.fleet import Runs, Timing, default_step, timing
@@ -283,7 +283,7 @@ def checked_metrics(
 def _measured(name: str, metric: Metric, result: Result) -> float:
     try:
         found: object = metric(result)
-    except Exception as error:
+    except USERS_ERRORS as error:
         raise explained(f"metric {name}", error) from error
     number = as_number(found, "biuf")
     if number is None:

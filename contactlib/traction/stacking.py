@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FloatArray, Parameters, as_number, cached_names, shown
-from contactlib.base.text import explained
+from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.traction.interface import (
     Controller,
     Measurement,
@@ -118,7 +118,7 @@ class Copies:
         for control, seen, given in zip(copies, _each(measurement), torques, strict=True):
             try:
                 control.reset(seen, given)
-            except Exception as error:
+            except USERS_ERRORS as error:
                 raise explained(f"{type(control).__name__}.reset", error) from error
         return Own(copies, 0)
 
@@ -163,7 +163,7 @@ def _torque(control: SampledController, seen: Measurement[float], time: float) -
     what, demand = f"{type(control).__name__}.torque", seen.demand
     try:
         found: Any = control.torque(seen)
-    except Exception as error:
+    except USERS_ERRORS as error:
         raise explained(f"{what} at {time:.6g} s", error) from error
     number = as_number(found)
     low, high = min(demand, 0.0), max(demand, 0.0)

@@ -16,6 +16,7 @@ from contactlib.cli.own_controller import load_controller
 from contactlib.runs.study import open_study
 
 FILE = """
+import sys
 import contactlib as cl
 from beside import HALF
 
@@ -36,6 +37,27 @@ class NeedsGain(Mine):
     def __init__(self, gain):
         self.gain = gain
 
+class Leaves(Mine):
+    def torque(self, measurement):
+        sys.exit(0)
+
+class LeavesAtStart(Mine):
+    def reset(self, measurement, torque):
+        sys.exit(0)
+
+class LeavesAtOnce(Mine):
+    def __init__(self):
+        sys.exit(0)
+
+class LeavesWithMany:
+    sample_time = 0.01
+
+    def start(self, measurement, torque):
+        return None
+
+    def sample(self, measurement, memory):
+        sys.exit(0)
+
 quarter = Mine(0.25)
 
 def function(measurement):
@@ -49,6 +71,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (tmp_path / "mine.py").write_text(FILE)
     (tmp_path / "beside.py").write_text("HALF = 0.5\n")
     (tmp_path / "broken.py").write_text("x = 1\ny = (\n")
+    (tmp_path / "leaves.py").write_text("import sys\nsys.exit()\n")
     (tmp_path / "fails.py").write_text("import nothing_of_this_name\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
@@ -101,6 +124,12 @@ def test_a_class_or_an_object_stands_beside_the_scenario_s_own() -> None:
         ),
         ("mine.py:function", "--controller mine.py:function = function is no controller"),
         ("mine.py:NeedsGain", "--controller mine.py:NeedsGain: TypeError: "),
+        # sys.exit(0) in a user's code is not the end of a command that did its work
+        ("leaves.py:Mine", "--controller leaves.py: SystemExit (leaves.py, line 2)"),
+        ("mine.py:Leaves", "Leaves.torque at 0 s: SystemExit: 0 (mine.py, line "),
+        ("mine.py:LeavesAtStart", "LeavesAtStart.reset: SystemExit: 0 (mine.py, line "),
+        ("mine.py:LeavesAtOnce", "--controller mine.py:LeavesAtOnce: SystemExit: 0 (mine.py, "),
+        ("mine.py:LeavesWithMany", "LeavesWithMany.sample at 0 s: SystemExit: 0 (mine.py, "),
         ("mine.py:Greedy", "Greedy.torque at 0 s returned 20000.0: it must return one number"),
     ],
 )
