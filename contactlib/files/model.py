@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, TypeVar, cast
 
 from contactlib.base.quantities import Parameters
+from contactlib.base.text import harmless_line
 from contactlib.contact.element import ForceElement
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import Contact
@@ -25,6 +26,7 @@ from contactlib.files.reading import (
     parse,
     read_section,
     text,
+    title,
 )
 from contactlib.files.sections import (
     ContactSection,
@@ -168,7 +170,8 @@ def load_model(
     """
     with loading(path):
         file = model_path(path)
-        return build_model({"name": file.stem, **parse(file)}, file.parent, table, progress)
+        data = {"name": harmless_line(file.stem), **parse(file)}
+        return build_model(data, file.parent, table, progress)
 
 
 def build_model(
@@ -196,7 +199,7 @@ def read_model(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
     with Mistakes(data) as mistakes:
         mistakes.of(check_keys, "", data, ["name", "source", *VEHICLE_SECTIONS, *RUNS], [])
         given: dict[str, Any] = {
-            "name": mistakes.of(text, "name", data.get("name", "Unnamed")),
+            "name": mistakes.of(title, "name", data.get("name", "Unnamed")),
             "source": mistakes.of(text, "source", data.get("source", "not stated")),
         }
         for key, kind in kinds.items():

@@ -281,6 +281,14 @@ def text(where: str, value: object) -> str:
     return value
 
 
+def title(where: str, value: object) -> str:
+    """Return a TOML value if it is a string of one line, as it heads reports, or raise."""
+    found = text(where, value)
+    if "\n" in found:
+        raise ValueError(f"{where} = {value!r} must be one line")
+    return found
+
+
 def number(where: str, value: object, quantity: Quantity) -> float:
     """Return a TOML value in SI units, or raise if it breaks the limits."""
     found: float

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import BuildCache
-from contactlib.files.reading import named, text
+from contactlib.files.reading import named, text, title
 from contactlib.files.sections import (
     DemandSection,
     HeldSpeedSection,
@@ -40,9 +40,9 @@ def read_sections(data: Mapping[str, Any], cache: BuildCache) -> Sections:
     lacking: Any = None
     with Mistakes(data) as mistakes:
         of, section = mistakes.of, cache.section
-        for key in ("name", "source"):
+        for key, read in (("name", title), ("source", text)):
             if key in data:
-                of(text, key, data[key])
+                of(read, key, data[key])
         demand = of(section, "demand", DemandSection, data) if "demand" in data else lacking
         track = of(section, "track", TrackSection, data)
         held = of(section, "held_speed", HeldSpeedSection, data) if "held_speed" in data else None

@@ -320,6 +320,18 @@ def test_a_message_is_one_line_without_orders(
     check_complaint("fails", said=r"\x1b[2J\nwell")
 
 
+@pytest.mark.parametrize(
+    ("command", "text"), [("simulate", RIG), ("simulate", SCENARIO), ("sweep", SWEEP)]
+)
+def test_a_name_that_heads_a_report_is_one_line(tmp_path: Path, command: str, text: str) -> None:
+    path = tmp_path / "sent.toml"
+    name = toml_text("x\ncontactlib: all is well")
+    path.write_text(re.sub("^name = .*$", lambda _: f"name = {name}", text, flags=re.MULTILINE))
+    check_complaint(
+        command, str(path), said=r"name = 'x\ncontactlib: all is well' must be one line"
+    )
+
+
 @pytest.mark.parametrize("terminal", ["0", "1"])
 def test_the_reporter_shows_names_as_they_are(
     terminal: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

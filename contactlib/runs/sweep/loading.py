@@ -27,6 +27,7 @@ from contactlib.files.reading import (
     parse_text,
     subsection,
     text,
+    title,
 )
 from contactlib.files.scenario import (
     ControllerDesign,
@@ -125,8 +126,8 @@ def _build_sweep(
     with Mistakes(data) as mistakes:
         of = mistakes.of
         of(check_keys, "", data, [*NEEDED, *OPTIONAL], NEEDED)
-        for key in ("name", "source"):
-            of(text, key, data.get(key, ""))
+        for key, read_text in (("name", title), ("source", text)):
+            of(read_text, key, data.get(key, ""))
         outcomes = of(_names, "outcomes", data.get("outcomes", ["slip_work"]), SWEEP_OUTCOMES)
         redesign = data.get("redesign", False)
         of(_check_switch, "redesign", redesign)
