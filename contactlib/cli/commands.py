@@ -197,6 +197,12 @@ def sweep(
 @click.argument("scenario")
 @click.argument("controllers", metavar="[CONTROLLER]...", nargs=-1)
 @click.option(
+    "--controller",
+    metavar="FILE.py:NAME",
+    help="Run FILE.py, and search the controller of your own that it calls NAME, a class or an "
+    "object, which declares its settings in search_ranges.",
+)
+@click.option(
     "--also",
     multiple=True,
     metavar="SCENARIO",
@@ -204,14 +210,14 @@ def sweep(
 )
 @click.option(
     "--trials",
-    type=Whole(1),
+    type=Whole(60, 1_000_000),
     default=600,
     show_default=True,
-    help="Settings to try for each controller.",
+    help="Settings to try for each controller, rounded down to a multiple of 30.",
 )
 @click.option(
     "--seeds",
-    type=Whole(1),
+    type=Whole(1, 10_000),
     default=1,
     show_default=True,
     help="Sequences of noise for each sensor.",
@@ -226,6 +232,7 @@ def sweep(
 def tune(
     scenario: str,
     controllers: tuple[str, ...],
+    controller: str | None,
     also: tuple[str, ...],
     trials: int,
     seeds: int,
@@ -234,15 +241,29 @@ def tune(
 ) -> None:
     """Search settings of traction controllers, with the same budget for each, and compare them.
 
-    Default: all controllers of SCENARIO that have settings. Every trial runs with the sensors of
-    the file, and with sensors that err as the controller does not know. The settings found go into
-    settings.toml, as sections of a scenario file; errors.csv has the force that every controller
-    uses with them while friction limits.
+    Default: all controllers of SCENARIO that declare settings. The search maximises the mean of
+    limited utilisation (force used / available force, while friction limits) and adhesion
+    utilisation (force used / force that could be transmitted, in the whole run). Every trial runs
+    with the sensors of the file, and with sensors that err as the controller does not know. As soon
+    as a controller is tuned, its settings go into settings.toml, as a section of a scenario file;
+    errors.csv has the force that every controller uses with them while friction limits.
     """
     from contactlib.cli.report import write_tuning
     from contactlib.files.scenario import load_scenario
+    from contactlib.runs.study import with_controllers
 
-    loaded = with_progress(lambda progress: [load_scenario(one) for one in (scenario, *also)])
+    own = {}
+    if controller is not None:
+        from contactlib.cli.own_controller import load_controller
+
+        name, found = load_controller(controller)
+        own, controllers = {name: found}, (*controllers, name)
+    loaded = with_progress(
+        lambda progress: [
+            with_controllers(one, load_scenario(one, progress=progress), own)
+            for one in (scenario, *also)
+        ]
+    )
     folder = output or Path(f"contactlib-tune-{Path(scenario).stem}")
     write_tuning(loaded, controllers, folder, ConsoleReporter(), formats, trials, seeds)
     say(f"Settings, table and figure are in {folder}")

@@ -13,10 +13,11 @@ from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
 from contactlib.figures import run_name
 from contactlib.files.scenario import Scenario
-from contactlib.runs.outcomes import Metrics, comparison_table, metrics, write_comparison
+from contactlib.runs.outcomes import OUTCOMES, Metrics, comparison_table, metrics, write_comparison
 from contactlib.runs.result import Result
 from contactlib.runs.study import Run, Study
-from contactlib.runs.tuning import Tuning, sensor_errors, tune
+from contactlib.runs.sweep.store import locked
+from contactlib.runs.tuning import OBJECTIVE, Tuning, check_distinct, searched, sensor_errors, tune
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,9 +124,11 @@ def write_tuning(
     scenarios : sequence of Scenario
         Scenarios that the settings have to suit; the first names the controllers.
     names : sequence of str
-        Controllers; empty for all that have settings.
+        Controllers; empty for all that declare settings to search.
     folder : Path
-        Gets settings.toml, errors.csv, errors.txt and the figure errors.
+        Gets settings.toml, which is written anew whenever a controller is tuned, and after the
+        last one errors.csv, errors.txt and the figure errors. It is created and locked before the
+        first search.
     reporter, formats
         As for `write_report`.
     trials, seeds : int
@@ -134,34 +137,69 @@ def write_tuning(
     Raises
     ------
     ValueError
-        As `contactlib.tune` does.
+        As `contactlib.tune` does, and if two scenarios have one name.
+    RuntimeError
+        If another process writes to the folder.
     OSError
         If the folder cannot be created or written.
     """
     first = scenarios[0]
+    check_distinct(scenarios)
+    declared = [n for n in first.controllers if getattr(first.controller(n), "search_ranges", None)]
+    chosen = list(dict.fromkeys(names or declared or first.controllers))
+    for name in chosen:
+        searched(scenarios, name)  # refuses all of them before the first search
     tuned: dict[str, Tuning] = {}
-    for name in names or [n for n in first.controllers if hasattr(first.controller(n), "TUNED")]:
-        with reporter.step(f"Tuning {name}") as progress:
-            tuned[name] = tune(scenarios, name, trials=trials, seeds=seeds, progress=progress)
-    rows = [["controller", "scenario", "designed", "", "tuned", ""]]
+    settings = folder / "settings.toml"
+    with locked(folder):
+        try:
+            for name in chosen:
+                with reporter.step(f"Tuning {name}") as progress:
+                    tuned[name] = tune(
+                        scenarios, name, trials=trials, seeds=seeds, progress=progress
+                    )
+                sections = [one.section(key, first.controllers[key]) for key, one in tuned.items()]
+                write_whole(settings, "\n".join(sections).encode())
+            _report_tuning(scenarios, tuned, folder, reporter, formats)
+        except KeyboardInterrupt:
+            if tuned:
+                reporter.line(f"Stopped. The settings of {', '.join(tuned)} are in {settings}")
+            raise
+
+
+def _report_tuning(
+    scenarios: Sequence[Scenario],
+    tuned: Mapping[str, Tuning],
+    folder: Path,
+    reporter: Reporter,
+    formats: Sequence[str],
+) -> None:
+    """Show and write what tuned controllers reach, also with sensors that err."""
+    objective = [name.replace("_", " ") for name in OBJECTIVE]
+    rows = [
+        ["", "", *(cell for name in objective for cell in (name, ""))],
+        ["controller", "scenario", *["designed", "tuned"] * len(objective)],
+    ]
     for name, found in tuned.items():
         for scenario, *both in zip(scenarios, found.designed, found.tuned, strict=True):
-            means = [f"{value:.3f}" for values in both for value in values.mean(axis=-1)]
-            rows.append([name, scenario.name, *means])
-    reporter.line(f"{trials} settings of each. Force used / available while friction limits, and /")
-    reporter.line("transmittable in the whole run, with noise that the search has not seen:")
+            pairs = zip(*(values.mean(axis=-1) for values in both), strict=True)
+            rows.append(
+                [name, scenario.name, *(f"{value:.3f}" for pair in pairs for value in pair)]
+            )
+    trials = next(iter(tuned.values())).trials
+    reporter.line(f"The search tried {trials} settings of each controller, for the largest mean of")
+    for name in OBJECTIVE:
+        reporter.line(f"- {name.replace('_', ' ')}: {OUTCOMES[name].description}")
+    reporter.line("over all scenarios, sensors and noises. With noise that it has not seen:")
     reporter.line(fixed_width(rows))
     with reporter.step("Running with sensors that err") as progress:
         controls = {name: found.controllers for name, found in tuned.items()}
         errors = sensor_errors(scenarios, controls, progress=progress)
-    table = errors_table(errors)
-    reporter.line(table)
-    folder.mkdir(parents=True, exist_ok=True)
-    sections = [found.section(name, first.controllers[name]) for name, found in tuned.items()]
-    write_whole(folder / "settings.toml", "\n".join(sections).encode())
-    write_whole(folder / "errors.txt", f"{table}\n".encode())
     frame = errors.to_dataframe().reset_index()
     write_whole(folder / "errors.csv", frame.to_csv(index=False, lineterminator="\n").encode())
+    table = errors_table(errors)
+    reporter.line(table)
+    write_whole(folder / "errors.txt", f"{table}\n".encode())
     with reporter.step("Drawing"):
         figures.save_pictures(figures.sensor_errors(errors), folder, "errors", formats)
 
@@ -181,5 +219,6 @@ def errors_table(errors: xr.DataArray) -> str:
             one = errors.sel(scenario=scenario, error=error)
             cells = zip(one.mean("noise").values, one.min("noise").values, strict=True)
             rows.append([error, *(f"{mean:.3f} ({least:.3f})" for mean, least in cells)])
-        lines += [str(scenario), fixed_width(rows), ""]
+        title = f"{scenario}: limited utilisation, mean over noise (least)"
+        lines += [title, fixed_width(rows), ""]
     return "\n".join(lines[:-1])

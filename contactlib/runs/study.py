@@ -106,14 +106,27 @@ def open_study(
         scenario = load_scenario(path, progress=progress)
         if seed is not None:
             scenario = replace(scenario, sensors=replace(scenario.sensors, seed=float(seed)))
-        if taken := set(controllers) & set(scenario.controllers):
-            raise ValueError(f"{path} has a controller {min(taken)} itself: take another name")
-        every = {**scenario.controllers, **controllers}
-        check_names(every)
-        return _of_scenario(replace(scenario, controllers=every))
+        return _of_scenario(with_controllers(path, scenario, controllers))
     if controllers:
         raise ValueError(f"{path} is no scenario: a controller of your own runs in one")
     return _of_model(load_model(path, progress=progress))
+
+
+def with_controllers(
+    path: str | os.PathLike[str], scenario: Scenario, controllers: Mapping[str, Controller]
+) -> Scenario:
+    """Add controllers of the user's own to the scenario of a file.
+
+    Raises
+    ------
+    ValueError
+        If the scenario has a controller of such a name.
+    """
+    if taken := set(controllers) & set(scenario.controllers):
+        raise ValueError(f"{path} has a controller {min(taken)} itself: take another name")
+    every = {**scenario.controllers, **controllers}
+    check_names(every)
+    return replace(scenario, controllers=every)
 
 
 def _of_scenario(scenario: Scenario) -> Study:

@@ -1,9 +1,9 @@
 """Settings that suit a controller to scenarios, and what is left of them with other sensors.
 
 Comparing a controller that somebody has tuned with one that nobody has says little. So every
-controller is searched alike, with the same budget: the fields that its class names in `TUNED` are
-multiplied by factors, which `scipy.optimize.differential_evolution` chooses. The design itself is
-one of the first trials.
+controller is searched alike, with the same budget: the settings that it declares in `search_ranges`
+are multiplied by factors, which `scipy.optimize.differential_evolution` chooses. The design itself
+is one of the first trials.
 
 Controllers are designed for the sensors of the scenario's file. Settings are searched, and judged
 by `sensor_errors`, with these and with sensors that err as no controller knows.
@@ -12,6 +12,7 @@ by `sensor_errors`, with these and with sensors that err as no controller knows.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -23,14 +24,14 @@ from scipy.stats import qmc
 from contactlib.base.quantities import FloatArray, Limits, checked_whole, shown
 from contactlib.files.scenario import ControllerDesign, Scenario
 from contactlib.runs.scenario_runs import run_many
-from contactlib.traction.interface import Controller, TractionController
+from contactlib.traction.interface import Controller
+from contactlib.traction.search import Searched
 from contactlib.traction.sensors import INDEX, Sensors
 
 if TYPE_CHECKING:
     import xarray as xr
 
 OBJECTIVE = ("limited_utilisation", "adhesion_utilisation")  # their mean
-LARGEST = 4.0  # factor on a setting, or its inverse
 POPULATION = 30  # settings of a generation
 MOST = Limits(at_least=2.0 * POPULATION, at_most=1e6)
 SEEDS = Limits(at_least=1.0, at_most=1e4)
@@ -50,7 +51,7 @@ class Tuning:
     ----------
     factors : dict
         Factor on each setting of the design [1].
-    controllers : tuple of TractionController
+    controllers : tuple of SampledController or TractionController
         The controller with these settings, one for each scenario.
     designed, tuned : ndarray
         Outcomes with the settings of the design and with those found, of noise that the search has
@@ -61,7 +62,7 @@ class Tuning:
     """
 
     factors: dict[str, float]
-    controllers: tuple[TractionController, ...]
+    controllers: tuple[Controller, ...]
     designed: FloatArray
     tuned: FloatArray
     trials: int
@@ -69,24 +70,49 @@ class Tuning:
     def section(self, name: str, design: object) -> str:
         """Section of a scenario file with these settings, to four digits.
 
+        A file cannot name a controller of your own: a comment tells how to make it.
+
         Parameters
         ----------
         name : str
             Name of the controller.
-        design : ControllerDesign
-            The scenario's design, whose kind and other fields are kept.
+        design : ControllerDesign, SampledController or TractionController
+            What the scenario has under this name; of a design, kind and other fields are kept.
         """
-        if not isinstance(design, ControllerDesign):
-            raise ValueError(
-                f"design = {shown(design)} must be a ControllerDesign, as a scenario file gives it"
-            )
         control: Any = self.controllers[0]
         settings = {key: getattr(control, key) for key in self.factors}
-        if "reference" in settings and control.reference_torque is not None:
+        if "reference" in settings and getattr(control, "reference_torque", None) is not None:
             settings["reference_torque"] = control.reference_torque  # else it would be constant
-        given = {**design.given, **{key: float(f"{v:.4g}") for key, v in settings.items()}}
-        lines = [f"[controllers.{name}]", f'kind = "{design.kind}"']
-        return "\n".join([*lines, *(f"{key} = {value!r}" for key, value in given.items())]) + "\n"
+        found = {key: float(f"{value:.4g}") for key, value in settings.items()}
+        if isinstance(design, ControllerDesign):
+            lines = [f"[controllers.{name}]", f'kind = "{design.kind}"']
+            given = {**design.given, **found}
+            return "\n".join([*lines, *(f"{key} = {v!r}" for key, v in given.items())]) + "\n"
+        if type(design) is not type(control):
+            raise ValueError(
+                f"design = {shown(design)} must be what the scenario has as {name}: a "
+                f"ControllerDesign or a {type(control).__name__}"
+            )
+        given = {**Searched(name, design).arguments, **found}
+        call = ", ".join(f"{key}={shown(value)}" for key, value in given.items())
+        return f"# {name} is a controller of your own: {type(control).__name__}({call})\n"
+
+
+def searched(scenarios: Sequence[Scenario], controller: str) -> list[Searched]:
+    """The controller of each scenario, and what may be searched of it.
+
+    Raises
+    ------
+    ValueError
+        If a scenario has no such controller, it declares no settings, or it is of another class
+        than in the first scenario.
+    """
+    where = f"controller = {shown(controller)}"
+    found = [Searched(where, scenario.controller(controller)) for scenario in scenarios]
+    kinds = dict.fromkeys(type(one.control).__name__ for one in found)
+    if len(kinds) > 1:
+        raise ValueError(f"{where} must be of one class in all scenarios: {', '.join(kinds)}")
+    return found
 
 
 def tune(
@@ -100,6 +126,9 @@ def tune(
 ) -> Tuning:
     """Search settings of a controller that suit all of the scenarios at once.
 
+    Searched are the settings of `search_ranges`: those that a controller of your own declares, and
+    of a shipped one those of its design, from a quarter of the design to four times.
+
     The objective is the mean of limited and adhesion utilisation, of all scenarios, of all sensors
     of `erring` and sequences of noise. So force that is lost while friction limits counts, and so
     does force that is lost afterwards.
@@ -111,7 +140,7 @@ def tune(
     controller : str
         Name of the controller.
     trials : int, optional
-        Settings to try, a multiple of the generation of 30 or less.
+        Settings to try, at least 60; rounded down to a multiple of 30, a generation.
     seeds : int, optional
         Sequences of noise with which each is tried, for each of the sensors.
     seed : int, optional
@@ -122,8 +151,10 @@ def tune(
     Raises
     ------
     ValueError
-        If a value is out of range, a scenario has no such controller, or its controller is one of
-        your own, which names no settings.
+        If a value is out of range, or a scenario has no such controller or one that declares no
+        settings.
+    RuntimeError
+        If a controller of your own raises an error.
 
     Examples
     --------
@@ -138,18 +169,15 @@ def tune(
     generations = checked_whole("trials", trials, MOST) // POPULATION
     seeds = checked_whole("seeds", seeds, SEEDS)
     seed = checked_whole("seed", seed, INDEX)
-    designs = [scenario.controller(controller) for scenario in scenarios]
-    names = tuple(getattr(type(designs[0]), "TUNED", ()))
-    if not names:
-        raise ValueError(
-            f"controller = {shown(controller)} is a {type(designs[0]).__name__}, which has no "
-            "settings to search: its class names them in TUNED"
-        )
+    designs = searched(scenarios, controller)
+    names = [name for name in designs[0].ranges if all(name in one.ranges for one in designs)]
+    ends = np.log([[one.factors(name) for name in names] for one in designs])
+    low, high = ends[..., 0].max(axis=0), ends[..., 1].min(axis=0)  # that suit all designs
     done = 0
     cases = [
         (replace(scenario, sensors=sensors), design)
         for scenario, design in zip(scenarios, designs, strict=True)
-        for sensors in erring(scenario.sensors, design.sample_time).values()
+        for sensors in erring(scenario.sensors, design.control.sample_time).values()
     ]
 
     def objective(logs: Any) -> Any:  # many at once, which SciPy's types do not know
@@ -159,14 +187,13 @@ def tune(
         progress(min(1.0, done / (generations * POPULATION)))
         return -found.mean(axis=(1, 2, 3))
 
-    end = math.log(LARGEST)
     # The design is the first of a population that fills the space evenly.
     even = qmc.Sobol(len(names), rng=seed).random_base2(math.ceil(math.log2(POPULATION)))
-    start = end * (2.0 * even[:POPULATION] - 1.0)
+    start = low + (high - low) * even[:POPULATION]
     start[0] = 0.0
     best = differential_evolution(
         objective,
-        Bounds(np.full(len(names), -end), np.full(len(names), end)),
+        Bounds(low, high),
         init=start,
         maxiter=generations - 1,
         tol=0.0,
@@ -180,33 +207,21 @@ def tune(
     unseen = range(UNSEEN, UNSEEN + max(seeds, 10))
     plain = list(zip(scenarios, designs, strict=True))
     designed, tuned = _outcomes(plain, names, both, unseen)
-    settled = tuple(_changed(one, names, both[1]) for one in designs)
+    settled = tuple(one.changed(factors) for one in designs)
     return Tuning(factors, settled, designed, tuned, generations * POPULATION)
 
 
-def _changed(design: Any, names: Sequence[str], factors: FloatArray) -> Any:
-    """Controller with settings multiplied, within their limits; None if it refuses them."""
-    limits = type(design).quantities()
-    given = {}
-    for name, factor in zip(names, factors.tolist(), strict=True):
-        value, of = getattr(design, name) * factor, limits[name]
-        given[name] = min(max(value, of.at_least), of.at_most, math.nextafter(of.below, 0.0))
-    try:
-        return replace(design, **given)
-    except ValueError:  # settings that contradict each other
-        return None
-
-
 def _outcomes(
-    cases: Sequence[tuple[Scenario, Any]],
+    cases: Sequence[tuple[Scenario, Searched]],
     names: Sequence[str],
     factors: FloatArray,
     index: Sequence[int],
 ) -> FloatArray:
     """Outcomes of every row of factors on the designs: shape (rows, cases, `OBJECTIVE`, noises)."""
     tried, places = [], []
-    for row, some in enumerate(factors):
-        controls = {one: _changed(one, names, some) for one in {design for _, design in cases}}
+    for row, some in enumerate(factors.tolist()):
+        given = dict(zip(names, some, strict=True))
+        controls = {design: design.changed(given) for design in {design for _, design in cases}}
         for place, (scenario, design) in enumerate(cases):
             if (control := controls[design]) is not None:
                 tried.append((scenario, control))
@@ -256,6 +271,13 @@ def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
     return found
 
 
+def check_distinct(scenarios: Sequence[Scenario]) -> None:
+    """Refuse scenarios that tables could not tell apart."""
+    twice = [name for name, n in Counter(one.name for one in scenarios).items() if n > 1]
+    if twice:
+        raise ValueError(f"two of the scenarios have the name {twice[0]!r}: give each its own")
+
+
 def sensor_errors(
     scenarios: Sequence[Scenario],
     controllers: Mapping[str, Sequence[Controller]],
@@ -288,6 +310,7 @@ def sensor_errors(
     import xarray as xr
 
     noises = checked_whole("noises", noises, SEEDS)
+    check_distinct(scenarios)
     index = range(UNSEEN, UNSEEN + noises)
     whole, labels = [], []
     work = len(scenarios) * len(controllers)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from contactlib.traction.design import (
 )
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.observers import Tracked, track, tracker_gains
+from contactlib.traction.search import Ranges, around_design
 from contactlib.traction.sensors import Sensors
 from contactlib.traction.zero_point import ZeroPoint, learn, start_zero_point
 from contactlib.vehicle.drivetrain import Drivetrain
@@ -137,13 +138,6 @@ class SlipLimiter(Parameters):
         Creepage / torque of the sticking wheel [1/(N.m)].
     """
 
-    TUNED: ClassVar[tuple[str, ...]] = (
-        "proportional_gain",
-        "integral_gain",
-        "recovery_time",
-        "speed_filter_time",
-    )
-
     sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
     proportional_gain: Annotated[float, Quantity("N.s", above=0.0, usual=(1.0, 1e8))]
     integral_gain: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e10))]
@@ -155,6 +149,13 @@ class SlipLimiter(Parameters):
     speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
     stick_torque: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
     stick_compliance: Annotated[float, Quantity("1/(N.m)", at_least=0.0)] = 0.0
+
+    @property
+    def search_ranges(self) -> Ranges:
+        """Settings that `tune` searches."""
+        return around_design(
+            self, "proportional_gain", "integral_gain", "recovery_time", "speed_filter_time"
+        )
 
     @cached_property
     def _tracker_gains(self) -> tuple[float, float]:
@@ -262,11 +263,14 @@ class CreepPI(SlipLimiter):
         As for `SlipLimiter`.
     """
 
-    TUNED: ClassVar[tuple[str, ...]] = ("reference", "least_share", *SlipLimiter.TUNED)
-
     reference: Annotated[float, Quantity("1", above=0.0, percent=True)]
     reference_torque: Annotated[float | None, Quantity("N.m", above=0.0, usual=(1.0, 3e5))] = None
     least_share: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 0.5
+
+    @property
+    def search_ranges(self) -> Ranges:
+        """Settings that `tune` searches."""
+        return {**around_design(self, "reference", "least_share"), **super().search_ranges}
 
     @classmethod
     def for_drivetrain(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
@@ -62,6 +63,9 @@ class SampledController(ABC):
     ----------
     sample_time : float
         Time from one call of `torque` to the next [s]; of the class or of the object.
+    search_ranges : mapping, optional
+        The settings that `tune` searches: by name the lowest and the highest value. A setting is an
+        argument of `__init__`, which keeps it under its name.
 
     Examples
     --------
@@ -78,6 +82,7 @@ class SampledController(ABC):
     """
 
     sample_time: float
+    search_ranges: Mapping[str, tuple[float, float]]
 
     def reset(self, measurement: Measurement[float], torque: float) -> None:  # noqa: B027
         """Begin a run; without this method it begins with what `__init__` has set.

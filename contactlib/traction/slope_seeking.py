@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +35,7 @@ from contactlib.traction.observers import (
     elasticity,
     slip_noise,
 )
+from contactlib.traction.search import Ranges, around_design
 from contactlib.traction.sensors import Sensors
 from contactlib.vehicle.drivetrain import Drivetrain
 
@@ -112,17 +113,6 @@ class SlopeSeeking(SlipLimiter):
         As for `SlipLimiter`.
     """
 
-    TUNED: ClassVar[tuple[str, ...]] = (
-        "first_compliance",
-        "seeking_rate",
-        "target_elasticity",
-        "dither",
-        "dither_period",
-        "memory_time",
-        "observer_time",
-        *SlipLimiter.TUNED,
-    )
-
     radius: Annotated[float, Quantity("m", above=0.0, usual=(0.01, 2.0))]
     inertia: Annotated[float, Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))]
     delay: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
@@ -137,6 +127,23 @@ class SlopeSeeking(SlipLimiter):
     memory_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-3, 20.0))] = 0.2
     observer_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.034
     slip_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+
+    @property
+    def search_ranges(self) -> Ranges:
+        """Settings that `tune` searches."""
+        return {
+            **around_design(
+                self,
+                "first_compliance",
+                "seeking_rate",
+                "target_elasticity",
+                "dither",
+                "dither_period",
+                "memory_time",
+                "observer_time",
+            ),
+            **super().search_ranges,
+        }
 
     def __post_init__(self) -> None:
         super().__post_init__()

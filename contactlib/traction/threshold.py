@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.observers import Tracked, track, tracked_variance, tracker_gains
+from contactlib.traction.search import Ranges, around_design
 from contactlib.traction.sensors import Sensors
 from contactlib.vehicle.drivetrain import Drivetrain
 
@@ -84,20 +85,6 @@ class ThresholdControl(Parameters):
         Time constants of the filters on vehicle speed, slip and acceleration [s].
     """
 
-    TUNED: ClassVar[tuple[str, ...]] = (
-        "slip_threshold",
-        "slip_release",
-        "acceleration_threshold",
-        "cut_fraction",
-        "cut_time",
-        "reapply_fraction",
-        "reapply_time",
-        "ramp_time",
-        "slip_filter_time",
-        "acceleration_filter_time",
-        "speed_filter_time",
-    )
-
     sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
     slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.11
     slip_release: Annotated[float, Quantity("1", above=0.0)] = 0.07
@@ -112,6 +99,24 @@ class ThresholdControl(Parameters):
     speed_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.25
     slip_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.04
     acceleration_filter_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.022
+
+    @property
+    def search_ranges(self) -> Ranges:
+        """Settings that `tune` searches."""
+        return around_design(
+            self,
+            "slip_threshold",
+            "slip_release",
+            "acceleration_threshold",
+            "cut_fraction",
+            "cut_time",
+            "reapply_fraction",
+            "reapply_time",
+            "ramp_time",
+            "slip_filter_time",
+            "acceleration_filter_time",
+            "speed_filter_time",
+        )
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,19 +1,27 @@
-"""`contactlib simulate`: what it says, what it writes, and what it knows before it runs."""
+"""`simulate` and `tune`: what they say, what they write, and what they know before they run."""
 
 from __future__ import annotations
 
 import csv
 import dataclasses
 import json
+import os
+import signal
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from matplotlib.figure import Figure
 
 import contactlib as cl
+from contactlib.cli import report
 from contactlib.cli.commands import main
+from contactlib.runs import tuning
+from contactlib.runs.outcomes import OUTCOMES
 from contactlib.runs.study import as_scenario_run, open_study, outlook
 from contactlib.traction import OpenLoop, Sensors
 
@@ -198,3 +206,163 @@ def test_mistakes_are_one_line(arguments: tuple[str, ...], message: str, tmp_pat
     assert shown.stderr.startswith(message)
     assert shown.stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+# ---- contactlib tune ------------------------------------------------------------------------
+
+
+def tuned(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(main, ["tune", *map(str, arguments)])
+
+
+@pytest.fixture
+def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Folder of a short scenario with two controllers that declare settings."""
+    (tmp_path / "short.toml").write_text(f'{SHORT}\n[controllers.pi]\nkind = "creep_pi"\n')
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_tune_says_what_it_maximises_above_a_table_with_headings(short: Path) -> None:
+    shown = tuned("short.toml", "cut", "--trials", "60", "-o", "out", "--format", "svg")
+    assert shown.exit_code == 0, shown.output
+    lines = shown.output.splitlines()
+    assert lines[1] == "The search tried 60 settings of each controller, for the largest mean of"
+    for line, name in zip(lines[2:4], tuning.OBJECTIVE, strict=True):
+        assert line == f"- {name.replace('_', ' ')}: {OUTCOMES[name].description}"
+    assert lines[5].split() == ["limited", "utilisation", "adhesion", "utilisation"]
+    assert lines[6].split() == ["controller", "scenario", *["designed", "tuned"] * 2]
+    assert lines[7].split()[:4] == ["cut", "Short", "wet", "stretch"]
+    assert len(lines[7].split()) == 4 + 4
+    assert "Short wet stretch: limited utilisation, mean over noise (least)" in lines
+    assert {path.name for path in (short / "out").iterdir()} == {
+        "settings.toml",
+        "errors.csv",
+        "errors.txt",
+        "errors.svg",
+    }
+
+
+OWN = """
+import contactlib as cl
+
+class Mine(cl.SampledController):
+    sample_time = 0.01
+    search_ranges = {"share": (0.1, 1.0)}
+
+    def __init__(self, share=0.2):
+        self.share = share
+
+    def torque(self, measurement):
+        return self.share * measurement.demand
+
+class Bare(Mine):
+    search_ranges = {}
+"""
+
+
+def test_tune_takes_a_controller_of_the_user_s_own(short: Path) -> None:
+    (short / "mine.py").write_text(OWN)
+    given = ("short.toml", "--trials", "60", "-o", "out", "--format", "svg", "--controller")
+    shown = tuned(*given, "mine.py:Mine")
+    assert shown.exit_code == 0, shown.output
+    assert "... Tuning Mine" in shown.output
+    assert "cut" not in shown.output  # as with simulate, only it
+    settings = (short / "out" / "settings.toml").read_text()
+    assert settings.startswith("# Mine is a controller of your own: Mine(share=")
+    both = tuned("short.toml", "cut", *given[1:], "mine.py:Mine")
+    assert list(filter(lambda line: "Tuning" in line, both.output.splitlines())) == [
+        "... Tuning cut",
+        "... Tuning Mine",
+    ]
+    mixed = (short / "out" / "settings.toml").read_text()
+    assert mixed.endswith(f"\n\n{settings}")
+    assert list(tomllib.loads(mixed)["controllers"]) == ["cut"]
+    bare = tuned(*given, "mine.py:Bare")
+    assert bare.exit_code == 2
+    assert bare.stderr == (
+        "contactlib: controller = 'Bare': the class Bare declares no settings to search: write "
+        "into it search_ranges = {'share': (0.05, 0.8)}, the lowest and the highest value of each\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (("--also", "same.toml"), "two of the scenarios have the name 'Short wet stretch'"),
+        (("cut", "pid"), "controller = 'pid' must be one of the scenario's: plain, cut, pi"),
+        (("cut", "plain"), "controller = 'plain' is an OpenLoop, which has no settings to search"),
+        (("cut", "pi", "--also", "less.toml"), "controller = 'pi' must be one of the scenario's"),
+        (("-o", "short.toml/out"), "[Errno 20] Not a directory: "),
+        (("--trials", "59"), "59 is not in the range 60<=x<=1000000"),
+    ],
+)
+def test_tune_refuses_before_it_searches(
+    short: Path, monkeypatch: pytest.MonkeyPatch, given: tuple[str, ...], message: str
+) -> None:
+    monkeypatch.setattr(report, "tune", None)
+    text = (short / "short.toml").read_text()
+    (short / "same.toml").write_text(text)
+    less = text.replace("[controllers.pi]", "[controllers.p]").replace("Short wet", "Other wet")
+    (short / "less.toml").write_text(less)
+    shown = tuned("short.toml", *given)
+    assert shown.exit_code == 2
+    assert message in shown.stderr
+    assert shown.stderr.count("\n") == 1
+    assert not (short / "contactlib-tune-short").exists()
+
+
+def test_the_options_of_a_search_have_its_limits() -> None:
+    for option in main.commands["tune"].params:
+        limits = {"trials": tuning.MOST, "seeds": tuning.SEEDS}.get(str(option.name))
+        if limits is not None:
+            assert isinstance(option.type, click.IntRange)
+            assert (option.type.min, option.type.max) == (limits.at_least, limits.at_most)
+
+
+@pytest.fixture
+def search(short: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+    """Searches that take no time: they find the design. Names in the list end the second one."""
+
+    def found(scenarios: list[cl.Scenario], name: str, **_: object) -> tuning.Tuning:
+        assert (short / "out").is_dir()  # before the first search
+        if name in interrupted:
+            os.kill(os.getpid(), signal.SIGINT)
+        (design,) = tuning.searched(scenarios, name)
+        numbers = np.ones((1, 2, 1))
+        factors = dict.fromkeys(design.ranges, 1.0)
+        return tuning.Tuning(factors, (design.control,), numbers, numbers, 60)
+
+    interrupted: list[str] = []
+    monkeypatch.setattr(report, "tune", found)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield interrupted
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_keeps_the_controllers_that_are_tuned(short: Path, search: list[str]) -> None:
+    search.append("pi")
+    shown = tuned("short.toml", "-o", "out")
+    assert shown.exit_code == 130
+    assert shown.stderr == "contactlib: interrupted\n"
+    settings = Path("out/settings.toml")
+    assert shown.stdout.endswith(f"Stopped. The settings of cut are in {settings}\n")
+    assert list(tomllib.loads(settings.read_text())["controllers"]) == ["cut"]
+    search.append("cut")
+    shown = tuned("short.toml", "-o", "again/out")
+    assert (shown.exit_code, shown.stdout) == (130, "... Tuning cut\n")
+    assert not (short / "again" / "out").exists()
+
+
+def test_settings_are_written_before_anything_is_formatted(
+    short: Path, search: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(rows: object) -> str:
+        raise TypeError
+
+    monkeypatch.setattr(report, "fixed_width", fails)
+    shown = tuned("short.toml", "-o", "out")
+    assert isinstance(shown.exception, TypeError)
+    settings = (short / "out" / "settings.toml").read_text()
+    assert list(tomllib.loads(settings)["controllers"]) == ["cut", "pi"]

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from own_controller import SlipPI
 
 import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
-from contactlib.runs.tuning import LARGEST, UNSEEN, erring
+from contactlib.runs.tuning import UNSEEN, erring
+from contactlib.traction.search import WIDEST
 
 LIMITED = "limited_utilisation"
 
@@ -31,7 +34,7 @@ def test_a_search_mends_a_controller_that_somebody_has_spoilt(patch: cl.Scenario
     assert found.trials == 120
     assert found.tuned.shape == (1, 2, 10)
     assert found.tuned.mean() > found.designed.mean() + 0.05
-    assert all(1.0 / LARGEST <= factor <= LARGEST for factor in found.factors.values())
+    assert all(1.0 / WIDEST <= factor <= WIDEST for factor in found.factors.values())
     # The outcomes are those of the controller found, with noise that the search has not seen.
     again = cl.run_many(
         [replace(patch, controllers={"found": found.controllers[0]})] * 10,
@@ -71,9 +74,62 @@ def test_settings_are_read_from_a_file_as_they_were_found(
             assert getattr(read, key) == pytest.approx(getattr(found.controllers[0], key), rel=5e-4)
 
 
+class Held(SlipPI):
+    """A controller with a state, which holds much too little slip."""
+
+    search_ranges: ClassVar = {"slip": (0.001, 0.4)}
+
+    def __init__(self, slip: float = 0.002) -> None:
+        super().__init__(slip)
+
+
+@dataclass  # neither frozen nor hashable
+class Share:
+    """A controller of many wheelsets."""
+
+    sample_time: float = 0.01
+    share: float = 0.2
+    search_ranges: ClassVar = {"share": (0.1, 1.0)}
+
+    def start(self, measurement: cl.Measurement[Any], torque: Any) -> None:
+        return None
+
+    def sample(self, measurement: cl.Measurement[Any], memory: None) -> tuple[Any, None]:
+        return self.share * measurement.demand, None
+
+
+@pytest.mark.parametrize(("control", "name"), [(Held(), "slip"), (Share(), "share")])
+def test_a_controller_of_your_own_is_searched_as_it_declares(
+    patch: cl.Scenario, control: Any, name: str
+) -> None:
+    short = replace(patch, duration=3.0, controllers={"mine": control})
+    other = replace(short, initial_speed=8.0)
+    found = cl.tune([short, other], "mine", trials=60)
+    low, high = control.search_ranges[name]
+    value = getattr(found.controllers[0], name)
+    assert low <= value <= high
+    assert value == pytest.approx(found.factors[name] * getattr(control, name))
+    assert value > 2.0 * getattr(control, name)
+    assert (found.tuned > found.designed + 0.1).all()
+    told = found.section("mine", control)
+    assert told.startswith(f"# mine is a controller of your own: {type(control).__name__}(")
+    assert f"{name}={value:.4g}" in told
+    with pytest.raises(ValueError, match="must be what the scenario has as mine"):
+        found.section("mine", "threshold")
+
+
+def test_scenarios_of_one_name_are_refused(patch: cl.Scenario) -> None:
+    control = patch.controller("threshold")
+    with pytest.raises(ValueError, match="two of the scenarios have the name 'Wet patch on dry "):
+        cl.sensor_errors([patch, patch], {"threshold": [control, control]}, noises=2)
+
+
 def test_what_cannot_be_searched_says_so(patch: cl.Scenario) -> None:
     with pytest.raises(ValueError, match="OpenLoop, which has no settings to search"):
         cl.tune([patch], "open_loop")
+    mixed = replace(patch, controllers={"threshold": Held()})
+    with pytest.raises(ValueError, match="one class in all scenarios: ThresholdControl, Held"):
+        cl.tune([patch, mixed], "threshold")
     with pytest.raises(ValueError, match=r"such as \[scenario\]"):
         cl.tune(patch, "threshold")  # type: ignore[arg-type]
 

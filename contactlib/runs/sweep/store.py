@@ -85,7 +85,7 @@ def _remove_stale(path: Path) -> None:
     if host != platform.node() or _lives(pid, path):
         who = f"process {pid} on {host}" if host else "another process"
         raise RuntimeError(
-            f"{path.parent} is in use by {who}, which runs this sweep; if it no longer does, "
+            f"{path.parent} is in use by {who}, which writes to it; if it no longer does, "
             f"remove {path}"
         )
     # Two processes that find the lock stale must not remove each other's new lock: rename is

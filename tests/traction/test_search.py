@@ -1,0 +1,128 @@
+"""Settings that controllers declare for a search, and controllers that are made with others."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import Any, ClassVar
+
+import pytest
+
+import contactlib as cl
+from contactlib.traction import CONTROLLERS
+from contactlib.traction.search import WIDEST, Searched
+
+
+class Mine(cl.SampledController):
+    """As a user writes it: what `__init__` derives from its arguments is not an argument."""
+
+    sample_time = 0.01
+    search_ranges: ClassVar[Any] = {"slip": (0.02, 0.5), "gain": (1e3, 5e4)}
+
+    def __init__(self, slip: float = 0.1, gain: float = 5e3, name: str = "mine") -> None:
+        self.slip, self.gain, self.name = slip, gain, name
+        self.step = 0.1 * gain
+
+    def torque(self, measurement: cl.Measurement[float]) -> float:
+        return measurement.demand
+
+
+class Bare(Mine):
+    search_ranges = None
+
+
+class Misspelt(Mine):
+    search_ranges: ClassVar = {"slib": (0.02, 0.5)}
+
+
+class OfText(Mine):
+    search_ranges: ClassVar = {"name": (0.02, 0.5)}
+
+
+class Outside(Mine):
+    search_ranges: ClassVar = {"slip": (0.2, 0.5)}
+
+
+class FromZero(Mine):
+    search_ranges: ClassVar = {"slip": (0.0, 0.5)}
+
+
+class Single(Mine):
+    search_ranges: ClassVar = {"slip": 0.5}
+
+
+class Converts(Mine):
+    def __init__(self, slip: float = 0.36, gain: float = 5e3) -> None:
+        super().__init__(slip / 3.6, gain)
+
+
+class Forgets(Mine):
+    search_ranges: ClassVar = {"slip": (0.02, 0.5)}
+
+    def __init__(self, slip: float = 0.1, lag: float = 0.0) -> None:
+        super().__init__(slip)
+
+
+class Stumbles(Mine):
+    def __init__(self, slip: float = 0.1, gain: float = 5e3) -> None:
+        super().__init__(slip, gain)
+        if slip > 0.3:
+            raise KeyError("slip")
+        if gain > 1e4:
+            raise ValueError("gain and slip contradict each other")
+
+
+def test_a_controller_is_made_anew_with_what_follows_from_its_settings() -> None:
+    found = Searched("mine", Mine(0.2, name="other"))
+    made = found.changed({"slip": 2.0, "gain": 0.5})
+    assert (made.slip, made.gain, made.step, made.name) == (0.4, 2.5e3, 250.0, "other")
+    assert found.control.slip == 0.2  # as before
+    assert found.factors("slip") == pytest.approx((0.1, 2.5))
+    widest = dict.fromkeys(found.ranges, 1e6)
+    assert (found.changed(widest).slip, found.changed(widest).gain) == (0.5, 5e4)
+
+
+def test_settings_that_contradict_each_other_make_no_controller() -> None:
+    found = Searched("mine", Stumbles())
+    assert found.changed({"slip": 1.0, "gain": 3.0}) is None
+    with pytest.raises(
+        RuntimeError, match=r"Stumbles with \{'slip': 0.4\}: KeyError: 'slip' \(tes"
+    ):
+        found.changed({"slip": 4.0})
+
+
+@pytest.mark.parametrize(
+    ("control", "message"),
+    [
+        (
+            Bare(),
+            "x: the class Bare declares no settings to search: write into it search_ranges = "
+            "{'slip': (0.025, 0.4), 'gain': (1250.0, 20000.0)}, the lowest and the highest value",
+        ),
+        (CONTROLLERS["open_loop"](), "x is an OpenLoop, which has no settings to search"),
+        (Misspelt(), "x: Misspelt.search_ranges: 'slib' is no argument of the class; did you mean"),
+        (OfText(), "x: OfText.search_ranges['name'] = (0.02, 0.5) must be the lowest and the high"),
+        (Outside(), "two numbers of one sign, and slip = 0.1 between them"),
+        (FromZero(), "x: FromZero.search_ranges['slip'] = (0.0, 0.5) must be the lowest"),
+        (Single(), "x: Single.search_ranges['slip'] = 0.5 must be the lowest"),
+        (Converts(), "keeps slip = 0.02777"),
+        (Forgets(), "Forgets must keep its argument lag as self.lag, as a search makes"),
+    ],
+)
+def test_what_cannot_be_searched_is_told(control: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Searched("x", control)
+
+
+@pytest.mark.parametrize("kind", ["threshold", "creep_pi", "slope_seeking"])
+def test_a_shipped_controller_is_searched_around_its_design(kind: str) -> None:
+    control: Any = cl.load_scenario("dry_wet_dry.toml").controller(kind)
+    found = Searched(kind, control)
+    for name, (low, high) in found.ranges.items():
+        value, limits = getattr(control, name), control.quantities()[name]
+        assert low == max(value / WIDEST, limits.at_least)
+        assert high == value * WIDEST or not limits.allow(value * WIDEST)
+        assert limits.allow(low)
+        assert limits.allow(high)
+    zero = dataclasses.replace(control, speed_filter_time=0.0)
+    assert "speed_filter_time" not in Searched(kind, zero).ranges
