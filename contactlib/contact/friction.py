@@ -144,11 +144,13 @@ class Friction(Parameters):
         Default: no fall.
     thermal_effusivity : float, optional
         sqrt(lambda rho c) of wheel and rail [W s^0.5/(m^2 K)]. Default: that of steel.
-    slip_rate_residual, slip_rate_decay : float, optional
-        The other way to say how friction falls: A [1] and B [s/m] of the factor
-        (1 - A) exp(-B w) + A, w being the slip speed. Default: no fall. Polach's A belongs to his
-        one coefficient mu0, whose fall contains that from `static` to `kinetic`. Here A times
-        static/kinetic is consistent with it: friction at high slip speed is then A `static`.
+    slip_rate_residual : float, optional
+        The other way to say how friction falls: A of the factor (1 - A) exp(-B w) + A, w being the
+        slip speed [1]. Default: no fall. Polach's A belongs to his one coefficient mu0, whose fall
+        contains that from `static` to `kinetic`. Here A times static/kinetic is consistent with
+        it: friction at high slip speed is then A `static`.
+    slip_rate_decay : float, optional
+        B of the same factor [s/m]. Default: no fall.
 
     Raises
     ------

@@ -68,12 +68,12 @@ class Material(Parameters):
 
 @dataclass(frozen=True, kw_only=True)
 class LineContact(Parameters):
-    """Cylinder of finite length on a half-space, with the same conditions along its length.
+    """Line contact of one wheel: a cylinder of finite length, with one state along its length.
 
     Parameters
     ----------
     normal_load_per_length : float
-        P at the nominal state [N/m].
+        P at the nominal state, of one wheel [N/m].
     radius : float
         R, relative radius of the two surfaces [m].
     contact_modulus : float
@@ -114,16 +114,16 @@ class LineContact(Parameters):
         normal_load: float,
         **others: Any,
     ) -> LineContact:
-        """Make the contact with the semi-width a [m] under a normal load [N].
+        """Make the contact with the semi-width a [m] under the normal load of one wheel [N].
 
         `others` is `poisson_ratio`.
 
         Examples
         --------
         >>> contact = LineContact.from_semi_width(
-        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3)
+        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=110e3)
         >>> round(contact.semi_width, 12), round(contact.normal_load, 6)
-        (0.005, 220000.0)
+        (0.005, 110000.0)
         """
         given = {
             "semi_width": semi_width,
@@ -145,7 +145,7 @@ class LineContact(Parameters):
 
     @property
     def normal_load(self) -> float:
-        """Total nominal load [N]."""
+        """Nominal load of one wheel [N]."""
         return self.normal_load_per_length * self.length
 
     @property
@@ -172,12 +172,12 @@ class LineContact(Parameters):
 
 @dataclass(frozen=True, kw_only=True)
 class EllipticContact(Parameters):
-    """Two curved surfaces that touch in an ellipse, with its axes along and across rolling.
+    """Elliptic contact of one wheel, with its axes along and across rolling.
 
     Parameters
     ----------
     normal_load : float
-        P at the nominal state [N].
+        P at the nominal state, of one wheel [N].
     radius_x, radius_y : float
         Relative principal radii of the two surfaces in the rolling direction x and across it [m].
     contact_modulus : float
@@ -241,7 +241,9 @@ class EllipticContact(Parameters):
         contact_modulus: float,
         **others: Any,
     ) -> EllipticContact:
-        """Make the contact with the semi-axes a along and b across rolling [m] under a load [N].
+        """Make the contact with semi-axes a and b along and across rolling [m] under a load [N].
+
+        The load is that of one wheel.
 
         `others` are `poisson_ratio` and `theory`.
 

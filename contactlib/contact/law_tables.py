@@ -55,7 +55,7 @@ def cohesive_table(
 ) -> CreepForceTable:
     """Table of the cohesive-zone law for one friction ratio.
 
-    Building takes some ten seconds. With the exponential weakening the table is then kept in the
+    Building takes some 8 s. With the exponential weakening the table is then kept in the
     user's cache, from where later processes read it. The friction ratio is from 1.01 to 30. The
     target is 1e-8 for the exponential, 1e-6 for a function, and 3e-5 for a weakening with kinks,
     whose slope is right to 0.01 (0.0001 for the others).

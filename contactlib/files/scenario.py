@@ -156,8 +156,10 @@ class Scenario(Parameters):
         The driver's torque demand over time [N.m].
     held_speed : Profile or None
         Speed over time that a roller rig holds [m/s]; None if, and only if, the wheelset is free.
-    initial_speed, design_speed : float
-        Speed at the start, and speed for which the controllers are designed [m/s].
+    initial_speed : float
+        Speed at the start [m/s].
+    design_speed : float
+        Speed for which the controllers are designed [m/s].
     duration : float
         Duration of a run [s].
     sensors : Sensors

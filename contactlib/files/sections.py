@@ -43,8 +43,7 @@ POLACH_KEYS = ("adhesion_reduction", "slip_reduction")
 LAWS = {
     "carter_griffith": LawKind("Limit of a short weakening zone. Its table is shipped."),
     "cohesive": LawKind(
-        "The law without that limit. Reading the file builds the table: 30 s for a line and a "
-        "minute for an ellipse, on two cores.",
+        "The law without that limit. Its table is built, in some 8 s, when a file is first read.",
         table_keys=("friction.static", "friction.kinetic"),
     ),
     "polach": LawKind(

@@ -33,6 +33,7 @@ from contactlib.base.quantities import Limits, Quantity
 from contactlib.base.units import UNITS
 from contactlib.files import sections
 from contactlib.files.model import VEHICLE_SECTIONS
+from contactlib.files.reading import shipped_files
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, TOLERANCE
 from contactlib.runs.sweep.axes import COMMON, DISTRIBUTIONS, KEYS, SPACINGS
 from contactlib.runs.sweep.loading import NEEDED, NOISES, OPTIONAL, STEP
@@ -151,8 +152,7 @@ def key_rows(section: str) -> list[tuple[str, str, str, str, str, str]]:
     kind, others = SECTIONS[section]
     said: dict[str, str] = {}
     for documented in (*reversed(others), *reversed(kind.__mro__)):
-        own = meanings(documented).items()  # "As of" a base class: that one says it
-        said.update({key: text for key, text in own if not text.startswith("As of ")})
+        said.update(meanings(documented))
     quantities, lists = kind.quantities(), kind.list_names()
     rows = []
     designed = section in cl.CONTROLLERS
@@ -214,13 +214,23 @@ class Generated(SphinxDirective):
 
     def keys(self, section: str, typed: dict[str, str]) -> str:
         """Table of a section's keys; takes the meanings that it uses out of `typed`."""
-        rows = []
+        rows, said = [], {}
         for key, *columns, meaning in key_rows(section):
             meaning = typed.pop(key, meaning)
             if not meaning:
                 LOGGER.warning(
                     "no docstring says what %s.%s means", section, key, location=self.get_location()
                 )
+            elif meaning in said:
+                LOGGER.warning(
+                    "%s.%s and .%s have one meaning: %s",
+                    section,
+                    said[meaning],
+                    key,
+                    meaning,
+                    location=self.get_location(),
+                )
+            said[meaning] = key
             rows.append((f"`{key}`", *columns, meaning))
         return table(("key", "unit", "limits", "usual", "default", "meaning"), rows)
 
@@ -266,6 +276,15 @@ class Laws(Generated):
             for kind, law in sections.LAWS.items()
         ]
         return table(("kind", "takes", "meaning"), rows)
+
+
+class Shipped(Generated):
+    """Names of the shipped files of a kind, as a part of a sentence."""
+
+    def text(self) -> str:
+        """Markdown of a sentence."""
+        *names, last = (f"`{name}`" for name in shipped_files()[self.arguments[0]])
+        return f"Shipped are {', '.join(names)} and {last}."
 
 
 class Outcomes(Generated):
@@ -430,6 +449,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
         ("outcomes", Outcomes),
         ("variables", Variables),
         ("names", Names),
+        ("shipped", Shipped),
     ):
         app.add_directive(name, kind)
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displayed, None))

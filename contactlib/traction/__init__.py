@@ -11,7 +11,7 @@ arrays, so that many wheelsets run side by side; one of your own is easier deriv
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from contactlib.traction.creep_pi import CreepPI
+from contactlib.traction.creep_pi import CreepPI, SlipLimiter
 from contactlib.traction.design import total_delay
 from contactlib.traction.interface import (
     Measurement,
@@ -41,6 +41,7 @@ __all__ = [
     "SampledController",
     "SensorReader",
     "Sensors",
+    "SlipLimiter",
     "SlopeSeeking",
     "ThresholdControl",
     "TractionController",

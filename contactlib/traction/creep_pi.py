@@ -115,9 +115,11 @@ class SlipLimiter(Parameters):
     ----------
     sample_time : float, optional
         Sample time [s].
-    proportional_gain, integral_gain : float
-        Kp, Ki on slip speed [N.s, N]: on creepage the gain is Kp V, scheduled with speed inversely
-        to the plant's gain r/(J V).
+    proportional_gain : float
+        Kp on slip speed [N.s]: on creepage the gain is Kp V, scheduled with speed inversely to the
+        plant's gain r/(J V).
+    integral_gain : float
+        Ki on slip speed [N].
     low_speed : float, optional
         Vehicle speed below which the reference is a slip speed [m/s].
     least_slip : float, optional
@@ -243,7 +245,8 @@ class CreepPI(SlipLimiter):
     """Sampled controller that limits the demand so that the creepage stays below a reference.
 
     The design needs the nominal friction, from whose creep force curve reference and gains follow.
-    With `reference_torque` the reference adapts to other friction.
+    With `reference_torque` the reference adapts to other friction. The parameters that are not
+    listed here are those of `traction.SlipLimiter`.
 
     Parameters
     ----------
@@ -257,10 +260,6 @@ class CreepPI(SlipLimiter):
     least_share : float, optional
         Scheduled reference / given reference at least [1], so that a low torque does not lower the
         reference, and the reference the torque, down to nothing.
-    proportional_gain, integral_gain : float
-        Kp, Ki on slip speed [N.s, N].
-    sample_time, low_speed, least_slip, speed_filter_time, recovery_time : float, optional
-        As for `SlipLimiter`.
     """
 
     reference: Annotated[float, Quantity("1", above=0.0, percent=True)]

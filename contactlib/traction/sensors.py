@@ -66,8 +66,10 @@ class Sensors(Parameters):
         Pulses per revolution of the encoder on the wheel, a whole number: the measured wheel speed
         is the way of the pulses counted since the last sample / sample time. Zero: as if there were
         infinitely many, at the instant of the sample.
-    wheel_speed_noise, vehicle_speed_noise : float, optional
-        Standard deviations [m/s].
+    wheel_speed_noise : float, optional
+        Standard deviation of the measured wheel speed [m/s].
+    vehicle_speed_noise : float, optional
+        Standard deviation of the measured vehicle speed [m/s].
     acceleration_limit : float, optional
         Largest acceleration a of the estimated vehicle speed in the direction of slip [m/s2]: what
         no train exceeds. Default: the vehicle speed has a sensor.

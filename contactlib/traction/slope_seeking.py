@@ -80,18 +80,23 @@ class SeekingMemory(NamedTuple):
 class SlopeSeeking(SlipLimiter):
     """Sampled controller that limits the demand to hold the peak of the creep force.
 
+    The parameters that are not listed here are those of `traction.SlipLimiter`, which holds the
+    reference creepage that is sought.
+
     Parameters
     ----------
-    radius, inertia : float
-        Parameters of the wheelset with its drive [m, kg.m2].
-    delay, motor_lag : float, optional
-        Delay of the sensors, a whole number of samples, and lag of the motor [s].
+    radius : float
+        Rolling radius of the wheelset [m].
+    inertia : float
+        Moment of inertia of the wheelset with its drive [kg.m2].
+    delay : float, optional
+        Delay of the sensors, a whole number of samples [s].
+    motor_lag : float, optional
+        Lag of the motor [s].
     first_compliance : float
         Initial reference creepage / load torque [1/(N.m)].
     least_load : float, optional
         Load torque below which the reference does not fall any further [N.m].
-    proportional_gain, integral_gain : float
-        Kp, Ki of the inner loop on slip speed [N.s, N].
     largest_reference : float, optional
         Bound of the reference creepage [1].
     seeking_rate : float, optional
@@ -101,16 +106,16 @@ class SlopeSeeking(SlipLimiter):
         Elasticity at which the search settles [1]; the peak has zero. At 0.2 the last per cent of
         creepage, and so of slip work, still gives 0.2 per cent of force, and a broad peak is not
         climbed to the top.
-    dither, dither_period : float, optional
-        Amplitude / reference, and period of the dither [1, s].
+    dither : float, optional
+        Amplitude of the dither / reference [1].
+    dither_period : float, optional
+        Period of the dither [s].
     memory_time : float, optional
         Time over which the slope is estimated [s].
     observer_time : float, optional
         Time constant of the load observer [s].
     slip_noise : float, optional
         Standard deviation of the slip from the load observer [m/s].
-    sample_time, low_speed, least_slip, speed_filter_time, recovery_time : float, optional
-        As for `SlipLimiter`.
     """
 
     radius: Annotated[float, Quantity("m", above=0.0, usual=(0.01, 2.0))]

@@ -61,8 +61,10 @@ class ThresholdControl(Parameters):
     ----------
     sample_time : float, optional
         Sample time [s].
-    slip_threshold, slip_release : float, optional
-        Creepage that starts a cut, and below which it ends [1].
+    slip_threshold : float, optional
+        Creepage that starts a cut [1].
+    slip_release : float, optional
+        Creepage below which a cut ends [1].
     acceleration_threshold : float, optional
         Wheel acceleration in the demand's direction that starts a cut [m/s2].
     cut_fraction : float, optional
@@ -81,8 +83,12 @@ class ThresholdControl(Parameters):
         Vehicle speed below which the thresholds are slip speeds [m/s].
     least_slip : float, optional
         Smallest slip speed that starts a cut, above the noise [m/s].
-    speed_filter_time, slip_filter_time, acceleration_filter_time : float, optional
-        Time constants of the filters on vehicle speed, slip and acceleration [s].
+    speed_filter_time : float, optional
+        Time constant of the filter on the vehicle speed [s].
+    slip_filter_time : float, optional
+        Time constant of the filter on the slip [s].
+    acceleration_filter_time : float, optional
+        Time constant of the filter on the wheel's acceleration [s].
     """
 
     sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01

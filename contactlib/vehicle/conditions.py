@@ -65,12 +65,16 @@ class Conditions:
 
 @dataclass(frozen=True, kw_only=True)
 class Resistance(Parameters):
-    """Running resistance (Davis) and grade.
+    """Running resistance A + B V + C V**2 (Davis) and grade.
 
     Parameters
     ----------
-    constant, linear, quadratic : float, optional
-        A [N], B [N.s/m] and C [N.s2/m2].
+    constant : float, optional
+        A, the part of the resistance that is the same at every speed [N].
+    linear : float, optional
+        B, the part that grows with speed, over speed [N.s/m].
+    quadratic : float, optional
+        C, the part that grows with speed squared, over that square [N.s2/m2].
     grade : float, optional
         Rise over distance, positive uphill [1].
     """

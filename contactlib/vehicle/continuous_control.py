@@ -91,8 +91,10 @@ class CreepControl(Parameters):
         Kp [N.m].
     integral_gain : float, optional
         Ki [N.m/s].
-    torque_min, torque_max : float
-        Limits of the drive torque [N.m].
+    torque_min : float
+        Lowest drive torque [N.m].
+    torque_max : float
+        Highest drive torque [N.m].
 
     Raises
     ------
