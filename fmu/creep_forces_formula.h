@@ -47,7 +47,8 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     const creep_forces_parameters *p = &pair->parameters;
     double a = in->semi_axis_x, b = in->semi_axis_y, f_d = p->kinetic_friction * in->friction_scale;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
-    *out = (creep_forces_output){.aspect_limited = given != aspect ? 1.0 : 0.0};
+    double beyond = larger(given / aspect, aspect / given) - 1.0; /* rounding is not */
+    *out = (creep_forces_output){.aspect_limited = beyond > 1e-9 ? 1.0 : 0.0};
     *state = (creep_forces_state){.by = {0.0}};
     if (!(in->normal_load > LEAST_LOAD && f_d > LEAST_FRICTION)) return;
     double scales[ASPECT_SCALES], sliding = f_d * in->normal_load, mean = sqrt(a * b);

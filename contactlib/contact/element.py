@@ -139,9 +139,10 @@ class ForceElement(Parameters):
         contact = self.contact
         rolls = isinstance(contact, EllipticContact) and contact.theory == "half_space"
         if rolls and spinning_aspect(contact) is None:
+            aspect = contact.semi_axis_x / contact.semi_axis_y
             warnings.warn(
-                "a/b of ForceElement.contact is outside 1/8 to 8, where the law was compared with "
-                "the half-space",
+                f"the ellipse has semi_axis_x/semi_axis_y = {aspect:.4g}, outside 1/8 to 8, where "
+                "the law was compared with the half-space",
                 AspectWarning,
                 stacklevel=3,
             )

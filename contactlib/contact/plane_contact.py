@@ -40,7 +40,8 @@ def spinning_aspect(contact: Contact) -> float | None:
     if not isinstance(contact, EllipticContact) or contact.theory != "half_space":
         return None
     aspect = contact.semi_axis_x / contact.semi_axis_y
-    return aspect if ASPECTS[0] <= aspect <= ASPECTS[-1] else None
+    nearest = float(np.clip(aspect, ASPECTS[0], ASPECTS[-1]))
+    return nearest if math.isclose(aspect, nearest, rel_tol=1e-9) else None  # to rounding
 
 
 @lru_cache(maxsize=64)

@@ -206,5 +206,19 @@ def test_an_ellipse_beyond_the_checked_range_warns() -> None:
         semi_axis_x=1e-3, semi_axis_y=9e-3, normal_load=LOAD, contact_modulus=1e11
     )
     friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
-    with pytest.warns(cl.AspectWarning, match="a/b of ForceElement.contact is outside 1/8 to 8"):
+    with pytest.warns(cl.AspectWarning, match=r"semi_axis_x/semi_axis_y = 0\.1111, outside 1/8"):
         cl.ForceElement(contact, friction, table=cl.carter_griffith_table("elliptic"), radius=0.5)
+
+
+def test_an_ellipse_of_eight_to_rounding_does_not_warn() -> None:
+    contact = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=27.2e-3, semi_axis_y=3.4e-3, normal_load=12e3, contact_modulus=189e9
+    )
+    axes = {"semi_axis_x": contact.semi_axis_x, "semi_axis_y": contact.semi_axis_y}
+    assert axes["semi_axis_x"] / axes["semi_axis_y"] == np.nextafter(8.0, 9.0)
+    friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+    table = cl.carter_griffith_table("elliptic")
+    element = cl.ForceElement(contact, friction, table=table, radius=0.5)
+    assert element.evaluate(omega=20.0, speed=10.0, spin_velocity=1.0)["spin_moment"] != 0.0
+    found = cl.CreepForces.of(element).evaluate(**axes, normal_load=12e3)
+    assert found["aspect_limited"] == 0.0

@@ -801,10 +801,12 @@ EXEMPT: dict[str, str] = {
     **dict.fromkeys(
         (
             *(f"{kind}.{rule}" for kind in ("CreepPI", "SlopeSeeking") for rule in LIMITER_RULES),
+            *(f"traction.SlipLimiter.{rule}" for rule in LIMITER_RULES if rule not in RULES),
             *(f"{kind}.{rule}" for kind in ("OpenLoop", "ThresholdControl") for rule in RULES),
         ),
         EVERY_SAMPLE,
     ),
+    "traction.SlipLimiter": "the base of CreepPI and SlopeSeeking, which are called",
     **dict.fromkeys(
         (
             *("CreepControl.command", "CreepControl.start", "TorqueControl.command"),
