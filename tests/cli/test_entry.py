@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from sweep_files import write_sweep
+from sweep_files import UNCOUNTED, write_sweep
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
@@ -35,12 +35,10 @@ COMMANDS = {  # and about how long each takes [s]
 
 def interrupted(command: list[str], folder: Path, after: float) -> tuple[int, str]:
     """Exit status in a shell, and stderr, of a command that gets Ctrl-C after a time [s]."""
-    # Coverage counts with a lock, on which a handler of signals that is counted too waits for ever.
-    uncounted = {k: v for k, v in os.environ.items() if not k.startswith("COVERAGE_PROCESS")}
     running = subprocess.Popen(
         [sys.executable, "-c", CODE, *command],
         cwd=folder,
-        env=uncounted,
+        env=UNCOUNTED,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -105,13 +105,16 @@ def commands(folder: Path) -> dict[str, Writer]:
     }
 
 
+HARD_LIMIT = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+
+
 # ---- faults ---------------------------------------------------------------------------------
 
 
 def disk_full() -> None:
     """No file grows beyond some bytes: the real error of a write, of a limit instead of a disk."""
     sys.dont_write_bytecode = True  # or an import leaves the head of its bytecode, for good
-    resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, HARD_LIMIT))
 
 
 def no_rights() -> None:
@@ -155,6 +158,8 @@ def apart(action: Callable[[], object]) -> tuple[int, str]:
         except BaseException as error:
             said = f"{type(error).__name__}: {error}"
         os.write(outlet, said.encode())
+        # Or what coverage saves now ends after as many bytes.
+        resource.setrlimit(resource.RLIMIT_FSIZE, (HARD_LIMIT, HARD_LIMIT))
         os._exit(0)
     os.close(outlet)
     with os.fdopen(inlet) as pipe:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from sweep_files import SCENARIO, SWEEP, write_sweep
+from sweep_files import SCENARIO, SWEEP, UNCOUNTED, write_sweep
 
 import contactlib as cl
 from contactlib.cli.commands import main
@@ -539,7 +539,8 @@ def dask(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     def start(*arguments: str) -> subprocess.Popen[str]:
         command = [sys.executable, "-m", "dask", *arguments]
         with (tmp_path / "dask.log").open("a") as log:
-            started.append(subprocess.Popen(command, stdout=log, stderr=log, text=True))
+            given = {"stdout": log, "stderr": log, "env": UNCOUNTED}
+            started.append(subprocess.Popen(command, text=True, **given))
         return started[-1]
 
     yield start
