@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from explorer_page import explorer_page
 from explorer_vehicle import SAMPLE, SPEED, changed, fold_of
-from explorer_visitor import Visitor, assert_shows
+from explorer_visitor import SELDOM, Visitor, assert_shows
 
 import contactlib as cl
 from contactlib import stability
@@ -96,6 +96,90 @@ def test_reset_returns_to_grip(visitor: Visitor, model: str, part: float) -> Non
     torque = part * fold["drive_torque"] if part < 1.0 else own
     assert visitor.state("run.driveTorque") == pytest.approx(torque, rel=1e-3)
     assert visitor.simulate(1.0).highest < fold["creepage"]
+
+
+def run_beyond(visitor: Visitor) -> dict[str, float]:
+    """Let the locomotive's wheels run away until time stops; returns the fold at that speed."""
+    LOCOMOTIVE.set_up(visitor)
+    visitor.enter(rate=10.0, torque=1.05e-3 * visitor.state("shown.fold")["drive_torque"])
+    visitor.simulate(30.0)
+    assert "120 m/s" in visitor.state("run.stopped")
+    visitor.look()
+    return dict(visitor.state("shown.fold"))
+
+
+def test_less_torque_after_the_speed_limit_brings_no_grip_back(visitor: Visitor) -> None:
+    """The limit stops time, not the state: the torque must fall below that of the return."""
+    fold = run_beyond(visitor)
+    holding = re.search(r"Less than ([0-9.]+) kN m slows the wheel down", visitor.text("warning"))
+    assert holding is not None
+    assert fold["return_torque"] < 1e3 * float(holding[1]) < fold["drive_torque"]
+    before = {name: visitor.state(f"run.{name}") for name in ("time", "creepage", "speed")}
+    assert visitor.simulate(1.0).time == before["time"]
+    visitor.enter(torque=5e-4 * (fold["drive_torque"] + fold["return_torque"]))
+    visitor.press("Play")
+    assert {name: visitor.state(f"run.{name}") for name in before} == before
+    passed = visitor.simulate(1.0)
+    assert passed.time == pytest.approx(before["time"] + 1.0)
+    assert passed.names == []
+    assert passed.lowest > 0.9 * before["creepage"]
+    visitor.look()
+    assert visitor.text("warning") == ""
+    visitor.enter(torque=0.5e-3 * fold["return_torque"])
+    assert "returned" in visitor.simulate(20.0, until="returned").names
+
+
+@pytest.mark.parametrize("times", [1, 3])
+def test_each_play_at_the_speed_limit_goes_on_from_there(visitor: Visitor, times: int) -> None:
+    run_beyond(visitor)
+    for _ in range(times):
+        before = visitor.state("run.creepage")
+        visitor.press("Play")
+        assert visitor.simulate(30.0).lowest >= 0.9 * before
+        assert visitor.state("run.creepage") > before
+        assert "above the limit" in visitor.state("run.stopped")
+    visitor.press("Kick the wheel")
+    assert visitor.state("run.creepage") > before
+    visitor.press("Reset")
+    assert visitor.state("run.creepage") < visitor.state("shown.fold")["creepage"]
+    visitor.simulate(0.01)
+    assert visitor.state("run.stopped") is None
+
+
+def test_a_start_from_grip_is_said(visitor: Visitor) -> None:
+    """A speed below the vehicle's least leaves nothing from which it could go on."""
+    LOCOMOTIVE.set_up(visitor)
+    lowest = visitor.state("settings.vehicle.minimum_speed")
+    visitor.enter(rate=1e5, torque=0.0, speed=1.05 * lowest)
+    visitor.simulate(60.0)
+    assert "below the minimum" in visitor.toast()
+    assert "Play starts again with grip" in visitor.toast()
+    visitor.press("Play")
+    assert "The run starts again with grip" in visitor.toast()
+    assert visitor.state("run.stopped") is None
+
+
+def test_a_paused_page_shows_what_is_entered(visitor: Visitor, rig: cl.Model) -> None:
+    RIG.set_up(visitor)
+    visitor.enter(torque=24.0)
+    visitor.press("Reset")
+
+    def shown() -> dict[str, str]:
+        for _ in range(3):
+            visitor.wait(SELDOM)
+        return visitor.numbers()
+
+    visitor.press("Pause")
+    assert shown()["drive torque T"] == "24.0 kN m"
+    chart = visitor.call(PIXELS, "s-curve")
+    visitor.enter(torque=26.0)
+    assert shown()["drive torque T"] == "24.0 \u2192 26.0 kN m"
+    assert visitor.call(PIXELS, "s-curve") != chart
+    visitor.check("Creep control")
+    for reference in (1.0, 2.4):
+        visitor.enter(reference=reference)
+        pole = stability.creepage_pole(rig.wheelset, 1e-2 * reference, speed=SPEED)
+        assert_shows(shown()["pole at the reference"], float(pole))
 
 
 def longest_delay(wheelset: cl.Wheelset, creepage: float, **here: Any) -> float:

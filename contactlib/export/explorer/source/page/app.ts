@@ -10,7 +10,7 @@ import { type SteadyState, steadyStates } from "../physics/stability";
 import type { View } from "./chart";
 import { write } from "./elements";
 import { digits, percent } from "./format";
-import { clearingText, Numbers, numbers, warnings } from "./numbers";
+import { clearingText, Numbers, numbers, startText, stopText, warnings } from "./numbers";
 import { type Moment, type Picture, picture } from "./picture";
 
 const LOOK_BACK = 8; // visitor's time that the charts show [s]
@@ -178,7 +178,6 @@ export class App {
 
   /** Put the wet patch of the settings on the rail, a moment ahead. */
   layPatch(): void {
-    if (this.run.stopped !== null) this.restart();
     const { friction, length } = this.settings.patch, { speed } = this.run;
     this.predict(); // of this patch, not of one before
     this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
@@ -186,7 +185,6 @@ export class App {
   }
 
   kick(): void {
-    if (this.run.stopped !== null) this.restart();
     this.run.kick(this.kickSize);
     this.lookAgain();
   }
@@ -236,13 +234,21 @@ export class App {
     this.stage.changed();
   }
 
-  /** The controls may show something else now. */
+  /** The control has changed, and controls may show something else now. */
   changed(): void {
+    this.lookAgain();
     this.stage.changed();
   }
 
+  /** Pause, or go on from where the run is. */
   play(playing: boolean): void {
-    if (playing && this.run.stopped !== null) this.restart();
+    const { run, stage } = this;
+    if (playing && run.stopped !== null) {
+      const goesOn = run.goOn();
+      if (!goesOn) this.restart();
+      stage.toast(goesOn ? "" : `The run ${startText(this.control)}, at ` +
+        `${percent(run.creepage)} and ${digits(run.speed)} m/s.`);
+    }
     this.playing = playing;
     this.lookAgain();
     this.stage.changed();
@@ -285,7 +291,7 @@ export class App {
       this.playing = false;
       this.endStory();
       this.lookAgain();
-      this.stage.toast(this.run.stopped);
+      this.stage.toast(stopText(this));
       this.stage.changed();
     }
     this.stale = true;

@@ -41,7 +41,7 @@ export function begin(kernel: Kernel): App {
     app.endStory();
     if (app.control.mode === "torque") app.control.drive_torque = driveTorque;
     else app.control.creepage = Math.min(creepage, app.shown.far);
-    changed();
+    app.changed();
   });
   const views: View[] = [
     new CreepCurve(plot("creep-curve")), curve, new PhasePortrait(plot("phase")),
@@ -98,7 +98,7 @@ export function begin(kernel: Kernel): App {
   fillHelp(find("help-text"));
   fillStories(app);
   say("");
-  wire(app, toast, changed);
+  wire(app, toast);
   beginTheme(find("theme"), () => app.repaint());
   if (problems.length > 0) toast(`In the ${fresh ? "model" : "address"}: ${problems.join("; ")}`);
   changed();
@@ -153,7 +153,7 @@ function fillStories(app: App): void {
 }
 
 /** Connect buttons, lists, files, the address and keys. */
-function wire(app: App, toast: (text: string) => void, changed: () => void): void {
+function wire(app: App, toast: (text: string) => void): void {
   const on = (id: string, act: () => void): void => find(id).addEventListener("click", act);
   on("play", () => app.play(!app.playing));
   on("reset", () => app.reset());
@@ -176,7 +176,7 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
   on("help-button", () => find<HTMLDialogElement>("help").showModal());
   find("playback").addEventListener("change", () => {
     app.settings.playback = Number(find<HTMLSelectElement>("playback").value);
-    changed();
+    app.changed();
   });
   find("preset").addEventListener("change", () => {
     app.use(choose(find<HTMLSelectElement>("preset").value));
@@ -191,7 +191,7 @@ function wire(app: App, toast: (text: string) => void, changed: () => void): voi
       } else {
         app.change(() => (app.settings.vehicle.contact = input.value as "line" | "elliptic"));
       }
-      changed();
+      app.changed();
     });
   }
   const file = find<HTMLInputElement>("model-file");

@@ -2,7 +2,7 @@
 
 import { creepControlGain, largestGain, longestDelay } from "../physics/stability";
 import type { Clearing } from "../physics/clearing";
-import { SAMPLE } from "../physics/run";
+import { type Control, SAMPLE } from "../physics/run";
 import { PROCESS_ZONE_LIMIT } from "../files/declared";
 import { made, write } from "./elements";
 import { digits, duration, percent } from "./format";
@@ -30,10 +30,12 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const where = held ? "at the reference" : "here";
   const empty = !(lowest < highest);
   const mega = (v: number): string => v < 1e3 ? "0" : digits(1e-6 * v);
+  const kilo = (v: number): string => digits(1e-3 * v);
+  const moves = !held && kilo(run.driveTorque) !== kilo(control.drive_torque);
   return [
     { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.creepage), unit: "" },
-    { label: "drive torque T", help: "acting on the wheelset",
-      text: digits(1e-3 * run.driveTorque), unit: "kN m" },
+    { label: "drive torque T", help: "acting on the wheelset, and where it moves to",
+      text: kilo(run.driveTorque), unit: moves ? `\u2192 ${kilo(control.drive_torque)} kN m` : "kN m" },
     { label: "Q / P", help: "traction coefficient: creep force over normal load",
       text: digits(contact.traction_coefficient), unit: "" },
     { label: `pole ${where}`, help: "rate at which a small change of the creepage grows under constant torque",
@@ -69,6 +71,7 @@ export function warnings({ run, shown, control }: Moment): string {
   const contact = shown.plant.force(run.creepage, run.speed, run.friction);
   const { process_zone_ratio: zone } = shown.plant.scales(); // on the dry rail, so that no patch makes the warning blink
   const found: string[] = [];
+  if (run.stopped !== null) found.push(stopText({ run, shown, control }));
   if (zone > PROCESS_ZONE_LIMIT) {
     found.push(`The weakening zone is ${digits(zone)} semi-widths long. The ` +
       `law shown is the limit of a short zone, below ${PROCESS_ZONE_LIMIT}: raise f_s/f_d or lower K.`);
@@ -83,6 +86,21 @@ export function warnings({ run, shown, control }: Moment): string {
     found.push("The law gives more than static friction: the force is held at f_s P.");
   }
   return found.join(" ");
+}
+
+/** Where a run starts again. */
+export const startText = ({ mode }: Control): string =>
+  `starts again ${mode === "torque" ? "with grip" : "at the reference"}`;
+
+/** Why time stands still, and how it goes on. */
+export function stopText({ run, shown: { plant }, control }: Omit<Moment, "rests" | "span">): string {
+  const why = `Time stands still: ${run.stopped}.`;
+  if (run.speed < plant.vehicle.minimum_speed) return `${why} Play ${startText(control)}.`;
+  const { damping, radius } = plant.vehicle, omega = ((1 + run.creepage) * run.speed) / radius;
+  const holding = radius * run.creepForce + damping * omega;
+  const less = control.mode === "torque" && run.driveTorque > holding
+    ? ` Less than ${digits(1e-3 * holding)} kN m slows the wheel down.` : "";
+  return `${why} Play goes on from here, Reset ${startText(control)}.${less}`;
 }
 
 /** What a wet patch will do to the wheel. */

@@ -4,8 +4,10 @@ import { Plant } from "./plant";
 import type { Moment, Row, RunEvent } from "./recorder";
 import type { Vehicle } from "./vehicle";
 
-/** Rim speed beyond which no drive goes [m/s]. */
+/** Rim speed at which a run stops [m/s]. */
 export const FASTEST_RIM = 120;
+
+const BEYOND = 12; // rim speed that a run gains beyond its limits when it is let go on [m/s]
 
 const TOLERANCE = 1e-8; // of each of the integrator's substeps, relative [1]
 
@@ -20,6 +22,7 @@ export class Motion {
   readonly drivetrain: Drivetrain;
   patch: Patch | null = null;
   plant!: Plant; // on the dry rail
+  private rims: [number, number] = [0, FASTEST_RIM]; // between which time goes on [m/s]
 
   constructor(private readonly kernel: Kernel) {
     this.drivetrain = kernel.drivetrain();
@@ -44,7 +47,18 @@ export class Motion {
     const { state } = this.drivetrain;
     for (const name of Object.keys(state) as (keyof typeof state)[]) state[name] = 0;
     this.layPatch(null);
+    this.rims = [0, FASTEST_RIM];
     this.turn(speed, creepage);
+  }
+
+  /** Move the limits of the rim speed, so that a wheel at one of them goes on from where it is. */
+  goBeyond(): void {
+    this.rims = [Math.min(0, this.rim - BEYOND), Math.max(FASTEST_RIM, this.rim + BEYOND)];
+  }
+
+  /** Speed of the rim [m/s]. */
+  private get rim(): number {
+    return this.drivetrain.state.omega_left * this.plant.vehicle.radius;
   }
 
   /** Set the speed [m/s], and turn the wheels so that they have a creepage. */
@@ -113,13 +127,10 @@ export class Motion {
 
   /** Why it cannot go on, in one line, or null. */
   limit(): string | null {
-    const { minimum_speed, radius } = this.plant.vehicle;
-    const { omega_left, speed } = this.drivetrain.state;
-    const rim = omega_left * radius;
-    if (!(rim <= FASTEST_RIM)) {
-      return `the rim runs at ${rim.toFixed(1)} m/s, above the limit of ${FASTEST_RIM} m/s`;
-    }
-    if (!(rim > 0)) return `the wheels stand still at a speed of ${speed.toFixed(2)} m/s`;
+    const { minimum_speed } = this.plant.vehicle, { speed } = this.drivetrain.state;
+    const { rim, rims: [slowest, fastest] } = this, runs = `the rim runs at ${rim.toFixed(1)} m/s`;
+    if (!(rim <= fastest)) return `${runs}, above the limit of ${fastest.toFixed(0)} m/s`;
+    if (!(rim > slowest)) return `${runs}, below the limit of ${slowest.toFixed(0)} m/s`;
     if (speed < minimum_speed) {
       return `the speed is ${speed.toFixed(3)} m/s, below the minimum of ${minimum_speed} m/s`;
     }

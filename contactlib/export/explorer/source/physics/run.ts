@@ -94,6 +94,13 @@ export class Run {
     for (let i = 0; i < samples && this.stopped === null; i++) this.sample();
   }
 
+  /** Go on from the state in which the run stopped; returns whether it can. */
+  goOn(): boolean {
+    this.motion.goBeyond();
+    this.stopped = this.motion.limit();
+    return this.stopped === null;
+  }
+
   /** Add to the creepage at once [1]. */
   kick(creepage: number): void {
     demand("creepage", creepage, {});
