@@ -92,6 +92,7 @@ class Visitor:
         self.wait(SELDOM)
         self.call(STALE)
         self.wait()
+        self.wait()  # charts whose size has changed meanwhile are drawn again
 
     # ---- what the page shows
 

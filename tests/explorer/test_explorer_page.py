@@ -111,7 +111,7 @@ def run_beyond(visitor: Visitor) -> dict[str, float]:
 def test_less_torque_after_the_speed_limit_brings_no_grip_back(visitor: Visitor) -> None:
     """The limit stops time, not the state: the torque must fall below that of the return."""
     fold = run_beyond(visitor)
-    holding = re.search(r"Less than ([0-9.]+) kN m slows the wheel down", visitor.text("warning"))
+    holding = re.search(r"less than ([0-9.]+) kN m slows the wheel down", visitor.text("warning"))
     assert holding is not None
     assert fold["return_torque"] < 1e3 * float(holding[1]) < fold["drive_torque"]
     before = {name: visitor.state(f"run.{name}") for name in ("time", "creepage", "speed")}
@@ -348,7 +348,7 @@ def test_numbers_shown_are_those_of_python(
     }.items():
         assert_shows(numbers[label], value)
     window = stability.proportional_window(pole, gain, delay=1e-3 * delay, sample_time=SAMPLE)
-    shown = numbers["gains Kp that hold it"].removesuffix(" MN m")
+    shown = numbers["Kp that hold it [MN m]"]
     least = stability.creep_control_gain(wheelset, wheelset.balanced(creepage=at, **here))
     if max(0.0, least) >= window.highest:
         assert shown == "none"
@@ -989,7 +989,8 @@ def test_no_script_but_the_page_s_own_runs() -> None:
 # One line for each element that goes beyond the page, overlaps or is cut.
 FLAWS = """() => {
   const found = [];
-  const name = (e) => e.id || e.textContent.trim().slice(0, 30) || e.className || e.tagName;
+  const name = (e) => e.id || (e.textContent ?? String(e)).trim().slice(0, 30) || e.className ||
+    e.tagName;
   const seen = (list) => [...list].filter((e) => e.checkVisibility() && e.getClientRects().length &&
     getComputedStyle(e).clipPath === "none");
   const all = (selector) => seen(document.querySelectorAll(selector));
@@ -1024,6 +1025,14 @@ FLAWS = """() => {
       "dl, dl div, figure, .panel")) {
     apart(seen(parent.children));
   }
+  apart(all("dt, dd").map((e) => {
+    const text = document.createRange();
+    text.selectNodeContents(e);
+    return text;
+  }));
+  const room = innerWidth > 640 ? innerHeight : innerHeight - drive.offsetHeight;
+  const { top, bottom } = document.getElementById("history").getBoundingClientRect();
+  if (bottom - top > room) found.push(`history: ${bottom - top} px high, of ${room}`);
   drive.style.position = "";
   for (const e of all("button, dt, dd, label, legend, figcaption, .note, .unit, #story, " +
       "#warning, input[type=text], h1, h2")) {
@@ -1034,7 +1043,7 @@ FLAWS = """() => {
   }
   return found;
 }"""
-WIDTHS = {360: 740, 768: 1024, 1440: 900}
+WIDTHS = {360: 740, 390: 844, 768: 1024, 1280: 720, 1440: 900}
 PIXELS = """(id) =>
   [...document.querySelectorAll(`#${id} canvas`)].map((e) => e.toDataURL()).join()"""
 
@@ -1058,6 +1067,9 @@ def test_it_loads_and_nothing_overlaps(width: int, rig: cl.Model) -> None:
             look("more")
         visitor.check("Creep control")
         look("creep control")
+        visitor.enter(reference=3.0)
+        visitor.simulate(2.0)
+        look("held on the falling branch")
         visitor.choose("locomotive")
         visitor.enter(k_hat=0.9, torque=29.0, speed=29.25)
         look("a long process zone, a long name")
@@ -1067,37 +1079,75 @@ def test_it_loads_and_nothing_overlaps(width: int, rig: cl.Model) -> None:
         visitor.enter(rate=1e4, torque=30.0)
         visitor.simulate(2.0)
         look("run away")
+        visitor.choose("locomotive")
+        visitor.enter(rate=1e3, torque=30.0)
+        visitor.simulate(30.0)
+        assert visitor.state("run.stopped") is not None
+        look("stopped")
         assert {at: found for at, found in flaws.items() if found} == {}
-        if width == 1440:
+        if width > 1180:
             assert visitor.call("() => document.documentElement.scrollHeight") <= height
         visitor.page.emulate_media(color_scheme="dark" if scheme == "light" else "light")
         visitor.look()
         assert visitor.call("() => document.documentElement.dataset.theme") != scheme
 
 
-# Remembers where each canvas has text; then one line for each that is cut or overprints another.
+# Remembers where each canvas has text; then one line for each that is cut, overprints another or is
+# struck through: by a line of its own canvas, or by one of the chart's curves below.
 WATCH_TEXTS = """() => {
-  const texts = new Map(), { clearRect, fillText } = CanvasRenderingContext2D.prototype;
-  Object.assign(CanvasRenderingContext2D.prototype, {
+  const texts = new Map(), prototype = CanvasRenderingContext2D.prototype;
+  const { clearRect, fillText, strokeText } = prototype;
+  const cornersOf = (context, text, x, y) => {
+    const m = context.measureText(text), to = context.getTransform();
+    return [-m.actualBoundingBoxLeft, m.actualBoundingBoxRight].flatMap((dx) =>
+      [-m.actualBoundingBoxAscent, m.actualBoundingBoxDescent].map((dy) =>
+        to.transformPoint({ x: x + dx, y: y + dy })));
+  };
+  const boxOf = (corners) => {
+    const xs = corners.map(({ x }) => x), ys = corners.map(({ y }) => y);
+    return { left: Math.min(...xs), right: Math.max(...xs),
+      top: Math.min(...ys), bottom: Math.max(...ys) };
+  };
+  // Pixels that are darker than grid and bands.
+  const inked = (canvas, { left, right, top, bottom }) => {
+    const { data } = canvas.getContext("2d").getImageData(left, top, right - left, bottom - top);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) {
+      const lightest = Math.min(data[i], data[i + 1], data[i + 2]);
+      if (255 - (data[i + 3] / 255) * (255 - lightest) < 205) count++;
+    }
+    return count;
+  };
+  let below = 0;
+  Object.assign(prototype, {
     clearRect(...box) {
       texts.set(this.canvas, []);
       return clearRect.apply(this, box);
     },
+    strokeText(text, x, y) { // the rim of a text, which hides what is below
+      below = inked(this.canvas, boxOf(cornersOf(this, text, x, y)));
+      return strokeText.call(this, text, x, y);
+    },
     fillText(text, x, y) {
-      const m = this.measureText(text), to = this.getTransform();
-      const corners = [-m.actualBoundingBoxLeft, m.actualBoundingBoxRight].flatMap((dx) =>
-        [-m.actualBoundingBoxAscent, m.actualBoundingBoxDescent].map((dy) =>
-          to.transformPoint({ x: x + dx, y: y + dy })));
-      if (text !== "") texts.get(this.canvas)?.push({ text, corners });
+      const box = boxOf(cornersOf(this, text, x, y));
+      if (text !== "") texts.get(this.canvas)?.push({ text, box, below });
+      below = 0;
       return fillText.call(this, text, x, y);
     },
   });
   const placed = (canvas, found) => {
     const frame = canvas.getBoundingClientRect(), scale = frame.width / canvas.width;
-    return (texts.get(canvas) ?? []).map(({ text, corners }) => {
-      const xs = corners.map(({ x }) => scale * x), ys = corners.map(({ y }) => scale * y);
-      const [left, right] = [Math.min(...xs), Math.max(...xs)];
-      const [top, bottom] = [Math.min(...ys), Math.max(...ys)];
+    const chart = canvas.matches(".over") ? canvas.closest(".uplot").querySelector("canvas") : null;
+    return (texts.get(canvas) ?? []).map(({ text, box, below }) => {
+      const [left, right, top, bottom] = [box.left, box.right, box.top, box.bottom]
+        .map((at) => scale * at);
+      if (chart !== null) {
+        const { left: x, top: y } = chart.getBoundingClientRect();
+        const [dx, dy] = [(frame.left - x) / scale, (frame.top - y) / scale];
+        below += inked(chart, { left: box.left + dx, right: box.right + dx,
+          top: box.top + dy, bottom: box.bottom + dy });
+        if (below > 8) found.push(`${text}: struck through, ${below} px`);
+      }
       if (left < -0.5 || right > frame.width + 0.5 || top < -0.5 || bottom > frame.height + 0.5) {
         found.push(`${text}: cut`);
       }
@@ -1119,7 +1169,7 @@ WATCH_TEXTS = """() => {
 }"""
 
 
-@pytest.mark.parametrize("size", [(360, 740), (768, 1024), (1181, 640), (1440, 900)])
+@pytest.mark.parametrize("size", [(390, 844), (768, 1024), (1280, 720), (1440, 900)])
 @pytest.mark.parametrize("model", ["roller_rig", "locomotive"])
 def test_no_label_overprints_another(size: tuple[int, int], model: str) -> None:
     with explorer_page(*size, clock_stands=True) as opened:
@@ -1162,6 +1212,7 @@ def test_no_label_overprints_another(size: tuple[int, int], model: str) -> None:
         visitor.enter(load=5e4)
         look("a load of large numbers")
         assert {at: found for at, found in flaws.items() if found} == {}
+        opened.errors[:] = [e for e in opened.errors if "willReadFrequently" not in e]  # read here
 
 
 def test_the_theme_can_be_chosen(visitor: Visitor) -> None:

@@ -21,7 +21,7 @@ export class CreepCurve extends View {
     const [stable, unstable] = byStability(dry.creep_force, dry.pole, 1e-3);
     const kilo = wet?.creep_force.map((v) => 1e-3 * v) ?? dry.creep_force.map(() => NaN);
     this.chart.show([dry.creepage.map((z) => 100 * z), stable, unstable, kilo],
-      [0, 100 * far], [0, 1.18e-3 * most.force]);
+      [0, 100 * far], [0, 1.25e-3 * most.force]);
   }
 
   describe({ run, shown }: Moment): string {
@@ -54,11 +54,10 @@ export class CreepCurve extends View {
       const excess = run.driveTorque - plant.torque(creepage, speed, friction);
       const balancing = 1e-3 * (run.creepForce + excess / plant.vehicle.radius);
       pen.rule("up", balancing, "torque", 1.5);
-      const below = pen.up(balancing) - pen.up(1e-3 * sliding);
-      if (below < 0 || below > 20) {
+      pen.words("drive", pen.width - 5, pen.up(balancing) - 10, "torque", "right", true);
+      if (run.creepage <= shown.far) { // else the wheel's mark at the edge needs the room
         pen.words("sliding f_d P", pen.width - 4, pen.up(1e-3 * sliding) + 11, "soft", "right");
       }
-      pen.words("drive", 6, pen.up(balancing) - 10, "torque", "left", true);
       pen.wheel(100 * run.creepage, 1e-3 * run.creepForce, "ink", percent(run.creepage));
     });
   }

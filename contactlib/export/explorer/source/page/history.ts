@@ -53,7 +53,7 @@ export class TimeHistory extends View {
     // The axis grows and shrinks with what it shows.
     this.creepage.show([rows.time, creepage], window, [100 * least, roundUp(1.05 * most)]);
     const bottom = Math.min(0.72e-3 * shown.most.torque, low - 0.03 * high);
-    const top = Math.max(1.1e-3 * shown.most.torque, high + 0.28 * (high - bottom)); // clear of the words
+    const top = Math.max(1.1e-3 * shown.most.torque, high + 0.1 * (high - bottom));
     this.chart.show([rows.time, drive, taken], window, [bottom, top]);
     const wet = (chart: Chart, paint: (pen: Pen) => void): void =>
       chart.draw((pen) => {
@@ -67,8 +67,6 @@ export class TimeHistory extends View {
       }
     });
     wet(this.chart, (pen) => {
-      pen.words("drive", 6, 10, "torque", "left", true);
-      pen.words("needed to keep \u03b6", 46, 10, "soft", "left", true);
       if (shown.fold !== null) {
         const at = 1e-3 * shown.fold.drive_torque;
         pen.rule("up", at, "line", 1.2, [4, 4]);

@@ -47,9 +47,9 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
       text: fold === null || !Number.isFinite(fold.return_creepage) ? "never"
         : digits(1e-3 * fold.return_torque, 4),
       unit: fold !== null && Number.isFinite(fold.return_creepage) ? "kN m" : "" },
-    { label: "gains Kp that hold it",
+    { label: "Kp that hold it [MN m]",
       help: `proportional gains that hold the wheel ${where} with a delay of ${duration(control.delay)} and no integral gain`,
-      text: empty ? "none" : `${mega(lowest)} \u2013 ${mega(highest)}`, unit: empty ? "" : "MN m",
+      text: empty ? "none" : `${mega(lowest)} \u2013 ${mega(highest)}`, unit: "",
       ...(empty ? { kind: "warn" as const } : {}) },
     { label: "longest delay", help: `the longest with which some gain holds the wheel ${where}: about 1/pole`,
       text: Number.isNaN(longest) ? "none" : longest === Infinity ? "any" : duration(longest), unit: "",
@@ -99,8 +99,8 @@ export function stopText({ run, shown: { plant }, control }: Omit<Moment, "rests
   const { damping, radius } = plant.vehicle, omega = ((1 + run.creepage) * run.speed) / radius;
   const holding = radius * run.creepForce + damping * omega;
   const less = control.mode === "torque" && run.driveTorque > holding
-    ? ` Less than ${digits(1e-3 * holding)} kN m slows the wheel down.` : "";
-  return `${why} Play goes on from here, Reset ${startText(control)}.${less}`;
+    ? `; less than ${digits(1e-3 * holding)} kN m slows the wheel down` : "";
+  return `${why} Play goes on from here${less}.`;
 }
 
 /** What a wet patch will do to the wheel. */

@@ -36,18 +36,21 @@ interface Box {
 }
 
 const HIGH = 8; // half the height of a line of text [px]
-const FARTHEST = 96; // way that a text moves to a place of its own [px]
+const CELL = 2; // of the map of lines [px]
 
-// Ways to try, the shortest first.
-const WAYS = Array.from({ length: 65 * 33 }, (_, i) => [8 * ((i % 65) - 32), 4 * (Math.floor(i / 65) - 16)])
-  .map(([dx, dy]) => ({ dx: dx!, dy: dy!, far: Math.hypot(dx!, dy!) }))
-  .filter(({ far }) => far <= FARTHEST).sort((a, b) => a.far - b.far);
+// Ways that a text may move to a place of its own [px], the shortest first. They lead further along a
+// horizontal line than away from it.
+const WAYS = Array.from({ length: 33 * 25 }, (_, i) => [8 * ((i % 33) - 16), 4 * (Math.floor(i / 33) - 12)])
+  .map(([dx, dy]) => ({ dx: dx!, dy: dy!, far: Math.hypot(dx!, 2 * dy!) }))
+  .sort((a, b) => a.far - b.far);
 
-/** A pen over a chart. Its texts are written last, each in a free place near the one it is meant for;
- * one that finds none is left out. */
+/** A pen over a chart. Its texts are written last, each in a place near the one it is meant for that
+ * no other text, dot or line has; one that finds none is left out. */
 export class Pen {
   private readonly texts: Text[] = []; // those first that matter most
   private readonly taken: Box[] = [];
+  private readonly columns: number; // of the map of lines
+  private readonly lines: Uint8Array; // 1 where a line passes, row by row
 
   constructor(
     readonly context: CanvasRenderingContext2D,
@@ -55,7 +58,50 @@ export class Pen {
     private readonly turned: boolean,
     readonly width: number,
     readonly height: number,
-  ) {}
+  ) {
+    this.columns = Math.ceil(width / CELL);
+    this.lines = new Uint8Array(this.columns * Math.ceil(height / CELL));
+    const [xs, ...curves] = plot.data;
+    for (const ys of curves) this.avoid(xs, ys);
+  }
+
+  /** Keep texts off a curve of the chart. */
+  private avoid(xs: ArrayLike<number>, ys: ArrayLike<number | null | undefined>): void {
+    let before: [number, number] | null = null;
+    for (let i = 0; i < xs.length; i++) {
+      const x = this.plot.valToPos(xs[i]!, "x"), y = this.plot.valToPos(ys[i] ?? NaN, "y");
+      const here: [number, number] | null = !Number.isFinite(x + y) ? null
+        : this.turned ? [y, x] : [x, y];
+      if (here !== null && before !== null) this.mark(...before, ...here);
+      before = here;
+    }
+  }
+
+  /** Mark where a straight line passes, from one place to another [px]. */
+  private mark(x: number, y: number, toX: number, toY: number): void {
+    const outside = (from: number, to: number, end: number): boolean =>
+      Math.max(from, to) < 0 || Math.min(from, to) >= end;
+    if (outside(x, toX, this.width) || outside(y, toY, this.height)) return;
+    const steps = Math.ceil(Math.max(Math.abs(toX - x), Math.abs(toY - y)) / CELL);
+    for (let i = 0; i <= steps; i++) {
+      const part = i / Math.max(steps, 1);
+      const across = Math.floor((x + part * (toX - x)) / CELL);
+      const up = Math.floor((y + part * (toY - y)) / CELL);
+      if (across >= 0 && across < this.columns) this.lines[up * this.columns + across] = 1;
+    }
+  }
+
+  /** Whether a line passes through a box. */
+  private crossed({ x, y, wide, high }: Box): boolean {
+    const first = Math.max(0, Math.floor((x - wide) / CELL));
+    const last = Math.min(this.columns - 1, Math.floor((x + wide) / CELL));
+    for (let row = Math.floor((y - high) / CELL); row <= Math.floor((y + high) / CELL); row++) {
+      for (let column = first; column <= last; column++) {
+        if (this.lines[row * this.columns + column] === 1) return true;
+      }
+    }
+    return false;
+  }
 
   /** Place of a value on the horizontal and on the vertical axis [px]. */
   across(value: number): number {
@@ -69,13 +115,16 @@ export class Pen {
   line(points: Iterable<[number, number]>, stroke: Colour, width = 1.5, dash: number[] = []): void {
     const c = this.context;
     c.beginPath();
-    let begun = false;
+    let before: [number, number] | null = null;
     for (const [x, y] of points) {
       const px = this.across(x), py = this.up(y);
       if (!Number.isFinite(px) || !Number.isFinite(py)) continue;
-      if (begun) c.lineTo(px, py);
-      else c.moveTo(px, py);
-      begun = true;
+      if (before === null) c.moveTo(px, py);
+      else {
+        c.lineTo(px, py);
+        this.mark(...before, px, py);
+      }
+      before = [px, py];
     }
     this.stroke(stroke, width, dash);
   }
@@ -83,14 +132,12 @@ export class Pen {
   /** A line across the whole chart at a value of one axis. */
   rule(axis: "across" | "up", value: number, stroke: Colour, width = 1, dash: number[] = []): void {
     const c = this.context, at = axis === "across" ? this.across(value) : this.up(value);
+    const [x, y, toX, toY]: [number, number, number, number] =
+      axis === "across" ? [at, 0, at, this.height] : [0, at, this.width, at];
+    this.mark(x, y, toX, toY);
     c.beginPath();
-    if (axis === "across") {
-      c.moveTo(at, 0);
-      c.lineTo(at, this.height);
-    } else {
-      c.moveTo(0, at);
-      c.lineTo(this.width, at);
-    }
+    c.moveTo(x, y);
+    c.lineTo(toX, toY);
     this.stroke(stroke, width, dash);
   }
 
@@ -157,6 +204,7 @@ export class Pen {
   /** A solid arrow head at a point, along the horizontal axis. */
   head(x: number, y: number, way: 1 | -1, ink: Colour, size = 6): void {
     const c = this.context, px = this.across(x), py = this.up(y);
+    this.taken.push({ x: px, y: py, wide: size, high: size });
     c.beginPath();
     c.moveTo(px + way * size, py);
     c.lineTo(px - way * size * 0.7, py - size * 0.8);
@@ -228,7 +276,8 @@ export class Pen {
     const way = WAYS.find(({ dx, dy }) => within(x + dx, wide, this.width) === x + dx &&
       within(up + dy, HIGH, this.height) === up + dy &&
       this.taken.every((other) => Math.abs(other.x - x - dx) >= other.wide + wide ||
-        Math.abs(other.y - up - dy) >= other.high + HIGH));
+        Math.abs(other.y - up - dy) >= other.high + HIGH) &&
+      !this.crossed({ x: x + dx, y: up + dy, wide, high: HIGH }));
     return way && { x: x + way.dx, y: up + way.dy, wide, high: HIGH };
   }
 

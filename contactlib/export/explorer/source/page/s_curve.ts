@@ -46,7 +46,7 @@ export class SteadyStates extends View {
     const [stable, unstable] = byStability(states.drive_torque, states.pole, 1e-3);
     const creepage = states.creepage.map((z) => 100 * Math.max(z, 1e-3 * least));
     const most = 1e-3 * torque, back = 1e-3 * (fold?.return_torque ?? 0.75 * torque);
-    const low = Math.min(0.84 * most, back - 0.25 * (most - back));
+    const low = Math.min(0.84 * most, back - 0.4 * (most - back));
     this.chart.show([creepage, stable, unstable], [100 * least, 100 * MOST],
       [Math.max(0, low), most + 0.2 * (most - low)]);
   }
