@@ -28,6 +28,7 @@ from contactlib.base.quantities import (
 from contactlib.base.writing import write_whole
 from contactlib.contact import kernel
 from contactlib.contact.table_building import HEADER_SIZE, NAME_SIZE, Law, build
+from contactlib.contact.traction_data import TractionData
 
 LARGEST = sys.float_info.max
 
@@ -48,8 +49,9 @@ class CreepForceTable:
     data : bytes
         The table as `save` writes it.
     note : str
-        The law's `summary`, if it has one: how far a measured curve is from its points. It is not
-        part of the file.
+        The law's `summary`, if it has one: how far a measured curve is from its points.
+    points : TractionData or None
+        Those points. Neither they nor `note` are part of the file.
 
     Examples
     --------
@@ -61,16 +63,17 @@ class CreepForceTable:
     1.135026
     """
 
-    def __init__(self, data: bytes, note: str = "") -> None:
+    def __init__(self, data: bytes, note: str = "", points: TractionData | None = None) -> None:
         self.data = data
         self.note = note
+        self.points = points
         self.native = _native(data)
         self._evaluate_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
         self._largest_k_hat = self.k_max
         self._spare: list[Any] = []
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return CreepForceTable, (self.data, self.note)
+        return CreepForceTable, (self.data, self.note, self.points)
 
     @classmethod
     def from_law(
@@ -107,7 +110,8 @@ class CreepForceTable:
             checked_number("target", target, Limits(above=0.0)),
             checked_number("slope_target", slope_target, Limits(above=0.0)),
         )
-        return cls(build(law, options, targets, progress), getattr(law, "summary", ""))
+        of_law = getattr(law, "summary", ""), getattr(law, "points", None)
+        return cls(build(law, options, targets, progress), *of_law)
 
     @property
     def law(self) -> str:

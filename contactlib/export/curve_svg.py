@@ -8,30 +8,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
 from contactlib.contact.element import ForceElement
+from contactlib.contact.traction_data import TractionData
 
 WIDTH, HEIGHT = 640, 360  # in the picture's units
 LEFT, RIGHT, TOP, BOTTOM = 64, 20, 18, 52  # margins around the axes
+WORDS = 200.0  # more than the width of a text beside the curve
 FAR = 5.0  # least creepage at the end of the picture / creepage of the peak
 
 
 class CreepCurve(NamedTuple):
-    """Traction coefficient Q/P over creepage [1]; `peak` is the peak's index, if there is one."""
+    """Traction coefficient Q/P over creepage [1]; `peak` is the peak's index, if there is one.
+
+    `points` are those of a measured curve.
+    """
 
     creepage: FloatArray
     traction_coefficient: FloatArray
     peak: int | None
+    points: TractionData | None
 
 
 def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
     """Points of an element's curve at nominal load and a speed [m/s], computed by the kernel.
 
-    The points include the peak and extend past it, or past saturation if there is no peak.
+    They include the peak and extend past it, or past saturation if there is no peak; of a measured
+    curve they end with the last measured point.
     """
 
     def traction(creepage: FloatArray) -> FloatArray:
@@ -47,32 +54,50 @@ def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
         around = places[max(top - 1, 0) : top + 2]
         places = np.linspace(float(around[0]), float(around[-1]), 501)
     has_peak = height > float(traction(np.array([1e3 * scale]))[0]) * (1.0 + 1e-9)
+    measured = element.table.points
     reach = _ticks(FAR * (summit if has_peak else scale))[-1]
-    fine = np.linspace(0.0, 2.0 * scale / reach, 61)
+    if measured is not None:
+        reach = float(measured.creepage.max())
+        has_peak = has_peak and summit <= reach
+    fine = np.linspace(0.0, min(1.0, 2.0 * scale / reach), 61)
     creepage = np.unique(np.concatenate([fine, np.linspace(0.0, 1.0, 121)]).round(9)) * reach
     if has_peak:
         creepage = np.union1d(creepage, [summit])
     peak = int(np.searchsorted(creepage, summit)) if has_peak else None
-    return CreepCurve(creepage, traction(creepage), peak)
+    return CreepCurve(creepage, traction(creepage), peak, measured)
 
 
 def curve_svg(curve: CreepCurve, level_name: str, level_value: float) -> str:
     """Draw a curve with ticks, a level, its peak marked and its falling branch dashed."""
     percent = 100.0 * curve.creepage
     x_ticks = _ticks(float(percent[-1]))
-    y_ticks = _ticks(1.12 * float(curve.traction_coefficient.max()))
+    highest = float(curve.traction_coefficient.max())
+    if curve.points is not None:
+        highest = max(highest, float(curve.points.traction_coefficient.max()))
+    y_ticks = _ticks(1.12 * highest)
     bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
 
-    def across(x: float) -> float:
+    def across(x: Any) -> Any:
         return LEFT + (right - LEFT) * x / x_ticks[-1]
 
-    def up(y: float) -> float:
+    def up(y: Any) -> Any:
         return bottom - (bottom - TOP) * y / y_ticks[-1]
 
     def path(kind: str, part: slice) -> str:
         points = zip(percent[part], curve.traction_coefficient[part], strict=True)
         data = "M" + "L".join(f"{across(x):.3f} {up(y):.3f}" for x, y in points)
         return f'<path class="{kind}" d="{data}"/>'
+
+    dots = np.empty((0, 2))
+    if curve.points is not None:
+        measured = 100.0 * curve.points.creepage, curve.points.traction_coefficient
+        dots = np.column_stack([across(measured[0]), np.minimum(up(measured[1]), bottom)])
+        # Of points that cover each other one is enough.
+        dots = dots[np.sort(np.unique(dots.round(), axis=0, return_index=True)[1])]
+
+    def heights(x: float, wide: float, *more: float) -> list[float]:
+        """Heights on the picture of `more` and of the points above or below a text."""
+        return [*dots[(dots[:, 0] > x) & (dots[:, 0] < x + wide), 1], *more]
 
     def parts() -> Iterator[str]:
         for x in x_ticks:
@@ -93,17 +118,22 @@ def curve_svg(curve: CreepCurve, level_name: str, level_value: float) -> str:
         level = up(level_value)
         yield f'<path class="level" d="M{LEFT} {level:.3f}H{right}"/>'
         yield (
-            f'<text class="note" x="{right - 4}" y="{level + 16:.3f}" text-anchor="end">'
+            f'<text class="note" x="{right - 4}" '
+            f'y="{max(heights(right - WORDS, WORDS + 1.0, level)) + 16:.3f}" text-anchor="end">'
             f"{level_name} {level_value:.4g}</text>"
         )
+        if dots.size:
+            data = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in dots)
+            yield f'<path class="points" d="{data}"/>'
         last = len(percent) if curve.peak is None else curve.peak + 1
         yield path("rising", slice(0, last))
         if curve.peak is not None:
             x, y = float(percent[curve.peak]), float(curve.traction_coefficient[curve.peak])
             yield path("falling", slice(curve.peak, None))
             yield f'<circle class="peak" cx="{across(x):.3f}" cy="{up(y):.3f}" r="4.5"/>'
+            over = min(heights(across(x), WORDS, up(y)))
             yield (
-                f'<text class="note strong" x="{across(x) + 12:.3f}" y="{up(y) - 6:.3f}">'
+                f'<text class="note strong" x="{across(x) + 12:.3f}" y="{over - 6:.3f}">'
                 f"peak {y:.4g} at {x:.3g} %</text>"
             )
 

@@ -142,6 +142,8 @@ def law(description: Description) -> str:
     note = ""
     if _is_measured(table):
         level = "at the last point"
+        if curve.points is not None:
+            shape += ". Dots are the measured points; the curve is drawn to the last of them"
         note = f"<p>{escape(table.note)}.</p>\n" if table.note else ""
     return (
         f"{note}<figure>\n{curve_svg(curve, level, element.friction.kinetic)}\n"

@@ -178,10 +178,10 @@ def read_curve(root: ElementTree.Element) -> tuple[dict[str, np.ndarray], np.nda
 
     scale = np.array([axis("x", "x"), axis("y", "y")])
     curves = {}
-    for kind in ("rising", "falling"):
+    for kind in ("rising", "falling", "points"):
         path = svg.find(f".//*[@class='{kind}']")
         if path is not None:
-            numbers = re.findall(r"[-\d.]+", path.get("d", ""))
+            numbers = re.findall(r"[-\d.]+", path.get("d", "").replace("h0", ""))
             points = np.array(numbers, dtype=float).reshape(-1, 2)
             curves[kind] = points * scale[:, 0] + scale[:, 1]
     mark = svg.find(".//*[@class='peak']")
@@ -204,6 +204,25 @@ def test_drawn_curve_is_the_element_s(which: str, request: pytest.FixtureRequest
     assert np.all(np.diff(curves["rising"][:, 1]) > 0.0)
     assert np.all(np.diff(curves["falling"][:, 1]) <= 0.0)
     assert curves["falling"][0] == pytest.approx(peak)
+
+
+def test_a_measured_curve_is_drawn_to_its_last_point_with_its_points(rig: cl.Model) -> None:
+    zeta = np.linspace(0.12, 0.001, 60)
+    mu = 0.30 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))
+    mu += 0.005 * np.random.default_rng(1).standard_normal(zeta.size)
+    curve = cl.MeasuredCurve(np.where(zeta > 0.06, -zeta, zeta), np.where(zeta > 0.06, -mu, mu))
+    element = cl.ForceElement.from_curve(curve, rig.wheelset.element.contact, radius=0.5)
+    model = replace(rig, wheelset=replace(rig.wheelset, element=element))
+    root = tree_of(page_of(model))
+    curves, _ = read_curve(root)
+    last = curves["falling"][-1]
+    assert last[0] == pytest.approx(12.0, abs=1e-3)
+    assert last[1] == pytest.approx(float(curve.traction_coefficient(0.12)), abs=1e-4)
+    points = curves["points"]
+    assert points[np.argsort(points[:, 0])] == pytest.approx(
+        np.column_stack([100.0 * zeta, mu])[::-1], abs=2e-2
+    )
+    assert "Dots are the measured points" in text_of(root)
 
 
 def test_a_law_without_a_peak_has_none_drawn(rig: cl.Model) -> None:

@@ -83,6 +83,8 @@ class MeasuredCurve:
         measured curve, `traction_coefficient`.
     summary : str
         Number and range of the points, how far the curve is from them, and where it levels off.
+    points : TractionData
+        The points, with all creepages above zero.
 
     Raises
     ------
@@ -116,6 +118,7 @@ class MeasuredCurve:
     kinetic: float
     saturation_creepage: float
     summary: str
+    points: TractionData = field(repr=False)
     _curve: PPoly = field(repr=False)
 
     def __init__(
@@ -180,6 +183,7 @@ class MeasuredCurve:
         object.__setattr__(self, "saturation_creepage", scale)
         object.__setattr__(self, "kinetic", level)
         object.__setattr__(self, "summary", summary)
+        object.__setattr__(self, "points", TractionData(zeta, mu))
         object.__setattr__(self, "_curve", curve)
 
     @classmethod
