@@ -47,7 +47,7 @@ void component_log(component *self, result status, const char *format, ...) {
 }
 
 result component_set_logging(component *self, int on, size_t count, const char *const names[]) {
-    unsigned mask = on && count == 0 ? ~0u : 0u;
+    unsigned mask = count == 0 ? ~0u : 0u;
     for (size_t i = 0; i < count; i++) {
         int known = 0;
         for (int c = 0; c < CATEGORY_COUNT; c++) {
@@ -61,8 +61,7 @@ result component_set_logging(component *self, int on, size_t count, const char *
             return RESULT_ERROR;
         }
     }
-    self->logged = on ? mask : self->logged & ~mask;
-    if (!on && count == 0) self->logged = ~0u << (RESULT_DISCARD - RESULT_WARNING);
+    self->logged = on || count == 0 ? mask : self->logged & ~mask;
     return RESULT_OK;
 }
 
@@ -184,7 +183,7 @@ void component_reset(component *self) {
     self->now.tolerance = DEFAULT_TOLERANCE;
     self->now.stage = INSTANTIATED;
     self->now.stale = 1;
-    self->doubted = 0;
+    self->warned = 0;
 }
 
 result component_open(component *self, int model_exchange, const char *token,
@@ -269,20 +268,27 @@ static result check_friction(component *self) {
     return RESULT_OK;
 }
 
+/* Warnings that an instance gives once. */
+typedef enum { ASPECT_LIMITED, EXCHANGE, TOO_LONG_STEP, INVERSE_MASS } single_warning;
+
+static int is_first(component *self, single_warning warning) {
+    int first = !(self->warned >> warning & 1u);
+    self->warned |= 1u << warning;
+    return first;
+}
+
 static result evaluate(component *self) {
     if (!self->now.stale) return RESULT_OK;
     int rubs = self->model->has_contact || self->model->has_pair;
     if (rubs && check_friction(self) != RESULT_OK) return RESULT_DISCARD;
     self->model->evaluate(&self->table, &self->now.values);
     self->now.stale = 0;
-    if (self->now.values.forces.aspect_limited > 0.0 && !self->doubted) {
-        self->doubted = 1;
+    if (self->now.values.forces.aspect_limited > 0.0 && is_first(self, ASPECT_LIMITED))
         component_log(
             self, RESULT_WARNING,
             "semi_axis_x / semi_axis_y = %s is outside 1/8 to 8: the shape of the force is "
             "that of the nearer end",
             SHOWN(self->now.values.ellipse.semi_axis_x / self->now.values.ellipse.semi_axis_y));
-    }
     return RESULT_OK;
 }
 
@@ -382,19 +388,30 @@ void component_put(component *self, unsigned reference, double value) {
     self->now.stale = 1;
 }
 
-/* Say it once if the steps tell that parallel_exchange is wrong. */
+/* Say once what the force's swings from step to step tell to be wrong. */
 static void check_exchange(component *self) {
-    if (self->doubted || self->now.values.memory.doubtful < DOUBTFUL_STEPS) return;
-    int parallel = self->now.values.parallel_exchange != 0.0;
-    self->doubted = 1;
-    component_log(
-        self, RESULT_WARNING,
-        "parallel_exchange = %s does not fit this coupling: the force swings from step to "
-        "step, as the tool applies it %s; set parallel_exchange = %s%s",
-        parallel ? "true" : "false",
-        parallel ? "in the step for which it is calculated" : "one step later",
-        parallel ? "false" : "true",
-        self->now.values.implicit != 0.0 ? "" : ", and keep to step_size_hint");
+    const model_values *v = &self->now.values;
+    const slip_memory *memory = &v->memory;
+    int parallel = v->parallel_exchange != 0.0;
+    if (memory->doubtful >= DOUBTFUL_STEPS && is_first(self, EXCHANGE))
+        component_log(
+            self, RESULT_WARNING,
+            "parallel_exchange = %s does not fit this coupling: the force swings from step to "
+            "step, as the tool applies it %s; set parallel_exchange = %s%s",
+            parallel ? "true" : "false",
+            parallel ? "in the step for which it is calculated" : "one step later",
+            parallel ? "false" : "true", v->implicit != 0.0 ? "" : ", and keep to step_size_hint");
+    if (memory->too_long > 0.0 && is_first(self, TOO_LONG_STEP))
+        component_log(self, RESULT_WARNING,
+                      "the force swings from step to step and is wrong: steps of %s s are longer "
+                      "than the largest stable one of %s s at %s m/s; take shorter steps, or set "
+                      "implicit = true",
+                      SHOWN(memory->step), SHOWN(memory->too_long), SHOWN(v->input.speed));
+    if (memory->misfit > 0.0 && is_first(self, INVERSE_MASS))
+        component_log(self, RESULT_WARNING,
+                      "effective_inverse_mass = %s 1/kg does not fit this coupling: the force "
+                      "swings from step to step, and the slip follows it as with %s 1/kg; set that",
+                      SHOWN(v->effective_inverse_mass), SHOWN(memory->misfit));
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */

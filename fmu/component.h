@@ -54,7 +54,7 @@ typedef struct {
     void *shape_bytes; /* of one of the two */
     size_t states;     /* number of continuous states */
     int model_exchange;
-    int doubted;     /* 1 once it was said that parallel_exchange is wrong, or a/b out of range */
+    unsigned warned; /* one bit for each warning that is given once */
     unsigned logged; /* one bit for each category */
     component_logger *logger;
     void *shell;
@@ -71,7 +71,8 @@ result component_called(component *self, const char *function, unsigned allowed_
 void component_log(component *self, result status, const char *format, ...);
 /* Log that the call needs what this pointer should point to. */
 result component_null(component *self, const char *function, const char *pointer);
-/* Log only these categories; all of them if no name is given. */
+/* Log only these categories, or not these. Without a name all of them are logged, on or off: none
+ * is for debugging, and tools switch off that by default. */
 result component_set_logging(component *self, int on, size_t count, const char *const names[]);
 
 result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,

@@ -55,6 +55,34 @@ void tangent_force(const creep_table *table, const model_values *v, const model_
     change->step_size_hint = by_gradient * hint * relative;
 }
 
+/* Count the turns of a force that swings from step to step and makes the slip swing with it: the
+ * slip's acceleration changes by minus an inverse mass times the force, in proportion and with
+ * nothing else of that size. A force that its surroundings shake does not do so, and one that
+ * swings slowly turns less often. */
+static void count_turns(slip_memory *memory, double force, double rate, double friction_force) {
+    static const double FADING = 0.9, MIN_SWING = 0.05, MIN_CORRELATION = 0.95, MAX_PAUSE = 25.0;
+    double rise = force - memory->acting, bend = rate - memory->rate;
+    double *sums = memory->products;
+    sums[0] = FADING * sums[0] + rise * rise;
+    sums[1] = FADING * sums[1] + rise * bend;
+    sums[2] = FADING * sums[2] + bend * bend;
+    if (!(sums[0] + fabs(sums[1]) + sums[2] < 1e100)) sums[0] = sums[1] = sums[2] = 0.0;
+    int large = fabs(rise) > MIN_SWING * friction_force;
+    int turning = large && rise * memory->rise < 0.0;
+    int follows = sums[1] < 0.0 && sums[1] * sums[1] > MIN_CORRELATION * sums[0] * sums[2];
+    memory->steady = turning ? 0.0 : fmin(memory->steady + 1.0, 1e3);
+    memory->turns = turning ? fmin(memory->turns + 1.0, DOUBTFUL_STEPS) : memory->turns;
+    if (!follows || memory->steady > MAX_PAUSE) memory->turns = 0.0;
+    if (large) memory->rise = rise;
+    memory->acting = force;
+    memory->rate = rate;
+}
+
+/* The inverse mass with which the slip follows the force [1/kg]. */
+static double followed_inverse_mass(const slip_memory *memory) {
+    return -memory->products[1] / memory->products[0];
+}
+
 /* The memory at the start of a step, with the last step judged. Both hypotheses of which force
  * acted in it, the last one or the one before, give a slip acceleration by everything else. What
  * drives the slip does not know of our steps: if it follows their swings under the declared
@@ -77,6 +105,7 @@ static slip_memory judged(const model_values *v) {
         memory.roughness[i] = FADING * memory.roughness[i] + change * change;
         if (!(memory.roughness[i] < 1e100)) memory.roughness[i] = memory.external[i] = 0.0;
     }
+    count_turns(&memory, force[0], rate, friction * v->input.friction_scale * v->input.normal_load);
     int rough = memory.roughness[0] > swing * swing && swing > 0.0;
     int doubtful = rough && memory.roughness[0] > LEAST_CONTRAST * memory.roughness[1];
     memory.doubtful = doubtful ? fmin(memory.doubtful + 1.0, DOUBTFUL_STEPS) : 0.0;
@@ -123,6 +152,12 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     const char *error =
         wheelset_advance(table, contact, &body, &given, &state, step, tolerance, &v->substep);
     if (error != NULL) return error;
+    if (memory.turns >= DOUBTFUL_STEPS) { /* see the guide for these bounds */
+        double found = followed_inverse_mass(&memory);
+        int parallel = v->parallel_exchange != 0.0;
+        if (found > (parallel ? 1.25 : 1.3) * m || (parallel && found < 0.8 * m))
+            memory.misfit = found;
+    }
     memory.previous = memory.force;
     double end = radius * state.omega - state.speed;
     /* Under a small load the rounding of this difference may exceed the force. */
@@ -147,13 +182,21 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
 }
 
 /* A held or relaxed force has nothing to solve: remember the step, to say what is wrong with it. */
-static void remember(model_values *v, double step) {
-    int relaxed = v->contact.relaxation_length > 0.0, first = v->memory.known == 0.0;
+static void remember(const creep_table *table, model_values *v, double step) {
     double force = v->output.creep_force;
-    /* A relaxed force is known at the end of its step only. */
-    if (relaxed) v->memory.previous = v->memory.force, v->memory.force = force;
     slip_memory memory = judged(v);
-    if (!relaxed) memory.previous = first ? force : memory.force, memory.force = force;
+    if (memory.turns >= DOUBTFUL_STEPS) { /* the pole is largest where there is no slip */
+        model_values rolling = *v;
+        rolling.effective_inverse_mass =
+            fmin(v->effective_inverse_mass, followed_inverse_mass(&memory));
+        rolling.input.omega = v->input.speed / v->contact.radius;
+        rolling.input.relaxed_creepage = 0.0;
+        evaluate_force(table, &rolling);
+        double longest = 2.0 * rolling.step_size_hint;
+        if (memory.step > longest) memory.too_long = longest;
+    }
+    if (memory.known == 0.0) memory.force = force;
+    if (v->contact.relaxation_length == 0.0) memory.previous = memory.force, memory.force = force;
     double stable = 2.0 * v->step_size_hint;
     if (memory.stable == 0.0 || stable < memory.stable) memory.stable = stable;
     memory.known = 1.0;
@@ -165,10 +208,12 @@ static void remember(model_values *v, double step) {
 const char *advance_force(const creep_table *table, model_values *v, double step,
                           double tolerance) {
     if (v->implicit != 0.0) return step_slip(table, v, step, tolerance);
-    remember(v, step);
-    if (v->contact.relaxation_length > 0.0) {
+    remember(table, v, step);
+    if (v->contact.relaxation_length > 0.0) { /* the tool applies the force of the step's end */
         double limit = v->output.saturation_creepage;
         v->input.relaxed_creepage = force_element_relax(&v->contact, &v->input, limit, step);
+        evaluate_force(table, v);
+        v->memory.previous = v->memory.force, v->memory.force = v->output.creep_force;
     }
     return NULL;
 }

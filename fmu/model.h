@@ -24,6 +24,15 @@ typedef struct {
     double external[2];  /* [m/s2] */
     double roughness[2]; /* [m2/s4] */
     double doubtful;     /* steps in a row that say that parallel_exchange is wrong [1] */
+    double acting, rate; /* creep force and slip acceleration in the last step [N, m/s2] */
+    /* Changes of both from step to step: force^2, force * acceleration, acceleration^2, sums in
+     * which older steps count less. */
+    double products[3];
+    double rise;     /* last large change of the force [N] */
+    double turns;    /* how often its sign has changed while the slip follows the force [1] */
+    double steady;   /* steps since [1] */
+    double too_long; /* largest stable step, once a longer one made the force swing; else 0 [s] */
+    double misfit;   /* inverse mass found, once an implicit force swings with its own one [1/kg] */
 } slip_memory;
 
 /* So many of them are no accident. */

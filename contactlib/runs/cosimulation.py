@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -61,7 +62,8 @@ class KernelSource:
 class FmuSource:
     """The force element as an FMI 2.0 co-simulation FMU, run by FMPy.
 
-    A context manager: it unpacks and starts the FMU, and terminates and removes it.
+    A context manager: it unpacks and starts the FMU, and terminates and removes it. What the FMU
+    logs, as when its step is too long, becomes a RuntimeWarning.
 
     Parameters
     ----------
@@ -129,10 +131,13 @@ class FmuSource:
         from fmpy.fmi1 import FMICallException
 
         try:
-            return function(*args, **named)
+            result = function(*args, **named)
         except FMICallException as error:
             said = "; ".join(self._messages) or str(error)
             raise RuntimeError(f"{self._path}: {said}") from None
+        while self._messages:
+            warnings.warn(f"{self._path}: {self._messages.pop(0)}", RuntimeWarning, stacklevel=3)
+        return result
 
     def exchange(
         self, time: float, step: float, omega: float, speed: float, load: float, scale: float

@@ -59,10 +59,7 @@ const char *contactlib_step(contactlib_element *element, double step, double tol
     if (error != NULL) return error;
     evaluate_force(&TABLE, element);
     error = advance_force(&TABLE, element, step, tolerance);
-    if (error == NULL && element->contact.relaxation_length > 0.0) {
-        error = wrong_input(&element->input); /* the state may have left its limits */
-        evaluate_force(&TABLE, element);      /* the outputs belong to the end of the step */
-    }
+    if (error == NULL) error = wrong_input(&element->input); /* the state may have left its limits */
     if (error != NULL) *element = before;
     return error;
 }
