@@ -71,6 +71,13 @@ class _KindOrFile(click.Choice[str]):
         return value if str(value).endswith(".toml") else super().convert(value, *context)
 
 
+class _Version(click.Choice[str]):
+    """One of the choices, also written with its zero, as 2.0."""
+
+    def convert(self, value: Any, *context: Any) -> Any:
+        return super().convert(str(value).removesuffix(".0"), *context)
+
+
 @click.command()
 @click.argument("kind", type=_KindOrFile(["model", "force", "scenario", "sweep"]), default="model")
 @click.option("--list", "shipped", is_flag=True, help="List the shipped files instead.")
@@ -105,7 +112,11 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     "without it, or forces and spin moment for given ellipse, load and creepages.",
 )
 @click.option(
-    "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version."
+    "--fmi",
+    type=_Version(["2", "3"]),
+    default="2",
+    show_default=True,
+    help="FMI version; 2.0 and 3.0 mean the same.",
 )
 @click.option(
     "--platforms",
@@ -154,7 +165,10 @@ def fmu(
     The FMU supports model exchange and co-simulation.
     """
     from contactlib.export import MODEL_NAMES, SYSTEM_NAME, export_fmu, export_ssp
+    from contactlib.export.description import ASSUMED_INVERSE_MASS
+    from contactlib.export.package import describe, longest_step
     from contactlib.export.platforms import to_compile
+    from contactlib.files.model import Missing
 
     names = None if platforms is None else [p.strip() for p in platforms.split(",")]
     if missing := to_compile(names):
@@ -173,15 +187,28 @@ def fmu(
             raise ValueError(f"--ssp cannot be combined with {', '.join(given)}")
         written = export_ssp(_load(model), output or f"{SYSTEM_NAME}.ssp", **common)
     else:
-        kind = kind or "force_element"
+        kind, loaded = kind or "force_element", _load(model)
         written = export_fmu(
-            _load(model),
+            loaded,
             output or f"{MODEL_NAMES[kind]}.fmu",
             kind=kind,
             implicit=implicit,
             parallel_exchange=parallel_exchange,
             **common,
         )
+        if kind == "force_element" and not implicit:
+            steps = [
+                1e3 * longest_step(describe(loaded, kind, relaxation_length, False, parallel))
+                for parallel in (False, True)
+            ]
+            assumed = ""
+            if isinstance(loaded.wheelset, Missing):
+                assumed = f" (for {ASSUMED_INVERSE_MASS:g} 1/kg, assumed as there is no inertia)"
+            say(
+                f"Largest stable step at {loaded.initial_speed:g} m/s: {steps[0]:.2g} ms if both "
+                f"sides step in turn, {steps[1]:.2g} ms if they step at once{assumed}; with "
+                "--implicit, any"
+            )
     say(str(written))
 
 

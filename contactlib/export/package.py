@@ -20,8 +20,9 @@ from contactlib.base.quantities import FloatArray, checked_number, shown, warn
 from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
 from contactlib.export import fmi2, fmi3, page
-from contactlib.export.description import Description
+from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
 from contactlib.export.platforms import binaries
+from contactlib.files.model import Missing
 from contactlib.vehicle.drivetrain import RELAXATION_LENGTH
 
 if TYPE_CHECKING:
@@ -61,6 +62,16 @@ def experiment(description: Description) -> Experiment:
     power = 10.0 ** math.floor(math.log10(min(stable)))
     step = max(round_number for n in (1, 2, 5) if (round_number := n * power) <= min(stable))
     return Experiment(STEPS * step, step)
+
+
+def longest_step(description: Description) -> float:
+    """Largest stable step over which the force may be held at the start values [s].
+
+    The slip is zero there, and the force the stiffest.
+    """
+    held = replace(description, implicit=False)
+    native = kernel.NativeModel(held.kind, held.native_contact, held.start_values)
+    return 2.0 * native.get("step_size_hint")[0]
 
 
 def reference_inputs(description: Description) -> dict[str, FloatArray]:
@@ -150,6 +161,11 @@ def describe(
     if (implicit or parallel_exchange) and kind != "force_element":
         name = "implicit" if implicit else "parallel_exchange"
         raise ValueError(f"{name} = True needs kind = 'force_element', not {kind!r}")
+    if implicit and isinstance(model.wheelset, Missing):
+        warn(
+            f"effective_inverse_mass = {ASSUMED_INVERSE_MASS:g} 1/kg is assumed, as the model has "
+            "no inertia: set it to radius^2 / inertia + 1 / mass of what the element is coupled to"
+        )
     for name, text in (("author", author), ("version", version)):
         printable = isinstance(text, str) and text.strip() and text.isprintable()
         if text is not None and not printable:

@@ -133,6 +133,33 @@ def test_an_option_without_its_unit_is_warned_of(
         assert result.stderr.count(doubt) == lines
 
 
+def test_export_says_the_largest_step_over_which_the_force_may_be_held(
+    tmp_path: Path, rig: cl.Model
+) -> None:
+    # The pole of a wheelset with this force on each of its wheels, without slip.
+    wheelset = rig.wheelset
+    gradient = wheelset.element.evaluate(omega=10.0 / wheelset.radius, speed=10.0)["force_gradient"]
+    longest = 2e3 / float(gradient * wheelset.effective_inverse_mass)
+    said = (
+        f"Largest stable step at 10 m/s: {longest:.2g} ms if both sides step in turn, "
+        f"{0.5 * longest:.2g} ms if they step at once; with --implicit, any\n"
+    )
+    cases: tuple[tuple[list[str], bool], ...] = (
+        ([], True),
+        (["--fmi", "2.0", "--parallel-exchange"], True),
+        (["--fmi", "3.0", "--implicit"], False),
+        (["--kind", "wheelset"], False),
+    )
+    for options, held in cases:
+        path = tmp_path / "x.fmu"
+        result = CliRunner().invoke(main, ["fmu", "roller_rig.toml", *options, "-o", str(path)])
+        assert result.stderr == ""
+        assert result.stdout == (said if held else "") + f"{path}\n"
+        version = options[1] if "--fmi" in options else "2.0"
+        with zipfile.ZipFile(path) as fmu:
+            assert f'fmiVersion="{version}"'.encode() in fmu.read("modelDescription.xml")
+
+
 def test_options_take_units(tmp_path: Path) -> None:
     path = tmp_path / "x.fmu"
     for text in ("8 mm", "0.008"):

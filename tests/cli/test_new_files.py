@@ -44,6 +44,20 @@ def test_a_force_is_enough_for_an_fmu_and_a_table() -> None:
     }
 
 
+@pytest.mark.filterwarnings("always::contactlib.InputWarning")
+def test_an_inverse_mass_that_is_assumed_is_warned_of_where_it_must_be_set() -> None:
+    path = written("force")
+    for arguments, warned in (
+        (("fmu", path, "--implicit"), True),
+        (("kernel", path), True),  # whose element is implicit
+        (("fmu", path), False),
+    ):
+        done = CliRunner().invoke(main, arguments)
+        assert done.exit_code == 0
+        assert ("effective_inverse_mass = 0.004 1/kg is assumed" in done.stderr) == warned
+        assert ("(for 0.004 1/kg, assumed as there is no inertia)" in done.stdout) != warned
+
+
 def test_a_file_may_be_named_instead_of_a_kind() -> None:
     done = contactlib("new", "my_wheelset.toml")
     assert done.stdout == "my_wheelset.toml: to try it, contactlib simulate my_wheelset.toml\n"

@@ -28,6 +28,7 @@ from contactlib.cli.commands import main
 RULES = re.DOTALL | re.MULTILINE
 PLAIN = ("-fno-stack-protector", "-fno-pic", "-fno-pie")  # nothing of the system's hardening
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
+pytestmark = pytest.mark.filterwarnings("ignore:effective_inverse_mass:contactlib.InputWarning")
 CURVE = """
 name = "a curve */ with a comment /* in its name \u00e9"
 [contact]
