@@ -269,7 +269,7 @@ static result check_friction(component *self) {
 }
 
 /* Warnings that an instance gives once. */
-typedef enum { ASPECT_LIMITED, EXCHANGE, TOO_LONG_STEP, INVERSE_MASS } single_warning;
+typedef enum { ASPECT_LIMITED, EXCHANGE, TOO_LONG_STEP, INVERSE_MASS, TOLERANCE } single_warning;
 
 static int is_first(component *self, single_warning warning) {
     int first = !(self->warned >> warning & 1u);
@@ -456,6 +456,13 @@ result component_step(component *self, double point, double step) {
         return RESULT_DISCARD;
     }
     check_exchange(self);
+    if (values->held_tolerance > self->now.tolerance && is_first(self, TOLERANCE))
+        component_log(self, RESULT_WARNING,
+                      "the step of %s s from %s s: the wheel swings too often on its relaxed "
+                      "contact to follow it with a tolerance of %s; it was %s in a part of the "
+                      "step, so only the mean is right; take shorter steps",
+                      SHOWN(step), SHOWN(point), SHOWN(self->now.tolerance),
+                      SHOWN(values->held_tolerance));
     values->time = end;
     if (self->states > 0) self->now.stale = 1; /* without states the outputs still hold */
     return RESULT_OK;
@@ -674,7 +681,8 @@ static int is_possible(const component *self, const component_state *state) {
         if (!isfinite(model_get(&self->model->variables[i], values))) return 0;
     for (size_t i = 0; i < sizeof values->memory / sizeof *memory; i++)
         if (!isfinite(memory[i])) return 0;
-    return isfinite(values->substep) && values->spins == self->start.spins &&
+    return isfinite(values->substep) && isfinite(values->held_tolerance) &&
+           values->spins == self->start.spins &&
            (values->memory.known == 0.0 || values->memory.step > 0.0) && !isnan(state->stop_time) &&
            state->tolerance >= LEAST_TOLERANCE && state->tolerance <= MOST_TOLERANCE;
 }

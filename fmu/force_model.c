@@ -150,8 +150,9 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
                             v->input.relaxed_creepage};
     double begin = radius * state.omega - state.speed;
     const char *error =
-        wheelset_advance(table, contact, &body, &given, &state, step, tolerance, &v->substep);
+        wheelset_advance(table, contact, &body, &given, &state, step, &tolerance, &v->substep);
     if (error != NULL) return error;
+    v->held_tolerance = tolerance;
     if (memory.turns >= DOUBTFUL_STEPS) { /* see the guide for these bounds */
         double found = followed_inverse_mass(&memory);
         int parallel = v->parallel_exchange != 0.0;

@@ -54,6 +54,7 @@ typedef struct {
     wheelset_rates rates;
     slip_memory memory;
     double substep;               /* length that the integrator tries next [s] */
+    double held_tolerance;        /* of the last step [1] */
     double spins;                 /* 1 if the contact knows spin */
     creep_forces_parameters pair; /* without Poisson's ratio, which is the prepared pair's */
     creep_forces_input ellipse;

@@ -58,8 +58,9 @@ const char *advance_wheelset(const creep_table *table, model_values *v, double s
                             .speed = v->input.speed,
                             .relaxed_creepage = v->input.relaxed_creepage};
     const char *error =
-        wheelset_advance(table, &v->contact, &body, &given, &state, step, tolerance, &v->substep);
+        wheelset_advance(table, &v->contact, &body, &given, &state, step, &tolerance, &v->substep);
     if (error != NULL) return error;
+    v->held_tolerance = tolerance;
     v->input.omega = state.omega;
     v->input.speed = state.speed;
     v->input.relaxed_creepage = state.relaxed_creepage;
@@ -83,8 +84,9 @@ const char *advance_body(const creep_table *table, model_values *v, double step,
                             .friction_scale = 1.0};
     wheelset_state state = {.omega = v->input.omega, .speed = v->input.speed};
     const char *error =
-        wheelset_advance(&none, &contact, &body, &given, &state, step, tolerance, &v->substep);
+        wheelset_advance(&none, &contact, &body, &given, &state, step, &tolerance, &v->substep);
     if (error != NULL) return error;
+    v->held_tolerance = tolerance;
     v->input.omega = state.omega;
     v->input.speed = state.speed;
     return NULL;

@@ -22,12 +22,13 @@ typedef struct {
 
 /* Advance the state by one step. The tolerance is relative: to the slip velocity plus that of
  * saturation, to the speed plus the minimum speed, to the relaxed creepage plus the saturation
- * creepage. substep is the length to try first (0: not known) and returns the one to try next.
- * Returns NULL, or why the step failed; the state is then unchanged. */
+ * creepage. It returns the one that was held, which is larger after very many substeps. substep is
+ * the length to try first (0: not known) and returns the one to try next. Returns NULL, or why the
+ * step failed; the state is then unchanged. */
 CONTACTLIB_API const char *wheelset_advance(const creep_table *table,
                                             const force_element_parameters *contact,
                                             const wheelset_parameters *body,
                                             const wheelset_input *input, wheelset_state *state,
-                                            double step, double tolerance, double *substep);
+                                            double step, double *tolerance, double *substep);
 
 #endif

@@ -123,3 +123,45 @@ def test_relaxed_wheelset_spins_at_standstill_with_next_to_no_load(
     away = 0.5 * rig.wheelset.element.friction.static * load / rig.wheelset.inertia
     expected = omega + 0.5 * torque / rig.wheelset.inertia
     assert model.get("omega")[0] == pytest.approx(expected, abs=0.5 * away + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "step", "speed", "omega", "creepage", "torque", "inertia", "inverse_mass", "load"),
+    [
+        (6.5e-3, 1.38, 0.0174, 0.0458, 2.12e-3, 319.0, 29.2, 2.9e-5, 46e3),
+        (5.2e-3, 1.54, 0.0, -0.00588, -7.1e-2, 2519.0, 26.5, 0.0, 63.6e3),
+        (2.5e-3, 0.94, 0.0033, -0.5, -5.2e-2, 1072.0, 22.0, 0.0, 63.3e3),
+        (12.9e-3, 1.6, 0.0091, 0.0157, 1.6e-4, -8283.0, 16.6, 1e-5, 189e3),
+    ],
+)
+def test_long_step_of_a_wheel_that_swings_on_its_contact_keeps_the_mean(
+    locomotive: cl.Model,
+    sigma: float,
+    step: float,
+    speed: float,
+    omega: float,
+    creepage: float,
+    torque: float,
+    inertia: float,
+    inverse_mass: float,
+    load: float,
+) -> None:
+    # Hundreds of swings, hardly damped: too many to follow them all in one step.
+    description = Description(locomotive, "wheelset", relaxation_length=sigma)
+    start = {"omega": omega, "speed": speed, "relaxed_creepage": creepage, "normal_load": load}
+    body = {"drive_torque": torque, "inertia": inertia, "inverse_mass": inverse_mass}
+    whole, parts = (native(description, **start, **body) for _ in range(2))
+    whole.advance(step)
+    assert whole.held_tolerance > 1e-6
+    slips = []
+    for _ in range(1009):
+        parts.advance(step / 1009)
+        assert parts.held_tolerance == 1e-6
+        turned, rolled = parts.get("omega", "speed")
+        slips.append(turned * locomotive.wheelset.radius - rolled)
+    turned, rolled = whole.get("omega", "speed")
+    assert rolled == pytest.approx(parts.get("speed")[0], rel=1e-3)
+    swing = np.ptp(slips[-250:])
+    assert turned * locomotive.wheelset.radius - rolled == pytest.approx(
+        float(np.mean(slips[-250:])), abs=0.6 * swing
+    )

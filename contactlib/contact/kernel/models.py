@@ -102,6 +102,11 @@ class NativeModel:
             raise RuntimeError(ffi.string(error).decode())
         self.evaluate()
 
+    @property
+    def held_tolerance(self) -> float:
+        """Tolerance of the last step, larger than that asked for if the wheel swings too often."""
+        return float(self._values.held_tolerance)
+
     def explicit_step(self) -> float:
         """Largest step with which an explicit solver is stable at zero slip [s]."""
         return float(self._lib.model_explicit_step(self._model, self._table.struct, self._values))

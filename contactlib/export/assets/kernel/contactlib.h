@@ -40,6 +40,8 @@ typedef struct {
     double step_size_hint;    /* half of the largest stable step if the force is held [s] */
     contactlib_memory memory; /* of the steps before; the caller leaves it alone */
     double substep;           /* likewise */
+    double held_tolerance;    /* that of the last implicit step: larger than the given one if the
+                                 wheel swings too often on a relaxed contact to be followed */
 } contactlib_element;
 
 /* Relative tolerance of the slip over an implicit step, as an FMU has it unless told otherwise. */
