@@ -299,8 +299,14 @@ def index_page(description: Description) -> bytes:
     model, kind, variables = description.model, description.kind, description.variables
     relaxed = description.relaxed
     table, contact = description.element.table, kind != "wheelset_body"
-    limits = "limits_measured.html" if _is_measured(table) else "limits.html"
-    limits = limits if description.pair is None else "limits_creep_forces.html"
+    across = [v.name for v in variables if v.name in ("lateral_velocity", "spin_velocity")]
+    if description.pair is not None:
+        limits = asset("limits_creep_forces.html")
+    elif _is_measured(table):
+        named = " and ".join(f"<code>{name}</code>" for name in across)
+        limits = fragment("limits_measured.html", plane=named)
+    else:
+        limits = asset("limits.html")
     sections = {
         "What it is": fragment(f"about_{kind}.html", carriers=description.carriers)
         + (asset("about_weakening.html") if description.has_contact and not table.one_axis else "")
@@ -311,7 +317,7 @@ def index_page(description: Description) -> bytes:
         "Variables": variable_tables(variables),
         "Coupling": coupling(description),
         "Loading it": tools(kind, variables),
-        "Limits and validation": asset(limits) if contact else "",
+        "Limits and validation": limits if contact else "",
         "Licence and versions": _licence(description),
     }
     shown = {heading: text for heading, text in sections.items() if text}

@@ -367,10 +367,23 @@ def test_the_page_of_a_measured_curve_speaks_of_it_alone(rig: cl.Model) -> None:
     assert "levels off and stays at that level, which is an assumption" in text
     for other in ("Griffith", "Eurosprinter", "microns", "third-body", "-3/2"):
         assert other not in text
+    assert "not modelled" not in text
+    assert "The force for lateral_velocity is an assumption" in text
     facts = {text_of(name) for name in root.iter(f"{HTML}dt")}
     assert facts == {"wheel radius", "contact of", "nominal load", "law", "effective inverse mass"}
     assert text.count("assumed") == 2  # the effective inverse mass, and its steps
     assert "assumed" not in text_of(tree_of(page_of(rig)))
+
+
+def test_the_page_of_a_measured_curve_names_the_plane_that_the_fmu_answers(
+    locomotive: cl.Model,
+) -> None:
+    curve = cl.MeasuredCurve(np.linspace(0.002, 0.15, 20), 0.3 * np.ones(20), name="my.csv")
+    contact = locomotive.wheelset.element.contact
+    element = cl.ForceElement.from_curve(curve, contact, radius=0.5)
+    model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=element))
+    text = text_of(tree_of(page_of(model)))
+    assert "The force for lateral_velocity and spin_velocity is an assumption" in text
 
 
 def test_the_page_of_one_curve_has_no_weakening_over_microns(rig: cl.Model) -> None:
