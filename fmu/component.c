@@ -269,12 +269,36 @@ static result check_friction(component *self) {
 }
 
 /* Warnings that an instance gives once. */
-typedef enum { ASPECT_LIMITED, EXCHANGE, TOO_LONG_STEP, INVERSE_MASS, TOLERANCE } single_warning;
+typedef enum {
+    ASPECT_LIMITED,
+    EXCHANGE,
+    TOO_LONG_STEP,
+    INVERSE_MASS,
+    TOLERANCE,
+    NO_GRIP
+} single_warning;
 
 static int is_first(component *self, single_warning warning) {
     int first = !(self->warned >> warning & 1u);
     self->warned |= 1u << warning;
     return first;
+}
+
+/* Say once that a wheel slips without a force, as no tool has given it a load or friction yet: it
+ * may set inputs to zero that are not connected. One that lifts off had a load before. */
+static void check_grip(component *self) {
+    const model_values *v = &self->now.values;
+    const force_element_input *in = &v->input;
+    if (!self->model->has_contact || !(RUNNING >> self->now.stage & 1u)) return;
+    int load = in->normal_load > 0.0, friction = in->friction_scale > 0.0;
+    int slips = v->contact.radius * in->omega != in->speed;
+    if (!(slips || (load && friction)) || !is_first(self, NO_GRIP) || (load && friction)) return;
+    component_log(
+        self, RESULT_WARNING,
+        "there is no creep force although the wheel slips, as %s = %s since the start: is "
+        "this input connected?",
+        load ? "friction_scale" : "normal_load",
+        SHOWN(load ? in->friction_scale : in->normal_load));
 }
 
 static result evaluate(component *self) {
@@ -283,6 +307,7 @@ static result evaluate(component *self) {
     if (rubs && check_friction(self) != RESULT_OK) return RESULT_DISCARD;
     self->model->evaluate(&self->table, &self->now.values);
     self->now.stale = 0;
+    check_grip(self);
     if (self->now.values.forces.aspect_limited > 0.0 && is_first(self, ASPECT_LIMITED))
         component_log(
             self, RESULT_WARNING,

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 Names = dict[str, tuple[str, ...]]  # names of variables by component
 
 SYSTEM_NAME, SUBSYSTEM_NAME = "CreepForceSystem", "CreepForceSubsystem"
+SYSTEM_VALUES = "resources/system.ssv"  # without which tools set open connectors to zero
 CONTACT, BODY = "contact", "body"
 # Connections between the components: from, variable, to.
 EXCHANGE = ((BODY, "omega", CONTACT), (BODY, "speed", CONTACT), (CONTACT, "creep_force", BODY))
@@ -118,7 +119,9 @@ def export_ssp(
     }
     for name, part in parts.items():
         files[_fmu_path(part)] = fmu(part, fmi_version, platforms)
-        files[_values_path(name)] = _values(name, part)
+        files[_values_path(name)] = _values([(part, part.by_name[v]) for v in PARAMETERS[name]])
+    inputs = [(parts[name], parts[name].by_name[v]) for name in INPUTS for v in INPUTS[name]]
+    files[SYSTEM_VALUES] = _values(inputs)
     files["documentation/index.html"] = _page(model, parts)
     return write_whole(path, zipped(files))
 
@@ -167,6 +170,7 @@ def _structure(name: str, model: Model, parts: dict[str, Description], *, closed
     system = SubElement(root, "ssd:System", name="system")
     if not closed:
         _add_connectors(system, [*_variables(parts, INPUTS), *_variables(parts, OUTPUTS)])
+        _bind(system, SYSTEM_VALUES)
     elements = SubElement(system, "ssd:Elements")
     for part, description in parts.items():
         taken = [v for _, v, to in EXCHANGE if to == part]
@@ -202,8 +206,12 @@ def _add_component(
     }
     component = SubElement(elements, "ssd:Component", attributes)
     _add_connectors(component, variables)
-    bindings = SubElement(component, "ssd:ParameterBindings")
-    SubElement(bindings, "ssd:ParameterBinding", source=_values_path(name))
+    _bind(component, _values_path(name))
+
+
+def _bind(element: Element, values: str) -> None:
+    bindings = SubElement(element, "ssd:ParameterBindings")
+    SubElement(bindings, "ssd:ParameterBinding", source=values)
 
 
 def _add_connectors(element: Element, variables: Iterable[Variable]) -> None:
@@ -253,20 +261,20 @@ def _add_algorithm(experiment: Element) -> None:
     SubElement(algorithm, "osp:FixedStepAlgorithm", baseStepSize=number(STEP))
 
 
-def _values(name: str, part: Description) -> bytes:
-    """The parameter file of a component, with its external inputs."""
-    variables = [part.by_name[v] for v in PARAMETERS[name]]
+def _values(variables: Sequence[tuple[Description, Variable]]) -> bytes:
+    """The parameter file of a component or of the system, with its external inputs."""
     spaces = {key: SCHEMAS[key] for key in ("xmlns:ssv", "xmlns:ssc")}
+    about = _metadata(variables[0][0])
     # Both components' sets have the same name, by which ecos applies them.
-    root = Element("ssv:ParameterSet", {**spaces, **_metadata(part), "name": "parameters"})
+    root = Element("ssv:ParameterSet", {**spaces, **about, "name": "parameters"})
     parameters = SubElement(root, "ssv:Parameters")
-    for v in variables:
+    for part, v in variables:
         parameter = SubElement(parameters, "ssv:Parameter", name=v.name, description=v.description)
         typed = SubElement(parameter, "ssv:Boolean" if v.boolean else "ssv:Real")
         typed.set("value", _start(part, v))
         if not v.boolean:
             typed.set("unit", v.unit)
-    _add_units(SubElement(root, "ssv:Units"), variables)
+    _add_units(SubElement(root, "ssv:Units"), [v for _, v in variables])
     return document(root)
 
 

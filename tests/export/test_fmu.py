@@ -473,6 +473,25 @@ def test_long_weakening_zone_is_a_warning(
     tool.fmu.freeInstance()
 
 
+@pytest.mark.parametrize("missing", ["normal_load", "friction_scale"])
+@pytest.mark.parametrize("name", ["force_element", "force_element-implicit", "wheelset"])
+def test_a_wheel_that_slips_without_load_or_friction_is_said_once(
+    rig: cl.Model, tmp_path: Path, name: str, missing: str
+) -> None:
+    # As a tool gives them that sets inputs to zero which are not connected.
+    inputs = {"omega": 20.2} if "force" in name else {"drive_torque": 1e3}
+    with Instance(exported(rig, tmp_path, name, 2)).start(**{missing: 0.0}) as tool:
+        tool.step(0.0, 1e-3)  # it rolls
+        assert tool.log == []
+        tool.set(**inputs)
+        for i in range(1, 4):
+            tool.step(1e-3 * i, 1e-3)
+            assert tool.get("creep_force") == [0.0]
+        ((category, text),) = tool.log
+        assert category == "logStatusWarning"
+        assert f"as {missing} = 0 since the start: is this input connected?" in text
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 @pytest.mark.parametrize(
     "name", [name for name in EXPORTS if name not in ("wheelset_body", "creep_forces")]

@@ -88,7 +88,7 @@ def rewritten(ssp: Path, path: Path, edit: Callable[[str, str], str]) -> Path:
     ("pattern", "count", "schema"),
     [
         ("*.ssd", 2, "SystemStructureDescription.xsd"),
-        ("resources/*.ssv", 2, "SystemStructureParameterValues.xsd"),
+        ("resources/*.ssv", 3, "SystemStructureParameterValues.xsd"),
     ],
 )
 def test_files_follow_the_schemas(package: Path, pattern: str, count: int, schema: str) -> None:
@@ -209,6 +209,31 @@ def test_parameters_are_start_values_of_the_fmus(package: Path, locomotive: cl.M
     assert float(found["normal_load"]) == wheelset.element.normal_load
     assert float(found["friction_scale"]) == 1.0
     assert float(found["resistance_force"]) == 0.0
+
+
+def test_inputs_of_the_subsystem_have_start_values_where_nothing_is_connected(
+    package: Path,
+) -> None:
+    # OMSimulator sets a system's open connectors to zero, and with it those of its components.
+    system = root_of(package / "Subsystem.ssd").find(f"{SSD}System")
+    assert system is not None
+    (binding,) = system.findall(f"{SSD}ParameterBindings/{SSD}ParameterBinding")
+    found = {
+        parameter.get("name"): (parameter[0].get("value"), parameter[0].get("unit"))
+        for parameter in root_of(package / binding.get("source", "")).iter(f"{SSV}Parameter")
+    }
+    starts = {
+        v.name: (v.start, v.unit or v.declaredType.unit)
+        for component in system.iter(f"{SSD}Component")
+        for v in description_of(package, component).modelVariables
+        if v.causality == "input"
+    }
+    kinds = connector_kinds(root_of(package / "Subsystem.ssd"))
+    inputs = {name for (part, name), (kind, _) in kinds.items() if (part, kind) == (None, "input")}
+    assert found == {name: starts[name] for name in inputs}
+    closed = root_of(package / "SystemStructure.ssd").find(f"{SSD}System")
+    assert closed is not None
+    assert closed.find(f"{SSD}ParameterBindings") is None
 
 
 @pytest.mark.parametrize("structure", STRUCTURES)
