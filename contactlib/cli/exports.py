@@ -165,8 +165,8 @@ def fmu(
     The FMU supports model exchange and co-simulation.
     """
     from contactlib.export import MODEL_NAMES, SYSTEM_NAME, export_fmu, export_ssp
-    from contactlib.export.description import ASSUMED_INVERSE_MASS
-    from contactlib.export.package import describe, longest_step
+    from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
+    from contactlib.export.package import longest_step
     from contactlib.export.platforms import to_compile
     from contactlib.files.model import Missing
 
@@ -197,8 +197,9 @@ def fmu(
             **common,
         )
         if kind == "force_element" and not implicit:
+            lag = relaxation_length or 0.0
             steps = [
-                1e3 * longest_step(describe(loaded, kind, relaxation_length, False, parallel))
+                1e3 * longest_step(Description(loaded, kind, lag, parallel_exchange=parallel))
                 for parallel in (False, True)
             ]
             assumed = ""
