@@ -120,7 +120,7 @@ class Quantity(Limits):
 
 
 class InputWarning(UserWarning):
-    """A file gives a number that no vehicle has, or a key that it does not use."""
+    """A file or a run has a number that no vehicle has, or a file a key that it does not use."""
 
 
 def warn(text: str) -> None:

@@ -21,6 +21,7 @@ from contactlib.base.quantities import (
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
+from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.fleet import Runs, Timing, default_step, timing
 from contactlib.runs.observers import Seen, Vehicles
 from contactlib.runs.outcomes import OUTCOMES, observers
@@ -108,6 +109,11 @@ def run_scenario(
         is not what it must be.
     RuntimeError
         If the integrator gives up, or the controller raises an error.
+
+    Warns
+    -----
+    InputWarning
+        If no vehicle survives the run's rim speed, slip work or creepage.
     """
     control = _chosen(scenario, controller)
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
@@ -130,7 +136,9 @@ def run_scenario(
             checked(name, block["commanded_torque"], FINITE)
             raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
         progress(kept.see(block))
-    return next(kept.results())
+    result = next(kept.results())
+    warn_of_damage(result)
+    return result
 
 
 def _chosen(scenario: object, controller: object) -> Controller:

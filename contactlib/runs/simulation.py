@@ -23,6 +23,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.contact import kernel
 from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
+from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.result import (
     PEAK_PASSED,
     SLIP_AWAY,
@@ -234,6 +235,11 @@ def simulate(
         If a value is out of range, or no stable operating point gives the first torque.
     RuntimeError
         If the solver cannot meet the tolerance.
+
+    Warns
+    -----
+    InputWarning
+        If no vehicle survives the run's rim speed, slip work or creepage.
     """
     end, interval = checked_rows(
         controller.reference.at[-1] if duration is None else duration, output_interval
@@ -310,4 +316,6 @@ def simulate(
 
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     events.sort(key=lambda event: event.time)
-    return make_result(wheelset, controller, columns, tuple(events))
+    result = make_result(wheelset, controller, columns, tuple(events))
+    warn_of_damage(result)
+    return result

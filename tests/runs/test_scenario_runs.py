@@ -279,6 +279,7 @@ def test_noise_is_the_seed_s(locomotive: cl.Model) -> None:
     assert abs(np.corrcoef(seen(1), seen(2))[0, 1]) < 0.15
 
 
+@pytest.mark.filterwarnings("ignore:the run reaches")  # where no gain holds it
 @pytest.mark.parametrize(("samples", "lag"), [(0, 0.0), (1, 0.0), (2, 0.0), (1, 0.004)])
 def test_sampled_control_holds_the_falling_branch_as_far_as_it_was_said(
     rig: cl.Model, samples: int, lag: float
@@ -314,6 +315,7 @@ def test_sampled_control_holds_the_falling_branch_as_far_as_it_was_said(
         assert deviation(outside).max() > 10e-4
 
 
+@pytest.mark.filterwarnings("ignore:the run reaches")
 def test_beyond_the_window_no_gain_holds(rig: cl.Model) -> None:
     body, creepage, speed = rig.wheelset, 0.021, 10.0
     plant = stability.reduced_plant(body, creepage, speed=speed)

@@ -20,6 +20,7 @@ from contactlib.base.writing import write_whole
 from contactlib.contact.element import RangeWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
+from contactlib.runs.damage import warn_of_damaged_runs
 from contactlib.runs.scenario_runs import FAILED, Metric, run_scenario
 from contactlib.runs.sweep.execution import (
     Results,
@@ -90,6 +91,7 @@ def make_dataset(sweep: Sweep, results: Mapping[str, FloatArray], digest: str) -
     data[FAILED] = variable(FAILED, {"units": "1", "long_name": what})
     found = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
     found[FAILED] = found[FAILED].astype(np.int8)
+    warn_of_damaged_runs(found, sweep.simulated_time / (sweep.runs * max(1, len(plan.controllers))))
     return found
 
 
@@ -258,6 +260,11 @@ def ensemble(
         sweep to the same folder.
     OSError
         If a file cannot be read or written.
+
+    Warns
+    -----
+    InputWarning
+        If the outcomes have slip speeds or slip work that no vehicle survives.
     """
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
     sweep = with_own(sweep, controllers or {}, metrics or {})
