@@ -80,22 +80,24 @@ class Tuning:
             What the scenario has under this name; of a design, kind and other fields are kept.
         """
         control: Any = self.controllers[0]
-        settings = {key: getattr(control, key) for key in self.factors}
-        if "reference" in settings and getattr(control, "reference_torque", None) is not None:
-            settings["reference_torque"] = control.reference_torque  # else it would be constant
-        found = {key: float(f"{value:.4g}") for key, value in settings.items()}
+        kind = type(control)
+        found = {key: float(f"{getattr(control, key):.4g}") for key in self.factors}
         if isinstance(design, ControllerDesign):
+            if "reference" in found and control.reference_torque is not None:
+                found["reference_torque"] = float(
+                    f"{control.reference_torque:.4g}"
+                )  # else constant
             lines = [f"[controllers.{name}]", f'kind = "{design.kind}"']
             given = {**design.given, **found}
             return "\n".join([*lines, *(f"{key} = {v!r}" for key, v in given.items())]) + "\n"
-        if type(design) is not type(control):
+        if type(design) is not kind:
             raise ValueError(
                 f"design = {shown(design)} must be what the scenario has as {name}: a "
-                f"ControllerDesign or a {type(control).__name__}"
+                f"ControllerDesign or a {kind.__name__}"
             )
-        given = {**Searched(name, design).arguments, **found}
+        given = {**Searched(name, control).arguments, **found}
         call = ", ".join(f"{key}={shown(value)}" for key, value in given.items())
-        return f"# {name} is a controller of your own: {type(control).__name__}({call})\n"
+        return f"# {name} is a controller of your own: {kind.__name__}({call})\n"
 
 
 def searched(scenarios: Sequence[Scenario], controller: str) -> list[Searched]:

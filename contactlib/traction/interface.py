@@ -6,7 +6,7 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Generic, NamedTuple, Protocol, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -82,7 +82,7 @@ class SampledController(ABC):
     """
 
     sample_time: float
-    search_ranges: Mapping[str, tuple[float, float]]
+    search_ranges: ClassVar[Mapping[str, tuple[float, float]]]
 
     def reset(self, measurement: Measurement[float], torque: float) -> None:  # noqa: B027
         """Begin a run; without this method it begins with what `__init__` has set.

@@ -76,10 +76,11 @@ class Searched:
         self.ranges = {name: self._range(where, name, ends) for name, ends in ranges.items()}
         made = self.changed(dict.fromkeys(self.ranges, 1.0))
         for name, value in self.arguments.items():
-            if not np.array_equal(getattr(made, name, None), value):
+            kept: Any = getattr(made, name, None)
+            if not np.array_equal(kept, value):
                 raise ValueError(
                     f"{where}: {self._kind}({name}={shown(value)}) keeps {name} = "
-                    f"{shown(getattr(made, name, None))}: it must keep the argument as it is, as a "
+                    f"{shown(kept)}: it must keep the argument as it is, as a "
                     "search makes the controller anew for all settings that it tries"
                 )
 
@@ -97,20 +98,17 @@ class Searched:
         what = f"{where}: {self._kind}.search_ranges"
         if name not in self.arguments:
             known = known_names(str(name), self.arguments)
-            raise ValueError(f"{what}: {shown(name)} is no argument of the class; {known}")
-        value = as_number(self.arguments[name])
-        pair = [as_number(end) for end in ends] if isinstance(ends, tuple | list) else []
-        low, high = pair if len(pair) == 2 else (None, None)
-        if low is None or high is None or value is None:
-            ordered = False
-        else:
-            ordered = low <= value <= high and low < high and 0.0 < low * high < math.inf
-        if not ordered:
-            raise ValueError(
-                f"{what}[{name!r}] = {shown(ends)} must be the lowest and the highest value, two "
-                f"numbers of one sign, and {name} = {shown(self.arguments[name])} between them"
-            )
-        return low, high
+            raise ValueError(f"{what}: {shown(name)} is not an argument of the class; {known}")
+        given = (*ends, self.arguments[name]) if isinstance(ends, tuple | list) else ()
+        numbers = [number for number in map(as_number, given) if number is not None]
+        if len(given) == len(numbers) == 3:
+            low, high, value = numbers
+            if low <= value <= high and low < high and 0.0 < low * high < math.inf:
+                return low, high
+        raise ValueError(
+            f"{what}[{name!r}] = {shown(ends)} must be the lowest and the highest value, two "
+            f"numbers of one sign, and {name} = {shown(self.arguments[name])} between them"
+        )
 
     def factors(self, name: str) -> tuple[float, float]:
         """Smallest and largest factor on a setting."""

@@ -115,7 +115,8 @@ def test_pandas_and_xarray_have_every_signal_by_name(run: cl.Result) -> None:
 def test_xarray_labels_every_signal_of_each_kind_of_run(run: cl.Result, rig: cl.Model) -> None:
     other = cl.simulate(rig.wheelset, rig.torque_control, initial_speed=10.0, duration=0.1)
     for one in (run, other):
-        names = {name: data.attrs["long_name"] for name, data in one.to_xarray().items()}
+        data = one.to_xarray()
+        names = {name: data[name].attrs["long_name"] for name in one.signals}
         assert len(set(names.values())) == len(names)
         assert {name.removesuffix("_left").removesuffix("_right") for name in names} <= {
             *LONG_NAMES

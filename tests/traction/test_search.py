@@ -73,10 +73,11 @@ class Stumbles(Mine):
 
 
 def test_a_controller_is_made_anew_with_what_follows_from_its_settings() -> None:
-    found = Searched("mine", Mine(0.2, name="other"))
+    control = Mine(0.2, name="other")
+    found = Searched("mine", control)
     made = found.changed({"slip": 2.0, "gain": 0.5})
     assert (made.slip, made.gain, made.step, made.name) == (0.4, 2.5e3, 250.0, "other")
-    assert found.control.slip == 0.2  # as before
+    assert control.slip == 0.2  # as before
     assert found.factors("slip") == pytest.approx((0.1, 2.5))
     widest = dict.fromkeys(found.ranges, 1e6)
     assert (found.changed(widest).slip, found.changed(widest).gain) == (0.5, 5e4)
@@ -100,7 +101,7 @@ def test_settings_that_contradict_each_other_make_no_controller() -> None:
             "{'slip': (0.025, 0.4), 'gain': (1250.0, 20000.0)}, the lowest and the highest value",
         ),
         (CONTROLLERS["open_loop"](), "x is an OpenLoop, which has no settings to search"),
-        (Misspelt(), "x: Misspelt.search_ranges: 'slib' is no argument of the class; did you mean"),
+        (Misspelt(), "x: Misspelt.search_ranges: 'slib' is not an argument of the class; did you"),
         (OfText(), "x: OfText.search_ranges['name'] = (0.02, 0.5) must be the lowest and the high"),
         (Outside(), "two numbers of one sign, and slip = 0.1 between them"),
         (FromZero(), "x: FromZero.search_ranges['slip'] = (0.0, 0.5) must be the lowest"),
