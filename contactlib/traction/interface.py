@@ -109,7 +109,8 @@ class TractionController(Protocol):
 
     A controller is pure: its state is in the memory. All arrays have the shape (n,) of many
     wheelsets, or (), and their elements are independent of each other. Many runs are several times
-    as fast as under a `SampledController`, which Python calls for each wheelset.
+    as fast as under a `SampledController`, which Python calls for each wheelset. It may declare
+    `search_ranges` as that does.
     """
 
     @property
