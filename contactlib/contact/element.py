@@ -137,8 +137,11 @@ class ForceElement(Parameters):
             raise ValueError(f"ForceElement.wheels = {self.wheels!r} must be a whole number")
         self._check_table()
         contact = self.contact
-        rolls = isinstance(contact, EllipticContact) and contact.theory == "half_space"
-        if rolls and spinning_aspect(contact) is None:
+        if (
+            isinstance(contact, EllipticContact)
+            and contact.theory == "half_space"
+            and spinning_aspect(contact) is None
+        ):
             aspect = contact.semi_axis_x / contact.semi_axis_y
             warnings.warn(
                 f"the ellipse has semi_axis_x/semi_axis_y = {aspect:.4g}, outside 1/8 to 8, where "

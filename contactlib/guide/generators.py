@@ -214,7 +214,8 @@ class Generated(SphinxDirective):
 
     def keys(self, section: str, typed: dict[str, str]) -> str:
         """Table of a section's keys; takes the meanings that it uses out of `typed`."""
-        rows, said = [], {}
+        rows: list[tuple[str, ...]] = []
+        said: dict[str, str] = {}
         for key, *columns, meaning in key_rows(section):
             meaning = typed.pop(key, meaning)
             if not meaning:

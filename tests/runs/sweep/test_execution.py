@@ -539,8 +539,9 @@ def dask(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     def start(*arguments: str) -> subprocess.Popen[str]:
         command = [sys.executable, "-m", "dask", *arguments]
         with (tmp_path / "dask.log").open("a") as log:
-            given = {"stdout": log, "stderr": log, "env": UNCOUNTED}
-            started.append(subprocess.Popen(command, text=True, **given))
+            started.append(
+                subprocess.Popen(command, stdout=log, stderr=log, text=True, env=UNCOUNTED)
+            )
         return started[-1]
 
     yield start
