@@ -10,7 +10,7 @@
 #include "resource.h"
 #include "token.h"
 
-enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 2, STATE_VERSION = 1 };
+enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 3, STATE_VERSION = 1 };
 
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};
@@ -97,9 +97,10 @@ static int is_given(const model_variable *v) {
            v->role == STATE;
 }
 
-static int is_boolean(const model_variable *v) { return v->unit == TRUTH; }
+static int is_truth(const model_variable *v) { return v->unit == TRUTH; }
 
 static int is_in_range(const model_variable *v, double value) {
+    if (is_truth(v)) return value == 0.0 || value == 1.0;
     return value >= v->minimum && value <= v->maximum; /* false for NaN */
 }
 
@@ -128,14 +129,16 @@ static int states_in_range(const component *self) {
     return 1;
 }
 
-/* The file holds parameters, inputs and states in the order of the list of variables. */
-static const char *read_start_values(const model *m, model_values *values, const void *bytes,
-                                     size_t size) {
+/* The file holds parameters, inputs and states in the order of the list of variables, and whether
+ * truth values are Booleans. */
+static const char *read_start_values(const model *m, model_values *values, double *booleans,
+                                     const void *bytes, size_t size) {
     size_t wanted = 0, at = CHECKED_FILE_FRAME;
     const char *error = checked_file_error(bytes, size, "CREEPVAL", START_VALUES_VERSION);
     if (error != NULL) return error;
     for (size_t i = 0; i < m->count; i++) wanted += (size_t)is_given(&m->variables[i]);
-    if (size != at + wanted * sizeof(double)) return "the number of values is not the model's";
+    if (size != at + (wanted + 1) * sizeof(double))
+        return "the number of values is not the model's";
     for (size_t i = 0; i < m->count; i++) {
         if (!is_given(&m->variables[i])) continue;
         double value;
@@ -143,6 +146,7 @@ static const char *read_start_values(const model *m, model_values *values, const
         model_set(&m->variables[i], values, value);
         at += sizeof value;
     }
+    memcpy(booleans, (const char *)bytes + at, sizeof *booleans);
     return misplaced(m, values, values) == NULL ? NULL : "the file holds a value out of range";
 }
 
@@ -150,6 +154,7 @@ static result load_resources(component *self, const char *location) {
     char text[MESSAGE_SIZE];
     const char *file = "creep_table.bin", *error = NULL;
     void *values = NULL;
+    double booleans = 1.0;
     size_t size;
     if (self->model->has_contact || self->model->has_pair) {
         error = resource_read(location, file, &self->table_bytes, &size, text, sizeof text);
@@ -168,7 +173,9 @@ static result load_resources(component *self, const char *location) {
     if (error == NULL) {
         file = "start_values.bin";
         error = resource_read(location, file, &values, &size, text, sizeof text);
-        if (error == NULL) error = read_start_values(self->model, &self->start, values, size);
+        if (error == NULL)
+            error = read_start_values(self->model, &self->start, &booleans, values, size);
+        self->has_booleans = booleans != 0.0;
         free(values);
     }
     if (error == NULL) return RESULT_OK;
@@ -237,7 +244,8 @@ static const model_variable *find(component *self, unsigned reference, int boole
     const model *m = self->model;
     if (reference < m->count) {
         const model_variable *v = &m->variables[reference];
-        if (is_boolean(v) == boolean && model_has(v, &self->start)) return v;
+        int typed = is_truth(v) && self->has_booleans;
+        if (typed == boolean && model_has(v, &self->start)) return v;
     }
     component_log(self, RESULT_ERROR, "value reference %u is not a %s variable", reference,
                   boolean ? "Boolean" : "real");
@@ -357,7 +365,7 @@ result component_get(component *self, unsigned reference, int boolean, double *v
     const model_variable *v = find(self, reference, boolean);
     if (v == NULL) return RESULT_ERROR;
     if (v->role == OUTPUT || v->role == DERIVATIVE || v->role == INDICATOR) {
-        if (boolean && self->now.stage == CONTINUOUS) { /* truth values change at events only */
+        if (boolean && self->now.stage == CONTINUOUS) { /* Booleans change at events only */
             size_t i = (v->offset - offsetof(model_values, output.falling_branch)) / sizeof(double);
             *value = self->now.held_flags[i];
             return RESULT_OK;

@@ -54,8 +54,9 @@ typedef struct {
     void *shape_bytes; /* of one of the two */
     size_t states;     /* number of continuous states */
     int model_exchange;
-    unsigned warned; /* one bit for each warning that is given once */
-    unsigned logged; /* one bit for each category */
+    int has_booleans; /* 0 if truth values are real numbers, 0 or 1 */
+    unsigned warned;  /* one bit for each warning that is given once */
+    unsigned logged;  /* one bit for each category */
     component_logger *logger;
     void *shell;
 } component;

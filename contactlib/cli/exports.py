@@ -133,6 +133,11 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
 @click.option(
     "--parallel-exchange", is_flag=True, help="Both sides of the coupling step in parallel."
 )
+@click.option(
+    "--no-booleans",
+    is_flag=True,
+    help="Make truth values real numbers, 0 or 1, for tools that read every output as one.",
+)
 @click.option("--author", help="Author of the exported model.")
 @click.option("--version", help="Version of the exported model.")
 @click.option(
@@ -155,6 +160,7 @@ def fmu(
     relaxation_length: float | None,
     implicit: bool,
     parallel_exchange: bool,
+    no_booleans: bool,
     author: str | None,
     version: str | None,
     ssp: bool,
@@ -181,7 +187,12 @@ def fmu(
         "version": version,
     }
     if ssp:
-        chosen = {"kind": kind, "implicit": implicit, "parallel-exchange": parallel_exchange}
+        chosen = {
+            "kind": kind,
+            "implicit": implicit,
+            "parallel-exchange": parallel_exchange,
+            "no-booleans": no_booleans,
+        }
         given = [f"--{name}" for name, value in chosen.items() if value]
         if given:
             raise ValueError(f"--ssp cannot be combined with {', '.join(given)}")
@@ -194,6 +205,7 @@ def fmu(
             kind=kind,
             implicit=implicit,
             parallel_exchange=parallel_exchange,
+            booleans=not no_booleans,
             **common,
         )
         if kind == "force_element" and not implicit:

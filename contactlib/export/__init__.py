@@ -28,6 +28,7 @@ def export_fmu(
     relaxation_length: float | None = None,
     implicit: bool = False,
     parallel_exchange: bool = False,
+    booleans: bool = True,
     author: str | None = None,
     version: str | None = None,
 ) -> Path:
@@ -56,7 +57,9 @@ def export_fmu(
         Start values of the force element's parameters of these names: whether the element solves
         its own slip over a step, and whether both sides of the coupling step in parallel. Default:
         False.
-
+    booleans : bool, optional
+        Whether truth values are Booleans. If not, they are real numbers, 0 or 1, for tools that
+        read every output as one, as CasADi, CoFmuPy and PathSim do. Default: True.
     author, version : str, optional
         Of the exported model, for its description. Default: not stated.
 
@@ -77,6 +80,7 @@ def export_fmu(
         relaxation_length,
         implicit,
         parallel_exchange,
+        booleans=booleans,
         author=author,
         version=version,
     )

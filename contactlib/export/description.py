@@ -114,6 +114,8 @@ class Description:
         Relaxation length of the contact [m]; 0 if the force follows the creepage at once.
     implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of the same names.
+    booleans : bool, optional
+        Whether truth values are Booleans; else real numbers, 0 or 1.
     whole_wheelset : bool, optional
         Whether the force element is that of all wheels of the wheelset. Default: that of one wheel.
     starts : mapping of str to float, optional
@@ -127,6 +129,7 @@ class Description:
     relaxation_length: float = 0.0
     implicit: bool = False
     parallel_exchange: bool = False
+    booleans: bool = True
     whole_wheelset: bool = False
     starts: Mapping[str, float] = field(default_factory=dict)
     author: str | None = None
@@ -147,7 +150,8 @@ class Description:
         digest = hashlib.sha256()
         for data in self.resources.values():
             digest.update(data)
-        digest.update(repr((self.text, self.start_values, self.author, self.version)).encode())
+        told = (self.text, self.start_values, self.booleans, self.author, self.version)
+        digest.update(repr(told).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
     @cached_property
@@ -271,7 +275,8 @@ class Description:
     def _variable(self, reference: int, entry: kernel.Variable) -> Variable:
         causality, variability = ROLES[entry.role]
         start: float | bool | None = self.start_values.get(entry.name)
-        if entry.boolean:
+        boolean = entry.boolean and self.booleans
+        if boolean:
             start = None if start is None else bool(start)
             variability = "discrete" if causality == "output" else variability
         low, high = entry.limits.at_least, entry.limits.at_most
@@ -282,10 +287,10 @@ class Description:
             role=entry.role,
             causality=causality,
             variability=variability,
-            boolean=entry.boolean,
-            type=None if entry.boolean else type_of(entry.name, entry.unit),
-            minimum=None if entry.boolean or low <= -UNLIMITED else low,
-            maximum=None if entry.boolean or high >= UNLIMITED else high,
+            boolean=boolean,
+            type=None if boolean else type_of(entry.name, "1" if entry.boolean else entry.unit),
+            minimum=None if boolean or low <= -UNLIMITED else low,
+            maximum=None if boolean or high >= UNLIMITED else high,
             start=start,
             nominal=self._nominals.get(entry.name),
         )

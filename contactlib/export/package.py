@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from contactlib.files.model import Model
 
 
-START_VALUES_VERSION = 2
+START_VALUES_VERSION = 3
 
 
 LONGEST_STEP = {  # [s]
@@ -142,6 +142,7 @@ def describe(
     implicit: bool,
     parallel_exchange: bool,
     *,
+    booleans: bool = True,
     author: str | None = None,
     version: str | None = None,
 ) -> Description:
@@ -176,6 +177,7 @@ def describe(
         relaxation_length=relaxation_length or 0.0,
         implicit=implicit,
         parallel_exchange=parallel_exchange,
+        booleans=booleans,
         author=author,
         version=version,
     )
@@ -225,8 +227,8 @@ def _sources(fmi_version: int) -> dict[str, bytes]:
 
 
 def _start_values_file(description: Description) -> bytes:
-    """Start values in the order of the list of variables; fmu/component.c reads them."""
-    ordered = list(description.start_values.values())
+    """Start values in the order of the list of variables, and what fmu/component.c reads too."""
+    ordered = [*description.start_values.values(), float(description.booleans)]
     body = struct.pack(f"<{len(ordered)}d", *ordered)
     return kernel.framed(b"CREEPVAL", START_VALUES_VERSION, body)
 

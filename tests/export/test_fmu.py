@@ -148,6 +148,35 @@ def test_indicators_tell_the_booleans(tool: Instance) -> None:
     assert len(seen) == 10  # each of them both true and false
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_truth_values_may_be_real_numbers(rig: cl.Model, tmp_path: Path, version: int) -> None:
+    plain, typed = (
+        Path(
+            fmpy.extract(
+                str(cl.export_fmu(rig, path, fmi_version=version, booleans=booleans)),
+                unzipdir=str(path.with_suffix("")),
+            )
+        )
+        for path, booleans in ((tmp_path / "a.fmu", False), (tmp_path / "b.fmu", True))
+    )
+    with Instance(plain) as real, Instance(typed) as boolean:
+        assert real.booleans == set()
+        assert boolean.booleans == {*BOOLEANS, "implicit", "parallel_exchange"}
+        real.initialize().set(implicit=1.0)
+        with pytest.raises(FMICallException):
+            real.set(implicit=0.5)
+        with pytest.raises(FMICallException):  # of the type that it has not
+            real.fmu.getBoolean([real.references["unloaded"]])
+        with pytest.raises(FMICallException):
+            boolean.start()._get([boolean.references["unloaded"]])
+        real.set(implicit=0.0)
+        real.fmu.exitInitializationMode()
+        for omega in (20.0, 20.5, -3.0):
+            real.set(omega=omega, normal_load=1e3 * omega)
+            boolean.set(omega=omega, normal_load=1e3 * omega)
+            assert real.get(*BOOLEANS) == boolean.get(*BOOLEANS)
+
+
 def test_friction_is_tunable_while_it_runs(tool: Instance) -> None:
     tool.start()
     tool.set(omega=24.0)

@@ -512,3 +512,36 @@ def test_build_description_names_all_that_a_library_needs(
     csv = write_golden(source_case, source_case.golden, tmp_path / "golden.csv")
     ran = run_golden(source_case, platform, library, csv, runner(platform), {})
     assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("kind", ["force_element", "creep_forces"])
+def test_casadi_reads_every_output_as_a_real_number(
+    locomotive: cl.Model, tmp_path: Path, kind: str, version: int
+) -> None:
+    casadi = module("casadi")
+    settings = {"kind": kind, "fmi_version": version, "booleans": False}
+    path = cl.export_fmu(locomotive, tmp_path / "x.fmu", **settings)
+    folder = Path(fmpy.extract(str(path), unzipdir=str(tmp_path / "x")))
+    builder = casadi.DaeBuilder("contact", str(folder))
+    inputs, outputs = list(builder.u()), list(builder.y())
+    called = builder.create("outputs", ["u", "p"], ["y"])
+    by_input = called.factory("slopes", ["u", "p"], ["jac:y:u"])
+    parameters = builder.start(builder.p())
+    with Instance(folder).start() as tool:
+        assert set(outputs) == {
+            v.name for v in tool.description.modelVariables if v.causality == "output"
+        }
+        assert tool.booleans == set()
+        for slip in (0.0, 0.002, 0.05):
+            given = {"omega": 20.0 * (1.0 + slip), "speed": 10.0, "creepage_x": -slip}
+            start = dict(zip(inputs, builder.start(inputs), strict=True))
+            values = {name: given.get(name, start[name]) for name in inputs}
+            found = called(list(values.values()), parameters)
+            slopes = by_input(list(values.values()), parameters)
+            tool.set(**values)
+            assert np.array(found).ravel().tolist() == tool.get(*outputs)
+            assert np.isfinite(np.array(slopes)).all()
+    if kind == "force_element":
+        falls = float(found[outputs.index("falling_branch")])
+        assert falls == 1.0  # at the last point

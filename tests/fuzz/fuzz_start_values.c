@@ -60,7 +60,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     bytes = room(length, 1);
     take(&in, bytes, length);
     if (flags & 1 && length >= CHECKED_FILE_FRAME)
-        checked_file_frame(bytes, length, is_table ? "CREEPTAB" : "CREEPVAL", 2);
+        checked_file_frame(bytes, length, is_table ? "CREEPTAB" : "CREEPVAL", is_table ? 2 : 3);
     write_file(to, is_table ? "creep_table.bin" : "start_values.bin", bytes, length);
     free(bytes);
     component core = {.logged = ~0u, .logger = note};
