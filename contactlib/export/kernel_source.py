@@ -23,6 +23,7 @@ from contactlib.contact.table_building import HEADER_SIZE
 from contactlib.export.description import Description
 from contactlib.export.package import describe
 from contactlib.export.page import ASSETS
+from contactlib.files.model import Missing
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
@@ -123,7 +124,15 @@ def kernel_files(description: Description) -> dict[str, str]:
     checks, start = _limits_and_start(description)
     structs = [part for part in parts if part.names & set(PUBLIC.values())]
     least = re.findall(r"#define LEAST_FRICTION_SCALE (\S+)", _source("force_element.h"))
+    values, element = description.start_values, description.element
+    inverse_mass = values["effective_inverse_mass"]
+    sliding = element.friction.static * element.normal_load * element.radius
     filled = {
+        "inverse_mass": f"{inverse_mass:.6g}",
+        "assumed": ", assumed" if isinstance(description.model.wheelset, Missing) else "",
+        "inertia": f"{element.radius**2 / inverse_mass:.6g}",
+        "torque_rate": f"{0.75 * sliding:.6g}",  # it slips away within two seconds
+        **{name: repr(values[name]) for name in ("omega", "speed", "normal_load")},
         # Neither end nor begin a comment in a comment.
         "text": harmless_line(description.text).replace("*/", "* /").replace("/*", "/ *"),
         "version": metadata.version("contactlib"),

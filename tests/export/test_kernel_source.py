@@ -394,14 +394,14 @@ typedef double real_T;
 typedef int int_T;
 typedef struct {
     const char *error;
-    double parameter, time, in[8], out[8];
+    double parameter[2], time, in[8], out[8];
     void *work;
     int parameters, width_in, width_out, times, contiguous, through;
 } SimStruct;
 #define ssSetNumSFcnParams(S, n) ((S)->parameters = (n))
 #define ssGetNumSFcnParams(S) ((S)->parameters)
-#define ssGetSFcnParamsCount(S) 1
-#define ssGetSFcnParam(S, i) (&(S)->parameter)
+#define ssGetSFcnParamsCount(S) 2
+#define ssGetSFcnParam(S, i) (&(S)->parameter[i])
 #define mxGetScalar(p) (*(p))
 #define ssSetNumInputPorts(S, n) ((n) == 1)
 #define ssSetNumOutputPorts(S, n) ((n) == 1)
@@ -421,8 +421,9 @@ typedef struct {
 """
 SIMULINK = """
 static SimStruct block;
-EXPORTED void begin(double time) {
-    block.parameter = time;
+EXPORTED void begin(double time, double inverse_mass) {
+    block.parameter[0] = time;
+    block.parameter[1] = inverse_mass;
     mdlInitializeSizes(&block);
     mdlInitializeSampleTimes(&block);
     mdlStart(&block);
@@ -435,6 +436,34 @@ EXPORTED const char *step(const double *in, double *out) {
 }
 EXPORTED void end(void) { mdlTerminate(&block); }
 """
+
+
+def test_what_calls_the_files_has_the_model_s_numbers(
+    folders: dict[str, Path], models: dict[str, cl.Model]
+) -> None:
+    for name, folder in folders.items():
+        model, assumed = models[name], name == "curve"
+        wheelset, element = model.wheelset, model.wheelset.element
+        inverse_mass = 4e-3 if assumed else element.wheels * wheelset.effective_inverse_mass
+        load, radius = element.normal_load / element.wheels, element.radius
+        text = (folder / "package.mo").read_text(encoding="ascii")
+        example = text[text.index("model SlipAway") :]
+        values = {
+            "speed(unit": model.initial_speed,
+            "inertia(unit": radius**2 / inverse_mass,
+            "torque_rate(unit": 0.75 * element.friction.static * load * radius,
+            "omega(start": model.initial_speed / radius,
+            "contact.normal_load": load,
+        }
+        for start, value in values.items():
+            (found,) = re.findall(rf"{re.escape(start)}[^;]*?= ([-+.\de]+)", example)
+            assert float(found) == pytest.approx(value, rel=1e-5), start
+        block = text[text.index("block CreepForce") : text.index("end CreepForce")]
+        for variable in ("RealInput lateral_velocity", "RealOutput lateral_force"):
+            assert variable in block
+        comment = (folder / "contactlib_sfun.c").read_text(encoding="ascii").split("*/")[0]
+        assert f"{inverse_mass:.6g} here" in comment
+        assert (", assumed" in comment) == (", assumed" in text) == assumed
 
 
 @pytest.mark.tools
@@ -504,10 +533,13 @@ def test_the_s_function_makes_the_steps_of_the_kernel(
         run(*compiler("gcc"), *given, "-c", file, "-o", tmp_path / f"{number}.o")
     run(*compiler("gcc"), "-shared", tmp_path / "0.o", tmp_path / "1.o", "-lm", "-o", path)
     ffi: Any = FFI()
-    ffi.cdef("void begin(double); const char *step(const double *, double *); void end(void);")
+    ffi.cdef(
+        "void begin(double, double); const char *step(const double *, double *); void end(void);"
+    )
     simulink = ffi.dlopen(str(path))
-    simulink.begin(1e-2)
+    simulink.begin(1e-2, 1.7e-3)
     library.start()
+    library.element.effective_inverse_mass = 1.7e-3
     rng = np.random.default_rng(24)
     for _ in range(200):
         inputs = {"omega": float(20.0 + rng.uniform(-1.0, 1.0)), "speed": 10.0}

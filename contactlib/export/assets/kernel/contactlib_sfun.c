@@ -1,9 +1,10 @@
 /* A Simulink S-function of the force over each step, written by contactlib @version@ beside
  * contactlib.c: mex contactlib_sfun.c contactlib.c
  *
- * Parameter: the sample time [s]. Inputs: omega [rad/s], speed [m/s], normal load [N], factor on
- * friction [1]. Outputs: creep force [N] and wheel torque [N.m] over the step that begins, creepage
- * [1]. Set effective_inverse_mass below if the model has no wheelset. */
+ * Parameters: the sample time [s]; radius^2/inertia + 1/mass of what the force moves [1/kg], which is
+ * @inverse_mass@ here@assumed@. Inputs: omega [rad/s], speed [m/s], normal load
+ * [N], factor on friction [1]. Outputs: creep force [N] and wheel torque [N.m] over the step that
+ * begins, creepage [1]. */
 #define S_FUNCTION_NAME contactlib_sfun
 #define S_FUNCTION_LEVEL 2
 
@@ -12,12 +13,12 @@
 #include "contactlib.h"
 #include "simstruc.h"
 
-enum { INPUTS = 4, OUTPUTS = 3 };
+enum { PARAMETERS = 2, INPUTS = 4, OUTPUTS = 3 };
 
 static double sample_time(SimStruct *S) { return mxGetScalar(ssGetSFcnParam(S, 0)); }
 
 static void mdlInitializeSizes(SimStruct *S) {
-    ssSetNumSFcnParams(S, 1);
+    ssSetNumSFcnParams(S, PARAMETERS);
     if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S)) return; /* Simulink says so */
     if (!ssSetNumInputPorts(S, 1) || !ssSetNumOutputPorts(S, 1)) return;
     ssSetInputPortWidth(S, 0, INPUTS);
@@ -37,10 +38,12 @@ static void mdlInitializeSampleTimes(SimStruct *S) {
 static void mdlStart(SimStruct *S) {
     contactlib_element *wheel = (contactlib_element *)malloc(sizeof *wheel);
     ssSetPWorkValue(S, 0, wheel);
-    if (wheel == NULL)
+    if (wheel == NULL) {
         ssSetErrorStatus(S, "contactlib: no memory");
-    else
-        contactlib_start(wheel);
+        return;
+    }
+    contactlib_start(wheel);
+    wheel->effective_inverse_mass = mxGetScalar(ssGetSFcnParam(S, 1));
 }
 
 static void mdlOutputs(SimStruct *S, int_T tid) {

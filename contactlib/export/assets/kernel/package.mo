@@ -33,26 +33,32 @@ package Contactlib "Creep force between a wheel and its rail"
     RealInput speed(unit="m/s");
     RealInput normal_load(unit="N");
     RealInput friction_scale(unit="1");
+    RealInput lateral_velocity(unit="m/s");
+    RealInput spin_velocity(unit="rad/s");
     RealOutput creep_force(unit="N");
     RealOutput wheel_torque(unit="N.m");
-    Real lateral_force(unit="N");
-    Real spin_moment(unit="N.m");
-    Real creepage(unit="1");
+    RealOutput lateral_force(unit="N");
+    RealOutput spin_moment(unit="N.m");
+    RealOutput creepage(unit="1");
   equation
-    (creep_force, wheel_torque, lateral_force, spin_moment, creepage) =
-      creepForce(omega, speed, normal_load, friction_scale);
+    (creep_force, wheel_torque, lateral_force, spin_moment, creepage) = creepForce(omega, speed,
+      normal_load, friction_scale, lateral_velocity, spin_velocity);
   end CreepForce;
 
   model SlipAway "A wheel at a held speed under a torque that grows until it slips away"
-    parameter Real inertia(unit="kg.m2") = 150.0 "Of the wheel with its drive";
-    parameter Real torque_rate(unit="N.m/s") = 2e4;
+    parameter Real speed(unit="m/s") = @speed@;
+    parameter Real inertia(unit="kg.m2") = @inertia@
+      "With which the slip follows the force as in the model@assumed@";
+    parameter Real torque_rate(unit="N.m/s") = @torque_rate@;
     CreepForce contact;
-    Real omega(start = 20.0, fixed = true, unit="rad/s");
+    Real omega(start = @omega@, fixed = true, unit="rad/s");
   equation
     contact.omega = omega;
-    contact.speed = 10.0;
-    contact.normal_load = 1e5;
+    contact.speed = speed;
+    contact.normal_load = @normal_load@;
     contact.friction_scale = 1.0;
+    contact.lateral_velocity = 0.0;
+    contact.spin_velocity = 0.0;
     inertia * der(omega) = torque_rate * time + contact.wheel_torque;
   end SlipAway;
 end Contactlib;
