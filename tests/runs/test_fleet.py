@@ -252,6 +252,7 @@ def test_a_wheel_above_the_trip_speed_stays_without_torque() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:the run reaches")  # which limits would keep it from
 @pytest.mark.parametrize("controller", cl.CONTROLLERS)
 def test_limits_that_are_never_reached_change_no_bit(controller: str) -> None:
     free, huge = (
