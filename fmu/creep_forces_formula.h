@@ -23,10 +23,11 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
     int first = (int)place - 1;
     first = first < 0 ? 0 : first > PLANE_ASPECTS - 4 ? PLANE_ASPECTS - 4 : first;
     double p = place - first;
+    int softens = pair->table->one_axis == 0; /* a curve holds as it is */
     *shape = (plane_shape){
         .stiffness_ratio = value[1] / value[0],
-        .softening_x = value[2],
-        .softening_y = value[3],
+        .softening_x = softens ? value[2] : 0.0,
+        .softening_y = softens ? value[3] : 0.0,
         .static_ratio = pair->parameters.static_friction / pair->parameters.kinetic_friction,
         .coefficients = pair->coefficients + (size_t)first * PLANE_COEFFICIENTS,
         .share = {(p - 1.0) * (p - 2.0) * (p - 3.0) / -6.0, p * (p - 2.0) * (p - 3.0) / 2.0,

@@ -48,12 +48,13 @@ class CreepForces(Parameters):
     poisson_ratio : float
         nu of both bodies [1], from 0 to 0.5.
     table : CreepForceTable, optional
-        Law of an elliptic contact. Default: Carter and Griffith's.
+        Law of an elliptic contact, or one curve such as a measured one, which then holds for any
+        ellipse. Default: Carter and Griffith's.
 
     Raises
     ------
     ValueError
-        If a value is out of range, or the table is not that of an elliptic contact.
+        If a value is out of range, or the table is that of a line contact.
 
     Notes
     -----
@@ -83,7 +84,7 @@ class CreepForces(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.table.options.get("contact") != "elliptic":
+        if self.table.options.get("contact") != "elliptic" and not self.table.one_axis:
             raise ValueError(f"CreepForces.table = {self.table.law!r} must be of an ellipse")
         if self.friction.falls_with_slip_speed:
             name, plain = "slip_rate_residual", 1

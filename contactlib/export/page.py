@@ -161,7 +161,8 @@ def equations(element: ForceElement, kind: str, relaxed: bool) -> str:
     """The equations that this FMU solves."""
     names, table = [], element.table
     if kind == "creep_forces":
-        names = ["elliptic" if table.law.startswith("CarterGriffith") else "other", "plane"]
+        whole = "elliptic" if table.law.startswith("CarterGriffith") else "other"
+        names = ["measured" if _is_measured(table) else whole, "plane"]
     elif kind != "wheelset_body":
         shape = table.options.get("contact", "other")
         names.append("creepage")

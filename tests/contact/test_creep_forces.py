@@ -144,6 +144,38 @@ def test_what_was_not_checked_is_said() -> None:
         cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
 
 
+def test_a_measured_curve_holds_for_an_ellipse_as_in_its_element(locomotive: cl.Model) -> None:
+    zeta = np.linspace(0.002, 0.15, 20)
+    mu = 0.3 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))
+    contact, speed = locomotive.wheelset.element.contact, 10.0
+    assert isinstance(contact, cl.EllipticContact)
+    curve = cl.MeasuredCurve(zeta, mu, name="my.csv")
+    element = cl.ForceElement.from_curve(curve, contact, radius=0.5)
+    pair = cl.CreepForces.of(element)
+    along = np.array([-0.002, -0.01, 0.05, -0.002, -0.005, -0.03])
+    across, spin = np.array([0.0, 0, 0, 0.003, 0.002, 0.01]), np.array([0.0, 0, 0, 0, 0.15, 0.5])
+    growth = 0.7 ** (1.0 / 3.0)  # under another load
+    found = pair.evaluate(
+        semi_axis_x=growth * contact.semi_axis_x,
+        semi_axis_y=growth * contact.semi_axis_y,
+        normal_load=0.7 * contact.normal_load,
+        creepage_x=along,
+        creepage_y=across,
+        spin=spin,
+    )
+    expected = element.evaluate(
+        omega=(1.0 - along) * speed / element.radius,
+        speed=speed,
+        normal_load=0.7 * contact.normal_load,
+        lateral_velocity=across * speed,
+        spin_velocity=spin * speed,
+    )
+    names = {"force_x": "creep_force", "force_y": "lateral_force", "spin_moment": "spin_moment"}
+    for name, theirs in names.items():
+        size = np.abs(expected[theirs]).max()
+        np.testing.assert_allclose(found[name], expected[theirs], atol=2e-7 * size)
+
+
 def test_an_element_s_bodies_keep_its_scales(locomotive: cl.Model, rig: cl.Model) -> None:
     # A third body lowers stiffness but leaves k_hat; both show in longitudinal creepage alone.
     element = locomotive.wheelset.element
