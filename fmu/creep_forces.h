@@ -6,11 +6,13 @@
 #include "plane_law.h"
 
 typedef struct {
-    double shear_modulus;    /* G of both bodies [Pa] */
-    double poisson_ratio;    /* nu [1] */
-    double static_friction;  /* f_s [1] */
-    double kinetic_friction; /* f_d [1] */
-    double weakening_length; /* Delta [m] */
+    double shear_modulus;      /* G of both bodies [Pa] */
+    double poisson_ratio;      /* nu [1] */
+    double static_friction;    /* f_s [1] */
+    double kinetic_friction;   /* f_d [1] */
+    double weakening_length;   /* Delta [m] */
+    double slip_rate_residual; /* A, part of friction that high slip speed leaves [1] */
+    double slip_rate_decay;    /* B, rate at which friction falls with slip speed [s/m] */
 } creep_forces_parameters;
 
 /* Creepages are those of the wheel against the rail in Kalker's signs, so the longitudinal one is
@@ -23,6 +25,7 @@ typedef struct {
     double creepage_x;     /* xi [1] */
     double creepage_y;     /* eta [1] */
     double spin;           /* phi [1/m] */
+    double speed;          /* V, by which friction falls with slip speed [m/s] */
 } creep_forces_input;
 
 typedef struct {

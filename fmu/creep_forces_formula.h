@@ -41,12 +41,31 @@ typedef struct {
     plane_shape shape;
     plane_start at;
     double creepage[3], k_hat, by[3], scale[3]; /* by: normalized creepages per Kalker's */
+    double fall[3];        /* derivatives of ln(friction) by Kalker's creepages */
+    double k_per_friction; /* derivative of ln(k_hat) by ln(friction) */
 } creep_forces_state;
+
+/* Factor on both friction coefficients at the slip speed, with that of spin as its root mean square
+ * over Hertz's pressure. */
+static inline double friction_left(const creep_forces_parameters *p, const creep_forces_input *in,
+                                   double fall[3]) {
+    double a = in->semi_axis_x, b = in->semi_axis_y, square = in->speed * in->speed;
+    double part[3] = {square * in->creepage_x, square * in->creepage_y,
+                      square * 0.2 * (a * a + b * b) * in->spin};
+    double slip = sqrt(part[0] * in->creepage_x + part[1] * in->creepage_y + part[2] * in->spin);
+    double passing = (1.0 - p->slip_rate_residual) * exponential(-p->slip_rate_decay * slip);
+    double left = passing + p->slip_rate_residual;
+    double per_slip = slip > 0.0 ? -p->slip_rate_decay * passing / (left * slip) : 0.0;
+    for (int i = 0; i < 3; i++) fall[i] = per_slip * part[i];
+    return left;
+}
 
 ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forces_input *in,
                                       creep_forces_state *state, creep_forces_output *out) {
     const creep_forces_parameters *p = &pair->parameters;
-    double a = in->semi_axis_x, b = in->semi_axis_y, f_d = p->kinetic_friction * in->friction_scale;
+    double a = in->semi_axis_x, b = in->semi_axis_y, scale = in->friction_scale, fall[3] = {0.0};
+    if (p->slip_rate_decay > 0.0) scale *= friction_left(p, in, fall);
+    double f_d = p->kinetic_friction * scale;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
     double beyond = larger(given / aspect, aspect / given) - 1.0; /* rounding is not */
     *out = (creep_forces_output){.aspect_limited = beyond > 1e-9 ? 1.0 : 0.0};
@@ -67,10 +86,12 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     state->scale[2] = sliding * mean;
 
     /* Eq. (17) with the modulus of the rolling ellipse, G c11/(pi^2/4), and a p0 = 3 N/(2 pi b). */
-    double drop = (p->static_friction - p->kinetic_friction) * in->friction_scale;
+    double drop = (p->static_friction - p->kinetic_friction) * scale;
     double k_hat = sqrt(8.0 * p->shear_modulus * scales[0] * drop * p->weakening_length * b /
                         (3.0 * PI * PI * f_d * f_d * in->normal_load));
     state->k_hat = smaller(k_hat, pair->table->k_max);
+    state->k_per_friction = k_hat < pair->table->k_max ? -0.5 : 0.0;
+    memcpy(state->fall, fall, sizeof fall);
     state->at = plane_begin(&state->shape, state->creepage, state->k_hat);
 }
 
@@ -84,8 +105,13 @@ ALWAYS_INLINE void creep_forces_finish(const creep_forces_state *state, double q
     double most = state->shape.static_ratio, size = plane_hold(&found, most);
     double slope[3][3];
     const double *scale = state->scale;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) slope[i][j] = scale[i] * found.by_creepage[i][j] * state->by[j];
+    for (int i = 0; i < 3; i++) {
+        const double *by = found.by_creepage[i], *at = state->creepage;
+        double by_friction = found.force[i] + state->k_per_friction * found.by_log_k[i] -
+                             (by[0] * at[0] + by[1] * at[1] + by[2] * at[2]);
+        for (int j = 0; j < 3; j++)
+            slope[i][j] = scale[i] * (by[j] * state->by[j] + by_friction * state->fall[j]);
+    }
     out->force_x = scale[0] * found.force[0];
     out->force_y = scale[1] * found.force[1];
     out->spin_moment = scale[2] * found.force[2];

@@ -50,11 +50,14 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
     double load = fabs(in->normal_load) > LEAST_LOAD ? in->normal_load : 1.0;
     double scale = in->friction_scale > LEAST_FRICTION ? in->friction_scale : 1.0;
     double length = p->weakening_length > 0.0 ? p->weakening_length : 1.0;
+    double decay = p->slip_rate_decay > 0.0 ? p->slip_rate_decay : 1.0;
+    double speed = in->speed != 0.0 ? in->speed : 1.0;
     double pace = fabs(din->semi_axis_x / in->semi_axis_x) +
                   fabs(din->semi_axis_y / in->semi_axis_y) + fabs(din->normal_load / load) +
                   fabs(din->friction_scale / scale) + fabs(dp->weakening_length / length) +
                   fabs(dp->shear_modulus / p->shear_modulus) +
-                  fabs(dp->static_friction / p->static_friction) +
+                  fabs(dp->static_friction / p->static_friction) + fabs(dp->slip_rate_residual) +
+                  fabs(dp->slip_rate_decay / decay) + fabs(din->speed / speed) +
                   fabs(dp->kinetic_friction / p->kinetic_friction);
     *df = (creep_forces_output){
         .force_x = f->force_x_by_creepage_x * din->creepage_x +
@@ -67,6 +70,10 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
     if (size > 0.0)
         df->utilisation =
             f->utilisation * (f->force_x * df->force_x + f->force_y * df->force_y) / (size * size);
+    double fall[3]; /* of the friction that the force is a part of */
+    friction_left(p, in, fall);
+    df->utilisation -= f->utilisation * (fall[0] * din->creepage_x + fall[1] * din->creepage_y +
+                                         fall[2] * din->spin);
     if (!(pace > 1e-300)) return;
     creep_forces_output found[2];
     double step = 1e-5 / pace;
@@ -76,14 +83,17 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
             .shear_modulus = p->shear_modulus + e * dp->shear_modulus,
             .static_friction = p->static_friction + e * dp->static_friction,
             .kinetic_friction = p->kinetic_friction + e * dp->kinetic_friction,
-            .weakening_length = fmax(0.0, p->weakening_length + e * dp->weakening_length)};
+            .weakening_length = fmax(0.0, p->weakening_length + e * dp->weakening_length),
+            .slip_rate_residual = p->slip_rate_residual + e * dp->slip_rate_residual,
+            .slip_rate_decay = p->slip_rate_decay + e * dp->slip_rate_decay};
         creep_forces_input at = {.semi_axis_x = in->semi_axis_x + e * din->semi_axis_x,
                                  .semi_axis_y = in->semi_axis_y + e * din->semi_axis_y,
                                  .normal_load = in->normal_load + e * din->normal_load,
                                  .friction_scale = in->friction_scale + e * din->friction_scale,
                                  .creepage_x = in->creepage_x,
                                  .creepage_y = in->creepage_y,
-                                 .spin = in->spin};
+                                 .spin = in->spin,
+                                 .speed = in->speed + e * din->speed};
         q.static_friction = fmax(q.static_friction, q.kinetic_friction);
         evaluate_at(table, &q, &at, &found[i]);
     }

@@ -41,8 +41,8 @@ class CreepForces(Parameters):
     Parameters
     ----------
     friction : Friction
-        Static and kinetic coefficient and weakening length. It must not fall with slip speed, which
-        is not known here: use the `friction_scale` of `evaluate`.
+        Static and kinetic coefficient and weakening length. If it falls with slip speed,
+        `evaluate` needs the speed; it must not fall with temperature.
     shear_modulus : float
         G of both bodies [Pa].
     poisson_ratio : float
@@ -86,13 +86,11 @@ class CreepForces(Parameters):
         super().__post_init__()
         if self.table.options.get("contact") != "elliptic" and not self.table.one_axis:
             raise ValueError(f"CreepForces.table = {self.table.law!r} must be of an ellipse")
-        if self.friction.falls_with_slip_speed:
-            name, plain = "slip_rate_residual", 1
-            if self.friction.softens_with_heat:
-                name, plain = "softening_temperature", 0
+        if self.friction.softens_with_heat:
             raise ValueError(
-                f"friction.{name} = {getattr(self.friction, name)!r} must be {plain}: "
-                "the slip speed is not known here"
+                f"friction.softening_temperature = {self.friction.softening_temperature!r} must be "
+                "0 for any ellipse: pass what heat leaves of friction as friction_scale, or use a "
+                "force element"
             )
 
     @classmethod
@@ -104,7 +102,7 @@ class CreepForces(Parameters):
         Raises
         ------
         ValueError
-            If the element's contact or law is another one, or its friction falls with slip speed.
+            If the element's contact or law is another one, or its friction falls with temperature.
         """
         contact, reduction = element.contact, element.slope_reduction
         if not isinstance(contact, EllipticContact) or contact.theory != "half_space":
@@ -130,6 +128,8 @@ class CreepForces(Parameters):
             "static_friction": self.friction.static,
             "kinetic_friction": self.friction.kinetic,
             "weakening_length": self.friction.weakening_length,
+            "slip_rate_residual": self.friction.slip_rate_residual,
+            "slip_rate_decay": self.friction.slip_rate_decay,
         }
 
     @property
@@ -154,6 +154,7 @@ class CreepForces(Parameters):
         creepage_y: ArrayLike = 0.0,
         spin: ArrayLike = 0.0,
         friction_scale: ArrayLike = 1.0,
+        speed: ArrayLike | None = None,
     ) -> NDArray[np.void]:
         """Forces on the wheel, their use of friction and their derivatives; arguments broadcast.
 
@@ -170,6 +171,8 @@ class CreepForces(Parameters):
             phi = omega_z/V [1/m], with z up. Default: 0.
         friction_scale : array_like, optional
             Factor on both friction coefficients [1]. Default: 1.
+        speed : array_like, optional
+            V [m/s], where friction falls with slip speed.
 
         Returns
         -------
@@ -180,14 +183,18 @@ class CreepForces(Parameters):
         Raises
         ------
         ValueError
-            If a value is not finite or out of range, or the shapes do not broadcast.
+            If a value is not finite or out of range, the shapes do not broadcast, or the speed is
+            missing.
 
         Warns
         -----
         AspectWarning
             If a/b is outside 1/8 to 8; the shape of the force is then that of the nearer end.
         """
+        if speed is None and self.friction.falls_with_slip_speed:
+            raise ValueError("speed is missing: friction falls with slip speed")
         given: dict[str, Any] = {
+            "speed": (0.0 if speed is None else speed, CREEPAGE),
             "semi_axis_x": (semi_axis_x, AXIS),
             "semi_axis_y": (semi_axis_y, AXIS),
             "normal_load": (normal_load, Limits(at_least=0.0, at_most=1e12)),

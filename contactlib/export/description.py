@@ -268,6 +268,7 @@ class Description:
             "always": True,
             "if_relaxed": self.relaxed,
             "if_spinning": self.spins,
+            "if_falling": self.pair is not None and self.pair.friction.slip_rate_decay > 0.0,
             "if_hot": self.has_contact and self.element.friction.softens_with_heat,
         }
         return tuple(self._variable(i, v) for i, v in entries if parts[v.part])

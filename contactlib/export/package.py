@@ -106,7 +106,9 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
         "creepage_y": across,
         "spin": turning,
     }
-    if "speed" in start:
+    if "creepage_x" in start:
+        columns["speed"] = start["speed"] * (1.0 - 0.2 * time / stop)
+    elif "speed" in start:
         columns |= {
             "omega": start["omega"] * (1.0 + along) * (1.0 - 0.2 * time / stop),
             "speed": start["speed"] * (1.0 - 0.2 * time / stop),

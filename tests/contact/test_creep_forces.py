@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import contactlib as cl
 COULOMB = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
 WEAKENING = cl.Friction(static=0.33, kinetic=0.21, weakening_length=1e-6)
 G, NU = 82e9, 0.28
+CREEPAGES = ("creepage_x", "creepage_y", "spin")
 FORCES = ("force_x", "force_y", "spin_moment")
 
 
@@ -140,8 +142,51 @@ def test_what_was_not_checked_is_said() -> None:
     falling = cl.Friction(
         static=0.3, kinetic=0.3, weakening_length=0.0, slip_rate_residual=0.4, slip_rate_decay=0.6
     )
-    with pytest.raises(ValueError, match=r"slip_rate_residual = 0\.4 must be 1"):
-        cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
+    pair = cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
+    with pytest.raises(ValueError, match="speed is missing: friction falls with slip speed"):
+        pair.evaluate(semi_axis_x=5e-3, semi_axis_y=5e-3, normal_load=1e4)
+    hot = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0, softening_temperature=800.0)
+    with pytest.raises(ValueError, match=r"softening_temperature = 800\.0 must be 0 for any"):
+        cl.CreepForces(hot, shear_modulus=G, poisson_ratio=NU)
+
+
+def test_friction_falls_with_slip_speed_as_in_the_force_element(locomotive: cl.Model) -> None:
+    whole = locomotive.wheelset.element
+    friction = replace(whole.friction, slip_rate_residual=0.4, slip_rate_decay=0.6)
+    element, rng = replace(whole, friction=friction, wheels=1.0), np.random.default_rng(4)
+    contact = element.contact
+    assert isinstance(contact, cl.EllipticContact)
+    pair, speed = cl.CreepForces.of(element), rng.uniform(2.0, 60.0, 40)
+    creepages = dict(zip(CREEPAGES, rng.normal(0.0, [[0.02], [0.01], [1.0]], (3, 40)), strict=True))
+    given = {
+        "semi_axis_x": contact.semi_axis_x,
+        "semi_axis_y": contact.semi_axis_y,
+        "normal_load": contact.normal_load,
+        "friction_scale": 0.8,
+        "speed": speed,
+    }
+    found = pair.evaluate(**creepages, **given)
+    expected = element.evaluate(
+        omega=(1.0 - creepages["creepage_x"]) * speed / element.radius,
+        speed=speed,
+        friction_scale=0.8,
+        lateral_velocity=creepages["creepage_y"] * speed,
+        spin_velocity=creepages["spin"] * speed,
+    )
+    names = {"force_x": "creep_force", "force_y": "lateral_force", "spin_moment": "spin_moment"}
+    for name, theirs in names.items():
+        size = np.abs(expected[theirs]).max()
+        np.testing.assert_allclose(found[name], expected[theirs], atol=1e-7 * size)
+    for creepage in CREEPAGES:
+        step = 1e-6
+        above, below = (
+            pair.evaluate(**{**creepages, creepage: creepages[creepage] + h}, **given)
+            for h in (step, -step)
+        )
+        for name in names:
+            quotient = (above[name] - below[name]) / (2.0 * step)
+            slope = found[f"{name.removeprefix('spin_')}_by_{creepage}"]
+            np.testing.assert_allclose(slope, quotient, atol=1e-5 * np.abs(quotient).max())
 
 
 def test_a_measured_curve_holds_for_an_ellipse_as_in_its_element(locomotive: cl.Model) -> None:

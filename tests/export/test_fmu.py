@@ -1147,6 +1147,31 @@ def test_creep_forces_of_an_ellipse_are_those_of_the_element(
     assert found[3] == pytest.approx(size / (0.8 * 0.45 * load), rel=1e-6)
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_creep_forces_take_the_speed_where_friction_falls_with_it(
+    locomotive: cl.Model, tmp_path: Path, version: int
+) -> None:
+    whole = locomotive.wheelset.element
+    friction = replace(whole.friction, slip_rate_residual=0.4, slip_rate_decay=0.6)
+    element = replace(whole, friction=friction)
+    model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=element))
+    given = {"creepage_x": -0.03, "creepage_y": 0.01, "speed": 30.0}
+    with Instance(exported(model, tmp_path, "creep_forces", version)).start(**given) as tool:
+        sizes = {n: tool.get(n)[0] for n in ("semi_axis_x", "semi_axis_y", "normal_load")}
+        expected = cl.CreepForces.of(element).evaluate(**sizes, **given)
+        names = ["force_x", "force_y", "spin_moment"]
+        assert tool.get(*names) == [expected[name] for name in names]
+        slopes = tool.derivative(names, ["speed"], [1.0])
+        ends = []
+        for speed in (30.01, 29.99):
+            tool.set(speed=speed)
+            ends.append(np.array(tool.get(*names)))
+        np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / 0.02, rtol=1e-5)
+    (tmp_path / "b").mkdir()
+    with Instance(exported(locomotive, tmp_path / "b", "creep_forces", version)) as tool:
+        assert not {"speed", "slip_rate_decay"} & set(tool.references)
+
+
 def test_a_line_answers_for_no_other_contact(rig: cl.Model, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="need a contact that is an ellipse on the half-space"):
         cl.export_fmu(rig, tmp_path / "x.fmu", kind="creep_forces")
