@@ -82,7 +82,7 @@ def drawing_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options of a command that draws figures; their `formats` become an argument of it."""
 
     def formats(_context: click.Context, _option: object, listed: str) -> tuple[str, ...]:
-        from contactlib.figures.style import file_formats
+        from contactlib.figures.files import file_formats
 
         return file_formats(listed, "--format")
 
@@ -91,7 +91,19 @@ def drawing_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
         context.with_resource(captions(not chosen))
 
+    def sized(context: click.Context, _option: object, size: str | None) -> None:
+        from contactlib.figures import page_size
+
+        context.with_resource(page_size(size))
+
     for add in (
+        click.option(
+            "--size",
+            expose_value=False,
+            callback=sized,
+            help="Size of each figure: 16:9 or 4:3, a slide, or inches such as 13.33x7.5. Default: "
+            "as large as its texts need.",
+        ),
         click.option(
             "--no-caption",
             is_flag=True,

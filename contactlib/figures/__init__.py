@@ -1,6 +1,7 @@
 """Figures: the only room that imports matplotlib. Every function returns a `Figure`."""
 
 from contactlib.figures.errors import sensor_errors
+from contactlib.figures.files import save, save_pictures
 from contactlib.figures.heat import hot_curves, hot_strips, stability_over_speed
 from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
@@ -21,8 +22,7 @@ from contactlib.figures.stability import STABILITY_FIGURES
 from contactlib.figures.style import (
     captions,
     drivetrain_setting,
-    save,
-    save_pictures,
+    page_size,
 )
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "hot_curves",
     "hot_strips",
     "map_figure",
+    "page_size",
     "run_name",
     "save",
     "save_pictures",

@@ -1,15 +1,12 @@
-"""Colours, lines, axes, captions and file output that the figures share."""
+"""Colours, lines, axes, captions and sizes that the figures share."""
 
 from __future__ import annotations
 
-import io
 import math
-import os
 import re
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -23,7 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
-from contactlib.base.writing import write_whole
+from contactlib.contact.element import ForceElement
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -37,9 +34,7 @@ SYMBOLS = {
     "f_d": "$f_d$",
     "c/a": "$c/a$",
 }
-PICTURES = ("png", "svg")  # formats of the figures that commands write, if none are asked for
-# Metadata that leaves the date out of a file: a figure always gives the same bytes.
-UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+SLIDES = {"16:9": "13.333x7.5", "4:3": "10x7.5"}  # sizes by name [in]
 # Colours that colour-blind readers can tell apart (Okabe & Ito): blue, orange, green.
 CYCLE = ("#0072B2", "#D55E00", "#009E73")
 STYLE: dict[Any, Any] = {
@@ -166,61 +161,65 @@ class captions:  # noqa: N801
         captions.shown = self._before
 
 
-def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to `path`; the suffix sets the format, any that matplotlib writes.
+class page_size:  # noqa: N801
+    """Size of all figures that are drawn, in place of one that grows with the text.
 
-    Files in png, svg and pdf hold no date: the same figure gives the same bytes.
+    As a statement it holds from then on; in a ``with`` statement it holds inside only.
 
-    Raises
-    ------
-    ValueError
-        If matplotlib writes no format of that suffix.
-    OSError
-        If the file cannot be written.
-    """
-    path, buffer = Path(path), io.BytesIO()
-    (kind,) = file_formats(path.suffix[1:], f"{path}: the suffix")
-    with styled():
-        figure.savefig(buffer, format=kind, metadata=UNDATED.get(kind))
-    return write_whole(path, buffer.getvalue())
-
-
-def file_formats(listed: str, what: str = "formats") -> tuple[str, ...]:
-    """Formats that are listed with commas, if matplotlib writes them all.
+    Parameters
+    ----------
+    size : str or None
+        Width and height in inches, such as "13.33x7.5"; "16:9" or "4:3", a slide; None, the size
+        that each figure has by itself.
 
     Raises
     ------
     ValueError
-        If it does not write one; `what` names it in the message.
+        If the size is none of these, or a side is not from 2 to 100 inches long.
+
+    Examples
+    --------
+    >>> with page_size("16:9"):
+    ...     figure = new_figure(4.0, 3.0)[0]
+    >>> figure.get_size_inches().round(2).tolist()
+    [13.33, 7.5]
     """
-    known = FigureCanvasAgg.get_supported_filetypes()
-    formats = tuple(name.strip().lower() for name in listed.split(","))
-    for name in formats:
-        if name not in known:
-            raise ValueError(f"{what} must be one of: {', '.join(sorted(known))}; got {name!r}")
-    return formats
+
+    inches: tuple[float, float] | None = None  # now
+
+    def __init__(self, size: str | None) -> None:
+        self._before = page_size.inches
+        page_size.inches = None if size is None else _inches(size)
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, *_: object) -> None:
+        page_size.inches = self._before
 
 
-def save_pictures(
-    figure: Figure, folder: Path, name: str, formats: Sequence[str] = PICTURES
-) -> list[Path]:
-    """Write a figure in some formats; the layout, half of the work, is computed once."""
-    engine, written = figure.get_layout_engine(), []
-    # No engine, whatever the user's settings: "none" would put one there that makes it draw twice.
-    with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
-        for kind in formats:
-            written.append(save(figure, folder / f"{name}.{kind}"))
-            figure.set_layout_engine(None)
-    figure.set_layout_engine(engine)
-    return written
+def _inches(size: str) -> tuple[float, float]:
+    found = re.fullmatch(r"([0-9.]{1,9})x([0-9.]{1,9})", SLIDES.get(size, str(size)))
+    try:
+        width, height = (float(side) for side in found.groups()) if found else (0.0, 0.0)
+    except ValueError:
+        width = height = 0.0
+    if 2.0 <= min(width, height) <= max(width, height) <= 100.0:
+        return width, height
+    raise ValueError(
+        f"size = {size!r} is not a page: must be {', '.join(SLIDES)} or a width and a height in "
+        "inches from 2 to 100, such as 13.33x7.5"
+    )
 
 
 def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
     """Make a figure, so wide and high in inches where text has 10 points; return it and its axes.
 
-    It grows with the text, so that what fits beside each other fits in any size of text.
+    It grows with the text, so that what fits beside each other fits in any size of text, unless a
+    `page_size` holds.
     """
-    figure = Figure(figsize=(sized(width), sized(height)), layout="constrained")
+    inches = page_size.inches or (sized(width), sized(height))
+    figure = Figure(figsize=inches, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(**grid)
 
@@ -296,13 +295,24 @@ def add_caption(figure: Figure, caption: str) -> None:
         figure.supxlabel(typeset(figure, caption), x=0.01, **look)
 
 
+def end_of_curve(element: ForceElement) -> float:
+    """Creepage at which a creep curve's axis ends: five zeta0, or the last measured point [1]."""
+    points = element.table.points
+    return 5.0 * element.saturation_creepage if points is None else float(points.creepage.max())
+
+
 def setting(wheelset: Wheelset, speed: float | None = None) -> str:
     """Parameters of a wheelset, for a caption."""
     element, friction = wheelset.element, wheelset.element.friction
     parts = [] if element.table.one_axis else [f"k_hat {element.k_hat:.3g}"]
+    if element.table.points is None:
+        parts += [
+            f"zeta0 {100.0 * element.saturation_creepage:.3g} %",
+            f"f_d {friction.kinetic:.3g}",
+        ]
+    else:
+        parts.append(f"Curve measured up to {100.0 * end_of_curve(element):.3g} %")
     parts += [
-        f"zeta0 {100.0 * element.saturation_creepage:.3g} %",
-        f"f_d {friction.kinetic:.3g}",
         f"$P$ {1e-3 * element.contact.normal_load:.4g} kN",
         f"$r$ {wheelset.radius:.3g} m",
         f"$J$ {wheelset.inertia:.4g} kg m$^2$",

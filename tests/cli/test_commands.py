@@ -247,11 +247,14 @@ def test_figures_have_the_formats_and_captions_that_are_asked_for(
         assert drawn
         assert [path.stem for path in sorted(folder.glob("*.eps"))] == [p.stem for p in drawn]
         assert not list(folder.glob("*.png"))
+        slides = [re.search('width="720pt" height="540pt"', path.read_text()) for path in drawn]
+        assert all(slides) == ("--size" in options)
         return [path.read_text().count("<text") for path in drawn]
 
-    usual, bare = lines_of_text(), lines_of_text("--no-caption")
+    usual, bare = lines_of_text("--size", "4:3"), lines_of_text("--no-caption")
     assert all(few < many for few, many in zip(bare, usual, strict=True))
     assert figures.captions.shown
+    assert figures.page_size.inches is None
 
 
 @pytest.mark.parametrize("command", [["figures", "--paper"], ["simulate", "x"], ["sweep", "x"]])

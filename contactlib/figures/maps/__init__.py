@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
+from contactlib.figures.files import PICTURES, save_pictures
 from contactlib.figures.maps.curves import curve_figure
 from contactlib.figures.maps.layout import FAILED, RUN, layout
 from contactlib.figures.maps.meaning import words
 from contactlib.figures.maps.planes import plane_figure
 from contactlib.figures.maps.samples import sample_figure
-from contactlib.figures.style import PICTURES, save_pictures
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -1,0 +1,115 @@
+"""Files of figures: their formats, and legends that leave every text legible."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.transforms import ScaledTranslation
+
+from contactlib.base.writing import write_whole
+from contactlib.figures.style import sized, styled
+
+PICTURES = ("png", "svg")  # formats of the figures that commands write, if none are asked for
+# Metadata that leaves the date out of a file: a figure always gives the same bytes.
+UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+PLACES: tuple[Any, ...] = (  # of a legend
+    *("upper right", "upper left", "lower right", "lower left"),
+    *("center right", "center left", "upper center", "lower center"),
+)
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write a figure to `path`; the suffix sets the format, any that matplotlib writes.
+
+    Files in png, svg and pdf hold no date: the same figure gives the same bytes.
+
+    Raises
+    ------
+    ValueError
+        If matplotlib writes no format of that suffix.
+    OSError
+        If the file cannot be written.
+    """
+    return _write(figure, [Path(path)])[0]
+
+
+def file_formats(listed: str, what: str = "formats") -> tuple[str, ...]:
+    """Formats that are listed with commas, if matplotlib writes them all.
+
+    Raises
+    ------
+    ValueError
+        If it does not write one; `what` names it in the message.
+    """
+    known = FigureCanvasAgg.get_supported_filetypes()
+    formats = tuple(name.strip().lower() for name in listed.split(","))
+    for name in formats:
+        if name not in known:
+            raise ValueError(f"{what} must be one of: {', '.join(sorted(known))}; got {name!r}")
+    return formats
+
+
+def save_pictures(
+    figure: Figure, folder: Path, name: str, formats: Sequence[str] = PICTURES
+) -> list[Path]:
+    """Write a figure in some formats."""
+    return _write(figure, [folder / f"{name}.{kind}" for kind in formats])
+
+
+def _write(figure: Figure, paths: Sequence[Path]) -> list[Path]:
+    """Write a figure to some files; the layout, half of the work, is computed once."""
+    kinds = [file_formats(path.suffix[1:], f"{path}: the suffix")[0] for path in paths]
+    engine, written = figure.get_layout_engine(), []
+    clear_legends(figure)
+    # No engine, whatever the user's settings: "none" would put one there that makes it draw twice.
+    with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
+        for path, kind in zip(paths, kinds, strict=True):
+            buffer = io.BytesIO()
+            with styled():
+                figure.savefig(buffer, format=kind, metadata=UNDATED.get(kind))
+            written.append(write_whole(path, buffer.getvalue()))
+    figure.set_layout_engine(engine)
+    return written
+
+
+def clear_legends(figure: Figure) -> None:
+    """Lay a figure out, and move legends that cover a text of their axes to where none does."""
+    figure.draw_without_rendering()
+    moved = [_clear_legend(axes) for axes in figure.axes]
+    if any(moved):
+        figure.draw_without_rendering()
+
+
+def _clear_legend(axes: Axes) -> bool:
+    """Move a legend that covers a text to where it covers neither text nor line, or below."""
+    legend, figure = axes.get_legend(), axes.get_figure(root=True)
+    if legend is None or figure is None:
+        return False
+    # Of a note only its words: the legend may cover its arrow.
+    words = [Text.get_window_extent(text) for text in axes.texts if text.get_text()]
+    ticks = [*axes.get_xticklabels(), *axes.get_yticklabels(), axes.title]
+    words += [text.get_window_extent() for text in ticks if text.get_visible() and text.get_text()]
+    box = legend.get_window_extent()
+    if not box.count_overlaps(words) and figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1:
+        return False
+    paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
+    for place in PLACES if box.width < axes.bbox.width else ():
+        legend.set_loc(place)
+        box = legend.get_window_extent()
+        covered = box.count_overlaps(words)
+        if not covered and not any(path.intersects_bbox(box, filled=False) for path in paths):
+            return True
+    below = ScaledTranslation(0.0, -sized(40) / 72.0, figure.dpi_scale_trans)  # the axis's labels
+    legend.set_loc("upper center")
+    legend.set_bbox_to_anchor((0.5, 0.0), transform=axes.transAxes + below)
+    return True
