@@ -5,6 +5,7 @@ Stable branches are solid and unstable ones dashed, so that a figure can be read
 
 from __future__ import annotations
 
+import math
 import textwrap
 from dataclasses import replace
 from typing import Any
@@ -17,10 +18,12 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
+from contactlib.contact.element import ForceElement
 from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
     DASHED,
     by_stability,
+    end_of_curve,
     mark,
     new_figure,
     paint,
@@ -35,21 +38,29 @@ from contactlib.vehicle.wheelset import Wheelset
 
 
 def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
-    """Traction coefficient over creepage; dashed where a constant torque cannot hold it."""
+    """Traction coefficient over creepage; dashed where a constant torque cannot hold it.
+
+    A measured curve ends with the last of its points, which are shown; any other is shown beside
+    Carter's.
+    """
     element = wheelset.element
     fold = find_fold(wheelset, speed=speed)
-    far = 5.0 * element.saturation_creepage
+    far = end_of_curve(element)
     zeta = _with_fold(np.linspace(0.0, far, 1200), fold)
     record = element.at_creepage(zeta, speed=speed)
     mu = record["traction_coefficient"]
-    friction = element.friction
-    kinetic = friction.kinetic * friction.slip_rate_factor(zeta * speed)
-    fallen = f", {kinetic[-1]:.3g} at this slip speed" * (friction.slip_rate_decay > 0.0)
-    coulomb = replace(element, friction=replace(friction, weakening_length=0.0))
-    carter = coulomb.at_creepage(zeta, speed=speed)["traction_coefficient"]
+    points, top, title = element.table.points, float(mu.max()), "Creep curve"
     with styled():
         figure, axes = new_figure(7.2, 4.4)
-        axes.plot(zeta, carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)")
+        if points is None:
+            _beside_carter(axes, element, zeta, speed)
+            title += rf", $\hat K$ = {element.k_hat:.2g}"
+            title += rf", $\zeta_0$ = {100 * element.saturation_creepage:.2g} %"
+        else:
+            measured = points.creepage, points.traction_coefficient
+            look: dict[str, Any] = {"color": paint.grey, "ms": 4, "clip_on": False}
+            axes.plot(*measured, "o", label="measured points", **look)
+            top = max(top, float(points.traction_coefficient.max()))
         by_stability(axes, zeta, mu, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
         for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
             if creepage <= far:
@@ -57,27 +68,33 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
                 if text == "fold":
                     text += f": {height:.3g} at {percent(creepage)}"
                 mark(axes, creepage, height, text, (0, 9), ha="center")
-        axes.plot(zeta, kinetic, color=paint.grey, lw=0.8, ls=":")
-        axes.annotate(
-            f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}",
-            (far, kinetic[-1]),
-            xytext=(0, -13),
-            textcoords="offset points",
-            ha="right",
-            color=paint.grey,
-        )
         axes.set_xlim(0.0, far)
-        axes.set_ylim(0.0, 1.12 * float(mu.max()))
+        axes.set_ylim(0.0, 1.12 * top)
         percent_axis(axes.xaxis)
         axes.set_xlabel(r"creepage $\zeta$  [%]")
         axes.set_ylabel(r"traction coefficient $Q/P$  [1]")
-        axes.set_title(
-            rf"Creep curve, $\hat K$ = {element.k_hat:.2g}, "
-            rf"$\zeta_0$ = {100 * element.saturation_creepage:.2g} %, $V$ = {speed:.3g} m/s",
-            loc="left",
-        )
+        axes.set_title(f"{title}, $V$ = {speed:.3g} m/s", loc="left")
         axes.legend()
     return figure
+
+
+def _beside_carter(axes: Axes, element: ForceElement, zeta: FloatArray, speed: float) -> None:
+    """Draw Carter's law and the kinetic friction, between which weakening friction lies."""
+    friction = element.friction
+    kinetic = friction.kinetic * friction.slip_rate_factor(zeta * speed)
+    fallen = f", {kinetic[-1]:.3g} at this slip speed" * (friction.slip_rate_decay > 0.0)
+    coulomb = replace(element, friction=replace(friction, weakening_length=0.0))
+    carter = coulomb.at_creepage(zeta, speed=speed)["traction_coefficient"]
+    axes.plot(zeta, carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)")
+    axes.plot(zeta, kinetic, color=paint.grey, lw=0.8, ls=":")
+    axes.annotate(
+        f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}",
+        (zeta[-1], kinetic[-1]),
+        xytext=(0, -13),
+        textcoords="offset points",
+        ha="right",
+        color=paint.grey,
+    )
 
 
 def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figure:
@@ -139,7 +156,8 @@ def fold_diagram(
 
     A ramp that falls fast comes back below the return: the inertia of the wheel that slows down
     drives the contact as well, J domega/dt beside the torque. The steady states are those at
-    `speed`; if the runs leave it, the title says so.
+    `speed`; if the runs leave it, the title says so, and thin lines are the steady states at the
+    speed at which creep control holds its own.
     """
     fold = find_fold(wheelset, speed=speed)
     bottom = 0.2 * min(wheelset.element.saturation_creepage, fold.creepage)
@@ -149,6 +167,16 @@ def fold_diagram(
     with styled():
         figure, axes = new_figure(7.6, 5.2)
         by_stability(axes, torque, zeta, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
+        held_speed = float(creep_run["speed"][-1])
+        at_speed = ""
+        if not math.isclose(held_speed, speed, rel_tol=0.01):
+            at_speed = f" at {held_speed:.3g} m/s"
+            there = find_fold(wheelset, speed=held_speed)
+            zetas = _with_fold(zeta, there)
+            torques = 1e-3 * quasi_steady_torque(wheelset, zetas, speed=held_speed)
+            thin: dict[str, Any] = {"color": paint.green, "lw": 1.2}
+            labels = f"steady states{at_speed}", None
+            by_stability(axes, torques, zetas, _stable(zetas, there), labels=labels, **thin)
         shown = torque_run["creepage"] > bottom
         axes.plot(
             np.where(shown, torque_run["drive_torque"], np.nan) / 1e3,
@@ -161,7 +189,7 @@ def fold_diagram(
             _arrow(axes, torque_run, part)
         held = creep_run["drive_torque"][-1] / 1e3, creep_run["creepage"][-1]
         hollow: dict[str, Any] = {"color": paint.ink, "mfc": paint.paper, "ms": 6.5, "zorder": 5}
-        axes.plot(*held, "o", label="held by creep control", **hollow)
+        axes.plot(*held, "o", label=f"held by creep control{at_speed}", **hollow)
         mark(axes, fold.drive_torque / 1e3, fold.creepage, "fold", (9, -5))
         if np.isfinite(fold.return_creepage):
             mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
@@ -189,7 +217,7 @@ def fold_diagram(
         least, most = reached.min(), reached.max()
         runs = f"\nruns at $V$ = {least:.3g} to {most:.3g} m/s" * bool(most > 1.01 * least)
         axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s{runs}", loc="left")
-        axes.legend()
+        figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import contactlib as cl
 from contactlib import figures
+from contactlib.figures.style import AT_CONSTANT_TORQUE
 
 
 def told(model: cl.Model, slower: float = 1.0) -> str:
@@ -85,6 +86,30 @@ def test_a_title_says_that_the_speed_changes(rig: cl.Model) -> None:
     assert float(found[1]) > 15.0
 
 
+def test_the_held_point_lies_on_the_curve_of_its_own_speed(locomotive: cl.Model) -> None:
+    damped = replace(locomotive.wheelset, damping=100.0)
+    held = cl.simulate(damped, locomotive.creep_control, initial_speed=10.0)
+    ramp = cl.TorqueControl(cl.Profile((0.0, 1.0), (20e3, 21e3)))
+    run = cl.simulate(damped, ramp, initial_speed=10.0)
+    figure = figures.fold_diagram(damped, run, held, speed=10.0, title="")
+    (axes,), speed = figure.axes, f"at {held['speed'][-1]:.3g} m/s"
+    of = {str(line.get_label()): np.asarray(line.get_xydata()) for line in axes.lines}
+    (point,) = of[f"held by creep control {speed}"]
+
+    def beside(*branches: np.ndarray) -> float:
+        """Torque between the point and a curve at its creepage, over the torque [1]."""
+        drawn = np.concatenate(branches)
+        drawn = drawn[np.isfinite(drawn).all(axis=1)]
+        torque, creepage = drawn[np.argsort(drawn[:, 1])].T
+        return abs(float(np.interp(point[1], creepage, torque) / point[0]) - 1.0)
+
+    steady = next(i for i, line in enumerate(axes.lines) if "steady" in str(line.get_label()))
+    own = [np.asarray(line.get_xydata()) for line in axes.lines[steady : steady + 2]]
+    assert beside(*own) < 1e-4
+    first = [of[label] for label in AT_CONSTANT_TORQUE]
+    assert beside(*first) > 0.02
+
+
 def test_without_damping_a_note_says_below_which_torque_it_returns(rig: cl.Model) -> None:
     undamped = replace(rig.wheelset, damping=0.0)
     sliding = undamped.radius * undamped.element.friction.kinetic * undamped.element.normal_load
@@ -96,6 +121,33 @@ def test_without_damping_a_note_says_below_which_torque_it_returns(rig: cl.Model
     for figure in drawn:
         said = [text.get_text() for text in figure.axes[-1].texts]
         assert any("no return" in text and note in text for text in said)
+
+
+def test_a_measured_creep_curve_ends_with_its_last_point(rig: cl.Model) -> None:
+    zeta = np.linspace(0.001, 0.12, 60)
+    mu = 0.30 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))
+    curve = cl.MeasuredCurve(zeta, mu)
+    element = cl.ForceElement.from_curve(curve, rig.wheelset.element.contact, radius=0.5)
+    wheelset = replace(rig.wheelset, element=element)
+    drawn = {
+        name: kind.draw(wheelset, 10.0).axes
+        for name, kind in figures.STABILITY_FIGURES.items()
+        if name in ("creep_curve", "poles", "gains")
+    }
+    for axes in (drawn["creep_curve"][0], drawn["poles"][0], drawn["gains"][1]):
+        assert axes.get_xlim()[1] == pytest.approx(0.12, rel=0.03)
+        drawn_to = [
+            np.nanmax(np.asarray(line.get_xdata(), dtype=float))
+            for line in axes.lines
+            if line.get_linewidth() > 1.0
+        ]
+        assert max(drawn_to) == pytest.approx(0.12)
+    (axes,) = drawn["creep_curve"]
+    (points,) = (line for line in axes.lines if line.get_label() == "measured points")
+    assert np.asarray(points.get_xydata()) == pytest.approx(np.column_stack([zeta, mu]))
+    assert "Carter" not in str([line.get_label() for line in axes.lines])
+    for other in (r"\hat K", r"\zeta_0", "f_d"):
+        assert other not in axes.get_title(loc="left") + str(axes.texts)
 
 
 def test_carter_s_curve_of_an_ellipse_sticks_beyond_saturation_of_strips(

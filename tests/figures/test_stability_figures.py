@@ -272,7 +272,7 @@ def test_loop_is_held_with_one_encirclement(figures: dict[str, Figure], rig: cl.
     # The winding of the drawn curve and its mirror image around -1.
     winding = np.sum(np.diff(np.unwrap(np.angle(x + 1j * y + 1.0)))) / np.pi
     assert round(winding) == -found.encirclements == found.unstable_poles == 1
-    assert "held" in " ".join(text.get_text() for text in curve.texts)
+    assert curve.get_title(loc="left").endswith(": the point is held")
     crossing = sorted(checks.place(line)[0] for line in curve.lines if line.get_marker() == "o")
     assert_allclose(crossing, [-gain / window.lowest, -gain / window.highest], rtol=1e-3)
     solid, dashed = (checks.lines(locus, name) for name in ("gains that hold", "gains that do not"))

@@ -52,6 +52,12 @@ DRAWN: dict[str, Callable[[cl.Model], Figure]] = {
 }
 
 
+@pytest.fixture
+def with_captions() -> Iterator[None]:
+    with figures.captions(True):
+        yield
+
+
 # ---- the user's settings ----------------------------------------------------------------------
 
 HERS: dict[Any, Any] = {
@@ -107,6 +113,62 @@ def test_no_text_covers_another_in_the_size_of_slides(rig: cl.Model, name: str) 
         figure_checks.check_layout(figure)
 
 
+SLIDE: dict[str, Callable[[cl.Model], Figure]] = {
+    **{
+        name: lambda model, kind=kind: kind.draw(model.wheelset, 10.0)  # type: ignore[misc]
+        for name, kind in STABILITY_FIGURES.items()
+    },
+    "paper 6": DRAWN["paper 6"],
+    "patch": DRAWN["patch"],
+    "fold diagram": lambda model: figures.fold_diagram(
+        model.wheelset,
+        *(
+            cl.simulate(model.wheelset, control, initial_speed=10.0)
+            for control in (model.torque_control, model.creep_control)
+        ),
+        speed=10.0,
+        title=model.name,
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("with_captions")
+@pytest.mark.parametrize("name", SLIDE)
+def test_sixteen_points_are_sixteen_points_of_a_slide(
+    rig: cl.Model, tmp_path: Path, name: str
+) -> None:
+    with mpl.rc_context({"font.size": 16.0}), figures.page_size("16:9"):
+        figure = SLIDE[name](rig)
+        figures.save_pictures(figure, tmp_path, "slide", ["png"])
+        assert figure.get_size_inches() == pytest.approx((13.333, 7.5))
+        assert figure.axes[0].xaxis.label.get_fontsize() == 16.0
+        figure.set_layout_engine("none")  # as it was written
+        figure_checks.check_layout(figure)
+
+
+@pytest.mark.parametrize(
+    ("size", "inches"), [("16:9", (13.333, 7.5)), ("4:3", (10.0, 7.5)), ("5.25x4", (5.25, 4.0))]
+)
+def test_a_page_has_its_size_until_another_is_set(size: str, inches: tuple[float, ...]) -> None:
+    def drawn() -> list[float]:
+        return [float(side) for side in new_figure(4.0, 3.0)[0].get_size_inches()]
+
+    with figures.page_size(size):
+        assert drawn() == pytest.approx(inches)
+        with figures.page_size(None):
+            assert drawn() == pytest.approx([4.0, 3.0])
+        assert drawn() == pytest.approx(inches)
+    assert drawn() == pytest.approx([4.0, 3.0])
+
+
+@pytest.mark.parametrize("size", ["", "16:10", "7.5", "13.33x", "1x7", "3x200", "1.2.3x4", "axb"])
+def test_what_is_no_page_is_refused(size: str) -> None:
+    with pytest.raises(ValueError, match="must be 16:9, 4:3 or a width and a height in inches"):
+        figures.page_size(size)
+    assert figures.page_size.inches is None
+
+
 def test_a_style_sheet_is_hers_too() -> None:
     with mpl.style.context("fivethirtyeight"):
         wanted = mpl.rcParams["lines.linewidth"], mpl.rcParams["axes.facecolor"]
@@ -124,12 +186,6 @@ def test_nothing_of_the_style_is_left_behind() -> None:
 
 
 # ---- captions ---------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def with_captions() -> Iterator[None]:
-    with figures.captions(True):
-        yield
 
 
 @pytest.mark.slow

@@ -11,11 +11,13 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
+from contactlib.figures.runs import creep_curve
 from contactlib.figures.stability.loops import gains_figure, loop_figure
 from contactlib.figures.stability.phase import phase_figure
 from contactlib.figures.stability.s_curve import poles_figure, s_curve_figure
 from contactlib.figures.stability.slip_away import clearing_figure, slip_away_figure
 from contactlib.figures.stability.torsion import torsion_figure
+from contactlib.figures.style import add_caption, setting
 from contactlib.vehicle.wheelset import Wheelset
 
 __all__ = ["STABILITY_FIGURES", "StabilityFigure"]
@@ -28,7 +30,20 @@ class StabilityFigure(NamedTuple):
     title: str
 
 
+def _creep_curve(wheelset: Wheelset, speed: float) -> Figure:
+    figure = creep_curve(wheelset, speed=speed)
+    add_caption(
+        figure,
+        "A constant torque holds the rising branch; on the falling branch a little more creepage "
+        f"means less force. {setting(wheelset, speed)}",
+    )
+    return figure
+
+
 STABILITY_FIGURES = {
+    "creep_curve": StabilityFigure(
+        _creep_curve, "Creep curve, and where a constant torque holds the wheelset"
+    ),
     "s_curve": StabilityFigure(s_curve_figure, "Steady creepages over drive torque"),
     "poles": StabilityFigure(
         poles_figure, "Fast pole, and the delays at which a gain can still hold it"

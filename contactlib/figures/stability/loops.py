@@ -17,6 +17,7 @@ from contactlib.figures.style import (
     DOTTED,
     add_caption,
     by_stability,
+    end_of_curve,
     new_figure,
     paint,
     percent_axis,
@@ -53,7 +54,6 @@ if TYPE_CHECKING:
 RATIOS = np.linspace(0.01, 0.999, 80)  # p tau
 ROBUST = 0.3
 SAMPLED_RATIOS = np.linspace(0.04, 0.999, 33)
-FAR = 5.0  # end of the creepage axis, in saturation creepages
 DELAY_RATIO = 0.2  # p tau of the loop whose locus is drawn
 GAINS = np.geomspace(0.2, 8.0, 400)  # gains of the locus / the loop's gain
 
@@ -140,8 +140,8 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
 
 
 def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
-    scale = wheelset.element.saturation_creepage
-    zeta = np.linspace(find_fold(wheelset, speed=speed).creepage, FAR * scale, 201)
+    fold, end = find_fold(wheelset, speed=speed), end_of_curve(wheelset.element)
+    zeta = np.linspace(fold.creepage, end, 201)
     points = [wheelset.balanced(creepage=float(z), speed=speed) for z in zeta]
     least = np.array([creep_control_gain(wheelset, point) for point in points])
     axes.plot(zeta, 1e-3 * least, color=paint.ink, label="smallest gain")
@@ -166,7 +166,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     percent_axis(axes.xaxis)
     axes.set_xlabel(r"creepage to be held $\zeta$  [%]")
     axes.set_ylabel(r"gain $K_p$  [kN m]")
-    axes.set_title("Smallest gain, and largest gain for three delays", loc="left")
+    axes.set_title("Gains that hold it, for three delays", loc="left")
     axes.legend(ncols=2, fontsize=sized(9))
 
 
@@ -186,13 +186,17 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     with styled():
         figure, (left, right) = new_figure(11.0, 5.4, ncols=2)
         _locus(left, locus_around_breaks(loop), loop, gain, plant.pole)
-        _nyquist(right, nyquist(loop), margins(loop), complex(loop(0.0)).real)
+        curve, found = nyquist(loop), margins(loop)
+        _nyquist(right, curve, found, complex(loop(0.0)).real)
         add_caption(
             figure,
             f"Proportional creep control of {100.0 * worst.creepage:.3g} %, the steepest point of "
             f"the falling branch: open-loop pole $p$ {plant.pole:.3g} 1/s, delay "
             f"{1e3 * delay:.3g} ms ($p\\tau$ {DELAY_RATIO:g}, Pade approximant of order 6), gain "
-            f"{1e-3 * gain:.3g} kN m. {'' if given.speed_held else 'Constant vehicle speed. '}"
+            f"{1e-3 * gain:.3g} kN m. Unstable poles: {curve.unstable_poles}, encirclements of -1, "
+            f"counter-clockwise: {-curve.encirclements}; phase margin "
+            f"{math.degrees(found.phase):.0f} deg, delay margin {1e3 * found.delay:.2g} ms. "
+            f"{'' if given.speed_held else 'Constant vehicle speed. '}"
             f"{setting(given, speed)}",
         )
     return figure
@@ -285,26 +289,14 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
             fontsize=sized(9),
             arrowprops=line,
         )
-    axes.text(
-        0.98,
-        0.02,
-        f"unstable poles: {curve.unstable_poles}, encirclements of -1,\n"
-        f"counter-clockwise: {-curve.encirclements}, so the point is "
-        f"{'held' if curve.stable else 'not held'}\n"
-        f"phase margin {math.degrees(found.phase):.0f} deg, "
-        f"delay margin {1e3 * found.delay:.2g} ms",
-        transform=axes.transAxes,
-        ha="right",
-        va="bottom",
-        fontsize=sized(9),
-    )
     axes.set_aspect("equal")
     axes.set_xlim(-reach, 1.6)
     half = 0.5 * (reach + 1.6)
-    axes.set_ylim(-1.05 * half, 0.95 * half)
+    axes.set_ylim(-half, half)
     axes.set_xlabel("real part of the loop gain  [1]")
     axes.set_ylabel("imaginary part  [1]")
-    axes.set_title("Nyquist curve", loc="left")
+    held = "held" if curve.stable else "not held"
+    axes.set_title(f"Nyquist curve: the point is {held}", loc="left")
     axes.legend(fontsize=sized(9))
 
 

@@ -76,12 +76,12 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     dot(axes, border.creepage, 0.0, stable=True)
     dot(axes, border.highest, 0.0, stable=False)
     around = 1.5 * float(np.abs(rate[zeta > border.creepage]).max())
-    for text, at in (("grip", border.creepage), ("border", border.highest)):
+    for text, at, ha in (("grip", border.creepage, "right"), ("border", border.highest, "left")):
         axes.annotate(
             f"{text}\n{percent(at)}",
             (at, 0.0),
             xytext=(at, -0.32 * around),
-            ha="center",
+            ha=ha,
             va="top",
             arrowprops={"arrowstyle": "-", "color": paint.ink, "lw": 0.8, "shrinkB": 4.0},
         )

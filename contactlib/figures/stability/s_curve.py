@@ -16,6 +16,7 @@ from contactlib.figures.style import (
     add_caption,
     by_stability,
     dot,
+    end_of_curve,
     new_figure,
     paint,
     percent,
@@ -40,7 +41,6 @@ from contactlib.vehicle.wheelset import Wheelset
 BETWEEN = 0.6  # torque whose states are shown: fraction of the way from return to fold
 LOWEST = 0.3  # lowest creepage on the axis / stable creepage at the return torque
 FRICTIONS = (1.0, 0.75, 0.5)
-FAR = 5.0  # end of the creepage axis, in saturation creepages
 RANGE = (0.1, 6.0)  # speeds of the axis / the model's
 DELAYS = (1e-3, 3e-3, 10e-3, 30e-3, 0.1, 0.3)  # candidates, two of which are marked [s]
 
@@ -180,7 +180,7 @@ def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
 
 
 def _over_creepage(axes: Axes, wheelset: Wheelset, speeds: list[float]) -> None:
-    zeta = wheelset.element.saturation_creepage * np.linspace(0.0, FAR, 1501)
+    zeta = np.linspace(0.0, end_of_curve(wheelset.element), 1501)
     highest = max(worst_pole(wheelset, speed=v).pole for v in speeds)
     for v, (color, width) in zip(speeds, paint.three, strict=True):
         pole = fast_pole(wheelset, zeta, speed=v)
@@ -221,7 +221,7 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
         axes.axhline(1e3 * delay, color=paint.grey, lw=0.9, ls=":")
         axes.plot([v], [1e3 * delay], "o", color=paint.ink, ms=6, zorder=5)
         axes.annotate(
-            f"{1e3 * delay:g} ms: no gain below {v:.2g} m/s",
+            f"no gain below {v:.2g} m/s",
             (v, 1e3 * delay),
             xytext=(-9, 4),
             textcoords="offset points",
