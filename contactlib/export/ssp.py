@@ -17,7 +17,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement
 
 from contactlib.base.writing import write_whole
@@ -108,7 +108,7 @@ def export_ssp(
         message names the command that installs it.
     """
     starts = operating_point(model)
-    given = {"author": author, "version": version}
+    given: dict[str, Any] = {"author": author, "version": version}
     contact = describe(model, "force_element", relaxation_length, True, True, **given)
     contact = replace(contact, whole_wheelset=True)
     body = describe(model, "wheelset_body", None, False, False, **given)

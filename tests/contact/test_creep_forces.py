@@ -158,7 +158,7 @@ def test_friction_falls_with_slip_speed_as_in_the_force_element(locomotive: cl.M
     assert isinstance(contact, cl.EllipticContact)
     pair, speed = cl.CreepForces.of(element), rng.uniform(2.0, 60.0, 40)
     creepages = dict(zip(CREEPAGES, rng.normal(0.0, [[0.02], [0.01], [1.0]], (3, 40)), strict=True))
-    given = {
+    given: dict[str, Any] = {
         "semi_axis_x": contact.semi_axis_x,
         "semi_axis_y": contact.semi_axis_y,
         "normal_load": contact.normal_load,

@@ -520,7 +520,7 @@ def test_casadi_reads_every_output_as_a_real_number(
     locomotive: cl.Model, tmp_path: Path, kind: str, version: int
 ) -> None:
     casadi = module("casadi")
-    settings = {"kind": kind, "fmi_version": version, "booleans": False}
+    settings: dict[str, Any] = {"kind": kind, "fmi_version": version, "booleans": False}
     path = cl.export_fmu(locomotive, tmp_path / "x.fmu", **settings)
     folder = Path(fmpy.extract(str(path), unzipdir=str(tmp_path / "x")))
     builder = casadi.DaeBuilder("contact", str(folder))
@@ -534,9 +534,13 @@ def test_casadi_reads_every_output_as_a_real_number(
         }
         assert tool.booleans == set()
         for slip in (0.0, 0.002, 0.05):
-            given = {"omega": 20.0 * (1.0 + slip), "speed": 10.0, "creepage_x": -slip}
+            given: dict[str, Any] = {
+                "omega": 20.0 * (1.0 + slip),
+                "speed": 10.0,
+                "creepage_x": -slip,
+            }
             start = dict(zip(inputs, builder.start(inputs), strict=True))
-            values = {name: given.get(name, start[name]) for name in inputs}
+            values: dict[str, Any] = {name: given.get(name, start[name]) for name in inputs}
             found = called(list(values.values()), parameters)
             slopes = by_input(list(values.values()), parameters)
             tool.set(**values)
