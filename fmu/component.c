@@ -133,12 +133,11 @@ static int states_in_range(const component *self) {
  * truth values are Booleans. */
 static const char *read_start_values(const model *m, model_values *values, double *booleans,
                                      const void *bytes, size_t size) {
-    size_t wanted = 0, at = CHECKED_FILE_FRAME;
+    size_t wanted = 1, at = CHECKED_FILE_FRAME;
     const char *error = checked_file_error(bytes, size, "CREEPVAL", START_VALUES_VERSION);
     if (error != NULL) return error;
     for (size_t i = 0; i < m->count; i++) wanted += (size_t)is_given(&m->variables[i]);
-    if (size != at + (wanted + 1) * sizeof(double))
-        return "the number of values is not the model's";
+    if (size != at + wanted * sizeof(double)) return "the number of values is not the model's";
     for (size_t i = 0; i < m->count; i++) {
         if (!is_given(&m->variables[i])) continue;
         double value;

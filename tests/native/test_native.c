@@ -137,6 +137,8 @@ static void test_creep_forces(const creep_table *table) {
     for (int i = 0; i < points; i++) {
         if (i % 50 == 0) {
             parameters.weakening_length = i % 100 == 0 ? 0.0 : random_exponent(-9.0, -3.0);
+            parameters.slip_rate_decay = i % 150 == 0 ? random_exponent(-2.0, 1.0) : 0.0;
+            parameters.slip_rate_residual = 0.4;
             creep_forces_prepare(&pair, table, coefficients, &parameters);
         }
         creep_forces_input in = {
@@ -147,6 +149,7 @@ static void test_creep_forces(const creep_table *table) {
             .creepage_x = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
             .creepage_y = i % 7 == 0 ? 0.0 : (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
             .spin = i % 5 == 0 ? 0.0 : (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+            .speed = 60.0 * random_unit(),
         };
         creep_forces_output out[2], alone;
         creep_forces_input both[2] = {in, in};
