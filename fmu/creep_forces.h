@@ -13,6 +13,9 @@ typedef struct {
     double weakening_length;   /* Delta [m] */
     double slip_rate_residual; /* A, part of friction that high slip speed leaves [1] */
     double slip_rate_decay;    /* B, rate at which friction falls with slip speed [s/m] */
+    double
+        softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 if there is none */
+    double thermal_effusivity; /* e of both bodies [W s^0.5/(m^2 K)] */
 } creep_forces_parameters;
 
 /* Creepages are those of the wheel against the rail in Kalker's signs, so the longitudinal one is
@@ -25,7 +28,7 @@ typedef struct {
     double creepage_x;     /* xi [1] */
     double creepage_y;     /* eta [1] */
     double spin;           /* phi [1/m] */
-    double speed;          /* V, by which friction falls with slip speed [m/s] */
+    double speed;          /* V, by which friction falls with slip [m/s] */
 } creep_forces_input;
 
 typedef struct {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "creep_forces.h"
+#include "force_law.h"
 #include "plane_formula.h"
 
 static const double PI = 3.14159265358979324;
@@ -46,33 +47,60 @@ typedef struct {
 } creep_forces_state;
 
 /* Factor on both friction coefficients at the slip speed, with that of spin as its root mean square
- * over Hertz's pressure. */
-static inline double friction_left(const creep_forces_parameters *p, const creep_forces_input *in,
-                                   double fall[3]) {
+ * over Hertz's pressure: that of a force element of this ellipse, rolling with a radius of 1. */
+static inline double friction_left(const creep_forces *pair, const creep_forces_input *in,
+                                   double modulus, double fall[3]) {
+    const double minimum_speed =
+        0.1; /* below it the heat that rolling carries off is regularised */
+    const creep_forces_parameters *p = &pair->parameters;
     double a = in->semi_axis_x, b = in->semi_axis_y, square = in->speed * in->speed;
     double part[3] = {square * in->creepage_x, square * in->creepage_y,
                       square * 0.2 * (a * a + b * b) * in->spin};
     double slip = sqrt(part[0] * in->creepage_x + part[1] * in->creepage_y + part[2] * in->spin);
-    double passing = (1.0 - p->slip_rate_residual) * exponential(-p->slip_rate_decay * slip);
-    double left = passing + p->slip_rate_residual;
-    double per_slip = slip > 0.0 ? -p->slip_rate_decay * passing / (left * slip) : 0.0;
+    const force_element_parameters wheel = {
+        .static_friction = p->static_friction,
+        .kinetic_friction = p->kinetic_friction,
+        .weakening_length = p->weakening_length,
+        .slip_rate_residual = p->slip_rate_residual,
+        .slip_rate_decay = p->slip_rate_decay,
+        .softening_temperature = p->softening_temperature,
+        .thermal_effusivity = p->thermal_effusivity,
+        .semi_width = a,
+        .peak_pressure = 1.5 * in->normal_load / (PI * a * b), /* Eq. (20) */
+        .contact_modulus = modulus,
+        .slope_reduction = 1.0,
+        .radius = 1.0,
+        .minimum_speed = minimum_speed,
+        .elliptic = 1.0,
+    };
+    const force_element_input rolling = {.omega = in->speed * (1.0 - in->creepage_x),
+                                         .speed = in->speed,
+                                         .friction_scale = in->friction_scale};
+    friction_fall found = falling_friction(pair->table, &wheel, contact_scales_of(&wheel), &rolling,
+                                           slip, decay_at(&wheel, slip), is_hot(&wheel));
+    double per_slip = slip > 0.0 ? found.by_slip / slip : 0.0;
     for (int i = 0; i < 3; i++) fall[i] = per_slip * part[i];
-    return left;
+    fall[0] -= found.by_rolling * in->speed;
+    return found.scale;
 }
 
 ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forces_input *in,
                                       creep_forces_state *state, creep_forces_output *out) {
     const creep_forces_parameters *p = &pair->parameters;
-    double a = in->semi_axis_x, b = in->semi_axis_y, scale = in->friction_scale, fall[3] = {0.0};
-    if (p->slip_rate_decay > 0.0) scale *= friction_left(p, in, fall);
-    double f_d = p->kinetic_friction * scale;
+    double a = in->semi_axis_x, b = in->semi_axis_y, scale = in->friction_scale;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
     double beyond = larger(given / aspect, aspect / given) - 1.0; /* rounding is not */
     *out = (creep_forces_output){.aspect_limited = beyond > 1e-9 ? 1.0 : 0.0};
     *state = (creep_forces_state){.by = {0.0}};
-    if (!(in->normal_load > LEAST_LOAD && f_d > LEAST_FRICTION)) return;
-    double scales[ASPECT_SCALES], sliding = f_d * in->normal_load, mean = sqrt(a * b);
+    if (!(in->normal_load > LEAST_LOAD && p->kinetic_friction * scale > LEAST_FRICTION)) return;
+    double scales[ASPECT_SCALES];
     set_shape(pair, aspect, &state->shape, scales);
+    double modulus = p->shear_modulus * scales[0] * (4.0 / (PI * PI)); /* of the rolling ellipse */
+    if (p->slip_rate_decay > 0.0 || p->softening_temperature > 0.0)
+        scale = friction_left(pair, in, modulus, state->fall);
+    double f_d = p->kinetic_friction * scale;
+    if (!(f_d > LEAST_FRICTION)) return;
+    double sliding = f_d * in->normal_load, mean = sqrt(a * b);
 
     /* Creepages of the law are those of the force, so of the other sign; see plane_law.h. */
     double rate = p->shear_modulus * a * b / (sliding * 0.75 * PI);
@@ -85,13 +113,12 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     state->scale[0] = state->scale[1] = sliding;
     state->scale[2] = sliding * mean;
 
-    /* Eq. (17) with the modulus of the rolling ellipse, G c11/(pi^2/4), and a p0 = 3 N/(2 pi b). */
+    /* Eq. (17) with a p0 = 3 N/(2 pi b). */
     double drop = (p->static_friction - p->kinetic_friction) * scale;
-    double k_hat = sqrt(8.0 * p->shear_modulus * scales[0] * drop * p->weakening_length * b /
-                        (3.0 * PI * PI * f_d * f_d * in->normal_load));
+    double k_hat =
+        sqrt(2.0 * modulus * drop * p->weakening_length * b / (3.0 * f_d * f_d * in->normal_load));
     state->k_hat = smaller(k_hat, pair->table->k_max);
     state->k_per_friction = k_hat < pair->table->k_max ? -0.5 : 0.0;
-    memcpy(state->fall, fall, sizeof fall);
     state->at = plane_begin(&state->shape, state->creepage, state->k_hat);
 }
 

@@ -27,12 +27,17 @@ void creep_forces_of_one(const creep_forces *pair, const creep_forces_input *inp
     creep_forces_at(pair, 1, input, output);
 }
 
-static void evaluate_at(const creep_table *table, const creep_forces_parameters *parameters,
-                        const creep_forces_input *input, creep_forces_output *output) {
+static creep_forces pair_of(const creep_table *table, const creep_forces_parameters *parameters) {
     creep_forces pair = *table->pair;
     double poisson_ratio = pair.parameters.poisson_ratio;
     pair.parameters = *parameters;
     pair.parameters.poisson_ratio = poisson_ratio;
+    return pair;
+}
+
+static void evaluate_at(const creep_table *table, const creep_forces_parameters *parameters,
+                        const creep_forces_input *input, creep_forces_output *output) {
+    creep_forces pair = pair_of(table, parameters);
     creep_forces_of_one(&pair, input, output);
 }
 
@@ -52,13 +57,16 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
     double length = p->weakening_length > 0.0 ? p->weakening_length : 1.0;
     double decay = p->slip_rate_decay > 0.0 ? p->slip_rate_decay : 1.0;
     double speed = in->speed != 0.0 ? in->speed : 1.0;
-    double pace = fabs(din->semi_axis_x / in->semi_axis_x) +
-                  fabs(din->semi_axis_y / in->semi_axis_y) + fabs(din->normal_load / load) +
-                  fabs(din->friction_scale / scale) + fabs(dp->weakening_length / length) +
-                  fabs(dp->shear_modulus / p->shear_modulus) +
-                  fabs(dp->static_friction / p->static_friction) + fabs(dp->slip_rate_residual) +
-                  fabs(dp->slip_rate_decay / decay) + fabs(din->speed / speed) +
-                  fabs(dp->kinetic_friction / p->kinetic_friction);
+    double top = p->softening_temperature > 0.0 ? p->softening_temperature : 1.0;
+    double effusivity = p->thermal_effusivity > 0.0 ? p->thermal_effusivity : 1.0;
+    double pace =
+        fabs(din->semi_axis_x / in->semi_axis_x) + fabs(din->semi_axis_y / in->semi_axis_y) +
+        fabs(din->normal_load / load) + fabs(din->friction_scale / scale) +
+        fabs(dp->weakening_length / length) + fabs(dp->shear_modulus / p->shear_modulus) +
+        fabs(dp->static_friction / p->static_friction) + fabs(dp->slip_rate_residual) +
+        fabs(dp->slip_rate_decay / decay) + fabs(din->speed / speed) +
+        fabs(dp->softening_temperature / top) + fabs(dp->thermal_effusivity / effusivity) +
+        fabs(dp->kinetic_friction / p->kinetic_friction);
     *df = (creep_forces_output){
         .force_x = f->force_x_by_creepage_x * din->creepage_x +
                    f->force_x_by_creepage_y * din->creepage_y + f->force_x_by_spin * din->spin,
@@ -70,10 +78,13 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
     if (size > 0.0)
         df->utilisation =
             f->utilisation * (f->force_x * df->force_x + f->force_y * df->force_y) / (size * size);
-    double fall[3]; /* of the friction that the force is a part of */
-    friction_left(p, in, fall);
-    df->utilisation -= f->utilisation * (fall[0] * din->creepage_x + fall[1] * din->creepage_y +
-                                         fall[2] * din->spin);
+    creep_forces pair = pair_of(table, p);
+    creep_forces_state state;
+    creep_forces_output unused;
+    creep_forces_begin(&pair, in, &state, &unused); /* for the fall of the friction that is used */
+    df->utilisation -=
+        f->utilisation * (state.fall[0] * din->creepage_x + state.fall[1] * din->creepage_y +
+                          state.fall[2] * din->spin);
     if (!(pace > 1e-300)) return;
     creep_forces_output found[2];
     double step = 1e-5 / pace;
@@ -85,7 +96,9 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
             .kinetic_friction = p->kinetic_friction + e * dp->kinetic_friction,
             .weakening_length = fmax(0.0, p->weakening_length + e * dp->weakening_length),
             .slip_rate_residual = p->slip_rate_residual + e * dp->slip_rate_residual,
-            .slip_rate_decay = p->slip_rate_decay + e * dp->slip_rate_decay};
+            .slip_rate_decay = p->slip_rate_decay + e * dp->slip_rate_decay,
+            .softening_temperature = p->softening_temperature + e * dp->softening_temperature,
+            .thermal_effusivity = p->thermal_effusivity + e * dp->thermal_effusivity};
         creep_forces_input at = {.semi_axis_x = in->semi_axis_x + e * din->semi_axis_x,
                                  .semi_axis_y = in->semi_axis_y + e * din->semi_axis_y,
                                  .normal_load = in->normal_load + e * din->normal_load,

@@ -36,10 +36,7 @@ const char TRUTH[] = "Boolean";
             contact.slip_rate_residual), \
     TUNABLE("slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6, \
             contact.slip_rate_decay), \
-    HOT(TUNABLE_PARAMETER, "softening_temperature", "K", "rise of temperature at which friction " \
-        "would vanish", 1.0, 1e6, contact.softening_temperature, NULL), \
-    HOT(TUNABLE_PARAMETER, "thermal_effusivity", "W.s0.5/(m2.K)", "root of conductivity, density " \
-        "and heat capacity of wheel and rail", 1e-3, 1e9, contact.thermal_effusivity, NULL), \
+    HEAT_PARAMETERS(contact), \
     HOT(FIXED_PARAMETER, "elliptic", TRUTH, "the contact is an ellipse, else a line", 0.0, 1.0, \
         contact.elliptic, NULL), \
     FIXED("semi_width", "m", "contact semi-width at nominal load", 1e-9, 1e3, contact.semi_width), \
@@ -57,6 +54,12 @@ const char TRUTH[] = "Boolean";
           contact.minimum_speed), \
     {"relaxation_length", "m", "distance rolled in which the force follows the creepage", 1e-6, \
      1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_RELAXED, NULL}
+
+#define HEAT_PARAMETERS(of) \
+    HOT(TUNABLE_PARAMETER, "softening_temperature", "K", "rise of temperature at which friction " \
+        "would vanish", 1.0, 1e6, of.softening_temperature, NULL), \
+    HOT(TUNABLE_PARAMETER, "thermal_effusivity", "W.s0.5/(m2.K)", "root of conductivity, density " \
+        "and heat capacity of wheel and rail", 1e-3, 1e9, of.thermal_effusivity, NULL)
 
 #define HOT(role, name, unit, text, low, high, member, depends) \
     {name, unit, text, low, high, AT(member), role, IF_HOT, depends}
@@ -237,9 +240,9 @@ static const model_variable BODY_VARIABLES[] = {
 
 #define FORCES "static_friction kinetic_friction weakening_length shear_modulus semi_axis_x " \
                "semi_axis_y normal_load friction_scale creepage_x creepage_y spin " \
-               "slip_rate_residual slip_rate_decay speed"
-#define FALLING(role, name, unit, text, low, high, member) \
-    {name, unit, text, low, high, AT(member), role, IF_FALLING, NULL}
+               "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity speed"
+#define FALLING(name, unit, text, low, high, member) \
+    {name, unit, text, low, high, AT(member), TUNABLE_PARAMETER, IF_FALLING, NULL}
 #define OF_FORCES(name, unit, text, member) MADE(OUTPUT, name, unit, text, forces.member, FORCES)
 static const model_variable PAIR_VARIABLES[] = {
     TIME,
@@ -249,10 +252,11 @@ static const model_variable PAIR_VARIABLES[] = {
             pair.kinetic_friction),
     TUNABLE("weakening_length", "m", "slip over which friction weakens", 0.0, 1.0,
             pair.weakening_length),
-    FALLING(TUNABLE_PARAMETER, "slip_rate_residual", "1", "part of friction that high slip speed "
+    FALLING("slip_rate_residual", "1", "part of friction that high slip speed "
             "leaves", 1e-6, 1.0, pair.slip_rate_residual),
-    FALLING(TUNABLE_PARAMETER, "slip_rate_decay", "s/m", "rate at which friction falls with slip "
+    FALLING("slip_rate_decay", "s/m", "rate at which friction falls with slip "
             "speed", 0.0, 1e6, pair.slip_rate_decay),
+    HEAT_PARAMETERS(pair),
     TUNABLE("shear_modulus", "Pa", "shear modulus of both bodies", 1e-3, 1e15, pair.shear_modulus),
     GIVEN(INPUT, "semi_axis_x", "m", "semi-axis of the contact ellipse along rolling", 1e-9, 1e3,
           ellipse.semi_axis_x),
@@ -266,8 +270,8 @@ static const model_variable PAIR_VARIABLES[] = {
     GIVEN(INPUT, "creepage_y", "1", "Kalker's lateral creepage v_y/V, y to the left", -1e9, 1e9,
           ellipse.creepage_y),
     GIVEN(INPUT, "spin", "1/m", "Kalker's spin omega_z/V, z up", -1e9, 1e9, ellipse.spin),
-    FALLING(INPUT, "speed", "m/s", "forward velocity V of the wheel's centre", -1e9, 1e9,
-            ellipse.speed),
+    {"speed", "m/s", "forward velocity V of the wheel's centre", -1e9, 1e9, AT(ellipse.speed), INPUT,
+     IF_SLIP_COUNTS, NULL},
     OF_FORCES("force_x", "N", "force on the wheel along rolling", force_x),
     OF_FORCES("force_y", "N", "force on the wheel to the left", force_y),
     OF_FORCES("spin_moment", "N.m", "moment on the wheel about the vertical axis", spin_moment),
@@ -277,8 +281,12 @@ static const model_variable PAIR_VARIABLES[] = {
 
 int model_has(const model_variable *variable, const model_values *values) {
     if (variable->part == IF_RELAXED) return values->contact.relaxation_length > 0.0;
-    if (variable->part == IF_HOT) return values->contact.softening_temperature > 0.0;
-    if (variable->part == IF_FALLING) return values->pair.slip_rate_decay > 0.0;
+    int hot =
+        values->contact.softening_temperature > 0.0 || values->pair.softening_temperature > 0.0;
+    int falling = values->pair.slip_rate_decay > 0.0;
+    if (variable->part == IF_HOT) return hot;
+    if (variable->part == IF_FALLING) return falling;
+    if (variable->part == IF_SLIP_COUNTS) return hot || falling;
     return variable->part == ALWAYS || values->spins > 0.0;
 }
 

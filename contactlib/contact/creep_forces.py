@@ -41,8 +41,8 @@ class CreepForces(Parameters):
     Parameters
     ----------
     friction : Friction
-        Static and kinetic coefficient and weakening length. If it falls with slip speed,
-        `evaluate` needs the speed; it must not fall with temperature.
+        Static and kinetic coefficient and weakening length. If it falls with slip speed or its
+        heat, `evaluate` needs the speed.
     shear_modulus : float
         G of both bodies [Pa].
     poisson_ratio : float
@@ -86,12 +86,6 @@ class CreepForces(Parameters):
         super().__post_init__()
         if self.table.options.get("contact") != "elliptic" and not self.table.one_axis:
             raise ValueError(f"CreepForces.table = {self.table.law!r} must be of an ellipse")
-        if self.friction.softens_with_heat:
-            raise ValueError(
-                f"friction.softening_temperature = {self.friction.softening_temperature!r} must be "
-                "0 for any ellipse: pass what heat leaves of friction as friction_scale, or use a "
-                "force element"
-            )
 
     @classmethod
     def of(cls, element: ForceElement) -> CreepForces:
@@ -102,7 +96,7 @@ class CreepForces(Parameters):
         Raises
         ------
         ValueError
-            If the element's contact or law is another one, or its friction falls with temperature.
+            If the element's contact or law is another one.
         """
         contact, reduction = element.contact, element.slope_reduction
         if not isinstance(contact, EllipticContact) or contact.theory != "half_space":
@@ -130,6 +124,8 @@ class CreepForces(Parameters):
             "weakening_length": self.friction.weakening_length,
             "slip_rate_residual": self.friction.slip_rate_residual,
             "slip_rate_decay": self.friction.slip_rate_decay,
+            "softening_temperature": self.friction.softening_temperature,
+            "thermal_effusivity": self.friction.thermal_effusivity,
         }
 
     @property

@@ -145,14 +145,18 @@ def test_what_was_not_checked_is_said() -> None:
     pair = cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
     with pytest.raises(ValueError, match="speed is missing: friction falls with slip speed"):
         pair.evaluate(semi_axis_x=5e-3, semi_axis_y=5e-3, normal_load=1e4)
-    hot = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0, softening_temperature=800.0)
-    with pytest.raises(ValueError, match=r"softening_temperature = 800\.0 must be 0 for any"):
-        cl.CreepForces(hot, shear_modulus=G, poisson_ratio=NU)
 
 
-def test_friction_falls_with_slip_speed_as_in_the_force_element(locomotive: cl.Model) -> None:
+@pytest.mark.parametrize(
+    "fall",
+    [{"slip_rate_residual": 0.4, "slip_rate_decay": 0.6}, {"softening_temperature": 500.0}],
+    ids=["speed", "heat"],
+)
+def test_friction_falls_with_slip_speed_as_in_the_force_element(
+    locomotive: cl.Model, fall: dict[str, float]
+) -> None:
     whole = locomotive.wheelset.element
-    friction = replace(whole.friction, slip_rate_residual=0.4, slip_rate_decay=0.6)
+    friction = replace(whole.friction, **fall)
     element, rng = replace(whole, friction=friction, wheels=1.0), np.random.default_rng(4)
     contact = element.contact
     assert isinstance(contact, cl.EllipticContact)

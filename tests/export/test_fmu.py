@@ -1148,11 +1148,16 @@ def test_creep_forces_of_an_ellipse_are_those_of_the_element(
 
 
 @pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize(
+    "fall",
+    [{"slip_rate_residual": 0.4, "slip_rate_decay": 0.6}, {"softening_temperature": 500.0}],
+    ids=["speed", "heat"],
+)
 def test_creep_forces_take_the_speed_where_friction_falls_with_it(
-    locomotive: cl.Model, tmp_path: Path, version: int
+    locomotive: cl.Model, tmp_path: Path, version: int, fall: dict[str, float]
 ) -> None:
     whole = locomotive.wheelset.element
-    friction = replace(whole.friction, slip_rate_residual=0.4, slip_rate_decay=0.6)
+    friction = replace(whole.friction, **fall)
     element = replace(whole, friction=friction)
     model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=element))
     given = {"creepage_x": -0.03, "creepage_y": 0.01, "speed": 30.0}
@@ -1161,6 +1166,7 @@ def test_creep_forces_take_the_speed_where_friction_falls_with_it(
         expected = cl.CreepForces.of(element).evaluate(**sizes, **given)
         names = ["force_x", "force_y", "spin_moment"]
         assert tool.get(*names) == [expected[name] for name in names]
+        assert set(fall) <= set(tool.references)
         slopes = tool.derivative(names, ["speed"], [1.0])
         ends = []
         for speed in (30.01, 29.99):
@@ -1169,7 +1175,7 @@ def test_creep_forces_take_the_speed_where_friction_falls_with_it(
         np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / 0.02, rtol=1e-5)
     (tmp_path / "b").mkdir()
     with Instance(exported(locomotive, tmp_path / "b", "creep_forces", version)) as tool:
-        assert not {"speed", "slip_rate_decay"} & set(tool.references)
+        assert not {"speed", *fall} & set(tool.references)
 
 
 def test_a_line_answers_for_no_other_contact(rig: cl.Model, tmp_path: Path) -> None:
