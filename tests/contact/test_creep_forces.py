@@ -153,7 +153,7 @@ def test_what_was_not_checked_is_said() -> None:
     ids=["speed", "heat"],
 )
 def test_friction_falls_with_slip_speed_as_in_the_force_element(
-    locomotive: cl.Model, fall: dict[str, float]
+    locomotive: cl.Model, fall: dict[str, Any]
 ) -> None:
     whole = locomotive.wheelset.element
     friction = replace(whole.friction, **fall)

@@ -1154,7 +1154,7 @@ def test_creep_forces_of_an_ellipse_are_those_of_the_element(
     ids=["speed", "heat"],
 )
 def test_creep_forces_take_the_speed_where_friction_falls_with_it(
-    locomotive: cl.Model, tmp_path: Path, version: int, fall: dict[str, float]
+    locomotive: cl.Model, tmp_path: Path, version: int, fall: dict[str, Any]
 ) -> None:
     whole = locomotive.wheelset.element
     friction = replace(whole.friction, **fall)

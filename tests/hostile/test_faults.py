@@ -18,7 +18,7 @@ from sweep_files import write_sweep
 import contactlib as cl
 from contactlib.base.writing import write_whole
 from contactlib.cli.report import write_report
-from contactlib.figures import style
+from contactlib.figures import files
 from contactlib.runs.study import open_study
 from contactlib.runs.sweep.store import ChunkStore, discard, locked
 
@@ -127,10 +127,10 @@ def test_an_old_comparison_stays_until_the_new_one_is_written(
     run = cl.run_scenario(cl.load_scenario(write_sweep(tmp_path).with_name("s.toml")), "open_loop")
     old = [write_whole(tmp_path / f"comparison.{kind}", b"old") for kind in ("png", "svg")]
 
-    def full(figure: object, path: Path) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    def full(figure: object, paths: list[Path]) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(paths[0]))
 
-    monkeypatch.setattr(style, "save", full)
+    monkeypatch.setattr(files, "_write", full)
     runs = {name: lambda progress: run for name in ("open_loop", "creep_pi")}
     with pytest.raises(OSError, match="No space"):
         write_report(study, runs, tmp_path, Silent())
