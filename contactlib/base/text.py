@@ -10,8 +10,8 @@ from pathlib import PurePath
 from contactlib.base.writing import PACKAGE
 
 LONGEST_LINE = 1000  # characters
-# What a user's function may raise. After sys.exit the program would end without a word, and with
-# the status of success.
+# What a user's function may raise. After sys.exit the program would end with no message and the
+# status of success.
 USERS_ERRORS = (Exception, SystemExit)
 
 

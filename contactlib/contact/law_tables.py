@@ -19,7 +19,7 @@ from contactlib.contact.table import CreepForceTable
 
 Shape = Literal["line", "elliptic"]
 
-MOST_KEPT = 100  # tables in the user's cache, of 0.5 to 4 MB
+MAX_KEPT = 100  # tables in the user's cache, of 0.5 to 4 MB
 
 
 def _silent(part: float) -> None:
@@ -88,7 +88,7 @@ def _kept(name: str, build: Callable[[], CreepForceTable]) -> CreepForceTable:
     table = build()
     keep_in_cache(path, table.data)
     kept = sorted(folder.glob("*.bin"), key=lambda p: (_sources() in p.name, p == path))
-    for surplus in kept[:-MOST_KEPT]:  # those of other releases first
+    for surplus in kept[:-MAX_KEPT]:  # those of other releases first
         with suppress(OSError):
             surplus.unlink()
     return table

@@ -24,7 +24,7 @@ from contactlib.contact import corner_sampling, kernel
 from contactlib.contact.corner_sampling import CornerRow, CornerSamples
 
 HEADER_SIZE, NAME_SIZE = 192, 104  # of a table file; the name ends the header
-K_MAX, LEAST_K_MAX = 2.0, 0.1
+K_MAX, MIN_K_MAX = 2.0, 0.1
 LONGEST_WEAKENING = 12.0  # over f_d a^2/R: over one as long, friction in a contact hardly falls
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
 CORNER_GRIDS = {  # by twice the corner's power
@@ -147,7 +147,7 @@ class _Sampler:
         self.k_max = K_MAX
         if self.static_to_kinetic:
             weakest = LONGEST_WEAKENING * (self.static_to_kinetic - 1.0) / (0.5 * np.pi)
-            self.k_max = float(np.clip(np.sqrt(weakest), LEAST_K_MAX, K_MAX))  # Eq. (17)
+            self.k_max = float(np.clip(np.sqrt(weakest), MIN_K_MAX, K_MAX))  # Eq. (17)
         self.shape = {
             "one_axis": int(self.one_axis),
             "twice_decay": round(2.0 * float(getattr(some, "tail_decay", 3.0))) + 2,

@@ -110,8 +110,8 @@ class TractionData:
         The first line names the columns; a column that is not asked for is ignored. Commas,
         semicolons, tabs or blanks separate the columns, numbers have a decimal point or a decimal
         comma, and cells may be quoted. Empty lines and lines that begin with ``#`` are skipped. A
-        unit may stand behind a name, as in ``slip [%]``, or in a row of units below the names, some
-        of which may be empty.
+        unit may stand behind a name, as in ``slip [%]``, or in a row of units below the names, in
+        which a cell may be empty.
 
         Parameters
         ----------

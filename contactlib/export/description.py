@@ -150,8 +150,8 @@ class Description:
         digest = hashlib.sha256()
         for data in self.resources.values():
             digest.update(data)
-        told = (self.text, self.start_values, self.booleans, self.author, self.version)
-        digest.update(repr(told).encode())
+        given = (self.text, self.start_values, self.booleans, self.author, self.version)
+        digest.update(repr(given).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
     @cached_property

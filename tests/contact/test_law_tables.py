@@ -179,7 +179,7 @@ def test_a_cache_that_cannot_be_written_costs_time_alone(
 def test_the_cache_does_not_grow_without_end(
     built: list[float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(law_tables, "MOST_KEPT", 2)
+    monkeypatch.setattr(law_tables, "MAX_KEPT", 2)
     in_a_new_process(1.9)
     with monkeypatch.context() as other_release:
         other_release.setattr(law_tables, "_sources", lambda: "0" * 16)

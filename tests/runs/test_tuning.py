@@ -111,9 +111,9 @@ def test_a_controller_of_your_own_is_searched_as_it_declares(
     assert value == pytest.approx(found.factors[name] * getattr(control, name))
     assert value > 2.0 * getattr(control, name)
     assert (found.tuned > found.designed + 0.1).all()
-    told = found.section("mine", control)
-    assert told.startswith(f"# mine is a controller of your own: {type(control).__name__}(")
-    assert f"{name}={value:.4g}" in told
+    section = found.section("mine", control)
+    assert section.startswith(f"# mine is a controller of your own: {type(control).__name__}(")
+    assert f"{name}={value:.4g}" in section
     with pytest.raises(ValueError, match="must be what the scenario has as mine"):
         found.section("mine", "threshold")
 
