@@ -121,7 +121,9 @@ def loaded(path: Path, text: str) -> cl.Model | str:
         try:
             return cl.load_model(path)
         except cl.ModelError as error:
-            return str(error).removeprefix(f"{path}: ")
+            lines = [line.removeprefix(f"{path}: ") for line in error.lines]
+            # The page does not doubt numbers.
+            return "\n".join(line for line in lines if " is implausible: " not in line)
 
 
 def assert_same(vehicle: dict[str, Any], model: cl.Model) -> None:
