@@ -175,7 +175,7 @@ class page_size:  # noqa: N801
     Raises
     ------
     ValueError
-        If the size is none of these, or a side is not from 2 to 100 inches long.
+        If the size has another form, or a side is not from 2 to 100 inches long.
 
     Examples
     --------
