@@ -81,7 +81,6 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.runs.tuning import Tuning as Tuning
     from contactlib.runs.tuning import sensor_errors as sensor_errors
     from contactlib.runs.tuning import tune as tune
-    from contactlib.stability import Fold as Fold
     from contactlib.stability import basin as basin
     from contactlib.stability import clearing as clearing
     from contactlib.stability import control_systems as control_systems
@@ -112,6 +111,8 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.vehicle.conditions import Resistance as Resistance
     from contactlib.vehicle.continuous_control import CreepControl as CreepControl
     from contactlib.vehicle.continuous_control import TorqueControl as TorqueControl
+    from contactlib.vehicle.creep_curve import CreepCurve as CreepCurve
+    from contactlib.vehicle.creep_curve import Fold as Fold
     from contactlib.vehicle.drivetrain import Axle as Axle
     from contactlib.vehicle.drivetrain import Drivetrain as Drivetrain
     from contactlib.vehicle.drivetrain import Motor as Motor

@@ -15,6 +15,8 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.contact.element import ForceElement
 from contactlib.contact.traction_data import TractionData
+from contactlib.vehicle.creep_curve import CreepCurve
+from contactlib.vehicle.wheelset import Wheelset
 
 WIDTH, HEIGHT = 640, 360  # in the picture's units
 LEFT, RIGHT, TOP, BOTTOM = 64, 20, 18, 52  # margins around the axes
@@ -22,7 +24,7 @@ WORDS = 200.0  # more than the width of a text beside the curve
 FAR = 5.0  # least creepage at the end of the picture / creepage of the peak
 
 
-class CreepCurve(NamedTuple):
+class TractionCurve(NamedTuple):
     """Traction coefficient Q/P over creepage [1]; `peak` is the peak's index, if there is one.
 
     `points` are those of a measured curve.
@@ -34,7 +36,7 @@ class CreepCurve(NamedTuple):
     points: TractionData | None
 
 
-def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
+def sample_curve(element: ForceElement, *, speed: float) -> TractionCurve:
     """Points of an element's curve at nominal load and a speed [m/s], computed by the kernel.
 
     They include the peak and extend past it, or past saturation if there is no peak; of a measured
@@ -46,14 +48,8 @@ def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
         return np.asarray(record["traction_coefficient"])
 
     scale = element.saturation_creepage
-    places = scale * np.geomspace(1e-2, 1e3, 500)
-    for _ in range(4):  # each round is 250 times finer
-        values = traction(places)
-        top = int(np.argmax(values))
-        summit, height = float(places[top]), float(values[top])
-        around = places[max(top - 1, 0) : top + 2]
-        places = np.linspace(float(around[0]), float(around[-1]), 501)
-    has_peak = height > float(traction(np.array([1e3 * scale]))[0]) * (1.0 + 1e-9)
+    summit, _ = CreepCurve(Wheelset(element, inertia=1.0), speed=speed).peak
+    has_peak = math.isfinite(summit)
     measured = element.table.points
     reach = _ticks(FAR * (summit if has_peak else scale))[-1]
     if measured is not None:
@@ -64,10 +60,10 @@ def sample_curve(element: ForceElement, *, speed: float) -> CreepCurve:
     if has_peak:
         creepage = np.union1d(creepage, [summit])
     peak = int(np.searchsorted(creepage, summit)) if has_peak else None
-    return CreepCurve(creepage, traction(creepage), peak, measured)
+    return TractionCurve(creepage, traction(creepage), peak, measured)
 
 
-def curve_svg(curve: CreepCurve, level_name: str, level_value: float) -> str:
+def curve_svg(curve: TractionCurve, level_name: str, level_value: float) -> str:
     """Draw a curve with ticks, a level, its peak marked and its falling branch dashed."""
     percent = 100.0 * curve.creepage
     x_ticks = _ticks(float(percent[-1]))

@@ -27,10 +27,10 @@ from contactlib.export.package import describe, fmu, zipped
 from contactlib.export.page import asset, fragment
 from contactlib.export.page import version as tool_version
 from contactlib.export.units import UNITS
-from contactlib.stability import quasi_steady_torque
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
+from contactlib.vehicle.creep_curve import CreepCurve
 
 Names = dict[str, tuple[str, ...]]  # names of variables by component
 
@@ -129,15 +129,14 @@ def export_ssp(
 def operating_point(model: Model) -> dict[str, float]:
     """Start values of a steady state on the rising branch."""
     wheelset, speed = model.wheelset, model.initial_speed
-    element = wheelset.element
-    creepage = START_CREEPAGE * element.saturation_creepage
+    curve = CreepCurve(wheelset, speed=speed)
     # If friction falls with slip speed, the creepage of the peak decreases with speed.
-    while element.at_creepage(creepage, speed=speed)["force_gradient"] <= 0.0:
-        creepage *= 0.5
+    saturation = wheelset.element.saturation_creepage
+    creepage = min(START_CREEPAGE * saturation, 0.5 * curve.peak.creepage)
     return {
-        "drive_torque": float(quasi_steady_torque(wheelset, creepage, speed=speed)),
+        "drive_torque": float(curve.torque(creepage)),
         "omega": (1.0 + creepage) * speed / wheelset.radius,
-        "creep_force": float(element.at_creepage(creepage, speed=speed)["creep_force"]),
+        "creep_force": float(wheelset.element.at_creepage(creepage, speed=speed)["creep_force"]),
         "relaxed_creepage": creepage,
     }
 

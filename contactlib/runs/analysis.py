@@ -15,12 +15,8 @@ from contactlib.stability import (
     clearing,
     creep_control_gain,
     delay_limit,
-    find_fold,
-    steady_states,
-    worst_pole,
 )
-from contactlib.stability.quasi_steady import creepage_grid
-from contactlib.vehicle.available_force import available_force
+from contactlib.vehicle.creep_curve import CreepCurve
 
 DRIVING = "in driving; nan where the demand brakes"
 LOWEST = "the track's lowest friction and slope, of any wheel and time"
@@ -39,34 +35,25 @@ class Analysis:
         self.wheelset, self.speed = scenario.drivetrain.wheelset, scenario.design_speed
         self.torque = max(scenario.demand.value, key=abs)
         self.patch, self.slope = scenario.track.lowest
+        self.curve = CreepCurve(self.wheelset, speed=self.speed)
 
     @cached_property
     def fold(self) -> Fold | None:
         """Fold of the torque; None if it has no maximum, or the demand brakes."""
-        return self._driving_fold if self.torque >= 0.0 else None
+        return _fold(self.curve) if self.torque >= 0.0 else None
 
     @cached_property
     def patch_fold(self) -> Fold | None:
         """Fold of the torque on the patch."""
-        return self._fold(self.patch, self.slope) if self.torque >= 0.0 else None
-
-    @cached_property
-    def _driving_fold(self) -> Fold | None:
-        return self._fold(1.0)
-
-    def _fold(self, friction_scale: float, slope: float = 1.0) -> Fold | None:
-        try:
-            wheelset = self.wheelset.with_slope(slope)
-            return find_fold(wheelset, speed=self.speed, friction_scale=friction_scale)
-        except (
-            ValueError
-        ):  # it rises forever: the arguments are valid, as they come from a scenario
+        if self.torque < 0.0:
             return None
+        wheelset = self.wheelset.with_slope(self.slope)
+        return _fold(CreepCurve(wheelset, speed=self.speed, friction_scale=self.patch))
 
     @cached_property
     def worst(self) -> WorstPole:
         """Steepest point of the falling branch."""
-        return worst_pole(self.wheelset, speed=self.speed)
+        return self.curve.worst_pole
 
     @cached_property
     def grip(self) -> bool:
@@ -76,16 +63,10 @@ class Analysis:
         the same size of creepage. Where damping makes the torque rise forever, the peak of the
         force counts: beyond it the wheels spin, held by damping alone.
         """
-        found = steady_states(self.wheelset, drive_torque=self.torque, speed=self.speed)
-        fold = self._driving_fold
-        last = self._largest_force_creepage() if fold is None else fold.creepage
+        found = self.curve.steady(self.torque)
+        fold = _fold(self.curve)
+        last = self.curve.peak.creepage if fold is None else fold.creepage
         return bool((found.stable & (abs(found.creepage) < last)).any())
-
-    def _largest_force_creepage(self) -> float:
-        """Smallest creepage with the largest creep force, to the spacing of the grid."""
-        creepage = creepage_grid(self.wheelset, speed=self.speed)
-        force = self.wheelset.element.at_creepage(creepage, speed=self.speed)["creep_force"]
-        return float(creepage[int((force >= (1.0 - 1e-9) * force.max()).argmax())])
 
     @cached_property
     def clearing(self) -> tuple[float, float]:
@@ -124,6 +105,13 @@ class Analysis:
         return max(0.0, creep_control_gain(self.wheelset, point))
 
 
+def _fold(curve: CreepCurve) -> Fold | None:
+    try:
+        return curve.fold
+    except ValueError:  # it rises forever: the arguments are valid, as they come from a scenario
+        return None
+
+
 NO_FOLD = "no maximum, or braking"
 _clearing = partial(Outcome, infinite="survives any length", zero="not held even before the patch")
 
@@ -150,7 +138,7 @@ ANALYSES = {
     "available_force": Outcome(
         "N",
         "largest creep force",
-        analyse=lambda a: float(available_force(a.wheelset.element, speed=a.speed)),
+        analyse=lambda a: a.curve.peak.creep_force,
     ),
     "hysteresis": Outcome(
         "1",

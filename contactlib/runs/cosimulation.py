@@ -22,8 +22,8 @@ from contactlib.base.quantities import POSITIVE, checked_number
 from contactlib.contact import kernel
 from contactlib.contact.element import ForceElement, creepage_limits
 from contactlib.runs.result import Result, make_result
-from contactlib.stability import quasi_steady_torque
 from contactlib.vehicle.continuous_control import ContinuousController
+from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
 
 MOST_STEPS = 100_000_000  # more than a day at 1 ms
@@ -205,7 +205,7 @@ def cosimulate(
     time = step * np.arange(n + 1, dtype=np.float64)
     reference = controller.reference(time)
     load = wheelset.element.normal_load
-    start = float(quasi_steady_torque(wheelset, creepage, speed=speed))
+    start = float(CreepCurve(wheelset, speed=speed).torque(creepage))
     omega = (1.0 + creepage) * speed / wheelset.radius
     memory = controller.start(start)
     omegas, speeds, torques = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)

@@ -33,10 +33,9 @@ from contactlib.runs.result import (
     Result,
     make_result,
 )
-from contactlib.stability import quasi_steady_torque
-from contactlib.stability.quasi_steady import steady_creepage
 from contactlib.vehicle.conditions import Conditions
 from contactlib.vehicle.continuous_control import Command, ContinuousController
+from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -281,12 +280,11 @@ def simulate(
     if initial_speed < slowest:
         creepage = 0.0 if creepage is None else creepage
     else:
-        if creepage is None and controller.asks_for == "creepage":
-            creepage = reference
-        elif creepage is None:
-            creepage = steady_creepage(wheelset, reference, speed=initial_speed, **given)
-        at = Conditions(speed=initial_speed, **given)
-        torque = float(quasi_steady_torque(wheelset, creepage, at))
+        curve = CreepCurve(wheelset, Conditions(speed=initial_speed, **given))
+        if creepage is None:
+            given_creepage = controller.asks_for == "creepage"
+            creepage = reference if given_creepage else curve.grip(reference)
+        torque = float(curve.torque(creepage))
     omega = (initial_speed + creepage * max(abs(initial_speed), slowest)) / wheelset.radius
     # Scale of each state, to which the tolerance is relative.
     least = max(abs(initial_speed), slowest)

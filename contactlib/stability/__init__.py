@@ -12,29 +12,29 @@ from contactlib.stability.gains import (
     reduced_plant,
 )
 from contactlib.stability.poles import (
-    WorstPole,
     approximate_pole,
     fast_pole,
     poles,
     slope_threshold,
     worst_pole,
 )
-from contactlib.stability.quasi_steady import creepage_pole, quasi_steady_slope, quasi_steady_torque
 from contactlib.stability.s_curve import (
-    Fold,
     SCurve,
-    SteadyStates,
     find_fold,
+    quasi_steady_torque,
     s_curve,
     steady_states,
 )
 from contactlib.stability.slip_away import slip_away_estimate, slip_away_formula, slip_away_time
+from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 
 __all__ = [
     "Basin",
     "Clearing",
     "Controllability",
+    "CreepCurve",
     "Fold",
+    "Peak",
     "ReducedPlant",
     "SCurve",
     "SteadyStates",
@@ -45,14 +45,12 @@ __all__ = [
     "clearing",
     "controllability",
     "creep_control_gain",
-    "creepage_pole",
     "delay_limit",
     "fast_pole",
     "find_fold",
     "pi_stable",
     "poles",
     "proportional_window",
-    "quasi_steady_slope",
     "quasi_steady_torque",
     "reduced_plant",
     "s_curve",

@@ -23,19 +23,10 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
-from scipy.optimize import newton
 
 from contactlib.base.quantities import POSITIVE, FloatArray, checked
-from contactlib.stability.quasi_steady import (
-    creepage_grid,
-    creepage_pole,
-    quasi_steady_slope,
-    quasi_steady_torque,
-    slip_acceleration,
-    vehicle_acceleration,
-)
-from contactlib.stability.s_curve import steady_states
 from contactlib.vehicle.conditions import Conditions, GivenConditions, GivenInputs
+from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
 TIME_CONSTANTS = 20
@@ -181,19 +172,22 @@ def basin(
     """
     torque = checked_torque(drive_torque)
     at = wheelset.conditions(at, **given)
-    states = steady_states(wheelset, at, drive_torque=torque)
+    curve = CreepCurve(wheelset, at)
+    states = curve.steady(torque)
     i = int(np.abs(states.creepage).argmin()) if states.creepage.size else 0
-    if not (states.creepage.size and _rises_to(wheelset, states.creepage[i], at)):
+    try:
+        curve.grip(torque)
+    except ValueError:
         raise ValueError(
             f"drive_torque = {drive_torque!r} is out of range: no creepage holds it by grip at "
             f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, friction_scale = "
             f"{at.friction_scale!r}, resistance_force = {at.resistance_force!r}"
-        )
+        ) from None
     borders = [-math.inf, math.inf]
     for side, j in ((0, i - 1), (1, i + 1)):
         if 0 <= j < states.creepage.size:
             pair = float(states.creepage[i]), float(states.creepage[j])
-            borders[side] = _border(wheelset, torque, *pair, at)
+            borders[side] = _border(curve, torque, *pair)
     return Basin(float(states.creepage[i]), borders[0], borders[1])
 
 
@@ -211,25 +205,19 @@ def separatrix(
     return np.array(borders, dtype=np.float64).reshape(speeds.shape)
 
 
-def _rises_to(wheelset: Wheelset, creepage: float, at: Conditions) -> bool:
-    """Whether no peak lies between zero and a steady state, so that it is one of grip."""
-    grid = creepage_grid(wheelset, at)
-    between = np.append(grid[grid < abs(creepage)], abs(creepage))
-    path = math.copysign(1.0, creepage) * between
-    return bool((creepage_pole(wheelset, path, at) < 0.0).all())
-
-
-def _border(
-    wheelset: Wheelset, torque: float, grip: float, creepage: float, at: Conditions
-) -> float:
+def _border(curve: CreepCurve, torque: float, grip: float, creepage: float) -> float:
     """Creepage at the speed of `at` on the separatrix that belongs to an unstable steady state."""
+    wheelset, at = curve.wheelset, curve.at
     if wheelset.mass is None:
         return creepage
     side = math.copysign(1.0, creepage)
-    grid = creepage_grid(wheelset, at)
-    beyond = side * np.append(abs(creepage), grid[grid > abs(creepage)])
-    away = side * slip_acceleration(wheelset, beyond, at, drive_torque=torque)
-    if (away <= 0.0).all():
+    farthest = 1e5 * wheelset.element.saturation_creepage_at(
+        normal_load=at.normal_load, friction_scale=at.friction_scale
+    )
+    beyond = side * np.geomspace(abs(creepage), max(2.0 * abs(creepage), farthest), 400)
+    # Rate of the slip velocity r omega - V, that is V dzeta/dt + zeta dV/dt [m/s2].
+    surplus = wheelset.radius / wheelset.inertia * (torque - curve.torque(beyond))
+    if (side * (surplus + beyond * curve.acceleration(beyond)) <= 0.0).all():
         return side * math.inf  # beyond, the creepage grows only because the vehicle stops
     trace = _ahead(wheelset, torque, creepage, at)
     if trace is None:
@@ -255,20 +243,17 @@ def _ahead(
     Steps are a time constant or less, as the end need only be near the branch. None if the branch
     ends within too few of its time constants.
     """
-
-    def gain(zeta: float, there: Conditions) -> float:
-        return float(vehicle_acceleration(wheelset, zeta, there))
-
     later, branch, time, passed, share = at, creepage, 0.0, 0.0, 1.0
-    rate = gain(branch, later)
+    curve = CreepCurve(wheelset, at)
+    rate = float(curve.acceleration(branch))
     while passed < TIME_CONSTANTS:
-        step = share / float(creepage_pole(wheelset, branch, later))
+        step = share / float(curve.pole(branch))
         if abs(rate * step) <= max(AT_REST * abs(later.speed - at.speed), ROUNDING * at.speed):
             break  # practically at a saddle, where branch and border meet
         ahead = replace(later, speed=later.speed + rate * step)
         found = _on_branch(wheelset, torque, branch, ahead)
-        if found is not None and gain(found, ahead) * rate >= 0.0:
-            later, branch, rate = ahead, found, gain(found, ahead)
+        if found is not None and found[1] * rate >= 0.0:
+            later, curve, (branch, rate) = ahead, CreepCurve(wheelset, ahead), found
             time, passed = time + step, passed + share
         elif share > SHORTEST:
             share *= 0.5  # to the end of the branch, or up to a saddle
@@ -285,7 +270,7 @@ def _searched(
     """Border found by motions forward in time; infinite if there is none within reach."""
     side, distance = math.copysign(1.0, creepage), abs(creepage - grip)
     middle, far = 0.5 * (grip + creepage), grip + side * AWAY * distance
-    horizon = LONGEST / float(creepage_pole(wheelset, creepage, at))
+    horizon = LONGEST / float(CreepCurve(wheelset, at).pole(creepage))
 
     def decided(zeta: float, speed: float) -> float:
         standing = speed - wheelset.element.minimum_speed
@@ -309,20 +294,19 @@ def _searched(
     return 0.5 * (known + unknown)
 
 
-def _on_branch(wheelset: Wheelset, torque: float, near: float, at: Conditions) -> float | None:
-    """Unstable steady state near a creepage; None if the vehicle stands or all states slip away."""
+def _on_branch(
+    wheelset: Wheelset, torque: float, near: float, at: Conditions
+) -> tuple[float, float] | None:
+    """Unstable steady state next to a creepage, and the vehicle's acceleration there [m/s2].
+
+    None if the vehicle stands or all states slip away.
+    """
     if at.speed < wheelset.element.minimum_speed:
         return None
-
-    def excess(zeta: float) -> float:
-        return float(quasi_steady_torque(wheelset, zeta, at)) - torque
-
-    def slope(zeta: float) -> float:
-        return float(quasi_steady_slope(wheelset, zeta, at))
-
-    # Past the merger with the gripping branch the iteration fails or finds a stable state.
-    try:
-        found = float(newton(excess, near, slope, rtol=1e-12, tol=1e-14))
-    except RuntimeError:
+    curve = CreepCurve(wheelset, at)
+    states = curve.steady(torque)
+    unstable = states.creepage[states.pole > 0.0]
+    if unstable.size == 0:
         return None
-    return found if slope(found) < 0.0 else None
+    found = float(unstable[np.abs(unstable - near).argmin()])
+    return found, float(curve.acceleration(found))

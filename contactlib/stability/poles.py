@@ -11,11 +11,10 @@ zero where the determinant vanishes.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Unpack
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
 
 from contactlib.base.quantities import (
     MODERATE,
@@ -28,8 +27,8 @@ from contactlib.base.quantities import (
 )
 from contactlib.contact import kernel
 from contactlib.contact.element import creepage_limits
-from contactlib.stability.quasi_steady import creepage_grid
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
+from contactlib.vehicle.creep_curve import CreepCurve, WorstPole
 from contactlib.vehicle.wheelset import Wheelset
 
 
@@ -151,51 +150,8 @@ def fast_pole(
     return np.asarray(np.where(first > 0.0, first, last))
 
 
-class WorstPole(NamedTuple):
-    """The largest pole at one speed.
-
-    Attributes
-    ----------
-    pole : float
-        The pole [1/s]; zero or less if a constant torque holds every creepage.
-    creepage : float
-        Its creepage [1].
-    """
-
-    pole: float
-    creepage: float
-
-
 def worst_pole(
     wheelset: Wheelset, at: Conditions | None = None, **given: Unpack[GivenConditions]
 ) -> WorstPole:
-    """Largest `fast_pole` over the creepages of traction, and its creepage.
-
-    Parameters
-    ----------
-    wheelset : Wheelset
-        The wheelset.
-    at, **given
-        Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
-        nominal.
-
-    Raises
-    ------
-    ValueError
-        If a value is out of range.
-    """
-    contact = (at := wheelset.conditions(at, **given)).contact
-    grid = creepage_grid(wheelset, at)
-
-    def stability(log_creepage: ArrayLike) -> FloatArray:
-        return -fast_pole(wheelset, np.exp(log_creepage), **contact)
-
-    logs = np.log(grid)
-    i = int(np.clip(np.argmin(stability(logs)), 1, grid.size - 2))
-    best = minimize_scalar(
-        lambda log: float(stability(log)),
-        bounds=(logs[i - 1], logs[i + 1]),
-        method="bounded",
-        options={"xatol": 1e-10},
-    )
-    return WorstPole(float(-best.fun), float(np.exp(best.x)))
+    """Largest `fast_pole` over the creepages of traction: `CreepCurve.worst_pole`."""
+    return CreepCurve(wheelset, at, **given).worst_pole

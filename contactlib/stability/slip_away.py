@@ -1,6 +1,6 @@
 """Time in which a constant torque changes the creepage from one value to another.
 
-The speed is frozen: dt = (J V/r) dzeta/(T - T_s(zeta)), see `contactlib.stability.quasi_steady`.
+The speed is frozen: dt = (J V/r) dzeta/(T - T_s(zeta)), see `contactlib.vehicle.creep_curve`.
 """
 
 from __future__ import annotations
@@ -12,18 +12,13 @@ from typing import Any, Unpack
 import numpy as np
 from scipy.integrate import quad
 
-from contactlib.base.quantities import FINITE, POSITIVE, FloatArray, checked_number, derived
+from contactlib.base.quantities import FINITE, POSITIVE, checked_number, derived
 from contactlib.contact.element import creepage_limits
-from contactlib.stability.quasi_steady import (
-    creepage_grid,
-    quasi_steady_slope,
-    quasi_steady_torque,
-    turning_points,
-)
-from contactlib.stability.s_curve import find_fold
 from contactlib.vehicle.conditions import Conditions, GivenConditions
+from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
+NEAR = 0.004  # distance over which the curvature is taken / creepage
 ROUNDING = 4.0 * float(
     np.finfo(np.float64).eps
 )  # relative distance below which a torque equals the fold's
@@ -66,9 +61,10 @@ def slip_away_time(
         If a value is out of range.
     """
     torque = checked_torque(drive_torque)
-    at = wheelset.conditions(at, **given)
+    curve = CreepCurve(wheelset, at, **given)
+    speed = curve.at.speed
     first, last = (
-        checked_number(name, value, creepage_limits(wheelset.element, at.speed))
+        checked_number(name, value, creepage_limits(wheelset.element, speed))
         for name, value in (("start", start), ("end", end))
     )
     if first == last:
@@ -77,17 +73,12 @@ def slip_away_time(
 
     def surplus(creepage: Any) -> Any:
         """Excess torque in the direction of the change."""
-        return way * (torque - quasi_steady_torque(wheelset, creepage, at))
-
-    def slope(creepage: Any) -> Any:
-        return -way * quasi_steady_slope(wheelset, creepage, at)
+        return way * (torque - curve.torque(creepage))
 
     low, high = min(first, last), max(first, last)
-    positive = creepage_grid(wheelset, at)
-    grid = np.concatenate([-positive[::-1], [0.0], positive])
-    grid = np.union1d(grid, turning_points(slope, grid))  # else a fold may hide between nodes
-    grid = np.concatenate([[low], grid[(low < grid) & (grid < high)], [high]])
-    values = surplus(grid)
+    turns = np.concatenate([curve.turns_in_braking[::-1], curve.turns])
+    places = np.concatenate([[low], turns[(low < turns) & (turns < high)], [high]])
+    values = surplus(places)
     least = float(values.min())
     rounding = ROUNDING * abs(torque)
     if least <= rounding:
@@ -95,9 +86,13 @@ def slip_away_time(
 
     # Most of the time passes near the smallest surplus D, where 1/(D + C z**2/2) is a narrow peak.
     # z = width sinh(u) turns it into 1/cosh(u), and shortens the long tails.
-    i = int(values.argmin())
-    centre = float(grid[i])
-    width = _width(grid, slope(grid), i, least)
+    centre = float(places[values.argmin()])
+    near = NEAR * max(abs(centre), wheelset.element.saturation_creepage)
+    around = np.array([max(low, centre - near), min(high, centre + near)])
+    curvature = -way * float(np.diff(curve.slope(around))[0] / np.diff(around)[0])
+    width = high - low
+    if curvature > 0.0:
+        width = min(width, math.sqrt(2.0 * least / curvature))
     ends = [math.asinh((z - centre) / width) for z in (low, high)]
 
     def integrand(u: float) -> float:
@@ -108,15 +103,7 @@ def slip_away_time(
     total = sum(
         quad(integrand, a, b, epsabs=0.0, epsrel=error, limit=400)[0] for a, b in pairwise(parts)
     )
-    return float(wheelset.inertia * at.speed / wheelset.radius * width * total)
-
-
-def _width(grid: FloatArray, slopes: FloatArray, i: int, least: float) -> float:
-    """Distance from the minimum at node i over which its parabola doubles [1]."""
-    a, c = max(i - 1, 0), min(i + 1, grid.size - 1)
-    span = float(grid[-1] - grid[0])
-    curvature = float(slopes[c] - slopes[a]) / float(grid[c] - grid[a])
-    return min(span, math.sqrt(2.0 * least / curvature)) if curvature > 0.0 else span
+    return float(wheelset.inertia * speed / wheelset.radius * width * total)
 
 
 def slip_away_formula(
@@ -211,18 +198,18 @@ def slip_away_estimate(
     ValueError
         If a value is out of range, or there is no fold.
     """
-    at = wheelset.conditions(at, **given)
+    curve = CreepCurve(wheelset, at, **given)
     torque, far = checked_torque(drive_torque), checked_number("end", end, FINITE)
-    fold = find_fold(wheelset, at)
+    fold = curve.fold
     overload = torque / fold.drive_torque - 1.0
     if overload <= 0.0:
         return math.inf
     step = 1e-4 * fold.creepage
-    slopes = quasi_steady_slope(wheelset, [fold.creepage - step, fold.creepage + step], at)
+    slopes = curve.slope([fold.creepage - step, fold.creepage + step])
     return slip_away_formula(
         radius=wheelset.radius,
         inertia=wheelset.inertia,
-        speed=at.speed,
+        speed=curve.at.speed,
         overload=overload,
         peak_force=fold.drive_torque / wheelset.radius,
         peak_curvature=float(slopes[0] - slopes[1]) / (2.0 * step * wheelset.radius),

@@ -16,12 +16,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contactlib.stability import proportional_window, sampled_delay
-from contactlib.stability.quasi_steady import creepage_grid, turning_points
 from contactlib.traction.observers import tracked_variance
 from contactlib.traction.sensors import Sensors
+from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -48,14 +46,8 @@ def peak_creepage(wheelset: Wheelset, speed: float) -> float:
 
     For a law that rises forever, thirty times the saturation creepage.
     """
-    element = wheelset.element
-    peaks = turning_points(
-        lambda creepage: element.at_creepage(creepage, speed=speed)["force_gradient"],
-        creepage_grid(wheelset, speed=speed),
-    )
-    if peaks.size == 0:
-        return RISING_FOREVER * element.saturation_creepage
-    return float(peaks[np.argmax(element.at_creepage(peaks, speed=speed)["creep_force"])])
+    peak = CreepCurve(wheelset, speed=speed).peak.creepage
+    return peak if math.isfinite(peak) else RISING_FOREVER * wheelset.element.saturation_creepage
 
 
 def sticking(wheelset: Wheelset, speed: float, sensors: Sensors) -> dict[str, float]:

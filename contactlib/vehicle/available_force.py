@@ -10,7 +10,7 @@ octave's polynomial has not converged, it is searched in every row.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise, product
 from typing import Any
 
@@ -24,9 +24,6 @@ from contactlib.contact.element import ForceElement
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile, Track
 
-NEAR, FAR = 40, 14  # number of slip speeds tried up to 10 zeta0, and beyond
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-CUTS = 40  # of the golden-section search
 NODES = 10  # speeds in an octave
 OCTAVES = (-4, 9)  # of the speed, lowest and highest: from 2**(e - 1) up to 2**e [m/s]
 LOAD_OCTAVES = (-3, 2)  # likewise, of the load over the nominal one times
@@ -107,65 +104,14 @@ def available_force(
 
 def _largest(element: ForceElement, cases: FloatArray) -> FloatArray:
     """Largest force of each case, a row (speed, load, friction scales of the two wheels)."""
-    inputs = np.zeros((2, len(cases)), dtype=kernel.force_input_dtype())
-    inputs["speed"], inputs["normal_load"] = cases[:, 0], cases[:, 1]
-    inputs["friction_scale"] = cases[:, 2:].T
-
-    def force(slip: FloatArray) -> FloatArray:
-        inputs["omega"] = (inputs["speed"] + slip) / element.radius
-        found = element.native.evaluate(inputs)["creep_force"]
-        return np.asarray(0.5 * (found[0] + found[1]))
-
-    inputs["omega"] = inputs["speed"] / element.radius
-    rolling = element.native.evaluate(inputs)
-    # Slip speed at the saturation creepage: zeta0 times the creepage's reference speed.
-    units = rolling["saturation_creepage"] * element.radius / rolling["creepage_by_omega"]
-    return largest_force(force, units.max(axis=0), element.friction.least_left)
-
-
-def largest_force(
-    force: Callable[[FloatArray], FloatArray], unit: FloatArray, residual: ArrayLike
-) -> FloatArray:
-    """Largest force over all slip speeds, of many contacts at once.
-
-    Parameters
-    ----------
-    force : callable
-        Forces [N] at slip speeds [m/s], both of the shape of `unit`.
-    unit : ndarray
-        Approximate slip speeds at the saturation creepage [m/s].
-    residual : array_like
-        Fraction of friction that is left where the force peaks, or less [1]; broadcasts with
-        `unit`.
-
-    Returns
-    -------
-    ndarray
-        Largest forces [N], of the shape of `unit`; the relative error is 1e-9.
-    """
-    # Friction that falls at once has the zeta0 of its residual; a law may rise forever.
-    first = np.log(0.01 * np.asarray(residual, dtype=np.float64))
-    near = [np.exp(first + part * (np.log(10.0) - first)) for part in np.linspace(0.0, 1.0, NEAR)]
-    grid = [np.zeros_like(first), *near, *np.geomspace(30.0, 1e8, FAR)]
-    largest, low, high = np.zeros_like(unit), np.zeros_like(unit), grid[1] * unit
-    for i, x in enumerate(grid):
-        found = force(x * unit)
-        better = found > largest
-        low = np.where(better, grid[max(i - 1, 0)] * unit, low)
-        high = np.where(better, grid[min(i + 1, len(grid) - 1)] * unit, high)
-        largest = np.maximum(largest, found)
-    # Golden section needs no derivative: the peak may be a corner, where the force is limited.
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_left, at_right = force(left), force(right)
-    for _ in range(CUTS):
-        largest = np.maximum(largest, np.maximum(at_left, at_right))
-        down = at_left >= at_right
-        low, high = np.where(down, low, left), np.where(down, right, high)
-        new = np.where(down, high - GOLDEN * (high - low), low + GOLDEN * (high - low))
-        found = force(new)
-        left, right = np.where(down, new, right), np.where(down, left, new)
-        at_left, at_right = np.where(down, found, at_right), np.where(down, at_left, found)
-    return np.asarray(np.maximum(largest, np.maximum(at_left, at_right)))
+    return np.array(
+        [
+            kernel.NativeCurve(
+                element.native, None, speed=speed, normal_load=[load] * 2, friction_scale=scales
+            ).peak()[1]
+            for speed, load, *scales in cases.tolist()
+        ]
+    )
 
 
 class AvailableForce:
@@ -288,36 +234,13 @@ class AvailableForce:
         """Largest forces for arrays of bodies, and of what `__call__` takes."""
         used, place = np.unique(body, return_inverse=True)
         trains = [self._bodies[i] for i in used.tolist()]
-        elements = [train.wheelset.element for train in trains]
         members = [train.member() for train in trains]
-        # Without relaxation: the force is the steady one.
-        members = [m._replace(contact={**m.contact, "relaxation_length": 0.0}) for m in members]
         fleet = kernel.NativeFleet([members[i] for i in place.tolist()])
-        radius, zeta0, slowest, residual = np.array(
-            [
-                (
-                    element.radius,
-                    element.saturation_creepage,
-                    element.minimum_speed,
-                    element.friction.least_left,
-                )
-                for element in elements
-            ]
-        ).T[:, place]
         inputs = np.zeros(speed.size, kernel.drivetrain_dtype("input"))
-        states = np.zeros(speed.size, kernel.drivetrain_dtype("state"))
         inputs["load_left"] = inputs["load_right"] = 0.5 * load
         inputs["friction_left"], inputs["friction_right"] = left, right
         inputs["slope"] = slope
-        states["speed"] = speed
-
-        def force(slip: FloatArray) -> FloatArray:
-            states["omega_left"] = states["omega_right"] = (speed + slip) / radius
-            out = fleet.evaluate(inputs, states)
-            return np.asarray(out["creep_force_left"] + out["creep_force_right"])
-
-        unit = np.maximum(left, right) * zeta0 * np.maximum(np.abs(speed), slowest) / slope
-        return largest_force(force, unit, residual)
+        return fleet.peak(inputs, speed)
 
 
 def _count(octaves: tuple[int, int]) -> int:

@@ -8,14 +8,13 @@ The kernel has the right-hand side and its Jacobian (fmu/wheelset_law.h).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq, minimize_scalar
 
 from contactlib.base.quantities import (
     FINITE,
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
 
 GRAVITY = 9.80665  # standard gravity [m/s2]
 NO_RESISTANCE = Resistance()
-FASTEST = 1e3  # equilibria are searched up to this speed [m/s]
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
 
@@ -250,45 +248,36 @@ class Wheelset(Parameters):
             raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
 
         at = self.conditions(speed=self.element.minimum_speed if speed is None else speed, **given)
-        load, friction = at.normal_load, at.friction_scale
-        scale = self.element.saturation_creepage_at(normal_load=load, friction_scale=friction)
+        curve = self.native_curve(at, balanced=not self.speed_held)
+        sides = [curve.steady(drive_torque, side) for side in (-1.0, 1.0)]
+        found = np.sort(np.concatenate(sides), order="creepage")
+        return [
+            self.balanced(replace(at, speed=speed), creepage=creepage)
+            for creepage, speed in zip(
+                found["creepage"].tolist(), found["speed"].tolist(), strict=True
+            )
+        ]
 
-        def point(x: float) -> OperatingPoint | None:
-            creepage = x * scale
-            held = at.speed if self.speed_held else self._free_speed(creepage, at)
-            if held is None:
-                return None
-            return self.balanced(replace(at, speed=held), creepage=creepage)
+    def native_curve(self, at: Conditions, *, balanced: bool = False) -> kernel.NativeCurve:
+        """The kernel's curve of steady creep under conditions.
 
-        def excess(x: float) -> float:
-            found = point(x)
-            return np.nan if found is None else found.drive_torque - drive_torque
-
-        positive = np.geomspace(1e-9, 1e7, 1601)
-        grid = np.concatenate([-positive[::-1], [0.0], positive])
-        values = np.array([excess(x) for x in grid])
-        turns = _turning_points(excess, grid, values)
-        place = np.searchsorted(grid, turns)
-        grid = np.insert(grid, place, turns)
-        values = np.insert(values, place, [excess(x) for x in turns])
-        found = [point(x) for x, value in zip(grid, values, strict=True) if value == 0.0]
-        for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
-            found.append(point(float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15, rtol=1e-14))))
-        return sorted((p for p in found if p is not None), key=lambda p: p.creepage)
-
-    def _free_speed(self, creepage: float, at: Conditions) -> float | None:
-        """Speed at which the resistance equals the creep force; None if there is no such speed."""
-
-        def surplus(speed: float) -> float:
-            omega = (1.0 + creepage) * speed / self.radius
-            inputs = 0.0, at.normal_load, at.friction_scale, at.resistance_force
-            rates, _ = self.rates(omega, speed, *inputs)
-            return float(rates.speed_rate)
-
-        slowest = self.element.minimum_speed
-        if surplus(slowest) * surplus(FASTEST) > 0.0:
-            return None
-        return float(brentq(surplus, slowest, FASTEST, xtol=1e-13, rtol=1e-14))
+        Parameters
+        ----------
+        at : Conditions
+            Checked conditions.
+        balanced : bool, optional
+            Whether each creepage has the speed at which the resistance equals the creep force, in
+            place of that of the conditions.
+        """
+        return kernel.NativeCurve(
+            self.element.native,
+            self.native,
+            speed=at.speed,
+            normal_load=[at.normal_load] * 2,
+            friction_scale=[at.friction_scale] * 2,
+            resistance_force=at.resistance_force,
+            balanced=float(balanced),
+        )
 
     def linearize(self, point: OperatingPoint) -> StateSpace:
         """Linear model about an operating point, for python-control.
@@ -378,25 +367,3 @@ class Wheelset(Parameters):
 def checked_torque(value: ArrayLike) -> float:
     """Check a drive torque [N.m]; a ValueError names it."""
     return checked_number("drive_torque", value, kernel.wheelset_limits()["drive_torque"])
-
-
-def _turning_points(
-    curve: Callable[[float], float], grid: FloatArray, values: FloatArray
-) -> list[float]:
-    """Extrema between nodes that are so near zero that the curve may cross zero twice there."""
-    found = []
-    size, sign = np.abs(values), np.sign(values)
-    # It falls below the least of three nodes by at most its rise from there to the others.
-    near = (size[1:-1] <= np.minimum(size[:-2], size[2:])) & (
-        3.0 * size[1:-1] <= size[:-2] + size[2:]
-    )
-    alike = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:])
-    for i in np.flatnonzero(near & alike) + 1:
-        turn = minimize_scalar(
-            lambda x, way=sign[i]: way * curve(x),
-            bounds=(grid[i - 1], grid[i + 1]),
-            method="bounded",
-            options={"xatol": 1e-9 * abs(grid[i])},
-        )
-        found.append(float(turn.x))
-    return found

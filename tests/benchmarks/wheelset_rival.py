@@ -16,9 +16,9 @@ import numpy as np
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
-from contactlib.stability.quasi_steady import steady_creepage
 from contactlib.traction.creep_pi import BAND, CUT, LARGEST_SHARE, CreepPI
 from contactlib.traction.observers import tracker_gains
+from contactlib.vehicle.creep_curve import CreepCurve
 
 numba: Any = None
 with suppress(ImportError):
@@ -78,13 +78,12 @@ def numbers(scenario: cl.Scenario, controller: str) -> dict[str, float]:
         "patch_friction": patch.value[1],
         "demand": demand,
         "speed": scenario.initial_speed,
-        "creepage": steady_creepage(
+        "creepage": CreepCurve(
             wheelset,
-            demand,
             speed=scenario.initial_speed,
             normal_load=load,
             friction_scale=patch.value[0],
-        ),
+        ).grip(demand),
         "sample_time": control.sample_time,
         "reference": control.reference,
         "reference_torque": control.reference_torque,

@@ -178,7 +178,7 @@ def test_a_paused_page_shows_what_is_entered(visitor: Visitor, rig: cl.Model) ->
     visitor.check("Creep control")
     for reference in (1.0, 2.4):
         visitor.enter(reference=reference)
-        pole = stability.creepage_pole(rig.wheelset, 1e-2 * reference, speed=SPEED)
+        pole = cl.CreepCurve(rig.wheelset, speed=SPEED).pole(1e-2 * reference)
         assert_shows(shown()["pole at the reference"], float(pole))
 
 
@@ -186,7 +186,7 @@ def longest_delay(wheelset: cl.Wheelset, creepage: float, **here: Any) -> float:
     """Delay in whole samples beyond which Python finds no gain above the least one [s]."""
     point = wheelset.balanced(creepage=creepage, **here)
     least = stability.creep_control_gain(wheelset, point)
-    pole = float(stability.creepage_pole(wheelset, creepage, **here))
+    pole = float(cl.CreepCurve(wheelset, **here).pole(creepage))
     gain = wheelset.element.radius / (wheelset.inertia * here["speed"])
 
     def holds(samples: int) -> bool:
@@ -330,7 +330,7 @@ def test_numbers_shown_are_those_of_python(
     at = creepage if reference is None else reference / 100.0
     here: dict[str, Any] = {"speed": speed, "normal_load": 1e3 * load}
     force = wheelset.element.at_creepage(creepage, **here)
-    pole = float(stability.creepage_pole(wheelset, at, **here))
+    pole = float(cl.CreepCurve(wheelset, **here).pole(at))
     gain = wheelset.element.radius / (wheelset.inertia * speed)
     fold = stability.find_fold(wheelset, **here | {"speed": visitor.state("shown.speed")})
     assert fold is not None
@@ -562,7 +562,7 @@ def test_the_experiment_of_holding(visitor: Visitor, told_of: tuple[Setting, cl.
     held = 1.45 * fold_of(wheelset).creepage
     assert told.steps[-1]["highest"] == pytest.approx(held, rel=0.02)
     assert told.creepage == pytest.approx(held, rel=5e-3)
-    assert stability.creepage_pole(wheelset, told.creepage, speed=told.speed) > 10.0
+    assert cl.CreepCurve(wheelset, speed=told.speed).pole(told.creepage) > 10.0
 
 
 def test_the_experiment_of_a_late_measurement(

@@ -17,11 +17,9 @@ from contactlib.stability import (
     Fold,
     clearing,
     creep_control_gain,
-    creepage_pole,
     delay_limit,
     find_fold,
     proportional_window,
-    quasi_steady_slope,
     quasi_steady_torque,
     s_curve,
     steady_states,
@@ -146,13 +144,13 @@ def test_torque_slope_pole_and_gain(page: ExplorerPage, places: list[Place]) -> 
         )
         np.testing.assert_allclose(
             slope,
-            quasi_steady_slope(at.wheelset, zeta, **at.inputs),
+            cl.CreepCurve(at.wheelset, **at.inputs).slope(zeta),
             rtol=1e-12,
             atol=1e-13 * steepest,
         )
         np.testing.assert_allclose(
             pole,
-            creepage_pole(at.wheelset, zeta, **at.inputs),
+            cl.CreepCurve(at.wheelset, **at.inputs).pole(zeta),
             rtol=1e-12,
             atol=1e-13 * steepest * rate,
         )
@@ -219,7 +217,7 @@ def test_there_is_no_fold_where_damping_outweighs_the_fall(
     near = np.geomspace(1e-6, 1e3, 20001)
     zeta = 0.015 * np.concatenate([1.0 - near[near < 1.0][::-1], 1.0 + near])
     for at, its in zip(places, found, strict=True):
-        least = float(quasi_steady_slope(at.wheelset, zeta, speed=10.0).min())
+        least = float(cl.CreepCurve(at.wheelset, speed=10.0).slope(zeta).min())
         assert (its is not None) == (least < 0.0)
     assert 5 < sum(its is None for its in found) < len(found) - 5
 

@@ -313,8 +313,29 @@ RULES = ("sample", "start")
 CALLS: list[Call] = [
     # ---- stability
     of_curve("quasi_steady_torque", ("creepage",), **INPUTS),
-    of_curve("stability.quasi_steady_slope", ("creepage",), **INPUTS),
-    of_curve("stability.creepage_pole", ("creepage",), **INPUTS),
+    of_curve("CreepCurve", **INPUTS),
+    *(
+        Call(
+            name=f"CreepCurve.{name}",
+            make=lambda name=name: (  # type: ignore[misc]
+                getattr(cl.CreepCurve(train(), **INPUTS), name),
+                {"creepage": CREEPAGES.copy()},
+            ),
+            arrays=("creepage",),
+        )
+        for name in ("torque", "slope", "pole", "acceleration", "states")
+    ),
+    *(
+        Call(
+            name=f"CreepCurve.{name}",
+            make=lambda name=name: (  # type: ignore[misc]
+                getattr(cl.CreepCurve(train(), **INPUTS), name),
+                {"drive_torque": 1e4},
+            ),
+            numbers=("drive_torque",),
+        )
+        for name in ("steady", "grip")
+    ),
     of_curve("quasi_steady_torque", ("creepage",), free=True, **INPUTS),
     of_curve("stability.poles", ("creepage",), speed=10.0),
     of_curve("stability.poles", ("creepage",), free=True, speed=10.0),
@@ -682,16 +703,6 @@ CALLS: list[Call] = [
         numbers=("initial_speed", "design_speed", "duration"),
         says={"design_speed": "speed"},
     ),
-    *(
-        Call(
-            name=f"stability.{kind.__name__}.at",
-            make=on_rig(kind.at),
-            arrays=("creepage",),
-            numbers=tuple(INPUTS),
-            optional=("normal_load",),
-        )
-        for kind in (stability.SteadyStates, stability.SCurve)
-    ),
     Call(
         name="Sensors.samples_of_delay",
         make=lambda: (cl.Sensors(delay=0.02).samples_of_delay, {"sample_time": 0.01}),
@@ -788,7 +799,15 @@ EXEMPT: dict[str, str] = {
     "export_kernel": "takes a model and a folder alone: test_kernel_source.py",
     **dict.fromkeys(
         (
-            *("Event", "Fold", "Metrics", "OperatingPoint", "Result", "Result.first"),
+            *(
+                "Event",
+                "Fold",
+                "stability.Peak",
+                "Metrics",
+                "OperatingPoint",
+                "Result",
+                "Result.first",
+            ),
             *("Result.to_pandas", "Result.to_xarray", "Tuning", "Tuning.section"),
             *("control_systems.Margins", "control_systems.Nyquist"),
             *("control_systems.RootLocus", "stability.Basin", "stability.Clearing"),
@@ -811,6 +830,7 @@ EXEMPT: dict[str, str] = {
         (
             *("CreepControl.command", "CreepControl.start", "TorqueControl.command"),
             *("TorqueControl.start", "Wheelset.rates", "KernelSource.exchange"),
+            "Wheelset.native_curve",
             "FmuSource.exchange",
         ),
         EVERY_STEP,

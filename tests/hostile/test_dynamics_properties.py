@@ -125,8 +125,8 @@ def test_steady_states_are_at_rest_and_alternate(
     torque = part * (2.5e4 if fold is None else fold.drive_torque)
     found = cl.steady_states(body, drive_torque=torque, **inputs)
     largest = body.radius * body.element.friction.static * body.element.normal_load
-    left = cl.quasi_steady_torque(body, found.creepage, **inputs) - torque
-    slopes = np.abs(stability.quasi_steady_slope(body, found.creepage, **inputs))
+    curve = cl.CreepCurve(body, **inputs)
+    left, slopes = curve.torque(found.creepage) - torque, np.abs(curve.slope(found.creepage))
     assert (np.abs(left) <= 1e-11 * largest + 1e-14 * slopes * np.abs(found.creepage)).all()
     assert all(a != b for a, b in itertools.pairwise(found.stable.tolist()))
 

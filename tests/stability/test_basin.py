@@ -169,7 +169,7 @@ def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
                 cl.TorqueControl(cl.Profile.of(torque)),
                 initial_speed=speed,
                 initial_creepage=part * border,
-                duration=LONGEST / float(cl.stability.creepage_pole(body, unstable, at)),
+                duration=LONGEST / float(cl.CreepCurve(body, at).pole(unstable)),
                 slip_away_creepage=found.creepage + AWAY * (unstable - found.creepage),
                 stop_at=["slip_away", "standstill"],
             )

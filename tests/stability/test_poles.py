@@ -149,8 +149,10 @@ def test_worst_pole_of_friction_that_never_falls_is_the_creepage_s(locomotive: c
     body = replace(locomotive.wheelset, element=replace(element, friction=coulomb))
     worst = cl.worst_pole(body, speed=V)
     zeta = element.saturation_creepage * np.geomspace(1e-2, 1e5, 2001)
-    assert worst.pole == pytest.approx(cl.fast_pole(body, zeta, speed=V).max(), rel=1e-6)
-    assert worst.pole == pytest.approx(-body.damping / body.inertia, rel=1e-6)  # it slides
+    # The table's slope is certified to 1e-8, which the search may find on the flat part.
+    flat = 1e-8 * abs(float(cl.fast_pole(body, 0.0, speed=V)))
+    assert worst.pole == pytest.approx(cl.fast_pole(body, zeta, speed=V).max(), abs=flat)
+    assert worst.pole == pytest.approx(-body.damping / body.inertia, abs=flat)  # it slides
     assert worst.pole == pytest.approx(float(cl.fast_pole(body, worst.creepage, speed=V)))
 
 

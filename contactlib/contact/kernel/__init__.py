@@ -5,6 +5,7 @@ declarations from the C headers, so no declaration stands twice.
 """
 
 from contactlib.contact.kernel.bodies import NativeCreepForces as NativeCreepForces
+from contactlib.contact.kernel.bodies import NativeCurve as NativeCurve
 from contactlib.contact.kernel.bodies import NativeForceElement as NativeForceElement
 from contactlib.contact.kernel.bodies import NativeWheelset as NativeWheelset
 from contactlib.contact.kernel.bodies import contact_scales as contact_scales

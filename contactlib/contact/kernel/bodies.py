@@ -93,13 +93,15 @@ class NativeForceElement:
 
     def __init__(self, table: NativeTable | NativeContact, parameters: Mapping[str, float]) -> None:
         lib = library()
-        self._table = table
+        self._table = table  # keeps what the structs below point to
         self._parameters = ffi.new("force_element_parameters *", dict(parameters))
         names = ("omega", "speed", "normal_load", "friction_scale")
         limits = [force_input_limits()[name] for name in names]
         ends = [[limit.at_least for limit in limits], [limit.at_most for limit in limits]]
-        given = table.struct, self._parameters, ffi.new("force_ranges *", ends)
-        self.force = partial(lib.force_element_force, *given)
+        self.structs = table.struct, self._parameters
+        self.force = partial(
+            lib.force_element_force, *self.structs, ffi.new("force_ranges *", ends)
+        )
         self.nominal_load = parameters["nominal_load"]
 
     def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
@@ -128,17 +130,83 @@ class NativeWheelset:
 
     def __init__(self, parameters: Mapping[str, float]) -> None:
         library()
-        self._parameters = ffi.new("wheelset_parameters *", dict(parameters))
+        self.struct = ffi.new("wheelset_parameters *", dict(parameters))
 
     def motion(
         self, omega: float, speed: float, torque: float, resistance: float, contact: Any
     ) -> Any:
         """Rates struct of one state; `contact` is an output struct of the force element."""
         rates = ffi.new("wheelset_rates *")
-        library().wheelset_motion(
-            self._parameters, omega, speed, torque, resistance, contact, rates
-        )
+        library().wheelset_motion(self.struct, omega, speed, torque, resistance, contact, rates)
         return rates
+
+
+class NativeCurve:
+    """Curve of steady creep under given conditions; see fmu/creep_curve.h. Checks nothing.
+
+    Parameters
+    ----------
+    contact : NativeForceElement
+        The contact of all wheels together.
+    body : NativeWheelset, optional
+        Default: the curve is that of the creep force.
+    **conditions : float
+        Members of the struct `creep_conditions`; a pair for those of the two wheels.
+    """
+
+    def __init__(
+        self, contact: NativeForceElement, body: NativeWheelset | None, **conditions: Any
+    ) -> None:
+        library()
+        self._given = (
+            *contact.structs,
+            ffi.NULL if body is None else body.struct,
+            ffi.new("creep_conditions *", conditions),
+        )
+        self._kept = contact, body
+
+    def points(self, creepage: FloatArray) -> NDArray[np.void]:
+        """Records `creep_point` at creepages of any shape."""
+        creepage = np.asarray(creepage, dtype=np.float64, order="C")
+        points = np.empty(creepage.shape, struct_dtype("creep_point"))
+        room = pointer(points, "creep_point")
+        library().creep_curve_points(*self._given, creepage.size, pointer(creepage, "double"), room)
+        return points
+
+    def turns(self, side: float) -> NDArray[np.void]:
+        """Records of the turns of one side, and of the end of the search."""
+        return self._found(library().creep_curve_turns, side)
+
+    def steady(self, torque: float, side: float) -> NDArray[np.void]:
+        """Records of the points of one side that a torque holds."""
+        return self._found(library().creep_curve_steady, torque, side)
+
+    def grip(self, torque: float) -> tuple[float, float]:
+        """Creepage on the rising branch that a torque holds, nan beyond the limit; the limit."""
+        limit = ffi.new("double *")
+        return library().creep_curve_grip(*self._given, torque, limit), limit[0]
+
+    def peak(self) -> tuple[float, float]:
+        """Creepage and force of the largest creep force in traction."""
+        table, contact, _, at = self._given
+        creepage = ffi.new("double *")
+        force = library().creep_curve_peak(table, contact, at, creepage)
+        return creepage[0], force
+
+    def worst(self) -> Any:
+        """Struct of the point with the largest pole."""
+        point = ffi.new("creep_point *")
+        library().creep_curve_worst(*self._given, point)
+        return point
+
+    def _found(self, search: Any, *given: float) -> NDArray[np.void]:
+        room = 64
+        while True:
+            points = np.empty(room, struct_dtype("creep_point"))
+            count = search(*self._given, *given, room, pointer(points, "creep_point"))
+            if count < room:
+                return points[:count]
+            room *= 4
 
 
 def contact_with_force(creep_force: float) -> Any:

@@ -130,6 +130,32 @@ class NativeFleet:
         )
         return outputs
 
+    def grip(
+        self, inputs: NDArray[np.void], speed: FloatArray, torque: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Creepages on the rising branch that hold torques, nan beyond the limit; the limits."""
+        creepage, limit = np.empty(self.size), np.full(self.size, np.nan)
+        given = [np.ascontiguousarray(a, np.float64) for a in (speed, torque)]
+        library().drivetrain_grip_many(
+            self._members,
+            self.size,
+            pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
+            *(pointer(a, "double") for a in (*given, creepage, limit)),
+        )
+        return creepage, limit
+
+    def peak(self, inputs: NDArray[np.void], speed: FloatArray) -> FloatArray:
+        """Largest creep forces [N]."""
+        force = np.empty(self.size)
+        library().drivetrain_peak_many(
+            self._members,
+            self.size,
+            pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
+            pointer(np.ascontiguousarray(speed, np.float64), "double"),
+            pointer(force, "double"),
+        )
+        return force
+
 
 @cache
 def _place_dtype() -> np.dtype[np.void]:

@@ -27,6 +27,7 @@ HEADERS = (
     "wheelset_step.h",
     "track.h",
     "drivetrain.h",
+    "creep_curve.h",
     "model.h",
     "token.h",
 )

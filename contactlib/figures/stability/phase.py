@@ -25,8 +25,8 @@ from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
 from contactlib.stability import (
     Basin,
+    CreepCurve,
     basin,
-    creepage_pole,
     find_fold,
     quasi_steady_torque,
     separatrix,
@@ -68,7 +68,7 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     zeta = np.unique(np.append(np.linspace(0.0, far, 1501), [border.creepage, border.highest]))
     lever = wheelset.radius / (wheelset.inertia * speed)
     rate = 100.0 * lever * (torque - quasi_steady_torque(wheelset, zeta, speed=speed))
-    stable = creepage_pole(wheelset, zeta, speed=speed) < 0.0
+    stable = CreepCurve(wheelset, speed=speed).pole(zeta) < 0.0
     axes.axvspan(0.0, border.highest, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
     axes.axhline(0.0, color=paint.ink, lw=0.9)
     labels = ("small changes decay", "small changes grow")
@@ -141,7 +141,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
 def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
     """Creepage over time, from both sides of the border."""
     far = FAR * border.highest
-    pole = float(creepage_pole(wheelset, border.highest, speed=speed))
+    pole = float(CreepCurve(wheelset, speed=speed).pole(border.highest))
     end = 10.0 / pole
     axes.axhspan(0.0, border.highest, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
     axes.axhline(border.highest, color=paint.ink, lw=1.1, ls=DASHED)
