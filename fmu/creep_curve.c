@@ -267,8 +267,8 @@ static void refine(search *s, creep_point a, creep_point b, int halvings) {
 static void walk(search *s, double side) {
     const curve *c = s->c;
     creep_point at = point_at(c, 0.0);
-    int n = (int)ceil(INTERVALS * log10(c->last / c->first));
-    double ratio = pow(c->last / c->first, 1.0 / n), creepage = c->first;
+    int n = (int)ceil(INTERVALS * logarithm(c->last / c->first) / 2.302585092994046);
+    double ratio = exponential(logarithm(c->last / c->first) / n), creepage = c->first;
     for (int i = 0; i <= n && !s->full; i++, creepage *= ratio) {
         creep_point next = point_at(c, side * creepage);
         if (i == 0) leaf(s, at, next);

@@ -48,8 +48,9 @@ def sample_curve(element: ForceElement, *, speed: float) -> TractionCurve:
         return np.asarray(record["traction_coefficient"])
 
     scale = element.saturation_creepage
-    summit, _ = CreepCurve(Wheelset(element, inertia=1.0), speed=speed).peak
-    has_peak = math.isfinite(summit)
+    summit, highest = CreepCurve(Wheelset(element, inertia=1.0), speed=speed).peak
+    far = float(element.at_creepage(1e3 * scale, speed=speed)["creep_force"])
+    has_peak = math.isfinite(summit) and highest > far * (1.0 + 1e-9)  # not a plateau
     measured = element.table.points
     reach = _ticks(FAR * (summit if has_peak else scale))[-1]
     if measured is not None:

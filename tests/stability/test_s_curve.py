@@ -43,7 +43,8 @@ def test_s_curve_of_braking_is_the_mirror_image_without_damping(rig: cl.Model) -
     for name in ("creepage", "drive_torque"):
         behind = -getattr(curve, name)[count::-1][:count]
         np.testing.assert_allclose(behind, getattr(ahead, name)[:count], rtol=1e-12, atol=1e-9)
-    assert (curve.stable[count::-1][:count] == ahead.stable[:count]).all()
+    clear = np.abs(ahead.pole[:count]) > 1e-9 * np.abs(ahead.pole).max()  # not at the fold itself
+    assert (curve.stable[count::-1][:count] == ahead.stable[:count])[clear].all()
 
 
 def test_s_curve_without_weakening_has_no_fold(rig: cl.Model) -> None:
