@@ -69,6 +69,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.runs.outcomes import comparison_table as comparison_table
     from contactlib.runs.outcomes import metrics as metrics
     from contactlib.runs.outcomes import write_comparison as write_comparison
+    from contactlib.runs.plant import Plant as Plant
     from contactlib.runs.result import Event as Event
     from contactlib.runs.result import Result as Result
     from contactlib.runs.scenario_runs import run_many as run_many

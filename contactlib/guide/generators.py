@@ -34,7 +34,8 @@ from contactlib.base.units import UNITS
 from contactlib.files import sections
 from contactlib.files.model import VEHICLE_SECTIONS
 from contactlib.files.reading import shipped_files
-from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, TOLERANCE
+from contactlib.runs.plant import TOLERANCE
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE
 from contactlib.runs.sweep.axes import COMMON, DISTRIBUTIONS, KEYS, SPACINGS
 from contactlib.runs.sweep.loading import NEEDED, NOISES, OPTIONAL, STEP
 from contactlib.runs.sweep.sampling import KINDS, MOST_RUNS

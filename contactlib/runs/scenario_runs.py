@@ -11,7 +11,6 @@ from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
     FloatArray,
-    Quantity,
     as_number,
     checked,
     checked_number,
@@ -19,19 +18,17 @@ from contactlib.base.quantities import (
     shown,
 )
 from contactlib.base.text import USERS_ERRORS, explained
-from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.damage import warn_of_damage
-from contactlib.runs.fleet import Runs, Timing, default_step, timing
 from contactlib.runs.observers import Seen, Vehicles
 from contactlib.runs.outcomes import OUTCOMES, observers
+from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
 from contactlib.runs.signals import UNITS, Block
 from contactlib.traction import stacked, structure
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.traction.sensors import INDEX, checked_indices
 
-TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
 DEFAULT_TOLERANCE = 1e-4
 LONGEST_STEP = 10e-3  # default limit of the time between rows of many runs [s]
 FLEET = 2048  # runs side by side: their states and memories fit into a core's cache
@@ -118,11 +115,8 @@ def run_scenario(
     control = _chosen(scenario, controller)
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     index = checked_whole("index", index, INDEX)
-    element, speed = scenario.drivetrain.wheelset.element, abs(scenario.initial_speed)
-    if initial_creepage is not None:
-        reachable = creepage_limits(element, max(speed, element.minimum_speed), REFERENCE_SPEED)
-        initial_creepage = checked_number("initial_creepage", initial_creepage, reachable)
-    when = timing(scenario, control, step)
+    initial_creepage = checked_creepage([scenario], initial_creepage)
+    when = timing(scenario, control.sample_time, step)
     whole = stacked([control])
     runs = Runs(
         [scenario], whole, when, index=[index], tolerance=tolerance, creepage=initial_creepage
@@ -338,7 +332,7 @@ def _groups(
         step = default_step(one, LONGEST_STEP) if step is None else step
         timed = control.sample_time, one.duration, step
         if timed not in whens:
-            whens[timed] = timing(one, control, step)
+            whens[timed] = timing(one, control.sample_time, step)
         late = control.sample_time, one.sensors.delay
         if late not in delays:
             delays[late] = one.sensors.samples_of_delay(control.sample_time)

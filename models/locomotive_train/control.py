@@ -8,7 +8,7 @@ import numpy as np
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
-from contactlib.runs.fleet import Drives
+from contactlib.runs.plant import Drives
 from contactlib.traction import Measurement, stacked
 
 from .vehicle import AXLES

@@ -704,6 +704,28 @@ CALLS: list[Call] = [
         says={"design_speed": "speed"},
     ),
     Call(
+        name="Plant",
+        make=lambda: (
+            partial(cl.Plant, scenario()),
+            {"sample_time": 0.01, "step": 5e-3, "tolerance": 1e-8, "initial_creepage": 0.001},
+        ),
+        numbers=("sample_time", "step", "tolerance", "initial_creepage"),
+        optional=("step", "initial_creepage"),
+        slow=True,
+    ),
+    Call(
+        name="Plant.reset",
+        make=lambda: (cl.Plant(scenario()).reset, {"seed": 3}),
+        numbers=("seed",),
+        slow=True,
+    ),
+    Call(
+        name="Plant.step",
+        make=lambda: (cl.Plant(scenario()).step, {"torque": 1e3}),
+        numbers=("torque",),
+        slow=True,
+    ),
+    Call(
         name="Sensors.samples_of_delay",
         make=lambda: (cl.Sensors(delay=0.02).samples_of_delay, {"sample_time": 0.01}),
         numbers=("sample_time",),

@@ -38,11 +38,10 @@ from contactlib.files.scenario import (
     read_controllers,
 )
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
-from contactlib.runs.fleet import timing
+from contactlib.runs.plant import TOLERANCE, timing
 from contactlib.runs.scenario_runs import (
     DEFAULT_TOLERANCE,
     FAILED,
-    TOLERANCE,
     Metric,
     checked_metrics,
 )
@@ -246,7 +245,8 @@ def _check_ends(sweep: Sweep) -> None:
                 # Without a shared cache, as scenarios that share their vehicle warn only once.
                 scenario = ScenarioBuilder(sweep.plan).build(sweep.values[run].tolist())
                 for name in sweep.plan.controllers:
-                    timing(scenario, scenario.controller(name), sweep.plan.step_of(scenario))
+                    sample_time = scenario.controller(name).sample_time
+                    timing(scenario, sample_time, sweep.plan.step_of(scenario))
     found = [w.message for w in caught if isinstance(w.message, RangeWarning)]
     if found:
         warnings.warn(

@@ -21,7 +21,7 @@ from contactlib.files.model import BuildCache, build_wheelset
 from contactlib.files.reading import in_file
 from contactlib.files.scenario import ControllerDesign, Scenario, ScenarioContents, build_scenario
 from contactlib.files.sections import LAWS
-from contactlib.runs.fleet import common_step, default_step
+from contactlib.runs.plant import common_step, default_step
 from contactlib.runs.scenario_runs import LONGEST_STEP, Metric
 from contactlib.runs.sweep.axes import Axis, Target, change
 from contactlib.runs.sweep.fingerprint import fingerprint

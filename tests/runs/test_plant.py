@@ -10,7 +10,7 @@ import pytest
 from falling_friction import with_falling
 
 import contactlib as cl
-from contactlib.runs.fleet import ManyProfiles, Runs, common_step, timing
+from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
 from contactlib.traction import stacked
 from contactlib.vehicle.available_force import AvailableForce, track_levels
 
@@ -100,7 +100,7 @@ def test_a_common_step_is_a_fraction_of_all_sample_times(
 
 def begun(scenarios: list[cl.Scenario]) -> Runs:
     control = stacked([scenarios[0].controller("open_loop")])
-    when = timing(scenarios[0], control)
+    when = timing(scenarios[0], control.sample_time)
     return Runs(scenarios, control, when, index=range(len(scenarios)), tolerance=1e-6)
 
 
@@ -271,3 +271,51 @@ def test_the_drive_does_not_depend_on_the_rows() -> None:
     np.testing.assert_allclose(
         fine["commanded_torque"][::4], coarse["commanded_torque"], rtol=1e-5, atol=0.1
     )
+
+
+def test_a_loop_around_the_plant_is_the_run_of_the_scenario() -> None:
+    scenario = dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=6.0)
+    control = scenario.controller("slope_seeking")
+    assert isinstance(control, cl.SlopeSeeking)
+    expected = cl.run_scenario(scenario, "slope_seeking", index=3)
+    plant = cl.Plant(scenario, sample_time=control.sample_time)
+    for _ in range(2):  # a reset forgets the first loop
+        measured = plant.reset(3)
+        memory = control.start(cl.Measurement(*map(np.array, measured)), measured.torque)
+        while plant.time < scenario.duration - 1e-9:
+            i = int(np.searchsorted(expected.time, plant.time - 1e-9))
+            for name in ("creepage", "speed", "creep_force", "friction_scale_left", "creep_work"):
+                assert plant[name] == expected[name][i]
+            torque, memory = control.sample(cl.Measurement(*map(np.array, measured)), memory)
+            measured = plant.step(torque)
+
+
+def test_wheelsets_of_a_plant_do_not_feel_each_other() -> None:
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    cases = [dataclasses.replace(shipped, demand=cl.Profile.of(t)) for t in (5e3, 2e4, 2.6e4)]
+    together = cl.Plant(cases)
+    together.reset(0)
+    for i, case in enumerate(cases):
+        alone = cl.Plant(case)
+        alone.reset(i)
+        if i == 0:
+            measured = [together.step([4e3, 1e4, 2.6e4]) for _ in range(200)]
+        mine = [alone.step((4e3, 1e4, 2.6e4)[i]) for _ in range(200)]
+        assert [tuple(x[i] for x in row) for row in measured] == [tuple(row) for row in mine]
+        assert together["creepage"][i] == alone["creepage"]
+
+
+def test_a_plant_refuses_what_it_cannot_do() -> None:
+    scenario = cl.load_scenario("dry_wet_dry.toml")
+    with pytest.raises(ValueError, match="expected a Scenario, got 'dry_wet_dry'"):
+        cl.Plant(["dry_wet_dry"])  # type: ignore[list-item]
+    with pytest.raises(ValueError, match="at least one wheelset"):
+        cl.Plant([])
+    strong = dataclasses.replace(scenario, demand=cl.Profile.of(9e4))
+    with pytest.raises(ValueError, match=r"drive_torque = 80000\.0 is out of range: the rising"):
+        cl.Plant(strong)
+    plant = cl.Plant([scenario, scenario])
+    with pytest.raises(ValueError, match=r"torque has the shape \(3,\): must be \(\) or \(2,\)"):
+        plant.step([1.0, 2.0, 3.0])
+    with pytest.raises(KeyError, match="'slip' is not a signal: known are demand, "):
+        plant["slip"]

@@ -1,0 +1,580 @@
+"""The plant: wheelsets on their tracks, with drives and sensors, and runs of it under a controller.
+
+At every sample the controller reads the sensors; its torque, within the drive's limits, is held
+until the next. The kernel steps every wheelset from row to row, with the friction of its track and
+the load of the row.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.base.quantities import (
+    MOST_ROWS,
+    POSITIVE,
+    FloatArray,
+    Limits,
+    Quantity,
+    checked,
+    checked_number,
+    checked_whole,
+    shown,
+)
+from contactlib.base.text import USERS_ERRORS, explained
+from contactlib.contact import kernel
+from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
+from contactlib.files.scenario import Scenario
+from contactlib.runs.signals import UNITS, Block
+from contactlib.runs.start import start
+from contactlib.traction import Measurement, SensorReader, TractionController
+from contactlib.traction.interface import STRONGEST, Controller
+from contactlib.traction.sensors import INDEX
+from contactlib.vehicle.available_force import AvailableForce
+from contactlib.vehicle.drivetrain import Motor
+from contactlib.vehicle.track import Profile
+from contactlib.vehicle.wheel_load import WheelLoad
+
+LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
+FRACTIONS = 50  # of a sample time that are tried for a step that is common to controllers
+BLOCK = 16_384  # rows times runs in a block
+AHEAD = 256  # rows whose profiles are evaluated at once
+TORQUE = Limits(at_least=-STRONGEST, at_most=STRONGEST)
+FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
+STATIC = Profile.of(1.0)  # factor on the load
+TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
+
+
+class ManyProfiles:
+    """A profile or load over time for each wheelset; equal ones are evaluated once.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile or WheelLoad
+        One for each wheelset.
+    """
+
+    def __init__(self, profiles: Sequence[Profile | WheelLoad]) -> None:
+        distinct: dict[Profile | WheelLoad, list[int]] = {}
+        for i, profile in enumerate(profiles):
+            distinct.setdefault(profile, []).append(i)
+        self._steady = np.zeros(len(profiles))
+        self._moving = []
+        for profile, places in distinct.items():
+            if isinstance(profile, Profile) and len(set(profile.value)) == 1:
+                self._steady[places] = profile.value[0]
+            else:
+                self._moving.append((profile, places))
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        """Values at times [s], shape (times, n)."""
+        found = np.empty((times.size, self._steady.size))
+        found[:] = self._steady
+        for profile, places in self._moving:
+            found[:, places] = profile(times)[:, np.newaxis]
+        return found
+
+
+class Drives:
+    """Limits of the drives of n wheelsets, which act at the controller's samples.
+
+    Parameters
+    ----------
+    motors : sequence of Motor
+        Motor of each wheelset.
+    radius : ndarray
+        Rolling radii [m].
+    sample_time : float
+        Sample time [s].
+    """
+
+    def __init__(self, motors: Sequence[Motor], radius: FloatArray, sample_time: float) -> None:
+        limits = [(one.power, one.torque_rate, one.trip_speed) for one in motors]
+        found = np.array(
+            [[math.inf if limit is None else limit for limit in row] for row in limits]
+        )
+        self._limited = bool(np.isfinite(found).any())
+        self._power, rate, self._trip = found.T
+        self._change, self._radius = rate * sample_time, radius
+        self._tripped = np.zeros(len(motors), dtype=np.bool_)
+
+    def possible(self, demand: FloatArray, speed: FloatArray) -> FloatArray:
+        """Part of the driver's demand [N.m] that the power allows at the vehicle's speed [m/s]."""
+        if not self._limited:
+            return demand
+        with np.errstate(all="ignore"):  # the limit of a wheel that stands is infinite
+            return _within(demand, self._power / (np.abs(speed) / self._radius))
+
+    def command(
+        self, wanted: FloatArray, last: FloatArray, demand: FloatArray, omega: FloatArray
+    ) -> FloatArray:
+        """Torque that the drive is commanded until the next sample [N.m].
+
+        Parameters
+        ----------
+        wanted, last : ndarray
+            Torque that the controller asks for now, and the one commanded at the last sample [N.m].
+        demand : ndarray
+            The driver's demand [N.m].
+        omega : ndarray
+            Mean angular velocity of the wheels [rad/s].
+        """
+        if not self._limited:
+            return np.array(np.broadcast_to(wanted, demand.shape), dtype=np.float64)
+        over = self._radius * np.abs(omega) >= self._trip
+        self._tripped = over | (self._tripped & (demand != 0.0))
+        with np.errstate(all="ignore"):
+            torque = _within(np.where(self._tripped, 0.0, wanted), self._power / np.abs(omega))
+            least, most = last - self._change, last + self._change
+            return np.asarray(np.minimum(np.maximum(torque, least), most))
+
+
+def _within(torque: FloatArray, most: FloatArray) -> FloatArray:
+    return np.asarray(np.minimum(np.maximum(torque, -most), most))
+
+
+class Timing(NamedTuple):
+    """Rows and samples of a run.
+
+    Attributes
+    ----------
+    step : float
+        Time between rows [s].
+    per_sample : int
+        Rows from one sample of the controller to the next.
+    rows : int
+        Number of rows, to the last whole step of the duration.
+    """
+
+    step: float
+    per_sample: int
+    rows: int
+
+    def times(self, first: int, count: int) -> FloatArray:
+        """Times of rows [s]."""
+        return self.step * np.arange(first, first + count, dtype=np.float64)
+
+
+def default_step(scenario: Scenario, longest: float = LONGEST_STEP) -> float:
+    """Longest time between rows if none is given [s].
+
+    It is `longest`, or less: a twentieth of the period of an elastic axle's swing, a tenth of the
+    shortest period in the wheel load.
+    """
+    load, axle = scenario.wheel_load, scenario.drivetrain.axle
+    if load is not None and load.highest_frequency > 0.0:
+        longest = min(longest, 0.1 / load.highest_frequency)
+    if axle is not None:
+        longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
+    return longest
+
+
+def common_step(longest: float, controls: Sequence[Controller]) -> float:
+    """Time between rows that is the same under several controllers [s]: at most `longest`.
+
+    It is a whole fraction of every sample time, or of the shortest if `FRACTIONS` tries find none.
+    """
+    times = [control.sample_time for control in controls]
+    least = max(1, math.ceil(min(times) / longest * (1.0 - 1e-9)))
+    steps = [min(times) / n for n in range(least, least + FRACTIONS)]
+    for step in steps:
+        if all(abs(time / step - round(time / step)) < 1e-6 for time in times):
+            return step
+    return steps[0]
+
+
+def timing(scenario: Scenario, sample_time: float, step: float | None = None) -> Timing:
+    """Timing of a scenario under a controller of a sample time [s].
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its duration and axle matter.
+    sample_time : float
+        Time from one sample to the next [s].
+    step : float, optional
+        Longest time between rows [s]. Default: `default_step`.
+
+    Raises
+    ------
+    ValueError
+        If the step is out of range, or there would be too many rows.
+    """
+    step = default_step(scenario) if step is None else step
+    longest = checked_number("step", step, POSITIVE)
+    if sample_time / longest > MOST_ROWS:
+        raise ValueError(
+            f"step = {longest!r} is out of range: must be >= {sample_time / MOST_ROWS:.6g},"
+            f" as the sample time is {sample_time!r}"
+        )
+    per_sample = max(1, math.ceil(sample_time / longest * (1.0 - 1e-9)))
+    length = sample_time / per_sample
+    rows = max(2, math.floor(scenario.duration / length * (1.0 + 1e-9)) + 1)
+    if rows > MOST_ROWS:
+        raise ValueError(
+            f"duration = {scenario.duration!r} has {rows} steps of {length:.6g} s: "
+            f"at most {MOST_ROWS}, so the step must be longer"
+        )
+    return Timing(length, per_sample, rows)
+
+
+def checked_creepage(scenarios: Sequence[Scenario], creepage: float | None) -> float | None:
+    """Check a creepage at the start, which each wheelset's angular velocity must allow [1]."""
+    if creepage is None:
+        return None
+    for one in scenarios:
+        element, speed = one.drivetrain.wheelset.element, abs(one.initial_speed)
+        reachable = creepage_limits(element, max(speed, element.minimum_speed), REFERENCE_SPEED)
+        creepage = checked_number("initial_creepage", creepage, reachable)
+    return creepage
+
+
+class Plant:
+    """Wheelsets of scenarios, stepped from one sample to the next under torques of your own.
+
+    This is what `run_scenario` and `run_many` step. At every sample it gives a measurement; the
+    torque that you answer, within the limits of the drive, is held until the next one.
+
+    Parameters
+    ----------
+    scenario : Scenario or sequence of Scenario
+        One wheelset, or n that are stepped side by side. The sensors of all have the same delay;
+        all have a wheel load or none has.
+    sample_time : float, optional
+        Time from one sample to the next [s]. Default: 10 ms.
+    step : float, optional
+        Longest time between rows, over which friction and wheel load are held [s]; rounded down to
+        a whole fraction of the sample time. Default: as of `run_scenario`.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1].
+    initial_creepage : float, optional
+        Creepage at the start [1]. Default: steady under the first demand; zero at standstill and
+        backward.
+
+    Attributes
+    ----------
+    time : float
+        Time of the present sample [s].
+    failed : ndarray of bool, shape (n,)
+        Wheelsets whose integrator gave up; their states are frozen.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or no steady state holds a first demand.
+
+    Examples
+    --------
+    >>> import contactlib as cl
+    >>> plant = cl.Plant(cl.load_scenario("dry_wet_dry.toml"))
+    >>> measured = plant.reset()
+    >>> while plant.time < 10.0:
+    ...     slip = measured.wheel_speed - measured.vehicle_speed
+    ...     measured = plant.step(measured.demand if slip < 0.2 else 0.1 * measured.demand)
+    >>> f"{plant['speed']:.1f} m/s, {plant['creep_work'] / 1e3:.0f} kJ of slip"
+    '11.4 m/s, 71 kJ of slip'
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | Sequence[Scenario],
+        *,
+        sample_time: float = 0.01,
+        step: float | None = None,
+        tolerance: float = 1e-8,
+        initial_creepage: float | None = None,
+    ) -> None:
+        self._alone = isinstance(scenario, Scenario)
+        given = [scenario] if isinstance(scenario, Scenario) else list(scenario)
+        for one in given:
+            if not isinstance(one, Scenario):
+                raise ValueError(
+                    f"expected a Scenario, got {shown(one)}: contactlib.load_scenario reads one"
+                )
+        if not given:
+            raise ValueError("scenario = [] is too short: a plant has at least one wheelset")
+        sample_time = checked_number("sample_time", sample_time, POSITIVE)
+        self._build(
+            given,
+            timing(given[0], sample_time, step),
+            checked_number("tolerance", tolerance, TOLERANCE),
+            checked_creepage(given, initial_creepage),
+        )
+        self.reset()
+
+    def _build(
+        self,
+        scenarios: Sequence[Scenario],
+        timing: Timing,
+        tolerance: float,
+        creepage: float | None,
+    ) -> None:
+        """Prepare what does not change from run to run."""
+        self._scenarios, self._timing = scenarios, timing
+        self._tolerance, self._creepage = tolerance, creepage
+        self.trains = [one.drivetrain for one in scenarios]
+        self._tracks = [one.track for one in scenarios]
+        bodies, n = [train.wheelset for train in self.trains], len(scenarios)
+        self.fleet = kernel.NativeFleet(
+            [t.member(track.native) for t, track in zip(self.trains, self._tracks, strict=True)]
+        )
+        self.radius = np.array([body.radius for body in bodies])
+        self._demands = ManyProfiles([one.demand for one in scenarios])
+        self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
+        self._inputs = np.zeros((max(1, BLOCK // n), n), kernel.drivetrain_dtype("input"))
+        self._load = np.array([0.5 * body.element.normal_load for body in bodies])
+        loads = [one.wheel_load or STATIC for one in scenarios]
+        self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
+
+    def reset(self, seed: int = 0) -> Measurement[Any]:
+        """Begin again and return the first measurement.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Index of the run, or of the first of n runs, among many: with the sensors' own seed it
+            gives their noise, as `index` of `run_scenario`.
+
+        Raises
+        ------
+        ValueError
+            If no steady state holds a first demand.
+        """
+        first = checked_whole("seed", seed, INDEX)
+        self._begin(range(first, first + len(self.trains)))
+        for error in self.refused.values():
+            raise error
+        return self._given(self._measured(self._ahead(0, 1)[0][0]))
+
+    def step(self, torque: ArrayLike) -> Measurement[Any]:
+        """Hold a torque until the next sample, and return what is measured there.
+
+        Parameters
+        ----------
+        torque : array_like
+            Torque [N.m], one for all or n; the drive commands what its limits allow.
+
+        Raises
+        ------
+        ValueError
+            If a torque is out of range or there are not as many as wheelsets.
+        RuntimeError
+            If the integrator of a plant of one wheelset gives up.
+        """
+        wanted = checked("torque", torque, TORQUE)
+        if wanted.shape not in ((), (len(self.trains),)):
+            raise ValueError(
+                f"torque has the shape {wanted.shape}: must be () or ({len(self.trains)},)"
+            )
+        self._command(wanted)
+        first, count = self._row, self._timing.per_sample
+        demands, held = self._ahead(first, count + 1)
+        for i in range(count):
+            inputs = self._inputs[0]
+            for name, values in held.items():
+                inputs[name] = values[i]
+            self._advance(inputs, first + i, self._timing.step)
+        if self._alone and self.failed[0]:
+            raise RuntimeError(f"the integrator gave up before {self.time:.6g} s")
+        self._row += count
+        return self._given(self._measured(demands[count]))
+
+    @property
+    def time(self) -> float:
+        """Time of the present sample [s]."""
+        return self._timing.step * self._row
+
+    def __getitem__(self, name: str) -> Any:
+        """Value of a signal of `run_scenario` now: a number, or an array of shape (n,)."""
+        if name not in UNITS:
+            raise KeyError(f"{name!r} is not a signal: known are {', '.join(UNITS)}")
+        inputs = self._inputs[:1].copy()
+        for given, values in self._ahead(self._row, 1)[1].items():
+            inputs[given][0] = values[0]
+        self._advance(inputs[0], self._row, 0.0)  # sets the friction that is met here
+        block = Block(
+            np.array([self.time]),
+            self._demand[np.newaxis],
+            inputs,
+            self._states[np.newaxis].copy(),
+            self,
+            self._stored,
+        )
+        found = block[name][0]
+        return float(found[0]) if self._alone else np.array(found)
+
+    @cached_property
+    def available(self) -> AvailableForce:
+        """Largest creep forces that friction allows."""
+        loaded = self._load_factors is not None
+        return AvailableForce(self.trains, self._tracks, loaded=loaded)
+
+    def _begin(self, index: Sequence[int]) -> None:
+        """Set the first state, and the sensors' and the drives' memory."""
+        n = len(self.trains)
+        sample_time = self._timing.step * self._timing.per_sample
+        sensors = [one.sensors for one in self._scenarios]
+        self._reader = SensorReader(sensors, sample_time, index, radius=self.radius)
+        self._drives = Drives([one.motor for one in self.trains], self.radius, sample_time)
+        self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
+        self._row, self._stored, self._torque = 0, list[FloatArray](), np.zeros(n)
+        self._inputs["load_left"] = self._inputs["load_right"] = self._load
+        inputs, (demand, held) = self._inputs[0], self._ahead(0, 1)
+        speed = np.array([one.initial_speed for one in self._scenarios])
+        self._demand = self._drives.possible(demand[0], speed)
+        for name, values in held.items():
+            inputs[name] = values[0]
+        self._states: Any = np.zeros(n, kernel.drivetrain_dtype("state"))
+        self._advance(inputs, 0, 0.0)  # sets the friction at the start
+        begin = start(self._scenarios, self.fleet, inputs, self._demand, self._creepage)
+        self._states, self._torque, self.refused = begin
+        self.failed[list(self.refused)] = True
+
+    def _measured(self, demand: FloatArray) -> Measurement[FloatArray]:
+        """Read the sensors; the drive's power limits the demand [N.m]."""
+        states = self._states
+        rim = 0.5 * self.radius * (states["omega_left"] + states["omega_right"])
+        self._demand = self._drives.possible(demand, states["speed"])
+        speeds = self._reader.read(rim, states["speed"], self._demand)
+        return Measurement(self._demand, *speeds, self._torque)
+
+    def _command(self, wanted: FloatArray) -> None:
+        """Command the drives a torque until the next sample [N.m]."""
+        omega = 0.5 * (self._states["omega_left"] + self._states["omega_right"])
+        self._torque = self._drives.command(wanted, self._torque, self._demand, omega)
+
+    def _given(self, measured: Measurement[FloatArray]) -> Measurement[Any]:
+        """The measurement as arrays of its own, or as numbers of one wheelset."""
+        return Measurement(*(float(x[0]) if self._alone else np.array(x) for x in measured))
+
+    def _advance(self, inputs: Any, row: int, step: float) -> None:
+        inputs["commanded_torque"] = self._torque
+        self.fleet.advance(
+            inputs,
+            self._states,
+            self._timing.step * row,
+            step,
+            self._tolerance,
+            self._substeps,
+            self.failed,
+        )
+
+    def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""
+        rows = np.arange(first, first + count + 1, dtype=np.float64)
+        sampled = rows[:-1] - rows[:-1] % self._timing.per_sample
+        speeds = self._speeds(self._timing.step * rows)
+        held = {"acceleration": np.diff(speeds, axis=0) / self._timing.step}
+        if self._load_factors is not None:
+            load = self._load * self._load_factors(self._timing.step * rows[:-1])
+            held |= {"load_left": load, "load_right": load}
+        return self._demands(self._timing.step * sampled), held
+
+
+class Runs(Plant):
+    """Runs of n scenarios under a controller, row by row.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        As of `Plant`; all of their frictions fall with slip speed or none does.
+    control : TractionController
+        Controller of all runs, with parameters stacked.
+    timing : Timing
+        Common rows and samples.
+    index : sequence of int
+        Index of each run, from which its noise is drawn.
+    tolerance : float
+        Relative error of each of the integrator's substeps [1].
+    creepage : float, optional
+        Creepage at the start [1]. Default: steady under the first demand.
+
+    Attributes
+    ----------
+    trains : list of Drivetrain
+        Drivetrain of each run.
+    fleet : NativeFleet
+        The drivetrains in the kernel.
+    radius : ndarray
+        Rolling radii [m].
+    failed : ndarray of bool
+        Runs that could not start, whose integrator gave up, or whose numbers overflowed; their
+        states are frozen.
+    refused : dict
+        Errors of the runs that could not start, by position.
+    """
+
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        control: TractionController,
+        timing: Timing,
+        *,
+        index: Sequence[int],
+        tolerance: float,
+        creepage: float | None = None,
+    ) -> None:
+        self._control, self._memory = control, None
+        self._build(scenarios, timing, tolerance, creepage)
+        self._begin(index)
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield all rows in blocks, each of which is valid until the next."""
+        inputs, rows = self._inputs, self._timing.rows
+        states = np.empty(inputs.shape, self._states.dtype)
+        # Views as plain numbers, as numpy copies records field by field.
+        kept, now = (each.view(np.float64) for each in (states, self._states))
+        for first in range(0, rows, AHEAD):
+            demands, held = self._ahead(first, min(AHEAD, rows - first))
+            for done in range(0, len(demands), len(inputs)):
+                demand = demands[done : done + len(inputs)]
+                count = len(demand)
+                for name, values in held.items():
+                    inputs[name][:count] = values[done : done + count]
+                for i in range(count):
+                    kept[i] = now
+                    row = first + done + i
+                    if row % self._timing.per_sample == 0:
+                        self._control_at(row, self._measured(demand[i]))
+                    demand[i] = self._demand
+                    self._advance(inputs[i], row, self._timing.step if row < rows - 1 else 0.0)
+                self.failed |= ~np.isfinite(now.reshape(self.failed.size, -1)).all(axis=1)
+                yield Block(
+                    self._timing.times(first + done, count),
+                    demand,
+                    inputs[:count],
+                    states[:count],
+                    self,
+                    self._stored,
+                )
+
+    def _control_at(self, row: int, measured: Measurement[FloatArray]) -> None:
+        """Command what the controller answers to a measurement."""
+        if row == 0:
+            self._memory = self._asked("start", row, measured, self._torque)
+        answer = self._asked("sample", row, measured, self._memory)
+        shape = measured.demand.shape
+        if row == 0 and not (
+            isinstance(answer, tuple) and len(answer) == 2 and np.shape(answer[0]) in ((), shape)
+        ):
+            raise ValueError(
+                f"{type(self._control).__name__}.sample returned {shown(answer)}: it must "
+                f"return the torques, an array of the shape {shape}, and the memory"
+            )
+        wanted, self._memory = answer
+        self._command(wanted)
+
+    def _asked(self, method: str, row: int, *given: Any) -> Any:
+        """Answer of a method of the controller at a row."""
+        try:
+            return getattr(self._control, method)(*given)
+        except (ValueError, RuntimeError):  # as of a SampledController, already explained
+            raise
+        except USERS_ERRORS as error:
+            what = f"{type(self._control).__name__}.{method} at {self._timing.step * row:.6g} s"
+            raise explained(what, error) from error
