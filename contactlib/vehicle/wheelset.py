@@ -26,6 +26,7 @@ from contactlib.base.quantities import (
     checked_number,
     derived,
 )
+from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.contact import kernel
 from contactlib.contact.element import ForceElement
 from contactlib.contact.scales import SLOPE_REDUCTION
@@ -40,7 +41,6 @@ from contactlib.vehicle.conditions import (
 if TYPE_CHECKING:
     from control import NonlinearIOSystem, StateSpace
 
-GRAVITY = 9.80665  # standard gravity [m/s2]
 NO_RESISTANCE = Resistance()
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
@@ -97,7 +97,7 @@ class Wheelset(Parameters):
             "constant_resistance": self.resistance.constant,
             "linear_resistance": self.resistance.linear,
             "quadratic_resistance": self.resistance.quadratic,
-            "grade_acceleration": GRAVITY * self.resistance.grade,
+            "grade_acceleration": STANDARD_GRAVITY * self.resistance.grade,
             "minimum_speed": self.element.minimum_speed,
         }
 

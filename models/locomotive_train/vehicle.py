@@ -26,7 +26,7 @@ from contactlib.base.quantities import (
     Quantity,
     checked_number,
 )
-from contactlib.vehicle.wheelset import GRAVITY
+from contactlib.base.units import STANDARD_GRAVITY
 
 AXLES = 4
 ENDS = np.array([1.0, -1.0])  # front and rear; left and right
@@ -225,9 +225,9 @@ class Locomotive:
 
     def __post_init__(self) -> None:
         load = AXLES * self.wheelset.element.normal_load
-        if not np.isclose(self.vehicle.mass * GRAVITY, load, rtol=1e-3):
+        if not np.isclose(self.vehicle.mass * STANDARD_GRAVITY, load, rtol=1e-3):
             raise ValueError(
-                f"Vehicle.mass = {self.vehicle.mass!r} weighs {self.vehicle.mass * GRAVITY:.6g} N: "
+                f"Vehicle.mass = {self.vehicle.mass!r} weighs {self.vehicle.mass * STANDARD_GRAVITY:.6g} N: "
                 f"must be the wheelsets' nominal loads, {load!r}"
             )
         if self.wheel_inertia <= 0.0:
