@@ -227,7 +227,8 @@ class Locomotive:
         load = AXLES * self.wheelset.element.normal_load
         if not np.isclose(self.vehicle.mass * STANDARD_GRAVITY, load, rtol=1e-3):
             raise ValueError(
-                f"Vehicle.mass = {self.vehicle.mass!r} weighs {self.vehicle.mass * STANDARD_GRAVITY:.6g} N: "
+                f"Vehicle.mass = {self.vehicle.mass!r} weighs "
+                f"{self.vehicle.mass * STANDARD_GRAVITY:.6g} N: "
                 f"must be the wheelsets' nominal loads, {load!r}"
             )
         if self.wheel_inertia <= 0.0:
