@@ -30,7 +30,8 @@ def random_wheelset(body: cl.Wheelset) -> cl.Wheelset:
     element = replace(
         body.element, friction=replace(friction, **fall), slope_reduction=RNG.uniform(0.1, 1.0)
     )
-    damping, mass = RNG.choice([0.0, 5.0, 50.0, 500.0]), [None, 22.5e3][RNG.integers(2)]
+    damping = float(RNG.choice([0.0, 5.0, 50.0, 500.0]))
+    mass = [None, 22.5e3][RNG.integers(2)]
     return replace(body, element=element, damping=damping, mass=mass)
 
 
