@@ -16,7 +16,7 @@ RNG = np.random.default_rng(5)
 def random_wheelset(body: cl.Wheelset) -> cl.Wheelset:
     """A wheelset with constant, slip-rate or thermal friction, with or without mass and damping."""
     kinetic = RNG.uniform(0.05, 0.4)
-    fall: dict[str, float] = [
+    fall: dict[str, Any] = [
         {},
         {"slip_rate_residual": RNG.uniform(0.2, 0.9), "slip_rate_decay": RNG.uniform(0.01, 1.0)},
         {"softening_temperature": RNG.uniform(300.0, 1200.0)},
