@@ -133,81 +133,56 @@ CONTACTLIB_API fmi2Status fmi2Reset(fmi2Component c) {
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-CONTACTLIB_API fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[],
-                                      size_t n, fmi2Real values[]) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_get(core, references[i], 0, &values[i]);
-    return core->model_exchange ? (fmi2Status)status : undiscarded(status);
-}
-
-CONTACTLIB_API fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[],
-                                         size_t n, fmi2Boolean values[]) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++) {
-        double value = 0.0;
-        status = component_get(core, references[i], 1, &value);
-        values[i] = value != 0.0 ? fmi2True : fmi2False;
+/* Getter and setter of real numbers and of truth values. A setter checks all values, then puts
+ * them.
+ */
+#define VALUES_OF(type, boolean, may_discard, from_double, to_double)                            \
+    CONTACTLIB_API fmi2Status fmi2Get##type(                                                     \
+        fmi2Component c, const fmi2ValueReference references[], size_t n, fmi2##type values[]) { \
+        CORE(c, ANY_STAGE);                                                                      \
+        NEEDS(n, references);                                                                    \
+        NEEDS(n, values);                                                                        \
+        result status = RESULT_OK;                                                               \
+        for (size_t i = 0; i < n && status == RESULT_OK; i++) {                                  \
+            double value = 0.0;                                                                  \
+            status = component_get(core, references[i], boolean, &value);                        \
+            if (status == RESULT_OK) values[i] = from_double;                                    \
+        }                                                                                        \
+        return may_discard ? (fmi2Status)status : undiscarded(status);                           \
+    }                                                                                            \
+    CONTACTLIB_API fmi2Status fmi2Set##type(fmi2Component c,                                     \
+                                            const fmi2ValueReference references[], size_t n,     \
+                                            const fmi2##type values[]) {                         \
+        CORE(c, BEFORE_RUN | RUNNING);                                                           \
+        NEEDS(n, references);                                                                    \
+        NEEDS(n, values);                                                                        \
+        result status = RESULT_OK;                                                               \
+        for (size_t i = 0; i < n && status == RESULT_OK; i++)                                    \
+            status = component_check(core, references[i], boolean, to_double);                   \
+        for (size_t i = 0; i < n && status == RESULT_OK; i++)                                    \
+            component_put(core, references[i], to_double);                                       \
+        return (fmi2Status)status;                                                               \
     }
-    return undiscarded(status);
-}
 
-CONTACTLIB_API fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[],
-                                      size_t n, const fmi2Real values[]) {
-    CORE(c, BEFORE_RUN | RUNNING);
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_check(core, references[i], 0, values[i]);
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        component_put(core, references[i], values[i]);
-    return (fmi2Status)status;
-}
-
-CONTACTLIB_API fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[],
-                                         size_t n, const fmi2Boolean values[]) {
-    CORE(c, BEFORE_RUN | RUNNING);
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_check(core, references[i], 1, values[i] != fmi2False ? 1.0 : 0.0);
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        component_put(core, references[i], values[i] != fmi2False ? 1.0 : 0.0);
-    return (fmi2Status)status;
-}
+VALUES_OF(Real, 0, core->model_exchange, value, values[i])
+VALUES_OF(Boolean, 1, 0, value != 0.0 ? fmi2True : fmi2False, values[i] != fmi2False ? 1.0 : 0.0)
 
 /* No model has variables of these types: only a call without values is allowed. */
-CONTACTLIB_API fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference references[],
-                                         size_t n, fmi2Integer values[]) {
-    (void)references, (void)values;
-    return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
-}
+#define ABSENT_TYPE(type)                                                                        \
+    CONTACTLIB_API fmi2Status fmi2Get##type(                                                     \
+        fmi2Component c, const fmi2ValueReference references[], size_t n, fmi2##type values[]) { \
+        (void)references, (void)values;                                                          \
+        return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);                          \
+    }                                                                                            \
+    CONTACTLIB_API fmi2Status fmi2Set##type(fmi2Component c,                                     \
+                                            const fmi2ValueReference references[], size_t n,     \
+                                            const fmi2##type values[]) {                         \
+        (void)references, (void)values;                                                          \
+        return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);                          \
+    }
 
-CONTACTLIB_API fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference references[],
-                                         size_t n, const fmi2Integer values[]) {
-    (void)references, (void)values;
-    return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
-}
-
-CONTACTLIB_API fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[],
-                                        size_t n, fmi2String values[]) {
-    (void)references, (void)values;
-    return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
-}
-
-CONTACTLIB_API fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[],
-                                        size_t n, const fmi2String values[]) {
-    (void)references, (void)values;
-    return n == 0 && c != NULL ? fmi2OK : not_offered(c, __func__);
-}
+ABSENT_TYPE(Integer)
+ABSENT_TYPE(String)
 
 CONTACTLIB_API fmi2Status fmi2GetDirectionalDerivative(fmi2Component c,
                                                        const fmi2ValueReference unknowns[],
@@ -302,37 +277,19 @@ CONTACTLIB_API fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
     return (fmi2Status)component_set_time(core, time);
 }
 
-CONTACTLIB_API fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[],
-                                                  size_t n) {
-    CORE(c, IN(EVENTS) | IN(CONTINUOUS));
-    NEEDS(n, states);
-    return (fmi2Status)component_set_states(core, n, states);
-}
+/* Arrays with one number for each state or event indicator. */
+#define ARRAY(function, call, allowed, kind)                                             \
+    CONTACTLIB_API fmi2Status fmi2##function(fmi2Component c, kind values[], size_t n) { \
+        CORE(c, allowed);                                                                \
+        NEEDS(n, values);                                                                \
+        return (fmi2Status)component_##call(core, n, values);                            \
+    }
 
-CONTACTLIB_API fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, states);
-    return (fmi2Status)component_get_states(core, n, states);
-}
-
-CONTACTLIB_API fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, derivatives);
-    return (fmi2Status)component_get_derivatives(core, n, derivatives);
-}
-
-CONTACTLIB_API fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, indicators);
-    return (fmi2Status)component_get_indicators(core, n, indicators);
-}
-
-CONTACTLIB_API fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[],
-                                                            size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, nominals);
-    return (fmi2Status)component_get_nominals(core, n, nominals);
-}
+ARRAY(SetContinuousStates, set_states, IN(EVENTS) | IN(CONTINUOUS), const fmi2Real)
+ARRAY(GetContinuousStates, get_states, ANY_STAGE, fmi2Real)
+ARRAY(GetDerivatives, get_derivatives, ANY_STAGE, fmi2Real)
+ARRAY(GetEventIndicators, get_indicators, ANY_STAGE, fmi2Real)
+ARRAY(GetNominalsOfContinuousStates, get_nominals, ANY_STAGE, fmi2Real)
 
 /* ---- co-simulation ------------------------------------------------------------------------- */
 

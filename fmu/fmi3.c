@@ -153,60 +153,41 @@ static fmi3Status check_count(component *core, size_t references, size_t values)
     return fmi3Error;
 }
 
-CONTACTLIB_API fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
-                                         size_t n, fmi3Float64 values[], size_t value_count) {
-    CORE(c, ANY_STAGE);
-    if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_get(core, references[i], 0, &values[i]);
-    return (fmi3Status)status;
-}
-
-CONTACTLIB_API fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference references[],
-                                         size_t n, fmi3Boolean values[], size_t value_count) {
-    CORE(c, ANY_STAGE);
-    if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++) {
-        double value = 0.0;
-        status = component_get(core, references[i], 1, &value);
-        values[i] = value != 0.0;
+/* Getter and setter of real numbers and of truth values. A setter checks all values, then puts
+ * them.
+ */
+#define VALUES_OF(type, boolean, from_double, to_double)                                           \
+    CONTACTLIB_API fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference references[], \
+                                            size_t n, fmi3##type values[], size_t value_count) {   \
+        CORE(c, ANY_STAGE);                                                                        \
+        if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;                         \
+        NEEDS(n, references);                                                                      \
+        NEEDS(n, values);                                                                          \
+        result status = RESULT_OK;                                                                 \
+        for (size_t i = 0; i < n && status == RESULT_OK; i++) {                                    \
+            double value = 0.0;                                                                    \
+            status = component_get(core, references[i], boolean, &value);                          \
+            if (status == RESULT_OK) values[i] = from_double;                                      \
+        }                                                                                          \
+        return (fmi3Status)status;                                                                 \
+    }                                                                                              \
+    CONTACTLIB_API fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference references[], \
+                                            size_t n, const fmi3##type values[],                   \
+                                            size_t value_count) {                                  \
+        CORE(c, BEFORE_RUN | RUNNING);                                                             \
+        if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;                         \
+        NEEDS(n, references);                                                                      \
+        NEEDS(n, values);                                                                          \
+        result status = RESULT_OK;                                                                 \
+        for (size_t i = 0; i < n && status == RESULT_OK; i++)                                      \
+            status = component_check(core, references[i], boolean, to_double);                     \
+        for (size_t i = 0; i < n && status == RESULT_OK; i++)                                      \
+            component_put(core, references[i], to_double);                                         \
+        return (fmi3Status)status;                                                                 \
     }
-    return (fmi3Status)status;
-}
 
-CONTACTLIB_API fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
-                                         size_t n, const fmi3Float64 values[], size_t value_count) {
-    CORE(c, BEFORE_RUN | RUNNING);
-    if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_check(core, references[i], 0, values[i]);
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        component_put(core, references[i], values[i]);
-    return (fmi3Status)status;
-}
-
-CONTACTLIB_API fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[],
-                                         size_t n, const fmi3Boolean values[], size_t value_count) {
-    CORE(c, BEFORE_RUN | RUNNING);
-    if (check_count(core, n, value_count) != fmi3OK) return fmi3Error;
-    NEEDS(n, references);
-    NEEDS(n, values);
-    result status = RESULT_OK;
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        status = component_check(core, references[i], 1, values[i] ? 1.0 : 0.0);
-    for (size_t i = 0; i < n && status == RESULT_OK; i++)
-        component_put(core, references[i], values[i] ? 1.0 : 0.0);
-    return (fmi3Status)status;
-}
+VALUES_OF(Float64, 0, value, values[i])
+VALUES_OF(Boolean, 1, value != 0.0, values[i] ? 1.0 : 0.0)
 
 /* No model has variables of these types. */
 #define ABSENT_TYPE(type)                                                                          \
@@ -277,31 +258,22 @@ static fmi3Status derivative(component *core, int adjoint, const fmi3ValueRefere
                                             known_count, seed, sensitivity);
 }
 
-CONTACTLIB_API fmi3Status fmi3GetDirectionalDerivative(
-    fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
-    const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
-    size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count) {
-    CORE(c, IN(INITIALIZING) | RUNNING);
-    NEEDS(unknown_count, unknowns);
-    NEEDS(known_count, knowns);
-    NEEDS(seed_count, seed);
-    NEEDS(sensitivity_count, sensitivity);
-    return derivative(core, 0, unknowns, unknown_count, knowns, known_count, seed, seed_count,
-                      sensitivity, sensitivity_count);
-}
+#define DERIVATIVE(kind, adjoint)                                                            \
+    CONTACTLIB_API fmi3Status fmi3Get##kind##Derivative(                                     \
+        fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,           \
+        const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],     \
+        size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count) {            \
+        CORE(c, IN(INITIALIZING) | RUNNING);                                                 \
+        NEEDS(unknown_count, unknowns);                                                      \
+        NEEDS(known_count, knowns);                                                          \
+        NEEDS(seed_count, seed);                                                             \
+        NEEDS(sensitivity_count, sensitivity);                                               \
+        return derivative(core, adjoint, unknowns, unknown_count, knowns, known_count, seed, \
+                          seed_count, sensitivity, sensitivity_count);                       \
+    }
 
-CONTACTLIB_API fmi3Status fmi3GetAdjointDerivative(
-    fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,
-    const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
-    size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count) {
-    CORE(c, IN(INITIALIZING) | RUNNING);
-    NEEDS(unknown_count, unknowns);
-    NEEDS(known_count, knowns);
-    NEEDS(seed_count, seed);
-    NEEDS(sensitivity_count, sensitivity);
-    return derivative(core, 1, unknowns, unknown_count, knowns, known_count, seed, seed_count,
-                      sensitivity, sensitivity_count);
-}
+DERIVATIVE(Directional, 0)
+DERIVATIVE(Adjoint, 1)
 
 /* ---- saved states -------------------------------------------------------------------------- */
 
@@ -482,39 +454,19 @@ CONTACTLIB_API fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
     return (fmi3Status)component_set_time(core, time);
 }
 
-CONTACTLIB_API fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[],
-                                                  size_t n) {
-    CORE(c, IN(EVENTS) | IN(CONTINUOUS));
-    NEEDS(n, states);
-    return (fmi3Status)component_set_states(core, n, states);
-}
+/* Arrays with one number for each state or event indicator. */
+#define ARRAY(function, call, allowed, kind)                                            \
+    CONTACTLIB_API fmi3Status fmi3##function(fmi3Instance c, kind values[], size_t n) { \
+        CORE(c, allowed);                                                               \
+        NEEDS(n, values);                                                               \
+        return (fmi3Status)component_##call(core, n, values);                           \
+    }
 
-CONTACTLIB_API fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, states);
-    return (fmi3Status)component_get_states(core, n, states);
-}
-
-CONTACTLIB_API fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c,
-                                                            fmi3Float64 derivatives[], size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, derivatives);
-    return (fmi3Status)component_get_derivatives(core, n, derivatives);
-}
-
-CONTACTLIB_API fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[],
-                                                 size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, indicators);
-    return (fmi3Status)component_get_indicators(core, n, indicators);
-}
-
-CONTACTLIB_API fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[],
-                                                            size_t n) {
-    CORE(c, ANY_STAGE);
-    NEEDS(n, nominals);
-    return (fmi3Status)component_get_nominals(core, n, nominals);
-}
+ARRAY(SetContinuousStates, set_states, IN(EVENTS) | IN(CONTINUOUS), const fmi3Float64)
+ARRAY(GetContinuousStates, get_states, ANY_STAGE, fmi3Float64)
+ARRAY(GetContinuousStateDerivatives, get_derivatives, ANY_STAGE, fmi3Float64)
+ARRAY(GetEventIndicators, get_indicators, ANY_STAGE, fmi3Float64)
+ARRAY(GetNominalsOfContinuousStates, get_nominals, ANY_STAGE, fmi3Float64)
 
 CONTACTLIB_API fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
     CORE(c, ANY_STAGE);
