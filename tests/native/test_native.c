@@ -13,6 +13,7 @@
 
 #include "checks.h"
 #include "component.h"
+#include "creep_curve.h"
 #include "creep_forces.h"
 #include "drivetrain.h"
 #include "fmi2Functions.h"
@@ -232,6 +233,72 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
     d.state.speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
     d.state.omega_left = d.state.omega_right = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
     return d;
+}
+
+/* Turns and steady states lie in order on their side of the curve; a search with less room finds
+ * the first of them; the grip and the peak are among them. */
+static void test_curve(const creep_table *table, const force_element_parameters *parameters) {
+    enum { ROOM = 64 };
+    for (int i = 0; i < points / 1000; i++) {
+        wheelset_parameters body = SOME_BODY;
+        body.damping = i % 3 == 0 ? 0.0 : random_exponent(-1.0, 3.0);
+        if (i % 4 == 0) body.inverse_mass = 0.0;
+        creep_conditions at = {
+            .speed = i % 5 == 0 ? 0.0 : random_exponent(-1.0, 2.0),
+            .normal_load = {random_exponent(4.0, 6.0), random_exponent(4.0, 6.0)},
+            .friction_scale = {random_exponent(-1.0, 0.0), random_exponent(-1.0, 0.0)},
+            .resistance_force = random_exponent(0.0, 4.0),
+            .balanced = i % 7 == 1 ? 1.0 : 0.0,
+        };
+        if (i % 2 == 0) at.normal_load[1] = at.normal_load[0];
+        if (i % 2 == 0) at.friction_scale[1] = at.friction_scale[0];
+        if (i % 6 == 5) at.normal_load[0] = at.friction_scale[1] = 0.0;
+        const wheelset_parameters *with = i % 11 == 3 ? NULL : &body;
+        creep_point turns[ROOM], steady[ROOM], one, worst;
+        double creepage, limit, largest;
+        for (double side = -1.0; side < 2.0; side += 2.0) {
+            size_t n = creep_curve_turns(table, parameters, with, &at, side, ROOM, turns);
+            CHECK(n >= 1 && n <= ROOM);
+            for (size_t k = 1; k < n; k++)
+                CHECK(side * turns[k].creepage > side * turns[k - 1].creepage);
+            CHECK(creep_curve_turns(table, parameters, with, &at, side, 1, &one) == n);
+            CHECK(one.creepage == turns[0].creepage);
+            double torque = 0.9 * turns[0].torque;
+            n = creep_curve_steady(table, parameters, with, &at, torque, side, ROOM, steady);
+            for (size_t k = 0; k < n; k++) {
+                creep_curve_points(table, parameters, with, &at, 1, &steady[k].creepage, &one);
+                CHECK(one.torque == steady[k].torque);
+            }
+        }
+        double torque = 0.5 * turns[0].torque;
+        size_t n = creep_curve_steady(table, parameters, &body, &at, torque, 1.0, ROOM, steady);
+        creepage = creep_curve_grip(table, parameters, &body, &at, torque, &limit);
+        CHECK(isnan(creepage) || creepage <= 0.0 || (n > 0 && creepage == steady[0].creepage));
+        CHECK(isnan(creep_curve_grip(table, parameters, &body, &at, 1e12, &limit)));
+        CHECK(limit < 1e12 || at.balanced != 0.0); /* where a speed may be missing */
+        largest = creep_curve_peak(table, parameters, &at, &creepage);
+        CHECK(largest > 0.0 ? creepage > 0.0 : isnan(creepage));
+        creep_curve_worst(table, parameters, &body, &at, &worst);
+        CHECK(at.balanced != 0.0 || isfinite(worst.pole));
+
+        drivetrain_parameters train = {.body = body};
+        drivetrain_member member = {
+            .table = table, .contact = parameters, .drivetrain = &train, .rails = NULL};
+        drivetrain_input in = {.resistance_force = at.resistance_force,
+                               .load_left = 0.5 * at.normal_load[0],
+                               .load_right = 0.5 * at.normal_load[1],
+                               .friction_left = at.friction_scale[0],
+                               .friction_right = at.friction_scale[1],
+                               .slope = 1.0};
+        double force, held, top;
+        drivetrain_peak_many(&member, 1, &in, &at.speed, &force);
+        CHECK(force == largest);
+        at.balanced = 0.0;
+        torque = creep_curve_grip(table, parameters, &body, &at, torque, &limit);
+        drivetrain_grip_many(&member, 1, &in, &at.speed, &worst.torque, &held, &top);
+        creepage = creep_curve_grip(table, parameters, &body, &at, worst.torque, &limit);
+        CHECK(held == creepage || (isnan(held) && isnan(creepage)));
+    }
 }
 
 static drivetrain_member member_of(const creep_table *table, const some_drivetrain *d,
@@ -597,6 +664,7 @@ int main(int count, char **arguments) {
     test_force(&table, &parameters);
     test_steps(&table, &parameters);
     test_creep_forces(&table);
+    test_curve(&table, &parameters);
     parameters.load_exponent = 1.0 / 3.0; /* an ellipse */
     parameters.softening = 0.1;
     parameters.slip_rate_residual = 0.4;
@@ -609,6 +677,7 @@ int main(int count, char **arguments) {
     test_force(&table, &parameters);
     test_steps(&table, &parameters);
     test_drivetrains(&table, &parameters);
+    test_curve(&table, &parameters);
     test_widths(&table, &parameters);
     parameters.softening_temperature = 600.0; /* and with the fall with slip speed, as a tool may */
     parameters.thermal_effusivity = 13e3;
@@ -617,6 +686,7 @@ int main(int count, char **arguments) {
     parameters.elliptic = 1.0;
     test_force(&table, &parameters);
     test_drivetrains(&table, &parameters);
+    test_curve(&table, &parameters);
     test_widths(&table, &parameters);
     test_hot_friction();
     test_tangent(&table, &parameters);
