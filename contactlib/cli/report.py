@@ -151,7 +151,7 @@ def write_tuning(
         searched(scenarios, name)  # refuses all of them before the first search
     tuned: dict[str, Tuning] = {}
     settings = folder / "settings.toml"
-    with locked(folder):
+    with locked(folder / "lock"):
         try:
             for name in chosen:
                 with reporter.step(f"Tuning {name}") as progress:

@@ -32,7 +32,6 @@ from contactlib.figures.style import new_figure
 from contactlib.runs.outcomes import Metrics, write_comparison
 from contactlib.runs.result import Result
 from contactlib.runs.sweep.ensemble import write_dataset
-from contactlib.runs.sweep.store import ChunkStore
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
@@ -41,10 +40,6 @@ from sweep_files import write_sweep
 OLD = b"old"
 SMALL = 16  # bytes; every output has more
 Writer = Callable[[Path], object]
-
-
-def chunk(path: Path) -> None:
-    ChunkStore(path.parent, "d", runs=4, chunk=4).save(0, {"a": np.arange(4.0)})
 
 
 def writers() -> dict[str, Writer]:
@@ -62,7 +57,6 @@ def writers() -> dict[str, Writer]:
         "system.ssp": lambda path: cl.export_ssp(model, path),
         "curve.csv": lambda path: write_lookup_table(cl.lookup_table(model), path),
         "results.nc": lambda path: write_dataset(dataset, path),
-        "000000000.chunk": chunk,
         "run.csv": run.to_csv,
         "metrics.txt": lambda path: write_comparison(path.parent, {"run": found}),
         "figure.png": lambda path: figures.save(figure, path),
@@ -180,7 +174,6 @@ def tried(fault: str, name: str, writer: Writer, folder: Path) -> dict[str, Any]
     """What comes of a fault while an old file is replaced, and of the next try."""
     folder.mkdir(parents=True)
     (folder / name).write_bytes(OLD)
-    (folder / "plan.json").write_text(json.dumps({"digest": "d", "chunk": 4}))  # of the chunk
     if fault == "read_only":
         folder.chmod(0o555)
 

@@ -20,12 +20,11 @@ from contactlib.base.writing import write_whole
 from contactlib.cli.report import write_report
 from contactlib.figures import files
 from contactlib.runs.study import open_study
-from contactlib.runs.sweep.store import ChunkStore, discard, locked
 
 posix = pytest.mark.skipif(os.name != "posix", reason="limits, rights and signals of POSIX")
 HERE = Path(__file__).parent
 OUTPUTS = [
-    "table.bin", "element.fmu", "system.ssp", "curve.csv", "results.nc", "000000000.chunk",
+    "table.bin", "element.fmu", "system.ssp", "curve.csv", "results.nc",
     "run.csv", "metrics.txt", "figure.png", "figure.svg", "figure.pdf", "page.html",
 ]  # fmt: skip
 COMMANDS = [
@@ -93,23 +92,6 @@ def test_a_command_says_so_in_a_line_and_ends_with_2(
     assert where.startswith(str(Path(tried["path"]).parent))
 
 
-def test_a_lock_that_cannot_be_written_is_not_left(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fdopen = os.fdopen
-
-    def full(descriptor: int, mode: str) -> Any:
-        fdopen(descriptor, mode).close()
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "fdopen", full)
-        with pytest.raises(OSError, match=r"No space left .*lock"), locked(tmp_path / "x.chunks"):
-            pass
-    with locked(tmp_path / "x.chunks"):
-        pass
-
-
 class Silent:
     """A reporter."""
 
@@ -164,15 +146,6 @@ def test_ctrl_c_before_the_rename_leaves_the_old_file_alone(found: Found, name: 
     tried = found["SIGINT"][name]
     assert tried["said"] == "KeyboardInterrupt: "
     assert tried["files"] == {name: "old"}
-
-
-def test_what_kills_left_among_the_chunks_is_removed_with_them(tmp_path: Path) -> None:
-    folder = tmp_path / "x.chunks"
-    ChunkStore(folder, "d", runs=4, chunk=2)
-    for name in (".plan.json.0123456789abcdef", ".000000000.chunk.0123456789abcdef"):
-        (folder / name).touch()
-    discard(folder)
-    assert not folder.exists()
 
 
 # ---- two at once ----------------------------------------------------------------------------

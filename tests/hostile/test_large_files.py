@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
-import io
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import contactlib as cl
 from contactlib.base.writing import MOST_BYTES
 from contactlib.files.reading import LONG_KEY
-from contactlib.runs.sweep.store import ChunkStore
 
 MODEL = Path(cl.model_path("roller_rig.toml")).read_text(encoding="utf-8")
 HISTORY = ", ".join(["1.0"] * 2_000_000)
@@ -111,28 +106,3 @@ def test_a_curve_is_read_up_to_the_limit(tmp_path: Path) -> None:
     path.write_text(head + row * (count + 1))
     with pytest.raises(ValueError, match=r"c\.csv: the file is too large: it must have <= 2 MB"):
         cl.TractionData.from_csv(path)
-
-
-@pytest.mark.parametrize("how", ["compressed", "claims", "no archive"])
-def test_a_chunk_that_grows_is_none(tmp_path: Path, how: str) -> None:
-    """Its checksum is right: a stranger can compute that, too."""
-    store = ChunkStore(tmp_path, "digest", runs=1, chunk=1)
-    store.save(0, {"x": np.zeros(3)})
-    known = store.load(0)
-    assert known is not None
-    assert known["x"].tolist() == [0.0] * 3
-    buffer = io.BytesIO()
-    if how == "compressed":
-        np.savez_compressed(buffer, x=np.zeros(1000))
-    elif how == "claims":
-        header = io.BytesIO()
-        claim = {"descr": "<f8", "fortran_order": False, "shape": (10**15,)}
-        np.lib.format.write_array_header_1_0(header, claim)
-        with zipfile.ZipFile(buffer, "w") as archive:
-            archive.writestr("x.npy", header.getvalue())
-    contents = buffer.getvalue()
-    checksum = hashlib.sha256(b"digest 0 1 " + contents).digest()
-    (path,) = tmp_path.glob("*.chunk")
-    assert path.read_bytes()[: len(checksum)] != checksum
-    path.write_bytes(checksum + contents)
-    assert store.load(0) is None

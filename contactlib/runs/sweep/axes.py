@@ -23,7 +23,7 @@ from contactlib.files.sections import (
     TrackSection,
 )
 from contactlib.runs.analysis import SWEEP_OUTCOMES
-from contactlib.runs.sweep.sampling import Choice, Distribution, LogUniform, Normal, Uniform, Whole
+from contactlib.runs.sweep.sampling import Spread
 from contactlib.traction import CONTROLLERS, Sensors
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.drivetrain import Axle, Motor
@@ -59,6 +59,7 @@ DISTRIBUTIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "whole": (("from", "to"), ()),
     "normal": (("mean", "standard_deviation"), ("from", "to")),
 }
+Controllers = Mapping[str, Controller | ControllerDesign]
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Target:
     path : str
         Section and key as in the sweep file; paths into the vehicle's file begin with ``vehicle``.
     section : tuple of str
-        ``("track",)``, ``("vehicle", "wheelset")``, ``("controllers", "creep_pi")``.
+        ``vehicle``, ``controllers`` or, for the scenario, nothing; and the section there.
     key : str
         Key in the section.
     index : int or None
@@ -84,7 +85,7 @@ class Target:
     """
 
     path: str
-    section: tuple[str, ...]
+    section: tuple[str, str]
     key: str
     index: int | None
     whole_list: bool
@@ -103,7 +104,9 @@ class Target:
         return numbers if self.whole_list else numbers[0]
 
 
-def find_target(path: str, contents: ScenarioContents, *, factor: bool) -> Target:
+def find_target(
+    path: str, contents: ScenarioContents, controllers: Controllers | None, *, factor: bool
+) -> Target:
     """Find the number that a path names.
 
     Parameters
@@ -112,6 +115,8 @@ def find_target(path: str, contents: ScenarioContents, *, factor: bool) -> Targe
         Path such as ``track.friction[1]``.
     contents : ScenarioContents
         Contents of the sweep's scenario.
+    controllers : mapping or None
+        Controllers of the sweep; None as long as they are not designed.
     factor : bool
         Whether the number is multiplied instead of set: then the file or the controller's design
         must give it, and it may be a whole list.
@@ -124,9 +129,11 @@ def find_target(path: str, contents: ScenarioContents, *, factor: bool) -> Targe
     found = PATH.fullmatch(path)
     if found is None:
         raise ValueError(f"{path!r} is not a path such as {EXAMPLES}")
-    *section, key = found[1].split(".")
+    *names, key = found[1].split(".")
     index = None if found[2] is None else int(found[2])
-    kind, table = _section(path, section, contents)
+    where = names.pop(0) if names[0] in ("vehicle", "controllers") else ""
+    section = where, ".".join(names)
+    kind, table = _section(path, *section, contents)
     quantities = kind.quantities()
     if key not in quantities:
         raise _unknown(path, key, quantities)
@@ -148,34 +155,35 @@ def find_target(path: str, contents: ScenarioContents, *, factor: bool) -> Targe
         raise ValueError(f"{path}: {found[1]} is a number, not a list")
     elif key in table:
         base = (number(path, table[key], quantity),)
-    elif factor and section[0] != "controllers":
+    if where == "controllers" and controllers is not None:
+        if section[1] not in controllers:
+            raise ValueError(f"{path}: the controller {section[1]} does not run in this sweep")
+        control = controllers[section[1]]
+        if not isinstance(control, ControllerDesign):
+            designed = getattr(control, key)
+            base = None if designed is None else (float(designed),)
+    if factor and base is None and not (where == "controllers" and controllers is None):
         raise ValueError(f"{path}: the file does not give the number that the factor is on")
-    return Target(path, tuple(section), key, index, whole_list, quantity, base)
+    return Target(path, section, key, index, whole_list, quantity, base)
 
 
 def _section(
-    path: str, section: list[str], contents: ScenarioContents
+    path: str, where: str, name: str, contents: ScenarioContents
 ) -> tuple[type[Any], dict[str, Any]]:
     """Class of a section, and its contents in the file."""
-    data: Mapping[str, Any] = contents.data
-    if section[0] == "vehicle_changes":
-        meant = path.replace("vehicle_changes", "vehicle", 1)
-        raise ValueError(f"{path}: say {meant}, which includes the scenario's changes")
-    if section[0] == "vehicle":
-        name, known, data = ".".join(section[1:]), VEHICLE_SECTIONS, contents.vehicle
-    elif section[0] == "controllers":
-        controllers = subsection("controllers", data["controllers"])
-        name = ".".join(section[1:])
+    if where == "controllers":
+        controllers = subsection("controllers", contents.data["controllers"])
         if name not in controllers:
             raise _unknown(path, name, controllers)
-        table = subsection(".".join(section), controllers[name])
-        kind = text(f"controllers.{name}.kind", table.get("kind"))
-        return CONTROLLERS[kind], table
-    else:
-        name, known = ".".join(section), SECTIONS
+        table = subsection(f"controllers.{name}", controllers[name])
+        return CONTROLLERS[text(f"controllers.{name}.kind", table.get("kind"))], table
+    if not where and name.split(".")[0] == "vehicle_changes":
+        meant = path.replace("vehicle_changes", "vehicle", 1)
+        raise ValueError(f"{path}: say {meant}, which includes the scenario's changes")
+    known: Mapping[str, Any] = VEHICLE_SECTIONS if where else SECTIONS
     if name not in known:
-        names = known if section[0] == "vehicle" else [*known, "vehicle", "controllers"]
-        raise _unknown(path, name, names)
+        raise _unknown(path, name, known if where else [*known, "vehicle", "controllers"])
+    data = contents.vehicle if where else contents.data
     return known[name], subsection(name, data.get(name, {}))
 
 
@@ -204,15 +212,15 @@ class Axis:
         Numbers that are set to the axis's value, or multiplied by it.
     factor : bool
         Whether the value multiplies.
-    spread : Choice, ..., Normal
-        Distribution of the values; on a grid a `Choice` of the points.
+    spread : Spread
+        Distribution of the values; on a grid its points.
     """
 
     name: str
     label: str
     targets: tuple[Target, ...]
     factor: bool
-    spread: Distribution
+    spread: Spread
 
     @property
     def unit(self) -> str:
@@ -227,25 +235,26 @@ class Axis:
     def check(self, values: FloatArray) -> None:
         """Refuse values that are out of range for any of the targets; names the first."""
         for target in self.targets:
-            bases = target.scaled if self.factor else (1.0,)
-            for base in bases:
+            for base in target.scaled if self.factor else (1.0,):
                 bad = ~target.quantity.allows(base * values)
                 if bad.any():
                     value = float(values[bad][0])
                     what = f"{value!r} times {base!r}" if self.factor else f"{value!r}"
                     raise ValueError(
-                        f"{target.path} = {what} is out of range: must be {target.quantity}"
+                        f"axes.{self.name}: {target.path} = {what} is out of range: must be "
+                        f"{target.quantity}"
                     )
 
 
-def read_axis(name: str, section: object, contents: ScenarioContents, *, grid: bool) -> Axis:
-    """Read an axis of a sweep file.
-
-    Raises
-    ------
-    ValueError
-        If a key, path, unit or value is wrong; the message names it.
-    """
+def read_axis(
+    name: str,
+    section: object,
+    contents: ScenarioContents,
+    controllers: Controllers | None,
+    *,
+    grid: bool,
+) -> Axis:
+    """Read an axis of a sweep file; a ValueError names the key, path, unit or value."""
     table = subsection("it", section)
     for key in [k for k in table if k in KEYS[not grid] and k not in KEYS[grid]]:
         raise ValueError(
@@ -260,7 +269,7 @@ def read_axis(name: str, section: object, contents: ScenarioContents, *, grid: b
     paths = table[given[0]]
     paths = paths if isinstance(paths, list) and paths else [paths]
     paths = [text(given[0], path) for path in paths]
-    targets = tuple(find_target(path, contents, factor=factor) for path in paths)
+    targets = tuple(find_target(path, contents, controllers, factor=factor) for path in paths)
     units = {target.quantity.unit for target in targets}
     if len(units) > 1 and not factor:
         raise ValueError(f"{', '.join(paths)} have different units: {', '.join(sorted(units))}")
@@ -268,56 +277,44 @@ def read_axis(name: str, section: object, contents: ScenarioContents, *, grid: b
     label = text("label", table.get("label", default))
     # Without limits: `Axis.check` holds the values against those of the targets.
     quantity = Quantity("1" if factor else targets[0].quantity.unit)
-    read = _points if grid else _distribution
-    return Axis(name, label, targets, factor, read(table, quantity))
-
-
-def _points(table: Mapping[str, Any], quantity: Quantity) -> Choice:
     if "values" in table:
-        return _values(table, quantity)
+        spread = Spread("values", _values(table, quantity))
+    else:
+        spread = _points(table, quantity) if grid else _distribution(table, quantity)
+    return Axis(name, label, targets, factor, spread)
+
+
+def _points(table: Mapping[str, Any], quantity: Quantity) -> Spread:
     check_keys("", table, [*COMMON, "from", "to", "count", "spacing"], ["from", "to", "count"])
     start, end = (number(key, table[key], quantity) for key in ("from", "to"))
     count = whole("count", table["count"], 1, MOST_POINTS)
-    spacing = text("spacing", table.get("spacing", "linear"))
-    if spacing not in SPACINGS:
-        raise ValueError(f"spacing = {spacing!r} must be one of: {', '.join(SPACINGS)}")
+    spacing = choice("spacing", table.get("spacing", "linear"), SPACINGS)
     if spacing == "log" and min(start, end) <= 0.0:
         raise ValueError(f"from = {start!r}, to = {end!r}: log spacing needs both above zero")
     if count > 1 and start == end:
         raise ValueError(f"from = to = {start!r}: {count} points would be the same")
-    return Choice(tuple(SPACINGS[spacing](start, end, count).tolist()))
+    return Spread("values", tuple(SPACINGS[spacing](start, end, count).tolist()))
 
 
-def _distribution(table: Mapping[str, Any], quantity: Quantity) -> Distribution:
-    if "values" in table:
-        return _values(table, quantity)
-    kind = text("distribution", table.get("distribution", "uniform"))
-    if kind not in DISTRIBUTIONS:
-        raise ValueError(f"distribution = {kind!r} must be one of: {', '.join(DISTRIBUTIONS)}")
+def _distribution(table: Mapping[str, Any], quantity: Quantity) -> Spread:
+    kind = choice("distribution", table.get("distribution", "uniform"), DISTRIBUTIONS)
     needed, optional = DISTRIBUTIONS[kind]
     check_keys("", table, [*COMMON, "distribution", *needed, *optional], needed)
-    known = {key: number(key, table[key], quantity) for key in ("from", "to") if key in table}
-    start, end = known.get("from", -np.inf), known.get("to", np.inf)
+    limits = {"standard_deviation": replace(quantity, above=0.0)}
+    given = {"from": -np.inf, "to": np.inf}
+    for key in [key for key in (*needed, *optional) if key in table]:
+        given[key] = number(key, table[key], limits.get(key, quantity))
+    start, end = given.pop("from"), given.pop("to")
     if start >= end:
         raise ValueError(f"from = {start!r} must be < to = {end!r}")
-    if kind == "normal":
-        mean = number("mean", table["mean"], quantity)
-        width = number(
-            "standard_deviation", table["standard_deviation"], replace(quantity, above=0.0)
-        )
-        return Normal(mean, width, start, end)
-    if kind == "whole":
-        if start != int(start) or end != int(end):
-            raise ValueError(f"from = {start!r}, to = {end!r} must be whole numbers")
-        return Whole(start, end)
-    if kind == "log_uniform":
-        if start <= 0.0:
-            raise ValueError(f"from = {start!r} must be > 0: log_uniform is of ratios")
-        return LogUniform(start, end)
-    return Uniform(start, end)
+    if kind == "whole" and (start != int(start) or end != int(end)):
+        raise ValueError(f"from = {start!r}, to = {end!r} must be whole numbers")
+    if kind == "log_uniform" and start <= 0.0:
+        raise ValueError(f"from = {start!r} must be > 0: log_uniform is of ratios")
+    return Spread(kind, (*given.values(), start, end))
 
 
-def _values(table: Mapping[str, Any], quantity: Quantity) -> Choice:
+def _values(table: Mapping[str, Any], quantity: Quantity) -> tuple[float, ...]:
     check_keys("", table, [*COMMON, "values"], [])
     values = table["values"]
     if not isinstance(values, list) or not values:
@@ -325,7 +322,7 @@ def _values(table: Mapping[str, Any], quantity: Quantity) -> Choice:
     numbers = tuple(number("values", value, quantity) for value in values)
     if len(set(numbers)) < len(numbers):
         raise ValueError(f"values = {values!r} has a number twice")
-    return Choice(numbers)
+    return numbers
 
 
 def whole(name: str, value: object, least: int, most: int) -> int:
@@ -335,16 +332,17 @@ def whole(name: str, value: object, least: int, most: int) -> int:
     return value
 
 
+def choice(name: str, value: object, known: Collection[str]) -> str:
+    """Return a TOML value if it is one of the known words, or raise."""
+    if text(name, value) not in known:
+        raise ValueError(f"{name} = {value!r} must be one of: {', '.join(known)}")
+    return str(value)
+
+
 def read_axes(
-    sections: object,
-    contents: ScenarioContents,
-    controllers: Mapping[str, Controller | ControllerDesign] | None,
-    *,
-    grid: bool,
+    sections: object, contents: ScenarioContents, controllers: Controllers | None, *, grid: bool
 ) -> tuple[Axis, ...]:
     """Read the axes of a sweep file in order; no two of them may set the same number.
-
-    Without controllers, as long as they are not designed, the numbers in them are not looked for.
 
     Raises
     ------
@@ -365,38 +363,15 @@ def read_axes(
                 "controller, run, failed, string1, string2, ..., which the results have themselves"
             )
         with in_file(f"axes.{name}"):
-            axis = read_axis(name, section, contents, grid=grid)
-            targets = axis.targets
-            if controllers is not None:
-                targets = tuple(_of_controllers(t, controllers, axis.factor) for t in targets)
-            for target in targets:
+            axis = read_axis(name, section, contents, controllers, grid=grid)
+            for target in axis.targets:
                 size = len(target.base or (0,))
                 for index in range(size) if target.whole_list else [target.index]:
                     place = (target.section, target.key, index)
                     if place in owner:
                         raise ValueError(f"{target.path} is set by axes.{owner[place]} already")
                     owner[place] = name
-        return replace(axis, targets=targets)
+        return axis
 
     with Mistakes(table) as mistakes:
         return tuple(mistakes.of(read, name, section) for name, section in table.items())
-
-
-def _of_controllers(
-    target: Target,
-    controllers: Mapping[str, Controller | ControllerDesign],
-    factor: bool,
-) -> Target:
-    """Return the target; its base is the designed number if it is in a designed controller."""
-    if target.section[0] != "controllers":
-        return target
-    name = target.section[1]
-    if name not in controllers:
-        raise ValueError(f"{target.path}: the controller {name} does not run in this sweep")
-    controller = controllers[name]
-    if not isinstance(controller, ControllerDesign):
-        designed = getattr(controller, target.key)
-        target = replace(target, base=None if designed is None else (float(designed),))
-    if factor and target.base is None:
-        raise ValueError(f"{target.path}: nothing gives the number that the factor is on")
-    return target

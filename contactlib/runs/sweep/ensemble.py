@@ -6,24 +6,24 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
 from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
 from contactlib.contact.element import RangeWarning
 from contactlib.files.scenario import ControllerDesign
-from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
+from contactlib.runs.analysis import ANALYSES, SWEEP_OUTCOMES
 from contactlib.runs.damage import warn_of_damaged_runs
 from contactlib.runs.scenario_runs import FAILED, Metric, run_scenario
 from contactlib.runs.sweep.execution import (
-    Results,
     Workers,
     default_workers,
     run_chunks,
@@ -31,7 +31,7 @@ from contactlib.runs.sweep.execution import (
 )
 from contactlib.runs.sweep.loading import load_sweep, with_own
 from contactlib.runs.sweep.plan import Sweep
-from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan, discard, locked
+from contactlib.runs.sweep.store import OTHERWISE, OWNER, ChunkStore, another_plan, locked
 from contactlib.traction.interface import Controller
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ LEAST, MOST, LONGEST = 64, 2048, 225_000.0
 CHUNKS_EACH, ANALYSES_EACH = 2, 8  # chunks for each worker, to balance the load at the end
 
 
-def make_dataset(sweep: Sweep, results: Mapping[str, FloatArray], digest: str) -> Dataset:
-    """Make the dataset of the outcomes of all runs.
+def make_dataset(sweep: Sweep, results: FloatArray, digest: str) -> Dataset:
+    """Make the dataset of the results of all runs, in the rows of `Plan.rows`.
 
     The dimensions of a grid are the axes in the order of the file, that of a sample is ``run``;
     outcomes of runs have ``controller`` before them. ``failed`` is one where a run's parameters do
@@ -67,32 +67,32 @@ def make_dataset(sweep: Sweep, results: Mapping[str, FloatArray], digest: str) -
         described = {"units": axis.unit, "long_name": axis.label}
         if axis.percent:
             described["display_units"] = "%"
-        points = column.reshape(sweep.shape)
         if grid:
             place = tuple(slice(None) if dim == axis.name else 0 for dim in dims)
-            coords[axis.name] = (axis.name, points[place], described)
+            coords[axis.name] = (axis.name, column.reshape(sweep.shape)[place], described)
         else:
-            coords[axis.name] = ("run", points, described)
-
-    def variable(name: str, described: dict[str, str]) -> tuple[Any, ...]:
-        values = results[name]
-        if values.ndim == 2:
-            shape = (len(plan.controllers), *sweep.shape)
-            return ("controller", *dims), values.reshape(shape), described
-        return dims, values.reshape(sweep.shape), described
-
-    data = {name: variable(name, SWEEP_OUTCOMES[name].attributes) for name in plan.outcomes}
-    for name, metric in plan.metrics.items():
-        text = (getattr(metric, "__doc__", None) or name.replace("_", " ")).strip().split("\n")[0]
-        described = {"units": getattr(metric, "units", ""), "long_name": text.rstrip(".")}
-        data[name] = variable(name, described)
-    driven = of_runs(plan.outcomes) or plan.metrics
-    what = "run could not be done" if driven else "parameters are not valid"
-    data[FAILED] = variable(FAILED, {"units": "1", "long_name": what})
+            coords[axis.name] = ("run", column, described)
+    what = "run could not be done" if plan.controllers else "parameters are not valid"
+    attributes = {
+        **{name: SWEEP_OUTCOMES[name].attributes for name in plan.outcomes},
+        **{name: _described(name, metric) for name, metric in plan.metrics.items()},
+        FAILED: {"units": "1", "long_name": what},
+    }
+    data = {}
+    for name, rows in plan.rows.items():
+        driven = bool(plan.controllers) and name not in ANALYSES
+        shape = (*((len(plan.controllers),) if driven else ()), *sweep.shape)
+        of_all = ("controller", *dims) if driven else dims
+        data[name] = (of_all, results[rows].reshape(shape), attributes[name])
     found = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
     found[FAILED] = found[FAILED].astype(np.int8)
     warn_of_damaged_runs(found, sweep.simulated_time / (sweep.runs * max(1, len(plan.controllers))))
     return found
+
+
+def _described(name: str, metric: Metric) -> dict[str, str]:
+    text = (getattr(metric, "__doc__", None) or name.replace("_", " ")).strip().split("\n")[0]
+    return {"units": getattr(metric, "units", ""), "long_name": text.rstrip(".")}
 
 
 def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
@@ -119,30 +119,27 @@ def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
 
 def report(sweep: Sweep, dataset: Dataset) -> list[str]:
     """Format the outcomes as a table: median and range of each, and the number of failed runs."""
-    lines = []
     failed = dataset[FAILED].values.reshape(-1, sweep.runs) == 1
-    if failed.any():
-        lines.append(_first_failure(sweep, dataset))
-    analysed = len(of_runs(sweep.plan.outcomes)) < len(sweep.plan.outcomes)
-    last = [WHEELSET] if analysed else []
+    analysed = [WHEELSET] if any(name in ANALYSES for name in sweep.plan.outcomes) else []
     names = list(sweep.plan.controllers)
-    rows = [["outcome", "unit", *names, *last]]
+    table = [["outcome", "unit", *names, *analysed]]
     for name in (*sweep.plan.outcomes, *sweep.plan.metrics):
-        found = dataset[name]
-        driven = "controller" in found.dims
+        driven = name not in ANALYSES
         # An outcome of the analysis has failed where the runs of all controllers have.
         fails = failed if driven else failed.all(axis=0, keepdims=True)
-        values = found.values.reshape(-1, sweep.runs)
+        values = dataset[name].values.reshape(-1, sweep.runs)
         cells = [
             _spread(row[~(bad & np.isnan(row))]) for row, bad in zip(values, fails, strict=True)
         ]
-        empty = [""] * (len(last) if driven else len(names))
-        cells = [*cells, *empty] if driven else [*empty, *cells]
-        rows.append([name.replace("_", " "), found.attrs["units"], *cells])
+        cells = [*cells, *("" for _ in analysed)] if driven else [*("" for _ in names), *cells]
+        table.append([name.replace("_", " "), dataset[name].attrs["units"], *cells])
     counts = [str(int(row.sum())) for row in failed]
-    rows.append(["failed", "1", *counts, *([""] if names else []) * len(last)])
-    lines.append(f"Median (least, largest) of {sweep.runs} runs, without those that failed:")
-    return [*lines, *fixed_width(rows).split("\n")]
+    table.append(["failed", "1", *counts, *("" for _ in analysed if names)])
+    return [
+        *(_first_failure(sweep, failed) if failed.any() else ()),
+        f"Median (least, largest) of {sweep.runs} runs, without those that failed:",
+        *fixed_width(table).split("\n"),
+    ]
 
 
 def _spread(values: FloatArray) -> str:
@@ -156,10 +153,9 @@ def _spread(values: FloatArray) -> str:
     return f"{middle} ({low}, {high}){rest}"
 
 
-def _first_failure(sweep: Sweep, dataset: Dataset) -> str:
-    """Repeat the first failed run and return its error message."""
-    found = dataset[FAILED].values.reshape(-1, sweep.runs)
-    controller, run = (int(i) for i in np.argwhere(found)[0])
+def _first_failure(sweep: Sweep, failed: NDArray[np.bool_]) -> Iterator[str]:
+    """Repeat the first failed run for its error message."""
+    controller, run = (int(i) for i in np.argwhere(failed)[0])
     plan, where = sweep.plan, f"run {run} ({sweep.describe(run)})"
     try:
         scenario = sweep.scenario_of(run)
@@ -169,8 +165,9 @@ def _first_failure(sweep: Sweep, dataset: Dataset) -> str:
             index, step = plan.index_of(run), plan.step_of(scenario)
             run_scenario(scenario, name, index=index, step=step, tolerance=plan.tolerance)
     except (ValueError, RuntimeError) as error:
-        return f"{where}: {error}"
-    return f"{where} failed among others, but not alone"
+        yield f"{where}: {error}"
+    else:
+        yield f"{where} failed among others, but not alone"
 
 
 def write_dataset(dataset: Dataset, path: Path) -> Path:
@@ -205,6 +202,7 @@ def ensemble(
     executor: Executor | Workers | None = None,
     workers: int | None = None,
     output: str | os.PathLike[str] | None = None,
+    key: str | None = None,
     chunk: int | None = None,
     restart: bool = False,
     progress: Callable[[float], object] = lambda part: None,
@@ -232,8 +230,12 @@ def ensemble(
         time. Default: one for each processor.
     output : path, optional
         Folder for the NetCDF file and, until it is complete, for finished chunks: if the process
-        is killed, the same call continues from there; with a controller or metric whose code or
-        numbers have changed since, it refuses. Default: nothing is written.
+        is killed, the same call continues from there; with controllers or metrics of another
+        `key` it refuses. Default: nothing is written.
+    key : str, optional
+        Name of the version of your controllers and metrics. Default: their numbers and the text of
+        the files that define them, but not of what these import; what a notebook defines is never
+        the same.
     chunk : int, optional
         Number of runs in a chunk; ignored if the output folder already has chunks.
     restart : bool, optional
@@ -267,7 +269,7 @@ def ensemble(
         If the outcomes have slip speeds or slip work that no vehicle survives.
     """
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
-    sweep = with_own(sweep, controllers or {}, metrics or {})
+    sweep = with_own(sweep, controllers or {}, metrics or {}, key)
     for name, number in (("workers", workers), ("chunk", chunk)):
         if number is not None and number < 1:
             raise ValueError(f"{name} = {number!r} is out of range: must be >= 1")
@@ -275,44 +277,39 @@ def ensemble(
     count = workers or (executor.count if isinstance(executor, Workers) else default_workers())
     chunk = min(chunk or default_chunk(sweep, count), sweep.runs)
     if output is None:
-        results = _run(sweep, None, chunk, executor, count, progress)
-        return make_dataset(sweep, results, digest)
+        return make_dataset(sweep, _run(sweep, None, chunk, executor, count, progress), digest)
     path = results_path(sweep, output)
-    folder = path.with_suffix(".chunks")
-    if path.exists() and not restart and not folder.exists():
-        known = _finished(sweep, digest, path)
-        progress(1.0)
-        return known
-    with locked(folder):
+    chunks = path.with_suffix(".chunks")
+    if path.exists() and not restart and not chunks.exists():
+        return _finished(sweep, digest, path, progress)
+    with locked(chunks) as file:
         if restart:
             path.unlink(missing_ok=True)
-            discard(folder)
+            file.truncate(OWNER)
         if path.exists():  # a kill came between writing the file and removing the chunks
-            known = _finished(sweep, digest, path)
-            discard(folder)
-            progress(1.0)
-            return known
-        store = ChunkStore(folder, digest, runs=sweep.runs, chunk=chunk)
-        results = _run(sweep, store, store.chunk, executor, count, progress)
-        dataset = make_dataset(sweep, results, digest)
-        write_dataset(dataset, path)
-        discard(folder)
+            dataset = _finished(sweep, digest, path, progress)
+        else:
+            rows = sweep.plan.rows[FAILED].stop
+            store = ChunkStore(file, digest, rows=rows, runs=sweep.runs, chunk=chunk)
+            results = _run(sweep, store, store.chunk, executor, count, progress)
+            dataset = make_dataset(sweep, results, digest)
+            write_dataset(dataset, path)
+        file.truncate(OWNER)
     return dataset
 
 
-def _finished(sweep: Sweep, digest: str, path: Path) -> Dataset:
+def _finished(
+    sweep: Sweep, digest: str, path: Path, progress: Callable[[float], object]
+) -> Dataset:
     """Read the dataset of a finished sweep, and update its name, source and labels."""
     known = read_dataset(path)
     if known.attrs.get("plan_digest") != digest:
         raise another_plan(f"{path} is", known.attrs.get("plan_digest"), digest)
-    rows = (-1, sweep.runs)
-    results = {
-        name: v.values.reshape(rows if "controller" in v.dims else sweep.runs)
-        for name, v in known.data_vars.items()
-    }
-    dataset = make_dataset(sweep, {str(name): v for name, v in results.items()}, digest)
+    rows = [known[name].values.reshape(-1, sweep.runs) for name in sweep.plan.rows]
+    dataset = make_dataset(sweep, np.concatenate(rows), digest)
     if not dataset.identical(known):  # a name, source or label has changed
         write_dataset(dataset, path)
+    progress(1.0)
     return dataset
 
 
@@ -337,17 +334,14 @@ def _run(
     executor: Executor | Workers | None,
     count: int,
     progress: Callable[[float], object],
-) -> Results:
-    """Outcomes of all runs; chunks that the store has are not run again."""
-    found: dict[int, Results] = {}
+) -> FloatArray:
+    """Results of all runs; chunks that the store has are not run again."""
     starts = range(0, sweep.runs, chunk)
-    for first in starts if store is not None else ():
-        known = store.load(first) if store is not None else None
-        if known is not None:
-            found[first] = known
+    loaded = {} if store is None else {first: store.load(first) for first in starts}
+    found = {first: known for first, known in loaded.items() if known is not None}
     progress(len(found) / len(starts))
 
-    def keep(first: int, results: Results) -> None:
+    def keep(first: int, results: FloatArray) -> None:
         if store is not None:
             store.save(first, results)
         found[first] = results
@@ -357,13 +351,11 @@ def _run(
     entered: AbstractContextManager[Workers]
     if executor is None:
         entered = thread_workers(count)
-    elif isinstance(executor, Workers):
-        entered = nullcontext(executor)
     else:
-        entered = nullcontext(Workers(executor, count))
+        given = executor if isinstance(executor, Workers) else Workers(executor, count)
+        entered = nullcontext(given)
     with warnings.catch_warnings(), entered as workers:
         warnings.simplefilter("ignore", RangeWarning)  # shown when the sweep was read
         if todo:
             run_chunks(sweep.plan, sweep.values, todo, workers, keep)
-    parts = [found[first] for first in starts]
-    return {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
+    return np.concatenate([found[first] for first in starts], axis=1)

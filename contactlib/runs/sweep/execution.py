@@ -39,7 +39,9 @@ from contactlib.runs.scenario_runs import FAILED, run_many
 from contactlib.runs.sweep.plan import Plan, ScenarioBuilder
 
 AHEAD = 2  # chunks in flight for each worker, so that none waits
-Results = dict[str, FloatArray]
+KEPT = (
+    "finished chunks are kept if there is an output folder: start the same sweep again to continue"
+)
 
 
 class StoppedError(RuntimeError):
@@ -53,8 +55,8 @@ def go_on() -> bool:
 
 def run_chunk(
     plan: Plan, first: int, values: FloatArray, stopped: Callable[[], bool] = go_on
-) -> Results:
-    """Outcomes of some runs; a pure function of the plan and the values.
+) -> FloatArray:
+    """Results of some runs; a pure function of the plan and the values.
 
     Parameters
     ----------
@@ -69,10 +71,9 @@ def run_chunk(
 
     Returns
     -------
-    dict
-        Outcomes of runs and metrics, shape (controllers, n), and outcomes of the analysis, shape
-        (n,); nan where a run failed or its parameters do not give a valid scenario, which
-        ``failed`` marks with ones.
+    ndarray
+        Results in the rows of `Plan.rows`, a column for each run; nan where a run failed or its
+        parameters do not give a valid scenario, which ``failed`` marks with ones.
 
     Raises
     ------
@@ -87,12 +88,10 @@ def run_chunk(
         if stopped():
             raise StoppedError
 
-    builder, n, outcomes = ScenarioBuilder(plan), len(values), of_runs(plan.outcomes)
-    runs = [*outcomes, *plan.metrics]
-    shape = (len(plan.controllers), n) if runs else (n,)
-    names = (*plan.outcomes, *plan.metrics)
-    found = {name: np.full(shape if name in runs else n, np.nan) for name in names}
-    found[FAILED] = np.zeros(shape)
+    builder, n, rows = ScenarioBuilder(plan), len(values), plan.rows
+    found = np.full((rows[FAILED].stop, n), np.nan)
+    failed = found[rows[FAILED]]
+    failed[:] = 0.0
     scenarios: list[Scenario | None] = []
     for i, row in enumerate(values):
         go_on_or_stop(0.0)
@@ -100,30 +99,27 @@ def run_chunk(
             scenarios.append(scenario := builder.build(row.tolist()))
         except ValueError:
             scenarios.append(None)
-            found[FAILED][..., i] = 1.0
+            failed[:, i] = 1.0
             continue
         for name, value in analyse(scenario, plan.outcomes).items():
-            found[name][i] = value
+            found[rows[name], i] = value
     valid = [scenario for scenario in scenarios if scenario is not None]
-    if not runs or not valid:
-        return found
     # Any valid scenario fills the place of an invalid one.
-    filled = [valid[0] if scenario is None else scenario for scenario in scenarios]
-    for j, controller in enumerate(plan.controllers):
+    filled = [valid[0] if scenario is None else scenario for scenario in scenarios if valid]
+    for j, controller in enumerate(plan.controllers if valid else ()):
         by_name = run_many(
             filled,
             controller,
-            outcomes,
+            of_runs(plan.outcomes),
             metrics=plan.metrics,
             index=[plan.index_of(first + i) for i in range(n)],
             step=[plan.step_of(scenario) for scenario in filled],
             tolerance=plan.tolerance,
             progress=go_on_or_stop,
         )
-        failed = (found[FAILED][j] == 1.0) | (by_name[FAILED] == 1.0)
-        found[FAILED][j] = failed
-        for name in runs:
-            found[name][j] = np.where(failed, np.nan, by_name[name])
+        failed[j] = np.maximum(failed[j], by_name.pop(FAILED))
+        for name, column in by_name.items():
+            found[rows[name]][j] = np.where(failed[j], np.nan, column)
     return found
 
 
@@ -270,7 +266,7 @@ def run_chunks(
     values: FloatArray,
     chunks: Iterable[tuple[int, int]],
     workers: Workers,
-    keep: Callable[[int, Results], object],
+    keep: Callable[[int, FloatArray], object],
 ) -> None:
     """Run chunks, a bounded number at a time, and pass on the results of each when it is done.
 
@@ -305,7 +301,7 @@ def run_chunks(
                 f"controllers and metrics cannot be sent to processes: {error}; define them at the "
                 "top of a module, or use threads"
             ) from error
-    left, flying, again = iter(chunks), dict[Future[Results], tuple[int, int]](), set[int]()
+    left, flying, again = iter(chunks), dict[Future[FloatArray], tuple[int, int]](), set[int]()
     local = isinstance(workers.executor, (ThreadPoolExecutor, ProcessPoolExecutor))
     asked = () if workers.stopped is go_on else (workers.stopped,)
     waits = False
@@ -338,22 +334,20 @@ def run_chunks(
         for job in flying:
             job.cancel()
         if isinstance(error, CancelledError):
-            raise RuntimeError(
-                "a chunk was cancelled, as by a cluster whose scheduler has gone; finished chunks "
-                "are kept if there is an output folder: start the same sweep again to continue"
-            ) from None
+            why = "a chunk was cancelled, as by a cluster whose scheduler has gone"
+            raise RuntimeError(f"{why}; {KEPT}") from None
         if isinstance(error, BrokenProcessPool):
-            own = {**plan.controllers, **plan.metrics}.values()
-            here = any(getattr(one, "__module__", "") == "__main__" for one in own)
-            script = getattr(sys.modules["__main__"], "__file__", None)
-            why, more = "for lack of memory", ""
-            if script and "__name__" not in Path(script).read_text(errors="replace"):
-                why = f"as {script} lacks the line if __name__ == '__main__': before what it does"
-            elif here and not script:
-                why = "as it cannot import what a notebook defines"
-                more = ", with controllers and metrics in a module"
-            raise RuntimeError(
-                f"a worker process died, perhaps {why}; finished chunks are "
-                f"kept if there is an output folder: start the same sweep again to continue{more}"
-            ) from None
+            raise RuntimeError(f"a worker process died, perhaps {_why(plan)}") from None
         raise
+
+
+def _why(plan: Plan) -> str:
+    """Likely cause of the death of a worker process, and the remedy."""
+    script = getattr(sys.modules["__main__"], "__file__", None)
+    own = {**plan.controllers, **plan.metrics}.values()
+    if script and "__name__" not in Path(script).read_text(errors="replace"):
+        return f"as {script} lacks the line if __name__ == '__main__': before what it does; {KEPT}"
+    if not script and any(getattr(one, "__module__", "") == "__main__" for one in own):
+        why = "as it cannot import what a notebook defines"
+        return f"{why}; {KEPT}, with controllers and metrics in a module"
+    return f"for lack of memory; {KEPT}"

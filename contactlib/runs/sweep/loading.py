@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray, Quantity
+from contactlib.base.quantities import Quantity
 from contactlib.base.text import known_names
 from contactlib.contact import kernel
 from contactlib.contact.element import RangeWarning
@@ -45,7 +45,7 @@ from contactlib.runs.scenario_runs import (
     Metric,
     checked_metrics,
 )
-from contactlib.runs.sweep.axes import Axis, read_axes, whole
+from contactlib.runs.sweep.axes import choice, read_axes, whole
 from contactlib.runs.sweep.plan import (
     PLACEHOLDER,
     Plan,
@@ -128,12 +128,12 @@ def _build_sweep(
         for key, read_text in (("name", title), ("source", text)):
             of(read_text, key, data.get(key, ""))
         outcomes = of(_names, "outcomes", data.get("outcomes", ["slip_work"]), SWEEP_OUTCOMES)
-        redesign = data.get("redesign", False)
-        of(_check_switch, "redesign", redesign)
+        redesign = of(_switch, "redesign", data.get("redesign", False))
         sampling = of(_sampling, data.get("sampling", {}))
         if sampling:
             kind, runs, seed = sampling
-        noise = of(_noise, data, kind)
+        # Common noise keeps maps free of speckle.
+        noise = of(choice, "noise", data.get("noise", NOISES[kind != "grid"]), NOISES)
         step = of(number, "step", data["step"], STEP) if "step" in data else None
         tolerance = of(number, "tolerance", data.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE)
         if "scenario" in data:
@@ -154,7 +154,7 @@ def _build_sweep(
         axes = read_axes(data["axes"], contents, controllers, grid=kind == "grid")
         values = draw(kind, [axis.spread for axis in axes], runs, seed)
         for axis, column in zip(axes, values.T, strict=True):
-            mistakes.of(_check_axis, axis, np.unique(column))
+            mistakes.of(axis.check, np.unique(column))
     plan = Plan(
         contents=contents,
         axes=axes,
@@ -176,7 +176,10 @@ def _build_sweep(
 
 
 def with_own(
-    sweep: Sweep, controllers: Mapping[str, Controller], metrics: Mapping[str, Metric]
+    sweep: Sweep,
+    controllers: Mapping[str, Controller],
+    metrics: Mapping[str, Metric],
+    key: str | None = None,
 ) -> Sweep:
     """Add controllers and metrics of a user's own to a sweep.
 
@@ -207,7 +210,7 @@ def with_own(
         raise ValueError("metrics: no controller runs in this sweep: pass controllers")
     if not controllers and not metrics:
         return sweep
-    plan = replace(plan, controllers=every, metrics=metrics)
+    plan = replace(plan, controllers=every, metrics=metrics, key=key)
     scenario = replace(sweep.scenario, controllers=every)
     made = replace(sweep, plan=plan, scenario=scenario)
     with warnings.catch_warnings():
@@ -225,14 +228,10 @@ def _read_scenario(
         return contents, read_controllers(contents.data["controllers"])
 
 
-def _check_switch(key: str, value: object) -> None:
+def _switch(key: str, value: object) -> bool:
     if not isinstance(value, bool):
         raise ValueError(f"{key} = {value!r} must be true or false")
-
-
-def _check_axis(axis: Axis, values: FloatArray) -> None:
-    with in_file(f"axes.{axis.name}"):
-        axis.check(values)
+    return value
 
 
 def _check_ends(sweep: Sweep) -> None:
@@ -283,20 +282,10 @@ def _controllers(
     return {name: designs[name] for name in _names("controllers", data["controllers"], designs)}
 
 
-def _noise(data: Mapping[str, Any], kind: str) -> str:
-    """Read the noise; the default for grids, common noise, keeps maps free of speckle."""
-    noise = text("noise", data.get("noise", NOISES[0] if kind == "grid" else NOISES[1]))
-    if noise not in NOISES:
-        raise ValueError(f"noise = {noise!r} must be one of: {', '.join(NOISES)}")
-    return noise
-
-
 def _sampling(section: object) -> tuple[str, int, int]:
     """Kind, number of runs and seed."""
     table = subsection("sampling", section)
-    kind = text("sampling.kind", table.get("kind", "grid"))
-    if kind not in KINDS:
-        raise ValueError(f"sampling.kind = {kind!r} must be one of: {', '.join(KINDS)}")
+    kind = choice("sampling.kind", table.get("kind", "grid"), KINDS)
     if kind == "grid":
         check_keys("sampling.", table, ["kind"], [])
         return kind, 0, 0

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import inspect
 import json
+import pickle
+import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,11 +24,11 @@ from contactlib.files.model import BuildCache, build_wheelset
 from contactlib.files.reading import in_file
 from contactlib.files.scenario import ControllerDesign, Scenario, ScenarioContents, build_scenario
 from contactlib.files.sections import LAWS
+from contactlib.runs.analysis import ANALYSES
 from contactlib.runs.plant import common_step, default_step
-from contactlib.runs.scenario_runs import LONGEST_STEP, Metric
+from contactlib.runs.scenario_runs import FAILED, LONGEST_STEP, Metric
 from contactlib.runs.sweep.axes import Axis, Target, change
-from contactlib.runs.sweep.fingerprint import fingerprint
-from contactlib.runs.sweep.sampling import Distribution, grid_shape
+from contactlib.runs.sweep.sampling import Spread, grid_shape
 from contactlib.traction import OpenLoop
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.wheelset import Wheelset
@@ -71,6 +74,8 @@ class Plan:
         Version of contactlib, and digest of the kernel's sources.
     metrics : mapping
         Outcomes of the user's own by name: functions of a `Result`.
+    key : str or None
+        The user's name for the version of own controllers and metrics.
     """
 
     contents: ScenarioContents
@@ -85,9 +90,10 @@ class Plan:
     package: str
     token: str
     metrics: Mapping[str, Metric] = dataclasses.field(default_factory=dict)
+    key: str | None = None
 
     @property
-    def spreads(self) -> list[Distribution]:
+    def spreads(self) -> list[Spread]:
         """Distribution of each axis's values."""
         return [axis.spread for axis in self.axes]
 
@@ -123,32 +129,52 @@ class Plan:
                 "install the same on all machines"
             )
 
+    @property
+    def rows(self) -> dict[str, slice]:
+        """Rows of each result among the numbers of a run: one for each controller that runs.
+
+        Outcomes of the analysis, for which none runs, have one.
+        """
+        found: dict[str, slice] = {}
+        end = 0
+        for name in (*self.outcomes, *self.metrics, FAILED):
+            count = 1 if name in ANALYSES else max(1, len(self.controllers))
+            found[name] = slice(end, end := end + count)
+        return found
+
     def digest(self, values: FloatArray) -> str:
         """Digest of each part on which results depend, as JSON; `values` are those of all runs."""
         parts: dict[str, object] = {
             "scenario": self.contents.data,
             "vehicle": self.contents.vehicle,
-            "axes": (values.shape, hashlib.sha256(values.tobytes()).hexdigest()),
+            "values": hashlib.sha256(np.ascontiguousarray(values)).digest(),
             **{f"axis {one.name}": (one.factor, one.targets, one.spread) for one in self.axes},
             "controllers": list(self.controllers),
-            "tables": [
-                (key, hashlib.sha256(table).hexdigest())
-                for key, table in sorted(self.tables.items())
-            ],
+            "tables": sorted(self.tables.items()),
             **{name: getattr(self, name) for name in ("outcomes", "noise", "step", "tolerance")},
-        }
-        for name, found in self.controllers.items():
-            shipped = type(found).__module__.startswith("contactlib.")
-            parts[f"controller {name}"] = repr(found) if shipped else fingerprint(found)
-        for name, metric in self.metrics.items():
-            parts[f"metric {name}"] = fingerprint(metric)
-        written = {
-            name: json.dumps(part, sort_keys=True, default=repr) for name, part in parts.items()
+            **{f"controller {name}": self._told(found) for name, found in self.controllers.items()},
+            **{f"metric {name}": self._told(metric) for name, metric in self.metrics.items()},
         }
         digests = {
-            name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()
+            name: hashlib.sha256(repr(part).encode()).hexdigest() for name, part in parts.items()
         }
         return json.dumps({"contactlib": self.made_with, **digests})
+
+    def _told(self, one: Controller | ControllerDesign | Metric) -> object:
+        """What tells a controller or a metric from others: of the user's own the key.
+
+        Without a key, its numbers and the text of the file that defines it; what has none, such as
+        a function of a notebook, is never the same.
+        """
+        if type(one).__module__.startswith("contactlib."):
+            return repr(one)
+        if self.key is not None:
+            return self.key
+        try:
+            kind: Any = one if inspect.isfunction(one) else type(one)
+            return pickle.dumps(one), Path(inspect.getfile(kind)).read_bytes()
+        except Exception:  # pickle raises anything
+            return secrets.token_hex()
 
 
 class ScenarioBuilder:
@@ -157,7 +183,7 @@ class ScenarioBuilder:
     def __init__(self, plan: Plan) -> None:
         self._plan, self._cache = plan, BuildCache()
         self._tables: dict[tuple[float, ...], CreepForceTable] = {}
-        self._changed: dict[tuple[str, ...], list[tuple[int, Target]]] = {}
+        self._changed: dict[tuple[str, str], list[tuple[int, Target]]] = {}
         for i, axis in enumerate(plan.axes):
             for target in axis.targets:
                 self._changed.setdefault(target.section, []).append((i, target))
@@ -170,77 +196,60 @@ class ScenarioBuilder:
         ValueError
             If the values do not give a valid scenario.
         """
-        data, vehicle, controllers = self._contents(row)
-        key = self.table_key(row)
+        found, key = self._contents(row), self.table_key(row)
         if key not in self._tables:
             self._tables[key] = CreepForceTable(self._plan.tables[key])
-        wheelset = self._cache("vehicle", self._wheelset, vehicle, self._tables[key])
-        return build_scenario(data, wheelset, controllers or PLACEHOLDER, self._cache)
+        wheelset = self._cache("vehicle", self._wheelset, found["vehicle"], self._tables[key])
+        controllers = found["controllers"] or PLACEHOLDER
+        return build_scenario(found[""], wheelset, controllers, self._cache)
 
     def build_table(
         self, row: Sequence[float], progress: Callable[[float], object]
     ) -> CreepForceTable:
         """Build the law's table of a run; ValueError as of `build`."""
-        _, vehicle, _ = self._contents(row)
-        with in_file(self._plan.contents.label):
-            folder = Path(self._plan.contents.folder)
-            return build_wheelset(vehicle, folder, None, progress).element.table
+        return self._wheelset(self._contents(row)["vehicle"], None, progress).element.table
 
     def table_key(self, row: Sequence[float]) -> tuple[float, ...]:
         """Values of the axes on which the law's table depends."""
         return tuple(float(row[i]) for i in self._plan.table_axes)
 
-    def _contents(
-        self, row: Sequence[float]
-    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Controller | ControllerDesign]]:
-        """Contents of scenario and vehicle, and controllers, of a run."""
+    def _wheelset(
+        self,
+        vehicle: dict[str, Any],
+        table: CreepForceTable | None,
+        progress: Callable[[float], object] = lambda part: None,
+    ) -> Wheelset:
+        contents = self._plan.contents
+        with in_file(contents.label):
+            return build_wheelset(vehicle, Path(contents.folder), table, progress, self._cache)
+
+    def _contents(self, row: Sequence[float]) -> dict[str, dict[str, Any]]:
+        """Contents of scenario and vehicle, and controllers, of a run: as a target's section."""
         plan = self._plan
-        data, vehicle = plan.contents.data, plan.contents.vehicle
-        controllers = dict(plan.controllers)
+        contents = plan.contents
+        found = {"": contents.data, "vehicle": contents.vehicle, "controllers": plan.controllers}
         for section, changes in self._changed.items():
+            where, name = section
             values = [row[i] for i, _ in changes]
-            made: Any = self._cache(section, self._section, section, *values)
-            if section[0] == "controllers":
-                controllers[section[1]] = made
-            elif section[0] == "vehicle":
-                vehicle = {**vehicle, section[1]: made}
-            else:
-                data = {**data, section[0]: made}
-        return data, vehicle, controllers
+            made = self._cache(section, self._section, section, found[where].get(name), *values)
+            found[where] = {**found[where], name: made}
+        return found
 
-    def _wheelset(self, vehicle: dict[str, Any], table: CreepForceTable) -> Wheelset:
-        with in_file(self._plan.contents.label):
-            folder = Path(self._plan.contents.folder)
-            return build_wheelset(vehicle, folder, table, lambda part: None, self._cache)
-
-    def _section(
-        self, section: tuple[str, ...], *values: float
-    ) -> dict[str, Any] | Controller | ControllerDesign:
+    def _section(self, section: tuple[str, str], known: Any, *values: float) -> Any:
         """Section of a file, or controller, with the values of its axes."""
-        plan, changes = self._plan, self._changed[section]
         new = [
-            (target, target.scale(value) if plan.axes[i].factor else value)
-            for (i, target), value in zip(changes, values, strict=True)
+            (target, target.scale(value) if self._plan.axes[i].factor else value)
+            for (i, target), value in zip(self._changed[section], values, strict=True)
         ]
+        fields = {target.key: value for target, value in new}
+        if isinstance(known, ControllerDesign):
+            return dataclasses.replace(known, given={**known.given, **fields})
         if section[0] == "controllers":
-            fields = {target.key: value for target, value in new}
-            return _changed(plan.controllers[section[1]], fields)
-        of_vehicle = section[0] == "vehicle"
-        contents = plan.contents.vehicle if of_vehicle else plan.contents.data
-        table = dict(contents.get(section[-1], {}))
+            return dataclasses.replace(known, **fields)
+        table = dict(known or {})
         for target, value in new:
             change(table, target, value)
         return table
-
-
-def _changed(
-    found: Controller | ControllerDesign, changes: dict[str, Any]
-) -> Controller | ControllerDesign:
-    """Copy of a controller, or of its design, with some fields changed."""
-    if isinstance(found, ControllerDesign):
-        return dataclasses.replace(found, given={**found.given, **changes})
-    changed: Controller = dataclasses.replace(found, **changes)  # type: ignore[type-var]
-    return changed
 
 
 def _same(one: object, other: object) -> bool:
@@ -285,7 +294,7 @@ class Sweep:
 
     def __post_init__(self) -> None:
         for name, found in self.scenario.controllers.items():
-            planned = (self.plan.controllers or PLACEHOLDER).get(name)
+            planned: object = (self.plan.controllers or PLACEHOLDER).get(name)
             if not any(_same(planned, one) for one in (found, self.scenario.controller(name))):
                 raise ValueError(
                     f"scenario: the sweep's plan does not run this controllers.{name}: pass it to "

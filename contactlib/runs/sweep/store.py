@@ -1,139 +1,113 @@
 """Finished chunks of a sweep on disk, so that a killed sweep can continue, and a lock for them.
 
-Each chunk is written atomically to its own file, which begins with a checksum of plan, position and
-contents: a damaged chunk, or one of another plan, is not used.
+One file, which its process locks, has a place for each chunk. A chunk that a kill or a full disk
+has cut, or that was damaged, does not have its checksum and is not used.
 """
 
 from __future__ import annotations
 
+import errno
 import hashlib
-import io
 import json
 import os
 import platform
-import zipfile
-from collections.abc import Iterator, Mapping
+import sys
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
-from contactlib.base.writing import write_whole
 
-NAME = "lock"
+OWNER = 128  # bytes at the beginning of a locked file that name its process
 CHECKSUM = hashlib.sha256().digest_size
 OTHERWISE = "discard it with --restart (restart=True), or choose another output folder"
-_held: set[Path] = set()  # locks of this process
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Lock a folder for this process; create it if needed, and remove it if it is empty at the end.
+def locked(path: Path) -> Iterator[FileIO]:
+    """Open and lock a file, which is created if needed, and at the end removed if it has nothing.
 
-    The lock of a dead process of this host is taken over.
+    What the caller writes begins at `OWNER`. The system releases the lock when the process ends in
+    any way.
 
     Raises
     ------
     RuntimeError
-        If another process holds the lock; the message names it, and the remedy if it is wrong.
+        If it is locked already; the message names the process.
     OSError
-        If the folder cannot be created or written.
+        If it cannot be created or written.
     """
-    path = folder.resolve() / NAME
-    _take(path)
-    _held.add(path)
+    path = path.resolve()
+    file = _taken(path)
     try:
-        yield
+        yield file
     finally:
-        _held.discard(path)
-        path.unlink(missing_ok=True)
+        empty = os.fstat(file.fileno()).st_size <= OWNER
+        if empty and os.name == "posix":
+            path.unlink(missing_ok=True)  # while it is held: later it may be another's
+        file.close()
+        if empty and os.name != "posix":  # where an open file cannot be removed
+            path.unlink(missing_ok=True)
         with suppress(OSError):  # not empty
             path.parent.rmdir()
 
 
-def _take(path: Path) -> None:
-    mine = json.dumps({"host": platform.node(), "pid": os.getpid()}).encode()
+def _taken(path: Path) -> FileIO:
     while True:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
-        except FileExistsError:
-            _remove_stale(path)
-        except FileNotFoundError:  # the previous owner has just removed the folder
+            file = FileIO(path, "r+", opener=lambda p, flags: os.open(p, flags | os.O_CREAT, 0o666))
+        except FileNotFoundError:  # the owner before has just removed the folder
             continue
-        else:
-            try:
-                with os.fdopen(descriptor, "wb") as file:
-                    file.write(mine)
-            except BaseException as error:  # else a lock without an owner would stay forever
-                path.unlink(missing_ok=True)
-                if isinstance(error, OSError):
-                    raise OSError(error.errno, error.strerror, os.fspath(path)) from None
-                raise
-            return
+        try:
+            _lock(file)
+            if os.fstat(file.fileno()).st_nlink:
+                file.seek(0)
+                with suppress(OSError):  # the disk is full: nobody is named
+                    file.write(f"process {os.getpid()} on {platform.node()}".encode().ljust(OWNER))
+                return file
+        except BlockingIOError:
+            file.seek(0)
+            owner = file.read(OWNER).decode(errors="replace").strip() or "another process"
+            file.close()
+            raise RuntimeError(f"{path} is in use by {owner}, which writes to it") from None
+        except BaseException:
+            file.close()
+            raise
+        file.close()  # the owner before has removed it
 
 
-def _remove_stale(path: Path) -> None:
-    """Remove the lock of a dead process; raise if it lives, or if this host cannot tell."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:  # just released
-        return
-    host, pid = _owner(data)
-    if host != platform.node() or _lives(pid, path):
-        who = f"process {pid} on {host}" if host else "another process"
-        raise RuntimeError(
-            f"{path.parent} is in use by {who}, which writes to it; if it no longer does, "
-            f"remove {path}"
-        )
-    # Two processes that find the lock stale must not remove each other's new lock: rename is
-    # atomic, so only one of them moves the file away.
-    aside = path.with_name(f".{NAME}.{os.getpid()}")
-    with suppress(FileNotFoundError):
-        path.rename(aside)
-        if aside.read_bytes() != data:
-            with suppress(FileExistsError):
-                os.link(aside, path)
-        aside.unlink()
+def _lock(file: FileIO) -> None:
+    if sys.platform == "win32":
+        import msvcrt
 
+        file.seek(2**30)  # beyond the name, which stays readable
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except PermissionError as error:
+            raise BlockingIOError from error
+    else:
+        import fcntl
 
-def _owner(data: bytes) -> tuple[str, int]:
-    """Host and process that a lock names; an empty host if it names none."""
-    try:
-        known = json.loads(data)
-        return str(known["host"]), int(known["pid"])
-    except (ValueError, KeyError, TypeError):
-        return "", 0
-
-
-def _lives(pid: int, path: Path) -> bool:
-    """Whether a process of this host lives and may hold the lock."""
-    if pid == os.getpid():  # an earlier process may have had the same number, as in containers
-        return path in _held
-    if os.name != "posix":  # there os.kill(pid, 0) sends Ctrl+C
-        return True
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 class ChunkStore:
-    """Folder of the chunks of one plan.
+    """Chunks of one plan in a locked file: after its owner the plan, and a place for each chunk.
 
     Parameters
     ----------
-    folder : Path
-        Folder, which is created if needed.
+    file : FileIO
+        File of `locked`.
     digest : str
         Digest of the plan and its runs: JSON with an entry for each part.
-    runs, chunk : int
-        Number of runs, and number of runs in a chunk; an existing folder overrides the latter.
+    rows, runs, chunk : int
+        Numbers of a run, number of runs, and of runs in a chunk; a file that has chunks overrides
+        the last.
 
     Attributes
     ----------
@@ -143,65 +117,56 @@ class ChunkStore:
     Raises
     ------
     ValueError
-        If the folder has chunks of another plan.
+        If the file has chunks of another plan.
     OSError
-        If the folder cannot be created or written.
+        If it cannot be written.
     """
 
-    def __init__(self, folder: Path, digest: str, *, runs: int, chunk: int) -> None:
-        self.folder, self._digest, self._runs, self.chunk = folder, digest, runs, chunk
-        folder.mkdir(parents=True, exist_ok=True)
-        plan = folder / "plan.json"
-        if plan.exists():
-            known = _parsed(plan.read_bytes())
+    def __init__(self, file: FileIO, digest: str, *, rows: int, runs: int, chunk: int) -> None:
+        self._file, self._digest, self._rows, self._runs = file, digest, rows, runs
+        file.seek(OWNER)
+        if (line := file.readline(1_000_000)).endswith(b"\n"):
+            known = _parsed(line)
             found = known.get("chunk")
             if known.get("digest") != digest or not isinstance(found, int) or found < 1:
-                raise another_plan(f"{folder} has chunks", known.get("digest"), digest)
-            self.chunk = found
-        else:
-            made = {"digest": digest, "runs": runs, "chunk": chunk}
-            write_whole(plan, json.dumps(made, indent=1).encode())
+                raise another_plan(f"{file.name} has chunks", known.get("digest"), digest)
+            chunk = found
+        else:  # a kill came before anything was kept
+            file.truncate(OWNER)
+            line = json.dumps({"digest": digest, "chunk": chunk}).encode() + b"\n"
+            self._write(OWNER, line)
+        self.chunk, self._begin = chunk, OWNER + len(line)
 
-    def load(self, first: int) -> dict[str, FloatArray] | None:
-        """Load the chunk with this first run; None if it is missing or damaged."""
+    def load(self, first: int) -> FloatArray | None:
+        """Numbers of the chunk with this first run; None if it is missing or damaged."""
+        count = min(self.chunk, self._runs - first)
+        self._file.seek(self._place(first))
+        data = self._file.read(CHECKSUM + 8 * self._rows * count)
+        numbers = data[CHECKSUM:]
+        whole = len(numbers) == 8 * self._rows * count
+        if not whole or data[:CHECKSUM] != self._checksum(first, numbers):
+            return None
+        return np.frombuffer(numbers, "<f8").reshape(self._rows, count)
+
+    def save(self, first: int, found: FloatArray) -> None:
+        """Save the numbers of a chunk, shape (rows, runs)."""
+        numbers = found.astype("<f8").tobytes()
+        self._write(self._place(first), self._checksum(first, numbers) + numbers)
+
+    def _place(self, first: int) -> int:
+        return self._begin + first // self.chunk * (CHECKSUM + 8 * self._rows * self.chunk)
+
+    def _checksum(self, first: int, numbers: bytes) -> bytes:
+        return hashlib.sha256(f"{self._digest} {first} {self.chunk} ".encode() + numbers).digest()
+
+    def _write(self, place: int, data: bytes) -> None:
         try:
-            data = self._path(first).read_bytes()
-        except FileNotFoundError:
-            return None
-        contents = data[CHECKSUM:]
-        if data[:CHECKSUM] != self._checksum(first, contents):
-            return None
-        try:
-            with zipfile.ZipFile(io.BytesIO(contents)) as archive:
-                if any(member.compress_type for member in archive.infolist()):
-                    return None  # it is not one of `save`, and may grow to any size
-            with np.load(io.BytesIO(contents), allow_pickle=False) as arrays:
-                return dict(arrays)
-        except (ValueError, MemoryError, zipfile.BadZipFile):
-            return None
-
-    def save(self, first: int, results: Mapping[str, FloatArray]) -> None:
-        """Save the results of a chunk."""
-        buffer = io.BytesIO()
-        np.savez(buffer, **results)  # type: ignore[arg-type]
-        contents = buffer.getvalue()
-        write_whole(self._path(first), self._checksum(first, contents) + contents)
-
-    def _path(self, first: int) -> Path:
-        return self.folder / f"{first:09d}.chunk"
-
-    def _checksum(self, first: int, contents: bytes) -> bytes:
-        end = min(first + self.chunk, self._runs)
-        return hashlib.sha256(f"{self._digest} {first} {end} ".encode() + contents).digest()
-
-
-def discard(folder: Path) -> None:
-    """Remove all chunks of a folder, of any plan."""
-    beside = (*folder.glob(".*.chunk.*"), *folder.glob(".plan.json.*"))  # left by a killed process
-    for path in (*folder.glob("*.chunk"), *beside, folder / "plan.json"):
-        path.unlink(missing_ok=True)
-    with suppress(OSError):  # not empty
-        folder.rmdir()
+            self._file.seek(place)
+            if self._file.write(data) < len(data):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, os.fspath(self._file.name)) from None
 
 
 def another_plan(what: str, found: object, here: str) -> ValueError:
@@ -212,7 +177,7 @@ def another_plan(what: str, found: object, here: str) -> ValueError:
     else:
         other = [name for name in {**mine, **known} if known.get(name) != mine.get(name)]
         if any(name.startswith("axis ") for name in other):  # and so the values of all runs
-            other = [name for name in other if name != "axes"]
+            other = [name for name in other if name != "values"]
         why = f"not the same: {', '.join(other)}"
     return ValueError(f"{what} of another plan: {why}; {OTHERWISE}")
 

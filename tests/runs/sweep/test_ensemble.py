@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib.util
+import inspect
 import json
 import math
 import re
@@ -25,26 +27,20 @@ from contactlib.cli.commands import main
 from contactlib.runs import sweep as sweeps
 from contactlib.runs.analysis import SWEEP_OUTCOMES
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE
+from contactlib.runs.sweep.loading import with_own
 
 
-def test_outcomes_are_those_of_single_runs_and_of_the_analysis(tmp_path: Path) -> None:
+def test_outcomes_of_the_analysis_are_those_of_its_functions(tmp_path: Path) -> None:
     sweep = cl.load_sweep(write_sweep(tmp_path))
     found = cl.ensemble(sweep)
-    scenarios = scenarios_of(sweep)
-    for i, name in enumerate(sweep.plan.controllers):
-        for j, scenario in enumerate(scenarios):
-            run = cl.run_scenario(scenario, name, step=0.01, tolerance=DEFAULT_TOLERANCE)
-            alone = cl.metrics(run, scenario.drivetrain)
-            got = found["slip_work"].values[i].reshape(-1)[j]
-            assert got == alone.slip_work
-    for j, scenario in enumerate(scenarios):
+    for j, scenario in enumerate(scenarios_of(sweep)):
         wheelset = scenario.drivetrain.wheelset
         given: dict[str, Any] = {"speed": scenario.design_speed}
         fold = cl.find_fold(wheelset, **given).drive_torque
-        assert found["critical_torque"].values.reshape(-1)[j] == fold
+        assert found["critical_torque"].values.flat[j] == fold
         patch = min(scenario.track.friction_left.value)
         known = cl.clearing(wheelset, drive_torque=23e3, friction_scale=patch, **given)
-        assert found["clearing_time"].values.reshape(-1)[j] == known.time
+        assert found["clearing_time"].values.flat[j] == known.time
 
 
 @pytest.mark.slow
@@ -55,24 +51,20 @@ def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) 
     text = f'noise = "{noise}"\n{text}' if noise else text
     if kind != "grid":
         text = text.partition("[axes")[0] + RANDOM.format(kind, 6, 2) + AXES
-    sweep = cl.load_sweep(write_sweep(tmp_path, text))
-    found = cl.ensemble(sweep, chunk=4)
+    sweep, own = cl.load_sweep(write_sweep(tmp_path, text)), SlipPI()
+    own_too: dict[str, Any] = {"controllers": {"mine": own}, "metrics": {"largest": largest_slip}}
+    found = cl.ensemble(sweep, chunk=4, **own_too)
     common = noise == "common" or (not noise and kind == "grid")
-    for i, name in enumerate(sweep.plan.controllers):
+    for name, control in (("creep_pi", "creep_pi"), ("open_loop", "open_loop"), ("mine", own)):
         for j in range(sweep.runs):
             assert sweep.plan.index_of(j) == (0 if common else j)
-            scenario = sweep.scenario_of(j)
-            run = cl.run_scenario(
-                scenario,
-                name,
-                index=0 if common else j,
-                step=0.01,
-                tolerance=sweep.plan.tolerance,
-            )
+            scenario, given = sweep.scenario_of(j), {"step": 0.01, "tolerance": DEFAULT_TOLERANCE}
+            run = cl.run_scenario(scenario, control, index=0 if common else j, **given)  # type: ignore[arg-type]
             again = cl.metrics(run, scenario.drivetrain)
+            here = found.sel(controller=name)
+            assert here["largest"].values.flat[j] == largest_slip(run)
             for outcome in sweep.plan.outcomes:
-                values = found[outcome].values.reshape(2, -1)
-                assert values[i, j] == getattr(again, outcome), (name, j, outcome)
+                assert here[outcome].values.flat[j] == getattr(again, outcome), (name, j, outcome)
 
 
 def test_runs_with_common_noise_differ_by_their_parameters_alone(tmp_path: Path) -> None:
@@ -181,14 +173,6 @@ def test_samples_are_along_one_dimension(tmp_path: Path) -> None:
     assert found["x"].values.tolist() == sweep.values[:, 0].tolist()
 
 
-def test_numbers_of_workers_and_runs_are_checked(tmp_path: Path) -> None:
-    path = write_sweep(tmp_path)
-    with pytest.raises(ValueError, match="workers = 0 is out of range"):
-        cl.ensemble(path, workers=0)
-    with pytest.raises(ValueError, match="chunk = 0 is out of range"):
-        cl.ensemble(path, chunk=0)
-
-
 # ---- controllers and metrics of a user's own ----------------------------------------------
 
 ANALYSED = SWEEP.replace('controllers = ["creep_pi", "open_loop"]\n', "").replace(
@@ -202,29 +186,15 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_own_controllers_and_metrics_stand_beside_the_shipped(path: Path) -> None:
-    sweep, own = cl.load_sweep(path), SlipPI()
-    found = cl.ensemble(
-        sweep, controllers={"mine": own}, metrics={"largest": largest_slip}, workers=1, chunk=5
-    )
+    same = {"mine": SlipPI(), "creep_pi": SlipPI()}
+    found = cl.ensemble(path, controllers=same, metrics={"largest": largest_slip}, chunk=5)
     assert found.controller.values.tolist() == ["creep_pi", "open_loop", "mine"]
     assert found["largest"].dims == found["slip_work"].dims
     assert found["largest"].attrs == {"units": "m/s", "long_name": "Largest slip speed"}
-    assert (found["failed"] == 0).all()
-    without = cl.ensemble(sweep, workers=1)
-    for name in without.data_vars:
-        if "controller" in without[name].dims:
-            same = found[name].sel(controller=["creep_pi", "open_loop"])
-            assert (same == without[name]).all()
-    for run in range(sweep.runs):  # each is that of a run by itself
-        for name, control in (("mine", own), ("creep_pi", "creep_pi")):
-            one = cl.run_scenario(
-                sweep.scenario_of(run),
-                control,
-                index=sweep.plan.index_of(run),
-                step=0.01,
-                tolerance=sweep.plan.tolerance,
-            )
-            assert found["largest"].sel(controller=name).values.flat[run] == largest_slip(one)
+    work, without = found["slip_work"], cl.ensemble(path, workers=1)["slip_work"]
+    assert (work.sel(controller="creep_pi") == work.sel(controller="mine")).all()
+    shipped = {"controller": "open_loop"}
+    assert (work.sel(shipped) == without.sel(shipped)).all()
 
 
 def test_rows_are_equally_far_apart_under_all_controllers(path: Path) -> None:
@@ -302,13 +272,6 @@ def test_metrics_alone_need_no_outcome_of_runs(tmp_path: Path) -> None:
         cl.ensemble(path, metrics={"largest": largest_slip})
 
 
-def test_an_own_controller_takes_the_place_of_one_of_its_name(path: Path) -> None:
-    found = cl.ensemble(path, controllers={"creep_pi": SlipPI(), "mine": SlipPI()}, workers=1)
-    assert found.controller.values.tolist() == ["creep_pi", "open_loop", "mine"]
-    work = found["slip_work"]
-    assert (work.sel(controller="creep_pi") == work.sel(controller="mine")).all()
-
-
 def no_number(result: cl.Result) -> Any:
     return result["speed"]
 
@@ -335,6 +298,8 @@ def no_such_signal(result: cl.Result) -> float:
             RuntimeError,
             r"metric m: KeyError: .*did you mean 'creepage'.* \(test_ensemble.py, line \d+\)",
         ),
+        ({"workers": 0}, ValueError, "workers = 0 is out of range"),
+        ({"chunk": 0}, ValueError, "chunk = 0 is out of range"),
         ({"metrics": {"m": 3.0}}, ValueError, "metrics: m = 3.0 must be a function"),
         ({"metrics": {"jerk": largest_slip}}, ValueError, "metrics: 'jerk' is not a name"),
         ({"metrics": {"inertia": largest_slip}}, ValueError, "metrics: 'inertia' is not a name"),
@@ -351,7 +316,7 @@ def test_mistakes_are_one_line(
     path: Path, given: dict[str, Any], error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error, match=message) as caught:
-        cl.ensemble(path, workers=1, **given)
+        cl.ensemble(path, **given)
     assert "\n" not in str(caught.value)
 
 
@@ -391,8 +356,9 @@ def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_p
     with pytest.raises(KeyboardInterrupt):
         start(0.3, progress=stop)
     for _ in range(2):  # it is in parts, then finished
-        with pytest.raises(ValueError, match="of another plan: not the same: controller mine;"):
-            start(0.2)
+        for slip, given in ((0.2, {}), (0.3, {"key": "a"})):
+            with pytest.raises(ValueError, match="plan: not the same: controller mine;"):
+                start(slip, **given)
         with pytest.raises(ValueError, match="of another plan: not the same: metric largest;"):
             start(0.3, metrics={"largest": largest_slip})
         parts: list[float] = []
@@ -400,6 +366,37 @@ def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_p
         assert parts[0] > 0.3
     changed = start(0.2, restart=True)
     assert changed.identical(cl.ensemble(path, controllers={"mine": SlipPI(0.2)}, workers=1))
+
+
+def digest(path: Path, controller: Any, **given: Any) -> str:
+    found = with_own(cl.load_sweep(path), {"mine": controller}, {}, **given)
+    return found.plan.digest(found.values)
+
+
+@pytest.mark.slow
+def test_own_controllers_count_by_numbers_and_file_or_by_key(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def of_file(text: str, slip: float = 0.3) -> Any:
+        file = tmp_path / "own_copy.py"
+        file.write_text(text)
+        spec = importlib.util.spec_from_file_location("own_copy", file)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, "own_copy", module)
+        spec.loader.exec_module(module)
+        return module.SlipPI(slip)
+
+    text = Path(inspect.getfile(SlipPI)).read_text()
+    for given, differ in (({}, True), ({"key": "1"}, False)):
+        known = digest(path, of_file(text), **given)
+        assert digest(path, of_file(text), **given) == known
+        assert (digest(path, of_file(text, 0.2), **given) != known) == differ
+        assert (digest(path, of_file(text + "# changed"), **given) != known) == differ
+    monkeypatch.setattr(SlipPI, "__module__", "__main__")  # which cannot be read: as of a notebook
+    assert digest(path, SlipPI()) != digest(path, SlipPI())
+    assert digest(path, SlipPI(), key="1") == digest(path, SlipPI(), key="1")
 
 
 def test_numbers_of_a_metric_are_those_of_arrays(path: Path) -> None:

@@ -39,43 +39,35 @@ def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
 def built_anew(sweep: cl.Sweep, run: int) -> cl.Scenario:
     """Scenario of a run, from changed contents of its files and with nothing kept."""
     contents = sweep.plan.contents
-    data, vehicle = copy.deepcopy(contents.data), copy.deepcopy(contents.vehicle)
-    designs = dict(sweep.plan.controllers)
+    parts: dict[str, Any] = {
+        "": copy.deepcopy(contents.data),
+        "vehicle": copy.deepcopy(contents.vehicle),
+        "controllers": dict(sweep.plan.controllers),
+    }
     for axis, value in zip(sweep.plan.axes, sweep.values[run].tolist(), strict=True):
         for target in axis.targets:
             new = target.scale(value) if axis.factor else value
-            where, *section = target.section
+            where, name = target.section
+            part = parts[where]
             if where == "controllers":
-                known: Any = designs[section[0]]
-                designs[section[0]] = dataclasses.replace(known, **{target.key: new})
-                continue
-            table = vehicle if where == "vehicle" else data
-            for name in section if where == "vehicle" else [where]:
-                table = table.setdefault(name, {})
-            if target.index is None:
-                table[target.key] = new
+                part[name] = dataclasses.replace(part[name], **{target.key: new})
+            elif target.index is None:
+                part.setdefault(name, {})[target.key] = new
             else:
-                table[target.key][target.index] = new
+                part[name][target.key][target.index] = new
     law = sweep.scenario.drivetrain.wheelset.element.table
-    wheelset = build_wheelset(vehicle, Path(), law, print)
-    return build_scenario(data, wheelset, designs)
+    wheelset = build_wheelset(parts["vehicle"], Path(), law, print)
+    return build_scenario(parts[""], wheelset, parts["controllers"])
 
 
-def same(one: Any, other: Any, where: str = "") -> None:
-    """Assert that all fields are equal to the last bit."""
+def told(one: Any) -> Any:
+    """All fields, to the last bit."""
     if dataclasses.is_dataclass(one) and not isinstance(one, type):
-        assert type(one) is type(other), where
-        for field in dataclasses.fields(one):
-            pair = getattr(one, field.name), getattr(other, field.name)
-            same(*pair, f"{where}.{field.name}")
-    elif isinstance(one, Mapping):
-        assert list(one) == list(other)
-        for key in one:
-            same(one[key], other[key], f"{where}[{key!r}]")
-    elif isinstance(one, cl.CreepForceTable):
-        assert one.data == other.data
-    else:
-        assert repr(one) == repr(other), where
+        names = [field.name for field in dataclasses.fields(one)]
+        return type(one), [(name, told(getattr(one, name))) for name in names]
+    if isinstance(one, Mapping):
+        return [(key, told(value)) for key, value in one.items()]
+    return one.data if isinstance(one, cl.CreepForceTable) else repr(one)
 
 
 PARAMETERS = (
@@ -104,7 +96,7 @@ def test_what_is_kept_from_run_to_run_is_what_would_be_built(tmp_path: Path, fir
         sweep = cl.load_sweep(write_sweep(tmp_path, text, SCENARIO))
         order = np.random.default_rng(first).permutation(2 * sweep.runs) % sweep.runs
         for run in order.tolist():
-            same(sweep.scenario_of(run), built_anew(sweep, run))
+            assert told(sweep.scenario_of(run)) == told(built_anew(sweep, run))
 
 
 def test_runs_share_what_the_axes_leave_alone(tmp_path: Path) -> None:

@@ -1,84 +1,119 @@
-"""The lock of a sweep's folder, where another process does something at the same time."""
+"""The file of a sweep's chunks: locked, whole or not used."""
 
 from __future__ import annotations
 
 import json
 import os
 import platform
-from collections.abc import Callable
+from io import FileIO
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from contactlib.runs.sweep import store as lock
-from contactlib.runs.sweep.store import ChunkStore, locked
+from contactlib.runs.sweep import store
+from contactlib.runs.sweep.store import OWNER, ChunkStore, locked
 
-PLACEHOLDER = 2**22 + 1  # Linux gives no such number
-
-
-def owner(pid: int) -> str:
-    return json.dumps({"host": platform.node(), "pid": pid})
+FOUND = np.arange(12.0).reshape(3, 4)
+DIGEST = '{"contactlib": "this"}'
 
 
-@pytest.mark.skipif(os.name != "posix", reason="elsewhere nobody is asked whether a process lives")
-def test_a_process_of_another_user_lives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def not_yours(pid: int, signal: int) -> None:
-        raise PermissionError
-
-    (tmp_path / "lock").write_text(owner(PLACEHOLDER))
-    monkeypatch.setattr(os, "kill", not_yours)
-    with (
-        pytest.raises(RuntimeError, match=f"in use by process {PLACEHOLDER} on "),
-        locked(tmp_path),
-    ):
-        pass
-    assert (tmp_path / "lock").read_text() == owner(PLACEHOLDER)
+def opened(file: FileIO, digest: str = DIGEST) -> ChunkStore:
+    return ChunkStore(file, digest, rows=3, runs=10, chunk=4)
 
 
-def test_a_lock_that_names_nobody_is_not_taken_over(tmp_path: Path) -> None:
-    (tmp_path / "lock").write_text("{}")
-    with pytest.raises(RuntimeError, match="in use by another process, "), locked(tmp_path):
-        pass
-
-
-@pytest.fixture
-def meanwhile(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Path], object]], None]:
-    """Do something to the lock between finding its process dead and removing it."""
-
-    def arrange(act: Callable[[Path], object]) -> None:
-        def lives(pid: int, path: Path) -> bool:
-            if pid == PLACEHOLDER:
-                act(path)
-            return pid != PLACEHOLDER
-
-        monkeypatch.setattr(lock, "_lives", lives)
-
-    return arrange
-
-
-def test_a_new_lock_that_takes_the_place_of_a_stale_one_stays(
-    tmp_path: Path, meanwhile: Callable[[Callable[[Path], object]], None]
-) -> None:
-    (tmp_path / "lock").write_text(owner(PLACEHOLDER))
-    meanwhile(lambda path: path.write_text(owner(1)))
-    with pytest.raises(RuntimeError, match="in use by process 1 on "), locked(tmp_path):
-        pass
-    assert [path.name for path in tmp_path.iterdir()] == ["lock"]
-    assert (tmp_path / "lock").read_text() == owner(1)
-
-
-def test_a_stale_lock_that_is_removed_meanwhile_is_no_error(
-    tmp_path: Path, meanwhile: Callable[[Callable[[Path], object]], None]
-) -> None:
-    (tmp_path / "lock").write_text(owner(PLACEHOLDER))
-    meanwhile(Path.unlink)
-    with locked(tmp_path):
-        assert json.loads((tmp_path / "lock").read_text())["pid"] == os.getpid()
-    assert not tmp_path.exists()
+@pytest.mark.parametrize("harm", ["none", "flip", "cut", "swap", "stranger"])
+def test_a_chunk_is_that_which_was_saved_or_none(tmp_path: Path, harm: str) -> None:
+    path = tmp_path / "x.chunks"
+    with locked(path) as file:
+        for first in (0, 4):
+            opened(file).save(first, FOUND + first)
+    data = path.read_bytes()
+    size = store.CHECKSUM + FOUND.nbytes
+    one, two = data[-2 * size : -size], data[-size:]
+    harmed = {
+        "none": one + two,
+        "flip": one + two[:-9] + bytes([two[-9] ^ 1]) + two[-8:],
+        "cut": one + two[:-9],  # as by a kill or a full disk
+        "swap": one + one,
+        "stranger": one + bytes(size),
+    }
+    path.write_bytes(data[: -2 * size] + harmed[harm])
+    with locked(path) as file:
+        kept = opened(file)
+        assert np.array_equal(kept.load(0), FOUND)  # type: ignore[arg-type]
+        second = kept.load(4)
+        assert second is None if harm != "none" else np.array_equal(second, FOUND + 4)  # type: ignore[arg-type]
+        assert kept.load(8) is None
+        kept.save(8, last := FOUND[:, :2])
+        assert np.array_equal(kept.load(8), last)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("text", ['{"kind": ', "[]", '{"digest": 3}'])
 def test_a_damaged_plan_is_no_plan(tmp_path: Path, text: str) -> None:
-    (tmp_path / "plan.json").write_text(text)
-    with pytest.raises(ValueError, match="of another plan: made with another contactlib, this is"):
-        ChunkStore(tmp_path, '{"contactlib": "this"}', runs=4, chunk=4)
+    path = tmp_path / "x.chunks"
+    path.write_text(" " * OWNER + text + "\n")
+    with (
+        pytest.raises(ValueError, match="of another plan: made with another contactlib, this is"),
+        locked(path) as file,
+    ):
+        opened(file)
+
+
+def test_a_chunk_has_the_length_of_the_chunks_before(tmp_path: Path) -> None:
+    with locked(tmp_path / "x.chunks") as file:
+        opened(file).save(0, FOUND)
+        again = ChunkStore(file, DIGEST, rows=3, runs=10, chunk=5)
+        assert again.chunk == 4
+        assert again.load(0) is not None
+
+
+def test_a_lock_is_of_one_and_leaves_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "lock"
+    for _ in range(2):
+        with locked(path):
+            who = f"in use by process {os.getpid()} on {platform.node()}, which writes to it"
+            with pytest.raises(RuntimeError, match=who), locked(path):
+                pass
+        assert not path.parent.exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere an open file is not removed")
+def test_a_lock_that_its_owner_has_just_removed_is_not_taken_for_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, lock, tried = tmp_path / "new" / "lock", store._lock, []
+
+    def late(file: FileIO) -> None:
+        tried.append(file)
+        if len(tried) == 1:
+            path.unlink()
+            path.parent.rmdir()
+        lock(file)
+
+    monkeypatch.setattr(store, "_lock", late)
+    with locked(path):
+        assert path.exists()
+    assert len(tried) == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+def test_a_full_disk_is_told_and_what_was_saved_stays(tmp_path: Path) -> None:
+    import resource
+
+    path = tmp_path / "x.chunks"
+    with locked(path) as file:
+        kept = opened(file)
+        kept.save(0, FOUND)
+        _, most = known = resource.getrlimit(resource.RLIMIT_FSIZE)
+        try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 50, most))
+            with pytest.raises(OSError, match=r"x\.chunks"):
+                kept.save(4, FOUND)
+            with pytest.raises(OSError, match=r"x\.chunks"):
+                kept.save(8, FOUND[:, :2])
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, known)
+        assert kept.load(4) is None
+        assert np.array_equal(kept.load(0), FOUND)  # type: ignore[arg-type]
+    assert json.loads(path.read_bytes()[OWNER:].split(b"\n")[0])["chunk"] == 4
