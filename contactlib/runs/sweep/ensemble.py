@@ -31,7 +31,7 @@ from contactlib.runs.sweep.execution import (
 )
 from contactlib.runs.sweep.loading import load_sweep, with_own
 from contactlib.runs.sweep.plan import Sweep
-from contactlib.runs.sweep.store import OTHERWISE, OWNER, ChunkStore, another_plan, locked
+from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan, discard, locked
 from contactlib.traction.interface import Controller
 
 if TYPE_CHECKING:
@@ -284,17 +284,19 @@ def ensemble(
         return _finished(sweep, digest, path, progress)
     with locked(chunks) as file:
         if restart:
-            path.unlink(missing_ok=True)
-            file.truncate(OWNER)
-        if path.exists():  # a kill came between writing the file and removing the chunks
+            discard(file)
+        if (
+            path.exists() and not restart
+        ):  # a kill came between writing the file and removing the chunks
             dataset = _finished(sweep, digest, path, progress)
         else:
             rows = sweep.plan.rows[FAILED].stop
             store = ChunkStore(file, digest, rows=rows, runs=sweep.runs, chunk=chunk)
+            path.unlink(missing_ok=True)  # of a restart; not before the disk has room for more
             results = _run(sweep, store, store.chunk, executor, count, progress)
             dataset = make_dataset(sweep, results, digest)
             write_dataset(dataset, path)
-        file.truncate(OWNER)
+        discard(file)
     return dataset
 
 

@@ -96,6 +96,11 @@ def _lock(file: FileIO) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
+def discard(file: FileIO) -> None:
+    """Remove all chunks of a locked file, of any plan."""
+    file.truncate(min(OWNER, os.fstat(file.fileno()).st_size))
+
+
 class ChunkStore:
     """Chunks of one plan in a locked file: after its owner the plan, and a place for each chunk.
 
@@ -132,7 +137,6 @@ class ChunkStore:
                 raise another_plan(f"{file.name} has chunks", known.get("digest"), digest)
             chunk = found
         else:  # a kill came before anything was kept
-            file.truncate(OWNER)
             line = json.dumps({"digest": digest, "chunk": chunk}).encode() + b"\n"
             self._write(OWNER, line)
         self.chunk, self._begin = chunk, OWNER + len(line)
