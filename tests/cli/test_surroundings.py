@@ -311,21 +311,19 @@ def test_results_of_another_contactlib_name_both(
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("contactlib.runs.sweep.plan.package_version", lambda: "0.0.9")
-        patch.setattr("contactlib.runs.sweep.loading.package_version", lambda: "0.0.9")
+        patch.setattr("contactlib.runs.sweep.plan.version", lambda name: "0.0.9")
         try:
             cl.ensemble(path, output=folder, workers=1, chunk=3, progress=stop)
         except KeyboardInterrupt:
             assert what == "chunks"
-    here = f"{cl.load_sweep(path).plan.package} with kernel {kernel.token()}"
+    here = cl.load_sweep(path).plan.made_with
     with pytest.raises(ValueError, match="of another plan") as caught:
         cl.ensemble(path, output=folder)
-    made = f"made with contactlib 0.0.9 with kernel {kernel.token()}, this is contactlib {here};"
+    made = f"made with contactlib 0.0.9 with kernel {kernel.token()}, this is {here};"
     assert made in str(caught.value)
     text: Any = path.read_text()
     with monkeypatch.context() as patch:
-        patch.setattr("contactlib.runs.sweep.plan.package_version", lambda: "0.0.9")
-        patch.setattr("contactlib.runs.sweep.loading.package_version", lambda: "0.0.9")
+        patch.setattr("contactlib.runs.sweep.plan.version", lambda name: "0.0.9")
         path.write_text(text.replace("300.0", "301.0"))
         with pytest.raises(ValueError, match="not the same: axis inertia;"):
             cl.ensemble(path, output=folder)

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from contactlib.base.quantities import FloatArray
 from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
+from contactlib.contact import kernel
 from contactlib.contact.element import RangeWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import ANALYSES, SWEEP_OUTCOMES
@@ -107,8 +109,8 @@ def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
         "tolerance": plan.tolerance,
         "redesign": str(redesign).lower(),  # NetCDF has no booleans
         "noise": sweep.plan.noise,
-        "contactlib_version": plan.package,
-        "kernel_token": plan.token,
+        "contactlib_version": version("contactlib"),
+        "kernel_token": kernel.token(),
         "plan_digest": digest,
         "sweep_file": sweep.text,
         "scenario": json.dumps(contents.data),

@@ -14,7 +14,6 @@ import numpy as np
 
 from contactlib.base.quantities import Quantity
 from contactlib.base.text import known_names
-from contactlib.contact import kernel
 from contactlib.contact.element import RangeWarning
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.reading import (
@@ -52,7 +51,6 @@ from contactlib.runs.sweep.plan import (
     ScenarioBuilder,
     Sweep,
     law_tables,
-    package_version,
     table_axes,
 )
 from contactlib.runs.sweep.sampling import KINDS, MOST_RUNS, draw, extreme_runs
@@ -139,13 +137,12 @@ def _build_sweep(
         if "scenario" in data:
             read = of(_read_scenario, data["scenario"], file.parent)
         if read and outcomes:
-            of(_controllers, data, read[1], outcomes)
+            chosen = of(_controllers, data, read[1], outcomes)
         if read and "axes" in data:
             of(partial(read_axes, grid=kind == "grid"), data["axes"], read[0], None)
-    scenario_file, (contents, designs) = data["scenario"], read
-    chosen = _controllers(data, designs, outcomes)
+    contents = read[0]
     with Mistakes(data) as mistakes:
-        with in_file(f"scenario {scenario_file}"):
+        with in_file(f"scenario {data['scenario']}"):
             wheelset = contents.build_vehicle(None, progress)
             scenario = build_scenario(contents.data, wheelset, chosen or PLACEHOLDER)
         controllers: dict[str, Controller | ControllerDesign] = {
@@ -165,12 +162,10 @@ def _build_sweep(
         tolerance=tolerance,
         table_axes=table_axes(axes, contents),
         tables={},
-        package=package_version(),
-        token=kernel.token(),
     )
     plan = replace(plan, tables=law_tables(plan, values, wheelset.element.table, progress))
-    name, source = data["name"], data["source"]
-    sweep = Sweep(name, source, file.stem, content, kind, seed, scenario, plan, values)
+    described = data["name"], data["source"], file.stem, content
+    sweep = Sweep(*described, kind, seed, scenario, plan, values)
     _check_ends(sweep)
     return sweep
 

@@ -37,9 +37,9 @@ PLACEHOLDER = {"open_loop": OpenLoop()}  # for scenarios that are only analysed
 MOST_TABLES = 64  # building a cohesive one takes several seconds
 
 
-def package_version() -> str:
-    """Version of contactlib."""
-    return version("contactlib")
+def this_contactlib() -> str:
+    """Version of contactlib and digest of the kernel's sources, in words."""
+    return f"contactlib {version('contactlib')} with kernel {kernel.token()}"
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class Plan:
         Axes on which the law's table depends.
     tables : dict
         The law's table by the values of those axes.
-    package, token : str
-        Version of contactlib, and digest of the kernel's sources.
+    made_with : str
+        Version of contactlib, and digest of the kernel's sources, in words.
     metrics : mapping
         Outcomes of the user's own by name: functions of a `Result`.
     key : str or None
@@ -87,8 +87,7 @@ class Plan:
     tolerance: float
     table_axes: tuple[int, ...]
     tables: dict[tuple[float, ...], bytes]
-    package: str
-    token: str
+    made_with: str = dataclasses.field(default_factory=this_contactlib)
     metrics: Mapping[str, Metric] = dataclasses.field(default_factory=dict)
     key: str | None = None
 
@@ -109,21 +108,9 @@ class Plan:
         longest = default_step(scenario, LONGEST_STEP) if self.step is None else self.step
         return common_step(longest, [scenario.controller(name) for name in self.controllers])
 
-    @property
-    def made_with(self) -> str:
-        """Description of the contactlib that made the plan."""
-        return f"contactlib {self.package} with kernel {self.token}"
-
     def check_machine(self) -> None:
-        """Refuse to run with another contactlib.
-
-        Raises
-        ------
-        RuntimeError
-            If version or kernel differ from those of the plan.
-        """
-        here = dataclasses.replace(self, package=package_version(), token=kernel.token()).made_with
-        if here != self.made_with:
+        """Raise a RuntimeError if this is not the contactlib that made the plan."""
+        if (here := this_contactlib()) != self.made_with:
             raise RuntimeError(
                 f"a worker has {here}, the sweep was planned with {self.made_with}: "
                 "install the same on all machines"
