@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -100,19 +101,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("axis", CASES)
-def test_a_wrong_axis_is_one_line_that_names_it(tmp_path: Path, axis: str) -> None:
-    path = write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n")
-    with pytest.raises(cl.ModelError) as caught:
-        cl.load_sweep(path)
-    message = str(caught.value)
-    assert CASES[axis] in message
-    assert message.startswith(f"{path}: ")
-    assert re.search(r"axes\.x: |run \d+ \(x = ", message)
-    assert "\n" not in message
-
-
-RANDOM_CASES = {
+ANY = {  # of a random sample
     'distribution = "gauss"\nfrom = 1.0\nto = 2.0': "distribution = 'gauss' must be one of",
     'distribution = "normal"\nmean = 1.0': "standard_deviation is missing",
     'distribution = "normal"\nmean = 1.0\nstandard_deviation = 0.0': "must be finite and > 0",
@@ -124,10 +113,19 @@ RANDOM_CASES = {
 }
 
 
-@pytest.mark.parametrize("axis", RANDOM_CASES)
-def test_a_wrong_random_axis_is_one_line_that_names_it(tmp_path: Path, axis: str) -> None:
-    head = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 50, 1)
-    text = f'{head}[axes.x]\nparameter = "vehicle.wheelset.inertia"\n{axis}\n'
-    with pytest.raises(cl.ModelError, match=r"axes\.x: ") as caught:
-        cl.load_sweep(write_sweep(tmp_path, text))
-    assert RANDOM_CASES[axis] in str(caught.value)
+@pytest.mark.parametrize(("kind", "axis"), [*product(["grid"], CASES), *product(["random"], ANY)])
+def test_a_wrong_axis_is_one_line_that_names_it(tmp_path: Path, kind: str, axis: str) -> None:
+    text = SWEEP.partition("[axes")[0]
+    if kind == "random":
+        text += RANDOM.format("monte_carlo", 50, 1)
+        axis, said = f'parameter = "vehicle.wheelset.inertia"\n{axis}', ANY[axis]
+    else:
+        said = CASES[axis]
+    path = write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n")
+    with pytest.raises(cl.ModelError) as caught:
+        cl.load_sweep(path)
+    message = str(caught.value)
+    assert said in message
+    assert message.startswith(f"{path}: ")
+    assert re.search(r"axes\.x: |run \d+ \(x = ", message)
+    assert "\n" not in message

@@ -163,16 +163,6 @@ def test_dataset_is_labelled_and_its_file_opens_everywhere(tmp_path: Path) -> No
         assert plain.variables["slip_work"].shape == (2, 2, 3)
 
 
-def test_samples_are_along_one_dimension(tmp_path: Path) -> None:
-    head = SWEEP.partition("[axes")[0] + RANDOM.format("latin_hypercube", 4, 1)
-    sweep = cl.load_sweep(write_sweep(tmp_path, head + AXES))
-    found = cl.ensemble(sweep)
-    assert found.attrs["seed"] == 1
-    assert found["slip_work"].dims == ("controller", "run")
-    assert found["x"].dims == ("run",)
-    assert found["x"].values.tolist() == sweep.values[:, 0].tolist()
-
-
 # ---- controllers and metrics of a user's own ----------------------------------------------
 
 ANALYSED = SWEEP.replace('controllers = ["creep_pi", "open_loop"]\n', "").replace(
@@ -185,9 +175,22 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_sweep(tmp_path_factory.mktemp("sweep"))
 
 
+def sampled_each(time: float) -> SlipPI:
+    controller = SlipPI()
+    controller.sample_time = time
+    return controller
+
+
 def test_own_controllers_and_metrics_stand_beside_the_shipped(path: Path) -> None:
     same = {"mine": SlipPI(), "creep_pi": SlipPI()}
-    found = cl.ensemble(path, controllers=same, metrics={"largest": largest_slip}, chunk=5)
+    metrics = {
+        "largest": largest_slip,
+        "half": lambda result: np.float32(0.5) if result.time.size else None,
+        "slipped": lambda result: result["creepage"].max() > 1e-3,
+    }
+    found = cl.ensemble(path, controllers=same, metrics=metrics, chunk=5)
+    assert (found["half"] == 0.5).all()
+    assert (found["slipped"] == 1.0).all()
     assert found.controller.values.tolist() == ["creep_pi", "open_loop", "mine"]
     assert found["largest"].dims == found["slip_work"].dims
     assert found["largest"].attrs == {"units": "m/s", "long_name": "Largest slip speed"}
@@ -198,8 +201,7 @@ def test_own_controllers_and_metrics_stand_beside_the_shipped(path: Path) -> Non
 
 
 def test_rows_are_equally_far_apart_under_all_controllers(path: Path) -> None:
-    fast = SlipPI()
-    fast.sample_time = 0.0025
+    fast = sampled_each(0.0025)
     spacing = {"spacing": lambda result: np.diff(result.time).mean()}
     found = cl.ensemble(path, controllers={"fast": fast, "mine": SlipPI()}, metrics=spacing)
     assert np.ptp(found["spacing"].values) < 1e-12
@@ -253,11 +255,15 @@ def test_a_script_that_starts_processes_without_a_guard_is_told(
             cl.ensemble(path, executor=pool)
 
 
-def test_a_random_sweep_can_be_cut_short(tmp_path: Path) -> None:
-    text = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 6, 2) + AXES
-    sweep = cl.load_sweep(write_sweep(tmp_path, text))
+def test_samples_are_along_one_dimension_and_can_be_cut_short(tmp_path: Path) -> None:
+    text = SWEEP.partition("[axes")[0] + RANDOM.format("latin_hypercube", 6, 2) + AXES
+    found = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path, text)), workers=1)
+    assert found.attrs["seed"] == 2
+    assert found["slip_work"].dims == ("controller", "run")
+    assert found["x"].dims == ("run",)
+    assert found["x"].values.tolist() == sweep.values[:, 0].tolist()
     short = dataclasses.replace(sweep, values=sweep.values[:2])
-    assert cl.ensemble(short, workers=1).equals(cl.ensemble(sweep, workers=1).isel(run=[0, 1]))
+    assert cl.ensemble(short, workers=1).equals(found.isel(run=[0, 1]))
 
 
 def test_metrics_alone_need_no_outcome_of_runs(tmp_path: Path) -> None:
@@ -272,59 +278,36 @@ def test_metrics_alone_need_no_outcome_of_runs(tmp_path: Path) -> None:
         cl.ensemble(path, metrics={"largest": largest_slip})
 
 
-def no_number(result: cl.Result) -> Any:
-    return result["speed"]
-
-
-def no_answer(result: cl.Result) -> Any:
-    return None
-
-
 def no_such_signal(result: cl.Result) -> float:
     return float(result["creepge"].max())
 
 
+AT_FAULT = r"metric m: KeyError: .*did you mean 'creepage'.* \(test_ensemble.py, line \d+\)"
+TWO = r"controllers\.m\.sample_time = .*: take 0\.01 s, or"
+
+
 @pytest.mark.parametrize(
-    ("given", "error", "message"),
+    ("what", "value", "message"),
     [
-        ({"metrics": {"m": no_number}}, ValueError, r"metric m returned array\(.* one number"),
-        (
-            {"metrics": {"m": no_answer}},
-            ValueError,
-            "metric m returned None.*; a return is",
-        ),
-        (
-            {"metrics": {"m": no_such_signal}},
-            RuntimeError,
-            r"metric m: KeyError: .*did you mean 'creepage'.* \(test_ensemble.py, line \d+\)",
-        ),
-        ({"workers": 0}, ValueError, "workers = 0 is out of range"),
-        ({"chunk": 0}, ValueError, "chunk = 0 is out of range"),
-        ({"metrics": {"m": 3.0}}, ValueError, "metrics: m = 3.0 must be a function"),
-        ({"metrics": {"jerk": largest_slip}}, ValueError, "metrics: 'jerk' is not a name"),
-        ({"metrics": {"inertia": largest_slip}}, ValueError, "metrics: 'inertia' is not a name"),
-        ({"metrics": {"a/b": largest_slip}}, ValueError, "metrics: 'a/b' is not a name"),
-        (
-            {"controllers": {"mine": SlipPI}},
-            ValueError,
-            r"controllers\['mine'\] is the class",
-        ),
-        ({"controllers": {"a b": SlipPI()}}, ValueError, r"controllers\.'a b' is not a name"),
+        ("metrics", {"m": lambda result: result["speed"]}, r"m returned array\(.* one number"),
+        ("metrics", {"m": lambda result: None}, "metric m returned None.*; a return is"),
+        ("metrics", {"m": no_such_signal}, AT_FAULT),
+        ("metrics", {"m": 3.0}, "metrics: m = 3.0 must be a function"),
+        ("metrics", {"jerk": largest_slip}, "metrics: 'jerk' is not a name"),
+        ("metrics", {"inertia": largest_slip}, "metrics: 'inertia' is not a name"),
+        ("metrics", {"a/b": largest_slip}, "metrics: 'a/b' is not a name"),
+        ("controllers", {"mine": SlipPI}, r"controllers\['mine'\] is the class"),
+        ("controllers", {"a b": SlipPI()}, r"controllers\.'a b' is not a name"),
+        ("controllers", {"m": sampled_each(0.007)}, TWO),
+        ("workers", 0, "workers = 0 is out of range"),
+        ("chunk", 0, "chunk = 0 is out of range"),
     ],
 )
-def test_mistakes_are_one_line(
-    path: Path, given: dict[str, Any], error: type[Exception], message: str
-) -> None:
+def test_mistakes_are_one_line(path: Path, what: str, value: Any, message: str) -> None:
+    error = RuntimeError if message == AT_FAULT else ValueError
     with pytest.raises(error, match=message) as caught:
-        cl.ensemble(path, **given)
+        cl.ensemble(path, **{what: value})
     assert "\n" not in str(caught.value)
-
-
-def test_a_sample_time_that_does_not_fit_the_sensors_is_told_at_once(path: Path) -> None:
-    slow = SlipPI()
-    slow.sample_time = 0.007
-    with pytest.raises(ValueError, match=r"controllers\.slow\.sample_time = .*: take 0\.01 s, or"):
-        cl.ensemble(path, controllers={"slow": slow})
 
 
 def test_an_axis_of_a_controller_that_is_replaced_is_refused(tmp_path: Path) -> None:
@@ -397,15 +380,3 @@ def test_own_controllers_count_by_numbers_and_file_or_by_key(
     monkeypatch.setattr(SlipPI, "__module__", "__main__")  # which cannot be read: as of a notebook
     assert digest(path, SlipPI()) != digest(path, SlipPI())
     assert digest(path, SlipPI(), key="1") == digest(path, SlipPI(), key="1")
-
-
-def test_numbers_of_a_metric_are_those_of_arrays(path: Path) -> None:
-    def half(result: cl.Result) -> Any:
-        return np.float32(0.5) if result.time.size else None
-
-    def slipped(result: cl.Result) -> Any:
-        return result["creepage"].max() > 1e-3
-
-    found = cl.ensemble(path, metrics={"half": half, "slipped": slipped}, workers=2)
-    assert (found["half"] == 0.5).all()
-    assert (found["slipped"] == 1.0).all()
