@@ -10,7 +10,7 @@ import pickle
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -158,8 +158,9 @@ class Plan:
         if self.key is not None:
             return self.key
         try:
-            kind: Any = one if inspect.isfunction(one) else type(one)
-            return pickle.dumps(one), Path(inspect.getfile(kind)).read_bytes()
+            own: Any = one.func if isinstance(one, partial) else one
+            defined = own if inspect.isfunction(own) else type(own)
+            return pickle.dumps(one), Path(inspect.getfile(defined)).read_bytes()
         except Exception:  # pickle raises anything
             return secrets.token_hex()
 
