@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -151,7 +151,9 @@ def write_tuning(
         searched(scenarios, name)  # refuses all of them before the first search
     tuned: dict[str, Tuning] = {}
     settings = folder / "settings.toml"
-    with locked(folder / "lock"):
+    with ExitStack() as stack:
+        stack.callback(_remove_empty, folder)
+        stack.enter_context(locked(folder / "lock"))
         try:
             for name in chosen:
                 with reporter.step(f"Tuning {name}") as progress:
@@ -165,6 +167,11 @@ def write_tuning(
             if tuned:
                 reporter.line(f"Stopped. The settings of {', '.join(tuned)} are in {settings}")
             raise
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):  # not empty
+        folder.rmdir()
 
 
 def _report_tuning(

@@ -52,17 +52,12 @@ def locked(path: Path) -> Iterator[FileIO]:
         file.close()
         if empty and os.name != "posix":  # where an open file cannot be removed
             path.unlink(missing_ok=True)
-        with suppress(OSError):  # not empty
-            path.parent.rmdir()
 
 
 def _taken(path: Path) -> FileIO:
+    path.parent.mkdir(parents=True, exist_ok=True)
     while True:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            file = FileIO(path, "r+", opener=lambda p, flags: os.open(p, flags | os.O_CREAT, 0o666))
-        except FileNotFoundError:  # the owner before has just removed the folder
-            continue
+        file = FileIO(path, "r+", opener=lambda p, flags: os.open(p, flags | os.O_CREAT, 0o666))
         try:
             _lock(file)
             if os.fstat(file.fileno()).st_nlink:
