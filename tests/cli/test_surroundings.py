@@ -255,7 +255,7 @@ def test_a_sweep_that_is_asked_to_end_says_what_is_kept(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     command = [*MAIN, "sweep", str(path), "-o", str(folder), "--no-maps", "--chunk", "1"]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while chunks_kept(folder) < 2:
+    while chunks_kept(folder, rows=6) < 2:
         assert running.poll() is None, running.communicate()
         time.sleep(0.01)
     running.send_signal(signal.SIGTERM)
