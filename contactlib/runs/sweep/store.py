@@ -70,9 +70,9 @@ def _taken(path: Path) -> FileIO:
             owner = file.read(OWNER).decode(errors="replace").strip() or "another process"
             file.close()
             raise RuntimeError(f"{path} is in use by {owner}, which writes to it") from None
-        except BaseException:
+        except OSError as error:  # the file system has no locks
             file.close()
-            raise
+            raise OSError(error.errno, error.strerror, os.fspath(path)) from None
         file.close()  # the owner before has removed it
 
 

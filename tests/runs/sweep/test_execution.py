@@ -104,16 +104,13 @@ def known(path: Path) -> bytes:
 
 
 @pytest.mark.parametrize(("workers", "chunk"), [(1, 1), (2, 5), (2, None)])
-def test_threads_and_chunks_do_not_matter(
+def test_threads_processes_and_chunks_do_not_matter(
     path: Path, known: bytes, tmp_path: Path, workers: int, chunk: int | None
 ) -> None:
-    assert file_of(path, tmp_path, workers=workers, chunk=chunk) == known
-
-
-def test_processes_do_not_matter(path: Path, known: bytes, tmp_path: Path) -> None:
-    with sweeps.process_workers(2) as pool:
-        assert file_of(path, tmp_path / "a", executor=pool, chunk=4) == known
-        assert file_of(path, tmp_path / "b", executor=pool.executor, chunk=7) == known
+    assert file_of(path, tmp_path / "threads", workers=workers, chunk=chunk) == known
+    with sweeps.process_workers(workers) as pool:
+        for name, executor in (("a", pool), ("b", pool.executor)):
+            assert file_of(path, tmp_path / name, executor=executor, chunk=chunk) == known
 
 
 def test_a_worker_that_is_another_contactlib_refuses(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import platform
@@ -94,6 +95,17 @@ def test_a_lock_that_its_owner_has_just_removed_is_not_taken_for_one(
     with locked(path):
         assert path.exists()
     assert len(tried) == 2
+
+
+def test_a_file_system_without_locks_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(file: FileIO) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(store, "_lock", none)
+    with pytest.raises(OSError, match=r"No locks available: .*lock"), locked(tmp_path / "lock"):
+        pass
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
