@@ -1,5 +1,5 @@
 /* Chebyshev coefficients of the logarithms of c11, c22, c23 and c33 in ln(a/b)/3 and
- * 4 nu - 1. Written by write_polynomials in contactlib/contact/stick_rolling.py. */
+ * 4 nu - 1. Written by tools/stick_rolling.py. */
 #ifndef CREEP_COEFFICIENTS_H
 #define CREEP_COEFFICIENTS_H
 

@@ -1,6 +1,6 @@
 """Kalker's creep coefficients of an elliptic contact, and what they make of the strips' scales.
 
-The coefficients are those of `contactlib.contact.stick_rolling`, which solves the problem to about
+The coefficients are those of `tools/stick_rolling.py`, which solves the problem to about
 3e-5. The kernel has them as polynomials in ln(a/b) and Poisson's ratio, accurate to 3e-6.
 """
 

@@ -1,7 +1,7 @@
 """What spin adds to the force in the plane, as the kernel's splines over three creepages.
 
 The file holds the splines' coefficients for some ellipses and, without weakening, for some of
-Poisson's ratios; `contactlib.contact.plane_table_building` makes it and has the theory.
+Poisson's ratios; `tools/plane_table_building.py` makes it and has the theory.
 """
 
 from __future__ import annotations

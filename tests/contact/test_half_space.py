@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from half_space import Grid, rolling_forces
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
 import contactlib as cl
-from contactlib.contact.half_space import Grid, rolling_forces
 
 QUICK = ((15, 6), (23, 6))
 SPIN_AND_CREEPAGES = np.array([-0.3, 0.1, 0.15])

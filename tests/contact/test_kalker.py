@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import elliprd
+from stick_rolling import influence, stick_coefficients
 
 import contactlib as cl
 from contactlib.contact.kalker import half_space_scales
-from contactlib.contact.stick_rolling import influence, stick_coefficients
 
 COARSE, FINE = 8, 12  # degrees: right to 1e-4 in 0.1 s, and to 3e-5 in 0.5 s
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from half_space import rolling_forces
+from plane_table_building import coefficients, samples, weakening_length
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
 from contactlib.contact import kernel, plane_table
-from contactlib.contact.half_space import rolling_forces
 from contactlib.contact.law_tables import carter_griffith_table
 from contactlib.contact.plane_table import ASPECTS, plane_coefficients, plane_scales
-from contactlib.contact.plane_table_building import coefficients, samples, weakening_length
 
 LIMIT_LAW = carter_griffith_table("elliptic").native
 

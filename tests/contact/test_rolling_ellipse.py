@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from half_space import GRIDS, rolling_forces
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
-from contactlib.contact.half_space import GRIDS, rolling_forces
 
 RATIOS = (0.33, 0.45)  # f_s of the cases of CONTACT, each with f_d = 0.21
 SHEAR_MODULUS, SIDE, LOAD = 82e9, 6e-3, 75e3

@@ -91,7 +91,9 @@ def test_table_and_laws_do_not_know_each_other() -> None:
 
 
 def test_code_is_ascii() -> None:
-    folders = [PACKAGE, package_folder("fmu"), package_folder("models"), Path(__file__).parents[1]]
+    tests = Path(__file__).parents[1]
+    parts = [PACKAGE, package_folder("fmu"), package_folder("models")]
+    folders = [*parts, tests, tests.with_name("tools")]
     for folder in folders:
         paths = [p for p in folder.rglob("*") if p.suffix in {".py", ".c", ".h", ".toml"}]
         assert paths

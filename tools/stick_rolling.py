@@ -1,7 +1,7 @@
 """Steady rolling in full stick of an elliptic contact: the problem behind Kalker's coefficients.
 
-It is solved to make the polynomials in `fmu/creep_coefficients.h`, and by tests; no simulation
-needs it.
+`python tools/stick_rolling.py` solves it for the polynomials in `fmu/creep_coefficients.h`; tests
+solve it too.
 
 Both bodies are half-spaces of one material. By Cerruti's solution the tractions p on the ellipse
 displace their surfaces against each other by
@@ -179,7 +179,7 @@ def write_polynomials() -> None:
     )
     lines = [
         "/* Chebyshev coefficients of the logarithms of c11, c22, c23 and c33 in ln(a/b)/3 and",
-        " * 4 nu - 1. Written by write_polynomials in contactlib/contact/stick_rolling.py. */",
+        " * 4 nu - 1. Written by tools/stick_rolling.py. */",
         "#ifndef CREEP_COEFFICIENTS_H",
         "#define CREEP_COEFFICIENTS_H",
         "",
@@ -194,3 +194,7 @@ def write_polynomials() -> None:
         lines += ["{"] + ["{" + ", ".join(f"{v:.8e}" for v in row) + "}," for row in rows] + ["},"]
     lines += ["};", "/* clang-format on */", "", "#endif", ""]
     write_whole(package_folder("fmu") / "creep_coefficients.h", "\n".join(lines).encode())
+
+
+if __name__ == "__main__":
+    write_polynomials()

@@ -2,8 +2,8 @@
 
 The kernel's force in the plane (`fmu/plane_formula.h`) is a closed form without spin plus splines
 for what spin adds, and for the moment: one without weakening, and two terms of what friction that
-weakens adds to it. This module solves rolling contact with the half-space witness at many
-creepages and fits the splines to what the closed form leaves. No simulation needs it.
+weakens adds to it. `python tools/plane_table_building.py` solves rolling contact with the
+half-space witness at many creepages and fits the splines to what the closed form leaves.
 
 Coordinates. The normalized creepages l = (along, across, spin) have the sign of their forces, and
 for each 3 pi/4 is about the force that it would make if nothing slipped. All of space is put into
@@ -44,6 +44,7 @@ root mean square is 0.003, 0.013 and 0.006 in the two forces and the moment for 
 from __future__ import annotations
 
 import numpy as np
+from half_space import rolling_forces
 from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.stats import qmc
@@ -51,7 +52,6 @@ from scipy.stats import qmc
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import write_whole
 from contactlib.contact import kernel
-from contactlib.contact.half_space import rolling_forces
 from contactlib.contact.kalker import kalker_coefficients
 from contactlib.contact.law_tables import carter_griffith_table, cohesive_table
 from contactlib.contact.plane_table import (
@@ -320,3 +320,7 @@ def _free(along: int, turn: int, size: int) -> sparse.csr_array:
     _, columns = np.unique(image.min(axis=0)[rows], return_inverse=True)
     values = signs[image.argmin(axis=0)[rows]].astype(float)
     return sparse.csr_array((values, (rows, columns)), (size**3, columns.max() + 1))
+
+
+if __name__ == "__main__":
+    write_table()
