@@ -3,8 +3,16 @@
 #include <math.h>
 #include <string.h>
 
-#include "checked_file.h"
 #include "table_points.h"
+
+void creep_table_evaluate(const creep_table *table, double normalized_creepage, double k_hat,
+                          creep_value *value) {
+    evaluate_points(table, 1, &normalized_creepage, &k_hat, &value->traction_ratio, &value->slope,
+                    &value->log_k_derivative);
+}
+
+#ifndef ONE_FILE_KERNEL
+#include "checked_file.h"
 
 /* The frame is followed by cells_u, cells_k, k_max, max_error, max_slope_error,
  * certificate_points, static_to_kinetic, one_axis, twice_decay, twice_corner, root_k, 104
@@ -13,12 +21,6 @@ enum { TABLE_VERSION = 2, TABLE_HEADER = 192 };
 
 /* Limit of a coefficient, so that sums and forces stay finite. */
 static const double LARGEST_NUMBER = 1e9;
-
-void creep_table_evaluate(const creep_table *table, double normalized_creepage, double k_hat,
-                          creep_value *value) {
-    evaluate_points(table, 1, &normalized_creepage, &k_hat, &value->traction_ratio, &value->slope,
-                    &value->log_k_derivative);
-}
 
 void creep_table_node(const creep_table *shape, double u, double k_hat, creep_node *node) {
     if (shape->one_axis) {
@@ -76,3 +78,4 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
             return "the table holds a number that is not finite or beyond 1e9";
     return NULL;
 }
+#endif /* ONE_FILE_KERNEL */

@@ -5,25 +5,7 @@
 
 #include "force_in_plane.h"
 #include "force_law.h"
-#include "force_tangent.h"
 #include "relaxation.h"
-
-double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
-
-void force_element_scales(const force_element_parameters *p, double normal_load,
-                          double friction_scale, contact_scales *scales) {
-    force_element_parameters there = force_element_at_load(p, normal_load);
-    *scales = scaled(contact_scales_of(&there), friction_scale, 1.0 / friction_scale);
-}
-
-void hot_friction_many(int elliptic, size_t n, const double *x, const double *heat_number,
-                       const double *k_hat, double *fraction) {
-    heat_shape shape = elliptic ? HEAT_ELLIPSE : HEAT_LINE;
-    for (size_t i = 0; i < n; i++) {
-        double r = x[i] * heat_number[i];
-        fraction[i] = hot_friction_at(shape, x[i], r, heat_number[i], k_hat[i]).value;
-    }
-}
 
 /* Without load or friction there is no force. Its derivative by a load that begins is that of a
  * patch that slides all over. */
@@ -69,6 +51,26 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
         out->relaxation_rate = out->rate_by_omega = out->rate_by_speed = out->rate_by_relaxed = 0.0;
 }
 
+#ifndef ONE_FILE_KERNEL
+#include "force_tangent.h"
+
+double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
+
+void force_element_scales(const force_element_parameters *p, double normal_load,
+                          double friction_scale, contact_scales *scales) {
+    force_element_parameters there = force_element_at_load(p, normal_load);
+    *scales = scaled(contact_scales_of(&there), friction_scale, 1.0 / friction_scale);
+}
+
+void hot_friction_many(int elliptic, size_t n, const double *x, const double *heat_number,
+                       const double *k_hat, double *fraction) {
+    heat_shape shape = elliptic ? HEAT_ELLIPSE : HEAT_LINE;
+    for (size_t i = 0; i < n; i++) {
+        double r = x[i] * heat_number[i];
+        fraction[i] = hot_friction_at(shape, x[i], r, heat_number[i], k_hat[i]).value;
+    }
+}
+
 double force_element_force(const creep_table *table, const force_element_parameters *parameters,
                            const force_ranges *ranges, double omega, double speed,
                            double normal_load, double friction_scale) {
@@ -93,3 +95,4 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
                            force_element_output *change) {
     force_tangent(table, parameters, input, output, parameters_direction, input_direction, change);
 }
+#endif /* ONE_FILE_KERNEL */

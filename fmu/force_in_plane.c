@@ -2,39 +2,8 @@
 
 #include <string.h>
 
-#include "checked_file.h"
 #include "plane_formula.h"
 #include "relaxation.h"
-
-enum { PLANE_VERSION = 1, PLANE_NUMBERS = 5 };
-
-/* The frame is followed by stiffness ratio, softening across, b/a, spin arm, slip spread and, if
- * the contact knows spin, one set of coefficients. */
-const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t size) {
-    const char *error = checked_file_error(bytes, size, "PLANECON", PLANE_VERSION);
-    if (error != NULL) return error;
-    const double *number = (const double *)(const void *)((const char *)bytes + CHECKED_FILE_FRAME);
-    size_t count = (size - CHECKED_FILE_FRAME) / sizeof *number;
-    if (size % sizeof *number != 0 ||
-        (count != PLANE_NUMBERS && count != PLANE_NUMBERS + PLANE_COEFFICIENTS))
-        return "the number of values is not that of a contact";
-    for (size_t i = 0; i < count; i++)
-        if (!(fabs(number[i]) <= 1e6)) return "a number is not finite or beyond 1e6";
-    if (!(number[0] >= 1e-3 && number[1] >= -0.5 && number[1] <= 0.5 && number[2] >= 0.0))
-        return "the contact's shape is out of range";
-    int spins = count > PLANE_NUMBERS;
-    *contact = (plane_contact){
-        .shape = {.stiffness_ratio = number[0],
-                  .softening_y = number[1],
-                  .coefficients = spins ? number + PLANE_NUMBERS : NULL,
-                  .share = {1.0},
-                  .sets = spins},
-        .axes_ratio = number[2],
-        .spin_arm = spins ? number[3] : 0.0,
-        .slip_spread = spins ? number[4] : 0.0,
-    };
-    return NULL;
-}
 
 /* Force in the plane at an input, before it is put into outputs. */
 typedef struct {
@@ -148,6 +117,39 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
     relaxation_rate(p, in, at->slip, zeta0, at->log_g_by_rolling, at->log_g_by_speed, out);
 }
 
+#ifndef ONE_FILE_KERNEL
+#include "checked_file.h"
+
+enum { PLANE_VERSION = 1, PLANE_NUMBERS = 5 };
+
+/* The frame is followed by stiffness ratio, softening across, b/a, spin arm, slip spread and, if
+ * the contact knows spin, one set of coefficients. */
+const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t size) {
+    const char *error = checked_file_error(bytes, size, "PLANECON", PLANE_VERSION);
+    if (error != NULL) return error;
+    const double *number = (const double *)(const void *)((const char *)bytes + CHECKED_FILE_FRAME);
+    size_t count = (size - CHECKED_FILE_FRAME) / sizeof *number;
+    if (size % sizeof *number != 0 ||
+        (count != PLANE_NUMBERS && count != PLANE_NUMBERS + PLANE_COEFFICIENTS))
+        return "the number of values is not that of a contact";
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(number[i]) <= 1e6)) return "a number is not finite or beyond 1e6";
+    if (!(number[0] >= 1e-3 && number[1] >= -0.5 && number[1] <= 0.5 && number[2] >= 0.0))
+        return "the contact's shape is out of range";
+    int spins = count > PLANE_NUMBERS;
+    *contact = (plane_contact){
+        .shape = {.stiffness_ratio = number[0],
+                  .softening_y = number[1],
+                  .coefficients = spins ? number + PLANE_NUMBERS : NULL,
+                  .share = {1.0},
+                  .sets = spins},
+        .axes_ratio = number[2],
+        .spin_arm = spins ? number[3] : 0.0,
+        .slip_spread = spins ? number[4] : 0.0,
+    };
+    return NULL;
+}
+
 double tangent_in_plane(const creep_table *table, const force_element_parameters *p,
                         const force_element_input *in, const force_element_parameters *dp,
                         const force_element_input *din, const force_change *change,
@@ -198,3 +200,4 @@ double tangent_in_plane(const creep_table *table, const force_element_parameters
         p->kinetic_friction * dsize + s.size * dp->kinetic_friction - dp->static_friction;
     return pace;
 }
+#endif /* ONE_FILE_KERNEL */

@@ -34,6 +34,7 @@ void evaluate_force(const creep_table *table, model_values *v) {
     v->step_size_hint = stable_step(v, &unused);
 }
 
+#ifndef ONE_FILE_KERNEL
 void tangent_force(const creep_table *table, const model_values *v, const model_values *direction,
                    model_values *change) {
     double by_gradient, hint = stable_step(v, &by_gradient);
@@ -54,6 +55,7 @@ void tangent_force(const creep_table *table, const model_values *v, const model_
     }
     change->step_size_hint = by_gradient * hint * relative;
 }
+#endif /* ONE_FILE_KERNEL */
 
 /* Count the turns of a force that swings from step to step and makes the slip swing with it: the
  * slip's acceleration changes by minus an inverse mass times the force, in proportion and with

@@ -12,6 +12,7 @@ void wheelset_motion(const wheelset_parameters *p, double omega, double speed, d
     *rates = motion_rates(p, omega, speed, drive_torque, resistance_force, action);
 }
 
+#ifndef ONE_FILE_KERNEL
 void wheelset_tangent(const wheelset_parameters *p, double omega, double speed,
                       double resistance_force, const force_element_output *contact,
                       const wheelset_rates *rates, const wheelset_parameters *dp, double domega,
@@ -40,3 +41,4 @@ void wheelset_tangent(const wheelset_parameters *p, double omega, double speed,
                          (contact->creep_force - davis - resistance_force) * dp->inverse_mass -
                          moved * dp->grade_acceleration;
 }
+#endif /* ONE_FILE_KERNEL */

@@ -1,18 +1,18 @@
 """The kernel without FMI: one C file and its header, with a model's table and parameters in them.
 
-The C sources in ``fmu/`` stay the only ones. Their parts are read as they stand, those that the
-interface in ``assets/kernel/`` does not reach are left out, and all are made static.
+The C sources in ``fmu/`` stay the only ones. They are joined in the order of their inclusion,
+without what they keep from this file by ``ONE_FILE_KERNEL``, and their functions become static.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +28,6 @@ from contactlib.files.model import Missing
 if TYPE_CHECKING:
     from contactlib.files.model import Model
 
-# Each defines what the next ones call.
 SOURCES = (
     "creep_table.c",
     "relaxation.c",
@@ -38,8 +37,8 @@ SOURCES = (
     "wheelset_step.c",
     "force_model.c",
 )
-# Types of the interface, in the header under these names. That of the element is the header's own:
-# it has only those members that the functions above use.
+# Types that the header defines under these names. That of the element is the header's own: it has
+# only those members that the functions above use.
 PUBLIC = {
     "force_element_parameters": "contactlib_parameters",
     "force_element_input": "contactlib_input",
@@ -47,42 +46,9 @@ PUBLIC = {
     "slip_memory": "contactlib_memory",
     "model_values": "contactlib_element",
 }
-# Types that are only pointed to, or whose name is a parameter's, too.
-LEFT_OUT = {"model_values", "model", "creep_forces"}
-COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
-
-
-class Part(NamedTuple):
-    """A function, type, constant or macro of the sources, with the comment above it."""
-
-    comment: str
-    body: str
-
-    @property
-    def is_prototype(self) -> bool:
-        """Whether it only declares a function."""
-        return bool(re.fullmatch(r"(CONTACTLIB_API )?\w[^{=]*\);", self.body, re.DOTALL))
-
-    @property
-    def names(self) -> set[str]:
-        """What it defines."""
-        body = COMMENT.sub("", self.body)
-        if body.startswith("#"):
-            return set(re.findall(r"# *define (\w+)", body))
-        if body.startswith("typedef"):
-            return set(re.findall(r"(\w+)(?:\[\w+\])*;$", body))
-        if body.startswith("enum"):
-            return set(re.findall(r"([A-Z_]\w*)(?= =|,| \})", body))
-        if body.endswith("}") or self.is_prototype:
-            return set(re.findall(r"(\w+)\(", body)[:1])
-        return set(re.findall(r"(\w+)(?:\[\w+\])* =", body))
-
-    @property
-    def uses(self) -> set[str]:
-        """All names in it but those of members."""
-        member = r"(?!\w|[,;[])" if self.body.startswith("typedef") else ""
-        pattern = rf"(?<![.\w])(?<!->)[A-Za-z_]\w*{member}"
-        return set(re.findall(pattern, COMMENT.sub("", self.body)))
+KEPT_FROM_IT = re.compile(
+    r"^#ifndef ONE_FILE_KERNEL\n.*?^#endif /\* ONE_FILE_KERNEL \*/\n", re.DOTALL | re.MULTILINE
+)
 
 
 def export_kernel(model: Model, folder: str | os.PathLike[str]) -> Path:
@@ -120,9 +86,8 @@ def export_kernel(model: Model, folder: str | os.PathLike[str]) -> Path:
 def kernel_files(description: Description) -> dict[str, str]:
     """Text of each file, by its name."""
     templates = {path.name: path.read_text() for path in sorted((ASSETS / "kernel").iterdir())}
-    includes, parts = amalgamated(templates["contactlib.c"])
+    structs, sources = joined()
     checks, start = _limits_and_start(description)
-    structs = [part for part in parts if part.names & set(PUBLIC.values())]
     least = re.findall(r"#define LEAST_FRICTION_SCALE (\S+)", _source("force_element.h"))
     values, element = description.start_values, description.element
     inverse_mass = values["effective_inverse_mass"]
@@ -138,9 +103,8 @@ def kernel_files(description: Description) -> dict[str, str]:
         "version": metadata.version("contactlib"),
         "carriers": description.carriers,
         "tolerance": re.findall(r"DEFAULT_TOLERANCE = ([\w-]+)", _source("component.c"))[0],
-        "structs": _joined(structs).replace("LEAST_FRICTION_SCALE", least[0]),
-        "includes": "\n".join(includes),
-        "kernel": _joined(part for part in parts if part not in structs),
+        "structs": structs.replace("LEAST_FRICTION_SCALE", least[0]),
+        "kernel": sources,
         "data": _data(description),
         "start": start,
         **checks,
@@ -154,23 +118,23 @@ def kernel_files(description: Description) -> dict[str, str]:
 # ---- the sources ---------------------------------------------------------------------------------
 
 
-def amalgamated(interface: str) -> tuple[list[str], list[Part]]:
-    """The system's headers, and those parts of the sources that a text with this code needs.
-
-    Each part stands behind those that it uses.
-    """
-    seen: set[str] = set()
-    lines = [line for name in SOURCES for line in _lines(name, seen)]
-    includes = sorted({line for line in lines if line.startswith("#include")})
-    parts = list(_parts(line for line in lines if not line.startswith("#include")))
-    comments = {min(p.names): p.comment for p in parts if p.is_prototype}
-    defined = {n: p for p in parts if not p.is_prototype for n in p.names - LEFT_OUT}
-    wanted, reached = Part("", interface).uses, set[str]()
-    while wanted:
-        reached |= wanted
-        wanted = set().union(*(defined[n].uses for n in wanted if n in defined)) - reached
-    kept = [p for p in parts if not p.is_prototype and p.names & reached - LEFT_OUT]
-    return includes, [_static(p, comments) for p in kept]
+def joined() -> tuple[str, str]:
+    """The structs of the interface under its names, and the sources behind them."""
+    seen = {"export.h"}
+    text = "".join(line for name in SOURCES for line in _lines(name, seen))
+    functions = r"(?m)^(?:CONTACTLIB_API |(?=(?:void |double |const char \*)\w+\())"
+    text = re.sub(functions, "static ", text)
+    structs = []
+    for name, public in PUBLIC.items():
+        comment = r"(?:/\*(?:(?!\*/).)*\*/\n)?"
+        pattern = re.compile(rf"{comment}typedef struct \{{[^}}]*\}} {name};", re.DOTALL)
+        structs += pattern.findall(text)
+        text = pattern.sub(f"typedef {public} {name};", text)
+    *shown, _ = (
+        re.sub(rf"\b{name};$", f"{public};\n", struct)
+        for struct, (name, public) in zip(structs, PUBLIC.items(), strict=True)
+    )
+    return "\n".join(shown), text
 
 
 def _source(name: str) -> str:
@@ -178,54 +142,14 @@ def _source(name: str) -> str:
 
 
 def _lines(name: str, seen: set[str]) -> Iterator[str]:
-    """Lines of a file, with those of the files that it includes in their places, once."""
-    if name in seen:
-        return
-    seen.add(name)
-    text = _source(name)
-    if name.endswith(".h"):  # without the guard
-        text = re.sub(r"(?m)^#ifndef \w+_H\n#define \w+_H\n((?s:.*))^#endif\n", r"\1", text)
-    for line in text.splitlines():
-        if included := re.fullmatch(r'#include "(.*)"', line):
-            yield from _lines(included[1], seen)
-        else:
+    """Lines of a source, with those of the files that it includes in their places, once."""
+    for line in KEPT_FROM_IT.sub("", _source(name)).splitlines(keepends=True):
+        included = re.match(r'#include ["<](.*)[">]', line)
+        if included is None:
             yield line
-
-
-def _parts(lines: Iterable[str]) -> Iterator[Part]:
-    """The parts of formatted sources: what begins in the first column, up to its end."""
-    comment, body, conditions = "", "", 0
-    for line in lines:
-        within = comment.count("/*") > comment.count("*/")
-        if not body and (within or line.startswith("/*") or not line):
-            comment = comment + line + "\n" if line else ""
-            continue
-        body += line + "\n"
-        bare = COMMENT.sub("", body).rstrip()
-        if body.startswith("#"):
-            conditions += line.startswith("#if") - line.startswith("#endif")
-            ended = conditions == 0 and not line.endswith("\\")
-        else:
-            ended = bare.count("{") == bare.count("}") and bare.endswith((";", "}"))
-        if ended:
-            yield Part(comment, body.rstrip())
-            comment, body = "", ""
-
-
-def _static(part: Part, comments: dict[str, str]) -> Part:
-    """A part without linkage, with the comment of its declaration, and the interface's names."""
-    comment, body = part
-    if body.endswith("}") and not body.startswith(("#", "typedef")):
-        comment = comment or comments.get(min(part.names), "")
-        if not body.startswith(("static", "ALWAYS_INLINE")):
-            body = f"static {body}"
-    for name, public in PUBLIC.items():
-        comment, body = (re.sub(rf"\b{name}\b", public, text) for text in (comment, body))
-    return Part(comment, body)
-
-
-def _joined(parts: Iterable[Part]) -> str:
-    return "".join(f"{part.comment}{part.body}\n\n" for part in parts).rstrip("\n") + "\n"
+        elif included[1] not in seen:
+            seen.add(included[1])
+            yield from [line] if "<" in line else _lines(included[1], seen)
 
 
 # ---- the model -----------------------------------------------------------------------------------

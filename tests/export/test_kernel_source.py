@@ -189,7 +189,7 @@ def test_the_files_need_nothing_else(folders: dict[str, Path], models: dict[str,
         assert set(re.findall(r"#include <(.*)>", source)) <= {
             *("float.h", "math.h", "stddef.h", "stdint.h", "string.h")
         }
-        assert not re.search(r"@|CONTACTLIB_API|_tangent\b", source)
+        assert not re.search(r"@\w+@|CONTACTLIB_API|ONE_FILE_KERNEL|_tangent\([^;{]*\{", source)
         again = cl.export_kernel(models[name], folder.parent / "again")
         assert (again / "contactlib.c").read_text(encoding="ascii") == source
         assert len((folder / "example.c").read_text().splitlines()) <= 30

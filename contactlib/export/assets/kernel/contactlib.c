@@ -3,7 +3,9 @@
  * of the kernel in contactlib's FMUs. */
 #include "contactlib.h"
 
-@includes@
+#ifdef __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-function" /* what only FMUs call */
+#endif
 
 #ifdef __FAST_MATH__
 #error "contactlib needs IEEE arithmetic: compile it without -ffast-math"
