@@ -86,42 +86,6 @@ def test_a_contact_alone_gives_the_same_bits_as_among_many(friction: cl.Friction
     assert np.array(alone).tobytes() == pair.evaluate(**given).tobytes()
 
 
-def test_small_creepage_is_kalkers_linear_theory() -> None:
-    given = {"semi_axis_x": 7e-3, "semi_axis_y": 5e-3, "normal_load": 8e4}
-    root = np.sqrt(7e-3 * 5e-3)
-    c11, c22, c23, c33 = cl.kalker_coefficients(1.4, NU)
-    pair = pair_of(COULOMB)
-    rigid = pair.evaluate(**given)
-    unit = -G * root**2
-    assert rigid["force_x_by_creepage_x"] == pytest.approx(unit * c11, rel=1e-4)
-    assert rigid["force_y_by_creepage_y"] == pytest.approx(unit * c22, rel=1e-4)
-    # Spin is the spline's.
-    assert rigid["force_y_by_spin"] == pytest.approx(unit * root * c23, rel=0.03)
-    assert rigid["moment_by_creepage_y"] == pytest.approx(-unit * root * c23, rel=0.03)
-    assert rigid["moment_by_spin"] == pytest.approx(unit * root**2 * c33, rel=0.03)
-
-
-@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
-def test_without_lateral_creepage_it_is_the_force_element(friction: cl.Friction) -> None:
-    contact = cl.EllipticContact.from_semi_axes(
-        semi_axis_x=6e-3,
-        semi_axis_y=5e-3,
-        normal_load=9e4,
-        contact_modulus=G / (1.0 - NU),
-        poisson_ratio=NU,
-    )
-    table = cl.carter_griffith_table("elliptic")
-    element = cl.ForceElement(contact, friction, table=table, radius=0.5)
-    zeta = np.linspace(-5.0, 5.0, 41) * element.saturation_creepage
-    expected = element.at_creepage(zeta, speed=10.0)["creep_force"]
-    found = pair_of(friction).evaluate(
-        semi_axis_x=6e-3, semi_axis_y=5e-3, normal_load=9e4, creepage_x=-zeta
-    )
-    np.testing.assert_allclose(found["force_x"], expected, atol=2e-6 * 9e4)
-    assert not found["force_y"].any()
-    assert not found["spin_moment"].any()
-
-
 def test_nothing_comes_of_nothing() -> None:
     given = cases(10)
     for changed in ({"normal_load": 0.0}, {"friction_scale": 0.0}):

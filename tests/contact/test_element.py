@@ -28,17 +28,6 @@ def test_agrees_with_the_law(element: cl.ForceElement) -> None:
     np.testing.assert_array_equal(record["falling_branch"], law.slope(zeta / 0.015) < 0.0)
 
 
-def test_odd_symmetry_is_exact(element: cl.ForceElement) -> None:
-    random = np.random.default_rng(3)
-    omega, speed = random.uniform(-60.0, 60.0, 2000), random.uniform(-20.0, 20.0, 2000)
-    speed[:200] = random.uniform(-0.1, 0.1, 200)
-    load = random.uniform(0.0, 3e5, 2000)
-    there = element.evaluate(omega=omega, speed=speed, normal_load=load)
-    back = element.evaluate(omega=-omega, speed=-speed, normal_load=load)
-    np.testing.assert_array_equal(there["creep_force"], -back["creep_force"])
-    np.testing.assert_array_equal(there["force_gradient"], back["force_gradient"])
-
-
 def test_sign_convention(element: cl.ForceElement) -> None:
     assert element.force(omega=1.01 * SPEED / 0.5, speed=SPEED) > 0.0
     assert element.force(omega=0.99 * SPEED / 0.5, speed=SPEED) < 0.0
@@ -60,13 +49,6 @@ def test_force_never_exceeds_static_friction(table: cl.CreepForceTable) -> None:
         held = record["force_limited"] > 0.0
         assert held.any() == (static < 0.35)  # the law alone would reach 1.75 f_d = 0.35
         assert (record["force_gradient"][held] == 0.0).all()
-
-
-def test_creep_power_is_dissipated(element: cl.ForceElement) -> None:
-    random = np.random.default_rng(5)
-    omega, speed = random.uniform(-60.0, 60.0, 5000), random.uniform(-30.0, 30.0, 5000)
-    slip = element.radius * omega - speed
-    assert (element.force(omega=omega, speed=speed) * slip >= 0.0).all()
 
 
 def test_no_load_no_force(element: cl.ForceElement) -> None:
@@ -97,30 +79,6 @@ def test_bad_input_is_refused(
 ) -> None:
     with pytest.raises(ValueError, match=message):
         element.force(**{"omega": 20.0, "speed": 10.0, **given})
-
-
-@pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, -0.02, 0.0])
-def test_partial_derivatives(element: cl.ForceElement, speed: float) -> None:
-    random = np.random.default_rng(6)
-    n = 300
-    reference = max(abs(speed), 0.1)
-    omega = (speed + random.uniform(-0.06, 0.06, n) * reference) / 0.5
-    load = random.uniform(5e4, 4e5, n)
-    here = element.evaluate(omega=omega, speed=speed, normal_load=load)
-
-    def difference(name: str, h: float) -> np.ndarray:
-        at = {"omega": omega, "speed": np.full(n, speed), "normal_load": load}
-        f = [element.force(**{**at, name: at[name] + i * h}) for i in (-2, -1, 1, 2)]
-        return np.asarray((f[0] - 8.0 * f[1] + 8.0 * f[2] - f[3]) / (12.0 * h))
-
-    h = 1e-5 * reference
-    scale = {"omega": 3e6 / reference, "speed": 6e6 / reference, "normal_load": 1.0}
-    for name, step, field in (
-        ("omega", 2.0 * h, "force_by_omega"),
-        ("speed", h, "force_by_speed"),
-        ("normal_load", 1.0, "force_by_load"),
-    ):
-        np.testing.assert_allclose(here[field], difference(name, step), atol=1e-6 * scale[name])
 
 
 def test_speed_is_regularised_twice_differentiably(element: cl.ForceElement) -> None:
@@ -175,13 +133,6 @@ def test_one_point_has_the_bits_of_an_array(element: cl.ForceElement) -> None:
     assert np.array(one_by_one).tobytes() == together.tobytes()
 
 
-def test_long_process_zone_warns(table: cl.CreepForceTable) -> None:
-    contact = cl.LineContact(normal_load_per_length=4.5e6, radius=0.5, contact_modulus=115e9)
-    friction = cl.friction_with_k_hat(contact, k_hat=0.3, static=0.33, kinetic=0.21)
-    with pytest.warns(cl.ProcessZoneWarning, match=r"1\.73 is above 0\.5"):
-        cl.ForceElement(contact, friction, table=table, radius=0.5)
-
-
 def test_k_hat_beyond_the_table_is_refused(table: cl.CreepForceTable) -> None:
     contact = cl.LineContact(normal_load_per_length=4.5e6, radius=0.5, contact_modulus=115e9)
     friction = cl.friction_with_k_hat(contact, k_hat=2.5, static=0.9, kinetic=0.21)
@@ -189,6 +140,7 @@ def test_k_hat_beyond_the_table_is_refused(table: cl.CreepForceTable) -> None:
         cl.ForceElement(contact, friction, table=table, radius=0.5)
 
 
+NO_FALL = (1.0, 0.0)
 SLIP_RATES = [(0.4, 0.6), (0.05, 3.0), (1e-3, 20.0)]
 
 
@@ -222,27 +174,29 @@ def test_slip_speed_scales_force_creepage_and_k_hat(
         assert weak.friction.slip_rate_factor(zeta * SPEED) == pytest.approx(g, rel=1e-14)
 
 
-@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
-def test_symmetry_and_bounds_with_slip_speed(
+@pytest.mark.parametrize(("residual", "decay"), [NO_FALL, *SLIP_RATES])
+def test_symmetry_bounds_and_lost_power(
     element: cl.ForceElement, residual: float, decay: float
 ) -> None:
     random = np.random.default_rng(8)
     weak = falling(element, residual, decay)
     omega, speed = random.uniform(-60.0, 60.0, 5000), random.uniform(-20.0, 20.0, 5000)
+    speed[:200] = random.uniform(-0.1, 0.1, 200)
     load = 10.0 ** random.uniform(0.0, 7.0, 5000)
     there = weak.evaluate(omega=omega, speed=speed, normal_load=load)
     back = weak.evaluate(omega=-omega, speed=-speed, normal_load=load)
     np.testing.assert_array_equal(there["creep_force"], -back["creep_force"])
-    np.testing.assert_array_equal(there["force_by_speed"], back["force_by_speed"])
+    for name in ("force_by_speed", "force_gradient"):
+        np.testing.assert_array_equal(there[name], back[name])
     slip = weak.radius * omega - speed
     most = weak.friction.static * weak.friction.slip_rate_factor(slip) * load
     assert (np.abs(there["creep_force"]) <= most * (1.0 + 1e-14)).all()
     assert (there["creep_force"] * slip >= 0.0).all()
 
 
-@pytest.mark.parametrize(("residual", "decay"), SLIP_RATES)
-@pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, 0.0])
-def test_partial_derivatives_with_slip_speed(speed: float, residual: float, decay: float) -> None:
+@pytest.mark.parametrize(("residual", "decay"), [NO_FALL, *SLIP_RATES])
+@pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, -0.02, 0.0])
+def test_partial_derivatives(speed: float, residual: float, decay: float) -> None:
     table = cl.carter_griffith_table("elliptic")
     # Low static friction and a wide range of loads: both limits are met, and the elastic range.
     contact = cl.EllipticContact.from_semi_axes(

@@ -219,12 +219,6 @@ def test_polachs_reductions_are_not_told_apart_from_the_scale_of_creepage() -> N
         assert low < truth < high
 
 
-def test_the_same_data_give_the_same_result(unweakened: FitResult) -> None:
-    data = made_up(3)
-    first, second = (fit(CarterGriffith, data, **CARTER) for _ in range(2))
-    assert first.estimates == second.estimates
-
-
 @pytest.mark.slow
 def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     locomotive: TractionData,

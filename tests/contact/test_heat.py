@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import minimize_scalar
-from scipy.special import ellipe, ellipk, k0e
+from scipy.special import ellipe, ellipk
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
@@ -78,7 +77,6 @@ def test_profile_is_its_integral() -> None:
 
 def test_numbers_of_the_profile() -> None:
     assert flash_profile(-1.0) == pytest.approx(4.0 * np.sqrt(2.0) / 3.0, rel=1e-14)
-    assert flash_profile([-1.0, 0.0]).round(5).tolist() == [1.88562, 1.74804]
     top = minimize_scalar(
         lambda xi: -float(flash_profile(xi)), bounds=(-1.0, 0.0), method="bounded"
     )
@@ -91,35 +89,9 @@ def test_numbers_of_the_profile() -> None:
     assert flash_profile(-1e8) == pytest.approx(0.5 * np.pi * 1e-4, rel=1e-7)
 
 
-def test_jaegers_source_of_any_speed_tends_to_the_fast_one() -> None:
-    nodes = 1.0 + np.cos(np.pi * (np.arange(60) + 0.5) / 60)
-
-    def shifted(u: float) -> float:  # the product of two pressures at a distance u
-        def product(x: float) -> float:
-            return float(np.sqrt(max((1.0 - x * x) * (1.0 - (x + u) ** 2), 0.0)))
-
-        return float(quad(product, -1.0, 1.0 - u, limit=200)[0])
-
-    overlap = BarycentricInterpolator(nodes, [shifted(u) for u in nodes])
-    fast = quad(lambda v: float(2.0 * overlap(v * v)), 0.0, np.sqrt(2.0))[0]
-
-    def excess(peclet: float) -> float:
-        def source(v: float) -> float:  # both upstream and downstream, at u = v**2
-            at = peclet * v * v
-            return float(2.0 * v * overlap(v * v) * k0e(at) * (1.0 + np.exp(-2.0 * at)))
-
-        kinks = [0.01, 0.1, 1.0 / np.sqrt(peclet)]
-        whole = quad(source, 1e-12, np.sqrt(2.0), limit=400, points=kinks)[0]
-        return float(np.sqrt(2.0 * peclet / np.pi) * whole / fast - 1.0)
-
-    found = [excess(peclet) for peclet in (5.0, 10.0, 100.0)]
-    np.testing.assert_allclose(found, [0.028, 0.015, 0.0016], atol=5e-4)
-    heat = cl.ContactHeat(contact=line())
-    assert heat.peclet_number(0.0, 0.05) == pytest.approx(10.8, abs=0.1)
-
-
 def test_two_bodies_share_by_the_roots_of_their_speeds() -> None:
     heat = cl.ContactHeat(contact=line())
+    assert heat.peclet_number(0.0, 0.05) == pytest.approx(10.8, abs=0.1)
     zeta, speed = np.array([-1.0, -0.4, -1e-3, 0.0, 0.3, 3.0]), 12.0
     roots = np.sqrt(speed * (1.0 + zeta)), np.sqrt(speed)
     np.testing.assert_allclose(heat.wheel_share(zeta, speed), roots[0] / (roots[0] + roots[1]))
@@ -397,13 +369,6 @@ def test_closed_form_between_stick_and_full_slip(shape: str, number: float, larg
     assert np.abs(error).max() < largest + 5e-5
 
 
-@pytest.mark.parametrize(("pressure", "number"), [(1.5e9, 0.1), (1.3e9, 0.075)])
-def test_heat_number_of_a_fast_wheel(pressure: float, number: float) -> None:
-    contact = hot(line(pressure))
-    rise = 0.3 * contact.heat.rise_per_creepage(0.0, 80.0)
-    assert contact.saturation_creepage * rise / 800.0 == pytest.approx(number, rel=0.02)
-
-
 @pytest.mark.parametrize("shape", ["line", "elliptic"])
 @pytest.mark.parametrize(("k_hat", "number"), [(0.1, 0.1), (0.3, 0.075), (0.5, 0.03)])
 def test_closed_form_with_weakening_over_microns(shape: str, k_hat: float, number: float) -> None:
@@ -474,20 +439,6 @@ def test_element_at_zero_creepage_is_cold(make: Callable[[], Any]) -> None:
     assert one["contact_temperature"][0] == 0.0
     np.testing.assert_allclose(one["force_gradient"], other["force_gradient"], rtol=1e-5)
     assert np.all(other["contact_temperature"] == 0.0)
-
-
-def test_softening_speed_of_the_element_has_the_powers_of_speed_and_pressure() -> None:
-    def softening_speed(speed: float, pressure: float) -> float:  # where half of friction is left
-        zeta = np.geomspace(1e-3, 1e3, 4001)
-        found = element(line(pressure)).at_creepage(zeta, speed=speed)["contact_temperature"]
-        roots = np.sqrt(speed) * (1.0 + np.sqrt(1.0 + zeta))
-        return float(np.interp(400.0, found, zeta * speed / roots)) * 2.0 * float(np.sqrt(speed))
-
-    speeds, pressures = np.array([5.0, 20.0, 80.0]), np.array([0.3e9, 0.6e9, 1.2e9])
-    powers = order(speeds, [softening_speed(v, 0.8e9) for v in speeds])
-    assert powers == pytest.approx(0.5, abs=0.01)
-    powers = order(pressures, [softening_speed(20.0, p) for p in pressures])
-    assert powers == pytest.approx(-1.0, abs=0.01)
 
 
 def test_steel_is_the_default() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,13 +43,6 @@ def test_semi_width_given_or_found() -> None:
     )
     assert line.semi_width == pytest.approx(5e-3, rel=1e-14)
     assert line.normal_load == pytest.approx(220e3, rel=1e-14)
-
-
-def test_semi_width_and_pressure_grow_like_the_root_of_load() -> None:
-    loads = np.geomspace(1e5, 1e7, 5)
-    widths = [contact(load).semi_width for load in loads]
-    order = np.polyfit(np.log(loads), np.log(widths), 1)[0]
-    assert order == pytest.approx(cl.LineContact.load_exponent, abs=1e-12)
 
 
 def ellipse(
@@ -139,13 +134,22 @@ def test_long_ellipse_is_a_line_contact_at_its_middle() -> None:
     assert np.all(np.abs(errors) < 10.0 * np.log(aspects) / aspects**2)
 
 
-def test_semi_axes_and_pressure_grow_like_the_cube_root_of_load() -> None:
+@pytest.mark.parametrize(
+    ("make", "names"),
+    [
+        (contact, ("semi_width", "peak_pressure")),
+        (lambda load: ellipse(0.46, 2.0, load), ("semi_axis_x", "semi_axis_y", "peak_pressure")),
+    ],
+)
+def test_sizes_and_pressure_grow_like_a_power_of_load(
+    make: Callable[[float], Any], names: tuple[str, ...]
+) -> None:
     loads = np.geomspace(1e3, 1e7, 5)
-    contacts = [ellipse(0.46, 2.0, load) for load in loads]
-    for name in ("semi_axis_x", "semi_axis_y", "peak_pressure"):
-        values = [getattr(contact, name) for contact in contacts]
+    contacts = [make(load) for load in loads]
+    for name in names:
+        values = [getattr(one, name) for one in contacts]
         order = np.polyfit(np.log(loads), np.log(values), 1)[0]
-        assert order == pytest.approx(cl.EllipticContact.load_exponent, abs=1e-12)
+        assert order == pytest.approx(contacts[0].load_exponent, abs=1e-12)
 
 
 def test_eurosprinter_s_peak_pressure() -> None:

@@ -205,13 +205,6 @@ def test_cohesive_table_has_the_law_s_corner_and_no_other(
     assert (np.diff(sign[sign != 0.0]) != 0.0).sum() == 1
 
 
-def test_partial_derivatives_of_a_cornered_table(cohesive_table: cl.CreepForceTable) -> None:
-    random = np.random.default_rng(2)
-    x, k_hat, h = random.uniform(0.1, 4.0, 300), random.uniform(0.1, 1.9, 300), 1e-6
-    rise = cohesive_table.traction_ratio(x + h, k_hat) - cohesive_table.traction_ratio(x - h, k_hat)
-    np.testing.assert_allclose(cohesive_table.slope(x, k_hat), rise / (2.0 * h), atol=2e-7)
-
-
 @pytest.fixture
 def parts() -> tuple[cl.LineContact, cl.Friction]:
     contact = cl.LineContact.from_semi_width(

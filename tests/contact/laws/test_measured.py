@@ -103,23 +103,6 @@ def test_curvature_is_continuous(locomotive: MeasuredCurve) -> None:
     np.testing.assert_allclose(right, left, atol=2e-3 * np.abs(right).max())
 
 
-def test_slope_is_the_derivative(locomotive: MeasuredCurve) -> None:
-    x = np.geomspace(1e-3, 1e3, 200)
-    h = 1e-4 * x
-    rise = locomotive.traction_ratio(x + h) - locomotive.traction_ratio(x - h)
-    np.testing.assert_allclose(rise / (2.0 * h), locomotive.slope(x), atol=1e-6)
-
-
-def test_odd_exact_at_the_origin_and_shape_preserving(locomotive: MeasuredCurve) -> None:
-    x = np.linspace(0.0, 5.0, 24).reshape(2, 3, 4)
-    np.testing.assert_array_equal(locomotive.traction_ratio(-x), -locomotive.traction_ratio(x))
-    np.testing.assert_array_equal(locomotive.slope(-x), locomotive.slope(x))
-    assert locomotive.traction_ratio(x).shape == locomotive.slope(x).shape == x.shape
-    assert locomotive.traction_ratio(0.0) == 0.0
-    secant = locomotive.traction_ratio(1e-12) / 1e-12
-    assert float(secant) == pytest.approx(float(locomotive.slope(0.0)), rel=1e-10)
-
-
 def test_mirrored_points_and_points_without_creepage_change_nothing() -> None:
     data = TractionData.from_csv(EUROSPRINTER)
     sign = np.where(np.arange(151) % 2, 1.0, -1.0)

@@ -108,15 +108,6 @@ def test_with_more_stiffness_in_slip_than_in_adhesion_it_exceeds_friction() -> N
         assert (law.traction_ratio(x * np.geomspace(1e-3, 1e3, 1000)) <= q).all()
 
 
-def test_odd_and_shape_preserving() -> None:
-    law = Polach.dry()
-    x = np.linspace(0.0, 5.0, 24).reshape(2, 3, 4)
-    np.testing.assert_array_equal(law.traction_ratio(-x), -law.traction_ratio(x))
-    assert law.traction_ratio(x).shape == law.slope(x).shape == x.shape
-    assert law.traction_ratio(1).shape == ()
-    assert law.traction_ratio(0.0) == 0.0
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
     [
