@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from half_space import rolling_forces
+from half_space_cases import contact_cases, creepages_of, forces_of
 from plane_table_building import coefficients, samples, weakening_length
 
 import contactlib as cl
@@ -20,7 +21,7 @@ from contactlib.contact.plane_table import ASPECTS, plane_coefficients, plane_sc
 LIMIT_LAW = carter_griffith_table("elliptic").native
 
 
-def forces_of(
+def law_forces(
     a_over_b: float,
     nu: float,
     creepages: FloatArray,
@@ -50,28 +51,21 @@ def random_creepages(count: int, smallest: float = 0.01, largest: float = 10.0) 
 
 
 @pytest.fixture(scope="module")
-def of_contact() -> tuple[FloatArray, FloatArray, list[str]]:
+def of_contact() -> tuple[FloatArray, FloatArray, Any]:
     """Forces of the law and of CONTACT at all cases without weakening, and the cases' groups."""
-    with open(Path(__file__).with_name("contact_3d_coulomb.csv")) as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    found = []
-    for row in rows:
-        case = {key: float(text) for key, text in row.items() if key != "group"}
-        unit = case["G"] * case["a"] * case["b"] / (case["mu"] * case["N"])
-        kalkers = unit * np.array([case["cksi"], case["ceta"], case["cphi"]])
-        kalkers[2] *= math.sqrt(case["a"] * case["b"])
+    rows, found = contact_cases("coulomb"), []
+    for case, kalkers in zip(rows, creepages_of(rows), strict=True):
         creepages = -kalkers * plane_scales(case["a_over_b"], case["nu"])
-        found.append(forces_of(case["a_over_b"], case["nu"], creepages[np.newaxis])[0][0])
-    expected = [[float(row[name]) for name in ("fx", "fy", "mz")] for row in rows]
-    return np.array(found), np.array(expected), [row["group"] for row in rows]
+        found.append(law_forces(case["a_over_b"], case["nu"], creepages[np.newaxis])[0][0])
+    return np.array(found), forces_of(rows), rows["group"]
 
 
 @pytest.mark.parametrize("group", ["lin", "long", "comb30", "comb90"])
 def test_agreement_with_contact_without_spin(
-    of_contact: tuple[FloatArray, FloatArray, list[str]], group: str
+    of_contact: tuple[FloatArray, FloatArray, Any], group: str
 ) -> None:
     found, expected, groups = of_contact
-    chosen = np.array(groups) == group
+    chosen = groups == group
     if group == "lin":  # a third of them with spin
         assert np.abs(found - expected)[chosen].max() < 0.001
         return
@@ -85,10 +79,10 @@ def test_agreement_with_contact_without_spin(
 
 @pytest.mark.parametrize("group", ["spin", "longspin", "latspin", "random"])
 def test_agreement_with_contact_with_spin(
-    of_contact: tuple[FloatArray, FloatArray, list[str]], group: str
+    of_contact: tuple[FloatArray, FloatArray, Any], group: str
 ) -> None:
     found, expected, groups = of_contact
-    error = (found - expected)[np.array(groups) == group]
+    error = (found - expected)[groups == group]
     assert np.abs(error).max() < 0.03
     assert np.sqrt(np.mean(error**2, axis=0)).max() < 0.008
 
@@ -96,15 +90,15 @@ def test_agreement_with_contact_with_spin(
 @pytest.mark.parametrize("k_hat", [0.0, 0.3])
 def test_derivatives_are_those_of_the_force(k_hat: float) -> None:
     creepages = random_creepages(150)
-    _, derivatives = forces_of(1.3, 0.28, creepages, k_hat)
+    _, derivatives = law_forces(1.3, 0.28, creepages, k_hat)
     for i in range(3):
         step = 1e-6 * (np.abs(creepages[:, i : i + 1]) + 0.01) * np.eye(3)[i]
-        ahead, behind = (forces_of(1.3, 0.28, creepages + s, k_hat)[0] for s in (step, -step))
+        ahead, behind = (law_forces(1.3, 0.28, creepages + s, k_hat)[0] for s in (step, -step))
         quotient = (ahead - behind) / (2.0 * step[:, i : i + 1])
         assert quotient == pytest.approx(derivatives[:, :, i], abs=1e-7)
     if k_hat:
         ahead, behind = (
-            forces_of(1.3, 0.28, creepages, k_hat * math.exp(s))[0] for s in (1e-6, -1e-6)
+            law_forces(1.3, 0.28, creepages, k_hat * math.exp(s))[0] for s in (1e-6, -1e-6)
         )
         assert (ahead - behind) / 2e-6 == pytest.approx(derivatives[:, :, 3], abs=1e-7)
 
@@ -113,8 +107,8 @@ def test_derivatives_are_those_of_the_force(k_hat: float) -> None:
 @pytest.mark.parametrize("mirror", [(-1, 1, 1), (1, -1, -1), (-1, -1, -1)])
 def test_mirror_images_are_exact(mirror: tuple[int, int, int], k_hat: float) -> None:
     creepages = np.concatenate((random_creepages(100), random_creepages(100) * [1, 1, 0]))
-    forces, derivatives = forces_of(1.3, 0.28, creepages, k_hat)
-    mirrored, of_mirrored = forces_of(1.3, 0.28, creepages * mirror, k_hat)
+    forces, derivatives = law_forces(1.3, 0.28, creepages, k_hat)
+    mirrored, of_mirrored = law_forces(1.3, 0.28, creepages * mirror, k_hat)
     assert np.array_equal(mirrored, forces * mirror)
     signs = np.outer(mirror, [*mirror, 1])
     assert np.array_equal(of_mirrored, derivatives * signs)
@@ -123,7 +117,7 @@ def test_mirror_images_are_exact(mirror: tuple[int, int, int], k_hat: float) -> 
 @pytest.mark.parametrize("k_hat", [0.0, 0.3])
 def test_longitudinal_creepage_alone_is_todays_law(k_hat: float) -> None:
     x = np.linspace(-3.0, 3.0, 51)
-    forces, _ = forces_of(1.3, 0.28, np.array([x, 0 * x, 0 * x]).T, k_hat)
+    forces, _ = law_forces(1.3, 0.28, np.array([x, 0 * x, 0 * x]).T, k_hat)
     c = kernel.half_space_scales(1.3, 0.28).softening_x
     size, begin = np.abs(x), 1 / (1 - c) - 0.5
     t = np.clip(size - begin, 0.0, 1.0)
@@ -136,14 +130,14 @@ def test_longitudinal_creepage_alone_is_todays_law(k_hat: float) -> None:
 @pytest.mark.parametrize(("a_over_b", "nu", "error"), [(2.0, 0.25, 1e-3), (1.3, 0.28, 0.02)])
 def test_the_centre_is_smooth(a_over_b: float, nu: float, error: float) -> None:
     """The force of small creepages is Kalker's; between the knots interpolation adds to that."""
-    forces, derivatives = forces_of(a_over_b, nu, np.zeros((1, 3)))
+    forces, derivatives = law_forces(a_over_b, nu, np.zeros((1, 3)))
     assert not forces.any()
     assert derivatives[0, :2, :2] == pytest.approx(0.75 * math.pi * np.eye(2), abs=1e-6)
     c = cl.kalker_coefficients(a_over_b, nu)
     slopes = np.array([[c.c11, 0, 0], [0, c.c22, c.c23], [0, -c.c23, c.c33]])
     kalker = slopes / plane_scales(a_over_b, nu)
     small = 1e-7 * random_creepages(50, 1.0, 1.0)
-    forces, derivatives = forces_of(a_over_b, nu, small)
+    forces, derivatives = law_forces(a_over_b, nu, small)
     assert forces / 1e-7 == pytest.approx(small @ kalker.T / 1e-7, abs=error)
     assert derivatives[:, :, :3] == pytest.approx(np.stack([kalker] * 50), abs=error)
 
@@ -151,8 +145,8 @@ def test_the_centre_is_smooth(a_over_b: float, nu: float, error: float) -> None:
 @pytest.mark.parametrize("k_hat", [0.0, 0.3])
 def test_force_passes_through_zero_spin(k_hat: float) -> None:
     creepages = random_creepages(100)
-    without, _ = forces_of(1.3, 0.28, creepages * [1, 1, 0], k_hat)
-    tiny, _ = forces_of(1.3, 0.28, creepages * [1, 1, 1e-12], k_hat)
+    without, _ = law_forces(1.3, 0.28, creepages * [1, 1, 0], k_hat)
+    tiny, _ = law_forces(1.3, 0.28, creepages * [1, 1, 1e-12], k_hat)
     assert tiny == pytest.approx(without, abs=1e-11)
 
 
@@ -164,7 +158,7 @@ def test_creep_power_is_not_negative_and_force_within_friction(
 ) -> None:
     """But for the splines' errors force stays within friction."""
     creepages = random_creepages(400, largest=30.0)
-    forces, _ = forces_of(a_over_b, nu, creepages, k_hat)
+    forces, _ = law_forces(a_over_b, nu, creepages, k_hat)
     powers = forces * creepages / plane_scales(a_over_b, nu)
     assert np.all(powers.sum(axis=1) > 0.1 * np.abs(powers).sum(axis=1))
     if k_hat == 0.0:
@@ -173,11 +167,11 @@ def test_creep_power_is_not_negative_and_force_within_friction(
 
 def test_weakening_adds_nothing_to_spin_where_friction_does_not_fall() -> None:
     creepages = random_creepages(50)
-    same, _ = forces_of(1.3, 0.28, creepages, 0.3, static_ratio=1.0)
-    nearly, _ = forces_of(1.3, 0.28, creepages, 0.3, static_ratio=1.0 + 1e-9)
+    same, _ = law_forces(1.3, 0.28, creepages, 0.3, static_ratio=1.0)
+    nearly, _ = law_forces(1.3, 0.28, creepages, 0.3, static_ratio=1.0 + 1e-9)
     assert nearly == pytest.approx(same, abs=1e-8)
-    without, _ = forces_of(1.3, 0.28, creepages, 1e-9)
-    assert without == pytest.approx(forces_of(1.3, 0.28, creepages)[0], abs=1e-7)
+    without, _ = law_forces(1.3, 0.28, creepages, 1e-9)
+    assert without == pytest.approx(law_forces(1.3, 0.28, creepages)[0], abs=1e-7)
 
 
 @pytest.mark.slow
@@ -189,7 +183,7 @@ def test_spline_of_few_samples() -> None:
     own = plane_table.coefficient_sets(coefficients(u, forces, 1.4, 0.28), of_weakening)
     creepages = u / (1.0 - np.sum(u**2, axis=1, keepdims=True))
     by_own, _ = kernel.plane_forces(LIMIT_LAW, 1.4, 0.28, creepages, 0.0, own)
-    by_file, _ = forces_of(1.4, 0.28, creepages)
+    by_file, _ = law_forces(1.4, 0.28, creepages)
     for found, of in ((by_own, forces), (by_file, forces), (by_file, by_own)):
         error = found - of
         assert np.abs(error).max() < 0.03
@@ -228,7 +222,7 @@ def test_agreement_with_the_witness_between_the_knots(a_over_b: float, nu: float
     )
     solved = np.isfinite(true).all(axis=1)
     assert solved.mean() > 0.98
-    error = (forces_of(a_over_b, nu, creepages)[0] - true)[solved]
+    error = (law_forces(a_over_b, nu, creepages)[0] - true)[solved]
     assert np.abs(error).max() < 0.04  # 0.03 but for lateral force at nu = 0.4
     assert np.sqrt(np.mean(error**2, axis=0)).max() < 0.008
 
@@ -252,7 +246,7 @@ def error_with_weakening(
     )
     solved = np.isfinite(true).all(axis=1)
     assert solved.mean() > 0.98
-    found, _ = forces_of(a_over_b, nu, creepages, k_hat, static_ratio=static_ratio, law=law)
+    found, _ = law_forces(a_over_b, nu, creepages, k_hat, static_ratio=static_ratio, law=law)
     return (found - true)[solved]
 
 

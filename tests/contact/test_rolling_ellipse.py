@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from half_space import GRIDS, rolling_forces
+from half_space_cases import contact_cases
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
 
 RATIOS = (0.33, 0.45)  # f_s of the cases of CONTACT, each with f_d = 0.21
 SHEAR_MODULUS, SIDE, LOAD = 82e9, 6e-3, 75e3
-
-
-def contact_cases(name: str, **chosen: float | str) -> Any:
-    """Rows of CONTACT's values, as a record array."""
-    path = Path(__file__).with_name(f"contact_3d_{name}.csv")
-    rows = np.genfromtxt(
-        path, delimiter=",", names=True, dtype=None, encoding="ascii", skip_header=7
-    )
-    for column, value in chosen.items():
-        rows = rows[rows[column] == value]
-    assert rows.size
-    return rows
 
 
 def ellipse(a_over_b: float, nu: float, theory: str, load: float = LOAD) -> cl.EllipticContact:

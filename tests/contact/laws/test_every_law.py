@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from dataclasses import replace
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ RATIO = 0.33 / 0.21
 K_HATS = [0.0, 1e-6, 1e-3, 0.03, 0.1, 0.3, 0.5, 1.0, 2.0]
 # (k_hat, static_to_kinetic): zones much shorter and much longer than the contact
 STATES = [(0.01, RATIO), (0.06, 3.0), (0.3, RATIO), (1.0, 1.5), (1.0, 6.0), (2.0, 1.05)]
+COHESIVE: dict[str, Any] = {"k_hat": 0.3, "static_to_kinetic": RATIO}
 
 
 class Curve(NamedTuple):
@@ -32,19 +34,19 @@ class Curve(NamedTuple):
 CURVES = {
     **{
         f"Carter-Griffith, line, {k}": Curve(
-            lambda k=k: CarterGriffith(k_hat=k), 1e-5, 0.3 if k < 1e-2 else 0.05, 1e-9, 1e-11
+            partial(CarterGriffith, k_hat=k), 1e-5, 0.3 if k < 1e-2 else 0.05, 1e-9, 1e-11
         )
         for k in K_HATS
     },
     **{
         f"Carter-Griffith, ellipse, {k}": Curve(
-            lambda k=k: CarterGriffith(k_hat=k, contact="elliptic"), 1e-5, 0.05, 1e-9, 1e-11
+            partial(CarterGriffith, k_hat=k, contact="elliptic"), 1e-5, 0.05, 1e-9, 1e-11
         )
         for k in K_HATS
     },
     **{
         f"cohesive, line, {k}, {ratio:.3g}": Curve(
-            lambda k=k, ratio=ratio: CohesiveZone(k_hat=k, static_to_kinetic=ratio),
+            partial(CohesiveZone, k_hat=k, static_to_kinetic=ratio),
             1e-4,
             0.3 if k < 0.1 else 0.01,
             1e-6,
@@ -53,7 +55,7 @@ CURVES = {
         for k, ratio in STATES
     },
     "cohesive, ellipse": Curve(
-        lambda: CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, contact="elliptic"),
+        partial(CohesiveZone, **COHESIVE, contact="elliptic"),
         1e-3,
         0.1,
         5e-7,
@@ -62,7 +64,7 @@ CURVES = {
     "Polach, dry": Curve(Polach.dry, 1e-4, 0.0, 1e-9, 1e-10),
     "Polach, wet": Curve(Polach.wet, 1e-4, 0.0, 1e-9, 1e-10),
     "measured": Curve(
-        lambda: MeasuredCurve.from_csv(package_folder("models") / "eurosprinter_engel1998.csv"),
+        partial(MeasuredCurve.from_csv, package_folder("models") / "eurosprinter_engel1998.csv"),
         1e-5,
         0.0,
         1e-6,
@@ -102,9 +104,6 @@ def test_slope_is_the_derivative(name: str) -> None:
     q = [law.traction_ratio(x + i * h) for i in (-2, -1, 1, 2)]
     five_point = (q[0] - 8.0 * q[1] + 8.0 * q[2] - q[3]) / (12.0 * h)
     np.testing.assert_allclose(law.slope(x), five_point, atol=curve.atol)
-
-
-COHESIVE: dict[str, Any] = {"k_hat": 0.3, "static_to_kinetic": RATIO}
 
 
 @pytest.mark.parametrize("value", [-0.1, 2.1, np.nan, np.inf, "0.3", True])
