@@ -13,10 +13,10 @@ from contactlib.contact.traction_data import TractionData
 from contactlib.figures.style import (
     DASHED,
     add_caption,
+    labelled,
     new_figure,
     paint,
     percent,
-    percent_axis,
     styled,
 )
 from contactlib.stability import clearing, find_fold, worst_pole
@@ -134,9 +134,7 @@ def hot_curves(
             )
         axes.set_xlim(0.0, far)
         axes.set_ylim(bottom=0.0)
-        percent_axis(axes.xaxis)
-        axes.set_xlabel(r"creepage $\zeta$  [%]")
-        axes.set_ylabel("traction coefficient $Q/P$  [1]")
+        labelled(axes, "creepage", "traction coefficient")
         axes.legend(loc="lower right", ncols=2)
         add_caption(figure, CURVES)
     return figure
@@ -179,7 +177,7 @@ def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[flo
         axes[1].set_ylabel("time constant of the run-away  [ms]")
         axes[2].set_ylabel("clearing time  [ms]")
         for place in axes:
-            place.set_xlabel("speed $V$  [m/s]")
+            place.set_xlabel(r"speed $V$  [m/s]")
             place.set_xlim(0.0, values[-1])
         for place in axes[1:]:
             place.set_ylim(bottom=0.0)

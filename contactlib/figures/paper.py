@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,6 +28,7 @@ from contactlib.figures.style import (
     DASHED,
     DOTTED,
     add_caption,
+    labelled,
     mark,
     new_figure,
     paint,
@@ -128,10 +129,11 @@ def figure_1() -> Figure:
             color=paint.grey,
             arrowprops={"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3},
         )
-        axes.set_xlabel(r"position $\xi/a$  [1], leading edge at 1")
-        axes.set_ylabel(r"shear traction $q(\xi)/(f_d\,p_0)$  [1]")
-        axes.legend(loc="upper right")
-        add_caption(figure, CAPTIONS[1])
+        place, traction_label = (
+            r"position $\xi/a$  [1], leading edge at 1",
+            r"shear traction $q(\xi)/(f_d\,p_0)$  [1]",
+        )
+        _finish(axes, 1, place, traction_label, legend="upper right")
     return figure
 
 
@@ -140,23 +142,14 @@ def figure_2() -> Figure:
     with styled():
         figure, axes = new_figure(7.2, 4.8)
         carter, griffith = CarterGriffith(k_hat=0.0), CarterGriffith(k_hat=K_HAT)
-        states = line_states(carter)
-        axes.plot(
-            states.stick_boundary,
-            states.traction_ratio,
-            color=paint.grey,
-            lw=1.2,
-            label=_named(CARTER, carter),
-        )
+        states, look = line_states(carter), {"color": paint.grey, "lw": 1.2}
+        label = _named(CARTER, carter)
+        axes.plot(states.stick_boundary, states.traction_ratio, label=label, **look)
         states = line_states(griffith)
         _branches(axes, states.stick_boundary, states, griffith)
         axes.axhline(1.0, color=paint.grey, lw=0.8, ls=DOTTED)
-        axes.set_xlim(-1.0, 1.05)
-        axes.set_ylim(0.0, 1.25)
-        axes.set_xlabel("stick boundary $c/a$  [1]: full stick at -1, full slip at 1")
-        axes.set_ylabel(r"traction ratio $Q/(f_d P)$  [1]")
-        axes.legend(loc="lower right")
-        add_caption(figure, CAPTIONS[2])
+        axes.set(xlim=(-1.0, 1.05), ylim=(0.0, 1.25))
+        _finish(axes, 2, "stick boundary", "traction ratio", legend="lower right")
     return figure
 
 
@@ -169,22 +162,12 @@ def figure_3() -> Figure:
             (K_HAT, GRIFFITH, paint.blue, 2.0),
         ):
             law = CarterGriffith(k_hat=k_hat)
-            states = line_states(law)
-            axes.plot(
-                states.stick_boundary,
-                states.creepage,
-                color=color,
-                lw=width,
-                label=_named(name, law),
-            )
+            states, look = line_states(law), {"color": color, "lw": width}
+            axes.plot(states.stick_boundary, states.creepage, label=_named(name, law), **look)
         peak = law.peak.normalized_creepage
         mark(axes, float(law.stick_boundary(peak)), peak, "peak force", (-9, 4), ha="right")
-        axes.set_xlim(-1.0, 1.05)
-        axes.set_ylim(0.0, 2.5)
-        axes.set_xlabel("stick boundary $c/a$  [1]: full stick at -1, full slip at 1")
-        axes.set_ylabel(r"creepage $\zeta/\zeta_0$  [1]")
-        axes.legend(loc="upper left")
-        add_caption(figure, CAPTIONS[3])
+        axes.set(xlim=(-1.0, 1.05), ylim=(0.0, 2.5))
+        _finish(axes, 3, "stick boundary", "normalized creepage", legend="upper left")
     return figure
 
 
@@ -201,12 +184,8 @@ def figure_4() -> Figure:
         states = line_states(griffith)
         _branches(axes, states.creepage, states, griffith)
         axes.plot([0.0, 0.6], [0.0, 1.2], color=paint.ink, lw=1.0, ls=DOTTED, label="slope 2")
-        axes.set_xlim(0.0, far)
-        axes.set_ylim(0.0, 1.25)
-        axes.set_xlabel(r"creepage $\zeta/\zeta_0$  [1]")
-        axes.set_ylabel(r"traction ratio $Q/(f_d P)$  [1]")
-        axes.legend(loc="lower right")
-        add_caption(figure, CAPTIONS[4])
+        axes.set(xlim=(0.0, far), ylim=(0.0, 1.25))
+        _finish(axes, 4, "normalized creepage", "traction ratio", legend="lower right")
     return figure
 
 
@@ -227,12 +206,8 @@ def figure_5() -> Figure:
                     (line.peak, (-3, -16), "left"),
                 ):
                     mark(axes, *peak, f"{peak.traction_ratio:.4f}", offset, ha=side)
-        axes.set_xlim(0.0, 3.0)
-        axes.set_ylim(0.0, 1.25)
-        axes.set_xlabel(r"creepage $\zeta/\zeta_0$  [1]")
-        axes.set_ylabel(r"traction ratio $Q/(f_d P)$  [1]")
-        axes.legend(loc="lower right")
-        add_caption(figure, CAPTIONS[5])
+        axes.set(xlim=(0.0, 3.0), ylim=(0.0, 1.25))
+        _finish(axes, 5, "normalized creepage", "traction ratio", legend="lower right")
     return figure
 
 
@@ -299,6 +274,13 @@ def figure_6() -> Figure:
         grid[1].legend(loc="lower right")
         add_caption(figure, CAPTIONS[6])
     return figure
+
+
+def _finish(axes: Axes, number: int, x: str, y: str, *, legend: Any) -> None:
+    """Label the axes, and set legend and caption of a figure."""
+    labelled(axes, x, y)
+    axes.legend(loc=legend)
+    add_caption(axes.figure, CAPTIONS[number])  # type: ignore[arg-type]
 
 
 def _named(name: str, law: CarterGriffith | CohesiveZone) -> str:

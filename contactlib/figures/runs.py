@@ -22,10 +22,13 @@ from contactlib.contact.element import ForceElement
 from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
     DASHED,
+    arrow,
     by_stability,
     end_of_curve,
+    labelled,
     mark,
     new_figure,
+    note,
     paint,
     percent,
     percent_axis,
@@ -70,10 +73,7 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
                 mark(axes, creepage, height, text, (0, 9), ha="center")
         axes.set_xlim(0.0, far)
         axes.set_ylim(0.0, 1.12 * top)
-        percent_axis(axes.xaxis)
-        axes.set_xlabel(r"creepage $\zeta$  [%]")
-        axes.set_ylabel(r"traction coefficient $Q/P$  [1]")
-        axes.set_title(f"{title}, $V$ = {speed:.3g} m/s", loc="left")
+        labelled(axes, "creepage", "traction coefficient", f"{title}, $V$ = {speed:.3g} m/s")
         axes.legend()
     return figure
 
@@ -87,11 +87,11 @@ def _beside_carter(axes: Axes, element: ForceElement, zeta: FloatArray, speed: f
     carter = coulomb.at_creepage(zeta, speed=speed)["traction_coefficient"]
     axes.plot(zeta, carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)")
     axes.plot(zeta, kinetic, color=paint.grey, lw=0.8, ls=":")
-    axes.annotate(
+    note(
+        axes,
         f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}",
         (zeta[-1], kinetic[-1]),
-        xytext=(0, -13),
-        textcoords="offset points",
+        (0, -13),
         ha="right",
         color=paint.grey,
     )
@@ -120,12 +120,12 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
                     axes.axvline(event.time, color=paint.ink, lw=1.0, ls=":")
                     if row == 0:
                         late = 2.0 * event.time > run.time[0] + run.time[-1]
-                        axes.annotate(
+                        note(
+                            axes,
                             "passes the peak",
                             (event.time, 0.04),
+                            (-5 if late else 5, 0),
                             xycoords=("data", "axes fraction"),
-                            xytext=(-5 if late else 5, 0),
-                            textcoords="offset points",
                             ha="right" if late else "left",
                         )
             grid[0, column].set_title(heading, loc="left")
@@ -194,11 +194,11 @@ def fold_diagram(
         if np.isfinite(fold.return_creepage):
             mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
         else:
-            axes.annotate(
+            note(
+                axes,
                 f"no return at any creepage\nabove {1e-3 * fold.return_torque:.4g} kN m",
                 (1e-3 * fold.return_torque, top),
-                xytext=(9, -9),
-                textcoords="offset points",
+                (9, -9),
                 va="top",
             )
         axes.set_yscale("log")
@@ -252,11 +252,11 @@ def _lag(axes: Axes, run: Result, fold: Fold, low: float) -> None:
         return
     left = behind < torque - low  # there is more room than between ramp and return
     text = f"grip at {torque:.3g}\N{NO-BREAK SPACE}kN\N{NO-BREAK SPACE}m: the spinning wheel lags"
-    axes.annotate(
+    note(
+        axes,
         textwrap.fill(f"{text} behind the ramp", 14 if left else 26),
         (torque, 3.0 * fold.creepage),
-        xytext=(-6 if left else 6, 0),
-        textcoords="offset points",
+        (-6 if left else 6, 0),
         ha="right" if left else "left",
     )
 
@@ -265,9 +265,5 @@ def _arrow(axes: Axes, run: Result, part: float) -> None:
     """Mark the direction of a run after a fraction of its time."""
     i = int(np.searchsorted(run.time, part * run.time[-1]))
     j = min(i + 20, run.time.size - 1)
-    axes.annotate(
-        "",
-        (run["drive_torque"][j] / 1e3, run["creepage"][j]),
-        (run["drive_torque"][i] / 1e3, run["creepage"][i]),
-        arrowprops={"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3},
-    )
+    tail, tip = ((run["drive_torque"][k] / 1e3, run["creepage"][k]) for k in (i, j))
+    arrow(axes, tail, tip, color=paint.grey, lw=1.3)

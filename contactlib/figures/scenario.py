@@ -25,6 +25,7 @@ from contactlib.figures.style import (
     DOTTED,
     by_stability,
     new_figure,
+    note,
     paint,
     plain_log,
     sized,
@@ -207,12 +208,12 @@ def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
     """Write how far a line goes beyond the top of its axes, at the time when it leaves them."""
     time = result.time
     early = time[beyond.argmax()] < 0.5 * (time[0] + time[-1])
-    axes.annotate(
+    note(
+        axes,
         text,
         (time[beyond.argmax()], 1.0),
+        (6 if early else -6, -4),
         xycoords=("data", "axes fraction"),
-        xytext=(6 if early else -6, -4),
-        textcoords="offset points",
         ha="left" if early else "right",
         va="top",
         fontsize=sized(9),

@@ -34,6 +34,16 @@ SYMBOLS = {
     "f_d": "$f_d$",
     "c/a": "$c/a$",
 }
+LABELS = {  # of axes, by what stands there
+    "creepage": r"creepage $\zeta$  [%]",
+    "normalized creepage": r"creepage $\zeta/\zeta_0$  [1]",
+    "traction ratio": r"traction ratio $Q/(f_d P)$  [1]",
+    "traction coefficient": r"traction coefficient $Q/P$  [1]",
+    "torque": "drive torque  [kN m]",
+    "speed": r"speed $V$  [m/s]",
+    "gain": r"gain $K_p$  [kN m]",
+    "stick boundary": "stick boundary $c/a$  [1]: full stick at -1, full slip at 1",
+}
 SLIDES = {"16:9": "13.333x7.5", "4:3": "10x7.5"}  # sizes by name [in]
 # Colours that colour-blind readers can tell apart (Okabe & Ito): blue, orange, green.
 CYCLE = ("#0072B2", "#D55E00", "#009E73")
@@ -229,6 +239,17 @@ def percent_axis(axis: Any) -> None:
     axis.set_major_formatter(FuncFormatter(lambda v, _: f"{100.0 * v:g}"))
 
 
+def labelled(axes: Axes, x: str, y: str, title: str | None = None) -> None:
+    """Label both axes by a name of `LABELS` or a text, fractions in per cent, and set a title."""
+    for axis, name in ((axes.xaxis, x), (axes.yaxis, y)):
+        label = LABELS.get(name, name)
+        axis.set_label_text(label)
+        if label.endswith("[%]"):
+            percent_axis(axis)
+    if title is not None:
+        axes.set_title(title, loc="left")
+
+
 def plain_log(axis: Axis, *steps: float) -> None:
     """Label a logarithmic axis with plain numbers, at these steps of each decade."""
     axis.set_major_locator(LogLocator(subs=steps))
@@ -267,12 +288,24 @@ def dot(axes: Axes, x: float, y: float, *, stable: bool) -> None:
     axes.plot([x], [y], "o", color=paint.ink, mfc=face, ms=6.5, zorder=5)
 
 
+def note(
+    axes: Axes, text: str, point: tuple[Any, Any], offset: tuple[float, float], **style: Any
+) -> None:
+    """Write a text beside a point, at an offset in points."""
+    axes.annotate(text, point, xytext=offset, textcoords="offset points", **style)
+
+
 def mark(
     axes: Axes, x: float, y: float, text: str, offset: tuple[float, float], **style: Any
 ) -> None:
     """Mark a point and name it."""
     axes.plot([x], [y], "o", color=paint.ink, ms=6, zorder=5)
-    axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", **style)
+    note(axes, text, (x, y), offset, **style)
+
+
+def arrow(axes: Axes, tail: tuple[Any, Any], tip: tuple[Any, Any], **look: Any) -> None:
+    """Draw an arrow between two points."""
+    axes.annotate("", tip, tail, arrowprops={"arrowstyle": "-|>", "color": paint.ink} | look)
 
 
 def line_length(figure: Figure, per_inch: float) -> int:

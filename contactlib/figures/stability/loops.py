@@ -16,11 +16,13 @@ from contactlib.figures.style import (
     DASHED,
     DOTTED,
     add_caption,
+    arrow,
     by_stability,
     end_of_curve,
+    labelled,
     new_figure,
+    note,
     paint,
-    percent_axis,
     plain_log,
     setting,
     sized,
@@ -115,13 +117,7 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
     axes.plot(SAMPLED_RATIOS, sampled, color=paint.orange, ls=DASHED, label="largest gain, sampled")
     axes.axvline(ROBUST, color=paint.grey, lw=1.4, ls=DOTTED)
     top = 20.0 * float(low[0])
-    axes.annotate(
-        rf"robust below $p\tau$ = {ROBUST}",
-        (ROBUST, 0.7 * top),
-        xytext=(6, 0),
-        textcoords="offset points",
-        va="center",
-    )
+    note(axes, rf"robust below $p\tau$ = {ROBUST}", (ROBUST, 0.7 * top), (6, 0), va="center")
     axes.annotate(
         "holds",
         (0.12, 1.8 * float(low[0])),
@@ -133,9 +129,12 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
     axes.set_ylim(0.6 * float(low[0]), top)
     plain_log(axes.yaxis, 1.0, 2.0, 5.0)
     in_ms = 1e3 / plant.pole
-    axes.set_xlabel(rf"pole times delay $p\tau$  [1];  1 means a delay of {in_ms:.3g} ms")
-    axes.set_ylabel(r"gain $K_p$  [kN m]")
-    axes.set_title("Gains that hold the steepest point", loc="left")
+    labelled(
+        axes,
+        rf"pole times delay $p\tau$  [1];  1 means a delay of {in_ms:.3g} ms",
+        "gain",
+        "Gains that hold the steepest point",
+    )
     axes.legend()
 
 
@@ -163,10 +162,9 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_yscale("log")
     axes.set_ylim(2e-5 * float(least.max()), 40e-3 * float(least.max()))
     plain_log(axes.yaxis, 1.0, 3.0)
-    percent_axis(axes.xaxis)
-    axes.set_xlabel(r"creepage to be held $\zeta$  [%]")
-    axes.set_ylabel(r"gain $K_p$  [kN m]")
-    axes.set_title("Gains that hold it, for three delays", loc="left")
+    labelled(
+        axes, r"creepage to be held $\zeta$  [%]", "gain", "Gains that hold it, for three delays"
+    )
     axes.legend(ncols=2, fontsize=sized(9))
 
 
@@ -223,12 +221,7 @@ def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: fl
         y = np.where(shown, branch.imag, np.nan)
         by_stability(axes, branch.real, y, stable, labels=(None, None) if i else labels)
     axes.plot([pole], [0.0], "x", color=paint.ink, ms=9, mew=2.0, zorder=5)
-    axes.annotate(
-        "open loop",
-        (pole, 0.0),
-        xytext=(6, 8),
-        textcoords="offset points",
-    )
+    note(axes, "open loop", (pole, 0.0), (6, 8))
     one = int(np.abs(locus.gains - 1.0).argmin())
     for root in locus.poles[one]:
         if root.real > left and abs(root.imag) < top:
@@ -239,18 +232,10 @@ def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: fl
         axes.plot([0.0], [root.imag], "o", color=paint.ink, mfc=paint.paper, ms=7, zorder=5)
         text = f"{1e-3 * critical * gain:.4g} kN m"
         offset = (8, -4) if root.imag > 0.1 * top else (-8, -16)
-        axes.annotate(
-            text,
-            (0.0, root.imag),
-            xytext=offset,
-            textcoords="offset points",
-            ha="left" if offset[0] > 0 else "right",
-        )
+        note(axes, text, (0.0, root.imag), offset, ha="left" if offset[0] > 0 else "right")
     axes.set_xlim(left, right)
     axes.set_ylim(-top, top)
-    axes.set_xlabel("real part  [1/s]")
-    axes.set_ylabel("imaginary part  [1/s]")
-    axes.set_title("Root locus; dots: the chosen gain", loc="left")
+    labelled(axes, "real part  [1/s]", "imaginary part  [1/s]", "Root locus; dots: the chosen gain")
     axes.legend()
 
 
@@ -293,8 +278,7 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
     axes.set_xlim(-reach, 1.6)
     half = 0.5 * (reach + 1.6)
     axes.set_ylim(-half, half)
-    axes.set_xlabel("real part of the loop gain  [1]")
-    axes.set_ylabel("imaginary part  [1]")
+    labelled(axes, "real part of the loop gain  [1]", "imaginary part  [1]")
     held = "held" if curve.stable else "not held"
     axes.set_title(f"Nyquist curve: the point is {held}", loc="left")
     axes.legend(fontsize=sized(9))
@@ -304,6 +288,5 @@ def _direction(axes: Axes, response: NDArray[np.complex128]) -> None:
     size = np.abs(response)
     i = int(np.abs(size - 0.75 * size.max()).argmin())
     j = min(i + 5, response.size - 1)
-    arrow = {"arrowstyle": "-|>", "color": paint.blue, "lw": 1.5, "mutation_scale": 16}
-    tip, tail = response[j], response[i]
-    axes.annotate("", (tip.real, tip.imag), (tail.real, tail.imag), arrowprops=arrow)
+    tail, tip = ((at.real, at.imag) for at in response[[i, j]])
+    arrow(axes, tail, tip, color=paint.blue, lw=1.5, mutation_scale=16)

@@ -12,12 +12,14 @@ from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
     DASHED,
     add_caption,
+    arrow,
     by_stability,
     dot,
+    labelled,
     new_figure,
+    note,
     paint,
     percent,
-    percent_axis,
     setting,
     styled,
 )
@@ -92,14 +94,15 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
         if scale == 0.0:
             half = 0.3 * (border.highest - border.creepage)
             tail, tip = middle + half, middle - half
-        arrow = {"arrowstyle": "-|>", "color": paint.ink, "lw": 1.6, "mutation_scale": 15}
-        axes.annotate("", (tip, 0.0), (tail, 0.0), arrowprops=arrow)
+        arrow(axes, (tail, 0.0), (tip, 0.0), lw=1.6, mutation_scale=15)
     axes.set_xlim(0.0, far)
     axes.set_ylim(-0.75 * around, around)
-    percent_axis(axes.xaxis)
-    axes.set_xlabel(r"creepage $\zeta$  [%]")
-    axes.set_ylabel(r"rate of change of creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]")
-    axes.set_title("Where the creepage goes", loc="left")
+    labelled(
+        axes,
+        "creepage",
+        r"rate of change of creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]",
+        "Where the creepage goes",
+    )
     axes.legend()
 
 
@@ -131,10 +134,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
             _arrow(axes, run["creepage"], run["speed"], line["color"], far)
     axes.set_xlim(0.0, far)
     axes.set_ylim(float(speeds[0]), float(speeds[-1]))
-    percent_axis(axes.xaxis)
-    axes.set_xlabel(r"creepage $\zeta$  [%]")
-    axes.set_ylabel(r"speed $V$  [m/s]")
-    axes.set_title("Creepage and speed", loc="left")
+    labelled(axes, "creepage", "speed", "Creepage and speed")
     axes.legend()
 
 
@@ -145,12 +145,8 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     end = 10.0 / pole
     axes.axhspan(0.0, border.highest, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
     axes.axhline(border.highest, color=paint.ink, lw=1.1, ls=DASHED)
-    axes.annotate(
-        f"border {percent(border.highest)}",
-        (1e3 * end, border.highest),
-        xytext=(-4, 5),
-        textcoords="offset points",
-        ha="right",
+    note(
+        axes, f"border {percent(border.highest)}", (1e3 * end, border.highest), (-4, 5), ha="right"
     )
     axes.axhline(border.creepage, color=paint.ink, lw=1.1)
     for part in STARTS:
@@ -163,10 +159,9 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
         axes.plot(1e3 * run.time, run["creepage"], lw=1.4, label=labels.get(part), **line)
     axes.set_xlim(0.0, 1e3 * end)
     axes.set_ylim(0.0, far)
-    percent_axis(axes.yaxis)
-    axes.set_xlabel("time  [ms]")
-    axes.set_ylabel(r"creepage $\zeta$  [%]")
-    axes.set_title(f"Runs from both sides of the border, at {speed:.3g} m/s", loc="left")
+    labelled(
+        axes, "time  [ms]", "creepage", f"Runs from both sides of the border, at {speed:.3g} m/s"
+    )
     axes.legend()
 
 
@@ -190,5 +185,4 @@ def _arrow(axes: Axes, x: FloatArray, y: FloatArray, color: str, far: float) -> 
     """Mark the direction of a run, in the middle of its visible part."""
     middle = 0.5 * (x[0] + min(float(x[-1]), far))
     i = min(int(np.abs(x - middle).argmin()), x.size - 2)
-    arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.1}
-    axes.annotate("", (x[i + 1], y[i + 1]), (x[i], y[i]), arrowprops=arrow)
+    arrow(axes, (x[i], y[i]), (x[i + 1], y[i + 1]), color=color, lw=1.1)

@@ -14,13 +14,15 @@ from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
     DASHED,
     add_caption,
+    arrow,
     by_stability,
     dot,
     end_of_curve,
+    labelled,
     new_figure,
+    note,
     paint,
     percent,
-    percent_axis,
     plain_log,
     setting,
     sized,
@@ -86,24 +88,24 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
         there = math.isfinite(height)
         if there:
             axes.plot([at], [height], "D", color=paint.ink, ms=6, zorder=5)
-        axes.annotate(
+        note(
+            axes,
             f"{name}\n{at:.4g} kN m\n{percent(height)}"
             if there
             else f"no return\nat any creepage\nabove {at:.4g} kN m",
             (at, min(height, top)),
-            xytext=(offset, 0),
-            textcoords="offset points",
+            (offset, 0),
             ha="left" if offset > 0 else "right",
             va="center" if there else "top",
         )
     level = 1.45 * low
-    arrow = {"arrowstyle": "<|-|>", "color": paint.ink, "lw": 1.1, "shrinkA": 0.0, "shrinkB": 0.0}
-    axes.annotate("", (back, level), (highest, level), arrowprops=arrow)
-    axes.annotate(
+    ends_at = {"shrinkA": 0.0, "shrinkB": 0.0}
+    arrow(axes, (highest, level), (back, level), arrowstyle="<|-|>", lw=1.1, **ends_at)
+    note(
+        axes,
         f"hysteresis {100.0 * fold.hysteresis:.1f} %",
         (0.5 * (back + highest), level),
-        xytext=(0, 4),
-        textcoords="offset points",
+        (0, 4),
         ha="center",
     )
     chosen = fold.return_torque + BETWEEN * (fold.drive_torque - fold.return_torque)
@@ -112,11 +114,11 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
     for z, stable in zip(states.creepage, states.stable, strict=True):
         if low < z < top:
             dot(axes, 1e-3 * chosen, float(z), stable=bool(stable))
-            axes.annotate(
+            note(
+                axes,
                 percent(float(z)),
                 (1e-3 * chosen, z),
-                xytext=(-8 if stable else 8, 7),
-                textcoords="offset points",
+                (-8 if stable else 8, 7),
                 ha="right" if stable else "left",
             )
     axes.set_xlim(max(0.0, back - 1.0 * width), highest + 0.55 * width)
@@ -159,9 +161,7 @@ def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
 def _creepage_axis(axes: Axes) -> None:
     axes.yaxis.set_major_locator(LogLocator())
     axes.yaxis.set_minor_formatter(NullFormatter())
-    percent_axis(axes.yaxis)
-    axes.set_xlabel("drive torque  [kN m]")
-    axes.set_ylabel(r"creepage $\zeta$  [%]")
+    labelled(axes, "torque", "creepage")
 
 
 def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
@@ -194,10 +194,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speeds: list[float]) -> None:
     )
     axes.set_xlim(0.0, float(zeta[-1]))
     axes.set_ylim(-top, top)
-    percent_axis(axes.xaxis)
-    axes.set_xlabel(r"creepage $\zeta$  [%]")
-    axes.set_ylabel(r"fast pole $p$  [1/s]")
-    axes.set_title("Growth rate of a small change in creepage", loc="left")
+    labelled(axes, "creepage", r"fast pole $p$  [1/s]", "Growth rate of a small change in creepage")
     axes.legend()
 
 
@@ -220,11 +217,11 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
         v = brentq(lambda v, d=delay: limit(v) - d, first, last)
         axes.axhline(1e3 * delay, color=paint.grey, lw=0.9, ls=":")
         axes.plot([v], [1e3 * delay], "o", color=paint.ink, ms=6, zorder=5)
-        axes.annotate(
+        note(
+            axes,
             f"no gain below {v:.2g} m/s",
             (v, 1e3 * delay),
-            xytext=(-9, 4),
-            textcoords="offset points",
+            (-9, 4),
             ha="right",
             fontsize=sized(9),
         )
@@ -236,9 +233,7 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
     for axis in (axes.xaxis, axes.yaxis, poles.yaxis):
         plain_log(axis, 1.0, 3.0)
     poles.set_ylabel(r"worst pole $p$, at $1/p$  [1/s]")
-    axes.set_xlabel(r"speed $V$  [m/s]")
-    axes.set_ylabel(r"delay of the loop $\tau$  [ms]")
-    axes.set_title("Delays at which a gain can hold it", loc="left")
+    labelled(axes, "speed", r"delay of the loop $\tau$  [ms]", "Delays at which a gain can hold it")
     axes.legend()
 
 

@@ -18,10 +18,11 @@ from contactlib.figures.style import (
     DASHED,
     add_caption,
     by_stability,
+    labelled,
     new_figure,
+    note,
     paint,
     percent,
-    percent_axis,
     plain_log,
     setting,
     styled,
@@ -70,20 +71,17 @@ def _histories(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None
         grips = zeta <= fold.creepage
         by_stability(axes, 1e3 * run.time, zeta, grips, color=color, labels=labels, lw=width)
     axes.axhline(fold.creepage, color=paint.ink, lw=0.9, ls=":")
-    axes.annotate(
+    note(
+        axes,
         f"fold {percent(fold.creepage)}",
         (1.0, fold.creepage),
+        (-2, -13),
         xycoords=("axes fraction", "data"),
-        xytext=(-2, -13),
-        textcoords="offset points",
         ha="right",
     )
     axes.set_xlim(left=0.0)
     axes.set_ylim(0.0, end)
-    percent_axis(axes.yaxis)
-    axes.set_xlabel("time  [ms]")
-    axes.set_ylabel(r"creepage $\zeta$  [%]")
-    axes.set_title("Runs; dashed beyond the fold", loc="left")
+    labelled(axes, "time  [ms]", "creepage", "Runs; dashed beyond the fold")
     axes.legend()
 
 
@@ -223,9 +221,12 @@ def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_yscale("log")
     plain_log(axes.yaxis, 1.0, 3.0)
-    axes.set_xlabel("friction of the patch / good friction  [1]")
-    axes.set_ylabel("critical duration  [ms]")
-    axes.set_title(f"Longest duration, at {speed:.3g} m/s", loc="left")
+    labelled(
+        axes,
+        "friction of the patch / good friction  [1]",
+        "critical duration  [ms]",
+        f"Longest duration, at {speed:.3g} m/s",
+    )
     axes.legend()
 
 
@@ -247,7 +248,7 @@ def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
         plain_log(axis, 1.0, 3.0)
-    axes.set_xlabel(r"speed $V$  [m/s]")
-    axes.set_ylabel("critical length  [m]")
-    axes.set_title(f"Longest patch with {PATCH:g} of the good friction", loc="left")
+    labelled(
+        axes, "speed", "critical length  [m]", f"Longest patch with {PATCH:g} of the good friction"
+    )
     axes.legend()

@@ -17,6 +17,7 @@ from contactlib.figures.style import (
     add_caption,
     dot,
     new_figure,
+    note,
     paint,
     percent_axis,
     setting,
@@ -126,12 +127,12 @@ def _slopes(
             if cycle.amplitude < amplitude[-1]:
                 dot(axes, cycle.amplitude, limit, stable=cycle.stable)
     axes.axhline(limit, color=paint.ink, lw=1.2, ls=DASHED)
-    axes.annotate(
+    note(
+        axes,
         r"$2 D \omega_t$: the amplitude grows above",
         (1.0, limit),
+        (-2, 5),
         xycoords=("axes fraction", "data"),
-        xytext=(-2, 5),
-        textcoords="offset points",
         ha="right",
     )
     axes.axhline(0.0, color=paint.ink, lw=0.9)
