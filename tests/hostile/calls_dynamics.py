@@ -580,15 +580,9 @@ CALLS: list[Call] = [
         nan=True,
         infinite=True,
     ),
-    Call(name="control_systems.nyquist", make=lambda: (control_systems.nyquist, {"loop": loop()})),
     Call(
-        name="control_systems.root_locus",
-        make=lambda: (
-            control_systems.root_locus,
-            {"loop": loop(), "gains": np.array([0.5, 1.0, 2.0, 3.0])},
-        ),
-        rows=("gains",),
-        long=True,
+        name="control_systems.frequencies",
+        make=lambda: (control_systems.frequencies, {"loop": loop()}),
     ),
     Call(
         name="control_systems.growth_rate",
@@ -831,8 +825,7 @@ EXEMPT: dict[str, str] = {
                 "Result.first",
             ),
             *("Result.to_pandas", "Result.to_xarray", "Tuning", "Tuning.section"),
-            *("control_systems.Margins", "control_systems.Nyquist"),
-            *("control_systems.RootLocus", "stability.Basin", "stability.Clearing"),
+            *("control_systems.Margins", "stability.Basin", "stability.Clearing"),
             *("stability.Controllability", "stability.ReducedPlant", "stability.SCurve"),
             *("stability.SteadyStates", "stability.Window", "stability.WorstPole"),
             *("torsion.LimitCycle", "torsion.TorsionalState", "Measurement", "Sweep"),

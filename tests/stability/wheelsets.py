@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import control
 import numpy as np
 from hypothesis import strategies as st
 from strategies import magnitude, number
@@ -55,5 +56,15 @@ def falling(wheelset: cl.Wheelset) -> tuple[cl.OperatingPoint, float, float]:
 
 
 def unstable(loop: Any) -> int:
-    poles = control_systems.closed_loop(loop).poles()
+    return unstable_open(control_systems.closed_loop(loop))
+
+
+def unstable_open(loop: Any) -> int:
+    poles = loop.poles()
     return int((np.abs(poles) > 1.0).sum() if loop.dt else (poles.real > 0.0).sum())
+
+
+def encirclements(loop: Any) -> int:
+    """Those of -1 by python-control's Nyquist curve, clockwise."""
+    omega = np.append(0.0, control_systems.frequencies(loop))
+    return int(control.nyquist_response(loop, omega).count)

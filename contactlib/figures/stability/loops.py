@@ -40,12 +40,9 @@ from contactlib.stability import (
 )
 from contactlib.stability.control_systems import (
     Margins,
-    Nyquist,
-    RootLocus,
     creep_loop,
+    frequencies,
     margins,
-    nyquist,
-    root_locus,
 )
 from contactlib.vehicle.conditions import OperatingPoint
 from contactlib.vehicle.wheelset import Wheelset
@@ -173,6 +170,8 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
 
     A free vehicle hardly changes its speed in the time of the loop: it is taken as constant.
     """
+    import control
+
     given, wheelset = wheelset, replace(wheelset, mass=None)
     worst = worst_pole(wheelset, speed=speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
@@ -183,16 +182,17 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     loop = creep_loop(wheelset, point, proportional_gain=gain, delay=delay)
     with styled():
         figure, (left, right) = new_figure(11.0, 5.4, ncols=2)
-        _locus(left, locus_around_breaks(loop), loop, gain, plant.pole)
-        curve, found = nyquist(loop), margins(loop)
-        _nyquist(right, curve, found, complex(loop(0.0)).real)
+        found = margins(loop)
+        _locus(left, loop, gain, plant.pole, found)
+        curve = control.nyquist_response(loop, np.append(0.0, frequencies(loop)))
+        _nyquist(right, curve.response, found, complex(loop(0.0)).real)
         add_caption(
             figure,
             f"Proportional creep control of {100.0 * worst.creepage:.3g} %, the steepest point of "
             f"the falling branch: open-loop pole $p$ {plant.pole:.3g} 1/s, delay "
             f"{1e3 * delay:.3g} ms ($p\\tau$ {DELAY_RATIO:g}, Pade approximant of order 6), gain "
-            f"{1e-3 * gain:.3g} kN m. Unstable poles: {curve.unstable_poles}, encirclements of -1, "
-            f"counter-clockwise: {-curve.encirclements}; phase margin "
+            f"{1e-3 * gain:.3g} kN m. Unstable poles: {(loop.poles().real > 0.0).sum()}, "
+            f"encirclements of -1, counter-clockwise: {-curve.count}; phase margin "
             f"{math.degrees(found.phase):.0f} deg, delay margin {1e3 * found.delay:.2g} ms. "
             f"{'' if given.speed_held else 'Constant vehicle speed. '}"
             f"{setting(given, speed)}",
@@ -200,34 +200,38 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     return figure
 
 
-def locus_around_breaks(loop: StateSpace) -> RootLocus:
-    """Root locus, refined where poles leave the real axis and move fast with the gain."""
-    rough = root_locus(loop, GAINS)
-    oscillating = (np.abs(rough.poles.imag) > 0.0).sum(axis=1)
+def gains_around_breaks(loop: StateSpace) -> FloatArray:
+    """Gains of the locus, closer where poles leave the real axis and move fast with the gain."""
+    import control
+
+    oscillating = (np.abs(control.root_locus_map(loop, GAINS).loci.imag) > 0.0).sum(axis=1)
     extra = [
         np.linspace(GAINS[i], GAINS[i + 1], 80) for i in np.flatnonzero(np.diff(oscillating) != 0)
     ]
-    return root_locus(loop, np.unique(np.concatenate([GAINS, *extra])))
+    return np.unique(np.concatenate([GAINS, *extra]))
 
 
-def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: float) -> None:
+def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, found: Margins) -> None:
+    import control
+
+    gains = gains_around_breaks(loop)
+    loci = control.root_locus_map(loop, gains).loci
     left, right, top = -8.0 * pole, 5.0 * pole, 8.0 * pole
     axes.axvspan(0.0, right, color=paint.shade, lw=0.0, zorder=0)
     axes.axvline(0.0, color=paint.ink, lw=0.9)
-    stable = locus.growth < 0.0
+    stable = (gains > found.gain_lower) & (gains < found.gain_upper)
     labels = ("gains that hold", "gains that do not")
-    for i, branch in enumerate(locus.poles.T):
+    for i, branch in enumerate(loci.T):
         shown = (branch.real > 1.3 * left) & (np.abs(branch.imag) < 1.3 * top)
         y = np.where(shown, branch.imag, np.nan)
         by_stability(axes, branch.real, y, stable, labels=(None, None) if i else labels)
     axes.plot([pole], [0.0], "x", color=paint.ink, ms=9, mew=2.0, zorder=5)
     note(axes, "open loop", (pole, 0.0), (6, 8))
-    one = int(np.abs(locus.gains - 1.0).argmin())
-    for root in locus.poles[one]:
+    for root in loci[int(np.abs(gains - 1.0).argmin())]:
         if root.real > left and abs(root.imag) < top:
             axes.plot([root.real], [root.imag], "o", color=paint.ink, ms=6, zorder=5)
-    for critical in locus.critical_gains:
-        at_critical = root_locus(loop, [critical]).poles[0]
+    for critical in (found.gain_lower, found.gain_upper):
+        at_critical = control.feedback(critical * loop, 1.0).poles()
         root = min(at_critical[at_critical.imag >= 0.0], key=lambda pole: abs(pole.real))
         axes.plot([0.0], [root.imag], "o", color=paint.ink, mfc=paint.paper, ms=7, zorder=5)
         text = f"{1e-3 * critical * gain:.4g} kN m"
@@ -239,8 +243,7 @@ def _locus(axes: Axes, locus: RootLocus, loop: StateSpace, gain: float, pole: fl
     axes.legend()
 
 
-def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
-    response = curve.response
+def _nyquist(axes: Axes, response: NDArray[np.complex128], found: Margins, start: float) -> None:
     reach = 1.25 * max(1.0, abs(start))
     axes.plot(response.real, response.imag, color=paint.blue, label="loop, rising frequency")
     axes.plot(response.real, -response.imag, color=paint.blue, lw=0.9)
@@ -279,8 +282,7 @@ def _nyquist(axes: Axes, curve: Nyquist, found: Margins, start: float) -> None:
     half = 0.5 * (reach + 1.6)
     axes.set_ylim(-half, half)
     labelled(axes, "real part of the loop gain  [1]", "imaginary part  [1]")
-    held = "held" if curve.stable else "not held"
-    axes.set_title(f"Nyquist curve: the point is {held}", loc="left")
+    axes.set_title("Nyquist curve: the point is held", loc="left")
     axes.legend(fontsize=sized(9))
 
 

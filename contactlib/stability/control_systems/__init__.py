@@ -3,17 +3,12 @@
 The solvers are those of the library; this package builds the systems and rejects invalid answers.
 """
 
-from contactlib.stability.control_systems.loci import (
-    Nyquist,
-    RootLocus,
-    growth_rate,
-    nyquist,
-    root_locus,
-)
 from contactlib.stability.control_systems.loops import (
     Margins,
     closed_loop,
     creep_loop,
+    frequencies,
+    growth_rate,
     margins,
     open_loop,
     sampled_loop,
@@ -27,18 +22,15 @@ from contactlib.stability.control_systems.nonlinear import (
 
 __all__ = [
     "Margins",
-    "Nyquist",
-    "RootLocus",
     "closed_loop",
     "creep_control_system",
     "creep_loop",
+    "frequencies",
     "growth_rate",
     "margins",
-    "nyquist",
     "open_loop",
     "operating_point",
     "phase_plane_system",
     "response",
-    "root_locus",
     "sampled_loop",
 ]

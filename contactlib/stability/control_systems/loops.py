@@ -11,9 +11,17 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import Limits, checked_number, checked_whole
-from contactlib.stability.control_systems.loci import frequencies, growth_rate
+from contactlib.base.quantities import (
+    FINITE,
+    FloatArray,
+    Limits,
+    checked_number,
+    checked_whole,
+    derived,
+    shown,
+)
 from contactlib.stability.delay import MOST_ROOTS, NO_TIME, TIMES
 from contactlib.vehicle.conditions import OperatingPoint
 from contactlib.vehicle.wheelset import Wheelset
@@ -25,6 +33,8 @@ GAINS = Limits(at_least=1e-12, at_most=1e15)  # [N.m]
 INTEGRAL_GAINS = Limits(at_least=0.0, at_most=1e15)  # [N.m/s]
 SAMPLE_TIMES = Limits(at_least=1e-9, at_most=1e6)  # [s]
 PADE_ORDERS = Limits(at_least=1.0, at_most=12.0)  # for higher orders the coefficients overflow
+POINTS = 2000  # frequencies, between which a cubic spline gives the margins
+BEYOND = 300.0  # factor of the frequency range beyond the slowest and the fastest pole
 
 
 class Margins(NamedTuple):
@@ -59,6 +69,58 @@ class Margins(NamedTuple):
     disk: float
     disk_gain: float
     disk_phase: float
+
+
+def growth_rate(poles: ArrayLike, sample_time: float = 0.0) -> float:
+    """Largest growth rate of the poles [1/s]: Re s, or log|z|/h of a sampled loop."""
+    roots = np.asarray(poles, dtype=np.complex128)
+    if roots.size == 0 or not np.isfinite(roots).all():
+        raise ValueError(f"poles = {shown(poles)} must be finite numbers, at least one")
+    sample_time = checked_number("sample_time", sample_time, Limits(at_least=0.0))
+    if sample_time == 0.0:
+        return float(roots.real.max())
+    size = float(np.abs(roots).max())
+    if size == 0.0:
+        return -math.inf
+    largest = math.log(size)
+    return derived(
+        "growth rate", lambda: largest / sample_time, {"sample_time": sample_time}, FINITE
+    )
+
+
+def frequencies(loop: StateSpace) -> FloatArray:
+    """Angular frequencies that cover the poles of a loop and of its closed loop [rad/s].
+
+    python-control's own choice misses slow poles, such as the speed of a free wheelset, and what
+    delays turn around. Put 0 in front of them for `control.nyquist_response`, which goes around
+    the pole of an integrator there.
+
+    Parameters
+    ----------
+    loop : control.StateSpace
+        Open loop.
+
+    Returns
+    -------
+    ndarray, shape (2000,)
+        Rising, up to half the sampling frequency if the loop is sampled.
+
+    Notes
+    -----
+    Zeros are left out: some are lost to rounding, and far beyond the fastest pole they turn no
+    curve near -1.
+    """
+    import control
+
+    features = np.concatenate([loop.poles(), control.feedback(loop, 1.0).poles()])
+    if loop.dt:
+        features = np.log(features[np.abs(features) > 1e-9]) / loop.dt
+    sizes = np.abs(features)
+    sizes = sizes[sizes > 1e-9 * sizes.max()]
+    slowest, fastest = sizes.min() / BEYOND, sizes.max() * BEYOND
+    if loop.dt:
+        fastest = math.pi / loop.dt
+    return np.geomspace(min(slowest, 0.1 * fastest), fastest, POINTS)
 
 
 def margins(loop: StateSpace) -> Margins:

@@ -13,7 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 from strategies import examples, magnitude, number
-from wheelsets import BODIES, falling, made_wheelset, unstable
+from wheelsets import BODIES, encirclements, falling, made_wheelset, unstable, unstable_open
 
 import contactlib as cl
 from contactlib import stability
@@ -62,6 +62,61 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
             control.margin(control_systems.creep_loop(body, point, proportional_gain=f * gain)),
         )
         assert found.phase == pytest.approx(math.radians(bare[1]), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["rig", "locomotive"])
+@pytest.mark.parametrize("sample_time", [None, 1e-3])
+def test_a_loop_is_stable_from_the_gain_of_creep_control(
+    name: str, sample_time: float | None, request: pytest.FixtureRequest
+) -> None:
+    body = request.getfixturevalue(name).wheelset
+    point, pole, bound = falling(body)
+    if sample_time is None:
+        loop = control_systems.creep_loop(body, point, proportional_gain=2.0 * bound)
+    else:
+        loop = control_systems.sampled_loop(
+            body, point, sample_time=sample_time, proportional_gain=2.0 * bound
+        )
+    found = control_systems.margins(loop)
+    assert 2.0 * found.gain_lower == pytest.approx(1.0, rel=1e-6)
+    if sample_time is None:
+        assert found.gain_upper == math.inf
+    elif body.speed_held:  # z = exp(p h) - (K/K0)(exp(p h) - 1) passes -1
+        late = 1.0 + 2.0 / math.expm1(pole * sample_time)
+        assert 2.0 * found.gain_upper == pytest.approx(late, rel=1e-6)
+    growth = [
+        control_systems.growth_rate(
+            control_systems.closed_loop(factor * found.gain_lower * loop).poles(), loop.dt
+        )
+        for factor in (0.3, 0.999, 1.001)
+    ]
+    assert growth[0] > growth[1] > 0.0 > growth[2]
+
+
+@pytest.mark.parametrize("name", ["rig", "locomotive"])
+def test_nyquist_counts_on_both_sides_of_every_bound(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    body = request.getfixturevalue(name).wheelset
+    point, _, bound = falling(body)
+    given: dict[str, Any] = {"lag": 1e-3, "delay": 2e-3, "proportional_gain": 2.0 * bound}
+    loops = [
+        control_systems.creep_loop(body, point, proportional_gain=2.0 * bound),
+        control_systems.creep_loop(body, point, integral_gain=20.0 * bound, **given),
+        control_systems.sampled_loop(
+            body, point, sample_time=1e-3, integral_gain=20.0 * bound, **given
+        ),
+    ]
+    for loop, bounds in zip(loops, (1, 2, 2), strict=True):
+        found = control_systems.margins(loop)
+        ends = [end for end in (found.gain_lower, found.gain_upper) if math.isfinite(end)]
+        assert len(ends) == bounds
+        for end in ends:
+            sides = [factor * end * loop for factor in (0.98, 1.02)]
+            assert (unstable(sides[0]) == 0) != (unstable(sides[1]) == 0)
+            for side in sides:
+                assert unstable_open(side) == 1  # P
+                assert encirclements(side) == unstable(side) - 1  # N = Z - P
 
 
 @examples(30)
@@ -195,7 +250,7 @@ def test_margins_gains_and_verdicts_are_those_of_a_brute_force_nyquist_curve(
         body, point, proportional_gain=kp, integral_gain=reset * kp, lag=lag, delay=delay
     )
     held = exact.unstable_closed_loop_poles == 0
-    assert control_systems.nyquist(loop).stable == held
+    assert (encirclements(loop) == -unstable_open(loop)) == held
     if not held:
         with pytest.raises(ValueError, match="not stable, so it has no margins"):
             control_systems.margins(loop)
@@ -307,7 +362,8 @@ def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
         integral_gain=ki,
         delay=wait * h,
     )
-    low, high = control_systems.root_locus(loop, bound * np.geomspace(0.5, 20.0, 12)).critical_gains
+    found = control_systems.margins(2.0 * bound * loop)
+    low, high = 2.0 * bound * found.gain_lower, 2.0 * bound * found.gain_upper
 
     def growth(gain: float) -> float:
         omega, total, pending = point.omega * (1.0 + 1e-7), 0.0, [point.drive_torque] * wait
