@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
-from contactlib.export.description import Description, Unknown
+from contactlib.export.description import Description
 from contactlib.export.markup import (
-    add_default_experiment,
-    add_log_categories,
-    add_units,
+    add_experiment,
+    begun,
     dependency_attributes,
     document,
-    metadata,
+    states_of,
     type_attributes,
     types_of,
+    unknowns,
     value_attributes,
     variable_attributes,
 )
@@ -72,56 +72,38 @@ TERMINALS: dict[str, dict[str, Flange]] = {
 
 def model_description(description: Description, stop: float, step: float) -> bytes:
     """modelDescription.xml; `stop` and `step` are those of the experiment [s]."""
-    root = Element(
-        "fmiModelDescription",
-        metadata(description),
-        fmiVersion="3.0",
-        instantiationToken=description.token,
-    )
-    own = {
-        "ModelExchange": {"needsCompletedIntegratorStep": "false"},
-        "CoSimulation": {"canHandleVariableCommunicationStepSize": "true"},
+    attributes = {"fmiVersion": "3.0", "instantiationToken": description.token}
+    capabilities = {
+        "ModelExchange": CAPABILITIES | {"needsCompletedIntegratorStep": "false"},
+        "CoSimulation": CAPABILITIES | {"canHandleVariableCommunicationStepSize": "true"},
     }
-    for interface, attributes in own.items():
-        identifier = {"modelIdentifier": description.model_name}
-        SubElement(root, interface, {**identifier, **CAPABILITIES, **attributes})
-    add_units(root, description)
+    root = begun(description, attributes, capabilities)
     types = SubElement(root, "TypeDefinitions")
     for kind in types_of(description):
         SubElement(types, "Float64Type", {"name": kind.name, **type_attributes(kind)})
-    add_log_categories(root)
-    add_default_experiment(root, stop, step)
+    add_experiment(root, stop, step)
     _add_variables(root, description)
     _add_structure(root, description)
     return document(root)
 
 
 def _add_variables(root: Element, description: Description) -> None:
-    states = [v.reference for v in description.of_role("state")]
-    derivatives = [v.name for v in description.of_role("derivative")]
-    state_of = dict(zip(derivatives, states, strict=True))
+    state_of = states_of(description)
     listed = SubElement(root, "ModelVariables")
     for v in description.variables:
         attributes = variable_attributes(v) | value_attributes(v)
         if v.name in state_of:
-            attributes["derivative"] = str(state_of[v.name])
+            attributes["derivative"] = str(state_of[v.name].reference)
         SubElement(listed, "Boolean" if v.boolean else "Float64", attributes)
 
 
 def _add_structure(root: Element, description: Description) -> None:
     references = {v.name: v.reference for v in description.variables}
-    outputs = [v for v in description.variables if v.causality == "output"]
-    derivatives = description.of_role("derivative")
-    initial = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
     structure = SubElement(root, "ModelStructure")
-    groups: dict[str, list[Unknown]] = {
-        "Output": description.unknowns(outputs),
-        "ContinuousStateDerivative": description.unknowns(derivatives),
-        "InitialUnknown": description.unknowns(initial, initial=True),
-        "EventIndicator": description.unknowns(description.of_role("indicator")),
-    }
-    for tag, unknowns in groups.items():
-        for unknown in unknowns:
+    indicators = description.unknowns(description.of_role("indicator"))
+    tags = ("Output", "ContinuousStateDerivative", "InitialUnknown", "EventIndicator")
+    for tag, members in zip(tags, (*unknowns(description), indicators), strict=True):
+        for unknown in members:
             reference = {"valueReference": str(unknown.variable.reference)}
             SubElement(structure, tag, {**reference, **dependency_attributes(unknown, references)})
 

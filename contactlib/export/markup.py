@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -28,10 +29,15 @@ def document(root: Element) -> bytes:
     return bytes(ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True))
 
 
-def metadata(description: Description) -> dict[str, str]:
-    """What a description says of the FMU as a whole, but for its version of FMI and its token."""
+def begun(
+    description: Description,
+    attributes: dict[str, str],
+    capabilities: dict[str, dict[str, str]],
+    sources: Sequence[str] = (),
+) -> Element:
+    """The description up to the units, with `attributes` of FMI's version and what each can do."""
     given = {"author": description.author, "version": description.version}
-    return {
+    metadata = {
         "modelName": description.model_name,
         "description": description.text,
         **{key: value for key, value in given.items() if value is not None},
@@ -39,6 +45,33 @@ def metadata(description: Description) -> dict[str, str]:
         "generationTool": f"contactlib {version()}",
         "variableNamingConvention": "structured",
     }
+    root = Element("fmiModelDescription", metadata | attributes)
+    for interface, able in capabilities.items():
+        element = SubElement(root, interface, {"modelIdentifier": description.model_name, **able})
+        if sources:
+            files = SubElement(element, "SourceFiles")
+            for name in sources:
+                SubElement(files, "File", name=name)
+    add_units(root, description)
+    return root
+
+
+def states_of(description: Description) -> dict[str, Variable]:
+    """The state of each derivative, by the derivative's name."""
+    derivatives = [v.name for v in description.of_role("derivative")]
+    return dict(zip(derivatives, description.of_role("state"), strict=True))
+
+
+def unknowns(description: Description) -> tuple[list[Unknown], list[Unknown], list[Unknown]]:
+    """Outputs, derivatives and what is calculated at the start, with what they depend on."""
+    outputs = [v for v in description.variables if v.causality == "output"]
+    derivatives = description.of_role("derivative")
+    initial = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
+    return (
+        description.unknowns(outputs),
+        description.unknowns(derivatives),
+        description.unknowns(initial, initial=True),
+    )
 
 
 def types_of(description: Description) -> list[Type]:
@@ -64,15 +97,12 @@ def type_attributes(kind: Type) -> dict[str, str]:
     return {"quantity": kind.name, "unit": kind.unit, **shown}
 
 
-def add_log_categories(root: Element) -> None:
-    """The log categories of fmu/component.c."""
+def add_experiment(root: Element, stop: float, step: float) -> None:
+    """The log categories of fmu/component.c, and the experiment of the reference run."""
     parent = SubElement(root, "LogCategories")
     for name, meaning in CATEGORIES.items():
         SubElement(parent, "Category", name=name, description=meaning)
 
-
-def add_default_experiment(root: Element, stop: float, step: float) -> None:
-    """The experiment of the reference run."""
     SubElement(
         root,
         "DefaultExperiment",
