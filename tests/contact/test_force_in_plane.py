@@ -58,33 +58,6 @@ def test_small_slip_gives_kalkers_linear_theory() -> None:
         assert found[name] == pytest.approx(value, rel=5e-3)  # of the spline
 
 
-def test_element_and_creep_forces_are_one_law() -> None:
-    element, given = element_of(), cases()
-    record = element.evaluate(**given)
-    pair = cl.CreepForces(element.friction, shear_modulus=G, poisson_ratio=NU)
-    growth = np.cbrt(given["normal_load"] / LOAD)
-    reference = np.maximum(np.abs(given["speed"]), 0.1)
-    fast = np.abs(given["speed"]) > 0.1  # below it the creepages are regularised
-    forward = np.sign(given["speed"])
-    other = pair.evaluate(
-        semi_axis_x=A * growth,
-        semi_axis_y=B * growth,
-        normal_load=given["normal_load"],
-        friction_scale=given["friction_scale"],
-        creepage_x=-record["creepage"],
-        creepage_y=given["lateral_velocity"] / reference,
-        spin=forward * given["spin_velocity"] / reference,
-    )
-    scale = (0.45 * given["friction_scale"] * given["normal_load"])[fast]
-    for name, theirs, sign in (
-        ("creep_force", "force_x", 1.0),
-        ("lateral_force", "force_y", 1.0),
-        ("spin_moment", "spin_moment", forward[fast] / A),
-    ):
-        ours = record[name][fast] * (1.0 / A if name == "spin_moment" else 1.0)
-        np.testing.assert_allclose(ours / scale, sign * other[theirs][fast] / scale, atol=2e-7)
-
-
 FALLS = [{"slip_rate_residual": 0.4, "slip_rate_decay": 0.6}, {"softening_temperature": 500.0}]
 
 
