@@ -37,18 +37,34 @@ def written(figure: Figure) -> list[Text]:
     return [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
 
 
+def runs_of(model: cl.Model) -> list[cl.Result]:
+    controls = (model.torque_control, model.creep_control)
+    return [cl.simulate(model.wheelset, control, initial_speed=10.0) for control in controls]
+
+
+OF_MODEL: dict[str, Callable[[cl.Model], Figure]] = {
+    **{
+        name: lambda model, kind=kind: kind.draw(model.wheelset, 10.0)  # type: ignore[misc]
+        for name, kind in STABILITY_FIGURES.items()
+    },
+    "creep curve": lambda model: figures.creep_curve(model.wheelset, speed=10.0),
+    "histories": lambda model: figures.time_histories(*runs_of(model), title=model.name),
+    "fold diagram": lambda model: figures.fold_diagram(
+        model.wheelset, *runs_of(model), speed=10.0, title=model.name
+    ),
+}
 DRAWN: dict[str, Callable[[cl.Model], Figure]] = {
     **{f"paper {n}": lambda _, n=n: PAPER_FIGURES[n].draw() for n in (1, 4, 5, 6)},  # type: ignore[misc]
     "patch": lambda _: figures.CONTACT_PATCH.draw(),
-    **{
-        name: lambda model, name=name: STABILITY_FIGURES[name].draw(model.wheelset, 10.0)  # type: ignore[misc]
-        for name in ("s_curve", "poles", "gains", "loop")
-    },
-    "creep curve": lambda model: figures.creep_curve(model.wheelset, speed=10.0),
+    **{name: OF_MODEL[name] for name in ("s_curve", "poles", "gains", "loop", "creep curve")},
     "lines": lambda _: figures.map_figure(
         map_data.compared().isel(length=0), "adhesion_utilisation"
     ),
     "samples": lambda _: figures.map_figure(map_data.sampled(), "clearing_time"),
+}
+SLIDES = {
+    **{name: OF_MODEL[name] for name in (*STABILITY_FIGURES, "fold diagram")},
+    **{name: DRAWN[name] for name in ("paper 6", "patch")},
 }
 
 
@@ -91,55 +107,20 @@ def test_the_user_s_settings_go_before_those_of_contactlib(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["creep_curve", "time_histories", "fold_diagram", *STABILITY_FIGURES]
-)
+@pytest.mark.parametrize("name", OF_MODEL)
 def test_no_text_covers_another_in_the_size_of_slides(rig: cl.Model, name: str) -> None:
-    wheelset, speed = rig.wheelset, rig.initial_speed
     with mpl.style.context(["dark_background", {"font.size": 16.0}]):
-        if name == "creep_curve":
-            figure = figures.creep_curve(wheelset, speed=speed)
-        elif name in STABILITY_FIGURES:
-            figure = STABILITY_FIGURES[name].draw(wheelset, speed)
-        else:
-            runs = [
-                cl.simulate(wheelset, control, initial_speed=speed)
-                for control in (rig.torque_control, rig.creep_control)
-            ]
-            if name == "time_histories":
-                figure = figures.time_histories(*runs, title=rig.name)
-            else:
-                figure = figures.fold_diagram(wheelset, *runs, speed=speed, title=rig.name)
-        figure_checks.check_layout(figure)
-
-
-SLIDE: dict[str, Callable[[cl.Model], Figure]] = {
-    **{
-        name: lambda model, kind=kind: kind.draw(model.wheelset, 10.0)  # type: ignore[misc]
-        for name, kind in STABILITY_FIGURES.items()
-    },
-    "paper 6": DRAWN["paper 6"],
-    "patch": DRAWN["patch"],
-    "fold diagram": lambda model: figures.fold_diagram(
-        model.wheelset,
-        *(
-            cl.simulate(model.wheelset, control, initial_speed=10.0)
-            for control in (model.torque_control, model.creep_control)
-        ),
-        speed=10.0,
-        title=model.name,
-    ),
-}
+        figure_checks.check_layout(OF_MODEL[name](rig))
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("with_captions")
-@pytest.mark.parametrize("name", SLIDE)
+@pytest.mark.parametrize("name", SLIDES)
 def test_sixteen_points_are_sixteen_points_of_a_slide(
     rig: cl.Model, tmp_path: Path, name: str
 ) -> None:
     with mpl.rc_context({"font.size": 16.0}), figures.page_size("16:9"):
-        figure = SLIDE[name](rig)
+        figure = SLIDES[name](rig)
         figures.save_pictures(figure, tmp_path, "slide", ["png"])
         assert figure.get_size_inches() == pytest.approx((13.333, 7.5))
         assert figure.axes[0].xaxis.label.get_fontsize() == 16.0

@@ -135,4 +135,4 @@ def test_bad_creepages_and_places_are_refused(law: CarterGriffith | CohesiveZone
     with pytest.raises(ValueError, match=r"position = inf .*finite"):
         law.shear_traction(np.inf, 0.5)
     with pytest.raises(ValueError, match=r"\.contact = 'round' .*'line' or 'elliptic'"):
-        replace(law, contact="round")  # type: ignore[type-var]
+        replace(law, contact="round")  # type: ignore[arg-type]
