@@ -40,6 +40,7 @@ PARTS = (
     "fmu",
     "models",
     "tests",
+    "tools",
     "CITATION.cff",
     "LICENSE",
     "README.md",
@@ -277,6 +278,7 @@ def test_the_source_distribution_gives_the_same_wheel(
     with tarfile.open(built(copied_tree(tmp_path / "here"), tmp_path, "sdist")) as archive:
         archive.extractall(tmp_path / "elsewhere", filter="data")
     (there,) = (tmp_path / "elsewhere").iterdir()
+    assert (there / "tools" / "half_space.py").is_file()  # which no wheel holds
     again = built(there, tmp_path / "again")
     assert first.name == again.name
     assert first.read_bytes() == again.read_bytes()
