@@ -11,9 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any
 
-from scipy.optimize import brentq
-from scipy.special import elliprd
-
 from contactlib.base.quantities import (
     POSITIVE,
     Limits,
@@ -22,6 +19,7 @@ from contactlib.base.quantities import (
     checked_number,
     derived,
 )
+from contactlib.contact import kernel
 from contactlib.contact.kalker import POISSON_RATIO, HalfSpaceScales, half_space_scales
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
@@ -266,7 +264,7 @@ class EllipticContact(Parameters):
 
         def radius(along: float, across: float) -> float:
             stiffness = math.pi * modulus / load
-            return stiffness / float(elliprd(0.0, across**2, along**2))
+            return stiffness / kernel.hertz_integral(along, across)
 
         return cls(
             normal_load=load,
@@ -279,18 +277,8 @@ class EllipticContact(Parameters):
     @cached_property
     def _semi_axes(self) -> tuple[float, float]:
         """Semi-axes a and b at the nominal load [m]."""
-        log_radii = math.log(self.radius_y) - math.log(self.radius_x)
-
-        def excess(log_aspect: float) -> float:  # ln(R_y/R_x) at ln(b/a) less the given; it rises
-            g = math.exp(log_aspect)
-            return math.log(elliprd(0.0, g, 1.0 / g) / elliprd(0.0, 1.0 / g, g)) - log_radii
-
-        # b/a lies between the powers 1/2 and 2/3 of R_y/R_x, or of its inverse.
-        bound = 0.7 * abs(log_radii) + 1e-3
-        g = math.exp(brentq(excess, -bound, bound, xtol=1e-15, rtol=1e-15))
         compliance = self.normal_load / (math.pi * self.contact_modulus)
-        mean = math.cbrt(compliance * self.radius_x * float(elliprd(0.0, g, 1.0 / g)))
-        return mean / math.sqrt(g), mean * math.sqrt(g)
+        return kernel.hertz_semi_axes(self.radius_x, self.radius_y, compliance)
 
     @property
     def semi_axis_x(self) -> float:

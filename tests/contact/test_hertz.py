@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.special import elliprd
 
 import contactlib as cl
 
@@ -35,6 +36,19 @@ def test_pressure_carries_the_load_and_flattens_the_cylinder() -> None:
     assert carried == pytest.approx(line.normal_load_per_length, rel=1e-7)
     # Half-space under the elliptic pressure: curvature 2 p0/(E* a) must undo 1/R.
     assert 2.0 * p0 / (MODULUS * a) == pytest.approx(1.0 / line.radius, rel=1e-14)
+
+
+def test_ellipse_is_that_of_scipy_s_integrals() -> None:
+    rng = np.random.default_rng(7)
+    for rx, ry, load in (
+        10.0 ** rng.uniform((-3.0, -3.0, 3.0), (3.0, 3.0, 6.0), (100, 3))
+    ).tolist():
+        ball = cl.EllipticContact(
+            normal_load=load, radius_x=rx, radius_y=ry, contact_modulus=MODULUS, theory="strips"
+        )
+        a, b, stiffness = ball.semi_axis_x, ball.semi_axis_y, math.pi * MODULUS / load
+        assert stiffness / elliprd(0.0, b**2, a**2) == pytest.approx(rx, rel=1e-13)
+        assert stiffness / elliprd(0.0, a**2, b**2) == pytest.approx(ry, rel=1e-13)
 
 
 def test_semi_width_given_or_found() -> None:

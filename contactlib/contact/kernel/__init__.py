@@ -17,6 +17,8 @@ from contactlib.contact.kernel.bodies import force_input_dtype as force_input_dt
 from contactlib.contact.kernel.bodies import force_input_limits as force_input_limits
 from contactlib.contact.kernel.bodies import force_output_dtype as force_output_dtype
 from contactlib.contact.kernel.bodies import half_space_scales as half_space_scales
+from contactlib.contact.kernel.bodies import hertz_integral as hertz_integral
+from contactlib.contact.kernel.bodies import hertz_semi_axes as hertz_semi_axes
 from contactlib.contact.kernel.bodies import hot_friction as hot_friction
 from contactlib.contact.kernel.bodies import process_zone_limit as process_zone_limit
 from contactlib.contact.kernel.bodies import wheelset_limits as wheelset_limits

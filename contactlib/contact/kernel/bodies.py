@@ -223,6 +223,19 @@ def half_space_scales(a_over_b: float, poisson_ratio: float) -> Any:
     return scales
 
 
+def hertz_integral(along: float, across: float) -> float:
+    """Carlson's R_D(0, across**2, along**2) of an ellipse's semi-axes [1/m^3]."""
+    return float(library().hertz_integral(along, across))
+
+
+def hertz_semi_axes(radius_x: float, radius_y: float, compliance: float) -> tuple[float, float]:
+    """Semi-axes of the ellipse of two relative radii [m]; the kernel checks nothing."""
+    lib = library()
+    found = ffi.new("double[2]")
+    lib.hertz_semi_axes(radius_x, radius_y, compliance, found)
+    return found[0], found[1]
+
+
 @cache
 def creep_forces_input_dtype() -> np.dtype[np.void]:
     """Structured dtype of the input of creep forces."""

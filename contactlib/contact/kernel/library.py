@@ -20,6 +20,7 @@ HEADERS = (
     "creep_table.h",
     "force_element.h",
     "half_space.h",
+    "hertz.h",
     "plane_law.h",
     "plane_contact.h",
     "creep_forces.h",
