@@ -10,7 +10,6 @@ the extra "explorer" and of package-lock.json.
 from __future__ import annotations
 
 import json
-import re
 import sys
 from base64 import b64encode
 from collections.abc import Mapping
@@ -73,20 +72,12 @@ def binary_element(name: str, data: bytes) -> str:
     return data_element(name, "application/octet-stream", base64(data))
 
 
-def creep_coefficients() -> object:
-    """The kernel's polynomials of ln(c11)."""
-    text = (package_folder("fmu") / "creep_coefficients.h").read_text(encoding="ascii")
-    rows = re.findall(r"^\{(.+)\},$", text, re.MULTILINE)
-    return json.loads(f"[{', '.join(f'[{row}]' for row in rows[: len(rows) // 4])}]")
-
-
 def data_elements() -> str:
     """All that the script reads by its id; the command puts a model file into the last one."""
     elements = [
         json_element("declarations", declarations()),
         json_element("models", model_texts()),
         json_element("licences", licences()),
-        json_element("creep-coefficients", creep_coefficients()),
         binary_element("kernel", compile_kernel()),
         binary_element("table-line", shipped_path("line").read_bytes()),
         binary_element("table-elliptic", shipped_path("elliptic").read_bytes()),

@@ -1,29 +1,27 @@
 /* Starts the explorer with what the build put into the page, and shows its parts to scripts. */
 
-import * as declared from "./files/declared";
-import * as hertz from "./files/hertz";
-import * as modelFile from "./files/model_file";
-import * as settings from "./files/settings";
-import { Kernel } from "./kernel/kernel";
-import { begin } from "./page/begin";
-import * as clearing from "./physics/clearing";
-import * as limits from "./physics/limits";
-import * as patch from "./physics/patch";
-import * as plant from "./physics/plant";
-import * as recorder from "./physics/recorder";
-import * as roots from "./physics/roots";
-import * as run from "./physics/run";
-import * as stability from "./physics/stability";
-import * as vehicle from "./physics/vehicle";
+import { startKernel } from "./kernel/kernel";
+
+/** Start the kernel, and then the parts that call it. */
+async function start(): Promise<object> {
+  const kernel = await startKernel();
+  const [declared, modelFile, settings, limits, clearing, patch, plant, recorder, run, stability,
+    vehicle, { begin }] = await Promise.all([
+    import("./files/declared"), import("./files/model_file"), import("./files/settings"),
+    import("./physics/limits"), import("./physics/clearing"), import("./physics/patch"),
+    import("./physics/plant"), import("./physics/recorder"), import("./physics/run"),
+    import("./physics/stability"), import("./physics/vehicle"), import("./page/begin"),
+  ]);
+  const files = { ...declared, ...limits, ...modelFile, ...settings };
+  Object.assign(contactlib, { clearing, files, patch, plant, recorder, run, stability, vehicle });
+  return { kernel, app: begin() };
+}
 
 /** The app, when the kernel has been compiled. */
-const ready = Kernel.embedded().then((kernel) => ({ kernel, app: begin(kernel) }));
+const ready = start();
 ready.catch((error: unknown) => {
   const place = document.getElementById("story");
   if (place !== null) place.textContent = `The page cannot start: ${String(error)}`;
 });
-
-const files = { ...declared, ...hertz, ...limits, ...modelFile, ...settings };
-Object.assign(globalThis, {
-  contactlib: { ready, clearing, files, patch, plant, recorder, roots, run, stability, vehicle },
-});
+const contactlib = { ready };
+Object.assign(globalThis, { contactlib });

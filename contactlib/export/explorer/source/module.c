@@ -2,6 +2,8 @@
  * and says where all others have their doubles. */
 #include <stddef.h>
 
+#include "creep_curve.h"
+#include "half_space.h"
 #include "track.h"
 #include "wheelset.h"
 #include "wide.h"

@@ -15,9 +15,12 @@ FMU = package_folder("fmu")
 C_SOURCES = (
     "checked_file.c",
     "creep_table.c",
+    "creep_curve.c",
     "drivetrain_in_turn.c",
     "force_element.c",
     "force_in_plane.c",
+    "half_space.c",
+    "hertz.c",
     "wheelset.c",
 )
 FUNCTIONS = (
@@ -26,6 +29,11 @@ FUNCTIONS = (
     "force_element_evaluate",
     "force_element_scales",
     "wheelset_motion",
+    "creep_curve_points",
+    "creep_curve_turns",
+    "creep_curve_steady",
+    "half_space_scales_of",
+    "hertz_semi_axes",
     "drivetrain_advance_many_in_turn",
     "drivetrain_evaluate_many_in_turn",
     "member_name",  # from here on module.c's

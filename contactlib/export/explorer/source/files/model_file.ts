@@ -8,7 +8,7 @@ import {
   atLoad, contactModulus, lateralSemiAxis, saturationCreepage, type Vehicle, weakeningLength,
 } from "../physics/vehicle";
 import { OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
-import { semiAxes } from "./hertz";
+import { kernel } from "../kernel/kernel";
 import {
   checkKeys, ModelError, type Numbers, oneOf, parseToml, readProfile, readSection, shown,
   type Table, tableOf, textOf,
@@ -122,7 +122,7 @@ function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicl
   const [first, second] = given.map((key) => section[key]) as [number, number];
   const isLine = given[0] === "semi_width";
   const [a, b] =
-    given[0] === "radius_x" ? semiAxes(first, second, elastic.normal_load, modulus) : [first, second];
+    given[0] === "radius_x" ? kernel.semiAxes(first, second, elastic.normal_load / (Math.PI * modulus)) : [first, second];
   const pressure = isLine
     ? (a * modulus) / (2 * second) // Eq. (5)
     : (1.5 * elastic.normal_load) / (Math.PI * a * b); // Eq. (20)

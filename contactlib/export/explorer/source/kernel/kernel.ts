@@ -16,6 +16,17 @@ export interface Table {
   readonly address: number;
 }
 
+/** A wheelset under conditions, of which a curve of steady creep is asked for. */
+export interface Asked {
+  table: Table;
+  contact: Structs["force_element_parameters"];
+  body: Structs["wheelset_parameters"];
+  conditions: Structs["creep_conditions"];
+}
+
+/** A point of steady creep. */
+export type Point = Structs["creep_point"];
+
 /** Factors on friction [1] at rising distances [m]: piecewise linear and constant beyond the ends;
  * a place given twice is a jump. */
 interface Profile {
@@ -23,16 +34,15 @@ interface Profile {
   value: number[];
 }
 
+const ROOM = 512; // points of a curve at most
+
 /** The kernel with both tables. */
 export class Kernel {
   /** The tables of the Carter-Griffith law. */
   readonly tables: Record<Contact, Table>;
-  private readonly parameters: Struct<Fields["force_element_parameters"]>;
-  private readonly input: Struct<Fields["force_element_input"]>;
-  private readonly output: Struct<Fields["force_element_output"]>;
-  private readonly contactScales: Struct<Fields["contact_scales"]>;
-  private readonly body: Struct<Fields["wheelset_parameters"]>;
-  private readonly rates: Struct<Fields["wheelset_rates"]>;
+  private readonly structs = new Map<keyof Fields, Struct<string>>(); // of one call
+  private readonly points: Struct<Fields["creep_point"]>[];
+  private readonly doubles: number;
 
   private constructor(
     private readonly module: Module,
@@ -40,12 +50,8 @@ export class Kernel {
     tables: Record<Contact, Uint8Array>,
   ) {
     this.tables = { line: this.open(tables.line), elliptic: this.open(tables.elliptic) };
-    this.parameters = memory.struct("force_element_parameters");
-    this.input = memory.struct("force_element_input");
-    this.output = memory.struct("force_element_output");
-    this.contactScales = memory.struct("contact_scales");
-    this.body = memory.struct("wheelset_parameters");
-    this.rates = memory.struct("wheelset_rates");
+    this.points = memory.structs("creep_point", ROOM);
+    this.doubles = memory.allocateDoubles(ROOM);
   }
 
   /** Start the module; each table is a table file's bytes. */
@@ -53,12 +59,6 @@ export class Kernel {
     const { instance } = await WebAssembly.instantiate(wasm);
     const module = instance.exports as unknown as Module;
     return new Kernel(module, new Memory(module), tables);
-  }
-
-  /** Start the module that the build put into the page. */
-  static embedded(): Promise<Kernel> {
-    const tables = { line: embeddedBytes("table-line"), elliptic: embeddedBytes("table-elliptic") };
-    return Kernel.load(embeddedBytes("kernel"), tables);
   }
 
   private open(file: Uint8Array): Table {
@@ -70,9 +70,37 @@ export class Kernel {
     return { address };
   }
 
+  /** The struct that calls share. */
+  private shared<Name extends keyof Fields>(name: Name): Struct<Fields[Name]> {
+    let found = this.structs.get(name);
+    if (found === undefined) this.structs.set(name, (found = this.memory.struct(name)));
+    return found as Struct<Fields[Name]>;
+  }
+
+  /** Address of that struct, after these values have been written to it. */
+  private given<Name extends keyof Fields>(name: Name, values: Structs[Name]): number {
+    const struct = this.shared(name);
+    struct.write(values);
+    return struct.address;
+  }
+
   /** Parameter t of a line contact's law at a normalized creepage and a k_hat above zero, [1]. */
   tablePlace(normalizedCreepage: number, kHat: number): number {
     return this.module.creep_table_place(normalizedCreepage, kHat);
+  }
+
+  /** Semi-axes along and across rolling [m] by Hertz, from radii [m] and P/(pi E*) [m2]. */
+  semiAxes(radiusX: number, radiusY: number, compliance: number): [number, number] {
+    this.module.hertz_semi_axes(radiusX, radiusY, compliance, this.doubles);
+    const [a, b] = this.memory.at(this.doubles, 2);
+    return [a!, b!];
+  }
+
+  /** How an ellipse of a ratio a/b on a half-space of a Poisson's ratio rolls against strips. */
+  halfSpace(aspect: number, poissonRatio: number): Structs["half_space_scales"] {
+    const scales = this.shared("half_space_scales");
+    this.module.half_space_scales_of(aspect, poissonRatio, scales.address);
+    return scales.read();
   }
 
   /** Creep force and what belongs to it. */
@@ -81,43 +109,80 @@ export class Kernel {
     parameters: Structs["force_element_parameters"],
     input: Structs["force_element_input"],
   ): Structs["force_element_output"] {
-    this.parameters.write(parameters);
-    this.input.write(input);
+    const output = this.shared("force_element_output");
     this.module.force_element_evaluate(
-      table.address, this.parameters.address, this.input.address, this.output.address);
-    return this.output.read();
+      table.address, this.given("force_element_parameters", parameters),
+      this.given("force_element_input", input), output.address);
+    return output.read();
   }
 
   /** The law's own measures at a load [N] and a factor on friction [1], both above zero. */
   scales(
     parameters: Structs["force_element_parameters"], normalLoad: number, frictionScale: number,
   ): Structs["contact_scales"] {
-    const { address } = this.contactScales;
-    this.parameters.write(parameters);
-    this.module.force_element_scales(this.parameters.address, normalLoad, frictionScale, address);
-    return this.contactScales.read();
+    const scales = this.shared("contact_scales");
+    this.module.force_element_scales(
+      this.given("force_element_parameters", parameters), normalLoad, frictionScale, scales.address);
+    return scales.read();
   }
 
-  /** Rates of omega [rad/s] and speed [m/s] under a torque [N.m], a resistance [N], a contact. */
+  /** Rates of omega [rad/s] and speed [m/s] under a torque [N.m] and a contact's force. */
   motion(
-    parameters: Structs["wheelset_parameters"],
-    omega: number,
-    speed: number,
-    driveTorque: number,
-    resistanceForce: number,
+    parameters: Structs["wheelset_parameters"], omega: number, speed: number, driveTorque: number,
     contact: Structs["force_element_output"],
   ): Structs["wheelset_rates"] {
-    this.body.write(parameters);
-    this.output.write(contact);
-    this.module.wheelset_motion(this.body.address, omega, speed, driveTorque, resistanceForce,
-      this.output.address, this.rates.address);
-    return this.rates.read();
+    const rates = this.shared("wheelset_rates");
+    this.module.wheelset_motion(
+      this.given("wheelset_parameters", parameters), omega, speed, driveTorque, 0,
+      this.given("force_element_output", contact), rates.address);
+    return rates.read();
+  }
+
+  /** Steady creep at some creepages [1]. */
+  pointsAt(asked: Asked, creepage: ArrayLike<number>): Point[] {
+    const count = creepage.length;
+    this.memory.at(this.doubles, count).set(creepage);
+    this.module.creep_curve_points(
+      ...this.curve(asked), count, this.doubles, this.points[0]!.address);
+    return this.firstPoints(count);
+  }
+
+  /** Where the torque turns in traction, by rising creepage; last comes the end of the search. */
+  turns(asked: Asked): Point[] {
+    return this.firstPoints(
+      this.module.creep_curve_turns(...this.curve(asked), 1, ROOM, this.points[0]!.address));
+  }
+
+  /** Where a torque [N.m] is the steady one in traction, by rising creepage. */
+  steady(asked: Asked, torque: number): Point[] {
+    return this.firstPoints(this.module.creep_curve_steady(
+      ...this.curve(asked), torque, 1, ROOM, this.points[0]!.address));
+  }
+
+  private curve({ table, contact, body, conditions }: Asked): [number, number, number, number] {
+    return [
+      table.address, this.given("force_element_parameters", contact),
+      this.given("wheelset_parameters", body), this.given("creep_conditions", conditions),
+    ];
+  }
+
+  private firstPoints(count: number): Point[] {
+    return this.points.slice(0, count).map((point) => point.read());
   }
 
   /** A new drivetrain; its memory stays in use for good. */
   drivetrain(): Drivetrain {
     return new Drivetrain(this.module, this.memory);
   }
+}
+
+/** The kernel of the page, once it has started. */
+export let kernel: Kernel;
+
+/** Start the module that the build put into the page. */
+export async function startKernel(): Promise<Kernel> {
+  const tables = { line: embeddedBytes("table-line"), elliptic: embeddedBytes("table-elliptic") };
+  return (kernel = await Kernel.load(embeddedBytes("kernel"), tables));
 }
 
 /** One drivetrain of the kernel, stepped in time. */
@@ -135,7 +200,7 @@ export class Drivetrain {
   private readonly outputs: Struct<Fields["drivetrain_output"]>;
   private readonly substep: number;
   private readonly failed: number;
-  private profile = { address: 0, capacity: 0 }; // room for so many doubles
+  private readonly profile: number; // places and values of both wheels' friction
   private table: Table | null = null;
   private onTrack = false;
 
@@ -153,6 +218,7 @@ export class Drivetrain {
     this.outputs = memory.struct("drivetrain_output");
     this.substep = memory.allocateDoubles(1);
     this.failed = memory.allocate(1);
+    this.profile = memory.allocateDoubles(2 * ROOM);
   }
 
   /** Take these parameters from now on; the state stays. */
@@ -170,17 +236,13 @@ export class Drivetrain {
   /** Factor on friction under both wheels by distance; null: as the input says. */
   setTrack(overDistance: Profile | null): void {
     if (overDistance !== null) {
-      const { at, value } = overDistance, count = at.length;
-      if (count === 0 || count !== value.length) {
-        throw new Error(`the profile has ${count} places and ${value.length} values`);
+      const { at, value } = overDistance, places = this.memory.at(this.profile, 2 * at.length);
+      if (at.length === 0 || at.length > ROOM || at.length !== value.length) {
+        throw new Error(`the profile has ${at.length} places and ${value.length} values`);
       }
-      if (2 * count > this.profile.capacity) {
-        this.profile = { address: this.memory.allocateDoubles(4 * count), capacity: 4 * count };
-      }
-      const both = this.memory.at(this.profile.address, 2 * count);
-      both.set([...at, ...value]);
-      const values = this.profile.address + both.byteLength / 2;
-      this.module.track_set(this.rails, count, this.profile.address, values);
+      places.set([...at, ...value]);
+      const values = this.profile + places.byteLength / 2;
+      this.module.track_set(this.rails, at.length, this.profile, values);
     }
     this.onTrack = overDistance !== null;
     if (this.table !== null) this.connect();

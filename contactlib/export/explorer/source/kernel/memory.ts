@@ -56,11 +56,19 @@ export class Memory {
 
   /** A new struct of doubles. */
   struct<Name extends keyof Fields>(name: Name): Struct<Fields[Name]> {
-    const address = this.allocateStruct(name);
-    const places = this.offsets.get(name)!.map(([field, offset]) => {
-      return [field as Fields[Name], (address + offset) / DOUBLE] as const;
+    return this.structs(name, 1)[0]!;
+  }
+
+  /** So many of them, side by side. */
+  structs<Name extends keyof Fields>(name: Name, count: number): Struct<Fields[Name]>[] {
+    const size = this.sizes.get(name)!, first = this.allocate(count * size);
+    return Array.from({ length: count }, (_, i) => {
+      const address = first + i * size;
+      const places = this.offsets.get(name)!.map(([field, offset]) => {
+        return [field as Fields[Name], (address + offset) / DOUBLE] as const;
+      });
+      return new Struct(address, places, () => this.doubles);
     });
-    return new Struct(address, places, () => this.doubles);
   }
 
   /** The doubles at an address, to read or to write before the next allocation. */

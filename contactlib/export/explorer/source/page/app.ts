@@ -1,12 +1,10 @@
 /* The wheelset that runs, its settings, the guided experiment, and what the charts show of it. */
 
 import type { Settings } from "../files/settings";
-import type { Kernel } from "../kernel/kernel";
 import { clearing } from "../physics/clearing";
-import { Plant } from "../physics/plant";
+import { Plant, type Point } from "../physics/plant";
 import type { RunEvent } from "../physics/recorder";
 import { type Control, Run, SAMPLE } from "../physics/run";
-import { type SteadyState, steadyStates } from "../physics/stability";
 import type { View } from "./chart";
 import { write } from "./elements";
 import { digits, percent } from "./format";
@@ -69,7 +67,7 @@ export class App {
   private since = 0; // simulated time at which the step began [s]
   private before: Settings | null = null; // the visitor's, before the story
   private given = 0; // drive torque of the model, as it was chosen [N.m]
-  private rests: SteadyState[] = [];
+  private rests: Point[] = [];
   private stale = true; // the charts are out of date
   private unshown = true; // the charts do not have the curves yet
   private last = 0; // time of the last frame [ms]
@@ -77,8 +75,8 @@ export class App {
   private looked = 0; // ... numbers ...
   private lookedSeldom = 0; // ... and texts were last updated
 
-  constructor(readonly kernel: Kernel, public settings: Settings, private readonly stage: Stage) {
-    this.run = new Run(kernel);
+  constructor(public settings: Settings, private readonly stage: Stage) {
+    this.run = new Run();
     this.numbers = new Numbers(stage.numbers);
     this.shown = this.newPicture(settings.speed);
     this.use(settings);
@@ -317,7 +315,7 @@ export class App {
 
   private newPicture(speed: number): Picture {
     const { vehicle, normalLoad } = this.settings;
-    return picture(new Plant(this.kernel, vehicle, normalLoad), speed, this.wetFriction);
+    return picture(new Plant(vehicle, normalLoad), speed, this.wetFriction);
   }
 
   private draw(now: number): void {
@@ -337,7 +335,7 @@ export class App {
     const late = now - this.lookedSeldom > SELDOM, seldom = !due && !often && late;
     if (often) {
       this.looked = now;
-      this.rests = steadyStates(this.shown.plant, run.driveTorque, run.speed, run.friction);
+      this.rests = this.shown.plant.steady(run.driveTorque, run.speed, run.friction);
     }
     const moment: Moment = {
       run, control: this.control, shown: this.shown, rests: this.rests,

@@ -1,7 +1,6 @@
 /* Puts the page together: charts, controls, files, address and keys. */
 
 import { fromAddress, type Settings, toAddress } from "../files/settings";
-import type { Kernel } from "../kernel/kernel";
 import { App } from "./app";
 import type { View } from "./chart";
 import { choose, chooseLinked, offer, open, save, showChoice, takeGiven } from "./choices";
@@ -25,7 +24,7 @@ const TOAST = 6000; // for which a message stays [ms]
 const ADDRESS = 400; // from a change until it is in the address [ms]
 
 /** Start the app in the page. */
-export function begin(kernel: Kernel): App {
+export function begin(): App {
   let rows: Rows | null = null, modeShown = "";
   let toastTimer = 0, addressTimer = 0;
   const say = (text: string): void => {
@@ -83,7 +82,7 @@ export function begin(kernel: Kernel): App {
   const { settings, problems } = fromAddress(location.hash);
   const fresh = given !== null && location.hash === "";
   if (!fresh) chooseLinked(settings);
-  const app = orPreset(fresh ? given : settings, problems, (chosen) => new App(kernel, chosen, {
+  const app = orPreset(fresh ? given : settings, problems, (chosen) => new App(chosen, {
     views, numbers: find("numbers"), warning: find("warning"), clearing: find("clearing"),
     clock: find("clock"), say, toast, changed,
     moved: () => rows?.following.forEach((row) => row.show()),

@@ -18,8 +18,8 @@ export class CreepCurve extends View {
   }
 
   override show({ dry, wet, most, far }: Picture): void {
-    const [stable, unstable] = byStability(dry.creep_force, dry.pole, 1e-3);
-    const kilo = wet?.creep_force.map((v) => 1e-3 * v) ?? dry.creep_force.map(() => NaN);
+    const [stable, unstable] = byStability(dry.force, dry.pole, 1e-3);
+    const kilo = wet?.force.map((v) => 1e-3 * v) ?? dry.force.map(() => NaN);
     this.chart.show([dry.creepage.map((z) => 100 * z), stable, unstable, kilo],
       [0, 100 * far], [0, 1.25e-3 * most.force]);
   }
@@ -40,7 +40,7 @@ export class CreepCurve extends View {
       }
       if (shown.wet !== null) {
         pen.label(`wet, friction \u00d7 ${digits(shown.wetFriction, 2)}`, 100 * shown.far,
-          1e-3 * shown.wet.creep_force.at(-1)!, -4, -11, "wet-ink", "right");
+          1e-3 * shown.wet.force.at(-1)!, -4, -11, "wet-ink", "right");
       }
       if (control.mode === "creep") {
         pen.rule("across", 100 * control.creepage, "torque", 1.5, [5, 4]);

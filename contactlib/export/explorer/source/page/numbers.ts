@@ -21,7 +21,7 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const { plant, fold } = shown;
   const held = control.mode === "creep";
   const at = held ? control.creepage : run.creepage;
-  const pole = plant.balance(at, run.speed, run.friction).pole;
+  const pole = plant.at(at, run.speed, run.friction).pole;
   const gain = plant.gain(run.speed);
   const highest = largestGain(pole, gain, Math.round(control.delay / SAMPLE), SAMPLE);
   const lowest = Math.max(0, creepControlGain(plant, at, run.speed, run.friction));

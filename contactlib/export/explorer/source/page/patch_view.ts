@@ -59,15 +59,15 @@ export class PatchView extends View {
   }
 
   draw({ run, shown }: Moment): void {
-    const { plant } = shown, { kernel } = plant;
+    const { plant } = shown;
     const contact = plant.force(run.creepage, run.speed, run.friction);
     const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), k = contact.k_hat;
     let strips: LinePatch[], eta: Float64Array;
     if (plant.vehicle.contact === "line") {
-      strips = [linePatch(kernel, x, k, POINTS)];
+      strips = [linePatch(x, k, POINTS)];
       eta = new Float64Array([0]);
     } else {
-      ({ strips, eta } = ellipsePatch(kernel, x, k, STRIPS, POINTS));
+      ({ strips, eta } = ellipsePatch(x, k, STRIPS, POINTS));
     }
     const middle = strips[strips.length >> 1] as LinePatch;
     this.boundary = middle.stick_boundary;

@@ -1,6 +1,7 @@
 /* Phase portrait: the rate of the creepage over the creepage, at the present torque and speed. */
 
 import type { Curves } from "../physics/plant";
+import { isStable } from "../physics/stability";
 import { View } from "./chart";
 import { digits, percent } from "./format";
 import { type Pen, trail } from "./pen";
@@ -21,14 +22,14 @@ export class PhasePortrait extends View {
 
   override show({ plant, speed, most: { torque }, wet, far }: Picture): void {
     const perTorque = 100 * plant.gain(speed), reach = perTorque * torque;
-    const left = torque - (wet?.drive_torque.at(-1) ?? torque); // more than the wet rail takes
+    const left = torque - (wet?.torque.at(-1) ?? torque); // more than the wet rail takes
     const top = Math.max(0.17 * reach, this.wet ? 1.1 * perTorque * left : 0);
     this.chart.show([[0, 1]], [0, 100 * far], [-0.11 * reach, top]);
   }
 
   describe({ run, rests }: Moment): string {
-    const states = rests.map(({ creepage, stable }) =>
-      `${percent(creepage)}, ${stable ? "stable" : "unstable"}`);
+    const states = rests.map((state) =>
+      `${percent(state.creepage)}, ${isStable(state) ? "stable" : "unstable"}`);
     return `Rate of the creepage over the creepage. At this torque it rests at: ` +
       `${states.join("; ") || "none"}. Now it changes by ${digits(100 * run.creepageRate)} % a second.`;
   }
@@ -41,7 +42,7 @@ export class PhasePortrait extends View {
     }
     this.chart.draw((pen) => {
       const curves = run.onPatch && shown.wet !== null ? shown.wet : shown.dry;
-      const border = rests.find((state) => !state.stable && state.creepage > 0);
+      const border = rests.find((state) => !isStable(state) && state.creepage > 0);
       if (border !== undefined && moment.control.mode === "torque") {
         pen.band(0, 100 * border.creepage, "shade");
       }
@@ -61,7 +62,7 @@ export class PhasePortrait extends View {
   private flow(pen: Pen, { run, shown }: Moment, curves: Curves): void {
     const gain = shown.plant.gain(shown.speed);
     const rate = curves.creepage.map((zeta, i) =>
-      100 * gain * (run.torqueAt(zeta) - (curves.drive_torque[i] as number)));
+      100 * gain * (run.torqueAt(zeta) - (curves.torque[i] as number)));
     let from = 0;
     for (let i = 1; i < rate.length; i++) {
       const falls = (rate[i] as number) <= (rate[i - 1] as number);
@@ -81,7 +82,8 @@ export class PhasePortrait extends View {
 
   private rests(pen: Pen, { run, rests, shown }: Moment): void {
     let last = -Infinity;
-    for (const { creepage, stable } of rests) {
+    for (const state of rests) {
+      const { creepage } = state, stable = isStable(state);
       if (creepage > shown.far) continue;
       pen.dot(100 * creepage, 0, stable ? "stable" : "unstable", !stable);
       if (run.creepage > shown.far) continue; // the wheel's mark at the edge needs the room

@@ -1,8 +1,8 @@
 /* What the charts show: the curves, which change with a parameter only, and the moment. */
 
 import type { Control, Run } from "../physics/run";
-import { type Fold, sCurve, type SteadyState } from "../physics/stability";
-import type { Curves, Plant } from "../physics/plant";
+import { type Fold, sCurve } from "../physics/stability";
+import type { Curves, Plant, Point } from "../physics/plant";
 
 /** Curves at one speed. */
 export interface Picture {
@@ -25,7 +25,7 @@ export interface Moment {
   control: Control;
   shown: Picture;
   /** Steady states under the present torque, on the friction under the wheel. */
-  rests: SteadyState[];
+  rests: Point[];
   /** Simulated time that the charts look back [s]. */
   span: number;
 }
@@ -41,9 +41,9 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
   const dry = plant.curves(creepage, speed);
   const wet = wetFriction === 1 ? null : plant.curves(creepage, speed, wetFriction);
   const most = {
-    torque: fold?.drive_torque ?? Math.max(...dry.drive_torque), force: Math.max(...dry.creep_force),
+    torque: fold?.drive_torque ?? Math.max(...dry.torque), force: Math.max(...dry.force),
   };
-  const peak = (topOf(dry.creep_force) * far) / (POINTS - 1);
+  const peak = (topOf(dry.force) * far) / (POINTS - 1);
   const scale = fold?.creepage ?? saturation;
   const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
   return { plant, speed, fold, most, peak, far, ends, dry, wet, wetFriction, states };

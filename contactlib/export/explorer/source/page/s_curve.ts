@@ -43,7 +43,7 @@ export class SteadyStates extends View {
   }
 
   override show({ states, fold, most: { torque }, ends: [least] }: Picture): void {
-    const [stable, unstable] = byStability(states.drive_torque, states.pole, 1e-3);
+    const [stable, unstable] = byStability(states.torque, states.pole, 1e-3);
     const creepage = states.creepage.map((z) => 100 * Math.max(z, 1e-3 * least));
     const most = 1e-3 * torque, back = 1e-3 * (fold?.return_torque ?? 0.75 * torque);
     const low = Math.min(0.84 * most, back - 0.4 * (most - back));

@@ -3,7 +3,7 @@
 import { clearing } from "../physics/clearing";
 import { FASTEST_RIM } from "../physics/motion";
 import { SAMPLE } from "../physics/run";
-import { creepControlGain, type Fold, steadyStates } from "../physics/stability";
+import { creepControlGain, type Fold, isStable } from "../physics/stability";
 import type { App, Story } from "./app";
 import { digits, duration, percent } from "./format";
 
@@ -25,7 +25,7 @@ function critical(app: App): Fold {
 }
 
 /** Rate at which the wheel leaves the reference of its control [1/s]. */
-const poleThere = (app: App): number => app.shown.plant.balance(app.control.creepage, app.run.speed).pole;
+const poleThere = (app: App): number => app.shown.plant.at(app.control.creepage, app.run.speed).pole;
 
 /** Switch to creep control that may use more than the critical torque. */
 function creepMode({ control, shown: { fold } }: App): void {
@@ -43,8 +43,8 @@ const kilo = (torque: number, significant = 4): string => `${digits(1e-3 * torqu
 /** Hysteresis needs a branch to run away to, within the run's limit of the rim speed. */
 function noLanding(app: App): string | null {
   const { plant, speed } = app.shown, { drive_torque, return_creepage } = critical(app);
-  const landing = steadyStates(plant, OVER * drive_torque, speed)
-    .find((state) => state.stable && state.creepage > return_creepage);
+  const landing = plant.steady(OVER * drive_torque, speed)
+    .find((state) => isStable(state) && state.creepage > return_creepage);
   if (landing !== undefined && (1 + landing.creepage) * speed < FASTEST_RIM) return null;
   return `Here a run-away goes on beyond a rim speed of ${FASTEST_RIM} m/s: more damping of the ` +
     "drive, or less speed, would catch it.";
@@ -84,8 +84,8 @@ function ramp(app: App, part: number, rate: number): void {
 }
 
 function border(app: App): number {
-  const states = steadyStates(app.shown.plant, app.control.drive_torque, app.run.speed);
-  return states.find((state) => !state.stable)?.creepage ?? app.shown.far;
+  const states = app.shown.plant.steady(app.control.drive_torque, app.run.speed);
+  return states.find((state) => !isStable(state))?.creepage ?? app.shown.far;
 }
 
 function patchStory(app: App, part: number): void {
@@ -248,7 +248,7 @@ export const STORIES: Story[] = [
       },
       {
         say: (app) => {
-          const { pole } = app.shown.plant.balance(app.run.creepage, app.run.speed);
+          const { pole } = app.shown.plant.at(app.run.creepage, app.run.speed);
           return `Held at ${percent(app.run.creepage)}. Without control a small change would double ` +
             `every ${duration(Math.LN2 / pole)}.`;
         },

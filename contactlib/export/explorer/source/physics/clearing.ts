@@ -3,12 +3,10 @@
  * creepage rises from its steady state on good friction. It comes back if at the end of the stretch
  * it has not passed the unstable state on good friction. The kernel integrates the motion.
  */
-import type { Kernel, Structs } from "../kernel/kernel";
+import type { Structs } from "../kernel/kernel";
 import { Motion } from "./motion";
-import type { Plant } from "./plant";
-import { root } from "./roots";
-import { gripOf, type SteadyState, statesOf } from "./stability";
-import { type TorqueCurve, torqueCurve } from "./torque_curve";
+import type { Plant, Point } from "./plant";
+import { crossing, isStable } from "./stability";
 
 /** The longest patch that is survived: time [s] and length [m]; infinite: of any length. */
 export interface Clearing {
@@ -20,56 +18,53 @@ export interface Clearing {
 }
 
 const TOLERANCE = 1e-8; // of the integration
+const CLOSEST = 1e-9; // of the last step's length, relative
 const FIRST_STEP = 1e-4; // [s]
 const GROWTH = 1.3; // of the steps
 const LONGEST = 1e4; // time on the patch that is integrated at most [s]
+
+let shared: Motion | null = null; // on the patch: its memory stays in use
 
 /**
  * Clearing time under a drive torque [N.m] from a speed [m/s], with friction times `patchFriction`
  * on the patch; null if even good friction does not hold the torque, or if it brakes.
  */
 export function clearing(
-  plant: Plant,
-  driveTorque: number,
-  speed: number,
-  patchFriction: number,
+  plant: Plant, driveTorque: number, speed: number, patchFriction: number,
 ): Clearing | null {
-  const good = torqueCurve(plant, speed);
-  const start = driveTorque < 0 ? null : gripOf(good, driveTorque);
+  const start = driveTorque < 0 ? null : plant.grip(driveTorque, speed);
   if (start === null) return null;
-  const unstable = statesOf(good, driveTorque).find(({ stable }) => !stable);
+  const unstable = plant.steady(driveTorque, speed).find((state) => !isStable(state));
   const border = unstable?.creepage ?? Infinity;
   const survived = { time: Infinity, distance: Infinity, start, border };
-  if (unstable === undefined || !growsFasterThanSpeed(plant, unstable, speed)) return survived;
-  const patch = torqueCurve(plant, speed, patchFriction);
-  if (highest(patch, start, border) >= driveTorque * (1 - 4 * Number.EPSILON)) return survived;
+  // The slip velocity itself must grow, and not only its ratio to a falling speed.
+  if (unstable === undefined || unstable.pole + acceleration(plant, unstable) / speed <= 0) {
+    return survived;
+  }
+  const held = [start, border].map((at) => plant.at(at, speed, patchFriction));
+  const turns = plant.turns(speed, patchFriction).slice(0, -1)
+    .filter(({ creepage }) => start < creepage && creepage < border);
+  const highest = Math.max(...[...held, ...turns].map(({ torque }) => torque));
+  if (highest >= driveTorque * (1 - 4 * Number.EPSILON)) return survived;
 
-  const motion = onPatch(plant, driveTorque, patchFriction);
+  const motion = (shared ??= new Motion());
+  motion.configure(plant.vehicle, plant.normalLoad);
+  const { input } = motion.drivetrain;
+  input.commanded_torque = driveTorque;
+  input.friction_left = input.friction_right = patchFriction;
   motion.start(speed, start);
   let arrival = moveUntil(motion, () => border);
   if (arrival !== null && plant.vehicle.mass !== null) {
-    const borderAt = movingBorder(plant, driveTorque, speed, unstable, arrival.speed);
+    const borderAt = movingBorder(plant, driveTorque, unstable, arrival.speed);
     motion.start(speed, start);
     arrival = moveUntil(motion, borderAt);
   }
   return arrival === null ? survived : { ...arrival, start, border };
 }
 
-/** Whether the slip velocity itself grows, and not only its ratio to a falling speed. */
-function growsFasterThanSpeed(plant: Plant, state: SteadyState, speed: number): boolean {
-  return state.pole + acceleration(plant, state.creepage, speed) / speed > 0;
-}
-
 /** dV/dt [m/s2]. */
-function acceleration(plant: Plant, creepage: number, speed: number): number {
-  return plant.rates(creepage, speed, plant.force(creepage, speed)).speed_rate;
-}
-
-/** Largest torque of a curve between two creepages [N.m]. */
-function highest(curve: TorqueCurve, low: number, high: number): number {
-  const inside = curve.turns.filter((turn) => low < turn.creepage && turn.creepage < high);
-  const ends = [low, high].map((at) => curve.plant.torque(at, curve.speed, curve.friction));
-  return Math.max(...ends, ...inside.map((turn) => turn.drive_torque));
+function acceleration(plant: Plant, { creepage, speed }: Point): number {
+  return plant.rates(creepage, speed).speed_rate;
 }
 
 /**
@@ -78,40 +73,17 @@ function highest(curve: TorqueCurve, low: number, high: number): number {
  * rate p, a creepage stays at a distance of c/p.
  */
 function movingBorder(
-  plant: Plant,
-  driveTorque: number,
-  speed: number,
-  unstable: SteadyState,
-  later: number,
+  plant: Plant, driveTorque: number, unstable: Point, later: number,
 ): (speed: number) => number {
-  const there = statesOf(torqueCurve(plant, later), driveTorque)[1];
+  const there = plant.steady(driveTorque, later)[1], { speed } = unstable;
   if (there === undefined || later === speed) return () => unstable.creepage;
   const steepness = (there.creepage - unstable.creepage) / (later - speed);
-  const rate = steepness * acceleration(plant, unstable.creepage, speed);
-  const border = unstable.creepage + rate / unstable.pole;
+  const border = unstable.creepage + (steepness * acceleration(plant, unstable)) / unstable.pole;
   return (at) => border + steepness * (at - speed);
 }
 
 /** Time and distance since the patch began [s, m], and the speed [m/s]. */
-interface Arrival {
-  time: number;
-  distance: number;
-  speed: number;
-}
-
-const MOTIONS = new WeakMap<Kernel, Motion>();
-
-/** A wheelset on a rail that is all patch. There is one for each kernel, as its memory stays used. */
-function onPatch(plant: Plant, driveTorque: number, patchFriction: number): Motion {
-  const { kernel, vehicle, normalLoad } = plant;
-  const motion = MOTIONS.get(kernel) ?? new Motion(kernel);
-  MOTIONS.set(kernel, motion);
-  motion.configure(vehicle, normalLoad);
-  const { input } = motion.drivetrain;
-  input.commanded_torque = driveTorque;
-  input.friction_left = input.friction_right = patchFriction;
-  return motion;
-}
+type Arrival = Record<"time" | "distance" | "speed", number>;
 
 /** Move until the creepage meets a border over the speed; null if it does not. */
 function moveUntil(motion: Motion, border: (speed: number) => number): Arrival | null {
@@ -124,17 +96,15 @@ function moveUntil(motion: Motion, border: (speed: number) => number): Arrival |
     motion.drivetrain.advance(at, step, TOLERANCE);
     return excess();
   };
-  let [time, before, step] = [0, excess(), FIRST_STEP];
-  if (before >= 0) return { time: 0, distance: 0, speed: state.speed }; // it moves past the start
-  while (time < LONGEST && state.speed >= minimum_speed) {
+  if (excess() >= 0) return { time: 0, distance: 0, speed: state.speed }; // it moves past the start
+  for (let time = 0, step = FIRST_STEP; time < LONGEST && state.speed >= minimum_speed;) {
     const from = { ...state };
-    const after = stepFrom(from, time, step);
-    if (after >= 0) {
-      const part = root((h) => stepFrom(from, time, h), 0, step, before, after);
+    if (stepFrom(from, time, step) >= 0) {
+      const part = crossing((h) => stepFrom(from, time, h), 0, step, CLOSEST);
       stepFrom(from, time, part);
       return { time: time + part, distance: state.distance, speed: state.speed };
     }
-    [time, before, step] = [time + step, after, step * GROWTH];
+    [time, step] = [time + step, step * GROWTH];
   }
   return null;
 }

@@ -1,5 +1,5 @@
 /** The wheelset on its rail: state, parameters and wet patch in the kernel's drivetrain. */
-import type { Drivetrain, Kernel } from "../kernel/kernel";
+import { type Drivetrain, kernel } from "../kernel/kernel";
 import { Plant } from "./plant";
 import type { Moment, Row, RunEvent } from "./recorder";
 import type { Vehicle } from "./vehicle";
@@ -19,18 +19,14 @@ export interface Patch {
 }
 
 export class Motion {
-  readonly drivetrain: Drivetrain;
+  readonly drivetrain: Drivetrain = kernel.drivetrain();
   patch: Patch | null = null;
   plant!: Plant; // on the dry rail
   private rims: [number, number] = [0, FASTEST_RIM]; // between which time goes on [m/s]
 
-  constructor(private readonly kernel: Kernel) {
-    this.drivetrain = kernel.drivetrain();
-  }
-
   /** Take these parameters and this load [N]; the state stays. */
   configure(vehicle: Vehicle, normalLoad: number): void {
-    this.plant = new Plant(this.kernel, { ...vehicle }, normalLoad);
+    this.plant = new Plant({ ...vehicle }, normalLoad);
     const { table, contact, body } = this.plant;
     this.drivetrain.configure(table, contact, {
       ...body, axle_stiffness: 0, axle_damping: 0, drive_share: 0.5, motor_lag: 0, // a rigid axle
@@ -104,25 +100,16 @@ export class Motion {
     const { input, state } = this.drivetrain;
     const friction = this.onPatch ? this.patch!.friction : 1;
     input.friction_left = input.friction_right = friction; // a step leaves that of its start
-    moment.omega = state.omega_left;
     moment.speed = state.speed;
     moment.creepage = this.drivetrain.output().creepage_left;
     moment.friction = friction;
   }
 
   /** Row of a moment under the present parameters. */
-  rowOf({ time, omega, speed, creepage, friction, drive_torque }: Moment): Row {
-    const { kernel, plant } = this, { normalLoad: normal_load } = plant;
-    const input = {
-      omega, speed, normal_load, friction_scale: friction,
-      relaxed_creepage: 0, lateral_velocity: 0, spin_velocity: 0,
-    };
-    const contact = kernel.force(plant.table, plant.contact, input);
-    const rates = kernel.motion(plant.body, omega, speed, drive_torque, 0, contact);
-    const creepage_rate =
-      contact.creepage_by_omega * rates.omega_rate + contact.creepage_by_speed * rates.speed_rate;
-    const { creep_force } = contact;
-    return { time, creepage, drive_torque, creep_force, speed, friction, creepage_rate };
+  rowOf({ time, speed, creepage, friction, drive_torque }: Moment): Row {
+    const { force, torque } = this.plant.at(creepage, speed, friction);
+    const creepage_rate = this.plant.gain(speed) * (drive_torque - torque);
+    return { time, creepage, drive_torque, creep_force: force, speed, friction, creepage_rate };
   }
 
   /** Why it cannot go on, in one line, or null. */

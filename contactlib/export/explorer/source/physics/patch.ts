@@ -5,7 +5,7 @@
  * and from the stick boundary follow from m = t^4/(1 + t^4) and s = 1 - m, without differences of
  * nearly equal numbers.
  */
-import type { Kernel } from "../kernel/kernel";
+import { kernel } from "../kernel/kernel";
 
 /** Traction along a line contact or a strip of an ellipse, from trailing to leading edge. */
 export interface LinePatch {
@@ -17,15 +17,13 @@ export interface LinePatch {
 const NEAREST = 1e-4; // least distance to the stick boundary, where the traction is infinite, over the zone
 
 /** Line contact, at an even number of points; creepages below zero brake. */
-export function linePatch(
-  kernel: Kernel, normalizedCreepage: number, kHat: number, points: number,
-): LinePatch {
-  return strip(kernel, normalizedCreepage, kHat, 1, points);
+export function linePatch(normalizedCreepage: number, kHat: number, points: number): LinePatch {
+  return strip(normalizedCreepage, kHat, 1, points);
 }
 
 /** Strips of an ellipse over eta = y/b from -1 to 1, the first and the last of no width. */
 export function ellipsePatch(
-  kernel: Kernel, normalizedCreepage: number, kHat: number, strips: number, points: number,
+  normalizedCreepage: number, kHat: number, strips: number, points: number,
 ): { eta: Float64Array; strips: LinePatch[] } {
   const eta = new Float64Array(strips);
   const found = new Array<LinePatch>(strips);
@@ -35,13 +33,13 @@ export function ellipsePatch(
     eta[j] = Math.cos(angle);
     eta[i] = i === j ? 0 : -eta[j]!;
     // The ellipse is symmetric.
-    found[i] = found[j] = strip(kernel, normalizedCreepage, kHat, width, points);
+    found[i] = found[j] = strip(normalizedCreepage, kHat, width, points);
   }
   return { eta, strips: found };
 }
 
 /** Strip of the half-width w a. */
-function strip(kernel: Kernel, x: number, kHat: number, w: number, points: number): LinePatch {
+function strip(x: number, kHat: number, w: number, points: number): LinePatch {
   const half = points >> 1;
   const position = new Float64Array(2 * half);
   const traction = new Float64Array(2 * half);

@@ -67,7 +67,6 @@ export class History {
 /** The state at one moment: its row follows from it and the parameters. */
 export interface Moment {
   time: number; // [s]
-  omega: number; // [rad/s]
   speed: number; // [m/s]
   creepage: number; // [1]
   friction: number; // factor on the rail's [1]
@@ -81,7 +80,7 @@ interface Slot {
 }
 
 function emptySlot(): Slot {
-  const moment = { time: 0, omega: 0, speed: 0, creepage: 0, friction: 1, drive_torque: 0 };
+  const moment = { time: 0, speed: 0, creepage: 0, friction: 1, drive_torque: 0 };
   return { moment, row: null, kept: true };
 }
 

@@ -2,13 +2,11 @@
  * A live run of one wheelset with a rigid axle and two equal wheels. The kernel steps its equations;
  * here is the torque of each sample, what the user does meanwhile, the record, and when to stop.
  */
-import type { Drivetrain, Kernel } from "../kernel/kernel";
+import type { Drivetrain } from "../kernel/kernel";
 import { checkControl, type Control, SAMPLE, TorqueSource } from "./control";
 import { demand } from "./limits";
 import { Motion, type Patch } from "./motion";
 import { type History, Recorder, type RunEvent, Watch } from "./recorder";
-import { gripOf } from "./stability";
-import { torqueCurve } from "./torque_curve";
 import { saturationCreepage, type Vehicle } from "./vehicle";
 
 export { type Control, SAMPLE } from "./control";
@@ -30,20 +28,14 @@ export class Run {
   /** Why the run ended, in one line; null while it goes on. */
   stopped: string | null = null;
 
-  private readonly motion: Motion;
-  private readonly recorder: Recorder;
+  private readonly motion = new Motion();
+  private readonly recorder = new Recorder(ROWS, (moment) => this.motion.rowOf(moment));
   private readonly source = new TorqueSource();
   private readonly watcher = new Watch();
   private fold: number | null = null;
   private samples = 0;
   private carried = 0; // time that is not simulated yet, less than a sample [s]
   private events: RunEvent[] = [];
-
-  constructor(kernel: Kernel) {
-    const motion = new Motion(kernel);
-    this.motion = motion;
-    this.recorder = new Recorder(ROWS, (moment) => motion.rowOf(moment));
-  }
 
   /**
    * Begin again at a speed [m/s] under a load [N]. In torque mode it begins with the grip that it has
@@ -191,7 +183,7 @@ export class Run {
 
   private grip(speed: number): number {
     const torque = this.control.drive_torque;
-    const creepage = gripOf(torqueCurve(this.motion.plant, speed), torque);
+    const creepage = this.motion.plant.grip(torque, speed);
     if (creepage !== null) return creepage;
     throw new RangeError(
       `control.drive_torque = ${torque} is out of range: no grip holds it at ${speed} m/s`,

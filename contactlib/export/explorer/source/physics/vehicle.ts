@@ -1,6 +1,5 @@
 /** A wheelset as a model file describes it, and the kernel's parameters that follow from it. */
-import type { Contact, Structs } from "../kernel/kernel";
-import { halfSpaceScales, type Scales } from "./half_space";
+import { type Contact, kernel, type Structs } from "../kernel/kernel";
 
 const GRAVITY = 9.80665; // standard gravity [m/s2]
 
@@ -59,14 +58,15 @@ export function contactModulus(v: Vehicle): number {
   return v.youngs_modulus / (2 * (1 - v.poisson_ratio ** 2)); // Eq. (4)
 }
 
-function scalesOf(v: Vehicle): Scales {
-  if (v.contact === "line" || v.theory === "strips") return { stiffness: 1, softening: 0 };
-  return halfSpaceScales(v.semi_width / lateralSemiAxis(v), v.poisson_ratio);
+/** Stiffness along rolling over that of strips, and the part of it that is lost up to saturation. */
+function scalesOf(v: Vehicle): Record<"stiffness_x" | "softening_x", number> {
+  if (v.contact === "line" || v.theory === "strips") return { stiffness_x: 1, softening_x: 0 };
+  return kernel.halfSpace(v.semi_width / lateralSemiAxis(v), v.poisson_ratio);
 }
 
 /** Modulus of the stiffness against creepage [Pa]. */
 function tangentialModulus(v: Vehicle): number {
-  return contactModulus(v) * scalesOf(v).stiffness;
+  return contactModulus(v) * scalesOf(v).stiffness_x;
 }
 
 /** Weakening length Delta that gives the vehicle's k_hat [m]. */
@@ -94,16 +94,6 @@ function loadExponent(v: Vehicle): number {
   return v.contact === "line" ? 1 / 2 : 1 / 3;
 }
 
-/** Whether friction falls with slip speed, in whichever way. */
-export function fallsWithSlipSpeed(v: Vehicle): boolean {
-  return v.softening_temperature > 0 || (v.slip_rate_decay > 0 && v.slip_rate_residual < 1);
-}
-
-/** Fraction of friction left where the creep force peaks, or less: Python's Friction.least_left. */
-export function leastLeft(v: Vehicle): number {
-  return v.softening_temperature > 0 ? 0.05 : v.slip_rate_residual;
-}
-
 /** Parameters of the kernel's force element, without relaxation. */
 export function forceParameters(v: Vehicle): Structs["force_element_parameters"] {
   return {
@@ -115,7 +105,7 @@ export function forceParameters(v: Vehicle): Structs["force_element_parameters"]
     semi_width: v.semi_width,
     peak_pressure: v.peak_pressure,
     contact_modulus: tangentialModulus(v),
-    softening: scalesOf(v).softening,
+    softening: scalesOf(v).softening_x,
     nominal_load: v.normal_load,
     load_exponent: loadExponent(v),
     minimum_speed: v.minimum_speed,
