@@ -216,23 +216,6 @@ def test_another_load_is_written_as_the_contact_under_it(
     assert set(after.creep_control.reference.value) == {control["creepage"]}
 
 
-def test_the_ellipse_is_pythons(page: ExplorerPage) -> None:
-    rng = np.random.default_rng(7)
-    low, high = (-3.0, -3.0, 3.0, 10.0), (3.0, 3.0, 6.0, 11.5)
-    cases = (10.0 ** rng.uniform(low, high, (200, 4))).tolist()
-    for (rx, ry, load, modulus), axes in zip(
-        cases, ask_all(page, "semiAxes", [tuple(case) for case in cases]), strict=True
-    ):
-        contact = cl.EllipticContact(
-            normal_load=load,
-            radius_x=rx,
-            radius_y=ry,
-            contact_modulus=modulus,
-            theory="strips",
-        )
-        assert axes == pytest.approx([contact.semi_axis_x, contact.semi_axis_y], rel=1e-12)
-
-
 ANY_NUMBER = [0.0, -1.0, 0.3, 1e3, math.inf, -math.inf, math.nan]
 NO_NUMBER: list[object] = [None, True, "", "5", "x y", "1 furlong", [], {}]
 # Keys with their units and bounds: needed, with a default, given in place of another, and lists.
