@@ -12,15 +12,15 @@ from explorer_page import ExplorerPage
 GO_ON = """async (duration, until, piece) => {
   const { app } = await contactlib.ready;
   const events = [];
-  let lowest = app.run.creepage, highest = lowest;
+  let lowest = app.run.now.creepage, highest = lowest;
   for (let left = duration; left > 1e-9 && !events.some(({ name }) => name === until);) {
     const passed = Math.min(piece, left);
     events.push(...app.advance(passed));
     left -= passed;
-    lowest = Math.min(lowest, app.run.creepage);
-    highest = Math.max(highest, app.run.creepage);
+    lowest = Math.min(lowest, app.run.now.creepage);
+    highest = Math.max(highest, app.run.now.creepage);
   }
-  const { time, creepage, speed, driveTorque } = app.run;
+  const { time, creepage, speed, drive_torque: driveTorque } = app.run.now;
   return { events, lowest, highest, time, creepage, speed, driveTorque };
 }"""
 

@@ -76,9 +76,9 @@ def test_reset_returns_to_grip(visitor: Visitor, model: str, part: float) -> Non
     if part > 1.0:
         assert "No grip holds that torque: the run starts at the model's" in visitor.toast()
         visitor.wait(10_000)
-    assert 0.0 <= visitor.state("run.creepage") < fold["creepage"]
+    assert 0.0 <= visitor.state("run.now.creepage") < fold["creepage"]
     torque = part * fold["drive_torque"] if part < 1.0 else own
-    assert visitor.state("run.driveTorque") == pytest.approx(torque, rel=1e-3)
+    assert visitor.state("run.now.drive_torque") == pytest.approx(torque, rel=1e-3)
     assert visitor.simulate(1.0).highest < fold["creepage"]
 
 
@@ -98,11 +98,11 @@ def test_less_torque_after_the_speed_limit_brings_no_grip_back(visitor: Visitor)
     holding = re.search(r"less than ([0-9.]+) kN m slows the wheel down", visitor.text("warning"))
     assert holding is not None
     assert fold["return_torque"] < 1e3 * float(holding[1]) < fold["drive_torque"]
-    before = {name: visitor.state(f"run.{name}") for name in ("time", "creepage", "speed")}
+    before = {name: visitor.state(f"run.now.{name}") for name in ("time", "creepage", "speed")}
     assert visitor.simulate(1.0).time == before["time"]
     visitor.enter(torque=5e-4 * (fold["drive_torque"] + fold["return_torque"]))
     visitor.press("Play")
-    assert {name: visitor.state(f"run.{name}") for name in before} == before
+    assert {name: visitor.state(f"run.now.{name}") for name in before} == before
     passed = visitor.simulate(1.0)
     assert passed.time == pytest.approx(before["time"] + 1.0)
     assert passed.names == []
@@ -116,15 +116,15 @@ def test_less_torque_after_the_speed_limit_brings_no_grip_back(visitor: Visitor)
 def test_each_play_at_the_speed_limit_goes_on_from_there(visitor: Visitor) -> None:
     run_beyond(visitor)
     for _ in range(2):
-        before = visitor.state("run.creepage")
+        before = visitor.state("run.now.creepage")
         visitor.press("Play")
         assert visitor.simulate(30.0).lowest >= 0.9 * before
-        assert visitor.state("run.creepage") > before
+        assert visitor.state("run.now.creepage") > before
         assert "above the limit" in visitor.state("run.stopped")
     visitor.press("Kick the wheel")
-    assert visitor.state("run.creepage") > before
+    assert visitor.state("run.now.creepage") > before
     visitor.press("Reset")
-    assert visitor.state("run.creepage") < visitor.state("shown.fold")["creepage"]
+    assert visitor.state("run.now.creepage") < visitor.state("shown.fold")["creepage"]
     visitor.simulate(0.01)
     assert visitor.state("run.stopped") is None
 
@@ -239,7 +239,7 @@ def test_numbers_shown_are_those_of_python(
     speed = visitor.simulate(0.05).speed
     visitor.look()
     numbers = visitor.numbers()
-    creepage = visitor.state("run.creepage")
+    creepage = visitor.state("run.now.creepage")
     at = creepage if reference is None else reference / 100.0
     here: dict[str, Any] = {"speed": speed, "normal_load": 1e3 * load}
     force = wheelset.element.at_creepage(creepage, **here)
@@ -249,7 +249,7 @@ def test_numbers_shown_are_those_of_python(
     assert fold is not None
     for label, value in {
         "creepage \u03b6": 100.0 * creepage,
-        "drive torque T": 1e-3 * visitor.state("run.driveTorque"),
+        "drive torque T": 1e-3 * visitor.state("run.now.drive_torque"),
         "Q / P": float(force["traction_coefficient"]),
         "pole here" if reference is None else "pole at the reference": pole,
         "critical torque": 1e-3 * fold.drive_torque,
@@ -342,9 +342,9 @@ TELL = """async (after) => {
     const step = steps.at(-1);
     step.events.push(...app.advance(duration).map(({ name }) => name));
     if (text() !== said.at(-1)) return; // what the next step has begun with is not of this one
-    step.lowest = Math.min(step.lowest, app.run.creepage);
-    step.highest = Math.max(step.highest, app.run.creepage);
-    step.last = app.run.creepage;
+    step.lowest = Math.min(step.lowest, app.run.now.creepage);
+    step.highest = Math.max(step.highest, app.run.now.creepage);
+    step.last = app.run.now.creepage;
   };
   for (let i = 0; i < 20000; i++) {
     if (text() !== said.at(-1)) {
@@ -355,7 +355,7 @@ TELL = """async (after) => {
     pass(app.settings.playback / 60);
   }
   for (let time = 0; time < after; time += 1e-3) pass(1e-3);
-  const { creepage, driveTorque, speed, stopped } = app.run;
+  const { creepage, drive_torque: driveTorque, speed } = app.run.now, { stopped } = app.run;
   return { said, steps, creepage, driveTorque, speed, stopped, stories: app.story.steps.length };
 }"""
 
@@ -479,7 +479,7 @@ def test_an_experiment_that_cannot_begin_leaves_a_wheel_that_grips(visitor: Visi
     visitor.call(TELL, 2.0)
     visitor.press("Wet patch")
     assert advice in visitor.text("story")
-    assert visitor.state("run.creepage") < visitor.state("shown.fold")["creepage"]
+    assert visitor.state("run.now.creepage") < visitor.state("shown.fold")["creepage"]
     assert visitor.text("toast") == ""
     visitor.press("Reset")
     assert advice not in visitor.text("story")
@@ -558,12 +558,12 @@ def test_keys_do_what_the_help_says(visitor: Visitor) -> None:
 
     assert pressed(" ", "playing") == (True, False)
     assert pressed(" ", "playing") == (False, True)
-    before, after = pressed("k", "run.creepage")
+    before, after = pressed("k", "run.now.creepage")
     assert after - before == pytest.approx(visitor.state("kickSize"), rel=1e-9)
     before, after = pressed("w", "run.patch")
     assert before is None
     assert after["friction"] == 0.5
-    before, after = pressed("r", "run.time")
+    before, after = pressed("r", "run.now.time")
     assert before > 0.0
     assert after == 0.0
     stories = visitor.page.locator("#stories button")
@@ -578,7 +578,7 @@ def test_keys_do_what_the_help_says(visitor: Visitor) -> None:
     visitor.page.locator("#k-hat-field").focus()
     keyboard.type("r")
     keyboard.press("Escape")
-    assert visitor.state("run.time") == begun
+    assert visitor.state("run.now.time") == begun
     assert visitor.page.locator("#k-hat-field").input_value() == "0.3"
 
 
@@ -613,7 +613,7 @@ def test_keys_move_sliders_and_no_end_breaks_the_page(
         for key in ("Home", "End"):
             slider.press(key)
             visitor.wait()
-            time = visitor.state("run.time")
+            time = visitor.state("run.now.time")
             assert visitor.simulate(0.02).time > time, (name, key)
             visitor.wait()
     assert still == []

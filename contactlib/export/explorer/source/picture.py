@@ -18,8 +18,8 @@ PAGE = Path(__file__).resolve().parents[1] / "page.html"
 TELL = """async () => {
     const { app } = await contactlib.ready;
     document.querySelector("#stories button:nth-child(2)").click();
-    const low = () => app.run.driveTorque < 0.89 * app.shown.fold.drive_torque;
-    while (app.run.time < 10 || !low()) app.advance(0.02);
+    const low = () => app.run.now.drive_torque < 0.89 * app.shown.fold.drive_torque;
+    while (app.run.now.time < 10 || !low()) app.advance(0.02);
     app.play(false);
 }"""
 

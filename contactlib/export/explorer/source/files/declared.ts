@@ -91,3 +91,44 @@ export function settingLimit(key: string): Limit {
   if (limit === undefined) throw new Error(`${key} has no limits in this page`);
   return limit;
 }
+
+type Values = Record<string, number>;
+
+/** Conditions on several numbers. */
+const TOGETHER: { keys: string[]; must: string; holds(v: Values): boolean }[] = [
+  {
+    keys: ["static_friction", "kinetic_friction"],
+    must: "static_friction >= kinetic_friction",
+    holds: (v) => v["static_friction"]! >= v["kinetic_friction"]!,
+  },
+  {
+    keys: ["k_hat", "static_friction", "kinetic_friction"],
+    must: "static_friction > kinetic_friction, or k_hat = 0",
+    holds: (v) => v["k_hat"] === 0 || v["static_friction"]! > v["kinetic_friction"]!,
+  },
+  {
+    keys: ["softening_temperature"],
+    must: "softening_temperature = 0 or >= 1",
+    holds: (v) => v["softening_temperature"] === 0 || v["softening_temperature"]! >= 1,
+  },
+  {
+    keys: ["softening_temperature", "slip_rate_decay"],
+    must: "softening_temperature = 0 or slip_rate_decay = 0",
+    holds: (v) => v["softening_temperature"] === 0 || v["slip_rate_decay"] === 0,
+  },
+  {
+    keys: ["speed", "minimum_speed"],
+    must: "speed >= minimum_speed",
+    holds: (v) => v["speed"]! >= v["minimum_speed"]!,
+  },
+];
+
+/** The conditions that some values break, one after another: their keys, and a line for each. */
+export function* brokenTogether(values: object): Generator<{ keys: string[]; problem: string }> {
+  for (const { keys, must, holds } of TOGETHER) {
+    const now = values as Values;
+    if (holds(now)) continue;
+    const given = keys.map((key) => `${key} = ${now[key]}`).join(", ");
+    yield { keys, problem: `${given}: must be ${must}` };
+  }
+}

@@ -7,7 +7,7 @@ import { allows, limitText } from "../physics/limits";
 import {
   atLoad, contactModulus, lateralSemiAxis, saturationCreepage, type Vehicle, weakeningLength,
 } from "../physics/vehicle";
-import { OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
+import { brokenTogether, OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
 import { kernel } from "../kernel/kernel";
 import {
   checkKeys, ModelError, type Numbers, oneOf, parseToml, readProfile, readSection, shown,
@@ -67,10 +67,10 @@ export function readModel(text: string): Model {
       throw new ModelError(`wheelset.${key} is missing: this page shows wheelsets`);
     }
   }
-  checkFall(vehicle);
   vehicle.inertia += rotorOf(wheelset);
   vehicle.normal_load *= vehicle.wheels;
   vehicle.k_hat = kHatOf(vehicle, friction);
+  checkFriction(vehicle);
   vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
   return { vehicle, control: readRuns(data) };
 }
@@ -143,21 +143,8 @@ function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicl
 
 /** k_hat as [friction] gives it, or from the weakening length, which grows with its square. */
 function kHatOf(vehicle: Vehicle, { k_hat: given, weakening_length: length }: Numbers): number {
-  const { static_friction, kinetic_friction } = vehicle;
-  if (static_friction < kinetic_friction) {
-    throw new ModelError(
-      `friction.static = ${static_friction} is out of range: must be >= friction.kinetic = ` +
-        `${kinetic_friction}`,
-    );
-  }
-  const falls = static_friction > kinetic_friction;
-  if (given != null) {
-    if (falls || given === 0) return given;
-    throw new ModelError(
-      `friction.k_hat = ${given} needs friction.static = ${static_friction} > friction.kinetic`,
-    );
-  }
-  if (!falls) return 0;
+  if (given != null) return given;
+  if (vehicle.static_friction <= vehicle.kinetic_friction) return 0;
   const kHat = Math.sqrt(length! / weakeningLength({ ...vehicle, k_hat: 1 }));
   const limit = SECTIONS["friction"]!["k_hat"]!;
   if (allows(limit, kHat)) return kHat;
@@ -167,15 +154,10 @@ function kHatOf(vehicle: Vehicle, { k_hat: given, weakening_length: length }: Nu
   );
 }
 
-/** Refuse friction that falls with slip speed in two ways. */
-function checkFall({ softening_temperature: top, slip_rate_decay: decay }: Vehicle): void {
-  const given = `friction.softening_temperature = ${top}`;
-  if (top > 0 && top < 1) throw new ModelError(`${given} is out of range: must be 0 or >= 1`);
-  if (top > 0 && decay > 0) {
-    throw new ModelError(
-      `${given} and friction.slip_rate_decay = ${decay} are two ways to say how friction falls: ` +
-        "give one",
-    );
+/** Refuse numbers of [friction] that do not go together. */
+function checkFriction(vehicle: Vehicle): void {
+  for (const { problem } of brokenTogether({ ...vehicle, speed: Infinity })) {
+    throw new ModelError(`friction: ${problem.replaceAll("_friction", "")}`);
   }
 }
 

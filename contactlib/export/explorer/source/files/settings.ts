@@ -6,7 +6,7 @@ import { embeddedData } from "../kernel/embedded";
 import type { Control } from "../physics/control";
 import { allows, limitText } from "../physics/limits";
 import type { Vehicle } from "../physics/vehicle";
-import { settingLimit } from "./declared";
+import { brokenTogether, settingLimit } from "./declared";
 import { type Model, readModel } from "./model_file";
 import { decimal, shown } from "./reading";
 
@@ -83,35 +83,6 @@ const CHOICES: Readonly<Record<string, string[]>> = {
 };
 const LONGEST = 4000; // characters of an address
 
-/** Conditions on several numbers of the settings. */
-const TOGETHER: { keys: string[]; must: string; holds(v: Record<string, number>): boolean }[] = [
-  {
-    keys: ["static_friction", "kinetic_friction"],
-    must: "static_friction >= kinetic_friction",
-    holds: (v) => v["static_friction"]! >= v["kinetic_friction"]!,
-  },
-  {
-    keys: ["k_hat", "static_friction", "kinetic_friction"],
-    must: "static_friction > kinetic_friction, or k_hat = 0",
-    holds: (v) => v["k_hat"] === 0 || v["static_friction"]! > v["kinetic_friction"]!,
-  },
-  {
-    keys: ["softening_temperature"],
-    must: "softening_temperature = 0 or >= 1",
-    holds: (v) => v["softening_temperature"] === 0 || v["softening_temperature"]! >= 1,
-  },
-  {
-    keys: ["softening_temperature", "slip_rate_decay"],
-    must: "softening_temperature = 0 or slip_rate_decay = 0",
-    holds: (v) => v["softening_temperature"] === 0 || v["slip_rate_decay"] === 0,
-  },
-  {
-    keys: ["speed", "minimum_speed"],
-    must: "speed >= minimum_speed",
-    holds: (v) => v["speed"]! >= v["minimum_speed"]!,
-  },
-];
-
 type Value = number | string | null;
 
 /** The settings by their keys in the address; none occurs twice. */
@@ -175,9 +146,8 @@ export function fromAddress(hash: string): { settings: Settings; problems: strin
     const problem = key === "vehicle" ? null : take(key, text, values);
     if (problem !== null) problems.push(problem);
   }
-  for (const { keys, must, holds } of TOGETHER) {
-    if (holds(values as Record<string, number>)) continue;
-    problems.push(`${keys.map((key) => `${key} = ${values[key]}`).join(", ")}: must be ${must}`);
+  for (const { keys, problem } of brokenTogether(values)) {
+    problems.push(problem);
     for (const key of keys) values[key] = before[key]!;
   }
   return { settings: unflat(values, preset), problems };

@@ -84,6 +84,15 @@ export class Kernel {
     return struct.address;
   }
 
+  /** The struct that a C function fills. */
+  private filled<Name extends keyof Fields>(
+    name: Name, fill: (address: number) => void,
+  ): Record<Fields[Name], number> {
+    const struct = this.shared(name);
+    fill(struct.address);
+    return struct.read();
+  }
+
   /** Parameter t of a line contact's law at a normalized creepage and a k_hat above zero, [1]. */
   tablePlace(normalizedCreepage: number, kHat: number): number {
     return this.module.creep_table_place(normalizedCreepage, kHat);
@@ -98,9 +107,8 @@ export class Kernel {
 
   /** How an ellipse of a ratio a/b on a half-space of a Poisson's ratio rolls against strips. */
   halfSpace(aspect: number, poissonRatio: number): Structs["half_space_scales"] {
-    const scales = this.shared("half_space_scales");
-    this.module.half_space_scales_of(aspect, poissonRatio, scales.address);
-    return scales.read();
+    return this.filled("half_space_scales", (to) =>
+      this.module.half_space_scales_of(aspect, poissonRatio, to));
   }
 
   /** Creep force and what belongs to it. */
@@ -109,21 +117,19 @@ export class Kernel {
     parameters: Structs["force_element_parameters"],
     input: Structs["force_element_input"],
   ): Structs["force_element_output"] {
-    const output = this.shared("force_element_output");
-    this.module.force_element_evaluate(
-      table.address, this.given("force_element_parameters", parameters),
-      this.given("force_element_input", input), output.address);
-    return output.read();
+    return this.filled("force_element_output", (to) =>
+      this.module.force_element_evaluate(
+        table.address, this.given("force_element_parameters", parameters),
+        this.given("force_element_input", input), to));
   }
 
   /** The law's own measures at a load [N] and a factor on friction [1], both above zero. */
   scales(
     parameters: Structs["force_element_parameters"], normalLoad: number, frictionScale: number,
   ): Structs["contact_scales"] {
-    const scales = this.shared("contact_scales");
-    this.module.force_element_scales(
-      this.given("force_element_parameters", parameters), normalLoad, frictionScale, scales.address);
-    return scales.read();
+    return this.filled("contact_scales", (to) =>
+      this.module.force_element_scales(
+        this.given("force_element_parameters", parameters), normalLoad, frictionScale, to));
   }
 
   /** Rates of omega [rad/s] and speed [m/s] under a torque [N.m] and a contact's force. */
@@ -131,11 +137,10 @@ export class Kernel {
     parameters: Structs["wheelset_parameters"], omega: number, speed: number, driveTorque: number,
     contact: Structs["force_element_output"],
   ): Structs["wheelset_rates"] {
-    const rates = this.shared("wheelset_rates");
-    this.module.wheelset_motion(
-      this.given("wheelset_parameters", parameters), omega, speed, driveTorque, 0,
-      this.given("force_element_output", contact), rates.address);
-    return rates.read();
+    return this.filled("wheelset_rates", (to) =>
+      this.module.wheelset_motion(
+        this.given("wheelset_parameters", parameters), omega, speed, driveTorque, 0,
+        this.given("force_element_output", contact), to));
   }
 
   /** Steady creep at some creepages [1]. */

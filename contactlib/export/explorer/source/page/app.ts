@@ -156,7 +156,7 @@ export class App {
     Object.assign(this.settings, { vehicle: { ...vehicle }, patch: { ...patch } });
     try {
       change();
-      const next = this.newPicture(this.run.speed);
+      const next = this.newPicture(this.run.now.speed);
       this.run.configure(this.settings.vehicle, this.settings.normalLoad);
       this.show(next);
     } catch (error) {
@@ -176,7 +176,7 @@ export class App {
 
   /** Put the wet patch of the settings on the rail, a moment ahead. */
   layPatch(): void {
-    const { friction, length } = this.settings.patch, { speed } = this.run;
+    const { friction, length } = this.settings.patch, { speed } = this.run.now;
     this.predict(); // of this patch, not of one before
     this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
     this.lookAgain();
@@ -209,7 +209,7 @@ export class App {
     if (step === undefined) return;
     this.step = number;
     step.begin?.(this);
-    this.since = this.run.time;
+    this.since = this.run.now.time;
     this.stage.say(step.say(this));
     this.stage.changed();
   }
@@ -217,7 +217,7 @@ export class App {
   /** Go on with the story if its step is over. */
   private goOn({ steps }: Story, events: RunEvent[]): void {
     const { until } = steps[this.step]!;
-    const over = typeof until === "number" ? this.run.time - this.since >= until
+    const over = typeof until === "number" ? this.run.now.time - this.since >= until
       : typeof until === "function" ? until(this)
       : events.some((event) => event.name === until);
     if (over) this.beginStep(this.step + 1);
@@ -245,7 +245,7 @@ export class App {
       const goesOn = run.goOn();
       if (!goesOn) this.restart();
       stage.toast(goesOn ? "" : `The run ${startText(this.control)}, at ` +
-        `${percent(run.creepage)} and ${digits(run.speed)} m/s.`);
+        `${percent(run.now.creepage)} and ${digits(run.now.speed)} m/s.`);
     }
     this.playing = playing;
     this.lookAgain();
@@ -320,10 +320,10 @@ export class App {
 
   private draw(now: number): void {
     const { run, stage } = this;
-    const moved = Math.abs(run.speed / this.shown.speed - 1) > MOVED;
+    const moved = Math.abs(run.now.speed / this.shown.speed - 1) > MOVED;
     const other = this.shown.wetFriction !== this.wetFriction;
     const due = other || (moved && now - this.redrawn > OFTEN);
-    if (due) this.show(this.newPicture(run.speed));
+    if (due) this.show(this.newPicture(run.now.speed));
     else if (this.unshown) this.lookAgain();
     if (this.unshown) {
       for (const view of stage.views) view.show(this.shown);
@@ -335,7 +335,7 @@ export class App {
     const late = now - this.lookedSeldom > SELDOM, seldom = !due && !often && late;
     if (often) {
       this.looked = now;
-      this.rests = this.shown.plant.steady(run.driveTorque, run.speed, run.friction);
+      this.rests = this.shown.plant.steady(run.now.drive_torque, run.now.speed, run.now.friction);
     }
     const moment: Moment = {
       run, control: this.control, shown: this.shown, rests: this.rests,
@@ -346,7 +346,7 @@ export class App {
       if (this.settings.vehicle.mass !== null) stage.moved();
       this.numbers.show(numbers(moment));
       write(stage.warning, warnings(moment));
-      write(stage.clock, `t = ${digits(run.time, 4)} s`);
+      write(stage.clock, `t = ${digits(run.now.time, 4)} s`);
     }
     if (seldom) {
       this.lookedSeldom = now;
@@ -364,8 +364,8 @@ export class App {
       return;
     }
     if (run.patch !== null) return; // the prediction stands until the patch is past
-    const clears = clearing(this.shown.plant, run.driveTorque, run.speed, settings.patch.friction);
-    const away = clears !== null && run.creepage > clears.border;
+    const clears = clearing(this.shown.plant, run.now.drive_torque, run.now.speed, settings.patch.friction);
+    const away = clears !== null && run.now.creepage > clears.border;
     write(this.stage.clearing, away ? "The wheel is already beyond the border of its grip."
       : clearingText(clears, settings.patch.length));
   }

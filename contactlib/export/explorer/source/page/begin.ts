@@ -184,8 +184,8 @@ function wire(app: App, toast: (text: string) => void): void {
     input.addEventListener("change", () => {
       app.endStory();
       if (input.name === "mode") {
-        if (input.value === "torque") app.control.drive_torque = app.run.driveTorque;
-        else app.control.creepage = app.run.creepage;
+        if (input.value === "torque") app.control.drive_torque = app.run.now.drive_torque;
+        else app.control.creepage = app.run.now.creepage;
         app.control.mode = input.value as "torque" | "creep";
       } else {
         app.change(() => (app.settings.vehicle.contact = input.value as "line" | "elliptic"));

@@ -29,14 +29,14 @@ export class TimeHistory extends View {
   }
 
   describe({ run, span }: Moment): string {
-    const { creepage } = run.history.window(run.time - span);
+    const { creepage } = run.history.window(run.now.time - span);
     return `Creepage and torque over the last ${digits(span, 2)} s: the creepage went from ` +
-      `${percent(creepage[0] ?? 0)} to ${percent(run.creepage)}.`;
+      `${percent(creepage[0] ?? 0)} to ${percent(run.now.creepage)}.`;
   }
 
   draw({ run, shown, span }: Moment): void {
-    const rows = run.history.window(run.time - span);
-    const window: [number, number] = [Math.max(0, run.time - span), Math.max(run.time, span)];
+    const rows = run.history.window(run.now.time - span);
+    const window: [number, number] = [Math.max(0, run.now.time - span), Math.max(run.now.time, span)];
     const [least, end] = shown.ends;
     const creepage = rows.creepage.map((z) => 100 * Math.max(z, 1e-3 * least));
     let most = 100 * end / 1.05, low = Infinity, high = -Infinity;

@@ -20,22 +20,22 @@ interface Shown {
 export function numbers({ run, shown, control }: Moment): Shown[] {
   const { plant, fold } = shown;
   const held = control.mode === "creep";
-  const at = held ? control.creepage : run.creepage;
-  const pole = plant.at(at, run.speed, run.friction).pole;
-  const gain = plant.gain(run.speed);
+  const at = held ? control.creepage : run.now.creepage;
+  const pole = plant.at(at, run.now.speed, run.now.friction).pole;
+  const gain = plant.gain(run.now.speed);
   const highest = largestGain(pole, gain, Math.round(control.delay / SAMPLE), SAMPLE);
-  const lowest = Math.max(0, creepControlGain(plant, at, run.speed, run.friction));
+  const lowest = Math.max(0, creepControlGain(plant, at, run.now.speed, run.now.friction));
   const longest = longestDelay(pole, gain, lowest, SAMPLE);
-  const contact = plant.force(run.creepage, run.speed, run.friction);
+  const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
   const where = held ? "at the reference" : "here";
   const empty = !(lowest < highest);
   const mega = (v: number): string => v < 1e3 ? "0" : digits(1e-6 * v);
   const kilo = (v: number): string => digits(1e-3 * v);
-  const moves = !held && kilo(run.driveTorque) !== kilo(control.drive_torque);
+  const moves = !held && kilo(run.now.drive_torque) !== kilo(control.drive_torque);
   return [
-    { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.creepage), unit: "" },
+    { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.now.creepage), unit: "" },
     { label: "drive torque T", help: "acting on the wheelset, and where it moves to",
-      text: kilo(run.driveTorque), unit: moves ? `\u2192 ${kilo(control.drive_torque)} kN m` : "kN m" },
+      text: kilo(run.now.drive_torque), unit: moves ? `\u2192 ${kilo(control.drive_torque)} kN m` : "kN m" },
     { label: "Q / P", help: "traction coefficient: creep force over normal load",
       text: digits(contact.traction_coefficient), unit: "" },
     { label: `pole ${where}`, help: "rate at which a small change of the creepage grows under constant torque",
@@ -68,7 +68,7 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
 
 /** Warnings about the limits of the law and of the control. */
 export function warnings({ run, shown, control }: Moment): string {
-  const contact = shown.plant.force(run.creepage, run.speed, run.friction);
+  const contact = shown.plant.force(run.now.creepage, run.now.speed, run.now.friction);
   const { process_zone_ratio: zone } = shown.plant.scales(); // on the dry rail, so that no patch makes the warning blink
   const found: string[] = [];
   if (run.stopped !== null) found.push(stopText({ run, shown, control }));
@@ -76,7 +76,7 @@ export function warnings({ run, shown, control }: Moment): string {
     found.push(`The weakening zone is ${digits(zone)} semi-widths long. The ` +
       `law shown is the limit of a short zone, below ${PROCESS_ZONE_LIMIT}: raise f_s/f_d or lower K.`);
   }
-  if (control.mode === "creep" && run.driveTorque >= control.torque_max) {
+  if (control.mode === "creep" && run.now.drive_torque >= control.torque_max) {
     found.push("Creep control is at its largest torque.");
   }
   if (contact.k_hat_limited > 0) {
@@ -95,10 +95,10 @@ export const startText = ({ mode }: Control): string =>
 /** Why time stands still, and how it goes on. */
 export function stopText({ run, shown: { plant }, control }: Omit<Moment, "rests" | "span">): string {
   const why = `Time stands still: ${run.stopped}.`;
-  if (run.speed < plant.vehicle.minimum_speed) return `${why} Play ${startText(control)}.`;
-  const { damping, radius } = plant.vehicle, omega = ((1 + run.creepage) * run.speed) / radius;
-  const holding = radius * run.creepForce + damping * omega;
-  const less = control.mode === "torque" && run.driveTorque > holding
+  if (run.now.speed < plant.vehicle.minimum_speed) return `${why} Play ${startText(control)}.`;
+  const { damping, radius } = plant.vehicle, omega = ((1 + run.now.creepage) * run.now.speed) / radius;
+  const holding = radius * run.row.creep_force + damping * omega;
+  const less = control.mode === "torque" && run.now.drive_torque > holding
     ? `; less than ${digits(1e-3 * holding)} kN m slows the wheel down` : "";
   return `${why} Play goes on from here${less}.`;
 }

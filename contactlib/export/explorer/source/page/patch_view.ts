@@ -60,7 +60,7 @@ export class PatchView extends View {
 
   draw({ run, shown }: Moment): void {
     const { plant } = shown;
-    const contact = plant.force(run.creepage, run.speed, run.friction);
+    const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
     const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), k = contact.k_hat;
     let strips: LinePatch[], eta: Float64Array;
     if (plant.vehicle.contact === "line") {

@@ -31,7 +31,7 @@ export class PhasePortrait extends View {
     const states = rests.map((state) =>
       `${percent(state.creepage)}, ${isStable(state) ? "stable" : "unstable"}`);
     return `Rate of the creepage over the creepage. At this torque it rests at: ` +
-      `${states.join("; ") || "none"}. Now it changes by ${digits(100 * run.creepageRate)} % a second.`;
+      `${states.join("; ") || "none"}. Now it changes by ${digits(100 * run.row.creepage_rate)} % a second.`;
   }
 
   draw(moment: Moment): void {
@@ -48,13 +48,13 @@ export class PhasePortrait extends View {
       }
       pen.rule("up", 0, "soft", 1.2);
       this.flow(pen, moment, curves);
-      pen.line(trail(run.history, "creepage", "creepage_rate", run.time - 0.4 * span, 100, 100), "trail",
+      pen.line(trail(run.history, "creepage", "creepage_rate", run.now.time - 0.4 * span, 100, 100), "trail",
         1.4);
       const { mode, delay } = moment.control;
       if (mode === "torque") this.rests(pen, moment);
       else pen.words(delay > 0 ? "with the control, without its delay" : "with the control",
         pen.width - 5, 10, "soft", "right");
-      pen.wheel(100 * run.creepage, 100 * run.creepageRate, "ink", percent(run.creepage));
+      pen.wheel(100 * run.now.creepage, 100 * run.row.creepage_rate, "ink", percent(run.now.creepage));
     });
   }
 
@@ -86,7 +86,7 @@ export class PhasePortrait extends View {
       const { creepage } = state, stable = isStable(state);
       if (creepage > shown.far) continue;
       pen.dot(100 * creepage, 0, stable ? "stable" : "unstable", !stable);
-      if (run.creepage > shown.far) continue; // the wheel's mark at the edge needs the room
+      if (run.now.creepage > shown.far) continue; // the wheel's mark at the edge needs the room
       const at = pen.across(100 * creepage), near = at - last < 120;
       const [name, dx, align] = stable ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
       pen.label(`${name} ${percent(creepage)}`, 100 * creepage, 0, dx, near ? 36 : 20, "ink", align);

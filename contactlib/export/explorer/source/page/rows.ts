@@ -84,9 +84,9 @@ export function makeRows(app: App): Rows {
         (value) => app.change(() => (app.settings.patch.friction = value))),
       row("patch_time", shape("wet-time", "time on the patch", "ms", MILLI, 1e-3, 1,
         "Length of the patch over the speed", true),
-        () => app.settings.patch.length / app.run.speed,
+        () => app.settings.patch.length / app.run.now.speed,
         (value) => {
-          const length = value * app.run.speed;
+          const length = value * app.run.now.speed;
           demand("patch_length", length, settingLimit("patch_length"));
           app.settings.patch.length = length;
         }),
@@ -105,7 +105,7 @@ export function makeRows(app: App): Rows {
         () => app.settings.normalLoad, (value) => app.change(() => (app.settings.normalLoad = value))),
       row("speed", shape("speed", "speed V", "m/s", 1, 1, 60,
         "Forward speed; it then changes if the vehicle is free", true),
-        () => app.run.speed, (value) => app.setSpeed(value)),
+        () => app.run.now.speed, (value) => app.setSpeed(value)),
       wheel("inertia", shape("inertia", "inertia J", "kg m\u00b2", 1, 30, 1000,
         "Inertia of the wheelset and its drive", true)),
       wheel("slope_reduction", shape("slope", "slope reduction", "", 1, 0.02, 1,

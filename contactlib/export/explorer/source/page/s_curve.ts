@@ -52,7 +52,7 @@ export class SteadyStates extends View {
   }
 
   describe({ run, shown: { fold } }: Moment): string {
-    const at = `The wheel is at ${digits(1e-3 * run.driveTorque)} kN m and ${percent(run.creepage)}.`;
+    const at = `The wheel is at ${digits(1e-3 * run.now.drive_torque)} kN m and ${percent(run.now.creepage)}.`;
     return fold === null ? `Steady creepage over torque, without a fold. ${at}`
       : `Steady creepage over torque: stable up to the fold at ${digits(1e-3 * fold.drive_torque, 4)} ` +
         `kN m and ${percent(fold.creepage)}. ${at}`;
@@ -61,13 +61,13 @@ export class SteadyStates extends View {
   draw({ run, shown, control, span }: Moment): void {
     this.chart.draw((pen) => {
       const { fold, ends: [least] } = shown;
-      const wanted = 1e-3 * control.drive_torque, acting = 1e-3 * run.driveTorque;
+      const wanted = 1e-3 * control.drive_torque, acting = 1e-3 * run.now.drive_torque;
       if (control.mode === "torque") {
         pen.rule("across", wanted, "torque", 1.2, [4, 4]);
       } else {
         pen.rule("up", 100 * control.creepage, "torque", 1.2, [4, 4]);
       }
-      pen.line(trail(run.history, "drive_torque", "creepage", run.time - 6 * span, 1e-3, 100,
+      pen.line(trail(run.history, "drive_torque", "creepage", run.now.time - 6 * span, 1e-3, 100,
         100 * least), "trail", 1.6);
       pen.rule("across", acting, "torque", 1.8);
       if (control.mode === "torque") pen.handle(wanted, "torque");
@@ -86,8 +86,8 @@ export class SteadyStates extends View {
       if (control.mode === "creep") {
         pen.words("reference", 6, pen.up(100 * control.creepage) - 10, "torque", "left", true);
       }
-      pen.wheel(acting, 100 * Math.max(run.creepage, 1e-3 * least), "ink",
-        `${digits(acting)} kN m, ${percent(run.creepage)}`);
+      pen.wheel(acting, 100 * Math.max(run.now.creepage, 1e-3 * least), "ink",
+        `${digits(acting)} kN m, ${percent(run.now.creepage)}`);
     });
   }
 }

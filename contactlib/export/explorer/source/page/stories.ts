@@ -25,7 +25,7 @@ function critical(app: App): Fold {
 }
 
 /** Rate at which the wheel leaves the reference of its control [1/s]. */
-const poleThere = (app: App): number => app.shown.plant.at(app.control.creepage, app.run.speed).pole;
+const poleThere = (app: App): number => app.shown.plant.at(app.control.creepage, app.run.now.speed).pole;
 
 /** Switch to creep control that may use more than the critical torque. */
 function creepMode({ control, shown: { fold } }: App): void {
@@ -84,13 +84,13 @@ function ramp(app: App, part: number, rate: number): void {
 }
 
 function border(app: App): number {
-  const states = app.shown.plant.steady(app.control.drive_torque, app.run.speed);
+  const states = app.shown.plant.steady(app.control.drive_torque, app.run.now.speed);
   return states.find((state) => !isStable(state))?.creepage ?? app.shown.far;
 }
 
 function patchStory(app: App, part: number): void {
   const { plant } = app.shown;
-  const found = clearing(plant, app.control.drive_torque, app.run.speed, app.settings.patch.friction);
+  const found = clearing(plant, app.control.drive_torque, app.run.now.speed, app.settings.patch.friction);
   if (found !== null) app.settings.patch.length = part * found.distance;
   app.layPatch();
 }
@@ -110,7 +110,7 @@ export const STORIES: Story[] = [
         until: "peak_passed",
       },
       {
-        say: (app) => `At ${kilo(app.run.driveTorque)} it passes the fold: from here on more creepage ` +
+        say: (app) => `At ${kilo(app.run.now.drive_torque)} it passes the fold: from here on more creepage ` +
           "means less force, and nothing holds the wheel back.",
         until: 2.5,
       },
@@ -149,9 +149,9 @@ export const STORIES: Story[] = [
       },
       {
         begin: (app) => {
-          app.control.drive_torque = app.run.driveTorque;
+          app.control.drive_torque = app.run.now.drive_torque;
         },
-        say: (app) => `It grips again at ${kilo(app.run.driveTorque)}, and in a slower ramp at ` +
+        say: (app) => `It grips again at ${kilo(app.run.now.drive_torque)}, and in a slower ramp at ` +
           `${kilo(critical(app).return_torque)}: the loop in between is hysteresis.`,
         until: Infinity,
       },
@@ -163,19 +163,19 @@ export const STORIES: Story[] = [
     steps: [
       {
         begin: (app) => rest(app, 0.95, 0.02),
-        say: (app) => `At 95 % of the critical torque the wheel rests at ${percent(app.run.creepage)}. ` +
+        say: (app) => `At 95 % of the critical torque the wheel rests at ${percent(app.run.now.creepage)}. ` +
           `The border of its grip is at ${percent(border(app))}.`,
         until: 0.06,
       },
       {
-        begin: (app) => app.run.kick(0.85 * border(app) - app.run.creepage),
+        begin: (app) => app.run.kick(0.85 * border(app) - app.run.now.creepage),
         say: () => "A kick that ends short of the border: it comes back.",
         until: 0.15,
       },
       {
-        begin: (app) => app.run.kick(1.1 * border(app) - app.run.creepage),
+        begin: (app) => app.run.kick(1.1 * border(app) - app.run.now.creepage),
         say: () => "A kick that ends just beyond it: the same torque now carries the wheel away.",
-        until: (app) => app.run.creepage > 2 * border(app),
+        until: (app) => app.run.now.creepage > 2 * border(app),
       },
       {
         begin: (app) => {
@@ -198,7 +198,7 @@ export const STORIES: Story[] = [
       },
       {
         begin: (app) => patchStory(app, 0.9),
-        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.speed)}, nine tenths of the ` +
+        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.now.speed)}, nine tenths of the ` +
           "critical clearing time: the wheel comes back.",
         until: 0.11,
       },
@@ -207,9 +207,9 @@ export const STORIES: Story[] = [
           restBeforePatch(app);
           patchStory(app, 1.1);
         },
-        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.speed)}, eleven tenths: it crosses the ` +
+        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.now.speed)}, eleven tenths: it crosses the ` +
           "border, and good friction does not bring it back.",
-        until: (app) => !app.run.onPatch && app.run.creepage > 1.15 * border(app),
+        until: (app) => !app.run.onPatch && app.run.now.creepage > 1.15 * border(app),
       },
       {
         begin: (app) => {
@@ -227,7 +227,7 @@ export const STORIES: Story[] = [
       {
         begin: (app) => {
           const { control, shown, run } = app, { creepage } = critical(app);
-          const needed = creepControlGain(shown.plant, 1.2 * creepage, run.speed);
+          const needed = creepControlGain(shown.plant, 1.2 * creepage, run.now.speed);
           creepMode(app);
           control.delay = 0;
           control.creepage = 0.75 * creepage;
@@ -248,8 +248,8 @@ export const STORIES: Story[] = [
       },
       {
         say: (app) => {
-          const { pole } = app.shown.plant.at(app.run.creepage, app.run.speed);
-          return `Held at ${percent(app.run.creepage)}. Without control a small change would double ` +
+          const { pole } = app.shown.plant.at(app.run.now.creepage, app.run.now.speed);
+          return `Held at ${percent(app.run.now.creepage)}. Without control a small change would double ` +
             `every ${duration(Math.LN2 / pole)}.`;
         },
         until: Infinity,
@@ -265,7 +265,7 @@ export const STORIES: Story[] = [
           const { control, shown, run } = app;
           creepMode(app);
           control.creepage = 1.2 * critical(app).creepage;
-          control.proportional_gain = (1.85 * poleThere(app)) / shown.plant.gain(run.speed);
+          control.proportional_gain = (1.85 * poleThere(app)) / shown.plant.gain(run.now.speed);
           late(app, 0.12);
           app.settings.playback = 0.05;
           app.restart();

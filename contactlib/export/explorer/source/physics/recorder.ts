@@ -65,13 +65,7 @@ export class History {
 }
 
 /** The state at one moment: its row follows from it and the parameters. */
-export interface Moment {
-  time: number; // [s]
-  speed: number; // [m/s]
-  creepage: number; // [1]
-  friction: number; // factor on the rail's [1]
-  drive_torque: number; // [N.m]
-}
+export type Moment = Pick<Row, "time" | "creepage" | "drive_torque" | "speed" | "friction">;
 
 interface Slot {
   readonly moment: Moment;

@@ -6,7 +6,7 @@ import type { Drivetrain } from "../kernel/kernel";
 import { checkControl, type Control, SAMPLE, TorqueSource } from "./control";
 import { demand } from "./limits";
 import { Motion, type Patch } from "./motion";
-import { type History, Recorder, type RunEvent, Watch } from "./recorder";
+import { type History, type Moment, Recorder, type Row, type RunEvent, Watch } from "./recorder";
 import { saturationCreepage, type Vehicle } from "./vehicle";
 
 export { type Control, SAMPLE } from "./control";
@@ -73,7 +73,7 @@ export class Run {
   watch(foldCreepage: number | null): void {
     this.fold = foldCreepage;
     const away = 10 * saturationCreepage(this.motion.plant.vehicle);
-    this.watcher.set(foldCreepage ?? Infinity, away, this.creepage);
+    this.watcher.set(foldCreepage ?? Infinity, away, this.now.creepage);
   }
 
   /** Go on for a time [s], in whole samples; what is left over goes to the next call. */
@@ -96,13 +96,13 @@ export class Run {
   /** Add to the creepage at once [1]. */
   kick(creepage: number): void {
     demand("creepage", creepage, {});
-    this.jump(() => this.motion.turn(this.speed, this.creepage + creepage));
+    this.jump(() => this.motion.turn(this.now.speed, this.now.creepage + creepage));
   }
 
   /** Set the speed [m/s]; the creepage stays. */
   setSpeed(speed: number): void {
     demand("speed", speed, { at_least: this.motion.plant.vehicle.minimum_speed });
-    this.jump(() => this.motion.turn(speed, this.creepage));
+    this.jump(() => this.motion.turn(speed, this.now.creepage));
   }
 
   /** Lay a patch on the rail in place of one that is there: the factor on its friction [1], its
@@ -144,33 +144,13 @@ export class Run {
   get drivetrain(): Drivetrain {
     return this.motion.drivetrain;
   }
-  /** Simulated time since the start [s]. */
-  get time(): number {
-    return this.recorder.moment.time;
+  /** The present moment. */
+  get now(): Moment {
+    return this.recorder.moment;
   }
-  /** [m/s] */
-  get speed(): number {
-    return this.recorder.moment.speed;
-  }
-  /** [1] */
-  get creepage(): number {
-    return this.recorder.moment.creepage;
-  }
-  /** Of both wheels [N]. */
-  get creepForce(): number {
-    return this.recorder.row.creep_force;
-  }
-  /** [N.m] */
-  get driveTorque(): number {
-    return this.recorder.moment.drive_torque;
-  }
-  /** [1/s] */
-  get creepageRate(): number {
-    return this.recorder.row.creepage_rate;
-  }
-  /** Factor on the rail's friction [1]. */
-  get friction(): number {
-    return this.recorder.moment.friction;
+  /** The same with what follows from it. */
+  get row(): Row {
+    return this.recorder.row;
   }
   /** Whether the wheels are on the patch. */
   get onPatch(): boolean {
@@ -191,12 +171,10 @@ export class Run {
   }
 
   private sample(): void {
-    const { motion, recorder, speed } = this;
+    const { motion, recorder } = this, { speed, creepage } = this.now;
     const torque = this.source.sample(
-      this.control,
-      this.creepage,
-      saturationCreepage(motion.plant.vehicle),
-      (creepage) => motion.plant.torque(creepage, speed),
+      this.control, creepage, saturationCreepage(motion.plant.vehicle),
+      (at) => motion.plant.torque(at, speed),
     );
     const happened: RunEvent["name"][] = [];
     try {
@@ -207,7 +185,7 @@ export class Run {
     }
     this.samples++;
     this.observe();
-    happened.push(...this.watcher.next(this.creepage));
+    happened.push(...this.watcher.next(this.now.creepage));
     for (const name of happened) this.tell(name);
     this.stopped = motion.limit();
     if (happened.length > 0 || this.stopped !== null) recorder.keepBoth();
