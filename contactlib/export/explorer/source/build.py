@@ -14,6 +14,7 @@ import sys
 from base64 import b64encode
 from collections.abc import Mapping
 from hashlib import sha256
+from html import escape
 from pathlib import Path
 
 from contactlib.base.writing import package_folder, write_whole
@@ -72,12 +73,16 @@ def binary_element(name: str, data: bytes) -> str:
     return data_element(name, "application/octet-stream", base64(data))
 
 
+def licence_element(licence: tuple[str, str]) -> str:
+    """Name and text of a licence, as they are."""
+    return f"<pre>{escape(chr(10).join((licence[0], '', licence[1])))}</pre>"
+
+
 def data_elements() -> str:
     """All that the script reads by its id; the command puts a model file into the last one."""
     elements = [
         json_element("declarations", declarations()),
         json_element("models", model_texts()),
-        json_element("licences", licences()),
         binary_element("kernel", compile_kernel()),
         binary_element("table-line", shipped_path("line").read_bytes()),
         binary_element("table-elliptic", shipped_path("elliptic").read_bytes()),
@@ -95,6 +100,7 @@ def page() -> str:
     parts = {
         "policy": policy(script, style),
         "style": f"<style>{style}</style>",
+        "licences": "".join(map(licence_element, licences().items())),
         "data": data_elements(),
         "script": f"<script>{script}</script>",
     }

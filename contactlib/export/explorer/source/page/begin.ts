@@ -5,7 +5,7 @@ import { App } from "./app";
 import type { View } from "./chart";
 import { choose, chooseLinked, offer, open, save, showChoice, takeGiven } from "./choices";
 import { CreepCurve } from "./creep_curve";
-import { fillHelp, find, made, plot } from "./elements";
+import { find, made, plot } from "./elements";
 import { TimeHistory } from "./history";
 import { PatchView } from "./patch_view";
 import { PhasePortrait } from "./phase";
@@ -14,11 +14,6 @@ import { SteadyStates } from "./s_curve";
 import { STORIES } from "./stories";
 import { beginTheme } from "./theme";
 
-const PLAYBACK: [number, string][] = [
-  [0.01, "100 \u00d7 slower"], [0.02, "50 \u00d7 slower"],
-  [0.05, "20 \u00d7 slower"], [0.1, "10 \u00d7 slower"], [0.2, "5 \u00d7 slower"],
-  [0.5, "2 \u00d7 slower"], [1, "real time"], [2, "2 \u00d7 faster"], [5, "5 \u00d7 faster"],
-];
 const WELCOME = "Drag the torque up slowly, past the fold, or choose an experiment.";
 const TOAST = 6000; // for which a message stays [ms]
 const ADDRESS = 400; // from a change until it is in the address [ms]
@@ -94,7 +89,6 @@ export function begin(): App {
   find("kick-rows").prepend(...rows.kick.map((row) => row.element));
   find("wet-rows").prepend(...rows.wet.map((row) => row.element));
   find("wheel-rows").append(...rows.wheel.map((row) => row.element));
-  fillHelp(find("help-text"));
   fillStories(app);
   say("");
   wire(app, toast);
@@ -148,7 +142,6 @@ function fillStories(app: App): void {
     return button;
   });
   find("stories").append(...buttons);
-  find("playback").append(...PLAYBACK.map(([value, text]) => new Option(text, String(value))));
 }
 
 /** Connect buttons, lists, files, the address and keys. */
