@@ -293,7 +293,10 @@ def test_other_mistakes_are_pythons(page: ExplorerPage, tmp_path: Path) -> None:
         "name": (toml({**RIG, "name": 5}), "name = 5"),
         "sections": ("[[contact]]\n" + MODELS["roller_rig"], ""),
         "two shapes": (toml(changed("contact.radius_x", None)), "radius_x and radius_y"),
-        "friction rises": (toml(changed("friction.static", 0.2)), "friction: static = 0.2, kinetic = 0.21"),
+        "friction rises": (
+            toml(changed("friction.static", 0.2)),
+            "friction: static = 0.2, kinetic = 0.21",
+        ),
         "both": (
             toml({**RIG, "friction": {**RIG["friction"], "weakening_length": 1e-6}}),
             "weakening_length and k_hat",

@@ -948,53 +948,8 @@ FLAWS = """() => {
   }
   return found;
 }"""
-WIDTHS = {360: 740, 390: 844, 768: 1024, 1280: 720, 1440: 900}
 PIXELS = """(id) =>
   [...document.querySelectorAll(`#${id} canvas`)].map((e) => e.toDataURL()).join()"""
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-def test_it_loads_and_nothing_overlaps(width: int, rig: cl.Model) -> None:
-    height = WIDTHS[width]
-    scheme = "light" if width == 768 else "dark"
-    with explorer_page(width, height, clock_stands=True, color_scheme=scheme) as opened:
-        visitor = Visitor(opened)
-        assert visitor.call("() => document.documentElement.dataset.theme") == scheme
-        flaws = {}
-
-        def look(at: str) -> None:
-            visitor.look()
-            flaws[at] = visitor.call(FLAWS)
-
-        look("rest")
-        if visitor.page.get_by_role("button", name="More").is_visible():
-            visitor.press("More")
-            look("more")
-        visitor.check("Creep control")
-        look("creep control")
-        visitor.enter(reference=3.0)
-        visitor.simulate(2.0)
-        look("held on the falling branch")
-        visitor.choose("locomotive")
-        visitor.enter(k_hat=0.9, torque=29.0, speed=29.25)
-        look("a long process zone, a long name")
-        visitor.press("Wet patch")
-        look("an experiment")
-        visitor.choose("roller_rig")
-        visitor.enter(rate=1e4, torque=30.0)
-        visitor.simulate(2.0)
-        look("run away")
-        visitor.choose("locomotive")
-        visitor.enter(rate=1e3, torque=30.0)
-        visitor.simulate(30.0)
-        assert visitor.state("run.stopped") is not None
-        look("stopped")
-        assert {at: found for at, found in flaws.items() if found} == {}
-        if width > 1180:
-            assert visitor.call("() => document.documentElement.scrollHeight") <= height
-        visitor.page.emulate_media(color_scheme="dark" if scheme == "light" else "light")
-        visitor.look()
-        assert visitor.call("() => document.documentElement.dataset.theme") != scheme
 
 
 # Remembers where each canvas has text; then one line for each that is cut, overprints another or is
@@ -1074,50 +1029,74 @@ WATCH_TEXTS = """() => {
 }"""
 
 
-@pytest.mark.parametrize("size", [(390, 844), (768, 1024), (1280, 720), (1440, 900)])
+def states_of(visitor: Visitor, model: str) -> Iterator[str]:
+    """Bring the page into one state after another, and name each."""
+    if visitor.page.get_by_role("button", name="More").is_visible():
+        visitor.press("More")
+    visitor.choose(model)
+    critical = 1e-3 * visitor.state("shown.fold.drive_torque")
+    for part in (0.0, 0.3, 0.9, 0.99, 0.9999):
+        begin_at(visitor, 1e3 * part * critical)
+        yield f"{part} of the critical torque"
+        visitor.press("Put a wet patch under it")
+        visitor.simulate(0.31)
+        yield f"{part} of the critical torque, on a wet patch"
+    visitor.choose(model)
+    visitor.enter(rate=100.0, torque=1.05 * critical)
+    for i in range(12):
+        visitor.simulate(0.2)
+        yield f"running away, {i}"
+    for reference in (0.1, 1.0, 1.5, 2.4):
+        visitor.choose(model)
+        visitor.check("Creep control")
+        visitor.enter(reference=reference)
+        for i in range(3):
+            yield f"held at {reference}, {i}"
+            visitor.simulate(0.5)
+    visitor.check("Ellipse")
+    visitor.enter(k_hat=0.9, load=100.0)
+    yield "an ellipse with a long process zone"
+    visitor.choose(model)
+    visitor.enter(k_hat=0.0)
+    yield "no fall of friction"
+    visitor.enter(load=5e4)
+    yield "a load of large numbers"
+    visitor.choose(model)
+    visitor.press("Wet patch")
+    yield "an experiment"
+    visitor.choose("locomotive")
+    visitor.enter(rate=1e3, torque=30.0)
+    visitor.simulate(30.0)
+    assert visitor.state("run.stopped") is not None
+    yield "stopped"
+
+
+@pytest.mark.parametrize("size", [(360, 740), (390, 844), (768, 1024), (1280, 720), (1440, 900)])
 @pytest.mark.parametrize("model", ["roller_rig", "locomotive"])
-def test_no_label_overprints_another(size: tuple[int, int], model: str) -> None:
+def test_nothing_overlaps_or_is_cut(size: tuple[int, int], model: str) -> None:
     with explorer_page(*size, clock_stands=True) as opened:
         visitor = Visitor(opened)
+        visitor.look()
+        flaws = {"rest": visitor.call(FLAWS)}
         visitor.call(WATCH_TEXTS)
-        flaws = {}
-
-        def look(at: str) -> None:
+        for state in states_of(visitor, model):
             visitor.look()
-            flaws[at] = visitor.call("() => overprinted()")
-
-        if visitor.page.get_by_role("button", name="More").is_visible():
-            visitor.press("More")
-        visitor.choose(model)
-        critical = 1e-3 * visitor.state("shown.fold.drive_torque")
-        for part in (0.0, 0.3, 0.9, 0.99, 0.9999):
-            begin_at(visitor, 1e3 * part * critical)
-            look(f"{part} of the critical torque")
-            visitor.press("Put a wet patch under it")
-            visitor.simulate(0.31)
-            look(f"{part} of the critical torque, on a wet patch")
-        visitor.choose(model)
-        visitor.enter(rate=100.0, torque=1.05 * critical)
-        for i in range(12):
-            visitor.simulate(0.2)
-            look(f"running away, {i}")
-        for reference in (0.1, 1.0, 1.5, 2.4):
-            visitor.choose(model)
-            visitor.check("Creep control")
-            visitor.enter(reference=reference)
-            for i in range(3):
-                look(f"held at {reference}, {i}")
-                visitor.simulate(0.5)
-        visitor.check("Ellipse")
-        visitor.enter(k_hat=0.9, load=100.0)
-        look("an ellipse")
-        visitor.choose(model)
-        visitor.enter(k_hat=0.0)
-        look("no fall of friction")
-        visitor.enter(load=5e4)
-        look("a load of large numbers")
+            flaws[state] = visitor.call(FLAWS) + visitor.call("() => overprinted()")
         assert {at: found for at, found in flaws.items() if found} == {}
+        if size[0] > 1180:
+            assert visitor.call("() => document.documentElement.scrollHeight") <= size[1]
         opened.errors[:] = [e for e in opened.errors if "willReadFrequently" not in e]  # read here
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_theme_is_the_system_s(scheme: str) -> None:
+    theme = "() => document.documentElement.dataset.theme"
+    with explorer_page(clock_stands=True, color_scheme=scheme) as opened:
+        visitor = Visitor(opened)
+        assert visitor.call(theme) == scheme
+        opened.page.emulate_media(color_scheme="dark" if scheme == "light" else "light")
+        visitor.look()
+        assert visitor.call(theme) != scheme
 
 
 def test_the_theme_can_be_chosen(visitor: Visitor) -> None:
