@@ -42,7 +42,7 @@ def doubles(struct: Any) -> list[int]:
 # What the page calls for an array of arguments, their ranges, and the native function.
 FUNCTIONS: dict[str, tuple[str, list[tuple[float, float]], Any]] = {
     "place on the line law": (
-        "(x, k) => [kernel.tablePlace(x, k)]",
+        "(x, k) => [kernel.module.creep_table_place(x, k)]",
         [(1e-6, 1e3), (1e-3, 2.0)],
         kernel.table_place,
     ),
@@ -52,7 +52,8 @@ FUNCTIONS: dict[str, tuple[str, list[tuple[float, float]], Any]] = {
         kernel.hertz_semi_axes,
     ),
     "half-space": (
-        "(g, nu) => Object.values(kernel.halfSpace(g, nu))",
+        """(g, nu) => Object.values(kernel.filled("half_space_scales", (to) =>
+          kernel.module.half_space_scales_of(g, nu, to)))""",
         [(0.03, 30.0), (0.01, 0.5)],
         lambda g, nu: np.frombuffer(kernel.ffi.buffer(kernel.half_space_scales(g, nu))),
     ),
@@ -105,9 +106,17 @@ def test_forces_scales_and_rates_are_those_of_python(page: ExplorerPage, points:
         """async (cases) => {
           const { kernel } = await contactlib.ready;
           return cases.map(([contact, parameters, input, body]) => {
-            const output = kernel.force(kernel.tables[contact], parameters, input);
-            const scales = kernel.scales(parameters, parameters.nominal_load * 1.1, 0.7);
-            const rates = kernel.motion(body, input.omega, input.speed, 2e4, output);
+            const given = (name, values) => kernel.given(name, values);
+            const output = kernel.filled("force_element_output", (to) =>
+              kernel.module.force_element_evaluate(
+                kernel.tables[contact].address, given("force_element_parameters", parameters),
+                given("force_element_input", input), to));
+            const scales = kernel.filled("contact_scales", (to) =>
+              kernel.module.force_element_scales(given("force_element_parameters", parameters),
+                parameters.nominal_load * 1.1, 0.7, to));
+            const rates = kernel.filled("wheelset_rates", (to) =>
+              kernel.module.wheelset_motion(given("wheelset_parameters", body), input.omega,
+                input.speed, 2e4, 0, given("force_element_output", output), to));
             return [output, scales, rates].map((struct) => Object.values(struct));
           });
         }""",

@@ -127,9 +127,11 @@ export function toAddress(settings: Settings): string {
  */
 export function fromAddress(hash: string): { settings: Settings; problems: string[] } {
   const problems: string[] = [];
-  const given = hash.length > LONGEST ? [] : pairs(hash, problems);
+  // A plus sign is one, and no space as in a form.
+  const given = [...new URLSearchParams(hash.replace(/^#/, "").replaceAll("+", "%2B"))];
   if (hash.length > LONGEST) {
     problems.push(`the address has ${hash.length} characters: must be <= ${LONGEST}`);
+    given.length = 0;
   }
   const names = Object.keys(PRESETS);
   const wanted = given.find(([key]) => key === "vehicle")?.[1] ?? names[0]!;
@@ -151,21 +153,6 @@ export function fromAddress(hash: string): { settings: Settings; problems: strin
     for (const key of keys) values[key] = before[key]!;
   }
   return { settings: unflat(values, preset), problems };
-}
-
-/** Keys and texts of an address. */
-function pairs(hash: string, problems: string[]): [string, string][] {
-  const found: [string, string][] = [];
-  for (const part of hash.replace(/^#/, "").split("&").filter(Boolean)) {
-    const at = part.indexOf("=");
-    try {
-      if (at < 1) throw new URIError();
-      found.push([part.slice(0, at), decodeURIComponent(part.slice(at + 1))]);
-    } catch {
-      problems.push(`${shown(part)} must be a key, =, and a value`);
-    }
-  }
-  return found;
 }
 
 /** Put one value of an address among the others; returns the problem with it, if there is one. */

@@ -1,6 +1,6 @@
 // The kernel: the same C that Python and the FMUs run, as a WebAssembly module. This and memory.ts
-// alone touch the module's memory; no formula of the model stands here. Nothing is checked but
-// tables.
+// alone touch the module's memory; who calls the module's functions gets the addresses of what they
+// read and fill here. Nothing is checked but tables.
 
 import { embeddedBytes } from "./embedded";
 import { Memory, type Module, type Struct, type Structs } from "./memory";
@@ -14,14 +14,6 @@ export type Contact = "line" | "elliptic";
 /** A table of the law that the kernel has checked. */
 export interface Table {
   readonly address: number;
-}
-
-/** A wheelset under conditions, of which a curve of steady creep is asked for. */
-export interface Asked {
-  table: Table;
-  contact: Structs["force_element_parameters"];
-  body: Structs["wheelset_parameters"];
-  conditions: Structs["creep_conditions"];
 }
 
 /** A point of steady creep. */
@@ -41,16 +33,16 @@ export class Kernel {
   /** The tables of the Carter-Griffith law. */
   readonly tables: Record<Contact, Table>;
   private readonly structs = new Map<keyof Fields, Struct<string>>(); // of one call
-  private readonly points: Struct<Fields["creep_point"]>[];
+  private readonly places: Struct<Fields["creep_point"]>[];
   private readonly doubles: number;
 
   private constructor(
-    private readonly module: Module,
+    readonly module: Module,
     private readonly memory: Memory,
     tables: Record<Contact, Uint8Array>,
   ) {
     this.tables = { line: this.open(tables.line), elliptic: this.open(tables.elliptic) };
-    this.points = memory.structs("creep_point", ROOM);
+    this.places = memory.structs("creep_point", ROOM);
     this.doubles = memory.allocateDoubles(ROOM);
   }
 
@@ -70,22 +62,21 @@ export class Kernel {
     return { address };
   }
 
-  /** The struct that calls share. */
   private shared<Name extends keyof Fields>(name: Name): Struct<Fields[Name]> {
     let found = this.structs.get(name);
     if (found === undefined) this.structs.set(name, (found = this.memory.struct(name)));
     return found as Struct<Fields[Name]>;
   }
 
-  /** Address of that struct, after these values have been written to it. */
-  private given<Name extends keyof Fields>(name: Name, values: Structs[Name]): number {
+  /** Address of the struct that calls share, after these values have been written to it. */
+  given<Name extends keyof Fields>(name: Name, values: Structs[Name]): number {
     const struct = this.shared(name);
     struct.write(values);
     return struct.address;
   }
 
-  /** The struct that a C function fills. */
-  private filled<Name extends keyof Fields>(
+  /** The struct that a C function fills at an address. */
+  filled<Name extends keyof Fields>(
     name: Name, fill: (address: number) => void,
   ): Record<Fields[Name], number> {
     const struct = this.shared(name);
@@ -93,9 +84,15 @@ export class Kernel {
     return struct.read();
   }
 
-  /** Parameter t of a line contact's law at a normalized creepage and a k_hat above zero, [1]. */
-  tablePlace(normalizedCreepage: number, kHat: number): number {
-    return this.module.creep_table_place(normalizedCreepage, kHat);
+  /** The points that a C function fills at an address for some creepages [1], or as many as it
+   * says that it has found. */
+  points(
+    fill: (to: number, room: number, creepage: number) => number | void,
+    creepage?: ArrayLike<number>,
+  ): Point[] {
+    if (creepage !== undefined) this.memory.at(this.doubles, creepage.length).set(creepage);
+    const found = fill(this.places[0]!.address, ROOM, this.doubles);
+    return this.places.slice(0, found ?? creepage?.length).map((point) => point.read());
   }
 
   /** Semi-axes along and across rolling [m] by Hertz, from radii [m] and P/(pi E*) [m2]. */
@@ -103,76 +100,6 @@ export class Kernel {
     this.module.hertz_semi_axes(radiusX, radiusY, compliance, this.doubles);
     const [a, b] = this.memory.at(this.doubles, 2);
     return [a!, b!];
-  }
-
-  /** How an ellipse of a ratio a/b on a half-space of a Poisson's ratio rolls against strips. */
-  halfSpace(aspect: number, poissonRatio: number): Structs["half_space_scales"] {
-    return this.filled("half_space_scales", (to) =>
-      this.module.half_space_scales_of(aspect, poissonRatio, to));
-  }
-
-  /** Creep force and what belongs to it. */
-  force(
-    table: Table,
-    parameters: Structs["force_element_parameters"],
-    input: Structs["force_element_input"],
-  ): Structs["force_element_output"] {
-    return this.filled("force_element_output", (to) =>
-      this.module.force_element_evaluate(
-        table.address, this.given("force_element_parameters", parameters),
-        this.given("force_element_input", input), to));
-  }
-
-  /** The law's own measures at a load [N] and a factor on friction [1], both above zero. */
-  scales(
-    parameters: Structs["force_element_parameters"], normalLoad: number, frictionScale: number,
-  ): Structs["contact_scales"] {
-    return this.filled("contact_scales", (to) =>
-      this.module.force_element_scales(
-        this.given("force_element_parameters", parameters), normalLoad, frictionScale, to));
-  }
-
-  /** Rates of omega [rad/s] and speed [m/s] under a torque [N.m] and a contact's force. */
-  motion(
-    parameters: Structs["wheelset_parameters"], omega: number, speed: number, driveTorque: number,
-    contact: Structs["force_element_output"],
-  ): Structs["wheelset_rates"] {
-    return this.filled("wheelset_rates", (to) =>
-      this.module.wheelset_motion(
-        this.given("wheelset_parameters", parameters), omega, speed, driveTorque, 0,
-        this.given("force_element_output", contact), to));
-  }
-
-  /** Steady creep at some creepages [1]. */
-  pointsAt(asked: Asked, creepage: ArrayLike<number>): Point[] {
-    const count = creepage.length;
-    this.memory.at(this.doubles, count).set(creepage);
-    this.module.creep_curve_points(
-      ...this.curve(asked), count, this.doubles, this.points[0]!.address);
-    return this.firstPoints(count);
-  }
-
-  /** Where the torque turns in traction, by rising creepage; last comes the end of the search. */
-  turns(asked: Asked): Point[] {
-    return this.firstPoints(
-      this.module.creep_curve_turns(...this.curve(asked), 1, ROOM, this.points[0]!.address));
-  }
-
-  /** Where a torque [N.m] is the steady one in traction, by rising creepage. */
-  steady(asked: Asked, torque: number): Point[] {
-    return this.firstPoints(this.module.creep_curve_steady(
-      ...this.curve(asked), torque, 1, ROOM, this.points[0]!.address));
-  }
-
-  private curve({ table, contact, body, conditions }: Asked): [number, number, number, number] {
-    return [
-      table.address, this.given("force_element_parameters", contact),
-      this.given("wheelset_parameters", body), this.given("creep_conditions", conditions),
-    ];
-  }
-
-  private firstPoints(count: number): Point[] {
-    return this.points.slice(0, count).map((point) => point.read());
   }
 
   /** A new drivetrain; its memory stays in use for good. */

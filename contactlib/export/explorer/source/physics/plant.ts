@@ -1,9 +1,11 @@
 /** A wheelset under one load: its contact, and the drive torques that hold its creepages. */
-import { type Asked, kernel, type Point, type Structs, type Table } from "../kernel/kernel";
+import { kernel, type Point, type Structs, type Table } from "../kernel/kernel";
 import { demand } from "./limits";
 import { forceParameters, type Vehicle, wheelsetParameters } from "./vehicle";
 
 export type { Point } from "../kernel/kernel";
+
+const TRACTION = 1; // the side of the curve
 
 /** Steady creep over a common grid of creepages. */
 export type Curves = Record<"creepage" | "force" | "torque" | "pole", Float64Array>;
@@ -24,22 +26,29 @@ export class Plant {
   /** Contact at a creepage [1], a speed [m/s] and a factor on friction [1]. */
   force(creepage: number, speed: number, friction = 1): Structs["force_element_output"] {
     demand("speed", speed, { at_least: this.vehicle.minimum_speed });
-    return kernel.force(this.table, this.contact, {
+    const input = {
       omega: this.omega(creepage, speed), speed, normal_load: this.normalLoad,
       friction_scale: friction, relaxed_creepage: 0, lateral_velocity: 0, spin_velocity: 0,
-    });
+    };
+    return kernel.filled("force_element_output", (to) =>
+      kernel.module.force_element_evaluate(
+        this.table.address, kernel.given("force_element_parameters", this.contact),
+        kernel.given("force_element_input", input), to));
   }
 
   /** The kernel's rates there without any drive torque. */
   rates(
     creepage: number, speed: number, contact = this.force(creepage, speed),
   ): Structs["wheelset_rates"] {
-    return kernel.motion(this.body, this.omega(creepage, speed), speed, 0, contact);
+    return kernel.filled("wheelset_rates", (to) =>
+      kernel.module.wheelset_motion(
+        kernel.given("wheelset_parameters", this.body), this.omega(creepage, speed), speed, 0, 0,
+        kernel.given("force_element_output", contact), to));
   }
 
   /** Steady creep at a creepage. */
   at(creepage: number, speed: number, friction = 1): Point {
-    return kernel.pointsAt(this.asked(speed, friction), [creepage])[0]!;
+    return this.points([creepage], speed, friction)[0]!;
   }
 
   /** Drive torque that holds a creepage [N.m]. */
@@ -48,7 +57,7 @@ export class Plant {
   }
 
   curves(creepage: Float64Array, speed: number, friction = 1): Curves {
-    const points = kernel.pointsAt(this.asked(speed, friction), creepage);
+    const points = this.points(creepage, speed, friction);
     const column = (name: keyof Point): Float64Array =>
       Float64Array.from(points, (point) => point[name]);
     return { creepage, force: column("force"), torque: column("torque"), pole: column("pole") };
@@ -56,12 +65,14 @@ export class Plant {
 
   /** Where the torque turns in traction, by rising creepage; last comes the end of the search. */
   turns(speed: number, friction = 1): Point[] {
-    return kernel.turns(this.asked(speed, friction));
+    return kernel.points((to, room) =>
+      kernel.module.creep_curve_turns(...this.given(speed, friction), TRACTION, room, to));
   }
 
   /** Steady states in traction under a torque [N.m], by rising creepage. */
   steady(torque: number, speed: number, friction = 1): Point[] {
-    return kernel.steady(this.asked(speed, friction), torque);
+    return kernel.points((to, room) =>
+      kernel.module.creep_curve_steady(...this.given(speed, friction), torque, TRACTION, room, to));
   }
 
   /**
@@ -81,17 +92,28 @@ export class Plant {
 
   /** zeta0, k_hat and process zone ratio under this load, without slip speed. */
   scales(friction = 1): Structs["contact_scales"] {
-    return kernel.scales(this.contact, this.normalLoad, friction);
+    return kernel.filled("contact_scales", (to) =>
+      kernel.module.force_element_scales(
+        kernel.given("force_element_parameters", this.contact), this.normalLoad, friction, to));
   }
 
-  private asked(speed: number, friction: number): Asked {
-    const { table, contact, body, normalLoad } = this;
+  private points(creepage: ArrayLike<number>, speed: number, friction: number): Point[] {
+    return kernel.points((to, _, from) =>
+      kernel.module.creep_curve_points(
+        ...this.given(speed, friction), creepage.length, from, to), creepage);
+  }
+
+  /** What all functions of steady creep take first. */
+  private given(speed: number, friction: number): [number, number, number, number] {
     const conditions = {
-      speed, "normal_load[0]": normalLoad, "normal_load[1]": normalLoad,
+      speed, "normal_load[0]": this.normalLoad, "normal_load[1]": this.normalLoad,
       "friction_scale[0]": friction, "friction_scale[1]": friction,
       resistance_force: 0, acceleration: 0, balanced: 0,
     };
-    return { table, contact, body, conditions };
+    return [
+      this.table.address, kernel.given("force_element_parameters", this.contact),
+      kernel.given("wheelset_parameters", this.body), kernel.given("creep_conditions", conditions),
+    ];
   }
 
   private omega(creepage: number, speed: number): number {

@@ -61,7 +61,8 @@ export function contactModulus(v: Vehicle): number {
 /** Stiffness along rolling over that of strips, and the part of it that is lost up to saturation. */
 function scalesOf(v: Vehicle): Record<"stiffness_x" | "softening_x", number> {
   if (v.contact === "line" || v.theory === "strips") return { stiffness_x: 1, softening_x: 0 };
-  return kernel.halfSpace(v.semi_width / lateralSemiAxis(v), v.poisson_ratio);
+  return kernel.filled("half_space_scales", (to) =>
+    kernel.module.half_space_scales_of(v.semi_width / lateralSemiAxis(v), v.poisson_ratio, to));
 }
 
 /** Modulus of the stiffness against creepage [Pa]. */
