@@ -1,7 +1,7 @@
 """The built explorer page in a headless Chromium that is cut off from everything.
 
     with explorer_page(width=1440, height=900) as page:
-        page.call("async (x) => (await contactlib.ready).kernel.module.creep_table_place(x, 0.3)", 0.5)
+        page.call("async (part) => (await contactlib.ready).app[part]", "kickSize")
 
 The browser runs as long as a page is open: a module that opens many keeps one in a fixture.
 """

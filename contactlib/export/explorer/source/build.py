@@ -93,7 +93,7 @@ def data_elements() -> str:
 
 def page() -> str:
     """The whole page, if its modules have no mistake of type."""
-    write_types(FUNCTIONS)
+    write_types(FUNCTIONS, declarations()["sections"])
     check_types()
     script, style = bundle()
     text = (SOURCE / "index.html").read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -58,14 +58,16 @@ def members() -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_types(functions: tuple[str, ...]) -> None:
-    """Tell the compiler of the script the structs of doubles and the module's functions."""
+def write_types(functions: tuple[str, ...], sections: Mapping[str, Mapping[str, object]]) -> None:
+    """Tell the compiler of the script structs of doubles, functions and sections of a model."""
     kernel.library()
     lines = ["// Written by build.py from the kernel's C.", "export interface Fields {"]
     for name in OF_DOUBLES:
         paths = _doubles("", kernel.ffi.typeof(name))
         lines.append(f"  {name}: {' | '.join(json.dumps(path.split('.')[-1]) for path in paths)};")
     lines += ["}", "export interface Functions {", *map(_function, functions), "}"]
+    keys = {name: " | ".join(map(json.dumps, section)) for name, section in sections.items()}
+    lines += ["export interface Sections {", *(f"  {n}: {k};" for n, k in keys.items()), "}"]
     write_whole(SOURCE / "kernel" / "structs.d.ts", "\n".join(lines).encode() + b"\n")
 
 

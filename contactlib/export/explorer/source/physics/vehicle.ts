@@ -1,56 +1,32 @@
 /** A wheelset as a model file describes it, and the kernel's parameters that follow from it. */
 import { type Contact, kernel, type Structs } from "../kernel/kernel";
+import type { Sections } from "../kernel/structs";
 
 const GRAVITY = 9.80665; // standard gravity [m/s2]
 
-/** A wheelset with its contact, friction and running resistance, in SI units. */
-export interface Vehicle {
+type Key<Section extends keyof Sections> = Sections[Section];
+
+/** Numbers of a vehicle, which are those of a model file in SI units but for what is said here. */
+type VehicleNumber =
+  | "semi_width" // half the contact's length along rolling, a, at the nominal load
+  | "peak_pressure" // p0 at the nominal load
+  | "static_friction" // f_s and f_d
+  | "kinetic_friction"
+  | Extract<Key<"contact">, "normal_load" | "youngs_modulus" | "poisson_ratio"> // load of all wheels
+  | Exclude<Key<"friction">, "static" | "kinetic" | "weakening_length"> // at the nominal load
+  | Exclude<Key<"wheelset">, "mass" | "saturation_creepage" | "rotor_inertia" | "gear_ratio">
+  | Key<"resistance">
+  | Key<"run">;
+
+/** A wheelset with its contact, friction and running resistance. */
+export interface Vehicle extends Record<VehicleNumber, number> {
   name: string;
   source: string;
   contact: Contact;
   /** Of an ellipse: whether its strips along rolling feel each other. */
   theory: "half_space" | "strips";
-  /** Half the contact's length along rolling, a, at the nominal load [m]. */
-  semi_width: number;
-  /** Largest pressure p0 at the nominal load [Pa]. */
-  peak_pressure: number;
-  /** Number of wheels, each with this contact, and their nominal load together [1, N]. */
-  wheels: number;
-  normal_load: number;
-  /** Elasticity of both bodies [Pa, 1]. */
-  youngs_modulus: number;
-  poisson_ratio: number;
-  /** f_s and f_d [1]. */
-  static_friction: number;
-  kinetic_friction: number;
-  /** At the nominal load and no slip speed [1]. */
-  k_hat: number;
-  /** A [1] and B [s/m] of the factor (1 - A) exp(-B w) + A on friction at slip speed w. */
-  slip_rate_residual: number;
-  slip_rate_decay: number;
-  /** T_m of the factor 1 - T/T_m on friction at flash temperature T [K]; 0 if it does not fall so. */
-  softening_temperature: number;
-  /** Of both bodies, for T [W s^0.5/(m^2 K)]. */
-  thermal_effusivity: number;
-  /** Rolling radius [m]. */
-  radius: number;
-  /** About the axle, with the drive [kg.m2]. */
-  inertia: number;
-  /** Mass that the wheelset moves [kg]; null: the speed is held, as on a roller rig. */
+  /** Null: the speed is held, as on a roller rig [kg]. */
   mass: number | null;
-  /** Drive torque lost per angular velocity [N.m.s/rad]. */
-  damping: number;
-  /** Initial slope of the creep curve over that of clean surfaces [1]. */
-  slope_reduction: number;
-  /** Below it the creepage's reference speed is regularised [m/s]. */
-  minimum_speed: number;
-  /** Davis resistance [N, N.s/m, N.s2/m2] and rise over distance [1]. */
-  constant: number;
-  linear: number;
-  quadratic: number;
-  grade: number;
-  /** Speed that a run starts from [m/s]. */
-  initial_speed: number;
 }
 
 /** Composite modulus E* of two bodies of the vehicle's material [Pa]. */
