@@ -738,24 +738,9 @@ def test_settings_survive_in_the_address(visitor: Visitor) -> None:
         assert other.page.get_by_role("radio", name="Creep control").is_checked()
 
 
-def test_a_wrong_address_is_told_of(visitor: Visitor) -> None:
-    LOCOMOTIVE.set_up(visitor)
-    visitor.call("() => { location.hash = '#vehicle=roller_rig&k_hat=-1&speed=12&colour=red'; }")
-    said = visitor.toast()
-    assert "k_hat = -1" in said
-    assert "colour" in said
-    settings = visitor.settings()
-    assert settings["speed"] == 12.0
-    assert settings["vehicle"]["k_hat"] == 0.3
-    assert settings["vehicle"]["mass"] is None
-    visitor.wait(10_000)
-    assert visitor.text("toast") == ""
-
-
 @pytest.mark.parametrize(
     ("fragment", "told"),
     [
-        ("peak_pressure=1e-300", ["peak_pressure = 1e-300", ">= 1000000"]),
         ("radius=1e300&inertia=1e-12", ["radius = 1e+300", "<= 10", "inertia = 1e-12", ">= 0.001"]),
         ("vehicle=locomotive&mass=1&linear=1e5", ["all of mass=1, linear=100000", "no grip"]),
     ],
@@ -796,25 +781,12 @@ def test_a_model_file_is_opened(visitor: Visitor, tmp_path: Path) -> None:
     assert visitor.settings()["vehicle"]["inertia"] == 333.0
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("kinetic = 0.21", "kinetic = -0.21", ["friction.kinetic", "-0.21", "> 0"]),
-        ("inertia = 250.0", 'inertia = "250 kg"', ["wheelset.inertia", "250 kg", "kg.m2"]),
-        ("inertia = 250.0", "interia = 250.0", ["interia"]),
-        ("[wheelset]", "[wheelset", ["mine.toml"]),
-    ],
-)
-def test_a_broken_model_file_is_refused(
-    visitor: Visitor, old: str, new: str, said: list[str]
-) -> None:
+def test_a_broken_model_file_is_refused(visitor: Visitor) -> None:
     RIG.set_up(visitor)
     before = visitor.settings()
     text = Path("models/roller_rig.toml").read_text()
-    assert text.count(old) == 1
-    found = open_text(visitor, "mine.toml", text.replace(old, new))
-    assert all(part in found for part in said), found
-    assert "\n" not in found
+    said = open_text(visitor, "mine.toml", text.replace("kinetic = 0.21", "kinetic = -0.21"))
+    assert said == "mine.toml: friction.kinetic = -0.21 is out of range: must be finite and > 0"
     assert visitor.settings() == before
 
 

@@ -8,7 +8,7 @@ import { type Control, Run, SAMPLE } from "../physics/run";
 import type { View } from "./chart";
 import { write } from "./elements";
 import { digits, percent } from "./format";
-import { clearingText, Numbers, numbers, startText, stopText, warnings } from "./numbers";
+import { clearingText, numbers, showNumbers, startText, stopText, warnings } from "./numbers";
 import { type Moment, type Picture, picture } from "./picture";
 
 const LOOK_BACK = 8; // visitor's time that the charts show [s]
@@ -60,7 +60,6 @@ export class App {
   /** Time that the last frames took the page [ms]. */
   readonly frameCosts: number[] = [];
 
-  private readonly numbers: Numbers;
   /** The experiment that is being told. */
   story: Story | null = null;
   private step = 0; // of the story
@@ -77,7 +76,6 @@ export class App {
 
   constructor(public settings: Settings, private readonly stage: Stage) {
     this.run = new Run();
-    this.numbers = new Numbers(stage.numbers);
     this.shown = this.newPicture(settings.speed);
     this.use(settings);
   }
@@ -344,7 +342,7 @@ export class App {
     for (const view of stage.views) view.draw(moment);
     if (often) {
       if (this.settings.vehicle.mass !== null) stage.moved();
-      this.numbers.show(numbers(moment));
+      showNumbers(stage.numbers, numbers(moment));
       write(stage.warning, warnings(moment));
       write(stage.clock, `t = ${digits(run.now.time, 4)} s`);
     }

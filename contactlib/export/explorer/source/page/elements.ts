@@ -19,6 +19,6 @@ export function made<Tag extends keyof HTMLElementTagNameMap>(
 }
 
 /** Set the text of an element, which costs nothing while it stays the same. */
-export function write(place: HTMLElement, text: string): void {
+export function write(place: Element, text: string): void {
   if (place.textContent !== text) place.textContent = text;
 }

@@ -4,16 +4,17 @@ import { creepControlGain, largestGain, longestDelay } from "../physics/stabilit
 import type { Clearing } from "../physics/clearing";
 import { type Control, SAMPLE } from "../physics/run";
 import { PROCESS_ZONE_LIMIT } from "../files/declared";
-import { made, write } from "./elements";
+import { write } from "./elements";
 import { digits, duration, percent } from "./format";
 import type { Moment } from "./picture";
 
 interface Shown {
-  label: string;
-  help: string;
   text: string;
-  unit: string;
+  unit?: string;
   kind?: "stable" | "unstable" | "warn";
+  /** In place of those that the page has. */
+  label?: string;
+  help?: string;
 }
 
 /** All numbers of a moment. */
@@ -32,37 +33,26 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const mega = (v: number): string => v < 1e3 ? "0" : digits(1e-6 * v);
   const kilo = (v: number): string => digits(1e-3 * v);
   const moves = !held && kilo(run.now.drive_torque) !== kilo(control.drive_torque);
+  const returns = fold !== null && Number.isFinite(fold.return_creepage);
+  const warn = (wrong: boolean): Pick<Shown, "kind"> => (wrong ? { kind: "warn" } : {});
   return [
-    { label: "creepage \u03b6", help: "(omega r - V)/V", text: percent(run.now.creepage), unit: "" },
-    { label: "drive torque T", help: "acting on the wheelset, and where it moves to",
-      text: kilo(run.now.drive_torque), unit: moves ? `\u2192 ${kilo(control.drive_torque)} kN m` : "kN m" },
-    { label: "Q / P", help: "traction coefficient: creep force over normal load",
-      text: digits(contact.traction_coefficient), unit: "" },
-    { label: `pole ${where}`, help: "rate at which a small change of the creepage grows under constant torque",
-      text: digits(pole), unit: "1/s", kind: pole < 0 ? "stable" : "unstable" },
-    { label: "critical torque", help: "the fold: the wheel cannot hold any larger torque",
-      text: fold === null ? "none" : digits(1e-3 * fold.drive_torque, 5),
-      unit: fold === null ? "" : "kN m" },
-    { label: "comes back at", help: "falling torque at which a run-away ends",
-      text: fold === null || !Number.isFinite(fold.return_creepage) ? "never"
-        : digits(1e-3 * fold.return_torque, 4),
-      unit: fold !== null && Number.isFinite(fold.return_creepage) ? "kN m" : "" },
-    { label: "Kp that hold it [MN m]",
-      help: `proportional gains that hold the wheel ${where} with a delay of ${duration(control.delay)} and no integral gain`,
-      text: empty ? "none" : `${mega(lowest)} \u2013 ${mega(highest)}`, unit: "",
-      ...(empty ? { kind: "warn" as const } : {}) },
-    { label: "longest delay", help: `the longest with which some gain holds the wheel ${where}: about 1/pole`,
-      text: Number.isNaN(longest) ? "none" : longest === Infinity ? "any" : duration(longest), unit: "",
-      ...(held && !(control.delay <= longest) ? { kind: "warn" as const } : {}) },
-    { label: "K at this load", help: "intensity of the drop of friction, Eq. (17)",
-      text: digits(contact.k_hat), unit: "" },
-    { label: "\u03b6\u2080 at this load", help: "saturation creepage: where Carter's law slides, Eq. (15)",
-      text: percent(contact.saturation_creepage), unit: "" },
-    { label: "process zone", help: "length of the weakening zone over the semi-width; the law is the limit for a short zone",
-      text: digits(contact.process_zone_ratio), unit: "a",
-      ...(contact.process_zone_ratio > PROCESS_ZONE_LIMIT ? { kind: "warn" as const } : {}) },
-    { label: "weakening length", help: "slip distance over which friction falls; follows from K",
-      text: digits(1e6 * plant.contact.weakening_length), unit: "\u00b5m" },
+    { text: percent(run.now.creepage) },
+    { text: kilo(run.now.drive_torque), unit: moves ? `\u2192 ${kilo(control.drive_torque)} kN m` : "kN m" },
+    { text: digits(contact.traction_coefficient) },
+    { text: digits(pole), unit: "1/s", kind: pole < 0 ? "stable" : "unstable", label: `pole ${where}` },
+    fold === null ? { text: "none" } : { text: digits(1e-3 * fold.drive_torque, 5), unit: "kN m" },
+    returns ? { text: digits(1e-3 * fold.return_torque, 4), unit: "kN m" } : { text: "never" },
+    { text: empty ? "none" : `${mega(lowest)} \u2013 ${mega(highest)}`, ...warn(empty),
+      help: `proportional gains that hold the wheel ${where} with a delay of ` +
+        `${duration(control.delay)} and no integral gain` },
+    { text: Number.isNaN(longest) ? "none" : longest === Infinity ? "any" : duration(longest),
+      help: `the longest with which some gain holds the wheel ${where}: about 1/pole`,
+      ...warn(held && !(control.delay <= longest)) },
+    { text: digits(contact.k_hat) },
+    { text: percent(contact.saturation_creepage) },
+    { text: digits(contact.process_zone_ratio), unit: "a",
+      ...warn(contact.process_zone_ratio > PROCESS_ZONE_LIMIT) },
+    { text: digits(1e6 * plant.contact.weakening_length), unit: "\u00b5m" },
   ];
 }
 
@@ -111,27 +101,15 @@ export function clearingText(found: Clearing | null, length: number): string {
   return `Critical clearing time ${duration(found.time)} (${digits(found.distance, 3)} m). This patch is ${outcome}.`;
 }
 
-/** The numbers in the page. */
-export class Numbers {
-  private readonly cells: Record<"term" | "value" | "unit" | "data" | "box", HTMLElement>[] = [];
-
-  constructor(private readonly list: HTMLElement) {}
-
-  show(all: Shown[]): void {
-    all.forEach((shown, i) => {
-      const { term, value, unit, data, box } = (this.cells[i] ??= this.cell());
-      write(term, shown.label);
-      write(value, shown.text);
-      write(unit, shown.unit);
-      if (box.title !== shown.help) box.title = shown.help;
-      if (data.className !== (shown.kind ?? "")) data.className = shown.kind ?? "";
-    });
-  }
-
-  private cell(): Numbers["cells"][number] {
-    const term = made("dt"), value = made("span"), unit = made("small");
-    const data = made("dd", {}, value, " ", unit), box = made("div", {}, term, data);
-    this.list.append(box);
-    return { term, value, unit, data, box };
-  }
+/** Show numbers in their places of a list, which has one for each. */
+export function showNumbers(list: HTMLElement, all: Shown[]): void {
+  all.forEach(({ text, unit = "", kind = "", label, help }, i) => {
+    const box = list.children[i] as HTMLElement, [term, data] = box.children;
+    const [value, small] = data!.children;
+    write(value!, text);
+    write(small!, unit);
+    if (label !== undefined) write(term!, label);
+    if (help !== undefined && box.title !== help) box.title = help;
+    if (data!.className !== kind) data!.className = kind;
+  });
 }

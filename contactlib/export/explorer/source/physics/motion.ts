@@ -95,14 +95,12 @@ export class Motion {
     return passed;
   }
 
-  /** Write the state into a moment. */
-  observe(moment: Moment): void {
-    const { input, state } = this.drivetrain;
+  /** The state at a time [s] under a torque [N.m]. */
+  moment(time: number, drive_torque: number): Moment {
+    const { input, state: { speed } } = this.drivetrain;
     const friction = this.onPatch ? this.patch!.friction : 1;
     input.friction_left = input.friction_right = friction; // a step leaves that of its start
-    moment.speed = state.speed;
-    moment.creepage = this.drivetrain.output().creepage_left;
-    moment.friction = friction;
+    return { time, speed, creepage: this.drivetrain.output().creepage_left, friction, drive_torque };
   }
 
   /** Row of a moment under the present parameters. */

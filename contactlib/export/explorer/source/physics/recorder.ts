@@ -69,13 +69,8 @@ export type Moment = Pick<Row, "time" | "creepage" | "drive_torque" | "speed" | 
 
 interface Slot {
   readonly moment: Moment;
-  row: Row | null; // evaluated at the first use
-  kept: boolean; // in the history
-}
-
-function emptySlot(): Slot {
-  const moment = { time: 0, speed: 0, creepage: 0, friction: 1, drive_torque: 0 };
-  return { moment, row: null, kept: true };
+  row?: Row; // evaluated at the first use
+  kept?: boolean; // in the history
 }
 
 /**
@@ -85,8 +80,8 @@ function emptySlot(): Slot {
 export class Recorder {
   readonly history: History;
   interval = 2e-3; // simulated time between rows [s]
-  private now = emptySlot();
-  private before = emptySlot();
+  private now!: Slot;
+  private before: Slot | null = null;
   private last = -Infinity; // time of the last row that was kept [s]
 
   constructor(rows: number, private readonly evaluate: (moment: Moment) => Row) {
@@ -99,21 +94,19 @@ export class Recorder {
 
   /** The present row. */
   get row(): Row {
-    return (this.now.row ??= this.evaluate(this.now.moment));
+    return this.rowOf(this.now);
   }
 
-  clear(): void {
+  /** Begin again with this moment. */
+  start(moment: Moment): void {
     this.history.clear();
-    this.last = -Infinity;
-    this.now.kept = this.before.kept = true;
+    this.now = { moment };
+    this.before = null;
+    this.keep(this.now);
   }
 
-  /** Begin the next moment, which the caller fills in. */
-  next(): Moment {
-    [this.before, this.now] = [this.now, this.before];
-    this.now.row = null;
-    this.now.kept = false;
-    return this.now.moment;
+  next(moment: Moment): void {
+    [this.before, this.now] = [this.now, { moment }];
   }
 
   /** Keep the present row if it is due within a time [s]. */
@@ -123,13 +116,17 @@ export class Recorder {
 
   /** Keep the present row and the one before, so that a jump between them can be seen. */
   keepBoth(): void {
-    this.keep(this.before);
+    if (this.before !== null) this.keep(this.before);
     this.keep(this.now);
+  }
+
+  private rowOf(slot: Slot): Row {
+    return (slot.row ??= this.evaluate(slot.moment));
   }
 
   private keep(slot: Slot): void {
     if (slot.kept) return;
-    this.history.append((slot.row ??= this.evaluate(slot.moment)));
+    this.history.append(this.rowOf(slot));
     slot.kept = true;
     this.last = slot.moment.time;
   }

@@ -57,9 +57,7 @@ export class Run {
     this.samples = this.carried = 0;
     this.stopped = null;
     this.events = [];
-    this.recorder.clear();
-    this.observe();
-    this.recorder.keepIfDue(0);
+    this.recorder.start(this.moment());
     this.watch(this.fold);
   }
 
@@ -184,7 +182,7 @@ export class Run {
       return;
     }
     this.samples++;
-    this.observe();
+    recorder.next(this.moment());
     happened.push(...this.watcher.next(this.now.creepage));
     for (const name of happened) this.tell(name);
     this.stopped = motion.limit();
@@ -192,19 +190,15 @@ export class Run {
     else recorder.keepIfDue(0.5 * SAMPLE);
   }
 
-  /** Record the moment. */
-  private observe(): void {
-    const moment = this.recorder.next();
-    moment.time = this.samples * SAMPLE;
-    moment.drive_torque = this.source.torque;
-    this.motion.observe(moment);
+  private moment(): Moment {
+    return this.motion.moment(this.samples * SAMPLE, this.source.torque);
   }
 
   /** Change something at once, with a row before and one after. */
   private jump(change: () => void): void {
     void this.recorder.row; // evaluated before anything changes
     change();
-    this.observe();
+    this.recorder.next(this.moment());
     this.recorder.keepBoth();
   }
 
