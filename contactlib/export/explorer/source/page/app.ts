@@ -57,8 +57,6 @@ export class App {
   playing = true;
   /** What a kick adds to the creepage [1]. */
   kickSize = 0.01;
-  /** Time that the last frames took the page [ms]. */
-  readonly frameCosts: number[] = [];
 
   /** The experiment that is being told. */
   story: Story | null = null;
@@ -296,14 +294,10 @@ export class App {
 
   /** A frame at a time of the browser's clock [ms]. */
   frame(now: number): void {
-    const began = performance.now();
     const passed = Math.min((now - this.last) / 1e3, LONGEST_FRAME);
     this.last = now;
     if (this.playing) this.advance(passed * this.settings.playback);
     if (this.stale || this.unshown) this.draw(now);
-    if (!this.playing) return;
-    this.frameCosts.push(performance.now() - began);
-    if (this.frameCosts.length > 600) this.frameCosts.shift();
   }
 
   /** Friction of the patch that lies on the rail or, if there is none, of the next one. */

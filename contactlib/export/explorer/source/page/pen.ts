@@ -151,35 +151,41 @@ export class Pen {
     c.setLineDash([]);
   }
 
+  /** A disc at a place [px], which texts keep off. */
+  private disc(x: number, y: number, radius: number, fill: Colour, rim: Colour, width: number): void {
+    const c = this.context;
+    this.taken.push({ x, y, wide: radius, high: radius });
+    c.beginPath();
+    c.arc(x, y, radius, 0, 2 * Math.PI);
+    c.fillStyle = colour(fill);
+    c.fill();
+    c.strokeStyle = colour(rim);
+    c.lineWidth = width;
+    c.stroke();
+  }
+
+  private triangle(ink: Colour, ...corners: [number, number][]): void {
+    const c = this.context;
+    c.beginPath();
+    for (const corner of corners) c.lineTo(...corner);
+    c.fillStyle = colour(ink);
+    c.fill();
+  }
+
   /** A dot, hollow for an unstable state. */
   dot(x: number, y: number, ink: Colour, hollow = false, radius = 4.5): void {
-    const c = this.context;
-    this.taken.push({ x: this.across(x), y: this.up(y), wide: radius, high: radius });
-    c.beginPath();
-    c.arc(this.across(x), this.up(y), radius, 0, 2 * Math.PI);
-    c.fillStyle = colour(hollow ? "card" : ink);
-    c.fill();
-    c.strokeStyle = colour(ink);
-    c.lineWidth = 2;
-    c.stroke();
+    this.disc(this.across(x), this.up(y), radius, hollow ? "card" : ink, ink, 2);
   }
 
   /** The wheel; outside the chart it is drawn at the edge, with an arrow and its value. */
   wheel(x: number, y: number, ink: Colour, outside: string): void {
-    const c = this.context, r = 7.5;
+    const r = 7.5;
     const px = this.across(x), py = this.up(y);
     const beyondX = px > this.width ? 1 : px < 0 ? -1 : 0;
     const beyondY = py < 0 ? 1 : py > this.height ? -1 : 0;
     const cx = Math.min(Math.max(px, r + 2), this.width - r - 2);
     const cy = Math.min(Math.max(py, r + 2), this.height - r - 2);
-    this.taken.push({ x: cx, y: cy, wide: r, high: r });
-    c.beginPath();
-    c.arc(cx, cy, r, 0, 2 * Math.PI);
-    c.fillStyle = colour(ink);
-    c.fill();
-    c.strokeStyle = colour("card");
-    c.lineWidth = 2.5;
-    c.stroke();
+    this.disc(cx, cy, r, ink, "card", 2.5);
     if (beyondX === 0 && beyondY === 0) return;
     this.arrow(cx, cy, beyondX, -beyondY);
     const below = cy < 40;
@@ -190,28 +196,16 @@ export class Pen {
 
   /** Triangle inside a dot [px] that points in a direction. */
   private arrow(x: number, y: number, dx: number, dy: number): void {
-    const c = this.context, size = Math.hypot(dx, dy) || 1;
-    const ux = dx / size, uy = dy / size;
-    c.beginPath();
-    c.moveTo(x + 5 * ux, y + 5 * uy);
-    c.lineTo(x - 3 * ux + 4 * uy, y - 3 * uy - 4 * ux);
-    c.lineTo(x - 3 * ux - 4 * uy, y - 3 * uy + 4 * ux);
-    c.closePath();
-    c.fillStyle = colour("card");
-    c.fill();
+    const size = Math.hypot(dx, dy) || 1, ux = dx / size, uy = dy / size;
+    this.triangle("card", [x + 5 * ux, y + 5 * uy],
+      [x - 3 * ux + 4 * uy, y - 3 * uy - 4 * ux], [x - 3 * ux - 4 * uy, y - 3 * uy + 4 * ux]);
   }
 
   /** A solid arrow head at a point, along the horizontal axis. */
   head(x: number, y: number, way: 1 | -1, ink: Colour, size = 6): void {
-    const c = this.context, px = this.across(x), py = this.up(y);
+    const px = this.across(x), py = this.up(y), back = px - way * size * 0.7;
     this.taken.push({ x: px, y: py, wide: size, high: size });
-    c.beginPath();
-    c.moveTo(px + way * size, py);
-    c.lineTo(px - way * size * 0.7, py - size * 0.8);
-    c.lineTo(px - way * size * 0.7, py + size * 0.8);
-    c.closePath();
-    c.fillStyle = colour(ink);
-    c.fill();
+    this.triangle(ink, [px + way * size, py], [back, py - size * 0.8], [back, py + size * 0.8]);
   }
 
   /** A handle at the upper end of a vertical line. */
@@ -222,13 +216,8 @@ export class Pen {
     c.roundRect(x - 11, y - 8, 22, 16, 6);
     c.fillStyle = colour(ink);
     c.fill();
-    c.fillStyle = colour("card");
     for (const way of [-1, 1]) {
-      c.beginPath();
-      c.moveTo(x + way * 8, y);
-      c.lineTo(x + way * 3, y - 4);
-      c.lineTo(x + way * 3, y + 4);
-      c.fill();
+      this.triangle("card", [x + way * 8, y], [x + way * 3, y - 4], [x + way * 3, y + 4]);
     }
   }
 
