@@ -18,6 +18,7 @@
 #include "drivetrain.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
+#include "hertz.h"
 #include "resource.h"
 #include "wheelset_step.h"
 #include "wide.h"
@@ -233,6 +234,17 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
     d.state.speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
     d.state.omega_left = d.state.omega_right = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
     return d;
+}
+
+/* The pressure over the ellipse flattens the curvatures of both surfaces. */
+static void test_hertz(void) {
+    for (int i = 0; i < points / 100; i++) {
+        double x = random_exponent(-3.0, 3.0), y = random_exponent(-3.0, 3.0), axes[2];
+        double compliance = random_exponent(-9.0, -4.0);
+        hertz_semi_axes(x, y, compliance, axes);
+        CHECK(fabs(x * compliance * hertz_integral(axes[0], axes[1]) - 1.0) < 1e-12);
+        CHECK(fabs(y * compliance * hertz_integral(axes[1], axes[0]) - 1.0) < 1e-12);
+    }
 }
 
 /* Turns and steady states lie in order on their side of the curve; a search with less room finds
@@ -688,6 +700,7 @@ int main(int count, char **arguments) {
     test_drivetrains(&table, &parameters);
     test_curve(&table, &parameters);
     test_widths(&table, &parameters);
+    test_hertz();
     test_hot_friction();
     test_tangent(&table, &parameters);
     test_lives(location, token);
