@@ -25,6 +25,7 @@ from contactlib.base.quantities import (
     checked_number,
     derived,
     records,
+    shown,
 )
 from contactlib.contact import kernel
 from contactlib.contact.friction import Friction
@@ -346,7 +347,7 @@ class ForceElement(Parameters):
         inputs = records(kernel.force_input_dtype(), given, kernel.force_input_limits())
         if inputs["spin_velocity"].any() and spinning_aspect(self.contact) is None:
             raise ValueError(
-                f"spin_velocity = {spin_velocity!r} must be 0: it needs {SPINNING}, "
+                f"spin_velocity = {shown(spin_velocity)} must be 0: it needs {SPINNING}, "
                 "not the contact of this ForceElement"
             )
         return self.native.evaluate(inputs)
