@@ -75,7 +75,7 @@ NO_NUMBER: dict[str, object] = {
 # Numbers at the ends of what floats hold, and of other types and shapes.
 EXTREMES: list[Any] = [
     *(s * v for v in (0.0, 5e-324, 1e-300, 1e-30, 2.0**-52, 1.0, 1e30, 1e308) for s in (1, -1)),
-    *(1, 2**53 + 1, 10**30, 0.7318, -41.5),
+    *(1, 2**53 + 1, 10**30, 10**400, 0.7318, 2.5, -41.5),
     *(np.float16(0.3), np.float32(0.3), np.longdouble("0.3"), Fraction(1, 3)),
     *(np.array(0.3), np.array([0.3]), np.array([]), [], np.empty((0, 3))),
     *(np.array([], dtype=np.int64), [0.3, 0.4], np.array([[0.3, 0.4], [0.5, 0.6]])),
@@ -363,3 +363,6 @@ def test_extreme_numbers(call: Call) -> None:
     # python-control's arithmetic overflows at large gains.
     numbers = [name for name in call.numbers if name != "gains"]
     hold_all(check, product([call], numbers, EXTREMES))
+    for name in call.arrays & {*numbers, *call.arguments}:
+        row = np.asarray(call.arguments.get(name, 1.0), dtype=np.float64)
+        hold_all(check, product([call], [name], layouts(row) if row.ndim else ()))

@@ -24,7 +24,7 @@ from contactlib.base.writing import package_folder
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
 from fmu_instance import EXPORTS
-from native_programs import COUNTED, WRAPPED, Build, Fmu, clean, run
+from native_programs import COUNTED, NATIVE, WRAPPED, Build, Fmu, alone, clean, run
 
 # Text of lines that no program on this machine runs, by file, and why.
 NOT_RUN: dict[str, dict[str, str]] = {
@@ -70,7 +70,7 @@ def run_all(
 
 def run_golden(build: Build, model: cl.Model, folder: Path) -> None:
     """A library opened as a tool opens it: two rows of a wheelset that rolls freely."""
-    program = build.alone("run_golden")
+    program = alone(NATIVE / "run_golden.c", folder)
     for version in (2, 3):
         fmu = Fmu(model, folder / f"golden{version}", fmi_version=version, kind="wheelset")
         golden = folder / "golden.csv"

@@ -40,10 +40,7 @@ class Build:
     """The sources compiled in one way, once, in a folder; programs are linked to them."""
 
     def __init__(self, folder: Path, way: tuple[str, ...]) -> None:
-        self.folder, self.way = folder, way
-        headers = Path(fmpy.__file__).parent / "c-code"
-        token = f'-DCONTACTLIB_TOKEN="{kernel.token()}"'
-        self.flags = (*WARNINGS, token, f"-isystem{headers}", f"-I{package_folder('fmu')}")
+        self.folder, self.way, self.flags = folder, way, flags()
         with ThreadPoolExecutor(2) as pool:
             sources = sorted(package_folder("fmu").glob("*.c"))
             self.objects = list(pool.map(self._compiled, sources))
@@ -65,13 +62,6 @@ class Build:
         run(gcc(), *self.flags, *self.way, "-pthread", *source, *flags, "-lm", "-o", made)
         return made
 
-    def alone(self, name: str) -> Path:
-        """A program of tests/native without the sources."""
-        made = self.folder / name
-        libraries = ("-pthread", "-ldl", "-lm")
-        run(gcc(), *self.flags, *self.way, NATIVE / f"{name}.c", *libraries, "-o", made)
-        return made
-
     def library(self) -> Path:
         """The sources as a library like an FMU's."""
         made = self.folder / "library.so"
@@ -79,11 +69,17 @@ class Build:
         return made
 
 
-def driver(folder: Path, source: Path) -> Path:
-    """A program that opens an FMU's library by itself."""
-    made = folder / source.stem
+def flags() -> tuple[str, ...]:
+    """How the sources and all programs are compiled, by any compiler."""
     headers = Path(fmpy.__file__).parent / "c-code"
-    run(gcc(), *WARNINGS, "-O2", f"-isystem{headers}", source, "-ldl", "-lm", "-o", made)
+    token = f'-DCONTACTLIB_TOKEN="{kernel.token()}"'
+    return (*WARNINGS, token, f"-isystem{headers}", f"-I{package_folder('fmu')}", f"-I{NATIVE}")
+
+
+def alone(source: Path, folder: Path, *way: str) -> Path:
+    """A program without the sources: it opens an FMU's library by itself, or needs none."""
+    made = folder / source.stem
+    run(gcc(), *flags(), *(way or ("-O2",)), source, "-pthread", "-ldl", "-lm", "-o", made)
     return made
 
 

@@ -4,14 +4,11 @@
  *     test_allocation RESOURCES TOKEN
  *
  * RESOURCES is a URI. To be linked with malloc, calloc, realloc and free wrapped. */
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 
 #include "checks.h"
 #include "component.h"
-#include "fmi2Functions.h"
-#include "fmi3Functions.h"
+#include "fmi.h"
 
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
@@ -51,67 +48,40 @@ void __wrap_free(void *memory) {
     __real_free(memory);
 }
 
-static void log2_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                         fmi2String category, fmi2String message, ...) {
-    (void)environment;
-    CHECK(strcmp(name, "an instance") == 0 && status == fmi2Error);
-    CHECK(strcmp(category, "logStatusError") == 0 && strstr(message, "out of memory") != NULL);
-    said++;
-}
-
-static void log3_message(fmi3InstanceEnvironment environment, fmi3Status status,
-                         fmi3String category, fmi3String message) {
-    (void)environment;
-    CHECK(status == fmi3Error);
-    CHECK(strcmp(category, "logStatusError") == 0 && strstr(message, "out of memory") != NULL);
-    said++;
-}
-
 static const char *resources, *token;
 
-static void life2(void) {
-    static const fmi2CallbackFunctions callbacks = {.logger = log2_message};
+static void life(int version) {
+    const fmi *v = fmi_of(version);
     char bytes[4096];
     size_t size = 0;
-    fmi2FMUstate saved = NULL, read = NULL;
-    fmi2Component c =
-        fmi2Instantiate("an instance", fmi2CoSimulation, token, resources, &callbacks, 0, 1);
+    void *saved = NULL, *read = NULL;
+    void *c = v->open(version == 3, token, resources, 1, &said);
     CHECK((c == NULL) == refused);
     if (c == NULL) return;
-    CHECK(fmi2GetFMUstate(c, &saved) == (refused ? fmi2Error : fmi2OK));
+    CHECK(v->save(c, &saved) == (refused ? RESULT_ERROR : RESULT_OK));
     CHECK((saved == NULL) == refused);
     if (saved != NULL) {
-        CHECK(fmi2SerializedFMUstateSize(c, saved, &size) == fmi2OK && size <= sizeof bytes);
-        CHECK(fmi2SerializeFMUstate(c, saved, bytes, size) == fmi2OK);
-        CHECK(fmi2DeSerializeFMUstate(c, bytes, size, &read) == (refused ? fmi2Error : fmi2OK));
+        CHECK(v->size(c, saved, &size) == RESULT_OK && size <= sizeof bytes);
+        CHECK(v->serialize(c, saved, bytes, size) == RESULT_OK);
+        CHECK(v->deserialize(c, bytes, size, &read) == (refused ? RESULT_ERROR : RESULT_OK));
         CHECK((read == NULL) == refused);
     }
-    fmi2FreeFMUstate(c, &saved);
-    fmi2FreeFMUstate(c, &read);
-    fmi2FreeInstance(c);
-}
-
-static void life3(void) {
-    fmi3FMUState saved = NULL;
-    fmi3Instance c = fmi3InstantiateModelExchange("x", token, resources, 0, 1, NULL, log3_message);
-    CHECK((c == NULL) == refused);
-    if (c == NULL) return;
-    CHECK(fmi3GetFMUState(c, &saved) == (refused ? fmi3Error : fmi3OK));
-    fmi3FreeFMUState(c, &saved);
-    fmi3FreeInstance(c);
+    v->forget(c, &saved);
+    v->forget(c, &read);
+    v->close(c);
 }
 
 /* A tool that gives no logger: the same without words. */
-static void silent_lives(void) {
-    fmi2FreeInstance(fmi2Instantiate(NULL, fmi2CoSimulation, token, resources, NULL, 0, 1));
-    fmi3FreeInstance(fmi3InstantiateModelExchange("x", token, resources, 0, 1, NULL, NULL));
+static void silent_life(int version) {
+    const fmi *v = fmi_of(version);
+    v->close(v->open(version == 3, token, resources, 1, NULL));
 }
 
 /* Number of allocations of a life, each of which has failed once. */
-static int with_each_refused(void (*life)(void), int words) {
+static int with_each_refused(void (*of)(int), int version, int words) {
     for (to_fail = 1;; to_fail++) {
         asked = refused = said = 0;
-        life();
+        of(version);
         CHECK(held == 0);
         CHECK(said == (words ? refused : 0));
         if (!refused) return asked;
@@ -125,7 +95,7 @@ static void test_no_file(void) {
     none = usual;
     none.rlim_cur = 3;
     CHECK(setrlimit(RLIMIT_NOFILE, &none) == 0);
-    CHECK(fmi3InstantiateModelExchange("x", token, resources, 0, 1, NULL, NULL) == NULL);
+    CHECK(fmi_of(3)->open(1, token, resources, 1, NULL) == NULL);
     CHECK(setrlimit(RLIMIT_NOFILE, &usual) == 0);
     CHECK(held == 0);
 }
@@ -134,9 +104,11 @@ int main(int count, char **arguments) {
     if (count != 3) return 2;
     resources = arguments[1];
     token = arguments[2];
-    CHECK(with_each_refused(life2, 1) >= 5);
-    CHECK(with_each_refused(life3, 1) >= 4);
-    CHECK(with_each_refused(silent_lives, 0) >= 6);
+    must_say = "out of memory";
+    for (int version = 2; version <= 3; version++) {
+        CHECK(with_each_refused(life, version, 1) >= 5);
+        CHECK(with_each_refused(silent_life, version, 0) >= 3);
+    }
     to_fail = 0;
     test_no_file();
     return verdict();

@@ -10,11 +10,9 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from native_programs import SANITIZED, WARNINGS
-from outside_tools import missing
+from native_programs import NATIVE, SANITIZED, alone
 
 from contactlib.base.quantities import FloatArray
-from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
 
 ULP = 2.0**-52
@@ -35,25 +33,8 @@ def both_signs(values: FloatArray) -> FloatArray:
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("branch_free") / "branch_free_functions"
-    source = Path(__file__).parent / "branch_free_functions.c"
-    try:
-        subprocess.run(
-            [
-                "gcc",
-                *WARNINGS,
-                *SANITIZED,
-                f"-I{package_folder('fmu')}",
-                str(source),
-                "-lm",
-                "-o",
-                str(made),
-            ],
-            check=True,
-        )
-    except FileNotFoundError:
-        missing("there is no gcc")
-    return made
+    source = NATIVE / "branch_free_functions.c"
+    return alone(source, tmp_path_factory.mktemp("branch_free"), *SANITIZED)
 
 
 @pytest.fixture(params=[5, pytest.param(1, marks=pytest.mark.slow)], ids=["some", "all"])

@@ -1,38 +1,23 @@
-/* Run under the address and undefined-behaviour sanitizers: the kernel over its whole range, and
- * the FMI shell through whole lives of an FMU.
+/* Run under the address and undefined-behaviour sanitizers: the kernel over its whole range.
  *
  *     test_native POINTS RESOURCES TOKEN [KIND]
  *
  * POINTS says at how many points each law is evaluated; RESOURCES is a URI. With the kind of the
  * FMU, variables are set to any values, and that is all. */
 #include <float.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "checks.h"
 #include "component.h"
 #include "creep_curve.h"
 #include "creep_forces.h"
 #include "drivetrain.h"
-#include "fmi2Functions.h"
-#include "fmi3Functions.h"
+#include "fmi.h"
 #include "hertz.h"
 #include "resource.h"
 #include "wheelset_step.h"
 #include "wide.h"
 
 static int points; /* at which each law is asked */
-static int logged;
-
-static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                        fmi2String category, fmi2String message, ...) {
-    (void)environment, (void)name, (void)status, (void)category;
-    CHECK(message != NULL && message[0] != '\0');
-    logged++;
-}
-
 /* Every finite creepage and every k_hat: finite, odd, bounded by the law's own maximum. */
 static void test_table(const creep_table *table) {
     static const double edges[] = {
@@ -457,165 +442,6 @@ static void test_widths(const creep_table *table, const force_element_parameters
     }
 }
 
-static unsigned reference_of(const model *m, const char *name) {
-    for (unsigned i = 0; i < m->count; i++)
-        if (strcmp(m->variables[i].name, name) == 0) return i;
-    CHECK(!"a variable of this name");
-    return 0;
-}
-
-static fmi2Component new_instance(const char *location, const char *guid) {
-    static const fmi2CallbackFunctions callbacks = {
-        .logger = log_message, .allocateMemory = calloc, .freeMemory = free};
-    return fmi2Instantiate("sanitized", fmi2CoSimulation, guid, location, &callbacks, 0, 1);
-}
-
-static void log_message3(fmi3InstanceEnvironment environment, fmi3Status status,
-                         fmi3String category, fmi3String message) {
-    (void)environment, (void)status, (void)category;
-    CHECK(message != NULL && message[0] != '\0');
-    logged++;
-}
-
-static void test_lives(const char *location, const char *guid) {
-    const model *m = model_of("force_element");
-    fmi2ValueReference omega = reference_of(m, "omega"), force = reference_of(m, "creep_force");
-    for (int life = 0; life < 40; life++) {
-        fmi2Component c = new_instance(location, guid);
-        fmi2Real value = 0.0, bad = NAN, one = 1.0;
-        fmi2FMUstate saved = NULL, read = NULL;
-        size_t size = 0;
-        CHECK(c != NULL);
-        CHECK(fmi2DoStep(c, 0.0, 1e-3, 0) == fmi2Error); /* too early */
-        CHECK(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) == fmi2OK);
-        CHECK(fmi2EnterInitializationMode(c) == fmi2OK);
-        CHECK(fmi2GetReal(c, &force, 1, &value) == fmi2OK && value == 0.0);
-        CHECK(fmi2ExitInitializationMode(c) == fmi2OK);
-        for (int i = 0; i < 50; i++) {
-            fmi2Real w = 20.0 + 0.02 * i;
-            CHECK(fmi2SetReal(c, &omega, 1, &w) == fmi2OK);
-            CHECK(fmi2DoStep(c, 1e-3 * i, 1e-3, 1) == fmi2OK);
-            CHECK(fmi2GetReal(c, &force, 1, &value) == fmi2OK && isfinite(value));
-        }
-        CHECK(fmi2GetDirectionalDerivative(c, &force, 1, &omega, 1, &one, &value) == fmi2OK);
-        CHECK(isfinite(value) && value != 0.0);
-        CHECK(fmi2GetDirectionalDerivative(c, &omega, 1, &omega, 1, &one, &value) == fmi2Error);
-        CHECK(fmi2GetFMUstate(c, &saved) == fmi2OK);
-        CHECK(fmi2SetReal(c, &omega, 1, &bad) == fmi2Discard);
-        CHECK(fmi2SerializedFMUstateSize(c, saved, &size) == fmi2OK);
-        fmi2Byte *bytes = malloc(size);
-        CHECK(fmi2SerializeFMUstate(c, saved, bytes, size) == fmi2OK);
-        CHECK(fmi2SerializeFMUstate(c, saved, bytes, size - 1) == fmi2Error);
-        CHECK(fmi2DeSerializeFMUstate(c, bytes, size, &read) == fmi2OK);
-        CHECK(fmi2SetFMUstate(c, read) == fmi2OK);
-        bytes[(size_t)(random_unit() * (double)size)] ^= 1;
-        CHECK(fmi2DeSerializeFMUstate(c, bytes, size, &read) == fmi2Error);
-        CHECK(fmi2DeSerializeFMUstate(c, bytes, (size_t)(random_unit() * (double)size), &read) ==
-              fmi2Error);
-        free(bytes);
-        CHECK(fmi2SetFMUstate(c, NULL) == fmi2Error);
-        CHECK(fmi2FreeFMUstate(c, &saved) == fmi2OK && saved == NULL);
-        CHECK(fmi2FreeFMUstate(c, &read) == fmi2OK && read == NULL);
-        for (fmi2ValueReference r = (fmi2ValueReference)m->count; r < m->count + 3; r++)
-            CHECK(fmi2GetReal(c, &r, 1, &value) == fmi2Error);
-        CHECK(fmi2GetStatus(c, fmi2DoStepStatus, NULL) == fmi2Error);
-        CHECK(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &value) == fmi2OK);
-        CHECK(fmi2SetInteger(c, NULL, 0, NULL) == fmi2OK);
-        CHECK(life % 2 == 0 || fmi2Terminate(c) == fmi2OK);
-        CHECK(life % 3 == 0 || fmi2Reset(c) == fmi2OK);
-        fmi2FreeInstance(c);
-    }
-    fmi2FreeInstance(NULL);
-    CHECK(fmi2DoStep(NULL, 0.0, 1.0, 0) == fmi2Error);
-    logged = 0;
-    CHECK(new_instance(NULL, guid) == NULL);
-    CHECK(new_instance("file:///no/such/folder", guid) == NULL);
-    CHECK(new_instance("file://elsewhere/folder", guid) == NULL);
-    CHECK(new_instance("file:///broken%2", guid) == NULL);
-    CHECK(new_instance("file:///broken%zz", guid) == NULL);
-    CHECK(new_instance("file:///null%00", guid) == NULL);
-    CHECK(new_instance("", guid) == NULL);
-    CHECK(new_instance(location, "another guid") == NULL);
-    CHECK(new_instance(location, NULL) == NULL);
-    CHECK(logged == 9);
-    char *endless = malloc(100001);
-    memset(endless, 'a', 100000);
-    endless[100000] = '\0';
-    CHECK(new_instance(endless, guid) == NULL);
-    free(endless);
-    CHECK(fmi2Instantiate(NULL, fmi2ModelExchange, "x", location, NULL, 0, 0) == NULL);
-}
-
-/* The same through FMI 3, in model exchange, with calls in no order at all mixed in. */
-static void test_lives3(const char *location, const char *token, int falls) {
-    const model *m = model_of("force_element");
-    fmi3ValueReference omega = reference_of(m, "omega"), force = reference_of(m, "creep_force");
-    fmi3ValueReference falling = reference_of(m, "falling_branch");
-    for (int life = 0; life < 40; life++) {
-        fmi3Instance c =
-            fmi3InstantiateModelExchange("x", token, location, 0, 1, NULL, log_message3);
-        fmi3Float64 value, z[FLAG_COUNT], one = 1.0, next;
-        fmi3Boolean flag, b[5];
-        size_t n = 99;
-        CHECK(c != NULL);
-        CHECK(fmi3EnterInitializationMode(c, 1, 1e-6, 0.0, 0, 0.0) == fmi3OK);
-        CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
-        CHECK(fmi3GetNumberOfContinuousStates(c, &n) == fmi3OK && n == 0);
-        CHECK(fmi3GetNumberOfEventIndicators(c, &n) == fmi3OK && n == FLAG_COUNT);
-        CHECK(fmi3EnterContinuousTimeMode(c) == fmi3OK);
-        value = 20.5;
-        CHECK(fmi3SetFloat64(c, &omega, 1, &value, 1) == fmi3OK);
-        CHECK(fmi3SetFloat64(c, &omega, 1, &value, 2) == fmi3Error);
-        CHECK(fmi3GetBoolean(c, &falling, 1, &flag, 1) == fmi3OK && !flag); /* no event yet */
-        CHECK(fmi3GetEventIndicators(c, z, FLAG_COUNT) == fmi3OK && (z[0] > 0.0) == falls &&
-              z[1] < 0.0);
-        CHECK(fmi3EnterEventMode(c) == fmi3OK);
-        CHECK(fmi3UpdateDiscreteStates(c, b, b + 1, b + 2, b + 3, b + 4, &next) == fmi3OK);
-        CHECK(fmi3GetBoolean(c, &falling, 1, &flag, 1) == fmi3OK && flag == falls);
-        CHECK(fmi3GetAdjointDerivative(c, &force, 1, &omega, 1, &one, 1, &value, 1) == fmi3OK);
-        CHECK((value < 0.0) == falls);
-        CHECK(fmi3DoStep(c, 0.0, 1e-3, 1, b, b, b, &next) == fmi3Error);
-        for (int i = 0; i < 50; i++) {
-            switch ((int)(random_unit() * 9.0)) {
-                case 0:
-                    fmi3EnterEventMode(c);
-                    break;
-                case 1:
-                    fmi3EnterContinuousTimeMode(c);
-                    break;
-                case 2:
-                    fmi3Reset(c);
-                    break;
-                case 3:
-                    fmi3EnterInitializationMode(c, 0, 0.0, random_unit(), 0, 0.0);
-                    break;
-                case 4:
-                    fmi3ExitInitializationMode(c);
-                    break;
-                case 5:
-                    fmi3Terminate(c);
-                    break;
-                case 6:
-                    fmi3GetFloat64(c, &force, 1, &value, 1);
-                    break;
-                case 7:
-                    fmi3GetEventIndicators(c, z, (size_t)(random_unit() * 5.0));
-                    break;
-                default:
-                    fmi3SetTime(c, random_exponent(-300.0, 308.0));
-                    break;
-            }
-        }
-        fmi3FreeInstance(c);
-    }
-    fmi3FreeInstance(NULL);
-    logged = 0;
-    CHECK(fmi3InstantiateCoSimulation("x", token, location, 0, 1, 1, 0, NULL, 0, NULL, log_message3,
-                                      NULL) == NULL);
-    CHECK(fmi3InstantiateModelExchange("x", token, NULL, 0, 1, NULL, log_message3) == NULL);
-    CHECK(logged == 2);
-}
-
 /* Values that a tool could hand over by mistake, and many that it could mean. */
 static double any_value(void) {
     static const double odd[] = {0.0,     -0.0,    1.0,      NAN,      INFINITY, -INFINITY,
@@ -628,26 +454,24 @@ static double any_value(void) {
 /* Any variable set to any value: never a number that is not finite and yet fine. The fuzz targets
  * call all functions in any order. */
 static void test_any_values(const char *location, const char *token, const model *m) {
+    const fmi *v = fmi_of(3);
     for (int life = 0; life < 60; life++) {
-        fmi3Instance c = fmi3InstantiateCoSimulation("x", token, location, 0, 1, 0, 0, NULL, 0,
-                                                     NULL, log_message3, NULL);
-        fmi3Float64 time = 0.0, found, next;
-        fmi3Boolean b[3];
-        fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0);
-        fmi3ExitInitializationMode(c);
+        int said = 0;
+        void *c = v->open(0, token, location, 1, &said);
+        double time = 0.0, found;
+        start(v, c, 0.0);
         for (int i = 0; i < 400; i++) {
-            fmi3ValueReference r[2] = {(unsigned)(random_unit() * (double)(m->count + 1)),
-                                       (unsigned)(random_unit() * (double)(m->count + 1))};
-            fmi3Float64 value = any_value(), seed = random_exponent(-6.0, 6.0);
-            fmi3SetFloat64(c, r, 1, &value, 1);
-            if (fmi3DoStep(c, time, random_exponent(-9.0, 0.0), 0, b, b + 1, b + 2, &next) ==
-                fmi3OK)
-                time = next;
-            if (fmi3GetFloat64(c, r + 1, 1, &found, 1) == fmi3OK) CHECK(isfinite(found));
-            if (fmi3GetDirectionalDerivative(c, r, 1, r + 1, 1, &seed, 1, &found, 1) == fmi3OK)
+            unsigned r[2] = {(unsigned)(random_unit() * (double)(m->count + 1)),
+                             (unsigned)(random_unit() * (double)(m->count + 1))};
+            double value = any_value(), seed = random_exponent(-6.0, 6.0);
+            double step = random_exponent(-9.0, 0.0);
+            v->set(c, r, 1, &value);
+            if (v->step(c, time, step) == RESULT_OK) time += step;
+            if (v->get(c, r + 1, 1, &found) == RESULT_OK) CHECK(isfinite(found));
+            if (v->derivative(c, 0, r, 1, r + 1, 1, &seed, &found) == RESULT_OK)
                 CHECK(isfinite(found));
         }
-        fmi3FreeInstance(c);
+        v->close(c);
     }
 }
 
@@ -703,8 +527,6 @@ int main(int count, char **arguments) {
     test_hertz();
     test_hot_friction();
     test_tangent(&table, &parameters);
-    test_lives(location, token);
-    test_lives3(location, token, !table.one_axis); /* Polach's law does not fall */
     free(bytes);
     return verdict();
 }

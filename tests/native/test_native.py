@@ -9,13 +9,26 @@ from pathlib import Path
 import line_coverage
 import pytest
 from fmu_instance import EXPORTS
-from native_programs import PLAIN, SANITIZED, THREADED, WRAPPED, Build, Fmu, clean, gcc, run
+from native_programs import (
+    NATIVE,
+    PLAIN,
+    SANITIZED,
+    THREADED,
+    WRAPPED,
+    Build,
+    Fmu,
+    alone,
+    clean,
+    gcc,
+    run,
+)
 from outside_tools import missing
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
 
 pytestmark = pytest.mark.tools
+PLANTED = NATIVE / "planted.c"  # faults that the tools must find
 
 
 @pytest.fixture(scope="module")
@@ -110,19 +123,19 @@ def test_threads_with_instances_of_their_own_do_not_meet(
     fmu = Fmu(locomotive, tmp_path / "x", kind="wheelset")
     clean([build.program("test_threads"), "4", "5", fmu.location, fmu.token])
     with pytest.raises(AssertionError, match="data race"):
-        clean([build.alone("planted"), "race"])
+        clean([alone(PLANTED, tmp_path, *THREADED), "race"])
 
 
-def test_a_planted_leak_is_found(sanitized: Build) -> None:
-    program = sanitized.alone("planted")
+def test_a_planted_leak_is_found(tmp_path: Path) -> None:
+    program = alone(PLANTED, tmp_path, *SANITIZED)
     clean([program])
     with pytest.raises(AssertionError, match="LeakSanitizer: detected memory leaks"):
         clean([program, "leak"])
 
 
 @pytest.mark.parametrize("fault", ["leak", "uninitialized"])
-def test_valgrind_finds_a_planted_fault(plain: Build, valgrind: list[str], fault: str) -> None:
-    program = plain.alone("planted")
+def test_valgrind_finds_a_planted_fault(tmp_path: Path, valgrind: list[str], fault: str) -> None:
+    program = alone(PLANTED, tmp_path, *PLAIN)
     clean([*valgrind, program])
     with pytest.raises(AssertionError, match=r"definitely lost|uninitialised"):
         clean([*valgrind, program, fault])

@@ -6,14 +6,11 @@
  *
  * RESOURCES is a URI, that of a wheelset. */
 #include <pthread.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "checks.h"
 #include "component.h"
 #include "drivetrain.h"
-#include "fmi2Functions.h"
-#include "fmi3Functions.h"
+#include "fmi.h"
 
 enum { MOST_THREADS = 16, STEPS = 40, TRAINS = 20 };
 
@@ -29,66 +26,23 @@ static unsigned torque, speed; /* value references */
 static creep_table table;      /* shared, and not changed */
 static force_element_parameters contact;
 
-/* A message of its instance, counted where the thread alone looks. */
-static void log2_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                         fmi2String category, fmi2String message, ...) {
-    (void)name, (void)status, (void)category, (void)message;
-    ++*(int *)environment;
-}
-
-static void log3_message(fmi3InstanceEnvironment environment, fmi3Status status,
-                         fmi3String category, fmi3String message) {
-    (void)status, (void)category, (void)message;
-    ++*(int *)environment;
-}
-
 static double torque_at(int step) { return 2.4e4 + 1e3 * (step % 7); }
 
-static void run2(findings *found) {
-    fmi2CallbackFunctions callbacks = {.logger = log2_message,
-                                       .componentEnvironment = &found->said};
-    found->faults +=
-        fmi2Instantiate("x", fmi2CoSimulation, "?", resources, &callbacks, 0, 1) != NULL;
-    fmi2Component c = fmi2Instantiate("x", fmi2CoSimulation, token, resources, &callbacks, 0, 1);
-    if (c == NULL) {
-        found->faults++;
-        return;
-    }
-    found->faults += fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) != fmi2OK;
-    found->faults += fmi2EnterInitializationMode(c) != fmi2OK;
-    found->faults += fmi2ExitInitializationMode(c) != fmi2OK;
+static void run(const fmi *v, findings *found, double *speeds) {
+    found->faults += v->open(0, "?", resources, 1, &found->said) != NULL;
+    void *c = v->open(0, token, resources, 1, &found->said);
+    found->faults += start(v, c, 0.0) > RESULT_OK;
+    found->faults += v->step(c, 1.0, 1e-2) != RESULT_ERROR;
     for (int i = 0; i < STEPS; i++) {
         double value = torque_at(i);
-        found->faults += fmi2SetReal(c, &torque, 1, &value) != fmi2OK;
-        found->faults += fmi2DoStep(c, 1e-2 * i, 1e-2, 1) != fmi2OK;
-        found->faults += fmi2GetReal(c, &speed, 1, &found->speed2[i]) != fmi2OK;
+        void *saved = NULL;
+        found->faults += v->set(c, &torque, 1, &value) != RESULT_OK;
+        found->faults += v->step(c, 1e-2 * i, 1e-2) != RESULT_OK;
+        found->faults += v->get(c, &speed, 1, &speeds[i]) != RESULT_OK;
+        found->faults += v->save(c, &saved) != RESULT_OK;
+        found->faults += v->forget(c, &saved) != RESULT_OK;
     }
-    fmi2FreeInstance(c);
-}
-
-static void run3(findings *found) {
-    fmi3Boolean event, terminate, early;
-    double last;
-    fmi3Instance c = fmi3InstantiateCoSimulation("x", token, resources, 0, 1, 0, 0, NULL, 0,
-                                                 &found->said, log3_message, NULL);
-    if (c == NULL) {
-        found->faults++;
-        return;
-    }
-    found->faults += fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) != fmi3OK;
-    found->faults += fmi3ExitInitializationMode(c) != fmi3OK;
-    found->faults += fmi3DoStep(c, 1.0, 1e-2, 1, &event, &terminate, &early, &last) != fmi3Error;
-    for (int i = 0; i < STEPS; i++) {
-        double value = torque_at(i);
-        fmi3FMUState saved = NULL;
-        found->faults += fmi3SetFloat64(c, &torque, 1, &value, 1) != fmi3OK;
-        found->faults +=
-            fmi3DoStep(c, 1e-2 * i, 1e-2, 1, &event, &terminate, &early, &last) != fmi3OK;
-        found->faults += fmi3GetFloat64(c, &speed, 1, &found->speed3[i], 1) != fmi3OK;
-        found->faults += fmi3GetFMUState(c, &saved) != fmi3OK;
-        found->faults += fmi3FreeFMUState(c, &saved) != fmi3OK;
-    }
-    fmi3FreeInstance(c);
+    v->close(c);
 }
 
 static void run_many(findings *found) {
@@ -127,8 +81,8 @@ static void *run_all(void *argument) {
     findings *found = argument;
     for (int i = 0; i < repetitions; i++) {
         run_many(found);
-        run2(found);
-        run3(found);
+        run(fmi_of(2), found, found->speed2);
+        run(fmi_of(3), found, found->speed3);
     }
     return NULL;
 }
@@ -153,7 +107,7 @@ int main(int count, char **arguments) {
     for (int i = 0; i < n; i++) CHECK(pthread_create(&threads[i], NULL, run_all, &found[i]) == 0);
     for (int i = 0; i < n; i++) CHECK(pthread_join(threads[i], NULL) == 0);
     run_all(&found[n]);
-    CHECK(found[n].faults == 0 && found[n].said == 2 * repetitions);
+    CHECK(found[n].faults == 0 && found[n].said == 4 * repetitions);
     CHECK(found[n].speed2[STEPS - 1] != 0.0);
     CHECK(memcmp(found[n].speed2, found[n].speed3, sizeof found[n].speed2) == 0);
     for (int i = 0; i < n; i++) CHECK(memcmp(&found[i], &found[n], sizeof found[i]) == 0);

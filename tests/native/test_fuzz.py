@@ -1,4 +1,4 @@
-"""The fuzz targets in C, run for a short while; ``tests/fuzz/fuzz.py`` runs them for long."""
+"""The fuzz targets in C, run for a short while; ``tests/native/fuzz.py`` runs them for long."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def programs(folder: Path) -> dict[str, Path]:
 
 
 def short_run(program: Path, target: str, folder: Path, corpus: Path) -> fuzz.Found:
-    return fuzz.run(
+    return fuzz.fuzzed(
         program,
         folder / "resources",
         f"-runs={RUNS[target]}",
@@ -101,10 +101,11 @@ def test_a_check_that_is_gone_is_found(
     text = (package_folder("fmu") / name).read_text(encoding="utf-8")
     assert text.count(check) == 1
     (tmp_path / name).write_text(text.replace(check, instead), encoding="utf-8")
-    broken = fuzz.compiled(tmp_path / name, tmp_path, [*fuzz.SANITIZERS, "-Wno-unused-function"])
+    way = (*fuzz.SANITIZERS, "-Wno-unused-function")
+    broken = fuzz.compiled(tmp_path / name, tmp_path / f"{name}.o", *way)
     others = [folder / f"{path.stem}.o" for path in fuzz.sources() if path.name != name]
     objects = [broken, *others, folder / f"fuzz_{target}.o"]
-    program = fuzz.link(objects, tmp_path / target, fuzz.SANITIZERS)
+    program = fuzz.link(objects, tmp_path / target, *fuzz.SANITIZERS)
     corpus = tmp_path / "corpus"
     corpus.mkdir()
     found = short_run(program, target, folder, corpus)
@@ -120,8 +121,8 @@ def test_the_command_says_what_it_found(
 ) -> None:
     build = fuzz.build
 
-    def built(targets: Sequence[str], folder: Path, *flags: Sequence[str]) -> dict[str, Path]:
-        return build(targets, folder, *flags) if flags else programs  # which takes a while
+    def built(targets: Sequence[str], folder: Path, *way: str) -> dict[str, Path]:
+        return build(targets, folder, *way) if way else programs  # which takes a while
 
     monkeypatch.setattr(fuzz, "build", built)
     command = ["fuzz.py", "table", "--seconds", "1", "--corpus", str(tmp_path)]

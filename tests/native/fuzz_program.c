@@ -1,14 +1,11 @@
 /* A tool that calls an FMU's functions in any order with any values: the fuzzer's bytes are its
- * program. What the functions are called in one version of the standard, the file says that
- * includes this one.
+ * program. FMI_VERSION is 2 or 3.
  *
  * After each call: the status is one that there is, what was got is finite, a call that was refused
  * changed nothing, and every value is still within its limits. */
-#ifndef FUZZ_PROGRAM_H
-#define FUZZ_PROGRAM_H
-
+#include "absent.h"
 #include "checked_file.h"
-#include "fuzz_resources.h"
+#include "fuzz_input.h"
 
 enum operation {
     SET_REAL,
@@ -52,36 +49,7 @@ typedef struct {
     size_t size; /* of the last one that was serialized */
 } program;
 
-typedef struct {
-    double tolerance, start, stop;
-    int has_tolerance, has_stop;
-} experiment;
-
-/* ---- what a version of the standard calls it ----------------------------------------------- */
-
-static void *shell_open(int exchange, const char *token, const char *location, int logging,
-                        int has_logger);
-static void shell_free(void *c);
-static int shell_set_real(void *c, const unsigned *of, size_t n, const double *values);
-static int shell_get_real(void *c, const unsigned *of, size_t n, double *values);
-static int shell_set_boolean(void *c, const unsigned *of, size_t n, const int *values);
-static int shell_get_boolean(void *c, const unsigned *of, size_t n, int *values);
-static int shell_set_up(void *c, const experiment *e);
-static int shell_enter_initialization(void *c, const experiment *e);
-static int shell_step(void *c, double point, double step);
-static int shell_simple(void *c, enum operation which);
-static int shell_states(void *c, enum operation which, size_t n, double *values);
-static int shell_set_time(void *c, double time);
-static int shell_save(void *c, void **saved);
-static int shell_restore(void *c, void *saved);
-static int shell_forget(void *c, void **saved);
-static int shell_size(void *c, void *saved, size_t *size);
-static int shell_serialize(void *c, void *saved, unsigned char *bytes, size_t size);
-static int shell_deserialize(void *c, const unsigned char *bytes, size_t size, void **saved);
-static int shell_derivative(void *c, int adjoint, const unsigned *unknowns, size_t n,
-                            const unsigned *knowns, size_t m, const double *seed, double *change);
-static int shell_set_logging(void *c, int on, size_t n, const char *const names[]);
-static int shell_other(void *c, unsigned which, size_t n);
+static const fmi *v; /* the calls of this version */
 
 /* ---- the calls ----------------------------------------------------------------------------- */
 
@@ -112,8 +80,7 @@ static int call_real(program *p, fuzz_input *in, int setting) {
     size_t n = take_byte(in) % 5;
     unsigned *of = take_references(in, n);
     double *values = setting ? take_numbers(in, n) : room(n, sizeof *values);
-    int status = setting ? shell_set_real(p->instance, of, n, values)
-                         : shell_get_real(p->instance, of, n, values);
+    int status = setting ? v->set(p->instance, of, n, values) : v->get(p->instance, of, n, values);
     if (!setting) check_finite(status, n, values);
     free(of);
     free(values);
@@ -125,8 +92,8 @@ static int call_boolean(program *p, fuzz_input *in, int setting) {
     unsigned *of = take_references(in, n);
     int *values = room(n, sizeof *values);
     for (size_t i = 0; i < n; i++) values[i] = (int)(take_byte(in) & 1u);
-    int status = setting ? shell_set_boolean(p->instance, of, n, values)
-                         : shell_get_boolean(p->instance, of, n, values);
+    int status = setting ? v->set_boolean(p->instance, of, n, values)
+                         : v->get_boolean(p->instance, of, n, values);
     free(of);
     free(values);
     return status;
@@ -138,7 +105,7 @@ static int call_step(program *p, fuzz_input *in) {
     double point = take_byte(in) % 8 == 0 || core == NULL ? take_number(in) : core->now.values.time;
     double step = take_byte(in) % 8 == 0 ? take_number(in) : pow(10.0, -(take_byte(in) % 50) / 8.0);
     if (p->stepped++ >= MOST_STEPS) return -1; /* each may take long */
-    return shell_step(p->instance, point, step);
+    return v->step(p->instance, point, step);
 }
 
 static experiment take_experiment(fuzz_input *in) {
@@ -156,7 +123,9 @@ static int call_states(program *p, fuzz_input *in, enum operation which) {
     if (n == 5 && core != NULL) /* as many as there are */
         n = which == GET_INDICATORS ? component_indicators(core) : core->states;
     double *values = which == SET_STATES ? take_numbers(in, n) : room(n, sizeof *values);
-    int status = shell_states(p->instance, which, n, values);
+    int(*const calls[])
+        STATES = {v->set_states, v->get_states, v->get_rates, v->get_indicators, v->get_nominals};
+    int status = calls[which - SET_STATES](p->instance, values, n);
     if (which != SET_STATES) check_finite(status, n, values);
     free(values);
     return status;
@@ -165,12 +134,12 @@ static int call_states(program *p, fuzz_input *in, enum operation which) {
 static int call_serialize(program *p, fuzz_input *in) {
     void *saved = p->slots[take_byte(in) % SLOTS];
     size_t size = 0;
-    int status = shell_size(p->instance, saved, &size);
+    int status = v->size(p->instance, saved, &size);
     if (status != RESULT_OK) return status;
     unsigned given = take_byte(in);
     if (given >= 192) size -= given % size; /* too little room */
     unsigned char *bytes = room(size, 1);
-    status = shell_serialize(p->instance, saved, bytes, size);
+    status = v->serialize(p->instance, saved, bytes, size);
     if (status != RESULT_OK) {
         free(bytes);
         return status;
@@ -194,7 +163,7 @@ static int call_deserialize(program *p, fuzz_input *in) {
         if (at + sizeof number <= size) memcpy(bytes + at, &number, sizeof number);
     }
     if (how & 1 && size >= CHECKED_FILE_FRAME) checked_file_frame(bytes, size, "CREEPSTA", 1);
-    int status = shell_deserialize(p->instance, bytes, size, &p->slots[take_byte(in) % SLOTS]);
+    int status = v->deserialize(p->instance, bytes, size, &p->slots[take_byte(in) % SLOTS]);
     free(bytes);
     return status;
 }
@@ -204,7 +173,7 @@ static int call_derivative(program *p, fuzz_input *in) {
     int adjoint = (int)(take_byte(in) & 1u);
     unsigned *unknowns = take_references(in, n), *knowns = take_references(in, m);
     double *seed = take_numbers(in, adjoint ? n : m), *change = room(adjoint ? m : n, 8);
-    int status = shell_derivative(p->instance, adjoint, unknowns, n, knowns, m, seed, change);
+    int status = v->derivative(p->instance, adjoint, unknowns, n, knowns, m, seed, change);
     check_finite(status, adjoint ? m : n, change);
     free(unknowns);
     free(knowns);
@@ -219,7 +188,22 @@ static int call_logging(program *p, fuzz_input *in) {
     size_t n = take_byte(in) % 5;
     int on = (int)(take_byte(in) & 1u);
     take_text(in, text);
-    return shell_set_logging(p->instance, on, n, names);
+    return v->set_logging(p->instance, on, n, names);
+}
+
+/* Of a type or a mode that no variable here has, or more values than variables. */
+static int call_other(void *c, unsigned which, size_t n) {
+    static const unsigned of[2] = {0, 1};
+    double reals[2] = {0.0};
+    if (v->version == 2) {
+        which %= ABSENT2 + REFUSED2;
+        return which < ABSENT2 ? absent2(c, which, of, n) : refused2(c, which - ABSENT2);
+    }
+    which %= ABSENT3 + REFUSED3 + 2;
+    if (which < ABSENT3) return absent3(c, which, of, n);
+    if (which < ABSENT3 + REFUSED3) return refused3(c, which - ABSENT3);
+    if (which == ABSENT3 + REFUSED3) return (int)fmi3EvaluateDiscreteStates(c);
+    return n == 0 ? -1 : (int)fmi3GetFloat64(c, of, n, reals, n - 1);
 }
 
 static int call(program *p, fuzz_input *in, enum operation which) {
@@ -236,16 +220,16 @@ static int call(program *p, fuzz_input *in, enum operation which) {
             return call_step(p, in);
         case SET_UP:
             e = take_experiment(in);
-            return shell_set_up(c, &e);
+            return v->set_up(c, &e);
         case ENTER_INITIALIZATION:
             e = take_experiment(in);
-            return shell_enter_initialization(c, &e);
+            return v->enter(c, &e);
         case SAVE:
-            return shell_save(c, &p->slots[take_byte(in) % SLOTS]);
+            return v->save(c, &p->slots[take_byte(in) % SLOTS]);
         case RESTORE:
-            return shell_restore(c, p->slots[take_byte(in) % SLOTS]);
+            return v->restore(c, p->slots[take_byte(in) % SLOTS]);
         case FORGET:
-            return shell_forget(c, &p->slots[take_byte(in) % SLOTS]);
+            return v->forget(c, &p->slots[take_byte(in) % SLOTS]);
         case SERIALIZE:
             return call_serialize(p, in);
         case DESERIALIZE:
@@ -253,7 +237,7 @@ static int call(program *p, fuzz_input *in, enum operation which) {
         case SENSITIVITY:
             return call_derivative(p, in);
         case SET_TIME:
-            return shell_set_time(c, take_number(in));
+            return v->set_time(c, take_number(in));
         case SET_STATES:
         case GET_STATES:
         case GET_DERIVATIVES:
@@ -264,10 +248,22 @@ static int call(program *p, fuzz_input *in, enum operation which) {
             return call_logging(p, in);
         case OTHER: {
             unsigned number = take_byte(in);
-            return shell_other(c, number, take_byte(in) % 3);
+            return call_other(c, number, take_byte(in) % 3);
         }
+        case EXIT_INITIALIZATION:
+            return v->leave(c);
+        case TERMINATE:
+            return v->terminate(c);
+        case RESET:
+            return v->reset(c);
+        case ENTER_EVENTS:
+            return v->events(c);
+        case ENTER_CONTINUOUS:
+            return v->continuous(c);
+        case UPDATE:
+            return v->update(c);
         default:
-            return shell_simple(c, which);
+            return v->completed(c);
     }
 }
 
@@ -287,6 +283,7 @@ static void check_unchanged(const component *core, const component_state *before
 
 static void run_program(fuzz_input *in) {
     program p = {0};
+    int said = 0;
     char location[PATH_LENGTH], token[PATH_LENGTH], text[64];
     const char *name = FMU_NAMES[take_byte(in) % FMUS];
     unsigned flags = take_byte(in);
@@ -296,7 +293,8 @@ static void run_program(fuzz_input *in) {
     if (flags >= 0xF8u) snprintf(token, sizeof token, "%s", take_text(in, text));
     else if (flags >= 0xF0u) snprintf(location, sizeof location, "%s", take_text(in, text));
     else if (flags >= 0xE8u) strcat(token, take_text(in, text));
-    p.instance = shell_open(flags & 1, token, location, flags & 2, flags & 4);
+    v = fmi_of(FMI_VERSION);
+    p.instance = v->open(flags & 1, token, location, (flags & 2) != 0, flags & 4 ? &said : NULL);
     const component *core = p.instance; /* the first member of an instance */
     while (in->left > 0) {
         enum operation which = (enum operation)(take_byte(in) % OPERATIONS);
@@ -313,8 +311,8 @@ static void run_program(fuzz_input *in) {
         check_values(core);
     }
     for (int i = 0; i < SLOTS; i++)
-        if (core != NULL) MUST(shell_forget(p.instance, &p.slots[i]) == RESULT_OK);
-    shell_free(p.instance);
+        if (core != NULL) MUST(v->forget(p.instance, &p.slots[i]) == RESULT_OK);
+    v->close(p.instance);
     free(p.bytes);
 }
 
@@ -325,5 +323,3 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     run_program(&in);
     return 0;
 }
-
-#endif

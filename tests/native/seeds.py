@@ -16,7 +16,7 @@ from fmu_instance import EXPORTS
 from contactlib import CarterGriffith, CreepForceTable
 from contactlib.contact import kernel
 
-PROGRAM_HEADER = Path(__file__).with_name("fuzz_program.h")
+PROGRAM = Path(__file__).with_name("fuzz_program.c")
 POINTS = bytes([200, 12, 30, 0, 201, 10, 90, 255, 200, 8, 0, 40, 7, 0, 10, 255]) + bytes(
     [204, 14, 100, 128, 202, 9, 250, 1, 8, 80]
 )
@@ -67,7 +67,7 @@ def tables() -> dict[str, bytes]:
 
 def operations() -> dict[str, int]:
     """Number of each call in a program, as the target's enumeration has it."""
-    text = PROGRAM_HEADER.read_text(encoding="ascii")
+    text = PROGRAM.read_text(encoding="ascii")
     found = re.search(r"enum operation \{(.*?)\}", text, re.DOTALL)
     assert found is not None
     return {name: i for i, name in enumerate(re.findall(r"\w+", found[1]))}

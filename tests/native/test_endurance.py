@@ -1,11 +1,10 @@
-"""What long runs of an FMU leave behind: short ones here, whole ones by tests/endurance."""
+"""What long runs of an FMU leave behind: short ones here, whole ones by endurance.py."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import cycles
-import day
+import endurance
 import pytest
 from native_programs import gcc
 
@@ -20,14 +19,14 @@ def compiler() -> str:
 
 
 def test_instances_that_come_and_go_leave_nothing(locomotive: cl.Model, tmp_path: Path) -> None:
-    for subject, growth in cycles.each(locomotive, tmp_path, 1000):
+    for subject, growth in endurance.growths(locomotive, tmp_path, 1000):
         assert growth.allocated == 0, subject
         assert growth.files == 0, subject
         assert growth.pages <= 64, subject  # the system counts them in lots
 
 
 def test_trips_do_not_drift(locomotive: cl.Model, tmp_path: Path) -> None:
-    done = day.run(locomotive, tmp_path, 3)
+    done = endurance.run(locomotive, tmp_path, 3)
     first, *others = done.trips
     assert len({trip[:-1] for trip in others}) == 1  # every bit of every value
     assert first.fastest > 20.0
@@ -39,6 +38,6 @@ def test_trips_do_not_drift(locomotive: cl.Model, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("points", ["added", "counted"])
 def test_time_is_the_tool_s(locomotive: cl.Model, tmp_path: Path, points: str) -> None:
-    done = day.run(locomotive, tmp_path, 1, points)
+    done = endurance.run(locomotive, tmp_path, 1, points)
     assert done.fmu_time == done.tool_time
     assert done.tool_time == pytest.approx(600.0, abs=1e-6)

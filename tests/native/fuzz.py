@@ -1,4 +1,4 @@
-"""Fuzz what reads bytes of a stranger in C: ``python tests/fuzz/fuzz.py [TARGET ...] --seconds N``.
+"""Fuzz what reads untrusted bytes in C: ``python tests/native/fuzz.py [TARGET ...] --seconds N``.
 
 Each target is compiled with libFuzzer under the address and the undefined-behaviour sanitizers and
 started from the inputs of seeds.py. What is printed of it: executions, how many per second, edges
@@ -21,30 +21,32 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-import fmpy
-
 import contactlib as cl
 from contactlib.base.writing import package_folder
-from contactlib.contact import kernel
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
 from fmu_instance import EXPORTS
+from native_programs import NATIVE, flags, run
 from seeds import write_seeds
 
-HERE = Path(__file__).resolve().parent
-TARGETS = ("table", "start_values", "fmi2", "fmi3")
+# Sources of the targets, and how a target is made of one.
+TARGETS = {
+    "table": ("fuzz_table.c",),
+    "start_values": ("fuzz_start_values.c",),
+    "fmi2": ("fuzz_program.c", "-DFMI_VERSION=2"),
+    "fmi3": ("fuzz_program.c", "-DFMI_VERSION=3"),
+}
 LONGEST = {"table": 8192, "start_values": 1024, "fmi2": 1024, "fmi3": 1024}  # input [bytes]
-FLAGS = ["-std=c99", "-O1", "-g", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-SANITIZERS = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
+SANITIZERS = ("-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all")
 # What reads bytes: of these the fuzzer is told what is compared with what, of arithmetic it is not.
 READERS = {"checked_file", "component", "creep_table", "resource"}
-COUNTERS = ["-fsanitize=fuzzer", "-fprofile-instr-generate", "-fcoverage-mapping"]
+COUNTERS = ("-fsanitize=fuzzer", "-fprofile-instr-generate", "-fcoverage-mapping")
 
 
 class Found(NamedTuple):
@@ -69,7 +71,7 @@ def can_fuzz(folder: Path) -> bool:
         return False
     source = folder / "nothing.c"
     source.write_text("int LLVMFuzzerTestOneInput(void) { return 0; }")
-    command = [clang, *SANITIZERS, str(source), "-o", str(folder / "nothing")]
+    command = [clang, *SANITIZERS, source, "-o", folder / "nothing"]
     return subprocess.run(command, capture_output=True).returncode == 0
 
 
@@ -79,41 +81,38 @@ def sources() -> list[Path]:
     return [path for path in paths if not path.name.startswith(("wide", "drivetrain"))]
 
 
-def compiled(source: Path, folder: Path, flags: Sequence[str]) -> Path:
+def compiled(source: Path, made: Path, *way: str) -> Path:
     """Object file of one source."""
-    made = folder / f"{source.stem}.o"
-    if source.parent != HERE and source.stem not in READERS:
-        flags = [*flags, "-fno-sanitize-coverage=trace-cmp"]
-    command = [
-        str(tool("clang")),
-        *FLAGS,
-        *(flag.replace("=fuzzer", "=fuzzer-no-link") for flag in flags),
-    ]
-    command += [f'-DCONTACTLIB_TOKEN="{kernel.token()}"']
-    command += [f"-isystem{Path(fmpy.__file__).parent / 'c-code'}", f"-I{package_folder('fmu')}"]
-    subprocess.run([*command, "-c", str(source), "-o", str(made)], check=True)
+    way = tuple(flag.replace("=fuzzer", "=fuzzer-no-link") for flag in way)
+    if source.parent != NATIVE and source.stem not in READERS:
+        way = (*way, "-fno-sanitize-coverage=trace-cmp")
+    run(tool("clang"), *flags(), "-O1", *way, "-c", source, "-o", made)
     return made
 
 
-def link(objects: Iterable[Path], program: Path, flags: Sequence[str]) -> Path:
+def link(objects: Iterable[Path], program: Path, *way: str) -> Path:
     """Program of these object files."""
-    command = [str(tool("clang")), *flags, *map(str, objects), "-lm", "-o", str(program)]
-    subprocess.run(command, check=True)
+    run(tool("clang"), *way, *objects, "-lm", "-o", program)
     return program
 
 
-def build(
-    targets: Sequence[str], folder: Path, flags: Sequence[str] = SANITIZERS
-) -> dict[str, Path]:
+def build(targets: Iterable[str], folder: Path, *way: str) -> dict[str, Path]:
     """Compile and link the targets; the object files of the kernel stay in the folder."""
-    each = [HERE / f"fuzz_{target}.c" for target in targets]
+    way = way or SANITIZERS
+
+    def target(name: str) -> Path:
+        source, *options = TARGETS[name]
+        return compiled(NATIVE / source, folder / f"fuzz_{name}.o", *way, *options)
+
+    def part(source: Path) -> Path:
+        return compiled(source, folder / f"{source.stem}.o", *way)
+
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        made = list(pool.map(lambda source: compiled(source, folder, flags), [*each, *sources()]))
-    kernel_objects = made[len(each) :]
-    return {
-        target: link([part, *kernel_objects], folder / target, flags)
-        for target, part in zip(targets, made, strict=False)
-    }
+        kernel_objects = list(pool.map(part, sources()))
+        return {
+            name: link([made, *kernel_objects], folder / name, *way)
+            for name, made in zip(targets, pool.map(target, targets), strict=True)
+        }
 
 
 def export_resources(folder: Path) -> Path:
@@ -127,9 +126,8 @@ def export_resources(folder: Path) -> Path:
                 if file.startswith("resources/") and file.endswith(".bin"):
                     (folder / name / Path(file).name).write_bytes(archive.read(file))
         fmu.unlink()
-    (folder / "wheelset_body" / "creep_table.bin").write_bytes(
-        model.wheelset.element.table.data
-    )  # not read
+    table = model.wheelset.element.table.data
+    (folder / "wheelset_body" / "creep_table.bin").write_bytes(table)  # not read
     (folder / "scratch").mkdir()
     for name, file in (
         ("force_element", "plane_contact.bin"),
@@ -139,9 +137,7 @@ def export_resources(folder: Path) -> Path:
     return folder
 
 
-def run(
-    program: Path, resources: Path, *arguments: str, environment: Mapping[str, str] | None = None
-) -> Found:
+def fuzzed(program: Path, resources: Path, *arguments: str, **environment: str) -> Found:
     """Run a target; what crashes it lands in the working folder."""
     done = subprocess.run(
         [str(program), "-print_final_stats=1", "-timeout=120", *arguments],
@@ -149,7 +145,7 @@ def run(
         text=True,
         errors="replace",
         cwd=program.parent,
-        env={**os.environ, "FUZZ_RESOURCES": str(resources), **(environment or {})},
+        env={**os.environ, "FUZZ_RESOURCES": str(resources), **environment},
     )
 
     def last(pattern: str) -> int:
@@ -170,24 +166,12 @@ def lines_reached(
 ) -> dict[str, tuple[int, int]]:
     """Lines that a corpus reaches, and lines that there are, by the source's name."""
     folder.mkdir()
-    program = build([target], folder, COUNTERS)[target]
+    program = build([target], folder, *COUNTERS)[target]
     raw, merged = folder / "raw", folder / "merged"
-    environment = {"LLVM_PROFILE_FILE": str(raw)}
-    run(program, resources, "-runs=0", *map(str, corpus), environment=environment)
-    subprocess.run(
-        [str(tool("llvm-profdata")), "merge", "-sparse", str(raw), "-o", str(merged)], check=True
-    )
-    exported = subprocess.run(
-        [
-            str(tool("llvm-cov")),
-            "export",
-            "-summary-only",
-            str(program),
-            f"-instr-profile={merged}",
-        ],
-        check=True,
-        capture_output=True,
-    )
+    fuzzed(program, resources, "-runs=0", *map(str, corpus), LLVM_PROFILE_FILE=str(raw))
+    run(tool("llvm-profdata"), "merge", "-sparse", raw, "-o", merged)
+    command = [tool("llvm-cov"), "export", "-summary-only", program, f"-instr-profile={merged}"]
+    exported = subprocess.run([str(w) for w in command], check=True, capture_output=True)
     files = json.loads(exported.stdout)["data"][0]["files"]
     fmu = package_folder("fmu")
     return {
@@ -208,7 +192,7 @@ def fuzz(target: str, seconds: int, corpus: Path, scratch: Path) -> bool:
     resources, seeds = scratch / "resources", scratch / "seeds" / target
     program = build([target], folder)[target]
     crashes = corpus.parent / f"{target}-crashes"
-    found = run(
+    found = fuzzed(
         program,
         resources,
         f"-max_total_time={seconds}",
@@ -241,7 +225,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=int, default=60, help="of each target")
     parser.add_argument("--corpus", type=Path, default=Path("fuzz_corpus"), help="what is found")
     given = parser.parse_args()
-    targets = given.targets or TARGETS
+    targets = given.targets or list(TARGETS)
     if unknown := set(targets) - set(TARGETS):
         parser.error(f"{', '.join(sorted(unknown))}: known targets are {', '.join(TARGETS)}")
     with tempfile.TemporaryDirectory() as name:
