@@ -27,7 +27,8 @@ def test_the_version_stands_in_one_place() -> None:
     kinds = {".py", ".md", ".c", ".h", ".cff", ".toml", ".txt"}
     allowed = {Path("pyproject.toml"), Path("contactlib/guide/CHANGELOG.md")}
     quoted = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
-    folders = [ROOT / name for name in ("contactlib", "fmu", "models", "tests", "tools")]
+    names = ("benchmarks", "contactlib", "fmu", "models", "tests", "tools")
+    folders = [ROOT / name for name in names]
     files = [*ROOT.glob("*"), *(path for folder in folders for path in folder.rglob("*"))]
     found = {
         path.relative_to(ROOT)

@@ -1,4 +1,4 @@
-"""Cost against the number of runs and of steps: ``python tests/benchmarks/scaling.py [FIGURE]``.
+"""Cost against the number of runs and of steps: ``python benchmarks/scaling.py [FIGURE]``.
 
 Processor time over three decades of each, and the largest memory in use against the size of a
 chunk; with the line, a fixed cost and one in proportion, that fits, and the exponent of the last

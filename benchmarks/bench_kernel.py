@@ -154,7 +154,8 @@ def plane_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
 
 def plane_errors() -> dict[str, dict[str, FloatArray]]:
     """Errors of force along and across at all cases of CONTACT: by group and by who finds them."""
-    with open(Path(__file__).parents[1] / "contact" / "contact_3d_coulomb.csv") as file:
+    tests = Path(__file__).parents[1] / "tests"
+    with open(tests / "contact" / "contact_3d_coulomb.csv") as file:
         table = list(csv.DictReader(line for line in file if not line.startswith("#")))
     columns = {name: np.array([float(row[name]) for row in table]) for name in list(table[0])[:-1]}
     a, b, g = columns["a"], columns["b"], columns["a_over_b"]

@@ -1,4 +1,4 @@
-"""Time per call of the FMUs in co-simulation: ``python tests/benchmarks/fmu_step.py``.
+"""Time per call of the FMUs in co-simulation: ``python benchmarks/fmu_step.py``.
 
 A step is timed alone and with inputs set before it. With the same inputs a force element that
 remembers nothing has nothing to do in a step; what it has to do is in set and step together.
@@ -16,15 +16,14 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import fmpy
-
 import contactlib as cl
 from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
 
-sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
+sys.path += [str(Path(__file__).parents[1] / "tests" / name) for name in ("", "export", "native")]
 
 from fmu_instance import EXPORTS, Subject
+from native_programs import Fmu, flags
 
 CALLS, REPETITIONS = 200_000, 5
 
@@ -54,58 +53,30 @@ def processor() -> str:
     return found[1] if found else platform.processor() or platform.machine()
 
 
-def compile_program(program: Path) -> None:
-    hook = runpy.run_path(str(package_folder("fmu") / "build_hook.py"))
-    hook["zig_cc"](
-        kernel.platform_name(),
-        *("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
-        *("-isystem", str(Path(fmpy.__file__).parent / "c-code")),
-        str(Path(__file__).with_suffix(".c")),
-        *("-o", str(program)),
-    )
-
-
-def nanoseconds(program: Path, fmu: Path, name: str, tolerance: float) -> list[float]:
+def nanoseconds(program: Path, fmu: Fmu, name: str, tolerance: float) -> list[float]:
     """Per call of: step; set; set and step; set, step and get."""
-    folder = fmu.with_suffix("")
-    fmpy.extract(str(fmu), unzipdir=str(folder))
-    description = fmpy.read_model_description(str(fmu))
-    references = {v.name: str(v.valueReference) for v in description.modelVariables}
     moved, least, most = RANGES[name]
-    inputs = [v.name for v in description.modelVariables if v.causality == "input"]
+    inputs = [v.name for v in fmu.description.modelVariables if v.causality == "input"]
     inputs.sort(key=lambda name: name != moved)
     outputs = OUTPUTS.get(EXPORTS[name]["kind"], STATES)
-    version = description.fmiVersion[0]
-    resources = folder / "resources"
-    suffix = kernel.library_path(kernel.platform_name()).suffix
-    (library,) = (folder / "binaries").glob(f"*/*{suffix}")
-    run = subprocess.run(
-        [
-            *(str(program), version, str(library)),
-            resources.as_uri() if version == "2" else f"{resources}/",
-            description.guid or description.instantiationToken,
-            *(str(CALLS), str(REPETITIONS)),
-            ",".join(references[name] for name in inputs),
-            ",".join(references[name] for name in outputs),
-            *(str(least), str(most), str(tolerance)),
-        ],
-        check=True,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    named = [",".join(str(fmu.references[name]) for name in names) for names in (inputs, outputs)]
+    words = (program, fmu.version, fmu.library, fmu.location, fmu.token, CALLS, REPETITIONS)
+    command = [str(word) for word in (*words, *named, least, most, tolerance)]
+    run = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     return [float(word) for word in run.stdout.split()]
 
 
 def each(scratch: Path, names: Iterable[str]) -> Iterator[tuple[str, list[float]]]:
     """Times of the exports of these names, in both versions of FMI."""
-    program = scratch / "fmu_step.exe"
-    compile_program(program)
+    program, source = scratch / "fmu_step.exe", Path(__file__).with_suffix(".c")
+    hook = runpy.run_path(str(package_folder("fmu") / "build_hook.py"))
+    hook["zig_cc"](kernel.platform_name(), "-O2", *flags(), str(source), "-o", str(program))
     for name in names:
         for version in (2, 3):
             subject = Subject(name, version)
             ellipse = name == "creep_forces"
             model = cl.load_model("locomotive.toml" if ellipse else "roller_rig.toml")
-            fmu = cl.export_fmu(model, scratch / f"{subject}.fmu", **subject.arguments)
+            fmu = Fmu(model, scratch / str(subject), **subject.arguments)
             for tolerance in TOLERANCES[: 2 if name.startswith("wheelset") else 1]:
                 times = nanoseconds(program, fmu, name, tolerance)
                 yield f"{subject}, {tolerance:g}", times

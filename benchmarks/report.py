@@ -1,4 +1,4 @@
-"""Every benchmark on one core, as the tables of the README: ``python tests/benchmarks/report.py``.
+"""Every benchmark on one core, as the tables of the README: ``python benchmarks/report.py``.
 
 Ours and its rivals run in turns in one process, so that noise hits all of them; figures are the
 median of the turns, in processor time but for threads. What is quoted is not measured here.

@@ -1,0 +1,76 @@
+/* Time per call of an FMU in co-simulation; see fmu_step.py.
+ *
+ *     fmu_step 2|3 LIBRARY RESOURCES TOKEN CALLS REPETITIONS INPUTS OUTPUTS LEAST MOST TOLERANCE
+ *
+ * INPUTS and OUTPUTS are value references with commas between. The first input takes another value
+ * between LEAST and MOST at every call, so that an output cannot be remembered; the others are set
+ * to their start values. Prints nanoseconds per call of: step; set; set and step; set, step and
+ * get. */
+#include <time.h>
+
+#define OPENED
+#include "fmi.h"
+
+enum { MOST_REFERENCES = 64, VALUES = 4096 };
+typedef enum { STEP_ALONE, SET, SET_STEP, SET_STEP_GET } extent;
+
+static const double LENGTH = 1e-3;
+static double now, values[VALUES];
+static unsigned inputs[MOST_REFERENCES], outputs[MOST_REFERENCES];
+static size_t input_count, output_count;
+
+static size_t references(char *text, unsigned found[MOST_REFERENCES]) {
+    size_t n = 0;
+    for (char *cell = strtok(text, ","); cell != NULL; cell = strtok(NULL, ",")) {
+        if (n == MOST_REFERENCES) fail(cell, "is one value reference too many");
+        found[n++] = (unsigned)strtoul(cell, NULL, 10);
+    }
+    return n;
+}
+
+static void run(const fmi *v, void *c, size_t calls, extent what) {
+    double in[MOST_REFERENCES], out[MOST_REFERENCES];
+    FINE(v->get(c, inputs, input_count, in));
+    for (size_t i = 0; i < calls; i++) {
+        in[0] = values[i % VALUES];
+        if (what != STEP_ALONE) FINE(v->set(c, inputs, input_count, in));
+        if (what == SET) continue;
+        FINE(v->step(c, now, LENGTH));
+        now += LENGTH;
+        if (what == SET_STEP_GET) FINE(v->get(c, outputs, output_count, out));
+    }
+}
+
+int main(int argc, char **argv) {
+    if (argc != 12) fail("usage", "eleven arguments");
+    const fmi *v = fmi_of(atoi(argv[1]));
+    static int said;
+    int repetitions = atoi(argv[6]);
+    size_t calls = (size_t)strtoul(argv[5], NULL, 10);
+    double least = strtod(argv[9], NULL), most = strtod(argv[10], NULL), part = 0.0;
+    input_count = references(argv[7], inputs);
+    output_count = references(argv[8], outputs);
+    /* Multiples of the golden ratio: spread evenly, and no two neighbours alike. */
+    for (size_t i = 0; i < VALUES; i++) {
+        values[i] = least + (most - least) * part;
+        part += 0.6180339887498949;
+        if (part >= 1.0) part -= 1.0;
+    }
+    open_library(argv[2]);
+    void *c = v->open(0, argv[4], argv[3], 0, &said);
+    if (c == NULL) fail(argv[2], "cannot be instantiated");
+    FINE(start(v, c, strtod(argv[11], NULL)));
+    for (int what = STEP_ALONE; what <= SET_STEP_GET; what++) {
+        double best = 1e300;
+        for (int i = 0; i < repetitions; i++) {
+            /* Processor time: others may use the machine too. */
+            clock_t before = clock();
+            run(v, c, calls, (extent)what);
+            double spent = 1e9 * (double)(clock() - before) / CLOCKS_PER_SEC / (double)calls;
+            if (spent < best) best = spent;
+        }
+        printf("%.2f ", best);
+    }
+    printf("\n");
+    return 0;
+}
