@@ -1,4 +1,4 @@
-"""Files from a stranger: what every reader must do with them, and ways to break a good one."""
+"""Untrusted files: what every reader must do with them, and ways to break a good one."""
 
 from __future__ import annotations
 

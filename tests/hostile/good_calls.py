@@ -238,9 +238,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "law": lambda: Polach(adhesion_reduction=1.0, slip_reduction=0.4),
     "loop": loop,
     "model": element,
-    "other": lambda: cl.Material(youngs_modulus=210e9, poisson_ratio=0.3),
     "point": point,
-    "result": lambda: cl.run_scenario(scenario(), "creep_pi"),
     "scenario": scenario,
     "scenarios": lambda: [scenario()],
     "sensors": lambda: cl.Sensors(),
@@ -282,7 +280,6 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
         "samples": samples,
     },
     "HotContact": {"": hot, "elliptic": partial(hot, True)},
-    "Material": {"": lambda: cl.Material(youngs_modulus=210e9, poisson_ratio=0.3)},
     "MeasuredCurve": {"": measured},
     "Polach": {
         "": lambda: Polach(adhesion_reduction=1.0, slip_reduction=0.4),
@@ -348,7 +345,6 @@ MEASURED = ("wheel_speed", "vehicle_speed", "demand")
 # A function without arguments makes the value.
 OVERRIDES: dict[str, dict[str, Any]] = {
     "CarterGriffith elliptic": {"contact": "elliptic"},
-    "CreepForceTable": {"data": lambda: cl.carter_griffith_table("line").data},
     "CreepControl": {"reference": lambda: cl.Profile.of(0.02)},
     "CreepForces.evaluate": {"speed": None},
     "CreepPI": {**LIMITER, "reference_torque": 1e4},
@@ -386,7 +382,6 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "TractionData": {**PAIRS, "speed": 1.0 + CREEPAGES},
     "WheelLoad": {"time": (), "frequency": (0.5, 9.0), "density": (0.02, 0.01)},
     "basin free": FREE,
-    "carter_griffith_table": {"contact": "line"},
     "clearing free": FREE,
     "cohesive_table": {"contact": "line"},
     "control_systems.creep_loop": LOOP,
@@ -462,29 +457,18 @@ INFINITE = {
     *("controllability", "separatrix", "slip_away_time", "stability.delay_limit"),
     *("stability.proportional_window", "stability.slip_away_estimate"),
 }
-NOT_A_NUMBER = {"control_systems.margins", "fit", "metrics", "run_many", "sensor_errors"}
-ANSWER = "what an analysis answers"
+NOT_A_NUMBER = {"fit", "run_many", "sensor_errors"}
 EVERY_SAMPLE = "asked at every sample, of any numbers: hostile/test_dynamics_properties.py"
 EVERY_STEP = "asked at every step of an integrator: checks nothing"
-FILES = "has a file alone: "
-LIMITER_RULES = ("limit", "sample", "slip", "start", "start_limiter")
-RULES = ("sample", "start")
 
-# Public names without a call, and why.
+# Public names that take numbers and have no call, and why.
 EXEMPT: dict[str, str] = {
+    **dict.fromkeys(("FitResult", "OperatingPoint", "Tuning"), "what an analysis answers"),
     **dict.fromkeys(
         (
-            *("FitResult", "Result", "Result.first", "Result.to_pandas", "Result.to_xarray"),
-            *("OperatingPoint", "Tuning", "Tuning.section", "Sweep"),
-            *("stability.SCurve", "stability.SteadyStates"),
-        ),
-        ANSWER,
-    ),
-    **dict.fromkeys(
-        (
-            *(f"{kind}.{rule}" for kind in ("CreepPI", "SlopeSeeking") for rule in LIMITER_RULES),
-            *(f"traction.SlipLimiter.{rule}" for rule in LIMITER_RULES if rule not in RULES),
-            *(f"{kind}.{rule}" for kind in ("OpenLoop", "ThresholdControl") for rule in RULES),
+            *(f"{kind}.start" for kind in ("CreepPI", "SlopeSeeking", "OpenLoop")),
+            *(f"{kind}.start_limiter" for kind in ("CreepPI", "SlopeSeeking")),
+            *("ThresholdControl.start", "traction.SlipLimiter.start_limiter"),
         ),
         EVERY_SAMPLE,
     ),
@@ -496,40 +480,16 @@ EXEMPT: dict[str, str] = {
         ),
         EVERY_STEP,
     ),
-    **dict.fromkeys(
-        ("SampledController", "SampledController.reset", "SampledController.torque"),
-        "a base class: traction/test_stacking.py",
-    ),
-    **dict.fromkeys(("Weakening", "Weakening.fraction", "Weakening.slope"), "abstract"),
     "Conditions": "made and checked by Wheelset.conditions",
-    "CreepForceTable.load": f"{FILES}contact/test_table.py",
-    "CreepForceTable.save": f"{FILES}contact/test_table.py",
-    "CreepForces.of": "takes an element alone: contact/test_creep_forces.py",
-    "Drivetrain.member": "takes a track alone",
-    "FmuSource": f"{FILES}export/test_interop.py",
-    "KernelSource": "takes an element alone",
-    "MeasuredCurve.from_csv": f"{FILES}contact/laws/test_measured.py",
+    "FmuSource": "has a file: export/test_interop.py",
+    "MeasuredCurve.from_csv": "has a file: contact/laws/test_measured.py",
     "Model": "takes objects that are checked: made by load_model",
-    "Result.to_csv": f"{FILES}runs/test_simulation.py",
-    "Scenario.controller": "takes a name alone: files/test_scenario.py",
-    "Sweep.describe": "of a sweep's file: runs/sweep/test_plan.py",
-    "Sweep.scenario_of": "of a sweep's file: runs/sweep/test_plan.py",
-    "ThresholdControl.noise": "takes sensors alone",
-    "TorqueControl": "takes a Profile alone",
-    "TractionData.from_csv": f"{FILES}contact/test_traction_data.py",
-    "comparison_table": "takes metrics alone",
-    "control_systems.open_loop": "takes systems of python-control alone",
-    "ensemble": "of a sweep's file: runs/sweep/test_execution.py",
-    "export_kernel": "takes a model and a folder alone: export/test_kernel_source.py",
-    "load_model": f"{FILES}files/test_model.py",
-    "load_scenario": f"{FILES}files/test_scenario.py",
-    "load_sweep": f"{FILES}runs/sweep/test_loading.py",
-    "model_path": f"{FILES}files/test_model.py",
+    "SampledController.reset": "of a base class: traction/test_stacking.py",
+    "TractionData.from_csv": "has a file: contact/test_traction_data.py",
     "traction.SlipLimiter": "the base of CreepPI and SlopeSeeking, which are called",
-    "traction.stacked": "takes controllers alone",
-    "traction.structure": "takes any value",
-    "write_comparison": f"{FILES}runs/test_outcomes.py",
-    "write_explorer": f"{FILES}explorer/test_explorer_files.py",
+    **dict.fromkeys(
+        ("Sweep", "Sweep.describe", "Sweep.scenario_of", "ensemble"), "of a file: runs/sweep"
+    ),
 }
 
 
@@ -538,7 +498,7 @@ def is_method(member: object) -> bool:
 
 
 def public() -> dict[str, Any]:
-    """Everything public that can be called, by name: functions, classes, and their methods.
+    """Everything public that takes numbers, by name: functions, classes, and their methods.
 
     Exceptions, named tuples, which are answers, and protocols are left out.
     """
@@ -558,7 +518,13 @@ def public() -> dict[str, Any]:
                 named = method == "__call__" or not method.startswith("_")
                 if named and not getattr(attribute, "__qualname__", "").startswith("Parameters."):
                     found[f"{name}.{method}"] = attribute
-    return found
+    return {name: value for name, value in found.items() if takes_numbers(name, value)}
+
+
+def takes_numbers(name: str, value: Any) -> bool:
+    """Whether a signature or what stands above says so."""
+    texts = [str(p.annotation) for p in inspect.signature(value).parameters.values()]
+    return name in OVERRIDES or any(NUMERIC.match(t) or "Unpack" in t for t in texts)
 
 
 class Call:

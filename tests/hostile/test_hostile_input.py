@@ -362,7 +362,8 @@ def test_layout_of_an_array_does_not_count(call: Call) -> None:
 def test_extreme_numbers(call: Call) -> None:
     # python-control's arithmetic overflows at large gains.
     numbers = [name for name in call.numbers if name != "gains"]
-    hold_all(check, product([call], numbers, EXTREMES))
-    for name in call.arrays & {*numbers, *call.arguments}:
-        row = np.asarray(call.arguments.get(name, 1.0), dtype=np.float64)
-        hold_all(check, product([call], [name], layouts(row) if row.ndim else ()))
+    for name in numbers:
+        row = call.arguments.get(name)
+        values = [*EXTREMES, None] if name in call.optional else EXTREMES
+        more = layouts(row.astype(np.float64)) if isinstance(row, np.ndarray) else ()
+        hold_all(check, product([call], [name], [*values, *more]))

@@ -41,7 +41,7 @@ print(1024 * int(re.search(r"VmHWM:\s*(\d+) kB", open("/proc/self/status").read(
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory in units of Linux")
 @pytest.mark.parametrize("name", [*LARGE, *DOTTED, "deep"])
-def test_a_file_from_a_stranger_takes_neither_time_nor_memory(tmp_path: Path, name: str) -> None:
+def test_an_untrusted_file_takes_neither_time_nor_memory(tmp_path: Path, name: str) -> None:
     path = tmp_path / "m.toml"
     path.write_text(LARGE.get(name) or DOTTED.get(name, DEEP) + MODEL, encoding="utf-8")
     command = [sys.executable, "-c", READ, str(path)]

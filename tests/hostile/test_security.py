@@ -1,4 +1,4 @@
-"""What a stranger sends runs no code, reads nothing outside its folder and orders no terminal."""
+"""An untrusted file runs no code, reads nothing outside its folder and orders no terminal."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ RUNS = {
     *("os.system", "os.popen", "os.startfile", "os.posix_spawn"),
     *(f"os.{name}" for name in dir(os) if name.startswith(("exec", "spawn"))),
 }
-# What starts or loads something, where it does, and why that is no stranger's.
+# What starts or loads something, where it does, and why no untrusted file can reach it.
 KNOWN = {
     "importlib.import_module": {"__init__.py"},  # the package's own public names
     # The Python file that the user names as such; the package's own build of its C sources.

@@ -34,9 +34,3 @@ def test_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> N
     result = doctest.testfile(str(readme), module_relative=False, encoding="utf-8")
     assert result.attempted > 5
     assert result.failed == 0
-
-
-def test_readme_is_short() -> None:
-    text = (Path(__file__).parents[2] / "README.md").read_bytes()
-    assert len(text) <= 10_000
-    assert text.count(b"\n") <= 150

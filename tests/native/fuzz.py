@@ -1,10 +1,9 @@
 """Fuzz what reads untrusted bytes in C: ``python tests/native/fuzz.py [TARGET ...] --seconds N``.
 
 Each target is compiled with libFuzzer under the address and the undefined-behaviour sanitizers and
-started from the inputs of seeds.py. What is printed of it: executions, how many per second, edges
-of the program that were reached, and of each source the lines that the inputs found reach in all,
-measured by running them once more in a program that counts. An input that breaks the program is
-kept in the folder and named; then the command ends with an error.
+started from the inputs of seeds.py. Printed are executions, how many per second, and edges of the
+program that were reached. An input that breaks the program is kept in the folder and named; then
+the command ends with an error.
 
 The functions of many points and drivetrains are left out: they take no bytes, and the same formulas
 are in here for one point at a time.
@@ -13,7 +12,6 @@ are in here for one point at a time.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import re
 import shutil
@@ -46,7 +44,6 @@ LONGEST = {"table": 8192, "start_values": 1024, "fmi2": 1024, "fmi3": 1024}  # i
 SANITIZERS = ("-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all")
 # What reads bytes: of these the fuzzer is told what is compared with what, of arithmetic it is not.
 READERS = {"checked_file", "component", "creep_table", "resource"}
-COUNTERS = ("-fsanitize=fuzzer", "-fprofile-instr-generate", "-fcoverage-mapping")
 
 
 class Found(NamedTuple):
@@ -96,9 +93,9 @@ def link(objects: Iterable[Path], program: Path, *way: str) -> Path:
     return program
 
 
-def build(targets: Iterable[str], folder: Path, *way: str) -> dict[str, Path]:
+def build(targets: Iterable[str], folder: Path) -> dict[str, Path]:
     """Compile and link the targets; the object files of the kernel stay in the folder."""
-    way = way or SANITIZERS
+    way = SANITIZERS
 
     def target(name: str) -> Path:
         source, *options = TARGETS[name]
@@ -137,7 +134,7 @@ def export_resources(folder: Path) -> Path:
     return folder
 
 
-def fuzzed(program: Path, resources: Path, *arguments: str, **environment: str) -> Found:
+def fuzzed(program: Path, resources: Path, *arguments: str) -> Found:
     """Run a target; what crashes it lands in the working folder."""
     done = subprocess.run(
         [str(program), "-print_final_stats=1", "-timeout=120", *arguments],
@@ -145,7 +142,7 @@ def fuzzed(program: Path, resources: Path, *arguments: str, **environment: str) 
         text=True,
         errors="replace",
         cwd=program.parent,
-        env={**os.environ, "FUZZ_RESOURCES": str(resources), **environment},
+        env={**os.environ, "FUZZ_RESOURCES": str(resources)},
     )
 
     def last(pattern: str) -> int:
@@ -159,29 +156,6 @@ def fuzzed(program: Path, resources: Path, *arguments: str, **environment: str) 
         done.returncode != 0,
         done.stderr,
     )
-
-
-def lines_reached(
-    target: str, corpus: Iterable[Path], resources: Path, folder: Path
-) -> dict[str, tuple[int, int]]:
-    """Lines that a corpus reaches, and lines that there are, by the source's name."""
-    folder.mkdir()
-    program = build([target], folder, *COUNTERS)[target]
-    raw, merged = folder / "raw", folder / "merged"
-    fuzzed(program, resources, "-runs=0", *map(str, corpus), LLVM_PROFILE_FILE=str(raw))
-    run(tool("llvm-profdata"), "merge", "-sparse", raw, "-o", merged)
-    command = [tool("llvm-cov"), "export", "-summary-only", program, f"-instr-profile={merged}"]
-    exported = subprocess.run([str(w) for w in command], check=True, capture_output=True)
-    files = json.loads(exported.stdout)["data"][0]["files"]
-    fmu = package_folder("fmu")
-    return {
-        Path(file["filename"]).name: (
-            file["summary"]["lines"]["covered"],
-            file["summary"]["lines"]["count"],
-        )
-        for file in files
-        if fmu in Path(file["filename"]).parents
-    }
 
 
 def fuzz(target: str, seconds: int, corpus: Path, scratch: Path) -> bool:
@@ -208,12 +182,6 @@ def fuzz(target: str, seconds: int, corpus: Path, scratch: Path) -> bool:
         f"{'CRASHED' if found.crashed else 'no crash'}",
         flush=True,
     )
-    reached = lines_reached(target, [corpus, seeds], resources, folder / "counted")
-    for name, (covered, count) in sorted(reached.items()):
-        if covered:
-            print(f"    {name}: {covered} of {count} lines")
-    covered, count = (sum(each) for each in zip(*reached.values(), strict=True))
-    print(f"    in all {covered} of {count} lines", flush=True)
     if found.crashed:
         print(found.log[-4000:])
     return not found.crashed

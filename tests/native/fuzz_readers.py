@@ -1,4 +1,4 @@
-"""Fuzz what reads files of a stranger in Python: ``python tests/fuzz/fuzz_readers.py --seconds N``.
+"""Fuzz what reads untrusted files in Python: ``python tests/native/fuzz_readers.py --seconds N``.
 
 Needs atheris. Starts from the shipped models, scenarios, sweeps and measurements, and a table. The
 first byte of an input chooses the reader. Any exception but a ValueError or an OSError of one line
