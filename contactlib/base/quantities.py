@@ -357,7 +357,7 @@ class Parameters:
             if type(value) is float and limits.allow(value):  # fast path
                 continue
             name = f"{type(self).__name__}.{key}"
-            if isinstance(value, tuple):
+            if isinstance(value, tuple) and key in self.list_names():
                 if not all(type(v) is float and limits.allow(v) for v in value):
                     checked(name, value, limits)
                 continue

@@ -69,6 +69,7 @@ NO_NUMBER: dict[str, object] = {
     "structured": np.zeros(2, dtype=[("a", "f8")]),
     "ragged": [[1.0], [1.0, 2.0]],
     "beyond floats": 10**400,
+    "tuple of nan": (1.0, float("nan")),
     "largest longdouble": np.finfo(np.longdouble).max,
 }
 
@@ -189,7 +190,7 @@ def check_error(call: Call, argument: str, value: object, error: Exception) -> N
         word = SAYS.get((call.covers, argument), argument)
         assert re.search(rf"(?<![a-zA-Z])({word})(?![a-zA-Z])", message), where
         assert re.search(
-            "must|need|two ways|out of range|is not|are not|no |not |too |only ", message
+            "must|need|two ways|missing|out of range|is not|are not|no |not |too |only ", message
         ), where
 
 

@@ -68,7 +68,7 @@ def can_fuzz(folder: Path) -> bool:
         return False
     source = folder / "nothing.c"
     source.write_text("int LLVMFuzzerTestOneInput(void) { return 0; }")
-    command = [clang, *SANITIZERS, source, "-o", folder / "nothing"]
+    command = [clang, *SANITIZERS, str(source), "-o", str(folder / "nothing")]
     return subprocess.run(command, capture_output=True).returncode == 0
 
 
