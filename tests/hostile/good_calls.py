@@ -271,6 +271,10 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
             friction(slip_rate_residual=1.0), shear_modulus=82e9, poisson_ratio=0.28
         )
     },
+    "CreepCurve": {
+        "": lambda: cl.CreepCurve(rig(), speed=10.0),
+        "free": lambda: cl.CreepCurve(train(), speed=10.0, resistance_force=10.0),
+    },
     "FitResult": {"": fitted},
     "ForceElement": {"": element, "elliptic": partial(element, True)},
     "Friction": {
@@ -285,6 +289,7 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
         "": lambda: Polach(adhesion_reduction=1.0, slip_reduction=0.4),
         "soft": lambda: Polach(adhesion_reduction=1.0, slip_reduction=5e-324),
     },
+    "Plant": {"": lambda: cl.Plant(scenario())},
     "Profile": {"": lambda: cl.Profile((0.0, 0.5), (1.0, 2.0))},
     "Sensors": {"": noisy},
     "Softening": {"": lambda: cl.Softening.linear(800.0)},
@@ -390,13 +395,13 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "control_systems.operating_point": {"creepage": 0.005, "resistance_force": None},
     "control_systems.phase_plane_system": FREE,
     "control_systems.response": {"initial_state": row(20.1), "output_interval": 1e-3},
-    "control_systems.root_locus": {"gains": row(0.5, 1.0, 2.0, 3.0)},
     "control_systems.sampled_loop": LOOP,
     "cosimulate": {"controller": torque_control, "duration": 1e-3, "step": 1e-4},
     "fit": {"low": 0.1, "high": 1.0, "level": 0.95, "k_hat": 0.0, "saturation_creepage": 0.02},
     "friction_with_k_hat": FALLING,
     "lookup_table": {"speed": 10.0, "largest_creepage": 0.5, "error": 0.01},
     "poles free": FREE,
+    "Plant.step": {"torque": 1e3},
     "quasi_steady_torque free": FREE,
     "run_many": {
         "scenarios": lambda: [scenario()] * 4,
@@ -434,7 +439,7 @@ OVERRIDES: dict[str, dict[str, Any]] = {
 ROWS = {
     *("Friction.from_samples", "FitResult.traction_coefficient", "MeasuredCurve", "Profile"),
     *("Softening", "TractionData", "WheelLoad", "control_systems.growth_rate"),
-    *("control_systems.response", "control_systems.root_locus"),
+    "control_systems.response",
     *("traction.SensorReader", "traction.SensorReader.read"),
 }
 # What a function takes as it is.
