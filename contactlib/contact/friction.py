@@ -305,15 +305,6 @@ class Friction(Parameters):
         """Whether friction falls with the flash temperature that slip makes."""
         return self.softening_temperature > 0.0
 
-    @property
-    def least_left(self) -> float:
-        """Fraction of friction that is left where the creep force peaks, or less [1].
-
-        With heat the peak is at about zeta0/sqrt(n) if the heat number n = V zeta0/w_T is large;
-        400 is far beyond any steel.
-        """
-        return 0.05 if self.softens_with_heat else self.slip_rate_residual
-
     def coefficient(self, slip: ArrayLike) -> FloatArray:
         """f(u) at slips u >= 0 [m] and zero slip speed [1], for any shape.
 
