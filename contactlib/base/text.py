@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import traceback
 from collections.abc import Collection, Sequence
+from importlib import metadata
 from pathlib import PurePath
 
 from contactlib.base.writing import PACKAGE
@@ -71,3 +72,11 @@ def fixed_width(rows: Sequence[Sequence[str]]) -> str:
         ]
         lines.append("  ".join(cells).rstrip())
     return "\n".join(lines)
+
+
+def version() -> str:
+    """Version of the installed package; "unreleased" for a checkout that is not installed."""
+    try:
+        return metadata.version("contactlib")
+    except metadata.PackageNotFoundError:
+        return "unreleased"

@@ -9,14 +9,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
-from importlib import metadata
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlib.base.text import harmless_line
+from contactlib.base.text import harmless_line, version
 from contactlib.base.writing import package_folder, write_whole
 from contactlib.contact import kernel
 from contactlib.contact.table_building import HEADER_SIZE
@@ -100,7 +99,7 @@ def kernel_files(description: Description) -> dict[str, str]:
         **{name: repr(values[name]) for name in ("omega", "speed", "normal_load")},
         # Neither end nor begin a comment in a comment.
         "text": harmless_line(description.text).replace("*/", "* /").replace("/*", "/ *"),
-        "version": metadata.version("contactlib"),
+        "version": version(),
         "carriers": description.carriers,
         "tolerance": re.findall(r"DEFAULT_TOLERANCE = ([\w-]+)", _source("component.c"))[0],
         "structs": structs.replace("LEAST_FRICTION_SCALE", least[0]),

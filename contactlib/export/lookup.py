@@ -7,7 +7,6 @@ away as the interpolation's error allows. No smaller number of points on the cur
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import version
 from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +16,7 @@ from scipy.interpolate import CubicHermiteSpline, RegularGridInterpolator
 from scipy.optimize import brentq
 
 from contactlib.base.quantities import FloatArray, Limits, checked, checked_number, shown
+from contactlib.base.text import version
 from contactlib.contact import kernel
 from contactlib.contact.element import ForceElement, creepage_limits
 
@@ -166,7 +166,7 @@ def lookup_table(
             for name, axis in axes.items()
         },
         attrs={
-            "title": f"creep force over creepage, by contactlib {version('contactlib')}",
+            "title": f"creep force over creepage, by contactlib {version()}",
             **named,
             "law": element.table.law,
             "interpolation": MEANING[interpolation],

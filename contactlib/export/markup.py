@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from contactlib.base.text import version
 from contactlib.export.description import Description, Unknown, Variable
-from contactlib.export.page import version
 from contactlib.export.units import UNITS, Type
 
 CATEGORIES = {

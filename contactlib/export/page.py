@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from contactlib.base.text import version
 from contactlib.base.writing import PACKAGE
 from contactlib.contact import kernel
 from contactlib.contact.element import ForceElement
@@ -396,14 +397,6 @@ def licence_text() -> bytes:
 def icon() -> bytes:
     """Icon of the FMU, a PNG."""
     return (ASSETS / "icon.png").read_bytes()
-
-
-def version() -> str:
-    """Version of the installed package; "unreleased" for a checkout that is not installed."""
-    try:
-        return metadata.version("contactlib")
-    except metadata.PackageNotFoundError:
-        return "unreleased"
 
 
 def _licence(description: Description) -> str:

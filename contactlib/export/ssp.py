@@ -20,12 +20,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement
 
+from contactlib.base.text import version as tool_version
 from contactlib.base.writing import write_whole
 from contactlib.export.description import Description, Variable
 from contactlib.export.markup import TOLERANCE, document, number
 from contactlib.export.package import describe, fmu, zipped
 from contactlib.export.page import asset, fragment
-from contactlib.export.page import version as tool_version
 from contactlib.export.units import UNITS
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
-from contactlib.base.text import fixed_width
+from contactlib.base.text import fixed_width, version
 from contactlib.base.writing import write_whole
 from contactlib.contact import kernel
 from contactlib.contact.element import RangeWarning
@@ -109,7 +108,7 @@ def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
         "tolerance": plan.tolerance,
         "redesign": str(redesign).lower(),  # NetCDF has no booleans
         "noise": sweep.plan.noise,
-        "contactlib_version": version("contactlib"),
+        "contactlib_version": version(),
         "kernel_token": kernel.token(),
         "plan_digest": digest,
         "sweep_file": sweep.text,

@@ -11,13 +11,13 @@ import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from contactlib.base.quantities import FloatArray, Parameters
+from contactlib.base.text import version
 from contactlib.contact import kernel
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.model import BuildCache, build_wheelset
@@ -39,7 +39,7 @@ MOST_TABLES = 64  # building a cohesive one takes several seconds
 
 def this_contactlib() -> str:
     """Version of contactlib and digest of the kernel's sources, in words."""
-    return f"contactlib {version('contactlib')} with kernel {kernel.token()}"
+    return f"contactlib {version()} with kernel {kernel.token()}"
 
 
 @dataclass(frozen=True)
