@@ -236,7 +236,7 @@ static void test_hertz(void) {
  * the first of them; the grip and the peak are among them. */
 static void test_curve(const creep_table *table, const force_element_parameters *parameters) {
     enum { ROOM = 64 };
-    for (int i = 0; i < points / 1000; i++) {
+    for (int i = 0; i <= points / 10000; i++) {
         wheelset_parameters body = SOME_BODY;
         body.damping = i % 3 == 0 ? 0.0 : random_exponent(-1.0, 3.0);
         if (i % 4 == 0) body.inverse_mass = 0.0;
