@@ -1,0 +1,26 @@
+"""A scenario with nothing special, which a test changes where it must."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import contactlib as cl
+
+
+def plain_scenario(vehicle: cl.Wheelset | cl.Drivetrain, **changes: Any) -> cl.Scenario:
+    """Two seconds from 10 m/s under a steady demand, without control."""
+    train = cl.Drivetrain(vehicle) if isinstance(vehicle, cl.Wheelset) else vehicle
+    given: dict[str, Any] = {
+        "name": "test",
+        "source": "chosen",
+        "drivetrain": train,
+        "demand": cl.Profile.of(2.0e4),
+        "held_speed": cl.Profile.of(10.0) if train.wheelset.speed_held else None,
+        "initial_speed": 10.0,
+        "design_speed": 10.0,
+        "duration": 2.0,
+        "sensors": cl.Sensors(),
+        "controllers": {"open_loop": cl.OpenLoop(sample_time=0.01)},
+        **changes,
+    }
+    return cl.Scenario(**given)
