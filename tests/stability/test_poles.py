@@ -22,38 +22,6 @@ V = 10.0  # [m/s]
 
 
 @examples(40)
-@given(
-    r=number(0.3, 0.7),
-    j=magnitude(30.0, 1000.0),
-    m=magnitude(1e3, 3e5),
-    b=magnitude(1.0, 500.0),
-    growth=magnitude(10.0, 3000.0),
-    speed=magnitude(0.5, 100.0),
-    zeta=number(-0.5, 3.0),
-)
-def test_eigenvalues_cross_zero_at_the_threshold(
-    r: float, j: float, m: float, b: float, growth: float, speed: float, zeta: float
-) -> None:
-    threshold = -speed / (r**2 / b + (1.0 + zeta) / growth)
-
-    def eigenvalues(slope: float) -> np.ndarray:
-        kappa, stretch = slope / speed, 1.0 + zeta
-        matrix = [
-            [-(b + r**2 * kappa) / j, r * kappa * stretch / j],
-            [r * kappa / m, -(kappa * stretch + growth) / m],
-        ]
-        return np.linalg.eigvals(np.array(matrix)).astype(complex)
-
-    for factor, stable in ((1.0 - 1e-9, True), (1.0 + 1e-9, False)):
-        found = eigenvalues(factor * threshold)
-        assert not found.imag.any()  # a saddle, never a pair of complex ones
-        found = found.real
-        assert found.sum() < 0.0
-        assert (found.max() < 0.0) == stable
-        assert (found.prod() > 0.0) == stable
-
-
-@examples(40)
 @given(body=BODIES, speed=magnitude(1.0, 60.0), scale=number(0.3, 1.0), held=st.booleans())
 def test_the_eigenvalue_of_an_element_crosses_zero_at_the_threshold(
     body: dict[str, Any], speed: float, scale: float, held: bool
@@ -156,20 +124,12 @@ def test_worst_pole_of_friction_that_never_falls_is_the_creepage_s(locomotive: c
     assert worst.pole == pytest.approx(float(cl.fast_pole(body, worst.creepage, speed=V)))
 
 
-def test_creepage_pole_is_the_frozen_rate(rig: cl.Model, locomotive: cl.Model) -> None:
+def test_pole_of_a_held_speed_is_that_of_the_curve(rig: cl.Model) -> None:
     creepage = np.array([0.004, 0.016, 0.02, 0.04])
     held = cl.fast_pole(rig.wheelset, creepage, speed=V)
     np.testing.assert_allclose(
         cl.s_curve(rig.wheelset, speed=V, creepage=creepage).pole, held, rtol=1e-12
     )
-    curve = cl.s_curve(locomotive.wheelset, speed=V, creepage=creepage)
-    step = 1e-6
-    ends = [
-        cl.quasi_steady_torque(locomotive.wheelset, creepage + side * step, speed=V)
-        for side in (-1.0, 1.0)
-    ]
-    slope = (ends[1] - ends[0]) / (2.0 * step)
-    np.testing.assert_allclose(curve.pole, -0.5 * slope / (250.0 * V), rtol=1e-6, atol=1e-4)
 
 
 @pytest.mark.parametrize(

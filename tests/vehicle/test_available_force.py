@@ -1,4 +1,4 @@
-"""The largest creep force: closed forms, and a search over all creepages."""
+"""The largest creep force: closed forms; test_creep_curve.py has it on dense grids."""
 
 from __future__ import annotations
 
@@ -9,22 +9,6 @@ import pytest
 from falling_friction import falling
 
 import contactlib as cl
-
-POLACH = cl.Polach(adhesion_reduction=0.9, slip_reduction=0.4)
-
-
-def searched(element: cl.ForceElement, *, speed: float, load: float, scale: float) -> float:
-    """Largest force of two million creepages."""
-    zeta0 = element.saturation_creepage_at(normal_load=load, friction_scale=scale)
-    near, far = np.linspace(0.0, 3.0, 1_500_001), np.geomspace(3.0, 1e8, 500_000)
-    return max(
-        float(
-            element.at_creepage(zeta0 * x, speed=speed, normal_load=load, friction_scale=scale)[
-                "creep_force"
-            ].max()
-        )
-        for x in np.array_split(np.concatenate([near, far]), 20)
-    )
 
 
 @pytest.mark.parametrize("scale", [0.3, 1.0, 1.2])
@@ -49,39 +33,6 @@ def test_it_never_exceeds_static_friction(locomotive: cl.Model) -> None:
         limited = replace(element, friction=friction)
     found = cl.available_force(limited, speed=10.0)
     assert found == pytest.approx(friction.static * element.normal_load, rel=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", ["line", "elliptic", "polach"])
-def test_it_is_the_largest_of_many_where_friction_falls(law: str, locomotive: cl.Model) -> None:
-    element = locomotive.wheelset.element
-    if law == "polach":
-        element = replace(element, table=cl.CreepForceTable.from_law(POLACH))
-    elif law == "elliptic":
-        contact = cl.EllipticContact.from_semi_axes(
-            semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=110e3, contact_modulus=115e9
-        )
-        friction = cl.friction_with_k_hat(contact, k_hat=0.1, static=0.5, kinetic=0.25)
-        table = cl.carter_griffith_table("elliptic")
-        element = cl.ForceElement(contact, friction, table=table, radius=0.46, slope_reduction=0.3)
-    rng = np.random.default_rng(5)
-    for _ in range(3):
-        case = {
-            "speed": rng.uniform(0.2, 50.0),
-            "load": element.normal_load * rng.uniform(0.5, 1.3),
-            "scale": rng.uniform(0.3, 1.2),
-        }
-        residual = float(rng.choice([0.0, rng.uniform(0.1, 0.9)]))  # heat leaves none
-        changed = falling(element, residual=residual, decay=rng.uniform(0.0, 2.0))
-        found = cl.available_force(
-            changed,
-            speed=case["speed"],
-            normal_load=case["load"],
-            friction_scale=case["scale"],
-        )
-        expected = searched(changed, **case)
-        assert found == pytest.approx(expected, rel=1e-9)
-        assert found >= expected * (1.0 - 1e-12)
 
 
 def test_faster_is_less_if_friction_falls_with_slip_speed(locomotive: cl.Model) -> None:

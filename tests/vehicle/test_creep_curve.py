@@ -7,18 +7,27 @@ from typing import Any
 
 import numpy as np
 import pytest
+from falling_friction import with_falling
 
 import contactlib as cl
+from contactlib.contact import kernel
 
 RNG = np.random.default_rng(5)
+TABLES = [
+    cl.CreepForceTable.from_law(law)
+    for law in (cl.CarterGriffith, cl.Polach(adhesion_reduction=0.9, slip_reduction=0.4))
+]
 
 
 def random_wheelset(body: cl.Wheelset) -> cl.Wheelset:
-    """A wheelset with constant, slip-rate or thermal friction, with or without mass and damping."""
+    """A wheelset of either law, with any kind of friction, with or without mass and damping."""
     kinetic = RNG.uniform(0.05, 0.4)
     fall: dict[str, Any] = [
         {},
-        {"slip_rate_residual": RNG.uniform(0.2, 0.9), "slip_rate_decay": RNG.uniform(0.01, 1.0)},
+        {
+            "slip_rate_residual": RNG.uniform(0.2, 0.9),
+            "slip_rate_decay": 10.0 ** RNG.uniform(-2.0, 2.0),
+        },
         {"softening_temperature": RNG.uniform(300.0, 1200.0)},
     ][RNG.integers(3)]
     friction = cl.friction_with_k_hat(
@@ -28,7 +37,10 @@ def random_wheelset(body: cl.Wheelset) -> cl.Wheelset:
         kinetic=kinetic,
     )
     element = replace(
-        body.element, friction=replace(friction, **fall), slope_reduction=RNG.uniform(0.1, 1.0)
+        body.element,
+        table=TABLES[RNG.integers(2)],
+        friction=replace(friction, **fall),
+        slope_reduction=RNG.uniform(0.1, 1.0),
     )
     damping = float(RNG.choice([0.0, 5.0, 50.0, 500.0]))
     mass = [None, 22.5e3][RNG.integers(2)]
@@ -43,13 +55,36 @@ def test_the_search_finds_every_turn_of_a_dense_grid(locomotive: cl.Model) -> No
         zeta = scale * np.geomspace(1e-3, 1e4, 50_001)
         for side, turns in ((1.0, curve.turns), (-1.0, curve.turns_in_braking)):
             # At a locked wheel, the regularised speed of a hot one makes a dip of a part in 1000.
-            zeta = zeta[side * zeta > -0.9]
-            signs = np.sign(curve.slope(side * zeta))
+            sizes = zeta[side * zeta > -0.9]
+            signs = np.sign(curve.slope(side * sizes))
             at = np.flatnonzero(signs[:-1] != signs[1:])
-            inside = turns[(abs(turns) > zeta[0]) & (abs(turns) < zeta[-1])]
+            inside = turns[(abs(turns) > sizes[0]) & (abs(turns) < sizes[-1])]
             assert len(at) == inside.size
-            assert (abs(inside) >= zeta[at]).all()
-            assert (abs(inside) <= zeta[at + 1]).all()
+            assert (abs(inside) >= sizes[at]).all()
+            assert (abs(inside) <= sizes[at + 1]).all()
+        check_fold(curve, zeta)
+        worst = curve.worst_pole
+        tried = np.append(zeta, worst.creepage)
+        poles = cl.fast_pole(curve.wheelset, tried, speed=curve.at.speed)
+        assert poles.max() - worst.pole <= 1e-9 * np.abs(poles).max()
+        assert poles[-1] == pytest.approx(worst.pole, rel=1e-9)
+        forces = curve.wheelset.element.at_creepage(zeta, speed=curve.at.speed)["creep_force"]
+        assert forces.max() <= curve.peak.creep_force * (1.0 + 1e-12)
+
+
+def check_fold(curve: cl.CreepCurve, zeta: np.ndarray) -> None:
+    """A torque that rises slowly leaves at the first maximum, and returns at the least after it."""
+    if not curve.turns.size:
+        return
+    fold, torque = curve.fold, curve.torque(zeta)
+    assert fold.creepage == curve.turns[0]
+    assert fold.drive_torque == float(curve.torque(fold.creepage))
+    beyond = torque[zeta > fold.creepage]
+    run_away = beyond[: int(np.argmax(beyond > fold.drive_torque)) or None]
+    assert torque[zeta <= fold.creepage].max() <= fold.drive_torque
+    assert fold.return_torque <= max(0.0, run_away.min()) * (1.0 + 1e-12)
+    if fold.return_creepage < zeta[-1]:
+        assert fold.return_torque == pytest.approx(max(0.0, run_away.min()), rel=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
@@ -77,17 +112,47 @@ def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> N
             assert side * (torque - limit) > -1e-5 * abs(limit)
 
 
-def test_slope_and_acceleration_are_those_of_the_equations_of_motion(locomotive: cl.Model) -> None:
+def test_torque_slope_and_acceleration_are_those_of_the_equations_of_motion(
+    locomotive: cl.Model,
+) -> None:
     body = locomotive.wheelset
     at: dict[str, Any] = {"speed": 8.0, "friction_scale": 0.7, "resistance_force": 500.0}
     curve, zeta, step = cl.CreepCurve(body, **at), np.array([-0.02, 0.0, 0.005, 0.3]), 1e-7
     ends = curve.torque(zeta + step) - curve.torque(zeta - step)
     np.testing.assert_allclose(curve.slope(zeta), ends / (2.0 * step), rtol=1e-6)
-    for creepage, acceleration in zip(zeta, curve.acceleration(zeta), strict=True):
-        point = body.balanced(creepage=float(creepage), speed=8.0, friction_scale=0.7)
-        assert body.mass is not None
-        surplus = point.resistance_force - 500.0
-        assert acceleration == pytest.approx(surplus / body.mass, rel=1e-12)
+    states = np.stack([zeta, curve.torque(zeta), curve.acceleration(zeta)], axis=1)
+    for creepage, torque, acceleration in states.tolist():
+        omega = (1.0 + creepage) * 8.0 / body.radius
+        rates, _ = body.rates(omega, 8.0, torque, body.element.normal_load, 0.7, 500.0)
+        assert acceleration == pytest.approx(rates.speed_rate, rel=1e-12)
+        # zeta = r omega/V - 1 does not change
+        change = body.radius * (rates.omega_rate / 8.0 - omega * rates.speed_rate / 8.0**2)
+        assert abs(change) < 1e-9
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_grip_of_wheels_on_two_frictions_whose_force_peaks_far_out(
+    rig: cl.Model, sign: float
+) -> None:
+    element = replace(rig.wheelset.element, table=cl.CreepForceTable.from_law(cl.Polach.wet()))
+    body = with_falling(replace(rig.wheelset, element=element, damping=0.0), 0.4, 0.06)
+    zeta, scales = np.geomspace(1e-4, 10.0, 200_001), [0.6, 1.0]
+    torque = np.mean(
+        [cl.CreepCurve(body, speed=2.0, friction_scale=x).torque(zeta) for x in scales], axis=0
+    )
+    i = int(np.argmax(torque))
+    assert zeta[i] > 5.0 * element.saturation_creepage
+    load = [element.normal_load] * 2
+    native = kernel.NativeCurve(
+        body.element.native, body.native, speed=2.0, normal_load=load, friction_scale=scales
+    )
+    for part in (0.5, 0.9, 0.999):
+        found = native.grip(sign * part * torque[i])[0]
+        expected = np.interp(part * torque[i], torque[: i + 1], zeta[: i + 1])
+        assert found == pytest.approx(sign * expected, rel=1e-6)
+    found, limit = native.grip(sign * 1.001 * torque[i])
+    assert np.isnan(found)
+    assert limit == pytest.approx(sign * torque[i], rel=1e-6)
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.3])

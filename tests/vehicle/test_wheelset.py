@@ -55,24 +55,6 @@ def test_jacobian(locomotive: cl.Model, state: tuple[float, float]) -> None:
         np.testing.assert_allclose(jacobian[:, column], difference, rtol=2e-5, atol=1e-6)
 
 
-def test_equilibria_on_both_branches(rig: cl.Model) -> None:
-    body = rig.wheelset
-    fold = cl.find_fold(body, speed=10.0)
-    torque = 25.5e3
-    points = body.equilibria(drive_torque=torque, speed=10.0)
-    # Rising branch, falling branch, and the run-away end where damping takes the rest.
-    assert [p.stable for p in points] == [True, False, True]
-    assert points[0].creepage < fold.creepage < points[1].creepage < fold.return_creepage
-    for p in points:
-        assert p.drive_torque == pytest.approx(torque, rel=1e-9)
-        rates, _ = body.rates(p.omega, p.speed, torque, p.normal_load, 1.0, 0.0)
-        assert abs(rates.omega_rate) < 1e-6
-    assert len(body.equilibria(drive_torque=1.001 * fold.drive_torque, speed=10.0)) == 1
-    assert len(body.equilibria(drive_torque=0.999 * fold.return_torque, speed=10.0)) == 1
-    mirrored = body.equilibria(drive_torque=-torque, speed=10.0)
-    assert [p.stable for p in mirrored][-1:] == [True]
-
-
 def test_a_free_wheelset_finds_its_speed(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     (point,) = (p for p in body.equilibria(drive_torque=4e3) if p.creepage < 0.01)
