@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -36,22 +37,58 @@ def delayed_eigenvalues(pole: float, loop: float, delay: float, lag: float, n: i
     return np.linalg.eigvals(generator)
 
 
-@pytest.mark.parametrize("pole", [-40.0, 0.0, 5.0, 30.0, 90.0])
-@pytest.mark.parametrize("lag", [0.0, 1e-3])
-def test_window_behind_a_delay(pole: float, lag: float) -> None:
-    delay, gain = 0.01, 3e-4
-    window = stability.proportional_window(pole, gain, delay=delay, lag=lag)
+def sampled_radius(
+    pole: float,
+    loop: float,
+    delay: float,
+    step: float,
+    *,
+    lag: float = 0.0,
+    relaxation: float = 0.0,
+) -> float:
+    """Spectral radius of one sample, stepped through with the exact flow of plant and torque."""
+    # Creepage; what the contact knows of it and the motor's torque, if they are late; the command.
+    size = 1 + (relaxation > 0.0) + (lag > 0.0)
+    seen, motor = int(relaxation > 0.0), size - 1 if lag > 0.0 else size
+    rates = np.zeros((size + 1, size + 1))
+    rates[0, seen], rates[0, motor] = pole, 1.0
+    if relaxation > 0.0:
+        rates[1, :2] = 1.0 / relaxation, -1.0 / relaxation
+    if lag > 0.0:
+        rates[motor, motor:] = -1.0 / lag, 1.0 / lag
+    whole = int(delay / step + 1e-9)
+    part = delay - whole * step
+    first, rest = expm(rates * part), expm(rates * (step - part))
+    columns = []
+    for unit in np.eye(size + whole + 1):
+        state, sent = unit[:size], unit[size:]  # commands of earlier samples, newest first
+        sent = np.append(-loop * state[0], sent)
+        for flow, command in ((first, sent[whole + 1]), (rest, sent[whole])):
+            state = (flow @ np.append(state, command))[:size]
+        columns.append(np.append(state, sent[:-1]))
+    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
+
+
+@pytest.mark.parametrize(
+    ("pole", "lag", "delay", "step"),
+    [
+        *itertools.product([-40.0, 0.0, 5.0, 30.0, 90.0], [0.0, 1e-3], [0.01], [0.0]),
+        *itertools.product([-20.0, 3.0, 25.0], [0.0, 4e-3], [0.0, 2e-3, 5e-3, 1e-2, 13e-3], [5e-3]),
+    ],
+)
+def test_ends_of_the_window(pole: float, lag: float, delay: float, step: float) -> None:
+    gain = 3e-4
+    window = stability.proportional_window(pole, gain, delay=delay, lag=lag, sample_time=step)
     assert window.lowest == pytest.approx(pole / gain)
     assert not window.empty
-    width = window.highest - window.lowest
-    for kp, stable in (
-        (window.lowest + 1e-3 * width, True),
-        (window.lowest - 1e-3 * width, False),
-        (window.highest - 1e-3 * width, True),
-        (window.highest + 1e-3 * width, False),
-    ):
-        worst = delayed_eigenvalues(pole, gain * kp, delay, lag, 40).real.max()
-        assert (worst < 0.0) == stable
+    inside = 1e-3 * (window.highest - window.lowest)
+    for end, side in ((window.lowest, 1.0), (window.highest, -1.0)):
+        for kp, stable in ((end + side * inside, True), (end - side * inside, False)):
+            if step == 0.0:
+                eigenvalues = delayed_eigenvalues(pole, gain * kp, delay, lag, 40)
+                assert (eigenvalues.real.max() < 0.0) == stable
+            else:
+                assert (sampled_radius(pole, gain * kp, delay, step, lag=lag) < 1.0) == stable
 
 
 @examples(200)
@@ -120,47 +157,6 @@ def test_the_robust_limit_has_a_sensitivity_of_two() -> None:
     assert stability.delay_limit(2.0, robust=True) == 0.15
 
 
-def growth(pole: float, loop: float, delay: float, lag: float, step: float) -> float:
-    """Largest eigenvalue of one sampling interval, stepped through with the plant's exact flow."""
-    whole = int(delay / step + 1e-9)
-    part = delay - whole * step
-
-    def flow(state: np.ndarray, command: float, time: float) -> np.ndarray:
-        y, m = state
-        if lag == 0.0:
-            m = command
-            return np.array([y * math.exp(pole * time) + m * math.expm1(pole * time) / pole, m])
-        # m = command + (m0 - command) exp(-t/lag), y' = p y + m
-        rise = (math.exp(pole * time) - math.exp(-time / lag)) / (pole + 1.0 / lag)
-        late = m - command
-        y = y * math.exp(pole * time) + command * math.expm1(pole * time) / pole + late * rise
-        return np.array([y, command + late * math.exp(-time / lag)])
-
-    columns = []
-    for unit in np.eye(2 + whole + 1):
-        state, sent = unit[:2], unit[2:]  # commands of earlier samples, newest first
-        sent = np.append(-loop * state[0], sent)
-        state = flow(flow(state, sent[whole + 1], part), sent[whole], step - part)
-        columns.append(np.append(state, sent[:-1]))
-    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
-
-
-@pytest.mark.parametrize("pole", [-20.0, 3.0, 25.0])
-@pytest.mark.parametrize("lag", [0.0, 4e-3])
-@pytest.mark.parametrize("delay", [0.0, 2e-3, 5e-3, 1e-2, 1.3e-2])
-def test_window_of_a_sampled_loop(pole: float, lag: float, delay: float) -> None:
-    step, gain = 5e-3, 2e-4
-    window = stability.proportional_window(pole, gain, delay=delay, lag=lag, sample_time=step)
-    width = window.highest - window.lowest
-    for kp, stable in (
-        (window.lowest + 1e-3 * width, True),
-        (window.lowest - 1e-3 * width, False),
-        (window.highest - 1e-3 * width, True),
-        (window.highest + 1e-3 * width, False),
-    ):
-        assert (growth(pole, gain * kp, delay, lag, step) < 1.0) == stable
-
-
 @examples(200)
 @given(p_h=number(-2.0, 3.0).filter(lambda p_h: abs(p_h) > 1e-3), step=magnitude(1e-4, 1.0))
 def test_sampled_closed_forms(p_h: float, step: float) -> None:
@@ -221,30 +217,6 @@ def test_a_hold_delays_by_half_a_sample() -> None:
     assert errors[0] < 0.005
 
 
-def closed_loop_radius(
-    pole: float, gain: float, relaxation: float, lag: float, sample_time: float, samples: int
-) -> float:
-    """Spectral radius of one sample of plant, contact, motor, hold and delay, as one matrix."""
-    # Creepage, what the contact knows of it, torque of the motor; then the torques under way.
-    flow = np.zeros((4, 4))
-    flow[0, 1], flow[0, 2] = pole, 1.0
-    flow[1, 0], flow[1, 1] = 1.0 / relaxation, -1.0 / relaxation
-    flow[2, 2], flow[2, 3] = -1.0 / lag, 1.0 / lag
-    step = expm(flow * sample_time)
-    n = 3 + samples
-    loop = np.zeros((n, n))
-    loop[:3, :3] = step[:3, :3]
-    feedback = np.zeros(n)
-    feedback[0] = -gain
-    if samples == 0:
-        loop[:3] += np.outer(step[:3, 3], feedback)
-    else:
-        loop[:3, -1] = step[:3, 3]
-        loop[3] = feedback
-        loop[4:, 3:-1] = np.eye(samples - 1)
-    return float(np.abs(np.linalg.eigvals(loop)).max())
-
-
 @examples(120)
 @given(
     pole=st.floats(5.0, 300.0),
@@ -256,11 +228,12 @@ def closed_loop_radius(
 def test_a_contact_that_relaxes_forgives_delay(
     pole: float, relaxation: float, lag: float, sample_time: float, samples: int
 ) -> None:
-    given_: dict[str, float] = {"relaxation": relaxation, "lag": lag, "sample_time": sample_time}
-    window = stability.proportional_window(pole, delay=samples * sample_time, **given_)
+    late: dict[str, float] = {"relaxation": relaxation, "lag": lag}
+    delay = samples * sample_time
+    window = stability.proportional_window(pole, delay=delay, sample_time=sample_time, **late)
 
     def radius(gain: float) -> float:
-        return closed_loop_radius(pole, gain, samples=samples, **given_)
+        return sampled_radius(pole, gain, delay, sample_time, **late)
 
     if window.empty:
         assert min(radius(gain) for gain in pole * np.geomspace(1.001, 30.0, 40)) > 1.0 - 1e-6
