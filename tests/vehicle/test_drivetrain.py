@@ -19,6 +19,18 @@ SPLIT = {"friction_left": 1.0, "friction_right": 0.6, "load_left": 1.2e5, "load_
 EVEN = {"friction_left": 0.9, "friction_right": 0.9, "load_left": 1.1e5, "load_right": 1.1e5}
 
 
+def made_rows(kind: str, count: int, **values: Any) -> Any:
+    """States or inputs of drivetrains: zero but for these values, and a slope of 1."""
+    rows = np.zeros(count, kernel.drivetrain_dtype(kind))
+    for name, value in (values if kind == "state" else {"slope": 1.0, **values}).items():
+        rows[name] = value
+    return rows
+
+
+def rolling(count: int, speed: Any, omega: Any) -> Any:
+    return made_rows("state", count, speed=speed, omega_left=omega, omega_right=omega)
+
+
 class Steps(NamedTuple):
     """What a run of steps went through."""
 
@@ -45,12 +57,8 @@ def drive(
     **held: float,
 ) -> Steps:
     """Step one drivetrain; the torque of each step is that of its middle."""
-    state = np.zeros(1, kernel.drivetrain_dtype("state"))
-    given = np.zeros(1, kernel.drivetrain_dtype("input"))
-    state["speed"] = speed
-    state["omega_left"] = state["omega_right"] = (1.0 + creepage) * speed / train.wheelset.radius
-    for name, value in {"slope": 1.0, **held}.items():
-        given[name] = value
+    state = rolling(1, speed, (1.0 + creepage) * speed / train.wheelset.radius)
+    given = made_rows("input", 1, **held)
     steps, substep = round(duration / step), np.zeros(1)
     states, inputs = [], []
     for i in range(steps + 1):
@@ -153,34 +161,6 @@ def test_steps_are_the_equations_of_motion(
     assert np.abs(run.outputs["creepage_left"]).max() > 0.03  # far beyond the peak
 
 
-def test_a_rigid_even_drivetrain_is_the_wheelset(locomotive: cl.Model) -> None:
-    body = locomotive.wheelset
-    load = body.element.normal_load
-    torque = 2.2e4
-    run = drive(
-        cl.Drivetrain(body),
-        lambda t: torque,
-        speed=10.0,
-        creepage=0.004,
-        duration=3.0,
-        load_left=0.5 * load,
-        load_right=0.5 * load,
-        friction_left=1.0,
-        friction_right=1.0,
-    )
-    other = cl.simulate(
-        body,
-        cl.TorqueControl(cl.Profile.of(torque)),
-        initial_speed=10.0,
-        initial_creepage=0.004,
-        duration=3.0,
-        tolerance=1e-11,
-    )
-    for name in ("speed", "distance", "drive_work", "creep_work", "resistance_work", "loss_work"):
-        assert run.states[name][-1] == pytest.approx(other[name][-1], rel=1e-7), name
-    assert run.outputs["stored_energy"][-1] == pytest.approx(other["stored_energy"][-1], rel=1e-9)
-
-
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_works_are_the_integrals_of_powers(locomotive: cl.Model, variant: str) -> None:
     options, held = VARIANTS[variant]
@@ -251,13 +231,8 @@ def test_slope_stretches_the_creepage_axis(locomotive: cl.Model, slope: float) -
     zeta = np.linspace(-0.2, 0.2, 801)
     forces = {}
     for factor in (1.0, slope):
-        states = np.zeros(zeta.size, kernel.drivetrain_dtype("state"))
-        inputs = np.zeros(zeta.size, kernel.drivetrain_dtype("input"))
-        for name, value in {"slope": factor, **SPLIT}.items():
-            inputs[name] = value
-        states["speed"] = 10.0
-        states["omega_left"] = 10.0 * (1.0 + zeta / factor) / train.wheelset.radius
-        states["omega_right"] = states["omega_left"]
+        inputs = made_rows("input", zeta.size, **SPLIT, slope=factor)
+        states = rolling(zeta.size, 10.0, 10.0 * (1.0 + zeta / factor) / train.wheelset.radius)
         out = kernel.NativeFleet([train.member()] * zeta.size).evaluate(inputs, states)
         forces[factor] = out["creep_force_left"] + out["creep_force_right"]
     largest = np.abs(forces[1.0]).max()
@@ -268,14 +243,13 @@ def test_many_are_one_by_one(locomotive: cl.Model) -> None:
     train = cl.Drivetrain(locomotive.wheelset, axle=AXLE, motor=cl.Motor(lag=0.02))
     rng = np.random.default_rng(5)
     n = 20
-    states = np.zeros(n, kernel.drivetrain_dtype("state"))
-    inputs = np.zeros(n, kernel.drivetrain_dtype("input"))
-    states["speed"] = rng.uniform(-1.0, 30.0, n)
-    states["omega_left"] = states["speed"] / 0.5 * rng.uniform(0.98, 1.05, n)
-    states["omega_right"] = states["speed"] / 0.5
-    inputs["commanded_torque"] = rng.uniform(-3e4, 3e4, n)
-    inputs["load_left"], inputs["load_right"] = rng.uniform(0.0, 1.3e5, (2, n))
-    inputs["friction_left"], inputs["friction_right"] = rng.uniform(0.2, 1.2, (2, n))
+    speed = rng.uniform(-1.0, 30.0, n)
+    states = rolling(n, speed, speed / 0.5)
+    states["omega_left"] *= rng.uniform(0.98, 1.05, n)
+    inputs = made_rows("input", n, commanded_torque=rng.uniform(-3e4, 3e4, n))
+    for side in ("left", "right"):
+        inputs[f"load_{side}"] = rng.uniform(0.0, 1.3e5, n)
+        inputs[f"friction_{side}"] = rng.uniform(0.2, 1.2, n)
     inputs["slope"] = rng.uniform(0.2, 1.2, n)
     states["speed"][0], states["omega_left"][0], states["omega_right"][0] = 0.0, -0.0, 0.0
     together, substeps = states.copy(), np.zeros(n)
@@ -291,12 +265,8 @@ def test_many_are_one_by_one(locomotive: cl.Model) -> None:
 
 def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
     train = cl.Drivetrain(locomotive.wheelset)
-    states = np.zeros(2, kernel.drivetrain_dtype("state"))
-    inputs = np.zeros(2, kernel.drivetrain_dtype("input"))
-    states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.1, 20.1
-    for name, value in {"slope": 1.0, **EVEN}.items():
-        inputs[name] = value
-    inputs["commanded_torque"] = 0.0, np.nan
+    states = rolling(2, 10.0, 20.1)
+    inputs = made_rows("input", 2, **EVEN, commanded_torque=(0.0, np.nan))
     before = states.copy()
     fleet = kernel.NativeFleet([train.member()] * 2)
     with pytest.raises(RuntimeError, match=r"drivetrain 1: the tolerance is not met"):
@@ -331,10 +301,8 @@ def test_from_standstill_to_forty_and_back(locomotive: cl.Model, variant: str) -
 def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: cl.Model) -> None:
     axle = cl.Axle(stiffness=6.0e6, damping=300.0)
     train = cl.Drivetrain(locomotive.wheelset, axle=axle)
-    states = np.zeros(1, kernel.drivetrain_dtype("state"))
-    inputs = np.zeros(1, kernel.drivetrain_dtype("input"))  # no load: no contact
-    inputs["friction_left"] = inputs["friction_right"] = inputs["slope"] = 1.0
-    states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.1, 19.9
+    states = made_rows("state", 1, speed=10.0, omega_left=20.1, omega_right=19.9)
+    inputs = made_rows("input", 1, friction_left=1.0, friction_right=1.0)  # no load: no contact
     substep, differences = np.zeros(1), []
     for _ in range(2000):
         train.native.advance(inputs, states, 0.0, 1e-4, 1e-10, substep)
@@ -347,19 +315,19 @@ def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: 
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("kind", "given", "message"),
     [
-        (lambda: cl.Axle(stiffness=0.0), r"Axle.stiffness = 0.0 is out of range: must be finite"),
-        (lambda: cl.Axle(stiffness=1e6, damping=-1.0), "Axle.damping = -1.0"),
-        (lambda: cl.Axle(stiffness=1e6, drive_share=1.5), "Axle.drive_share = 1.5"),
+        (cl.Axle, {"stiffness": 0.0}, r"Axle.stiffness = 0.0 is out of range: must be finite"),
+        (cl.Axle, {"stiffness": 1e6, "damping": -1.0}, "Axle.damping = -1.0"),
+        (cl.Axle, {"stiffness": 1e6, "drive_share": 1.5}, "Axle.drive_share = 1.5"),
+        *(
+            (cl.Motor, {name: -0.1}, rf"Motor.{name} = -0.1")
+            for name in ("lag", "power", "torque_rate", "trip_speed")
+        ),
     ],
 )
-def test_refusals(make: Callable[[], object], message: str) -> None:
+def test_axle_and_motor_are_checked(
+    kind: Callable[..., object], given: dict[str, float], message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
-        make()
-
-
-@pytest.mark.parametrize("name", ["lag", "power", "torque_rate", "trip_speed"])
-def test_motor_is_checked(name: str) -> None:
-    with pytest.raises(ValueError, match=rf"Motor.{name} = -0.1"):
-        cl.Motor(**{name: -0.1})
+        kind(**given)
