@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
-from wheelsets import MASSES
+from wheelsets import MASSES, plausible_vehicle
 
 import contactlib as cl
 from contactlib.stability.basin import AWAY, LONGEST, REACH, _ahead
@@ -119,37 +118,12 @@ def test_no_border_and_no_grip(rig: cl.Model) -> None:
         cl.basin(rig.wheelset, drive_torque=1.001 * fold.drive_torque, speed=V)
 
 
-def plausible_vehicles(locomotive: cl.Model, count: int) -> list[tuple[cl.Wheelset, float, float]]:
-    """Free wheelsets of 5 to 200 t at 0.1 to 80 m/s, and torques between return and fold."""
-    rng, found = np.random.default_rng(0), []
-    for _ in range(count):
-        mass, speed = np.exp(rng.uniform(np.log([5e3, 0.1]), np.log([2e5, 80.0]))).tolist()
-        residual, decay, inertia, part = rng.uniform([0.4, 0.0, 50.0, 0.0], [1.0, 1.0, 400.0, 1.0])
-        element = locomotive.wheelset.element
-        fall: dict[str, Any] = {
-            "slip_rate_residual": float(residual),
-            "slip_rate_decay": float(decay),
-        }
-        if rng.random() < 0.3:
-            fall = {"softening_temperature": float(rng.uniform(300.0, 1500.0))}
-        friction = replace(element.friction, **fall)
-        body = replace(
-            locomotive.wheelset,
-            mass=mass,
-            inertia=float(inertia),
-            damping=float(rng.choice([0.0, 5.0, 50.0, 200.0])),
-            element=replace(element, friction=friction),
-        )
-        fold = cl.find_fold(body, speed=speed)
-        least = 0.5 * fold.drive_torque if fold.return_torque is None else fold.return_torque
-        found.append((body, speed, float(least + part * (fold.drive_torque - least))))
-    return found
-
-
 @pytest.mark.slow
 def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
     soon = 0
-    for body, speed, torque in plausible_vehicles(locomotive, 120):
+    for i in range(120):
+        train, speed, torque = plausible_vehicle(locomotive, i, held=0.0)
+        body = train.wheelset
         found = cl.basin(body, drive_torque=torque, speed=speed)
         states = cl.steady_states(body, drive_torque=torque, speed=speed).creepage
         unstable = float(states[np.abs(states).argmin() + 1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import control
@@ -47,6 +48,41 @@ BODIES = st.fixed_dictionaries(
         ),
     }
 )
+
+
+def plausible_vehicle(
+    locomotive: cl.Model, i: int, *, held: float = 0.2
+) -> tuple[cl.Drivetrain, float, float]:
+    """Drivetrain that carries 5 to 200 t or stands on a rig, 0.1 to 80 m/s, and a torque.
+
+    Friction is constant after microns, or falls with slip speed or heat as well. The torque is
+    between those of return and fold; `held` is the part on rigs.
+    """
+    rng = np.random.default_rng([7, i])
+    mass, speed = np.exp(rng.uniform(np.log([5e3, 0.1]), np.log([2e5, 80.0]))).tolist()
+    falls: tuple[dict[str, Any], ...] = (
+        {},
+        {"slip_rate_residual": rng.uniform(0.4, 1.0), "slip_rate_decay": rng.uniform(0.0, 1.0)},
+        {"softening_temperature": rng.uniform(300.0, 1500.0)},
+    )
+    element = locomotive.wheelset.element
+    friction = replace(element.friction, **falls[int(rng.integers(3))])
+    body = replace(
+        locomotive.wheelset,
+        mass=None if rng.random() < held else mass,
+        inertia=float(rng.uniform(50.0, 400.0)),
+        damping=float(rng.choice([0.0, 5.0, 50.0, 200.0])),
+        element=replace(element, friction=friction),
+    )
+    axle = cl.Axle(
+        stiffness=float(10.0 ** rng.uniform(6.0, 7.2)),
+        damping=float(10.0 ** rng.uniform(1.5, 3.5)),
+        drive_share=float(rng.uniform(0.0, 1.0)),
+    )
+    fold = cl.find_fold(body, speed=speed)
+    least = max(fold.return_torque, 0.3 * fold.drive_torque)
+    torque = least + float(rng.uniform(0.02, 0.98)) * (fold.drive_torque - least)
+    return cl.Drivetrain(body, axle=axle), speed, torque
 
 
 def falling(wheelset: cl.Wheelset) -> tuple[cl.OperatingPoint, float, float]:
