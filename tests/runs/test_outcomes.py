@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
+from plain_scenario import plain_scenario
 
 import contactlib as cl
 from contactlib.runs.observers import WINDOW as JERK_WINDOW
@@ -58,28 +59,33 @@ def held(rig: cl.Model) -> cl.Drivetrain:
     return cl.Drivetrain(replace(rig.wheelset, damping=0.0))
 
 
-def test_utilisation_is_the_part_of_what_could_be_transmitted(held: cl.Drivetrain) -> None:
-    time = np.linspace(0.0, 10.0, 101)
-    force = np.where(time < 5.0, LEVEL, 0.5 * LEVEL)
-    # Trapezoid: the drop takes one interval, half of which counts.
-    run = run_of(time, creep_force=force, demand=1e6)
-    assert metrics(run, held).adhesion_utilisation == pytest.approx(0.75 - 0.0025, rel=1e-12)
-    # The demand asks for less than friction allows: that is all that can be used.
-    run = run_of(time, creep_force=0.3 * LEVEL, demand=0.5 * LEVEL * 0.3)
-    assert metrics(run, held).adhesion_utilisation == pytest.approx(1.0, rel=1e-12)
-    # Half of the time nothing is asked for, which does not count.
-    run = run_of(time, creep_force=0.6 * LEVEL, demand=np.where(time < 5.0, 1e6, 0.0))
-    assert metrics(run, held).adhesion_utilisation == pytest.approx(0.6, rel=1e-12)
-    assert math.isnan(metrics(run_of(time, creep_force=LEVEL), held).adhesion_utilisation)
+TIME = np.linspace(0.0, 10.0, 101)
+EARLY = TIME < 5.0
 
 
-def test_force_beyond_the_demand_does_not_make_up_for_what_was_lost(held: cl.Drivetrain) -> None:
-    time = np.linspace(0.0, 2.0, 2001)
-    force = np.where(time < 1.0, 0.2, 0.4) * LEVEL  # 0.3 in the mean, which is what is asked for
-    run = run_of(time, creep_force=force, demand=0.5 * 0.3 * LEVEL)
-    assert metrics(run, held).adhesion_utilisation == pytest.approx(
-        0.5 * (0.2 / 0.3 + 1.0), rel=1e-3
-    )
+@pytest.mark.parametrize(
+    ("force", "demand", "expected"),
+    [
+        # Trapezoid: the drop takes one interval, half of which counts.
+        (np.where(EARLY, 1.0, 0.5), 1e6, 0.75 - 0.0025),
+        # The demand asks for less than friction allows: that is all that can be used.
+        (0.3, 0.5 * LEVEL * 0.3, 1.0),
+        # Half of the time nothing is asked for, which does not count.
+        (0.6, np.where(EARLY, 1e6, 0.0), 0.6),
+        (1.0, 0.0, math.nan),
+        # Force beyond the demand does not make up for what was lost.
+        (np.where(EARLY, 0.2, 0.4), 0.5 * 0.3 * LEVEL, 0.5 * (0.2 / 0.3 + 1.0) + 0.005 / 3.0),
+        # Force against the demand is not used.
+        (-0.8, -1e6, 0.8),
+        (-0.8, 1e6, -0.8),
+    ],
+)
+def test_utilisation_is_the_part_of_what_could_be_transmitted(
+    held: cl.Drivetrain, force: ArrayLike, demand: ArrayLike, expected: float
+) -> None:
+    run = run_of(TIME, creep_force=LEVEL * np.asarray(force), demand=demand)
+    found = metrics(run, held).adhesion_utilisation
+    assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
 
 
 def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
@@ -87,7 +93,7 @@ def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
 ) -> None:
     # Half of the time the demand asks for a tenth of what is available, and gets it; for a tenth
     # of the time it asks for nothing; else friction limits, and three quarters are used.
-    time = np.linspace(0.0, 10.0, 101)
+    time = TIME
     demand = np.select([time < 4.95, time < 8.95], [0.5 * 0.1 * LEVEL, 1e6], 0.0)
     force = np.where(time < 4.95, 0.1, 0.75) * LEVEL
     found = metrics(run_of(time, creep_force=force, demand=demand), held)
@@ -106,14 +112,6 @@ def test_slip_share_is_slip_work_over_work_at_the_rail(held: cl.Drivetrain) -> N
     turning = np.where(time < 1.0, 1.0, -1.0) * 2e4  # drives, then brakes: both are work
     run = run_of(time, creep_force=turning, speed=10.0 + time, creep_work=1.1e3 * time)
     assert metrics(run, held).slip_share == pytest.approx(2.2e3 / (2e4 * 22.0), rel=1e-12)
-
-
-def test_force_against_the_demand_is_not_used(held: cl.Drivetrain) -> None:
-    time = np.linspace(0.0, 1.0, 11)
-    braking = run_of(time, creep_force=-0.8 * LEVEL, demand=-1e6)
-    assert metrics(braking, held).adhesion_utilisation == pytest.approx(0.8, rel=1e-12)
-    driving = run_of(time, creep_force=-0.8 * LEVEL, demand=1e6)
-    assert metrics(driving, held).adhesion_utilisation == pytest.approx(-0.8, rel=1e-12)
 
 
 @pytest.mark.parametrize("creepage", [1e-4, 0.004, 0.012])
@@ -162,17 +160,8 @@ def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.
         (cl.Drivetrain(rig.wheelset), 15e3, cl.Profile((0.0, 5.0), (10.0, 20.0))),
     ]
     for drivetrain, torque, held_speed in cases:
-        case = cl.Scenario(
-            name="rolling",
-            source="chosen",
-            drivetrain=drivetrain,
-            demand=cl.Profile.of(torque),
-            held_speed=held_speed,
-            initial_speed=10.0,
-            design_speed=10.0,
-            duration=4.0,
-            sensors=cl.Sensors(),
-            controllers={"open_loop": cl.OpenLoop()},
+        case = plain_scenario(
+            drivetrain, demand=cl.Profile.of(torque), held_speed=held_speed, duration=4.0
         )
         run = cl.run_scenario(case, "open_loop")
         assert metrics(run, drivetrain).adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
@@ -182,49 +171,52 @@ def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.
 RECOVERY_TIME = np.linspace(0.0, 10.0, 1001)
 
 
-def recovery_time(held: cl.Drivetrain, lacking: list[tuple[float, float]]) -> float:
-    """Of a run that lacks half of the force at times."""
+def recovery_time(
+    held: cl.Drivetrain, lacking: list[tuple[float, float]], part: float = 0.5
+) -> float:
+    """Of a run that has only this part of the force at times."""
     t = RECOVERY_TIME
     lacks = np.any([(t >= a - 1e-9) & (t < b - 1e-9) for a, b in lacking], axis=0)
-    run = run_of(t, creep_force=np.where(lacks, 0.5, 0.95) * LEVEL, demand=1e6)
+    run = run_of(t, creep_force=np.where(lacks, part, 0.95) * LEVEL, demand=1e6)
     return metrics(run, held).recovery_time
 
 
+def dips(start: float, length: float, every: float) -> list[tuple[float, float]]:
+    return [(begin, begin + length) for begin in np.arange(start, 9.9, every)]
+
+
 @pytest.mark.parametrize(
-    ("lacking", "expected"),
+    ("lacking", "part", "expected"),
     [
-        ([(11.0, 12.0)], 0.0),
-        ([(2.0, 3.5)], 1.5),
-        ([(2.0, 2.5), (3.0, 3.5)], 1.5),  # in the mean of the next second it is not back
-        ([(2.0, 2.5), (3.6, 4.0)], 0.5),  # each by itself, the longest
-        ([(2.0, 2.5), (2.8, 3.1)], 0.5),  # 0.815 in the mean of the next second
-        ([(2.0, 2.5), (2.8, 3.2)], 1.2),  # 0.77
-        ([(2.0, 11.0)], math.inf),
-        ([(9.0, 9.5)], math.inf),  # too late to know: 0.725 in the last second
-        ([(9.5, 11.0)], math.inf),
-        ([(9.9, 11.0)], 0.1),  # the end falls into a dip
+        ([(11.0, 12.0)], 0.5, 0.0),
+        ([(2.0, 3.5)], 0.5, 1.5),
+        ([(2.0, 2.5), (3.0, 3.5)], 0.5, 1.5),  # in the mean of the next second it is not back
+        ([(2.0, 2.5), (3.6, 4.0)], 0.5, 0.5),  # each by itself, the longest
+        ([(2.0, 2.5), (2.8, 3.1)], 0.5, 0.5),  # 0.815 in the mean of the next second
+        ([(2.0, 2.5), (2.8, 3.2)], 0.5, 1.2),  # 0.77
+        ([(2.0, 11.0)], 0.5, math.inf),
+        ([(9.0, 9.5)], 0.5, math.inf),  # too late to know: 0.725 in the last second
+        ([(9.5, 11.0)], 0.5, math.inf),
+        ([(9.9, 11.0)], 0.5, 0.1),  # the end falls into a dip
+        ([(2.0, 3.5)], 0.79, 1.5),
+        ([(2.0, 3.5)], 0.81, 0.0),
+        # The dips of a limit cycle are not one long recovery: 0.86 of the force in the mean.
+        ([(2.0, 2.6), *dips(2.8, 0.04, 0.2)], 0.5, 0.6),
+        # With 0.725 in the mean, they are a loss that does not end.
+        ([(2.0, 2.6), *dips(2.8, 0.1, 0.2)], 0.5, math.inf),
     ],
 )
 def test_recovery_time(
-    held: cl.Drivetrain, lacking: list[tuple[float, float]], expected: float
+    held: cl.Drivetrain, lacking: list[tuple[float, float]], part: float, expected: float
 ) -> None:
-    assert recovery_time(held, lacking) == pytest.approx(expected, abs=1e-9)
-
-
-def test_dips_of_a_limit_cycle_are_not_one_long_recovery(held: cl.Drivetrain) -> None:
-    # Dips of 0.04 s in each 0.2 s after a loss of 0.6 s: 0.86 of the force in the mean.
-    dips = [(start, start + 0.04) for start in np.arange(2.8, 9.9, 0.2)]
-    assert recovery_time(held, [(2.0, 2.6), *dips]) == pytest.approx(0.6)
-    # Of 0.1 s each, with 0.725 in the mean, they are a loss that does not end.
-    dips = [(start, start + 0.1) for start in np.arange(2.8, 9.9, 0.2)]
-    assert recovery_time(held, [(2.0, 2.6), *dips]) == math.inf
+    assert recovery_time(held, lacking, part) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_short_dip_more_or_less_does_not_decide_the_recovery(held: cl.Drivetrain) -> None:
-    loss, dips = (2.0, 2.6), [(start, start + 0.03) for start in np.arange(2.9, 9.9, 0.4)]
-    for left_out in range(len(dips)):
-        found = recovery_time(held, [loss, *dips[:left_out], *dips[left_out + 1 :]])
-        assert found == pytest.approx(0.6)
+    short = dips(2.9, 0.03, 0.4)
+    for i in range(len(short)):
+        lacking = [(2.0, 2.6), *short[:i], *short[i + 1 :]]
+        assert recovery_time(held, lacking) == pytest.approx(0.6)
 
 
 def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
@@ -236,13 +228,6 @@ def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
     found = metrics(run, scenario.drivetrain)
     assert 0.0 < found.recovery_time < 1.5
     assert found.limited_utilisation < found.adhesion_utilisation - 0.03
-
-
-@pytest.mark.parametrize(("part", "expected"), [(0.79, 1.5), (0.81, 0.0)])
-def test_four_fifths_are_enough(held: cl.Drivetrain, part: float, expected: float) -> None:
-    t = RECOVERY_TIME
-    run = run_of(t, creep_force=np.where((t >= 2.0) & (t < 3.5), part, 1.0) * LEVEL, demand=1e6)
-    assert metrics(run, held).recovery_time == pytest.approx(expected)
 
 
 def test_who_is_asked_for_nothing_lacks_nothing(held: cl.Drivetrain) -> None:

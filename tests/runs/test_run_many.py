@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 import tracemalloc
-from typing import Any, Self
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from own_controller import SlipPI, largest_slip
+from plain_scenario import plain_scenario
 from scipy.integrate import solve_ivp
 
 import contactlib as cl
@@ -137,28 +139,6 @@ def test_one_run_has_the_metrics_of_its_rows(scenarios: list[cl.Scenario], contr
         assert many["falling_share"] == pytest.approx(run["falling_branch"][:-1].mean(), rel=1e-9)
 
 
-def test_it_does_not_matter_how_runs_are_split(scenarios: list[cl.Scenario]) -> None:
-    rng = np.random.default_rng(9)
-    alike = [
-        dataclasses.replace(
-            scenarios[3],
-            demand=cl.Profile.of(scenarios[3].demand.value[0] * rng.uniform(0.7, 1.0)),
-            sensors=dataclasses.replace(scenarios[3].sensors, seed=float(i % 3)),
-            duration=1.0,
-        )
-        for i in range(70)
-    ]
-    names = ["adhesion_utilisation", "recovery_time", "jerk", "slip_work", "energy_defect"]
-    whole = run_many(alike, "creep_pi", names)
-    parts = [
-        run_many(alike[:41], "creep_pi", names),
-        run_many(alike[41:], "creep_pi", names, index=range(41, 70)),
-    ]
-    for name in names:
-        assert same(whole[name], np.concatenate([part[name] for part in parts])), name
-    assert np.unique(whole["slip_work"]).size == len(alike)
-
-
 def test_who_fails_disturbs_nobody(scenarios: list[cl.Scenario]) -> None:
     good = dataclasses.replace(scenarios[0], sensors=cl.Sensors(), duration=1.0)
     # More torque than friction holds at the start; and more than numbers hold later on.
@@ -176,31 +156,23 @@ def test_who_fails_disturbs_nobody(scenarios: list[cl.Scenario]) -> None:
         cl.run_scenario(wild, "open_loop")
 
 
-@dataclasses.dataclass(frozen=True)
-class Broken:
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Broken(cl.OpenLoop):
     """Asks for no number from some sample on."""
 
-    sample_time: float
-    last: float
+    last: Any
 
-    def start(self, measurement: cl.Measurement[Any], torque: Any) -> NDArray[np.float64]:
+    def start(self, measurement: cl.Measurement[Any], torque: Any) -> Any:
         return np.zeros_like(measurement.demand)
 
-    def sample(
-        self, measurement: cl.Measurement[Any], memory: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def sample(self, measurement: cl.Measurement[Any], memory: Any) -> tuple[Any, Any]:
         return np.where(memory > self.last, np.nan, measurement.demand), memory + 1.0
-
-    @classmethod
-    def for_drivetrain(cls, drivetrain: Any, *, speed: float, sensors: Any, **given: Any) -> Self:
-        raise NotImplementedError
 
 
 def test_a_controller_that_breaks_fails_its_runs(scenarios: list[cl.Scenario]) -> None:
-    lasts = (30.0, math.inf, 99.5)
     cases = [
-        dataclasses.replace(scenarios[0], controllers={"broken": Broken(0.01, last)}, duration=1.0)
-        for last in lasts
+        dataclasses.replace(scenarios[0], controllers={"broken": Broken(last=last)}, duration=1.0)
+        for last in (30.0, math.inf, 99.5)
     ]
     found = run_many(cases, "broken", ["slip_work", "distance"])
     assert found[FAILED].tolist() == [1.0, 0.0, 0.0]
@@ -249,39 +221,58 @@ def test_metrics_of_failed_runs_are_not_asked_for(scenarios: list[cl.Scenario]) 
 
 class Wordy(Broken):
     def sample(self, measurement: cl.Measurement[Any], memory: Any) -> Any:
-        return {"nothing": None, "shape": (np.zeros(2), memory)}[str(self.last)]
+        return {"nothing": None, "shape": (np.zeros(2), memory)}[self.last]
 
 
 def test_an_answer_of_a_controller_of_many_is_checked(scenarios: list[cl.Scenario]) -> None:
     for last in ("nothing", "shape"):
-        control = Wordy(0.01, last)  # type: ignore[arg-type]
         with pytest.raises(ValueError, match=r"^Wordy\.sample returned .* and the memory$"):
-            cl.run_scenario(scenarios[0], control)
+            cl.run_scenario(scenarios[0], Wordy(last=last))
 
 
-def test_refusals(scenarios: list[cl.Scenario]) -> None:
-    with pytest.raises(ValueError, match=r"outcome = 'speed' must be one of: adhesion"):
-        run_many(scenarios, "creep_pi", ["speed"])
-    with pytest.raises(ValueError, match=r"controller = 'pid' must be one of the scenario's"):
-        run_many(scenarios, "pid", ["slip_work"])
-    with pytest.raises(ValueError, match=r"tolerance = 1.0 is out of range"):
-        run_many(scenarios, "creep_pi", ["slip_work"], tolerance=1.0)
-    for call, message in (
-        (lambda: cl.run_scenario("x.toml", "creep_pi"), "'x.toml' is none: contactlib.load_scen"),  # type: ignore[arg-type]
-        (lambda: run_many(scenarios[0], "creep_pi"), r"a list, such as \[scenario\]"),  # type: ignore[arg-type]
-        (lambda: run_many(scenarios, "creep_pi", metrics=[len]), "metrics must be functions by"),  # type: ignore[arg-type]
-    ):
-        with pytest.raises(ValueError, match=message):
-            call()
-    with pytest.raises(ValueError, match=r"index = .* must have 10 entries"):
-        run_many(scenarios, "creep_pi", ["slip_work"], index=range(3))
-    with pytest.raises(ValueError, match=r"step = .* must have 10 entries"):
-        run_many(scenarios, "creep_pi", ["slip_work"], step=[0.01, 0.005])
-    with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
-        run_many(scenarios[:1], "creep_pi", ["slip_work"], index=[-1])
-    with pytest.raises(ValueError, match=r"index = -1.0 is out of range"):
-        cl.run_scenario(scenarios[0], "creep_pi", index=-1)
-    assert run_many([], "creep_pi", ["slip_work"])["slip_work"].shape == (0,)
+WORK = ["slip_work"]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda all_: run_many(all_, "creep_pi", ["speed"]),
+            "outcome = 'speed' must be one of: ad",
+        ),
+        (
+            lambda all_: run_many(all_, "pid", WORK),
+            r"controller = 'pid' must be one of the scenario",
+        ),
+        (
+            lambda all_: run_many(all_, "creep_pi", WORK, tolerance=1.0),
+            r"tolerance = 1.0 is out of",
+        ),
+        (
+            lambda all_: cl.run_scenario("x.toml", "creep_pi"),
+            "'x.toml' is none: contactlib.load_sc",
+        ),
+        (lambda all_: run_many(all_[0], "creep_pi"), r"a list, such as \[scenario\]"),
+        (lambda all_: run_many(all_, "creep_pi", metrics=[len]), "metrics must be functions by"),
+        (
+            lambda all_: run_many(all_, "creep_pi", WORK, index=range(3)),
+            r"index = .* must have 10 entries",
+        ),
+        (
+            lambda all_: run_many(all_, "creep_pi", WORK, step=[0.01, 0.005]),
+            r"step = .* must have 10 entries",
+        ),
+    ],
+)
+def test_refusals(
+    scenarios: list[cl.Scenario], call: Callable[[Any], object], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        call(scenarios)
+
+
+def test_no_runs_have_no_outcomes() -> None:
+    assert run_many([], "creep_pi", WORK)["slip_work"].shape == (0,)
 
 
 @pytest.mark.slow
@@ -369,21 +360,15 @@ def test_it_is_what_another_solver_finds(
     start, duration, sample = 0.6 * speed, 3.0, 0.01
     patch = cl.Profile((start, start), (1.0, 0.6))
     dry = cl.find_fold(body, speed=speed).drive_torque
-    case = cl.Scenario(
-        name="test",
-        source="chosen",
-        drivetrain=cl.Drivetrain(body),
+    train = cl.Drivetrain(body)
+    limiter = cl.CreepPI.for_drivetrain(train, speed=10.0, sensors=cl.Sensors())
+    case = plain_scenario(
+        train,
         track=cl.Track(friction_left=patch),
         demand=cl.Profile.of(0.9 * dry),
         initial_speed=speed,
-        design_speed=10.0,
         duration=duration,
-        sensors=cl.Sensors(),
-        controllers={
-            "creep_pi": cl.CreepPI.for_drivetrain(
-                cl.Drivetrain(body), speed=10.0, sensors=cl.Sensors()
-            )
-        },
+        controllers={"creep_pi": limiter},
     )
     names = ["final_speed", "distance", "slip_work", "drive_work"]
     found = run_many([case, case], "creep_pi", names, step=step, tolerance=tolerance)
