@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from typing import Any
 
 import numpy as np
 import pytest
+from designed import LIMITED
 from falling_friction import with_falling
+from plain_scenario import plain_scenario
 
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
@@ -105,7 +108,7 @@ def begun(scenarios: list[cl.Scenario]) -> Runs:
 
 
 def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Model) -> None:
-    """Together as one by one with a root finder, up to next to nothing below the fold."""
+    """Together as one by one, at the first creepage that the equations of motion hold."""
     wet = cl.Polach.wet()
     flat = dataclasses.replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(wet))
     bodies = [
@@ -115,61 +118,35 @@ def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Mo
         with_falling(locomotive.wheelset, 0.0),
         with_falling(dataclasses.replace(locomotive.wheelset, element=flat)),
     ]
-    cases = []
-    for body in bodies:
-        held = cl.Profile((0.0, 9.0), (10.0, 19.0)) if body.speed_held else None
-        for right in (1.0, 0.6):
-            for share in (-0.9, 0.0, 1e-4, 0.5, 0.97):
-                low = cl.find_fold(body, speed=10.0, friction_scale=right).drive_torque
-                track = cl.Track(
-                    friction_left=cl.Profile.of(1.0), friction_right=cl.Profile.of(right)
-                )
-                cases.append(
-                    cl.Scenario(
-                        name="test",
-                        source="chosen",
-                        drivetrain=cl.Drivetrain(body),
-                        track=track,
-                        demand=cl.Profile.of(share * low),
-                        held_speed=held,
-                        initial_speed=10.0,
-                        design_speed=10.0,
-                        duration=1.0,
-                        sensors=cl.Sensors(),
-                        controllers={"open_loop": cl.OpenLoop()},
-                    )
-                )
+    cases, curves = [], []
+    for body, right in itertools.product(bodies, (1.0, 0.6)):
+        sides = [cl.CreepCurve(body, speed=10.0, friction_scale=scale) for scale in (1.0, right)]
+        track = cl.Track(friction_left=cl.Profile.of(1.0), friction_right=cl.Profile.of(right))
+        for share in (-0.9, 0.0, 1e-4, 0.5, 0.97):
+            demand = cl.Profile.of(share * sides[1].fold.drive_torque)
+            case = plain_scenario(body, track=track, demand=demand)
+            if body.speed_held:
+                held = cl.Profile((0.0, 9.0), (10.0, 19.0))  # gains 1 m/s2
+                case = dataclasses.replace(case, held_speed=held)
+            cases.append(case)
+            curves.append(sides)
     runs = begun(cases)
     assert not runs.failed.any()
     block = next(runs.blocks())
-    for i, case in enumerate(cases):
-        wheelset = case.drivetrain.wheelset
+    for i, (case, sides) in enumerate(zip(cases, curves, strict=True)):
+        wheelset, creepage = case.drivetrain.wheelset, float(block["creepage"][0, i])
         turning = wheelset.inertia / wheelset.radius if wheelset.speed_held else 0.0
-        creepage, friction = float(block["creepage"][0, i]), case.track.friction_right
-        assert friction is not None
-        torques, slopes = np.mean(
-            [
-                (curve.torque(creepage), curve.slope(creepage))
-                for scale in (1.0, friction.value[0])
-                for curve in [cl.CreepCurve(wheelset, speed=10.0, friction_scale=scale)]
-            ],
-            axis=0,
-        )
-        excess = torques + (1.0 + creepage) * turning - case.demand.value[0]  # gains 1 m/s2
-        assert abs(excess / slopes) <= 1e-12 * abs(creepage) + 1e-14
+        before = np.linspace(0.0, creepage, 200)
+        torques, slopes = np.mean([(c.torque(before), c.slope(before)) for c in sides], axis=0)
+        excess = torques + (1.0 + before) * turning - case.demand.value[0]
+        assert abs(excess[-1] / slopes[-1]) <= 1e-12 * abs(creepage) + 1e-14
+        assert (slopes > 0.0).all()
 
 
 def test_at_the_very_fold_and_beyond(locomotive: cl.Model) -> None:
-    body = locomotive.wheelset
-    fold = cl.find_fold(body, speed=10.0)
-    shipped = cl.load_scenario("dry_wet_dry.toml")
-    given: dict[str, Any] = {"drivetrain": cl.Drivetrain(body), "sensors": cl.Sensors()}
-
-    def at(share: float) -> cl.Scenario:
-        demand = cl.Profile.of(share * fold.drive_torque)
-        return dataclasses.replace(shipped, demand=demand, **given)
-
-    runs = begun([at(1.0 - 1e-9), at(1.0 + 1e-6), at(0.5)])
+    fold = cl.find_fold(locomotive.wheelset, speed=10.0)
+    demands = [cl.Profile.of(x * fold.drive_torque) for x in (1.0 - 1e-9, 1.0 + 1e-6, 0.5)]
+    runs = begun([plain_scenario(locomotive.wheelset, demand=demand) for demand in demands])
     assert runs.failed.tolist() == [False, True, False]
     assert "the rising branch ends at" in str(runs.refused[1])
     first = next(runs.blocks())["creepage"][0]
@@ -221,7 +198,7 @@ def test_power_is_limited_at_every_sample(controller: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("controller", ["threshold", "creep_pi", "slope_seeking"])
+@pytest.mark.parametrize("controller", LIMITED)
 def test_torque_changes_at_the_largest_rate_at_most(controller: str) -> None:
     rate = 1.5e5
     demand = cl.Profile((1.0, 1.0, 5.0, 5.0, 6.0), (0.0, 23.5e3, 23.5e3, -20e3, -20e3))
