@@ -10,26 +10,24 @@ import numpy as np
 import pytest
 from designed import LIMITED, SENSORS, STEP, designed
 from falling_friction import with_falling
+from plain_scenario import plain_scenario
 
 import contactlib as cl
 
+Outcomes = Mapping[str, Mapping[str, np.ndarray]]  # by controller and name
 OUTCOMES = ("adhesion_utilisation", "largest_slip_speed", "final_speed", "slip_share")
 
 
 def scenario(model: cl.Model, controller: Any, speed: float, **changes: Any) -> cl.Scenario:
     given: dict[str, Any] = {
-        "name": "test",
-        "source": "chosen",
-        "drivetrain": cl.Drivetrain(model.wheelset),
         "demand": cl.Profile.of(24e3),
         "initial_speed": speed,
-        "design_speed": 10.0,
         "duration": 8.0,
         "sensors": SENSORS,
         "controllers": {"under_test": controller},
         **changes,
     }
-    return cl.Scenario(**given)
+    return plain_scenario(model.wheelset, **given)
 
 
 def outcomes_of(cases: Sequence[cl.Scenario]) -> Mapping[str, np.ndarray]:
@@ -39,9 +37,7 @@ def outcomes_of(cases: Sequence[cl.Scenario]) -> Mapping[str, np.ndarray]:
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["fixed friction", "falling friction"])
-def patch_runs(
-    request: pytest.FixtureRequest, locomotive: cl.Model
-) -> Mapping[str, Mapping[str, np.ndarray]]:
+def patch_runs(request: pytest.FixtureRequest, locomotive: cl.Model) -> Outcomes:
     """Outcomes over dry, wet, dry, 260 m at three speeds with three noises, by controller."""
     model = locomotive
     if request.param:  # a much lower tail
@@ -63,9 +59,7 @@ def patch_runs(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITED)
-def test_the_wheel_comes_back_after_a_wet_patch(
-    name: str, patch_runs: Mapping[str, Mapping[str, np.ndarray]]
-) -> None:
+def test_the_wheel_comes_back_after_a_wet_patch(name: str, patch_runs: Outcomes) -> None:
     found = patch_runs[name]
     assert (found["adhesion_utilisation"] > 0.85).all()
     assert (found["largest_slip_speed"] < (3.0 if name == "threshold" else 1.5)).all()
@@ -73,9 +67,7 @@ def test_the_wheel_comes_back_after_a_wet_patch(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["creep_pi", "slope_seeking"])
-def test_creep_control_beats_cutting_and_reapplying(
-    name: str, patch_runs: Mapping[str, Mapping[str, np.ndarray]]
-) -> None:
+def test_creep_control_beats_cutting_and_reapplying(name: str, patch_runs: Outcomes) -> None:
     ours, baseline = patch_runs[name], patch_runs["threshold"]
     used, cut = ours["adhesion_utilisation"], baseline["adhesion_utilisation"]
     assert (used > cut - 0.01).all()
@@ -85,7 +77,7 @@ def test_creep_control_beats_cutting_and_reapplying(
 
 
 @pytest.mark.slow
-def test_open_loop_runs_away(patch_runs: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+def test_open_loop_runs_away(patch_runs: Outcomes) -> None:
     found = patch_runs["open_loop"]
     assert (found["largest_slip_speed"] > 100.0).all()
     assert (found["slip_share"] > 3.0).all()  # three times as much work as at the rail
