@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import tracemalloc
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from contactlib.runs.outcomes import OUTCOMES, Metrics
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
 from contactlib.traction import stacked, structure
 
+WORK = ["slip_work"]
 SHORT = 1.6  # of most of these runs [s]
 
 
@@ -230,45 +230,23 @@ def test_an_answer_of_a_controller_of_many_is_checked(scenarios: list[cl.Scenari
             cl.run_scenario(scenarios[0], Wordy(last=last))
 
 
-WORK = ["slip_work"]
-
-
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("given", "message"),
     [
-        (
-            lambda all_: run_many(all_, "creep_pi", ["speed"]),
-            "outcome = 'speed' must be one of: ad",
-        ),
-        (
-            lambda all_: run_many(all_, "pid", WORK),
-            r"controller = 'pid' must be one of the scenario",
-        ),
-        (
-            lambda all_: run_many(all_, "creep_pi", WORK, tolerance=1.0),
-            r"tolerance = 1.0 is out of",
-        ),
-        (
-            lambda all_: cl.run_scenario("x.toml", "creep_pi"),
-            "'x.toml' is none: contactlib.load_sc",
-        ),
-        (lambda all_: run_many(all_[0], "creep_pi"), r"a list, such as \[scenario\]"),
-        (lambda all_: run_many(all_, "creep_pi", metrics=[len]), "metrics must be functions by"),
-        (
-            lambda all_: run_many(all_, "creep_pi", WORK, index=range(3)),
-            r"index = .* must have 10 entries",
-        ),
-        (
-            lambda all_: run_many(all_, "creep_pi", WORK, step=[0.01, 0.005]),
-            r"step = .* must have 10 entries",
-        ),
+        ({"outcomes": ["speed"]}, r"outcome = 'speed' must be one of: adhesion"),
+        ({"controller": "pid"}, r"controller = 'pid' must be one of the scenario's"),
+        ({"tolerance": 1.0}, r"tolerance = 1.0 is out of range"),
+        ({"metrics": [len]}, "metrics must be functions by"),
+        ({"index": range(3)}, r"index = .* must have 10 entries"),
+        ({"step": [0.01, 0.005]}, r"step = .* must have 10 entries"),
+        ({"scenarios": cl.load_scenario("dry_wet_dry.toml")}, r"a list, such as \[scenario\]"),
+        ({"scenarios": ["x.toml"]}, "'x.toml' is none: contactlib.load_scen"),
     ],
 )
-def test_refusals(
-    scenarios: list[cl.Scenario], call: Callable[[Any], object], message: str
-) -> None:
+def test_refusals(scenarios: list[cl.Scenario], given: dict[str, Any], message: str) -> None:
+    settings = {"scenarios": scenarios, "controller": "creep_pi", "outcomes": WORK, **given}
     with pytest.raises(ValueError, match=message):
-        call(scenarios)
+        run_many(**settings)
 
 
 def test_no_runs_have_no_outcomes() -> None:
