@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from wheelsets import MASSES, plausible_vehicle
+from wheelsets import MASSES, plausible_vehicle, torque_run
 
 import contactlib as cl
 from contactlib.stability.basin import AWAY, LONGEST, REACH, _ahead
@@ -15,16 +16,8 @@ from contactlib.stability.basin import AWAY, LONGEST, REACH, _ahead
 V = 10.0  # [m/s]
 
 
-def slips_away(body: cl.Wheelset, torque: float, creepage: float, speed: float = V) -> bool:
-    run = cl.simulate(
-        body,
-        cl.TorqueControl(cl.Profile.of(torque)),
-        initial_speed=speed,
-        initial_creepage=creepage,
-        duration=3.0,
-        output_interval=1.0,
-        stop_at=["slip_away"],
-    )
+def slips_away(body: cl.Wheelset, torque: float, creepage: float) -> bool:
+    run = torque_run(body, torque, creepage, 3.0)
     away = run.first("slip_away") is not None
     assert away or abs(run["creepage"][-1]) < 0.017  # either beyond, or back at grip
     return away
@@ -75,15 +68,8 @@ def test_the_separatrix_is_a_motion(locomotive: cl.Model) -> None:
     torque = 0.97 * cl.find_fold(body, speed=V).drive_torque
     speeds = np.array([10.0, 10.1, 10.2])
     line = cl.separatrix(body, drive_torque=torque, speed=speeds)
-    run = cl.simulate(
-        body,
-        cl.TorqueControl(cl.Profile.of(torque)),
-        initial_speed=10.0,
-        initial_creepage=float(line[0]),
-        duration=0.11,
-        output_interval=1e-3,
-        tolerance=1e-12,
-    )
+    given: dict[str, Any] = {"output_interval": 1e-3, "tolerance": 1e-12, "stop_at": ()}
+    run = torque_run(body, torque, float(line[0]), 0.11, **given)
     assert run["speed"][-1] > speeds[-1]
     along = np.interp(speeds, run["speed"], run["creepage"])
     # What is left of the trace's error grows by exp(p t), 1e3 here.
@@ -138,12 +124,13 @@ def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
             border, sides = reach, [(0.999, True)]
         middle = 0.5 * (found.creepage + unstable)
         for part, comes_back in sides:
-            run = cl.simulate(
+            run = torque_run(
                 body,
-                cl.TorqueControl(cl.Profile.of(torque)),
+                torque,
+                part * border,
+                LONGEST / float(cl.CreepCurve(body, at).pole(unstable)),
                 initial_speed=speed,
-                initial_creepage=part * border,
-                duration=LONGEST / float(cl.CreepCurve(body, at).pole(unstable)),
+                output_interval=None,
                 slip_away_creepage=found.creepage + AWAY * (unstable - found.creepage),
                 stop_at=["slip_away", "standstill"],
             )

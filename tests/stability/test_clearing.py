@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from wheelsets import MASSES
+from wheelsets import MASSES, torque_run
 
 import contactlib as cl
 
@@ -37,16 +37,7 @@ def test_a_slope_of_one_is_none_and_a_patch_is_the_wheelset_on_its_slope(
 
 def survives(body: cl.Wheelset, torque: float, scale: float, creepage: float, time: float) -> bool:
     patch = cl.Profile((0.0, time, time), (scale, scale, 1.0))
-    run = cl.simulate(
-        body,
-        cl.TorqueControl(cl.Profile.of(torque)),
-        initial_speed=V,
-        initial_creepage=creepage,
-        friction_scale=patch,
-        duration=time + 2.0,
-        output_interval=1.0,
-        stop_at=["slip_away"],
-    )
+    run = torque_run(body, torque, creepage, time + 2.0, friction_scale=patch)
     return run.first("slip_away") is None
 
 

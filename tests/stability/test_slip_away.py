@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from wheelsets import torque_run
 
 import contactlib as cl
 from contactlib import stability
@@ -16,16 +17,7 @@ V = 10.0  # [m/s]
 
 
 def simulated_time(body: cl.Wheelset, torque: float, start: float, end: float) -> float:
-    run = cl.simulate(
-        body,
-        cl.TorqueControl(cl.Profile.of(torque)),
-        initial_speed=V,
-        initial_creepage=start,
-        duration=100.0,
-        output_interval=100.0,
-        slip_away_creepage=end,
-        stop_at=["slip_away"],
-    )
+    run = torque_run(body, torque, start, 100.0, output_interval=100.0, slip_away_creepage=end)
     event = run.first("slip_away")
     assert event is not None
     return event.time
@@ -129,13 +121,7 @@ def test_slip_away_time_grows_without_end_towards_the_fold(rig: cl.Model, overlo
 def test_time_to_recover(rig: cl.Model) -> None:
     body = rig.wheelset
     torque = 0.9 * cl.find_fold(body, speed=V).return_torque
-    run = cl.simulate(
-        body,
-        cl.TorqueControl(cl.Profile.of(torque)),
-        initial_speed=V,
-        initial_creepage=0.5,
-        duration=1.0,
-    )
+    run = torque_run(body, torque, 0.5, 1.0, output_interval=None, stop_at=())
     arrived = np.flatnonzero(run["creepage"] <= 0.02)[0]
     end = float(run["creepage"][arrived])
     time = cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.5, end=end)

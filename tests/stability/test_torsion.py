@@ -272,19 +272,11 @@ def test_two_states_coexist_at_two_to_three_times_the_peak(locomotive: cl.Model)
     peak = 0.015 * cl.CarterGriffith(k_hat=0.3).peak.normalized_creepage
     assert 1.9 < low / peak < 2.1
     assert 3.0 < high / peak < 3.3
-    for creepage, cycles, stable in [
-        (0.99 * low, 1, False),
-        (1.01 * low, 2, True),
-        (0.99 * high, 2, True),
-        (1.01 * high, 0, True),
-    ]:
-        point = body.balanced(creepage=creepage, speed=SPEED)
-        state = torsion.torsional_state(drivetrain, point)
+    check_bistable_between_the_ends(drivetrain, SPEED)
+    for creepage, cycles in ((0.99 * low, 1), (1.01 * high, 0)):
+        state = torsion.torsional_state(drivetrain, body.balanced(creepage=creepage, speed=SPEED))
         assert len(state.limit_cycles) == cycles
-        assert state.equilibrium_stable == stable
-        assert state.bistable == (cycles == 2)
-        small = torsion.antiphase_eigenvalues(drivetrain, point).real.max()
-        assert (small < 0.0) == stable
+        assert state.equilibrium_stable == (cycles == 0)
     # Beyond the range a vibration as large as the last cycle dies out.
     last = torsion.torsional_state(drivetrain, body.balanced(creepage=0.99 * high, speed=SPEED))
     gone = body.balanced(creepage=1.05 * high, speed=SPEED)

@@ -85,6 +85,20 @@ def plausible_vehicle(
     return cl.Drivetrain(body, axle=axle), speed, torque
 
 
+def torque_run(
+    body: cl.Wheelset, torque: float, creepage: float, duration: float, **given: Any
+) -> cl.Result:
+    """Run at a constant torque, from 10 m/s and to the slip-away unless given otherwise."""
+    settings: dict[str, Any] = {
+        "initial_speed": 10.0,
+        "output_interval": 1.0,
+        "stop_at": ["slip_away"],
+        **given,
+    }
+    control = cl.TorqueControl(cl.Profile.of(torque))
+    return cl.simulate(body, control, initial_creepage=creepage, duration=duration, **settings)
+
+
 def falling(wheelset: cl.Wheelset) -> tuple[cl.OperatingPoint, float, float]:
     """A point on the falling branch, its pole [1/s], and the gain that holds it [N.m]."""
     point = wheelset.balanced(creepage=0.02, speed=10.0)
