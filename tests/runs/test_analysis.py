@@ -18,24 +18,29 @@ from contactlib.runs.analysis import analyse
 from contactlib.runs.sweep.plan import ScenarioBuilder
 
 
-def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
+def analysis_of(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> dict[str, FloatArray]:
+    """Outcomes of the analysis along one axis."""
     names = list(cl.ANALYSES)
-    axis = '[axes.x]\nfactor_on = "demand.torque"\nvalues = [0.5, 1.0, 1.2]\n'
     text = re.sub(r"controllers = .*\n", "", SWEEP.partition("[axes")[0])
-    text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text) + axis
-    found = cl.ensemble(write_sweep(tmp_path, text))
+    text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text)
+    found = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
     assert "controller" not in found.dims
+    return {name: found[name].values for name in [*names, "x"]}
+
+
+def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
+    found = analysis_of(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.5, 1.0, 1.2]')
     scenario = cl.load_scenario(tmp_path / "s.toml")
     wheelset, speed = scenario.drivetrain.wheelset, scenario.design_speed
     # Eigenvalues of the steady states against the fold of the torque.
-    torque = 23e3 * found["x"].values
-    assert (found["stable"].values == (torque < found["critical_torque"].values)).all()
-    assert (found["torque_margin"].values > 0.0).tolist() == found["stable"].values.tolist()
-    clearing = found["clearing_time"].values
+    torque = 23e3 * found["x"]
+    assert (found["stable"] == (torque < found["critical_torque"])).all()
+    assert (found["torque_margin"] > 0.0).tolist() == found["stable"].tolist()
+    clearing = found["clearing_time"]
     assert clearing[0] == math.inf  # half of it holds on the patch too
     assert 0.0 < clearing[1] < 0.1
     assert clearing[2] == 0.0  # too much for good friction
-    assert found["delay_limit"].values == pytest.approx(1.0 / found["worst_pole"].values)
+    assert found["delay_limit"] == pytest.approx(1.0 / found["worst_pole"])
     curve = cl.CreepCurve(wheelset, speed=speed)
     assert (found["available_force"] == curve.peak.creep_force).all()
     assert (found["critical_torque"] == curve.fold.drive_torque).all()
@@ -56,15 +61,6 @@ def test_the_patch_has_the_slope_of_the_track() -> None:
 
 
 DAMPING = "\n[vehicle_changes.wheelset]\ndamping = {}\n"
-
-
-def analysis_of(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> dict[str, FloatArray]:
-    """Outcomes of the analysis along one axis."""
-    names = list(cl.ANALYSES)
-    text = re.sub(r"controllers = .*\n", "", SWEEP.partition("[axes")[0])
-    text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text)
-    found = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
-    return {name: found[name].values for name in [*names, "x"]}
 
 
 @pytest.mark.parametrize("damping", [0.0, 20.0, 100.0])
