@@ -205,6 +205,9 @@ def test_sensors_read_the_motion_and_torque_is_held(locomotive: cl.Model) -> Non
     np.testing.assert_allclose(asked[samples], demand(run.time[samples]), rtol=1e-15)
 
 
+KICKED = 0.021  # on the falling branch
+
+
 def kicked(
     body: cl.Wheelset, gain: float, *, sample_time: float, delay: float, duration: float, lag: float
 ) -> FloatArray:
@@ -220,9 +223,6 @@ def kicked(
     control = Proportional(sample_time=sample_time, gain=gain, reference=KICKED)
     run = cl.run_scenario(case, control, initial_creepage=KICKED * (1.0 + 1e-4))
     return np.abs(run["creepage"] / KICKED - 1.0)
-
-
-KICKED = 0.021
 
 
 @pytest.mark.filterwarnings("ignore:the run reaches")  # where no gain holds it
