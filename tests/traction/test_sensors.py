@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,13 +22,12 @@ def test_sensors_delay_by_whole_samples_and_hold_the_first() -> None:
 
 
 def test_noise_of_a_wheelset_knows_no_other() -> None:
-    def read(count: int, first: int = 0, seed: int = 1) -> np.ndarray:
-        reader = replace(SENSORS, seed=seed).reader(count, STEP, first=first)
-        return np.array([reader.read(np.zeros(count), np.zeros(count), 0.0) for _ in range(600)])
+    def read(seed: int) -> np.ndarray:
+        reader = replace(SENSORS, seed=seed).reader(5, STEP)
+        return np.array([reader.read(np.zeros(5), np.zeros(5), 0.0) for _ in range(600)])
 
-    together = read(5)
-    assert all((together[:, :, [i]] == read(1, first=i)).all() for i in range(5))
-    assert (together != read(5, seed=2))[3:].all()
+    together = read(1)
+    assert (together != read(2))[3:].all()
     # The first is held, so what comes after is independent: 5 x 597 values.
     spread = together[3:].std(axis=(0, 2))
     assert spread == pytest.approx([0.01, 0.02], rel=4.0 / np.sqrt(2.0 * 5 * 597))
@@ -36,19 +35,32 @@ def test_noise_of_a_wheelset_knows_no_other() -> None:
     assert np.abs(correlation).max() < 4.5 / np.sqrt(597)
 
 
-def test_sensors_that_differ_are_read_together() -> None:
+@pytest.mark.parametrize("estimated", [False, True])
+def test_sensors_that_differ_are_read_as_each_alone(estimated: bool) -> None:
     seeds, scales, index = (1, 1, 7, 2), (0.01, 0.0, 0.03, 0.02), (4, 5, 4, 0)
+    limits: tuple[float | None, ...] = (0.2, 0.5, 1.0, 0.3) if estimated else (None,) * 4
+    base = replace(SENSORS, vehicle_speed_noise=0.0) if estimated else SENSORS
     sensors = [
-        replace(SENSORS, seed=float(seed), wheel_speed_noise=scale)
-        for seed, scale in zip(seeds, scales, strict=True)
+        replace(base, seed=float(seed), wheel_speed_noise=scale, acceleration_limit=limit)
+        for seed, scale, limit in zip(seeds, scales, limits, strict=True)
     ]
-    still = np.zeros(4)
-    reader = cl.traction.SensorReader(sensors, STEP, index)
-    together = np.array([reader.read(still, still, 0.0) for _ in range(300)])
-    for i, (one, place) in enumerate(zip(sensors, index, strict=True)):
-        alone = one.reader(1, STEP, first=place)
-        expected = [alone.read(np.zeros(1), np.zeros(1), 0.0) for _ in range(300)]
-        np.testing.assert_array_equal(together[:, :, [i]], expected)
+    rng = np.random.default_rng(5)
+    wheel = 10.0 + np.cumsum(rng.normal(0.0, 0.02, (300, 4)), axis=0)
+    demand = rng.choice([-1e4, 0.0, 1e4], 4)
+    vehicle = np.full(4, np.nan if estimated else 10.0)  # an estimate does not look at it
+
+    def read(some: list[int]) -> np.ndarray:
+        given = [sensors[i] for i in some], STEP, [index[i] for i in some]
+        reader = cl.traction.SensorReader(*given)
+        return np.array([reader.read(row[some], vehicle[some], demand[some]) for row in wheel])
+
+    together = read([0, 1, 2, 3])
+    assert np.isfinite(together).all()
+    for i in range(4):
+        np.testing.assert_array_equal(together[:, :, [i]], read([i]))
+
+
+def test_sensors_that_are_read_together_have_one_delay() -> None:
     late = [SENSORS, replace(SENSORS, delay=0.0)]
     with pytest.raises(ValueError, match=r"delays of \[0, 3\] samples: they must be equal"):
         cl.traction.SensorReader(late, STEP, (0, 1))
@@ -89,16 +101,6 @@ def test_an_encoder_counts_whole_pulses_and_loses_none() -> None:
     assert lacking.max() < 1.0 + 1e-9
 
 
-def estimated(
-    wheel: np.ndarray, demand: np.ndarray, sensors: Sequence[cl.Sensors], first: int = 0
-) -> np.ndarray:
-    """Estimated vehicle speeds of wheelsets, sample by sample; the true one is never looked at."""
-    indices = range(first, first + len(sensors))
-    reader = cl.traction.SensorReader(sensors, STEP, indices)
-    true = np.full(len(sensors), np.nan)
-    return np.array([reader.read(u, true, t)[1] for u, t in zip(wheel, demand, strict=True)])
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) -> None:
     time = STEP * np.arange(400)
@@ -107,7 +109,9 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
     wheel = np.stack([rolling, slipping, slipping], axis=1)
     demand = np.full_like(wheel, sign * 1e4)
     demand[:, 2] *= -1.0
-    found = estimated(wheel, demand, [cl.Sensors(acceleration_limit=0.5)] * 3)
+    reader = cl.Sensors(acceleration_limit=0.5).reader(3, STEP)
+    true = np.full(3, np.nan)  # never looked at
+    found = np.array([reader.read(u, true, t)[1] for u, t in zip(wheel, demand, strict=True)])
     assert (found[:, 0] == rolling).all()  # a wheel that sticks
     late = time > 1.0
     np.testing.assert_allclose(
@@ -117,21 +121,6 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
     )
     assert (found[:201, 1] == slipping[:201]).all()
     assert (found[:, 2] == slipping).all()  # under the other demand that is no slip
-
-
-def test_estimates_are_of_each_wheelset_alone() -> None:
-    rng = np.random.default_rng(5)
-    sensors = [
-        cl.Sensors(wheel_speed_noise=0.02, delay=0.01, acceleration_limit=limit, seed=3.0)
-        for limit in (0.2, 0.5, 1.0)
-    ]
-    wheel = 10.0 + np.cumsum(rng.normal(0.0, 0.02, (300, 3)), axis=0)
-    demand = rng.choice([-1e4, 0.0, 1e4], 3) * np.ones_like(wheel)
-    together = estimated(wheel, demand, sensors)
-    assert (together == estimated(wheel, demand, sensors)).all()
-    for i in range(3):
-        alone = estimated(wheel[:, [i]], demand[:, [i]], sensors[i : i + 1], first=i)
-        assert (alone[:, 0] == together[:, i]).all()
 
 
 @pytest.mark.parametrize(

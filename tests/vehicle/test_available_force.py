@@ -43,14 +43,6 @@ def test_faster_is_less_if_friction_falls_with_slip_speed(locomotive: cl.Model) 
         assert (np.diff(found.ravel()) < 0.0).all()
 
 
-def test_braking_has_the_same_peak(locomotive: cl.Model) -> None:
-    element = falling(locomotive.wheelset.element)
-    zeta = -np.linspace(0.0, 0.05, 400_001)
-    braking = element.at_creepage(zeta, speed=12.0)["creep_force"]
-    found = cl.available_force(element, speed=12.0)
-    assert found == pytest.approx(-braking.min(), rel=1e-9)
-
-
 def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:
     law = cl.Polach(adhesion_reduction=0.5, slip_reduction=0.5)
     element = replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(law))

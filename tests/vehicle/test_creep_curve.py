@@ -68,8 +68,9 @@ def test_the_search_finds_every_turn_of_a_dense_grid(locomotive: cl.Model) -> No
         poles = cl.fast_pole(curve.wheelset, tried, speed=curve.at.speed)
         assert poles.max() - worst.pole <= 1e-9 * np.abs(poles).max()
         assert poles[-1] == pytest.approx(worst.pole, rel=1e-9)
-        forces = curve.wheelset.element.at_creepage(zeta, speed=curve.at.speed)["creep_force"]
-        assert forces.max() <= curve.peak.creep_force * (1.0 + 1e-12)
+        both = np.concatenate([-zeta[zeta < 0.9], zeta])
+        forces = curve.wheelset.element.at_creepage(both, speed=curve.at.speed)["creep_force"]
+        assert np.abs(forces).max() <= curve.peak.creep_force * (1.0 + 1e-12)
 
 
 def check_fold(curve: cl.CreepCurve, zeta: np.ndarray) -> None:
