@@ -89,8 +89,9 @@ def test_fold_of_a_train_is_higher_by_what_turns_the_wheelset_along(locomotive: 
 
 
 def test_coulomb_friction_has_a_fold_only_if_it_falls_with_slip_speed(rig: cl.Model) -> None:
-    coulomb = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
-    body = replace(rig.wheelset, element=replace(rig.wheelset.element, friction=coulomb))
+    element = rig.wheelset.element
+    coulomb = cl.friction_with_k_hat(element.contact, k_hat=0.0, static=0.21, kinetic=0.21)
+    body = replace(rig.wheelset, element=replace(element, friction=coulomb))
     with pytest.raises(ValueError, match="no fold"):
         cl.find_fold(body, speed=V)
     curve = cl.s_curve(body, speed=V)
