@@ -41,18 +41,14 @@ def test_jacobian(locomotive: cl.Model, state: tuple[float, float]) -> None:
         resistance=cl.Resistance(constant=1e3, linear=50.0, quadratic=4.0, grade=0.01),
     )
 
-    def rates(omega: float, speed: float) -> np.ndarray:
-        r, _ = body.rates(omega, speed, 1e4, 2e5, 1.0, 0.0)
+    def rates(at: np.ndarray) -> np.ndarray:
+        r, _ = body.rates(*at.tolist(), 1e4, 2e5, 1.0, 0.0)
         return np.array([r.omega_rate, r.speed_rate])
 
     jacobian = np.array([list(row) for row in body.rates(*state, 1e4, 2e5, 1.0, 0.0)[0].jacobian])
-    for column in range(2):
-        h = 1e-6 * max(abs(state[column]), 0.02)
-        at = [np.array(state), np.array(state)]
-        at[0][column] -= h
-        at[1][column] += h
-        difference = (rates(*at[1]) - rates(*at[0])) / (2.0 * h)
-        np.testing.assert_allclose(jacobian[:, column], difference, rtol=2e-5, atol=1e-6)
+    steps = np.diag(1e-6 * np.maximum(np.abs(state), 0.02))
+    difference = [(rates(state + h) - rates(state - h)) / (2.0 * h.sum()) for h in steps]
+    np.testing.assert_allclose(jacobian, np.transpose(difference), rtol=2e-5, atol=1e-6)
 
 
 def test_a_free_wheelset_finds_its_speed(locomotive: cl.Model) -> None:
