@@ -130,16 +130,6 @@ def test_more_delay_leaves_fewer_gains() -> None:
     assert ends[-1] == 30.0  # none is left
 
 
-def test_lag_alone_agrees_with_routh() -> None:
-    pole, gain = 40.0, 1e-4
-    for lag in (0.0, 0.01, 0.0249, 0.0251, 0.1):
-        window = stability.proportional_window(pole, gain, lag=lag)
-        held = stability.pi_stable(
-            pole, gain, [1.001 * window.lowest, 1e3 * window.lowest], 0.0, lag
-        )
-        assert held.all() == held.any() == (not window.empty)
-
-
 def test_the_robust_limit_has_a_sensitivity_of_two() -> None:
     frequency = np.geomspace(1e-3, 1e3, 20_001)
 

@@ -207,11 +207,3 @@ def test_linear_and_nonlinear_run_agree_on_the_gain(
     np.testing.assert_allclose(
         states[:, end], flow @ states[:, begin], rtol=1e-2, atol=1e-2 * np.abs(states).max()
     )
-
-
-def test_a_residual_of_one_is_no_fall_with_slip_speed(rig: cl.Model) -> None:
-    body = with_falling(replace(rig.wheelset, mass=22.5e3), 1.0, 0.6)  # with damping, no resistance
-    for speed in np.linspace(2.0, 40.0, 40):
-        point = body.balanced(creepage=0.03, speed=float(speed))
-        assert point.creep_force_speed_slope == 0.0
-        assert cl.creep_control_gain(body, point) == np.inf
