@@ -290,7 +290,7 @@ def test_bistable_up_to_both_ends_of_the_range(
     speed: float,
     frequency: float,
     damping_ratio: float,
-    changes: dict[str, float],
+    changes: dict[str, Any],
 ) -> None:
     body = replace(locomotive.wheelset, mass=None, **changes)
     check_bistable_between_the_ends(on_axle(body, damping_ratio, frequency), speed)

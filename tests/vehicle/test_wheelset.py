@@ -42,7 +42,8 @@ def test_jacobian(locomotive: cl.Model, state: tuple[float, float]) -> None:
     )
 
     def rates(at: np.ndarray) -> np.ndarray:
-        r, _ = body.rates(*at.tolist(), 1e4, 2e5, 1.0, 0.0)
+        omega, speed = at.tolist()
+        r, _ = body.rates(omega, speed, 1e4, 2e5, 1.0, 0.0)
         return np.array([r.omega_rate, r.speed_rate])
 
     jacobian = np.array([list(row) for row in body.rates(*state, 1e4, 2e5, 1.0, 0.0)[0].jacobian])
