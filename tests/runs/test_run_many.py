@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from designed import answers
 from numpy.typing import NDArray
 from own_controller import SlipPI, largest_slip
 from plain_scenario import plain_scenario
@@ -294,17 +295,10 @@ def test_a_stacked_controller_is_each_of_them(scenarios: list[cl.Scenario], name
         for i in range(200)
     ]
 
-    def torques(control: Any, some: list[int]) -> NDArray[np.float64]:
-        seen = [cl.Measurement(*(x[some] for x in row)) for row in rows]
-        memory, found = control.start(seen[0], seen[0].demand), []
-        for one in seen:
-            torque, memory = control.sample(one, memory)
-            found.append(torque)
-        return np.array(found)
-
-    whole = torques(stacked(controls), list(range(n)))
+    whole = answers(stacked(controls), rows)
     for i, control in enumerate(controls):
-        assert (torques(stacked([control]), [i]) == whole[:, [i]]).all()
+        seen = [cl.Measurement(*(x[[i]] for x in row)) for row in rows]
+        assert (answers(stacked([control]), seen) == whole[:, [i]]).all()
 
 
 def test_structure_is_all_but_numbers() -> None:

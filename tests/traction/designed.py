@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
 
 import contactlib as cl
 from contactlib.traction import TractionController
@@ -18,3 +21,12 @@ def designed(
     drivetrain = cl.Drivetrain(model.wheelset)
     values = {"sample_time": STEP, **given}
     return cl.CONTROLLERS[name].for_drivetrain(drivetrain, speed=speed, sensors=sensors, **values)
+
+
+def answers(controller: TractionController, seen: Sequence[cl.Measurement[Any]]) -> np.ndarray:
+    """Torques of a controller that is shown these measurements, a row for each."""
+    memory, found = controller.start(seen[0], seen[0].demand), []
+    for one in seen:
+        torque, memory = controller.sample(one, memory)
+        found.append(torque)
+    return np.array(found)
