@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from ctypes import c_double, c_uint32
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import fmpy
+import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
@@ -92,6 +96,15 @@ class Instance:
     def said(self) -> str:
         """Text of the last message."""
         return self.log[-1][1]
+
+    @contextmanager
+    def refused(self, *words: str, status: int | None = None) -> Iterator[None]:
+        """The call inside fails, with this status and these words in the last message."""
+        with pytest.raises(FMICallException) as raised:
+            yield
+        assert status in (None, raised.value.status)
+        for word in words:
+            assert word in self.said
 
     def initialize(self, time: float = 0.0, **options: float) -> Self:
         """Enter initialization; options are the tolerance and the stop time, as FMPy calls them."""

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 from threading import Barrier, Thread
 
-import fmpy
 import fmu_run
 import pytest
+from exported_fmu import exported
 from fmu_instance import EXPORTS, Instance, Subject
 
 import contactlib as cl
@@ -30,18 +30,20 @@ def subject(request: pytest.FixtureRequest) -> Subject:
 def folder(
     subject: Subject, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
-    path = tmp_path_factory.mktemp("fmu")
-    fmu = cl.export_fmu(locomotive, path / "subject.fmu", **subject.arguments)
-    return Path(fmpy.extract(str(fmu), unzipdir=str(path / "unzipped")))
+    return exported(locomotive, tmp_path_factory.mktemp("fmu"), *subject)
 
 
-def test_saved_state_goes_on_in_another_process(folder: Path, tmp_path: Path) -> None:
+def test_saved_state_goes_on_here_and_in_another_process(folder: Path, tmp_path: Path) -> None:
     state = tmp_path / "state.bin"
-    with Instance(folder) as fmu:
-        fmu.start()
+    with Instance(folder).start() as fmu:
         fmu_run.run(fmu, 0, BEFORE)
         state.write_bytes(fmu.saved())
+        kept = fmu.fmu.getFMUState()
         expected = fmu_run.run(fmu, BEFORE, AFTER)
+        fmu.set(**{"normal_load" if "normal_load" in fmu.references else "resistance_force": 1e5})
+        fmu.fmu.setFMUState(kept)
+        fmu.fmu.freeFMUState(kept)
+        assert fmu_run.run(fmu, BEFORE, AFTER) == expected
     other = subprocess.run(
         [sys.executable, fmu_run.__file__, str(folder), str(state), str(BEFORE), str(AFTER)],
         check=True,
@@ -55,8 +57,7 @@ def test_saved_state_goes_on_in_another_process(folder: Path, tmp_path: Path) ->
 def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) -> None:
     # Else the test above would show little. The integrator goes on with its substep, the implicit
     # element with its last force; all that the others remember is among their variables.
-    with Instance(folder) as fmu, Instance(folder) as fresh:
-        fmu.start()
+    with Instance(folder).start() as fmu, Instance(folder) as fresh:
         fmu_run.run(fmu, 0, BEFORE)
         settable = [
             v.name
@@ -76,20 +77,13 @@ def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) ->
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("steps", LONG)
 def test_two_threads_do_not_disturb_each_other(
-    name: str,
-    version: int,
-    steps: int,
-    locomotive: cl.Model,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    name: str, version: int, steps: int, locomotive: cl.Model, tmp_path: Path
 ) -> None:
-    fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", **Subject(name, version).arguments)
-    folder = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unzipped")))
+    folder = exported(locomotive, tmp_path, name, version)
     phases = (0.0, 1.0)
 
     def run(phase: float) -> list[str]:
-        with Instance(folder) as instance:
-            instance.start()
+        with Instance(folder).start() as instance:
             start.wait()  # instances of one library, at the same time
             return fmu_run.run(instance, 0, steps, every=10, phase=phase)
 

@@ -22,6 +22,7 @@ import fmpy
 import fmpy.build
 import numpy as np
 import pytest
+from exported_fmu import exported
 from fmu_instance import EXPORTS, Instance, Subject
 from outside_tools import missing, module
 
@@ -33,7 +34,9 @@ from contactlib.export.platforms import FMI2_FOLDERS, FMI3_FOLDERS, PLATFORMS
 
 pytestmark = pytest.mark.tools
 
-SUBJECTS = [Subject(name, version) for name in EXPORTS for version in (2, 3)]
+# Models and kinds: the locomotive, as it has a mass that moves, and an ellipse that knows spin.
+CASES = [("locomotive", Subject(name, version)) for name in EXPORTS for version in (2, 3)]
+CASES += [("rig", Subject(name, 3)) for name in ("force_element-relaxed", "wheelset-relaxed")]
 
 # Of a column's largest magnitude. A tool's step sizes differ in the last bits, as it adds up time
 # in its own way, and a wheelset that runs away magnifies that. The platforms themselves do not
@@ -81,19 +84,10 @@ class Case(NamedTuple):
         return {name: float(values[i]) for name, values in self.inputs.items()}
 
 
-@pytest.fixture(scope="module", params=SUBJECTS, ids=str)
-def case(
-    request: pytest.FixtureRequest, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
-) -> Case:
-    # The locomotive, as it has a mass that moves, and an ellipse that knows spin.
-    return make_case(request.param, locomotive, tmp_path_factory)
-
-
-@pytest.fixture(scope="module", params=["force_element-relaxed", "wheelset-relaxed"])
-def line_case(
-    request: pytest.FixtureRequest, rig: cl.Model, tmp_path_factory: pytest.TempPathFactory
-) -> Case:
-    return make_case(Subject(request.param, 3), rig, tmp_path_factory)
+@pytest.fixture(scope="module", params=CASES, ids=lambda case: f"{case[0]}-{case[1]}")
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Case:
+    model, subject = request.param
+    return make_case(subject, request.getfixturevalue(model), tmp_path_factory)
 
 
 def make_case(subject: Subject, model: cl.Model, tmp_path_factory: pytest.TempPathFactory) -> Case:
@@ -276,13 +270,8 @@ def test_two_fmus_in_one_system_keep_their_parameters(rig: cl.Model, tmp_path: P
 # ---- platforms ----------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def golden_csv(case: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The reference run as tests/native/run_golden.c reads it."""
-    return write_golden(case, case.golden, tmp_path_factory.mktemp("golden") / "golden.csv")
-
-
 def write_golden(case: Case, outputs: FloatArray, path: Path) -> Path:
+    """A run as tests/native/run_golden.c reads it."""
     header = ["time"]
     header += [f"{name}:{case.references[name]}:in" for name in case.inputs]
     for name in case.outputs:
@@ -388,24 +377,18 @@ def run_golden(
 @pytest.mark.parametrize("platform", EMULATORS)
 def test_binary_of_each_platform_gives_the_same_trajectory(
     case: Case,
-    golden_csv: Path,
-    platform: str,
-    runner: Callable[[str], Path],
-    request: pytest.FixtureRequest,
-) -> None:
-    check_platform(case, platform, golden_csv, runner, request)
-
-
-@pytest.mark.parametrize("platform", EMULATORS)
-def test_binary_of_each_platform_gives_the_same_trajectory_of_a_line(
-    line_case: Case,
     platform: str,
     runner: Callable[[str], Path],
     request: pytest.FixtureRequest,
     tmp_path: Path,
 ) -> None:
-    csv = write_golden(line_case, line_case.golden, tmp_path / "golden.csv")
-    check_platform(line_case, platform, csv, runner, request)
+    windows = platform.endswith("windows")
+    environment = request.getfixturevalue("wine_environment") if windows else {}
+    csv = write_golden(case, case.golden, tmp_path / "golden.csv")
+    library = library_of(case, platform)
+    ran = run_golden(case, platform, library, csv, runner(platform), environment)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert ran.stdout.startswith(f"{case.time.size} rows")
 
 
 @pytest.mark.parametrize("platform", [name for name in EMULATORS if name != HERE])
@@ -422,21 +405,6 @@ def test_own_mathematics_has_the_same_bits_on_every_platform(
         sums.append(ran.stdout.split())
     assert sums[0] == sums[1]
     assert len(set(sums[0])) == 2 * 7  # functions and their sums
-
-
-def check_platform(
-    case: Case,
-    platform: str,
-    csv: Path,
-    runner: Callable[[str], Path],
-    request: pytest.FixtureRequest,
-) -> None:
-    windows = platform.endswith("windows")
-    environment = request.getfixturevalue("wine_environment") if windows else {}
-    library = library_of(case, platform)
-    ran = run_golden(case, platform, library, csv, runner(platform), environment)
-    assert ran.returncode == 0, ran.stdout + ran.stderr
-    assert ran.stdout.startswith(f"{case.time.size} rows")
 
 
 def test_runner_finds_one_wrong_value(
@@ -520,9 +488,7 @@ def test_casadi_reads_every_output_as_a_real_number(
     locomotive: cl.Model, tmp_path: Path, kind: str, version: int
 ) -> None:
     casadi = module("casadi")
-    settings: dict[str, Any] = {"kind": kind, "fmi_version": version, "booleans": False}
-    path = cl.export_fmu(locomotive, tmp_path / "x.fmu", **settings)
-    folder = Path(fmpy.extract(str(path), unzipdir=str(tmp_path / "x")))
+    folder = exported(locomotive, tmp_path, kind, version, booleans=False)
     builder = casadi.DaeBuilder("contact", str(folder))
     inputs, outputs = list(builder.u()), list(builder.y())
     called = builder.create("outputs", ["u", "p"], ["y"])

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import fmpy.simulation
 import numpy as np
 import pytest
+from exported_fmu import exported
 from fmu_instance import Subject
-from numpy.typing import NDArray
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
@@ -46,13 +45,6 @@ def fmu(subject: Subject, locomotive: cl.Model, tmp_path_factory: pytest.TempPat
     return cl.export_fmu(locomotive, path, **subject.arguments)
 
 
-def simulated(fmu: Path, interface: str, signals: NDArray[np.void], **settings: Any) -> Any:
-    """FMPy's result with all outputs."""
-    return fmpy.simulate_fmu(
-        str(fmu), fmi_type=interface, solver="CVode", input=signals, **settings
-    )
-
-
 def run_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> Any:
     """The run under the torque above."""
     inputs = Description(model, "wheelset").of_role("input")
@@ -61,10 +53,11 @@ def run_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> An
     for variable in inputs:
         signals[variable.name] = variable.start
     signals["time"], signals["drive_torque"] = TORQUE_TIME, TORQUE
-    return simulated(
-        fmu,
-        interface,
-        signals,
+    return fmpy.simulate_fmu(
+        str(fmu),
+        fmi_type=interface,
+        solver="CVode",
+        input=signals,
         relative_tolerance=tolerance,
         stop_time=STOP,
         output_interval=INTERVAL,
@@ -163,12 +156,18 @@ def test_force_element_is_a_function_of_its_inputs(
     version: int, locomotive: cl.Model, tmp_path: Path
 ) -> None:
     # Without a state there is nothing to solve; what remains are events of the falling branch.
-    fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", fmi_version=version)
-    csv = Path(fmpy.extract(str(fmu), str(tmp_path / "x"))) / "documentation" / "reference_run.csv"
+    fmu = exported(locomotive, tmp_path, version=version)
+    csv = fmu / "documentation" / "reference_run.csv"
     golden: Any = np.genfromtxt(csv, delimiter=",", names=True, dtype=np.float64)
     inputs = Description(locomotive, "force_element").of_role("input")
     names = ["time", *(v.name for v in inputs)]
-    result = simulated(fmu, "ModelExchange", golden[names], output_interval=golden["time"][1])
+    result = fmpy.simulate_fmu(
+        str(fmu),
+        fmi_type="ModelExchange",
+        solver="CVode",
+        input=golden[names],
+        output_interval=golden["time"][1],
+    )
     last = np.append(np.diff(result["time"]) > 0.0, True)
     found = result[last & np.isin(result["time"], golden["time"])]
     assert found.size == golden.size

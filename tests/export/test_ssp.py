@@ -295,13 +295,6 @@ def test_start_is_steady_and_on_the_rising_branch(
     assert model.wheelset.radius * spin == pytest.approx((1.0 + zeta) * pull, rel=1e-9)
 
 
-def test_package_depends_on_nothing_but_the_model(
-    ssp: Path, locomotive: cl.Model, tmp_path: Path
-) -> None:
-    again = cl.export_ssp(locomotive, tmp_path / "again.ssp")
-    assert again.read_bytes() == ssp.read_bytes()
-
-
 # ---- runs ---------------------------------------------------------------------------------------
 
 
@@ -531,29 +524,6 @@ def test_page_s_code_runs(
     exec("".join(code.itertext()), {"print": printed.append})  # noqa: S102
     (speed,) = np.ravel(printed)
     assert 10.0 < speed < 15.0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"fmi_version": 4}, "fmi_version = 4 must be 2 or 3"),
-        ({"platforms": ["amiga"]}, "platform 'amiga' must be"),
-        ({"relaxation_length": -1.0}, "relaxation_length = -1.0"),
-    ],
-)
-def test_bad_arguments_leave_nothing_behind(
-    locomotive: cl.Model, tmp_path: Path, arguments: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        cl.export_ssp(locomotive, tmp_path / "it.ssp", **arguments)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_unwritable_place_leaves_nothing_behind(locomotive: cl.Model, tmp_path: Path) -> None:
-    (tmp_path / "it.ssp").mkdir()
-    with pytest.raises(OSError, match=r"it\.ssp"):
-        cl.export_ssp(locomotive, tmp_path / "it.ssp")
-    assert [path.name for path in tmp_path.iterdir()] == ["it.ssp"]
 
 
 def test_command_writes_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
