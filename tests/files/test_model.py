@@ -49,16 +49,34 @@ def test_locomotive_rolls_on_a_60e1_rail(locomotive: cl.Model) -> None:
     assert element.table is cl.carter_griffith_table("elliptic")
 
 
-def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:
+@pytest.mark.parametrize("wagon_axles", [6, 0], ids=["train", "standstill"])
+def test_resistance_is_davis_1926(locomotive: cl.Model, wagon_axles: int) -> None:
+    wheelset = locomotive.wheelset
+    if not wagon_axles:
+        wheelset = cl.load_scenario("standstill.toml").drivetrain.wheelset
+        assert wheelset.mass == 22.5e3
     pound, mile_per_hour, short_ton = 4.4482216152605, 0.44704, 907.18474
-    loco_axle, wagon_axle, wagon_axles = 22.5e3 / short_ton, 20e3 / short_ton, 6
+    loco_axle, wagon_axle = 22.5e3 / short_ton, 20e3 / short_ton
     constant = (1.3 * loco_axle + 29.0) + wagon_axles * (1.3 * wagon_axle + 29.0)
     linear = 0.03 * loco_axle + wagon_axles * 0.045 * wagon_axle
     quadratic = (0.0024 * 120.0 + wagon_axles * 0.0005 * 90.0) / 4.0
-    found = locomotive.wheelset.resistance
+    found = wheelset.resistance
     assert found.constant == pytest.approx(constant * pound, rel=1e-3)
     assert found.linear == pytest.approx(linear * pound / mile_per_hour, rel=1e-3)
     assert found.quadratic == pytest.approx(quadratic * pound / mile_per_hour**2, rel=2e-3)
+
+
+def load_changed(
+    tmp_path: Path, table: cl.CreepForceTable | None, changes: dict[str, str]
+) -> cl.Model:
+    """The roller rig with these changes to the text of its file."""
+    text = cl.model_path("roller_rig.toml").read_text()
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "changed.toml"
+    path.write_text(text)
+    return cl.load_model(path, table=table)
 
 
 @pytest.mark.parametrize(
@@ -147,26 +165,12 @@ def test_locomotive_resistance_is_davis_1926(locomotive: cl.Model) -> None:
 def test_a_mistake_is_one_clear_line(
     old: str, new: str, message: str, tmp_path: Path, table: cl.CreepForceTable
 ) -> None:
-    text = (package_folder("models") / "roller_rig.toml").read_text()
-    assert old in text
-    path = tmp_path / "broken.toml"
-    path.write_text(text.replace(old, new, 1))
-    with pytest.raises(cl.ModelError, match=rf"broken\.toml: .*{message}") as caught:
-        cl.load_model(path, table=table)
+    with pytest.raises(cl.ModelError, match=rf"changed\.toml: .*{message}") as caught:
+        load_changed(tmp_path, table, {old: new})
     assert "\n" not in str(caught.value)
 
 
-def test_units_are_converted(tmp_path: Path, table: cl.CreepForceTable) -> None:
-    text = (package_folder("models") / "roller_rig.toml").read_text()
-    path = tmp_path / "same.toml"
-    path.write_text(
-        text.replace('"500 mm"', "0.5").replace("initial_speed = 10.0", 'initial_speed = "36 km/h"')
-    )
-    model = cl.load_model(path, table=table)
-    assert model.initial_speed == pytest.approx(10.0)
-    assert model.wheelset.radius == 0.5
-
-
+FRICTION = "[friction]\nstatic = 0.45\nkinetic = 0.21\nk_hat = 0.3\n"
 SHAPE = 'radius = "500 mm"\nsemi_width = "5 mm"'
 MEASURED = f"""[contact]
 {SHAPE}
@@ -178,26 +182,14 @@ radius = 0.46
 """
 
 
-def load_changed(
-    tmp_path: Path, table: cl.CreepForceTable | None, changes: dict[str, str]
-) -> cl.ForceElement:
-    text = (package_folder("models") / "roller_rig.toml").read_text()
-    for old, new in changes.items():
-        assert old in text
-        text = text.replace(old, new, 1)
-    path = tmp_path / "changed.toml"
-    path.write_text(text)
-    return cl.load_model(path, table=table).wheelset.element
-
-
 def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path) -> None:
     axes = {SHAPE: 'semi_axis_x = "12 mm"\nsemi_axis_y = "20 mm"'}
-    by_axes = load_changed(tmp_path, None, axes).contact
+    by_axes = load_changed(tmp_path, None, axes).wheelset.element.contact
     assert isinstance(by_axes, cl.EllipticContact)
     assert (by_axes.semi_axis_x, by_axes.semi_axis_y) == pytest.approx((12e-3, 20e-3), rel=1e-13)
     assert by_axes.normal_load == 110.325e3
     radii = {SHAPE: f"radius_x = {by_axes.radius_x!r}\nradius_y = {by_axes.radius_y!r}"}
-    element = load_changed(tmp_path, None, radii)
+    element = load_changed(tmp_path, None, radii).wheelset.element
     assert element.table is cl.carter_griffith_table("elliptic")
     assert element.contact == by_axes
     assert element.k_hat == pytest.approx(0.3, rel=1e-12)
@@ -213,14 +205,13 @@ slip_reduction = 0.4
 
 
 def test_law_by_its_name(tmp_path: Path) -> None:
-    line = load_changed(tmp_path, None, {})
+    line = load_changed(tmp_path, None, {}).wheelset.element
     assert line.table is cl.carter_griffith_table("line")
     law = {"\n[run]": POLACH + "\n[run]"}
     with pytest.raises(cl.ModelError, match=r"law\.kind = 'polach' is the law of an ellipse"):
         load_changed(tmp_path, None, law)
-    polach = load_changed(
-        tmp_path, None, {SHAPE: 'semi_axis_x = "6 mm"\nsemi_axis_y = "8 mm"', **law}
-    )
+    law[SHAPE] = 'semi_axis_x = "6 mm"\nsemi_axis_y = "8 mm"'
+    polach = load_changed(tmp_path, None, law).wheelset.element
     expected_law = cl.Polach(adhesion_reduction=0.9, slip_reduction=0.4)
     zeta = np.linspace(-0.1, 0.1, 41)
     ratio = expected_law.traction_ratio(zeta / polach.saturation_creepage)
@@ -239,7 +230,7 @@ def test_a_measured_curve_is_reproduced_as_measured(tmp_path: Path, shape: str) 
     (tmp_path / "steep.csv").write_text(STEEP)
     law = '\n[law]\nkind = "measured"\nfile = "steep.csv"\n\n[run]'
     with pytest.warns(cl.InputWarning, match=r"friction and wheelset\.saturation_creepage"):
-        element = load_changed(tmp_path, None, {SHAPE: shape, "\n[run]": law})
+        element = load_changed(tmp_path, None, {SHAPE: shape, "\n[run]": law}).wheelset.element
     curve = cl.MeasuredCurve.from_csv(tmp_path / "steep.csv")
     assert curve.peak.traction_ratio * curve.kinetic > 0.45  # of the file's [friction]
     zeta = np.concatenate([-np.geomspace(1e-5, 0.2, 50), np.geomspace(1e-5, 0.2, 50)])
@@ -325,28 +316,26 @@ def test_a_run_asks_for_what_a_force_does_not_need(tmp_path: Path) -> None:
         cl.simulate(rig.wheelset, model.creep_control, initial_speed=10.0)
 
 
-def test_the_rotor_turns_with_the_wheelset(tmp_path: Path) -> None:
-    text = (package_folder("models") / "roller_rig.toml").read_text()
-    path = tmp_path / "geared.toml"
+def test_the_rotor_turns_with_the_wheelset(tmp_path: Path, rig: cl.Model) -> None:
+    def geared(keys: str) -> cl.Wheelset:
+        inertia = {"inertia = 250.0": f"inertia = 100.0\n{keys}"}
+        return load_changed(tmp_path, rig.wheelset.element.table, inertia).wheelset
 
-    def load(keys: str) -> cl.Model:
-        path.write_text(text.replace("inertia = 250.0", f"inertia = 100.0\n{keys}"))
-        return cl.load_model(path)
-
-    geared = load('gear_ratio = 5.0\nrotor_inertia = "0.006 t m2"').wheelset
-    assert geared.inertia == 250.0
-    assert cl.worst_pole(geared, speed=10.0) == cl.worst_pole(
-        cl.load_model("roller_rig.toml").wheelset, speed=10.0
-    )
+    found = geared('gear_ratio = 5.0\nrotor_inertia = "0.006 t m2"')
+    assert found.inertia == 250.0
+    assert cl.worst_pole(found, speed=10.0) == cl.worst_pole(rig.wheelset, speed=10.0)
     for key in ("gear_ratio", "rotor_inertia"):
-        said = rf"geared\.toml: wheelset\.rotor_inertia and gear_ratio go together; given is {key}$"
+        said = (
+            rf"changed\.toml: wheelset\.rotor_inertia and gear_ratio go together; given is {key}$"
+        )
         with pytest.raises(cl.ModelError, match=said):
-            load(f"{key} = 5.0")
+            geared(f"{key} = 5.0")
 
 
 def test_wheels_share_the_load(tmp_path: Path) -> None:
     one, two, six = (
-        load_changed(tmp_path, None, {"wheels = 2": f"wheels = {n}"}) for n in (1, 2, 6)
+        load_changed(tmp_path, None, {"wheels = 2": f"wheels = {n}"}).wheelset.element
+        for n in (1, 2, 6)
     )
     assert two.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
     for load, scale in ((1e5, 1.0), (2e4, 0.6)):
@@ -387,14 +376,7 @@ def test_wheels_share_the_load(tmp_path: Path) -> None:
 )
 def test_bad_laws_are_refused(tmp_path: Path, section: str, message: str) -> None:
     with pytest.raises((cl.ModelError, FileNotFoundError), match=message):
-        load_changed(
-            tmp_path,
-            None,
-            {
-                "\n[run]": f"\n[law]\n{section}\n\n[run]",
-                "[friction]\nstatic = 0.45\nkinetic = 0.21\nk_hat = 0.3\n": "",
-            },
-        )
+        load_changed(tmp_path, None, {"\n[run]": f"\n[law]\n{section}\n\n[run]", FRICTION: ""})
 
 
 @pytest.mark.parametrize("given", ["k_hat = 0.3", 'weakening_length = "1 um"'])
@@ -402,20 +384,16 @@ def test_friction_may_fall_with_slip_speed(
     given: str, tmp_path: Path, table: cl.CreepForceTable
 ) -> None:
     rates = 'slip_rate_residual = "40 %"\nslip_rate_decay = "0.1 h/km"'
-    friction = load_changed(tmp_path, table, {"k_hat = 0.3": f"{given}\n{rates}"}).friction
+    element = load_changed(tmp_path, table, {"k_hat = 0.3": f"{given}\n{rates}"}).wheelset.element
+    friction = element.friction
     assert friction.slip_rate_residual == pytest.approx(0.4)
     assert friction.slip_rate_decay == pytest.approx(0.36)
 
 
-def test_a_shipped_model_never_stands_in_for_a_missing_file(table: cl.CreepForceTable) -> None:
-    with pytest.raises(FileNotFoundError, match="elsewhere"):
-        cl.load_model("elsewhere/roller_rig.toml", table=table)
-    assert cl.load_model("roller_rig.toml", table=table).name == "Wheelset on a roller rig"
-
-
-def test_missing_file_names_it(table: cl.CreepForceTable) -> None:
-    with pytest.raises(FileNotFoundError, match=r"no_such\.toml"):
-        cl.load_model("no_such.toml", table=table)
+@pytest.mark.parametrize("name", ["elsewhere/roller_rig.toml", "no_such.toml"])
+def test_no_shipped_model_stands_in_for_a_missing_file(name: str) -> None:
+    with pytest.raises(FileNotFoundError, match=re.escape(name)):
+        cl.load_model(name)
 
 
 def test_numbers_that_no_formula_can_bring_together(
