@@ -120,16 +120,6 @@ def test_sand_comes_while_the_demand_is_above_the_limit() -> None:
     assert before < after < max(scenario.demand.value)
 
 
-def test_standstill_is_the_locomotive_of_davis_1926_alone() -> None:
-    pound, mile_per_hour, tons = 4.4482216152605, 0.44704, 22.5e3 / 907.18474
-    wheelset = load("standstill").drivetrain.wheelset
-    assert wheelset.mass == 22.5e3
-    found = wheelset.resistance
-    assert found.constant == pytest.approx((1.3 * tons + 29.0) * pound, rel=1e-3)
-    assert found.linear == pytest.approx(0.03 * tons * pound / mile_per_hour, rel=1e-3)
-    assert found.quadratic == pytest.approx(0.0024 * 120.0 / 4.0 * pound / mile_per_hour**2, 2e-3)
-
-
 @pytest.mark.slow
 def test_standstill_reaches_40_m_s_and_a_little_backward() -> None:
     """A rolling wheelset under the demand: the creepage left out."""
@@ -339,24 +329,6 @@ def test_vehicle_lies_beside_the_scenario_or_is_shipped(
     assert cl.load_scenario(path).drivetrain.wheelset.inertia == 300.0
 
 
-@pytest.mark.parametrize(
-    "name", ["/x.toml", "../x.toml", "a/../../x.toml", r"..\\x.toml", r"C:\\x.toml", "C:x.toml"]
-)
-def test_vehicle_stays_with_its_scenario(name: str, tmp_path: Path) -> None:
-    text = TEXT.replace("locomotive.toml", name)
-    with pytest.raises(cl.ModelError, match=r"vehicle must lie beside the scenario or below"):
-        cl.load_scenario(write(tmp_path, text))
-
-
-def test_a_mistake_in_the_vehicle_names_both_files(tmp_path: Path) -> None:
-    own = (MODELS / "locomotive.toml").read_text().replace("static = 0.45", "static = -1")
-    (tmp_path / "locomotive.toml").write_text(own)
-    with pytest.raises(
-        cl.ModelError, match=r"mine\.toml: vehicle locomotive\.toml: friction\.static = -1 .*> 0"
-    ):
-        cl.load_scenario(write(tmp_path, TEXT))
-
-
 def test_each_reader_names_the_other() -> None:
     with pytest.raises(cl.ModelError, match=r"roller_rig\.toml: is a model, .*load_model"):
         cl.load_scenario("roller_rig.toml")
@@ -387,9 +359,50 @@ def test_each_key_that_only_scenarios_have_makes_one(
 # ---- mistakes -------------------------------------------------------------------------------
 
 
+# Sections that stand before [demand], each with a mistake.
+ADDED = [
+    ("[vehicle_changes]\nname = 3", r"vehicle_changes\.name is not a kn"),
+    (
+        "[vehicle_changes.friction]\nslip_rat_decay = 3",
+        r"vehicle_changes\.friction\.slip_rat_decay is not .*mean 'slip_rate_decay'",
+    ),
+    (
+        "[vehicle_changes.friction]\nslip_rate_decay = -3",
+        r"vehicle_changes\.friction\.slip_rate_decay = -3 .*>= 0",
+    ),
+    (
+        "[vehicle_changes.friction]\nstatic = 0.1",
+        r"vehicle locomotive\.toml changed: friction\.static = 0\.1 .*>= kinetic",
+    ),
+    ("[held_speed]\ntime=[0.0]\nspeed=[1.0]", r"held_speed needs .*rig"),
+    ("[axle]", r"axle\.stiffness is missing"),
+    ("[axle]\nstiffness = '1 kN.m'", r"axle\.stiffness = .*N\.m/rad"),
+    ("[axle]\nstiffness = 1e6\ndrive_share = 2", r"axle\.drive_share = 2 "),
+    ("[motor]\nlag = -1", r"motor\.lag = -1 .*>= 0"),
+    ("[contact_relaxation]\nlenth = 1", r"did you mean 'length'"),
+    ("[sensors]\ndelay = -1", r"sensors\.delay = -1 .*>= 0"),
+    ("[track]\ndistance = [0.0]", r"track\.distance goes with slope, friction"),
+    (
+        "[track]\ndistance = [0.0]\nfriction_left = [1.0]",
+        r"track\.distance goes with .*given are distance and friction_left",
+    ),
+    ("[track]\ntime = [0.0]", r"track\.time and .* go together"),
+    ("[track]\nslope = [0.5]", r"track\.distance goes .*given are slope"),
+    ("[track]\ndistance = [0.0]\nfriction = [0.0]", r"track\.friction = 0\.0 .*> 0"),
+    (
+        "[track]\ndistance = [0.0, 1.0]\nfriction = [1.0]",
+        r"track\.distance has 2 and friction 1 entries",
+    ),
+    ("[wheel_load]\ntime = [0.0]", r"wheel_load\.time and factor, or"),
+    ("[wheel_load]\ntime = [0.0]\nfactor = [-1.0]", r"wheel_load\.factor = -1\.0 .*>= 0"),
+    ("[axes.x]\nvalues = [1.0]", r"is a sweep"),
+]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
+        *(("[demand]", f"{section}\n[demand]", message) for section, message in ADDED),
         ("[demand]", "[demnd]", r"demnd is not a known key; did you mean 'demand'"),
         ("name =", "nam =", r"nam is not a known key; did you mean 'name'"),
         ('source = "y"', "", r"source is missing"),
@@ -397,22 +410,6 @@ def test_each_key_that_only_scenarios_have_makes_one(
         ('"locomotive.toml"', "3", r"vehicle = 3 must be a string"),
         ("locomotive.toml", "no.toml", r"vehicle no\.toml: no such file, neither beside"),
         ("locomotive.toml", "torsion.toml", r"vehicle torsion\.toml: is a scenario"),
-        ("[demand]", "[vehicle_changes]\nname = 3\n[demand]", r"vehicle_changes\.name is not a kn"),
-        (
-            "[demand]",
-            "[vehicle_changes.friction]\nslip_rat_decay = 3\n[demand]",
-            r"vehicle_changes\.friction\.slip_rat_decay is not .*mean 'slip_rate_decay'",
-        ),
-        (
-            "[demand]",
-            "[vehicle_changes.friction]\nslip_rate_decay = -3\n[demand]",
-            r"vehicle_changes\.friction\.slip_rate_decay = -3 .*>= 0",
-        ),
-        (
-            "[demand]",
-            "[vehicle_changes.friction]\nstatic = 0.1\n[demand]",
-            r"vehicle locomotive\.toml changed: friction\.static = 0\.1 .*>= kinetic",
-        ),
         ('duration = "1 min"', "", r"run\.duration is missing"),
         ('"1 min"', "0.0", r"run\.duration = 0\.0 .*> 0"),
         ('"1 min"', '"1 m"', r"run\.duration = '1 m' must be a number in s.*min"),
@@ -422,48 +419,9 @@ def test_each_key_that_only_scenarios_have_makes_one(
             "0.0",
             r"run\.design_speed is missing, and the initial speed 0\.0 is out of.*0\.1",
         ),
-        ("[demand]", "[held_speed]\ntime=[0.0]\nspeed=[1.0]\n[demand]", r"held_speed needs .*rig"),
-        ("[demand]", "[axle]\n[demand]", r"axle\.stiffness is missing"),
-        ("[demand]", "[axle]\nstiffness = '1 kN.m'\n[demand]", r"axle\.stiffness = .*N\.m/rad"),
-        (
-            "[demand]",
-            "[axle]\nstiffness = 1e6\ndrive_share = 2\n[demand]",
-            r"axle\.drive_share = 2 ",
-        ),
-        ("[demand]", "[motor]\nlag = -1\n[demand]", r"motor\.lag = -1 .*>= 0"),
-        ("[demand]", "[contact_relaxation]\nlenth = 1\n[demand]", r"did you mean 'length'"),
-        ("[demand]", "[sensors]\ndelay = -1\n[demand]", r"sensors\.delay = -1 .*>= 0"),
         ("time = [0.0, 1.0]", "time = [1.0, 0.0]", r"demand\.time = .*must rise"),
         ("time = [0.0, 1.0]", "time = [1.0]", r"demand\.time has 1 and torque 2 entries"),
         ("time = [0.0, 1.0]", "time = []", r"demand\.time = \[\] must be a list"),
-        (
-            "[demand]",
-            "[track]\ndistance = [0.0]\n[demand]",
-            r"track\.distance goes with slope, friction",
-        ),
-        (
-            "[demand]",
-            "[track]\ndistance = [0.0]\nfriction_left = [1.0]\n[demand]",
-            r"track\.distance goes with .*given are distance and friction_left",
-        ),
-        ("[demand]", "[track]\ntime = [0.0]\n[demand]", r"track\.time and .* go together"),
-        ("[demand]", "[track]\nslope = [0.5]\n[demand]", r"track\.distance goes .*given are slope"),
-        ("[demand]", "[wheel_load]\ntime = [0.0]\n[demand]", r"wheel_load\.time and factor, or"),
-        (
-            "[demand]",
-            "[wheel_load]\ntime = [0.0]\nfactor = [-1.0]\n[demand]",
-            r"wheel_load\.factor = -1\.0 .*>= 0",
-        ),
-        (
-            "[demand]",
-            "[track]\ndistance = [0.0]\nfriction = [0.0]\n[demand]",
-            r"track\.friction = 0\.0 .*> 0",
-        ),
-        (
-            "[demand]",
-            "[track]\ndistance = [0.0, 1.0]\nfriction = [1.0]\n[demand]",
-            r"track\.distance has 2 and friction 1 entries",
-        ),
         ("[controllers.first]", "[controllers.metrics]", r"controllers.'metrics' is not a name"),
         ("[controllers.first]", '[controllers."../x"]', r"controllers.'\.\./x' is not a name"),
         ("[controllers.first]", "[controller.first]", r"controller is not .*mean 'controllers'"),
@@ -478,7 +436,6 @@ def test_each_key_that_only_scenarios_have_makes_one(
             r"controllers\.first\.sample_time = 0 .*> 0",
         ),
         ('"36 km/h"', f"1{400 * '0'}", r"run\.initial_speed is out of range"),
-        ("[run]", "[axes.x]\nvalues = [1.0]\n[run]", r"is a sweep"),
         (
             "[controllers.first]",
             '[controllers.First]\nkind = "open_loop"\n[controllers.first]',
