@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import shlex
 import time
 import warnings
 import zipfile
@@ -12,14 +13,13 @@ from pathlib import Path
 
 import click
 import pytest
-from click.testing import CliRunner
+from command_line import call, done, refused
 from matplotlib.figure import Figure
 from rich.console import Console
 from sweep_files import write_sweep
 
 import contactlib as cl
 from contactlib import figures
-from contactlib.cli import commands as cli
 from contactlib.cli.commands import main
 from contactlib.cli.console import ConsoleReporter, Pace
 from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES
@@ -29,9 +29,7 @@ from contactlib.files.reading import model_path
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     folder = tmp_path_factory.mktemp("demo") / "out"
-    result = CliRunner().invoke(main, ["demo", "--output", str(folder)])
-    assert result.exit_code == 0, result.output
-    return folder, result.output
+    return folder, done("demo", "--output", folder).output
 
 
 def test_demo_writes_all_it_promises(shown: tuple[Path, str]) -> None:
@@ -87,32 +85,81 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
     path = tmp_path / "bad.toml"
     path.write_text('name = "x"\nsource = "y"\n')
     for command in ("simulate", "table", "fmu"):
-        result = CliRunner().invoke(main, [command, str(path), "-o", str(tmp_path / "out")])
+        result = call(command, path, "-o", tmp_path / "out")
         assert result.exit_code == 2
         assert result.stderr.splitlines() == [  # all mistakes at once
             f"contactlib: {path}: {section} is missing"
             for section in ("contact", "wheelset", "friction")
         ]
         assert not (tmp_path / "out").exists()
-    result = CliRunner().invoke(main, ["simulate", "no_such.toml"])
-    assert result.exit_code == 2
-    assert "no_such.toml" in result.stderr
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("command", "message"),
     [
-        (["fmu", "roller_rig.toml", "--fmi3"], "No such option:? '?--fmi3"),
-        (["fmu", "roller_rig.toml", "--relaxation-length", "8 m/s"], "'8 m/s' must be a number in"),
-        (["table", "roller_rig.toml", "--largest-creepage", "a"], "'a' does not begin with a num"),
-        (["fmu", "roller_rig.toml", "-o", "none/x.fmu"], r"no such folder to write to: .*x\.fmu"),
+        ("fmu roller_rig.toml --fmi3", "No such option:? '?--fmi3"),
+        ("fmu roller_rig.toml --relaxation-length '8 m/s'", "'8 m/s' must be a number in"),
+        ("fmu roller_rig.toml -o none/x.fmu", r"no such folder to write to: .*x\.fmu"),
+        (
+            "fmu roller_rig.toml --ssp --kind wheelset",
+            "^contactlib: --ssp cannot be combined with --kind$",
+        ),
+        (
+            "fmu roller_rig.toml --ssp --implicit",
+            "^contactlib: --ssp cannot be combined with --implicit$",
+        ),
+        (
+            "fmu roller_rig.toml --ssp --parallel-exchange",
+            "^contactlib: --ssp cannot be combined with --parallel-exchange$",
+        ),
+        ("table roller_rig.toml --largest-creepage a", "'a' does not begin with a num"),
+        (
+            "table roller_rig.toml -o x.csv --load '22.5 t'",
+            "--load = '22.5 t' is a mass; its weight is",
+        ),
+        (
+            "table roller_rig.toml -o x.csv --speed 1:2:3",
+            "--speed = '1:2:3' must be a range of two numbers",
+        ),
+        ("table roller_rig.toml -o x.csv --rebuild", r"--rebuild is for a file that ends in \.bin"),
+        (
+            "table roller_rig.toml -o x.bin --speed 5",
+            r"--speed is for a file that ends in \.csv, \.mat",
+        ),
+        (
+            "table roller_rig.toml -o x.txt",
+            r"x\.txt: the ending must be one of: \.csv, \.mat, \.npz, \.nc, \.bin",
+        ),
+        ("demo -o file/below", "file"),
+        ("simulate no_such.toml", r"no_such\.toml"),
+        ("simulate x --format png,docx", "^contactlib: --format must be one of: .*got 'docx'$"),
+        ("sweep x --format png,docx", "^contactlib: --format must be one of: .*got 'docx'$"),
+        (
+            "sweep x.toml --controller mine.py:Mine",
+            "^contactlib: --controller: own controllers are run by cont",
+        ),
+        ("figures", "^contactlib: figures: pass --paper or --stability, or both$"),
+        ("figures --paper -o file", "file"),
+        (
+            "figures --paper --format png,docx",
+            "^contactlib: --format must be one of: .*got 'docx'$",
+        ),
+        ("figures --stability no_such_model.toml", r"no_such_model\.toml"),
+        (
+            "figures --stability level.toml",
+            r"friction does not fall, as static = kinetic = 0\.21$",
+        ),
     ],
 )
-def test_a_mistake_in_an_option_is_one_line(arguments: list[str], message: str) -> None:
-    result = CliRunner().invoke(main, arguments)
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert re.search(message, result.stderr)
+def test_a_mistake_is_one_line_and_writes_nothing(
+    command: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    level = re.sub("static = .*", "static = 0.21", model_path("roller_rig.toml").read_text())
+    Path("level.toml").write_text(re.sub("k_hat = .*", "k_hat = 0", level))
+    Path("file").write_text("")
+    assert re.search(message, refused(*shlex.split(command)))
+    assert {path.name for path in tmp_path.iterdir()} == {"level.toml", "file"}
 
 
 @pytest.mark.filterwarnings("always::contactlib.InputWarning")
@@ -127,9 +174,7 @@ def test_an_option_without_its_unit_is_warned_of(
     command: str, file: str, option: str, forgotten: str, right: str, doubt: str, tmp_path: Path
 ) -> None:
     for text, lines in ((forgotten, 1), (right, 0)):
-        given = [command, "roller_rig.toml", "-o", str(tmp_path / file), option, text]
-        result = CliRunner().invoke(main, given)
-        assert result.exit_code == 0
+        result = done(command, "roller_rig.toml", "-o", tmp_path / file, option, text)
         assert result.stderr.count(doubt) == lines
 
 
@@ -152,7 +197,7 @@ def test_export_says_the_largest_step_over_which_the_force_may_be_held(
     )
     for options, held in cases:
         path = tmp_path / "x.fmu"
-        result = CliRunner().invoke(main, ["fmu", "roller_rig.toml", *options, "-o", str(path)])
+        result = done("fmu", "roller_rig.toml", *options, "-o", path)
         assert result.stderr == ""
         assert result.stdout == (said if held else "") + f"{path}\n"
         version = options[1] if "--fmi" in options else "2.0"
@@ -163,28 +208,12 @@ def test_export_says_the_largest_step_over_which_the_force_may_be_held(
 def test_options_take_units(tmp_path: Path) -> None:
     path = tmp_path / "x.fmu"
     for text in ("8 mm", "0.008"):
-        given = ["fmu", "roller_rig.toml", "--relaxation-length", text, "-o", str(path)]
-        assert CliRunner().invoke(main, given).exit_code == 0
+        done("fmu", "roller_rig.toml", "--relaxation-length", text, "-o", path)
         with zipfile.ZipFile(path) as fmu:
             assert b'start="0.008"' in fmu.read("modelDescription.xml")
     path = tmp_path / "curve.csv"
-    given = ["table", "roller_rig.toml", "-o", str(path), "--largest-creepage", "15 %"]
-    assert CliRunner().invoke(main, given).exit_code == 0
+    done("table", "roller_rig.toml", "-o", path, "--largest-creepage", "15 %")
     assert path.read_text().splitlines()[-1].startswith("0.15,")
-
-
-def test_unwritable_output_is_one_line_and_status_2(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    result = CliRunner().invoke(main, ["demo", "-o", str(tmp_path / "file" / "below")])
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-
-
-def test_table_and_fmu_commands(tmp_path: Path) -> None:
-    for command, name in (("table", "t.bin"), ("fmu", "x.fmu")):
-        made = CliRunner().invoke(main, [command, "locomotive.toml", "-o", str(tmp_path / name)])
-        assert made.exit_code == 0, made.output
-        assert (tmp_path / name).stat().st_size > 0
 
 
 @pytest.mark.parametrize("blank", [True, pytest.param(False, marks=pytest.mark.slow)])
@@ -196,8 +225,7 @@ def test_figures_command_writes_the_papers(
         monkeypatch.setattr(figures, "PAPER_FIGURES", papers)
         monkeypatch.setattr(figures, "CONTACT_PATCH", CONTACT_PATCH._replace(draw=Figure))
     folder = tmp_path / "deep" / "out"
-    result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(folder)])
-    assert result.exit_code == 0, result.output
+    result = done("figures", "--paper", "-o", folder)
     stems = [f"paper_figure_{number}" for number in range(1, 7)] + ["contact_patch"]
     assert {p.name for p in folder.iterdir()} == {f"{s}.{e}" for s in stems for e in ("png", "svg")}
     for stem, line in zip(stems, result.output.splitlines(), strict=True):
@@ -213,9 +241,7 @@ def test_figures_command_draws_a_models_stability(
 ) -> None:
     quick = {"poles": STABILITY_FIGURES["poles"]}
     monkeypatch.setattr(figures, "STABILITY_FIGURES", quick)
-    asked = ["figures", "--stability", *filter(None, [model]), "-o", str(tmp_path)]
-    result = CliRunner().invoke(main, asked)
-    assert result.exit_code == 0, result.output
+    result = done("figures", "--stability", *filter(None, [model]), "-o", tmp_path)
     path = tmp_path / "stability_poles"
     assert result.output == f"{path}.png, {path.name}.svg: {quick['poles'].title}\n"
     held = "held" in path.with_suffix(".svg").read_text()
@@ -240,9 +266,7 @@ def test_figures_have_the_formats_and_captions_that_are_asked_for(
 
     def lines_of_text(*options: str) -> list[int]:
         folder = tmp_path / f"out{len(options)}"
-        asked = [*command, "--format", "SVG, eps", "-o", str(folder), *options]
-        made = CliRunner().invoke(main, asked)
-        assert made.exit_code == 0, made.output
+        done(*command, "--format", "SVG, eps", "-o", folder, *options)
         drawn = sorted(folder.glob("*.svg"))
         assert drawn
         assert [path.stem for path in sorted(folder.glob("*.eps"))] == [p.stem for p in drawn]
@@ -257,18 +281,6 @@ def test_figures_have_the_formats_and_captions_that_are_asked_for(
     assert figures.page_size.inches is None
 
 
-@pytest.mark.parametrize("command", [["figures", "--paper"], ["simulate", "x"], ["sweep", "x"]])
-def test_a_format_that_matplotlib_does_not_write_is_refused(
-    tmp_path: Path, command: list[str]
-) -> None:
-    asked = [*command, "--format", "png,docx", "-o", str(tmp_path / "out")]
-    result = CliRunner().invoke(main, asked)
-    assert result.exit_code == 2
-    assert result.stderr.startswith("contactlib: --format must be one of: ")
-    assert result.stderr.endswith("got 'docx'\n")
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_figure_that_cannot_be_drawn_leaves_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -278,7 +290,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_others(
     poles = STABILITY_FIGURES["poles"]
     both = {"refused": poles._replace(draw=refuse), "poles": poles}
     monkeypatch.setattr(figures, "STABILITY_FIGURES", both)
-    result = CliRunner().invoke(main, ["figures", "--stability", "-o", str(tmp_path)])
+    result = call("figures", "--stability", "-o", tmp_path)
     assert result.exit_code == 1
     assert result.stderr == "contactlib: no stability_refused: nothing to see\n"
     assert {path.name for path in tmp_path.iterdir()} == {
@@ -287,52 +299,17 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_others(
     }
 
 
-def test_figures_command_refuses_what_is_no_model(tmp_path: Path) -> None:
-    asked = ["figures", "--stability", "no_such_model.toml", "-o", str(tmp_path / "out")]
-    result = CliRunner().invoke(main, asked)
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert "no_such_model.toml" in result.stderr
-    assert not (tmp_path / "out").exists()
-
-
-def test_friction_that_does_not_fall_is_one_line(tmp_path: Path) -> None:
-    text = model_path("roller_rig.toml").read_text()
-    model = tmp_path / "level.toml"
-    model.write_text(
-        re.sub("k_hat = .*", "k_hat = 0", re.sub("static = .*", "static = 0.21", text))
-    )
-    asked = ["figures", "--stability", str(model), "-o", str(tmp_path / "out")]
-    result = CliRunner().invoke(main, asked)
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert result.stderr.endswith("friction does not fall, as static = kinetic = 0.21\n")
-
-
-def test_figures_command_asks_which(tmp_path: Path) -> None:
-    result = CliRunner().invoke(main, ["figures", "-o", str(tmp_path / "out")])
-    assert result.exit_code == 2
-    assert result.stderr == "contactlib: figures: pass --paper or --stability, or both\n"
-    assert not (tmp_path / "out").exists()
-    (tmp_path / "file").write_text("")
-    result = CliRunner().invoke(main, ["figures", "--paper", "-o", str(tmp_path / "file")])
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-
-
 def test_table_is_rebuilt_from_the_law(tmp_path: Path) -> None:
-    arguments = ["table", "roller_rig.toml", "--rebuild", "-o", str(tmp_path / "t.bin")]
-    result = CliRunner().invoke(main, arguments)
-    assert result.exit_code == 0, result.output
+    result = done("table", "roller_rig.toml", "--rebuild", "-o", tmp_path / "t.bin")
     assert "CarterGriffith contact=line, largest error found" in result.output
     assert cl.CreepForceTable.load(tmp_path / "t.bin").max_error < 1e-13
 
 
 def test_help_and_version() -> None:
-    for arguments in (["--help"], ["demo", "-h"], ["fmu", "--help"]):
-        assert CliRunner().invoke(main, arguments).exit_code == 0
-    assert "wet_patch_sweep.toml" in CliRunner().invoke(main, ["--help"]).output
-    assert "contactlib" in CliRunner().invoke(main, ["--version"]).output
+    for command in ("demo", "fmu"):
+        done(command, "-h")
+    assert "wet_patch_sweep.toml" in done("--help").output
+    assert "contactlib" in done("--version").output
 
 
 def test_a_terminal_shows_bars_and_the_rest_lines() -> None:
@@ -357,10 +334,10 @@ def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
     def warns() -> None:
         warnings.warn("mind the gap", cl.ProcessZoneWarning, stacklevel=1)
 
-    monkeypatch.setitem(cli.main.commands, "warns", warns)
+    monkeypatch.setitem(main.commands, "warns", warns)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        shown = CliRunner().invoke(cli.main, ["warns"])
+        shown = call("warns")
     assert (shown.exit_code, shown.stderr) == (0, "warning: mind the gap\n")
 
 
@@ -368,8 +345,7 @@ def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_tune_writes_settings_that_a_scenario_takes_and_a_table_of_errors(tmp_path: Path) -> None:
     folder = tmp_path / "tuned"
     given = ["tune", "dry_wet_dry.toml", "threshold", "--trials", "60", "--seeds", "1"]
-    result = CliRunner().invoke(main, [*given, "-o", str(folder), "--format", "png"])
-    assert result.exit_code == 0, result.output
+    result = done(*given, "-o", folder, "--format", "png")
     names = {path.name for path in folder.iterdir()}
     assert names == {"settings.toml", "errors.csv", "errors.txt", "errors.png"}
     scenario = Path(cl.model_path("dry_wet_dry.toml")).read_text().split("[controllers")[0]

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from command_line import call, done, refused
 from sweep_files import SCENARIO
 
-from contactlib.cli.commands import main
 from contactlib.cli.own_controller import load_controller
 from contactlib.runs.study import open_study
 
@@ -79,10 +78,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     sys.modules.pop("beside", None)
 
 
-def simulated(*given: str, scenario: str = "s.toml") -> Result:
-    return CliRunner().invoke(main, ["simulate", scenario, "-o", "out", *given])
-
-
 def torques(name: str) -> list[float]:
     with open(f"out/{name}.csv", encoding="ascii") as file:
         return [float(row["commanded_torque [N.m]"]) for row in csv.DictReader(file)]
@@ -90,8 +85,7 @@ def torques(name: str) -> list[float]:
 
 @pytest.mark.usefixtures("folder")
 def test_a_controller_of_a_file_runs() -> None:
-    result = simulated("--controller", "mine.py:Mine")
-    assert result.exit_code == 0, result.output
+    result = done("simulate", "s.toml", "-o", "out", "--controller", "mine.py:Mine")
     assert torques("Mine")[-1] == 0.5 * 23e3
     assert "... Quick: Mine" in result.output
     assert "creep_pi" not in result.output
@@ -135,33 +129,19 @@ def test_a_class_or_an_object_stands_beside_the_scenario_s_own() -> None:
 )
 @pytest.mark.usefixtures("folder")
 def test_mistakes_are_one_line_and_status_2(place: str, message: str) -> None:
-    result = simulated("--controller", place)
+    result = call("simulate", "s.toml", "-o", "out", "--controller", place)
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1
     assert result.stderr.startswith(f"contactlib: {message}")
 
 
-def test_a_sweep_takes_own_controllers_in_python() -> None:
-    result = CliRunner().invoke(main, ["sweep", "x.toml", "--controller", "mine.py:Mine"])
-    assert result.exit_code == 2
-    assert result.stderr.startswith("contactlib: --controller: own controllers are run by contact")
-    assert result.stderr.count("\n") == 1
-
-
 @pytest.mark.usefixtures("folder")
 def test_what_cannot_be_combined_is_told() -> None:
-    own = ("--controller", "mine.py:Mine")
-    for given, scenario, message in (
-        (("--control", "creep_pi"), "s.toml", "--control cannot be combined with --controller"),
-        (
-            (),
-            "roller_rig.toml",
-            "roller_rig.toml is no scenario: a controller of your own runs in one",
-        ),
-    ):
-        result = simulated(*own, *given, scenario=scenario)
-        assert result.exit_code == 2
-        assert message in result.stderr
+    own = ("-o", "out", "--controller", "mine.py:Mine")
+    said = refused("simulate", "s.toml", *own, "--control", "creep_pi")
+    assert "--control cannot be combined with --controller" in said
+    said = refused("simulate", "roller_rig.toml", *own)
+    assert "roller_rig.toml is no scenario: a controller of your own runs in one" in said
     Path("s.toml").write_text(SCENARIO.replace("controllers.creep_pi", "controllers.Mine"))
-    result = simulated(*own)
-    assert result.stderr == ("contactlib: s.toml has a controller Mine itself: take another name\n")
+    said = refused("simulate", "s.toml", *own)
+    assert said == "contactlib: s.toml has a controller Mine itself: take another name\n"

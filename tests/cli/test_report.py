@@ -14,7 +14,7 @@ from pathlib import Path
 import click
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from command_line import call, done, refused
 from matplotlib.figure import Figure
 
 import contactlib as cl
@@ -57,17 +57,11 @@ kind = "threshold"
 """
 
 
-def simulate(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(main, ["simulate", *map(str, arguments)])
-
-
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     folder = tmp_path_factory.mktemp("report")
     (folder / "short.toml").write_text(SHORT)
-    shown = simulate(folder / "short.toml", "--compare", "-o", folder / "out")
-    assert shown.exit_code == 0, shown.output
-    return folder, shown.output
+    return folder, done("simulate", folder / "short.toml", "--compare", "-o", folder / "out").output
 
 
 def test_a_comparison_writes_all_it_promises(compared: tuple[Path, str]) -> None:
@@ -153,8 +147,8 @@ def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     (tmp_path / "short.toml").write_text(text)
 
     def torque(*seed: str) -> str:
-        shown = simulate(tmp_path / "short.toml", "--control", "cut", *seed, "-o", tmp_path / "out")
-        assert shown.exit_code == 0, shown.output
+        given = ("--control", "cut", *seed, "-o", tmp_path / "out")
+        done("simulate", tmp_path / "short.toml", *given)
         return (tmp_path / "out" / "cut.csv").read_text()
 
     assert torque() == torque("--seed", "0")  # the file's
@@ -164,16 +158,14 @@ def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 def test_one_run_has_no_comparison(tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SHORT)
-    shown = simulate(tmp_path / "short.toml", "-o", tmp_path / "out")
-    assert shown.exit_code == 0, shown.output
+    done("simulate", tmp_path / "short.toml", "-o", tmp_path / "out")
     stems = {path.stem for path in (tmp_path / "out").iterdir()}
     assert stems == {"plain", "metrics"}  # the first in the file
 
 
 @pytest.mark.slow
 def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> None:
-    shown = simulate("roller_rig.toml", "--control", "creep", "-o", tmp_path)
-    assert shown.exit_code == 0, shown.output
+    shown = done("simulate", "roller_rig.toml", "--control", "creep", "-o", tmp_path)
     assert "peak_passed" in shown.output
     assert {p.name for p in tmp_path.iterdir()} >= {"creep.csv", "creep.png", "creep.svg"}
     study = open_study("roller_rig.toml")
@@ -201,18 +193,12 @@ def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> N
 )
 def test_mistakes_are_one_line(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SHORT)
-    shown = simulate(tmp_path / "short.toml", *arguments, "-o", tmp_path / "out")
-    assert shown.exit_code == 2
-    assert shown.stderr.startswith(message)
-    assert shown.stderr.count("\n") == 1
+    said = refused("simulate", tmp_path / "short.toml", *arguments, "-o", tmp_path / "out")
+    assert said.startswith(message)
     assert not (tmp_path / "out").exists()
 
 
 # ---- contactlib tune ------------------------------------------------------------------------
-
-
-def tuned(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(main, ["tune", *map(str, arguments)])
 
 
 @pytest.fixture
@@ -224,8 +210,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_tune_says_what_it_maximises_above_a_table_with_headings(short: Path) -> None:
-    shown = tuned("short.toml", "cut", "--trials", "60", "-o", "out", "--format", "svg")
-    assert shown.exit_code == 0, shown.output
+    shown = done("tune", "short.toml", "cut", "--trials", "60", "-o", "out", "--format", "svg")
     lines = shown.output.splitlines()
     assert lines[1] == "The search tried 60 settings of each controller, for the largest mean of"
     for line, name in zip(lines[2:4], tuning.OBJECTIVE, strict=True):
@@ -263,24 +248,18 @@ class Bare(Mine):
 
 def test_tune_takes_a_controller_of_the_user_s_own(short: Path) -> None:
     (short / "mine.py").write_text(OWN)
-    given = ("short.toml", "--trials", "60", "-o", "out", "--format", "svg", "--controller")
-    shown = tuned(*given, "mine.py:Mine")
-    assert shown.exit_code == 0, shown.output
+    given = ("--trials", "60", "-o", "out", "--format", "svg", "--controller")
+    shown = done("tune", "short.toml", *given, "mine.py:Mine")
     assert "... Tuning Mine" in shown.output
     assert "cut" not in shown.output  # as with simulate, only it
     settings = (short / "out" / "settings.toml").read_text()
     assert settings.startswith("# Mine is a controller of your own: Mine(share=")
-    both = tuned("short.toml", "cut", *given[1:], "mine.py:Mine")
-    assert list(filter(lambda line: "Tuning" in line, both.output.splitlines())) == [
-        "... Tuning cut",
-        "... Tuning Mine",
-    ]
+    both = done("tune", "short.toml", "cut", *given, "mine.py:Mine").output.splitlines()
+    assert [line for line in both if "Tuning" in line] == ["... Tuning cut", "... Tuning Mine"]
     mixed = (short / "out" / "settings.toml").read_text()
     assert mixed.endswith(f"\n\n{settings}")
     assert list(tomllib.loads(mixed)["controllers"]) == ["cut"]
-    bare = tuned(*given, "mine.py:Bare")
-    assert bare.exit_code == 2
-    assert bare.stderr == (
+    assert refused("tune", "short.toml", *given, "mine.py:Bare") == (
         "contactlib: controller = 'Bare': the class Bare declares no settings to search: write "
         "into it search_ranges = {'share': (0.05, 0.8)}, the lowest and the highest value of each\n"
     )
@@ -305,10 +284,7 @@ def test_tune_refuses_before_it_searches(
     (short / "same.toml").write_text(text)
     less = text.replace("[controllers.pi]", "[controllers.p]").replace("Short wet", "Other wet")
     (short / "less.toml").write_text(less)
-    shown = tuned("short.toml", *given)
-    assert shown.exit_code == 2
-    assert message in shown.stderr
-    assert shown.stderr.count("\n") == 1
+    assert message in refused("tune", "short.toml", *given)
     assert not (short / "contactlib-tune-short").exists()
 
 
@@ -343,14 +319,14 @@ def search(short: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_keeps_the_controllers_that_are_tuned(short: Path, search: list[str]) -> None:
     search.append("pi")
-    shown = tuned("short.toml", "-o", "out")
+    shown = call("tune", "short.toml", "-o", "out")
     assert shown.exit_code == 130
     assert shown.stderr == "contactlib: interrupted\n"
     settings = Path("out/settings.toml")
     assert shown.stdout.endswith(f"Stopped. The settings of cut are in {settings}\n")
     assert list(tomllib.loads(settings.read_text())["controllers"]) == ["cut"]
     search.append("cut")
-    shown = tuned("short.toml", "-o", "again/out")
+    shown = call("tune", "short.toml", "-o", "again/out")
     assert (shown.exit_code, shown.stdout) == (130, "... Tuning cut\n")
     assert not (short / "again" / "out").exists()
 
@@ -362,7 +338,7 @@ def test_settings_are_written_before_anything_is_formatted(
         raise TypeError
 
     monkeypatch.setattr(report, "fixed_width", fails)
-    shown = tuned("short.toml", "-o", "out")
+    shown = call("tune", "short.toml", "-o", "out")
     assert isinstance(shown.exception, TypeError)
     settings = (short / "out" / "settings.toml").read_text()
     assert list(tomllib.loads(settings)["controllers"]) == ["cut", "pi"]

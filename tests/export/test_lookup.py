@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
-from click.testing import CliRunner
+from command_line import done
 from falling_friction import falling
 from scipy.integrate import quad_vec
 from scipy.interpolate import CubicHermiteSpline, RegularGridInterpolator
 from scipy.io import loadmat
 
 import contactlib as cl
-from contactlib.cli.commands import main
 from contactlib.export.lookup_files import FORMATS, write_lookup_table
 
 FINE = np.concatenate([np.linspace(0.0, 0.1, 100_001), np.linspace(0.1, 1.0, 90_001)])
@@ -184,26 +183,6 @@ def test_bad_options_are_refused(rig: cl.Model, options: dict[str, Any], message
 def test_the_command_writes_it(tmp_path: Path) -> None:
     path = tmp_path / "curve.csv"
     options = ["--load", "100 kN:200kN", "--friction-scale", "0.5,1", "--error", "0.02"]
-    shown = CliRunner().invoke(main, ["table", "roller_rig.toml", "-o", str(path), *options])
-    assert shown.exit_code == 0, shown.stderr
+    shown = done("table", "roller_rig.toml", "-o", path, *options)
     assert "largest error of linear interpolation found 0.0" in shown.stdout
     assert "normal_load,friction_scale,creepage" in path.read_text()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["-o", "x.csv", "--load", "22.5 t"], "--load = '22.5 t' is a mass; its weight is"),
-        (["-o", "x.csv", "--speed", "1:2:3"], "--speed = '1:2:3' must be a range of two numbers"),
-        (["-o", "x.csv", "--rebuild"], "--rebuild is for a file that ends in .bin"),
-        (["-o", "x.bin", "--speed", "5"], "--speed is for a file that ends in .csv, .mat"),
-        (["-o", "x.txt"], "x.txt: the ending must be one of: .csv, .mat, .npz, .nc, .bin"),
-    ],
-)
-def test_the_command_tells_a_mistake(
-    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    shown = CliRunner().invoke(main, ["table", "roller_rig.toml", *arguments])
-    assert (shown.exit_code, shown.stdout) == (2, "")
-    assert message in shown.stderr

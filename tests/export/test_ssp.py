@@ -17,13 +17,12 @@ import fmpy.ssp.simulation
 import fmpy.ssp.ssd
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import done
 from fmu_proof import faults
 from outside_tools import module
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
-from contactlib.cli.commands import main
 from contactlib.contact import kernel
 from contactlib.export.package import describe
 from contactlib.export.ssp import operating_point
@@ -531,24 +530,9 @@ def test_command_writes_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     model = cl.load_model("locomotive.toml")
     stated: dict[str, Any] = {"author": "A. B.", "version": "1.2"}
     options = ["--author", "A. B.", "--version", "1.2"]
-    result = CliRunner().invoke(main, ["fmu", "locomotive.toml", "--ssp", *options])
-    assert result.exit_code == 0, result.output
-    assert result.output == "CreepForceSystem.ssp\n"
+    assert done("fmu", "locomotive.toml", "--ssp", *options).output == "CreepForceSystem.ssp\n"
     same = cl.export_ssp(model, tmp_path / "same.ssp", **stated)
     assert (tmp_path / "CreepForceSystem.ssp").read_bytes() == same.read_bytes()
-    assert CliRunner().invoke(main, ["fmu", "locomotive.toml", *options]).exit_code == 0
+    done("fmu", "locomotive.toml", *options)
     same = cl.export_fmu(model, tmp_path / "same.fmu", **stated)
     assert (tmp_path / "CreepForceElement.fmu").read_bytes() == same.read_bytes()
-
-
-@pytest.mark.parametrize(
-    "option", [["--kind", "force_element"], ["--implicit"], ["--parallel-exchange"]]
-)
-def test_command_refuses_what_a_system_chooses(tmp_path: Path, option: list[str]) -> None:
-    output = tmp_path / "it.ssp"
-    result = CliRunner().invoke(
-        main, ["fmu", "locomotive.toml", "--ssp", *option, "-o", str(output)]
-    )
-    assert result.exit_code == 2
-    assert result.stderr == (f"contactlib: --ssp cannot be combined with {option[0]}\n")
-    assert not output.exists()

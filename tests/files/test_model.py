@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import done, refused
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
-from contactlib.cli import commands as cli
 from contactlib.files.model import RUNS, VEHICLE_SECTIONS, build_model
 from contactlib.files.reading import loading, parse
 
@@ -420,10 +419,7 @@ def test_the_model_file_s_cohesive_law(
     monkeypatch.setattr("contactlib.files.sections.cohesive_table", built)
     text = cl.model_path("roller_rig.toml").read_text() + '\n[law]\nkind = "cohesive"\n'
     (tmp_path / "x.toml").write_text(text)
-    shown = CliRunner().invoke(
-        cli.main, ["table", str(tmp_path / "x.toml"), "-o", str(tmp_path / "t.bin")]
-    )
-    assert shown.exit_code == 0, shown.output
+    shown = done("table", tmp_path / "x.toml", "-o", tmp_path / "t.bin")
     assert asked == ["line", pytest.approx(0.45 / 0.21)]
     assert "... Building the table of the law: 50% done, about 0 s left\n" in shown.output
     assert (tmp_path / "t.bin").read_bytes() == table.data
@@ -563,6 +559,5 @@ def test_a_measured_force_is_divided_by_its_load(tmp_path: Path) -> None:
 
 def test_a_curve_in_place_of_a_model_says_so(tmp_path: Path) -> None:
     (tmp_path / "rig.csv").write_text("slip,mu\n1,0.2\n")
-    shown = CliRunner().invoke(cli.main, ["fmu", str(tmp_path / "rig.csv")])
-    assert shown.exit_code == 2
-    assert re.search(r'rig\.csv: is a CSV file: .*\[law\] .* file = "rig\.csv"; ', shown.stderr)
+    said = refused("fmu", tmp_path / "rig.csv")
+    assert re.search(r'rig\.csv: is a CSV file: .*\[law\] .* file = "rig\.csv"; ', said)
