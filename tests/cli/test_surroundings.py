@@ -12,12 +12,12 @@ import subprocess
 import sys
 import time
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
 
-import fmpy
 import pytest
+from exported_fmu import exported
 from fmu_instance import Instance
 from outside_tools import missing
 from sweep_files import chunks_kept, write_sweep
@@ -42,9 +42,7 @@ MAIN = [
 @pytest.fixture(scope="module")
 def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMU of the roller rig."""
-    folder = tmp_path_factory.mktemp("fmu")
-    path = cl.export_fmu(cl.load_model("roller_rig.toml"), folder / "x.fmu")
-    return Path(fmpy.extract(str(path), str(folder / "unpacked")))
+    return exported(cl.load_model("roller_rig.toml"), tmp_path_factory.mktemp("fmu"))
 
 
 # ---- clock ----------------------------------------------------------------------------------
@@ -132,10 +130,7 @@ def test_a_decimal_comma_changes_no_number(
     found = {}
     for name, environment in (("comma", comma), ("dot", {**os.environ, "LC_ALL": "C"})):
         (tmp_path / name).mkdir()
-        command = [
-            sys.executable,
-            *map(str, (HERE / "decimal_comma.py", tmp_path / name, unpacked)),
-        ]
+        command = [sys.executable, HERE / "decimal_comma.py", tmp_path / name, unpacked]
         done = subprocess.run(command, capture_output=True, check=False, env=environment)
         assert done.returncode == 0, done.stderr
         found[name] = json.loads(done.stdout)
@@ -306,24 +301,24 @@ def test_results_of_another_contactlib_name_both(
 ) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "out"
 
+    @contextmanager
+    def release(version: str) -> Iterator[None]:
+        with monkeypatch.context() as patch:
+            patch.setattr("contactlib.runs.sweep.plan.version", lambda name: version)
+            yield
+
     def stop(part: float) -> None:
         if part > 0.0 and what == "chunks":
             raise KeyboardInterrupt
 
-    with monkeypatch.context() as patch:
-        patch.setattr("contactlib.runs.sweep.plan.version", lambda name: "0.0.9")
-        try:
-            cl.ensemble(path, output=folder, workers=1, chunk=3, progress=stop)
-        except KeyboardInterrupt:
-            assert what == "chunks"
+    stopped = pytest.raises(KeyboardInterrupt) if what == "chunks" else nullcontext()
+    with release("0.0.9"), stopped:
+        cl.ensemble(path, output=folder, workers=1, chunk=3, progress=stop)
     here = cl.load_sweep(path).plan.made_with
     with pytest.raises(ValueError, match="of another plan") as caught:
         cl.ensemble(path, output=folder)
     made = f"made with contactlib 0.0.9 with kernel {kernel.token()}, this is {here};"
     assert made in str(caught.value)
-    text: Any = path.read_text()
-    with monkeypatch.context() as patch:
-        patch.setattr("contactlib.runs.sweep.plan.version", lambda name: "0.0.9")
-        path.write_text(text.replace("300.0", "301.0"))
-        with pytest.raises(ValueError, match="not the same: axis inertia;"):
-            cl.ensemble(path, output=folder)
+    path.write_text(path.read_text().replace("300.0", "301.0"))
+    with release("0.0.9"), pytest.raises(ValueError, match="not the same: axis inertia;"):
+        cl.ensemble(path, output=folder)

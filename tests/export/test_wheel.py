@@ -35,18 +35,8 @@ from contactlib.contact import kernel
 from contactlib.export.platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[2]
-PARTS = (
-    "benchmarks",
-    "contactlib",
-    "fmu",
-    "models",
-    "tests",
-    "tools",
-    "CITATION.cff",
-    "LICENSE",
-    "README.md",
-    "pyproject.toml",
-)
+FOLDERS = ("benchmarks", "contactlib", "fmu", "models", "tests", "tools")
+FILES = ("CITATION.cff", "LICENSE", "README.md", "pyproject.toml")
 TAGS = {
     "manylinux_2_17_x86_64": "x86_64-linux",
     "manylinux_2_17_aarch64": "aarch64-linux",
@@ -102,11 +92,10 @@ def opened(path: Path, *folders: Path) -> Wheel:
 def copied_tree(folder: Path) -> Path:
     folder.mkdir()
     ignored = shutil.ignore_patterns("_native", "node_modules", "__pycache__", ".*cache")
-    for name in PARTS:
-        if (ROOT / name).is_dir():
-            shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-        else:
-            shutil.copy(ROOT / name, folder / name)
+    for name in FOLDERS:
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in FILES:
+        shutil.copy(ROOT / name, folder / name)
     return folder
 
 
@@ -156,22 +145,19 @@ def test_its_modules_are_those_of_the_package(wheel: Wheel) -> None:
 
 
 def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
-    assert inside(wheel, "contactlib/fmu") == tree("fmu", ".c", ".h", ".md", ".py")
-    assert inside(wheel, "contactlib/models") == tree(
-        "models", ".toml", ".csv", ".png", ".md", ".py"
-    )
-    tables = "contactlib/contact/tables"
-    assert inside(wheel, tables) == tree(tables, ".bin")
-    templates = "contactlib/files/templates"
-    assert inside(wheel, templates) == tree(templates, ".toml")
-    guide = "contactlib/guide"
-    assert inside(wheel, guide) >= tree(guide, ".md", ".py")
-    kinds = ".html", ".css", ".svg", ".png", ".txt", ".c", ".h", ".mo"
-    assets = tree("contactlib/export/assets", *kinds)
-    assert inside(wheel, "contactlib/export/assets") == assets
-    folders = "fmu|models|contact/tables|files/templates|export/assets|guide|_native"
-    folders = rf"contactlib/({folders})/|.*\.pyi?$"
-    rest = {n for n in inside(wheel, "contactlib") if not re.match(folders, f"contactlib/{n}")}
+    kinds = {
+        "fmu": (".c", ".h", ".md", ".py"),
+        "models": (".toml", ".csv", ".png", ".md", ".py"),
+        "contact/tables": (".bin",),
+        "files/templates": (".toml",),
+        "export/assets": (".html", ".css", ".svg", ".png", ".txt", ".c", ".h", ".mo"),
+    }
+    for folder, suffixes in kinds.items():
+        source = folder if folder in FOLDERS else f"contactlib/{folder}"
+        assert inside(wheel, f"contactlib/{folder}") == tree(source, *suffixes)
+    assert inside(wheel, "contactlib/guide") >= tree("contactlib/guide", ".md", ".py")
+    folders = rf"({'|'.join(kinds)}|guide|_native)/|.*\.pyi?$"
+    rest = {n for n in inside(wheel, "contactlib") if not re.match(folders, n)}
     assert rest == {"README.md", "py.typed", "export/explorer/page.html"}
     for name, data in wheel.files.items():
         _, _, below = name.partition("/")
