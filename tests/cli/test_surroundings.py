@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
@@ -24,7 +24,6 @@ from sweep_files import chunks_kept, write_sweep
 
 import contactlib as cl
 from contactlib import figures
-from contactlib.cli.console import Pace
 from contactlib.contact import kernel
 from contactlib.figures.style import new_figure
 
@@ -48,23 +47,9 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # ---- clock ----------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def jumping_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
-    """The wall clock jumps by up to a century between any two looks at it."""
-    jumps = random.Random(8)  # noqa: S311 - no secret
-    now = time.time
-
-    def start(date: str) -> None:
-        monkeypatch.setattr(time, "time", lambda: now() + jumps.uniform(-1.5e9, 1.5e9))
-        monkeypatch.setattr(time, "time_ns", lambda: int(1e9 * time.time()))
-        monkeypatch.setenv("SOURCE_DATE_EPOCH", date)  # the date that matplotlib writes
-
-    return start
-
-
 @pytest.mark.slow
 def test_files_do_not_know_the_time(
-    tmp_path: Path, jumping_clock: Callable[[str], None], rig: cl.Model
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rig: cl.Model
 ) -> None:
     sweep = write_sweep(tmp_path)
     figure, axes = new_figure(3.0, 2.0)
@@ -80,18 +65,18 @@ def test_files_do_not_know_the_time(
         return {path.name: path.read_bytes() for path in folder.iterdir()}
 
     before = written(tmp_path / "before")
-    jumping_clock("86400")  # of 1970, when no zip entry can be dated
+    # The wall clock jumps by up to a century between any two looks at it.
+    jumps, now = random.Random(8), time.time  # noqa: S311 - no secret
+    monkeypatch.setattr(time, "time", lambda: now() + jumps.uniform(-1.5e9, 1.5e9))
+    monkeypatch.setattr(time, "time_ns", lambda: int(1e9 * time.time()))
+    # What matplotlib writes: a day of 1970, when no zip entry can be dated.
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     assert written(tmp_path / "after") == before
     assert len(before) == 6
 
 
-def test_time_left_and_locks_do_not_look_at_the_wall_clock(
-    tmp_path: Path, jumping_clock: Callable[[str], None]
-) -> None:
-    jumping_clock("0")
-    pace = Pace()
-    pace.line(0.0)
-    assert 0.0 <= pace.elapsed <= pace.elapsed
+def test_no_module_looks_at_the_wall_clock() -> None:
+    """Neither for the time that is left nor for locks; nothing is dated."""
     readings = {"time", "time_ns", "localtime", "gmtime", "ctime", "strftime"}
     for path in Path(cl.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):

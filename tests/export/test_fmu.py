@@ -129,15 +129,8 @@ def test_indicators_tell_the_booleans(tool: Instance) -> None:
     tool.start()
     indicators = [f"{n}_indicator" for n in ("falling", "speed", "k_hat", "force", "load")]
     seen = set()
-    points = (
-        (20.0, 10.0, 1e5),
-        (20.5, 10.0, 1e5),
-        (2.003, 1.0, 5e2),
-        (1, 0, 4.5),
-        (1, 0, 0),
-        (1, 0, -9),
-    )
-    for omega, speed, load in points:
+    usual = [(20.0, 10.0, 1e5), (20.5, 10.0, 1e5), (2.003, 1.0, 5e2)]
+    for omega, speed, load in (*usual, (1, 0, 4.5), (1, 0, 0), (1, 0, -9)):
         tool.set(omega=omega, speed=speed, normal_load=load)
         flags = [bool(v) for v in tool.get(*BOOLEANS)]
         assert [z > 0.0 for z in tool.get(*indicators)] == flags
@@ -748,26 +741,6 @@ def test_exchange_converges_to_the_stiff_solver_with_first_order(rig: cl.Model) 
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert order == pytest.approx(1.0, abs=0.1)
     assert errors[1] < 1e-4
-
-
-def test_exchange_is_stable_up_to_twice_the_inverse_slip_pole(rig: cl.Model) -> None:
-    body = rig.wheelset
-    point = body.balanced(creepage=0.002, speed=10.0)
-    gradient = point.creep_force_slope / point.speed
-    pole = gradient * body.radius**2 / body.inertia + body.damping / body.inertia
-    for factor, grows in ((0.97, False), (1.03, True)):
-        step = factor * 2.0 / pole
-        run = cl.cosimulate(
-            body,
-            cl.KernelSource(body.element),
-            cl.TorqueControl(cl.Profile.of(point.drive_torque)),
-            duration=200 * step,
-            step=step,
-            initial_speed=10.0,
-            initial_creepage=0.002 * (1.0 + 1e-6),
-        )
-        away = np.abs(run["omega"] - point.omega)
-        assert (away[-1] > away[0]) == grows
 
 
 def coupled(

@@ -50,27 +50,34 @@ def libraries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path
     return paths
 
 
-def test_fmi_3_has_a_folder_for_each_platform(libraries: dict[str, Path]) -> None:
-    assert binaries("all", 3, "Wheel") == {
-        "binaries/x86_64-linux/Wheel.so": libraries["x86_64-linux"].read_bytes(),
-        "binaries/aarch64-linux/Wheel.so": libraries["aarch64-linux"].read_bytes(),
-        "binaries/x86_64-windows/Wheel.dll": libraries["x86_64-windows"].read_bytes(),
-        "binaries/x86_64-darwin/Wheel.dylib": libraries["x86_64-darwin"].read_bytes(),
-        "binaries/aarch64-darwin/Wheel.dylib": libraries["aarch64-darwin"].read_bytes(),
-    }
+FOLDERS = {
+    2: {
+        "linux64/Wheel.so": ["x86_64-linux"],
+        "aarch64-linux/Wheel.so": ["aarch64-linux"],
+        "win64/Wheel.dll": ["x86_64-windows"],
+        "darwin64/Wheel.dylib": ["x86_64-darwin", "aarch64-darwin"],
+        "aarch64-darwin/Wheel.dylib": ["aarch64-darwin"],
+    },
+    3: {
+        "x86_64-linux/Wheel.so": ["x86_64-linux"],
+        "aarch64-linux/Wheel.so": ["aarch64-linux"],
+        "x86_64-windows/Wheel.dll": ["x86_64-windows"],
+        "x86_64-darwin/Wheel.dylib": ["x86_64-darwin"],
+        "aarch64-darwin/Wheel.dylib": ["aarch64-darwin"],
+    },
+}
 
 
-def test_fmi_2_has_its_own_folders(libraries: dict[str, Path]) -> None:
-    built = {name: path.read_bytes() for name, path in libraries.items()}
-    assert binaries(["all"], 2, "Wheel") == {
-        "binaries/linux64/Wheel.so": built["x86_64-linux"],
-        "binaries/aarch64-linux/Wheel.so": built["aarch64-linux"],
-        "binaries/win64/Wheel.dll": built["x86_64-windows"],
-        "binaries/darwin64/Wheel.dylib": universal(
-            [built["x86_64-darwin"], built["aarch64-darwin"]]
-        ),
-        "binaries/aarch64-darwin/Wheel.dylib": built["aarch64-darwin"],
+@pytest.mark.parametrize("version", FOLDERS)
+def test_each_version_has_its_folders(libraries: dict[str, Path], version: int) -> None:
+    expected = {
+        f"binaries/{path}": universal([libraries[name].read_bytes() for name in names])
+        for path, names in FOLDERS[version].items()
     }
+    once = binaries(PLATFORMS, version, "Wheel")
+    assert once == expected
+    for names in ("all", ["all"], [*reversed(PLATFORMS), PLATFORMS[0]]):
+        assert list(binaries(names, version, "Wheel").items()) == list(once.items())
 
 
 @pytest.mark.parametrize("system", ["linux", "darwin"])
@@ -89,12 +96,6 @@ def test_this_machine_s_library_is_where_fmpy_looks(version: int) -> None:
     path = f"binaries/{folder}/Wheel{fmpy.sharedLibraryExtension}"
     library = kernel.library_path(kernel.platform_name()).read_bytes()
     assert binaries(None, version, "Wheel")[path] == library
-
-
-def test_order_and_repetition_do_not_matter(libraries: dict[str, Path]) -> None:
-    assert libraries
-    once = list(binaries(PLATFORMS, 2, "Wheel").items())
-    assert list(binaries([*reversed(PLATFORMS), PLATFORMS[0]], 2, "Wheel").items()) == once
 
 
 def test_universal_file_holds_each_library_whole_and_aligned() -> None:

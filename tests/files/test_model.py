@@ -428,17 +428,8 @@ def test_the_model_file_s_cohesive_law(
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (
-            '\n[wheelset]\nradius = "500 mm"',
-            "\n[wheelset]\nradius = 500",
-            "wheelset.radius = 500 m",
-        ),
         ('"110.325 kN"', '"22.5 N"', "contact.normal_load = 22.5 N is implausible: 500 to 1e"),
-        ('"210 GPa"', "210", "contact.youngs_modulus = 210 Pa"),
-        ("inertia = 250.0", "inertia = 1e6", "wheelset.inertia = 1e.06 kg.m2"),
         ("static = 0.45", "static = 45", "friction.static = 45 is"),
-        ("initial_speed = 10.0", "initial_speed = 360", "run.initial_speed = 360 m/s"),
-        ('"110.325 kN"', "110.325", "contact.normal_load = 110.325 N"),
         (
             "k_hat = 0.3",
             'k_hat = 0.3\nsoftening_temperature = "1600 K"',
@@ -499,6 +490,7 @@ def test_a_forgotten_unit_is_named_before_what_follows_from_it(
             said = list(error.lines)
         else:
             said = [str(w.message) for w in caught if w.category is cl.InputWarning]
+            assert len(said) == 1 or key.startswith("semi_axis")
     assert said[0].startswith(f"mine.toml: {section}.{key} = {beyond:g}")
     assert " is implausible: " in said[0]
 
