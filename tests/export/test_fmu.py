@@ -929,16 +929,6 @@ def test_export_refuses_what_it_cannot_do(
     assert not list(tmp_path.iterdir())
 
 
-def test_export_names_the_command_that_brings_a_compiler(
-    rig: cl.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(kernel, "library_path", lambda name: tmp_path / name)
-    monkeypatch.setitem(sys.modules, "ziglang", None)
-    with pytest.raises(ValueError, match=r"pip install 'contactlib\[platforms\]' brings"):
-        cl.export_fmu(rig, tmp_path / "x.fmu", platforms=["x86_64-windows"])
-    assert not list(tmp_path.iterdir())
-
-
 def test_kinds_of_model() -> None:
     with pytest.raises(ValueError, match=r"kind = 'bogie' must be one of: force_element"):
         kernel.model_variables("bogie")

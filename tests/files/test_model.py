@@ -65,6 +65,10 @@ def test_resistance_is_davis_1926(locomotive: cl.Model, wagon_axles: int) -> Non
     assert found.quadratic == pytest.approx(quadratic * pound / mile_per_hour**2, rel=2e-3)
 
 
+STATIC, K_HAT, SEMI_WIDTH = "static = 0.45", "k_hat = 0.3", 'semi_width = "5 mm"'
+TIMES = "time = [0.0, 2.0, 10.0, 20.0]"
+
+
 def load_changed(
     tmp_path: Path, table: cl.CreepForceTable | None, changes: dict[str, str]
 ) -> cl.Model:
@@ -81,44 +85,32 @@ def load_changed(
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            "static = 0.45",
-            "statc = 0.45",
-            r"friction\.statc is not a known key; did you mean 'static'",
-        ),
-        ("static = 0.45", "", r"friction\.static is missing"),
-        ("static = 0.45", "static = true", r"friction\.static = True must be a number"),
-        ("static = 0.45", "static = -0.45", r"friction\.static = -0\.45 .*> 0"),
-        (
-            "static = 0.45",
-            "static = 0.1",
-            r"friction\.static = 0\.1 .*>= kinetic = 0\.21",
-        ),
-        ("static = 0.45", "static = nan", r"friction\.static = nan .*finite"),
-        ("static = 0.45", "static = [0.45]", r"friction\.static = \[0\.45\] must be a number"),
-        ("k_hat = 0.3", "k_hat = 2.5", r"friction\.k_hat = 2\.5 .*>= 0 and <= 2"),
+        (STATIC, "statc = 0.45", r"friction\.statc is not a known key; did you mean 'static'"),
+        (STATIC, "", r"friction\.static is missing"),
+        (STATIC, "static = true", r"friction\.static = True must be a number"),
+        (STATIC, "static = -0.45", r"friction\.static = -0\.45 .*> 0"),
+        (STATIC, "static = 0.1", r"friction\.static = 0\.1 .*>= kinetic = 0\.21"),
+        (STATIC, "static = nan", r"friction\.static = nan .*finite"),
+        (STATIC, "static = [0.45]", r"friction\.static = \[0\.45\] must be a number"),
+        (K_HAT, "k_hat = 2.5", r"friction\.k_hat = 2\.5 .*>= 0 and <= 2"),
         (
             "radius =",
             "radius_x =",
             r"contact\.semi_width and radius, or .*one of these pairs, not semi_width and radius_x",
         ),
         (
-            'semi_width = "5 mm"',
+            SEMI_WIDTH,
             'semi_axis_x = "5 mm"\nsemi_axis_y = "5 mm"',
             r"contact\.semi_width and radius, or .*one of these pairs, not radius and semi_axis_x",
         ),
+        (SEMI_WIDTH, "", r"contact\.semi_width and radius, or .*one of these pairs, not radius"),
         (
-            'semi_width = "5 mm"',
-            "",
-            r"contact\.semi_width and radius, or .*one of these pairs, not radius",
-        ),
-        (
-            "k_hat = 0.3",
+            K_HAT,
             "k_hat = 0.3\nslip_rate_residual = 0.0",
             r"friction\.slip_rate_residual = 0\.0 .*> 0 and <= 1",
         ),
-        ("k_hat = 0.3", "", r"friction\.weakening_length and k_hat: give exactly one"),
-        ("k_hat = 0.3", "k_hat = 0.3\nweakening_length = 1e-6", "exactly one of them, not 2"),
+        (K_HAT, "", r"friction\.weakening_length and k_hat: give exactly one"),
+        (K_HAT, "k_hat = 0.3\nweakening_length = 1e-6", "exactly one of them, not 2"),
         ('"500 mm"', '"500 kg"', r"contact\.radius = '500 kg' must be a number in m.*mm"),
         ('"500 mm"', '"wide mm"', r"contact\.radius = 'wide mm' does not begin with a number"),
         (
@@ -132,31 +124,15 @@ def load_changed(
             r"resistence is not a known key; did you mean 'resistance'",
         ),
         ("[wheelset]", "[wheelsets]", "wheelsets is not a known key; did you mean"),
-        (
-            "time = [0.0, 2.0, 10.0, 20.0]",
-            "time = [0.0, 2.0, 1.0, 20.0]",
-            r"creep_control\.time = .*must rise",
-        ),
-        (
-            "time = [0.0, 2.0, 10.0, 20.0]",
-            "time = []",
-            r"creep_control\.time = \[\] must be a list",
-        ),
-        (
-            "time = [0.0, 2.0, 10.0, 20.0]",
-            "time = [0.0]",
-            r"creep_control\.time has 1 and creepage 4",
-        ),
+        (TIMES, "time = [0.0, 2.0, 1.0, 20.0]", r"creep_control\.time = .*must rise"),
+        (TIMES, "time = []", r"creep_control\.time = \[\] must be a list"),
+        (TIMES, "time = [0.0]", r"creep_control\.time has 1 and creepage 4"),
         (
             "torque_min = 0.0",
             "torque_min = 4e4",
             r"creep_control\.torque_min = 40000\.0 .*< torque_max",
         ),
-        (
-            "static = 0.45",
-            "static = 0,45",
-            r"line 17.*decimal comma\? a number has a decimal point",
-        ),
+        (STATIC, "static = 0,45", r"line 17.*decimal comma\? a number has a decimal point"),
         ("name =", "name = 3 #", "name = 3 must be a string"),
         ("[run]", "[run", "at line"),
     ],
@@ -169,7 +145,7 @@ def test_a_mistake_is_one_clear_line(
     assert "\n" not in str(caught.value)
 
 
-FRICTION = "[friction]\nstatic = 0.45\nkinetic = 0.21\nk_hat = 0.3\n"
+FRICTION = f"[friction]\n{STATIC}\nkinetic = 0.21\n{K_HAT}\n"
 SHAPE = 'radius = "500 mm"\nsemi_width = "5 mm"'
 MEASURED = f"""[contact]
 {SHAPE}
@@ -429,9 +405,9 @@ def test_the_model_file_s_cohesive_law(
     ("old", "new", "said"),
     [
         ('"110.325 kN"', '"22.5 N"', "contact.normal_load = 22.5 N is implausible: 500 to 1e"),
-        ("static = 0.45", "static = 45", "friction.static = 45 is"),
+        (STATIC, "static = 45", "friction.static = 45 is"),
         (
-            "k_hat = 0.3",
+            K_HAT,
             'k_hat = 0.3\nsoftening_temperature = "1600 K"',
             "friction.softening_temperature = 1600 K .* steel melts at 1480 K above$",
         ),
