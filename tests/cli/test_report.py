@@ -147,8 +147,7 @@ def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     (tmp_path / "short.toml").write_text(text)
 
     def torque(*seed: str) -> str:
-        given = ("--control", "cut", *seed, "-o", tmp_path / "out")
-        done("simulate", tmp_path / "short.toml", *given)
+        done("simulate", tmp_path / "short.toml", "--control", "cut", *seed, "-o", tmp_path / "out")
         return (tmp_path / "out" / "cut.csv").read_text()
 
     assert torque() == torque("--seed", "0")  # the file's

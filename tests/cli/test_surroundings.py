@@ -115,7 +115,8 @@ def test_a_decimal_comma_changes_no_number(
     found = {}
     for name, environment in (("comma", comma), ("dot", {**os.environ, "LC_ALL": "C"})):
         (tmp_path / name).mkdir()
-        command = [sys.executable, HERE / "decimal_comma.py", tmp_path / name, unpacked]
+        arguments = map(str, (HERE / "decimal_comma.py", tmp_path / name, unpacked))
+        command = [sys.executable, *arguments]
         done = subprocess.run(command, capture_output=True, check=False, env=environment)
         assert done.returncode == 0, done.stderr
         found[name] = json.loads(done.stdout)

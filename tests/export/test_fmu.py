@@ -181,16 +181,16 @@ def test_contact_that_slip_warms(locomotive: cl.Model, tmp_path: Path, version: 
     names = "traction_coefficient", "contact_temperature"
 
     def at(omega: float, element: cl.ForceElement) -> list[float]:
-        tool.set(omega=omega, speed=30.0)
+        warmed.set(omega=omega, speed=30.0)
         found = element.evaluate(omega=omega, speed=30.0)
-        assert tool.get(*names) == [float(found[name]) for name in names]
-        return tool.get(*names)
+        assert warmed.get(*names) == [float(found[name]) for name in names]
+        return warmed.get(*names)
 
-    heat = {"softening_temperature": 1200.0, "thermal_effusivity": 2e4}
-    with Instance(exported(warm, tmp_path, version=version)).initialize() as tool:
+    heat: dict[str, Any] = {"softening_temperature": 1200.0, "thermal_effusivity": 2e4}
+    with Instance(exported(warm, tmp_path, version=version)).initialize() as warmed:
         cold, hot = at(60.0, wheelset.element), at(66.0, wheelset.element)
         assert cold[1] == 0.0 < 100.0 < hot[1]
-        tool.set(**heat)
+        warmed.set(**heat)
         friction = replace(wheelset.element.friction, **heat)
         better = at(66.0, replace(wheelset.element, friction=friction))
         assert better[0] > hot[0]

@@ -408,6 +408,7 @@ ADDED = [
         ('vehicle = "locomotive.toml"', "", r"vehicle is missing"),
         ('"locomotive.toml"', "3", r"vehicle = 3 must be a string"),
         ("locomotive.toml", "no.toml", r"vehicle no\.toml: no such file, neither beside"),
+        ("locomotive.toml", "../x.toml", r"vehicle must lie beside the scenario or below"),
         ("locomotive.toml", "torsion.toml", r"vehicle torsion\.toml: is a scenario"),
         ('duration = "1 min"', "", r"run\.duration is missing"),
         ('"1 min"', "0.0", r"run\.duration = 0\.0 .*> 0"),
