@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import contactlib as cl
-from contactlib.base.writing import package_folder, write_whole
+from contactlib.base.writing import write_whole
 
 posix = pytest.mark.skipif(os.name != "posix", reason="rights and special files of POSIX")
 
@@ -52,11 +52,6 @@ def test_a_new_file_has_ordinary_permissions(tmp_path: Path) -> None:
     ordinary = tmp_path / "ordinary"
     ordinary.touch()
     assert write_whole(tmp_path / "new", b"").stat().st_mode == ordinary.stat().st_mode
-
-
-def test_sources_and_models_are_found() -> None:
-    assert (package_folder("fmu") / "creep_table.c").is_file()
-    assert (package_folder("models") / "roller_rig.toml").is_file()
 
 
 def test_data_are_on_the_disk_before_the_name_and_the_name_before_the_end(
