@@ -290,7 +290,7 @@ def test_results_of_another_contactlib_name_both(
     @contextmanager
     def release(version: str) -> Iterator[None]:
         with monkeypatch.context() as patch:
-            patch.setattr("contactlib.runs.sweep.plan.version", lambda name: version)
+            patch.setattr("contactlib.runs.sweep.plan.version", lambda: version)
             yield
 
     def stop(part: float) -> None:
