@@ -44,6 +44,7 @@ LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
 FRACTIONS = 50  # of a sample time that are tried for a step that is common to controllers
 BLOCK = 16_384  # rows times runs in a block
 AHEAD = 256  # rows whose profiles are evaluated at once
+SAMPLE_TIME = Limits(at_least=1e-6, at_most=1e3)  # [s]
 TORQUE = Limits(at_least=-STRONGEST, at_most=STRONGEST)
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
 STATIC = Profile.of(1.0)  # factor on the load
@@ -298,7 +299,7 @@ class Plant:
                 )
         if not given:
             raise ValueError("scenario = [] is too short: a plant has at least one wheelset")
-        sample_time = checked_number("sample_time", sample_time, POSITIVE)
+        sample_time = checked_number("sample_time", sample_time, SAMPLE_TIME)
         self._build(
             given,
             timing(given[0], sample_time, step),
