@@ -295,7 +295,7 @@ static curve curve_of(const creep_table *table, const force_element_parameters *
         /* Friction that falls with the slip speed moves the peak at most to the saturation creepage
          * of what is left of it; that of a hot contact is at zeta0/sqrt(V zeta0/w_T), and V zeta0
          * is below 400 w_T for any steel. */
-        double left = is_hot(&c.contact) ? 0.05 : c.contact.slip_rate_residual;
+        double left = is_hot(&c.contact) ? 0.05 : fmax(c.contact.slip_rate_residual, 1e-6);
         double fall = c.contact.slip_rate_decay * at->speed * scales.saturation_creepage;
         double farthest = fall > 0.0 ? fmax(FARTHEST, 40.0 / fall) : FARTHEST;
         c.first = fmin(c.first, 0.01 * left * scales.saturation_creepage);
@@ -305,6 +305,8 @@ static curve curve_of(const creep_table *table, const force_element_parameters *
         c.first = 1e-6;
         c.last = 1e6;
     }
+    c.first = fmax(c.first, 1e-200); /* so that their ratio is a number */
+    c.last = fmax(fmin(c.last, 1e100), 10.0 * c.first);
     return c;
 }
 
