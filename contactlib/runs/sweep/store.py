@@ -184,6 +184,6 @@ def another_plan(what: str, found: object, here: str) -> ValueError:
 def _parsed(text: Any) -> dict[str, object]:
     try:
         known = json.loads(text)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RecursionError):
         return {}
     return known if isinstance(known, dict) else {}
