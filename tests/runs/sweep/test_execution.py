@@ -117,7 +117,7 @@ def test_a_worker_that_is_another_contactlib_refuses(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sweep = cl.load_sweep(path)
-    monkeypatch.setattr("contactlib.runs.sweep.plan.version", lambda name: "0.0.0")
+    monkeypatch.setattr("contactlib.runs.sweep.plan.version", lambda: "0.0.0")
     with pytest.raises(RuntimeError, match=r"a worker has contactlib 0\.0\.0"):
         cl.ensemble(sweep)
 
