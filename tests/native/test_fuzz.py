@@ -82,13 +82,9 @@ DEFECTS = {
     "several values are set or none": (
         "fmi2",
         "fmi2.c",
-        "    for (size_t i = 0; i < n && status == RESULT_OK; i++)\n"
-        "        status = component_check(core, references[i], 0, values[i]);\n"
-        "    for (size_t i = 0; i < n && status == RESULT_OK; i++)\n"
-        "        component_put(core, references[i], values[i]);",
-        "    for (size_t i = 0; i < n && status == RESULT_OK; i++)\n"
-        "        if ((status = component_check(core, references[i], 0, values[i])) == RESULT_OK)\n"
-        "            component_put(core, references[i], values[i]);",
+        "            status = component_check(core, references[i], boolean, to_double);",
+        "            if ((status = component_check(core, references[i], boolean, to_double)) == "
+        "RESULT_OK) component_put(core, references[i], to_double);",
     ),
 }
 

@@ -236,7 +236,7 @@ static void test_hertz(void) {
  * the first of them; the grip and the peak are among them. */
 static void test_curve(const creep_table *table, const force_element_parameters *parameters) {
     enum { ROOM = 64 };
-    for (int i = 0; i <= points / 10000; i++) {
+    for (int i = 0; i < 12; i++) {
         wheelset_parameters body = SOME_BODY;
         body.damping = i % 3 == 0 ? 0.0 : random_exponent(-1.0, 3.0);
         if (i % 4 == 0) body.inverse_mass = 0.0;
@@ -267,6 +267,11 @@ static void test_curve(const creep_table *table, const force_element_parameters 
                 CHECK(one.torque == steady[k].torque);
             }
         }
+        double rest = 0.0; /* belongs to traction */
+        creep_curve_points(table, parameters, with, &at, 1, &rest, &one);
+        size_t kept =
+            creep_curve_steady(table, parameters, with, &at, one.torque, -1.0, ROOM, steady);
+        CHECK(kept == 0 || steady[0].creepage < 0.0);
         double torque = 0.5 * turns[0].torque;
         size_t n = creep_curve_steady(table, parameters, &body, &at, torque, 1.0, ROOM, steady);
         creepage = creep_curve_grip(table, parameters, &body, &at, torque, &limit);
