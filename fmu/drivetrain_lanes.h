@@ -269,56 +269,11 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
     }
 }
 
-static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
-    group *g = model;
-    fill(g, y);
-    wheels(g, y);
-    if (jacobian) set_rates(g, y, f, jacobian);
-    else set_rates(g, y, f, NULL);
-}
-
-/* Errors of slips are relative to slip plus saturation slip, of the speed to speed plus minimum
- * speed, of torques to torque plus that of kinetic friction. */
-static void drivetrain_error(void *model, rows y, rows error, lanes size) {
-    group *g = model;
-    EACH_LANE (l) {
-        TAKE(drivetrain_parameters, p, g->train);
-        TAKE(force_element_parameters, contact, g->contact[0]);
-        double r = p.body.radius, speed = fabs(y[SPEED][l]) + p.body.minimum_speed;
-        double torque = r * contact.kinetic_friction * g->nominal_load[l];
-        double found = fabs(error[SPEED][l]) / speed;
-        for (int i = 0; i < 2; i++) {
-            int place = g->elastic ? LEFT + i : LEFT;
-            double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
-            found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
-            double relaxed = fabs(y[RELAXED_LEFT + i][l]) + saturation;
-            if (g->relaxed) found += fabs(error[RELAXED_LEFT + i][l]) / relaxed;
-        }
-        double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
-        if (g->elastic) found += fabs(error[TWIST][l]) / twist;
-        if (g->lagging) found += fabs(error[TORQUE][l]) / (fabs(y[TORQUE][l]) + torque);
-        size[l] = found;
-    }
-}
-
 static int is_elastic(const drivetrain_member *m) { return m->drivetrain->axle_stiffness > 0.0; }
 
 static int is_relaxed(const drivetrain_member *m) { return m->contact->relaxation_length > 0.0; }
 
 static int is_lagging(const drivetrain_member *m) { return m->drivetrain->motor_lag > 0.0; }
-
-static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *b) {
-    return a->table == b->table && is_elastic(a) == is_elastic(b) &&
-           is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b) &&
-           is_hot(a->contact) == is_hot(b->contact);
-}
-
-/* How many of the next n members are of the first one's kind. */
-static size_t count_of_one_kind(const drivetrain_member *members, size_t n) {
-    size_t count = 1;
-    while (count < n && are_of_one_kind(members, &members[count])) count++;
-    return count;
-}
 
 static void set_kind(group *g, const drivetrain_member *member) {
     g->table = member->table;
@@ -350,20 +305,4 @@ static void load(group *g, int l, const drivetrain_member *member, const drivetr
     put(g->train, l, FIELDS(drivetrain_parameters), (const double *)member->drivetrain);
     put(g->input, l, FIELDS(drivetrain_input), (const double *)input);
     put(y, l, FIELDS(drivetrain_state), (const double *)state);
-}
-
-static equations equations_of(group *g) {
-    equations problem = {.model = g, .rates = evaluate, .error_size = drivetrain_error};
-    int *place = problem.place, n = 0;
-    place[n++] = SPEED;
-    place[n++] = LEFT;
-    if (g->elastic) place[n++] = RIGHT;
-    if (g->elastic) place[n++] = TWIST;
-    if (g->relaxed) place[n++] = RELAXED_LEFT;
-    if (g->relaxed) place[n++] = RELAXED_RIGHT;
-    if (g->lagging) place[n++] = TORQUE;
-    problem.states = n;
-    for (int i = DISTANCE; i <= LOSS; i++) place[n++] = i;
-    problem.rows = n;
-    return problem;
 }

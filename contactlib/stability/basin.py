@@ -16,17 +16,20 @@ border: it lies between a creepage from which they return and one from which the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple, Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 
 from contactlib.base.quantities import POSITIVE, FloatArray, checked
+from contactlib.contact import kernel
 from contactlib.vehicle.conditions import Conditions, GivenConditions, GivenInputs
+from contactlib.vehicle.continuous_control import TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve
+from contactlib.vehicle.drivetrain import Drivetrain
+from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
 TIME_CONSTANTS = 20
@@ -57,21 +60,21 @@ class Arrival(NamedTuple):
 
 def move_until(
     wheelset: Wheelset,
-    condition: Callable[[float, float], float],
-    *,
+    *crossings: Mapping[str, float],
     creepage: float,
     at: Conditions,
     drive_torque: float,
     horizon: float,
 ) -> Arrival:
-    """Integrate the equations of motion until `condition` of (creepage, speed) changes sign.
+    """Integrate the equations of motion until a sum of signals passes a level.
 
     Parameters
     ----------
     wheelset : Wheelset
         The wheelset.
-    condition : callable
-        Function of creepage and speed.
+    *crossings : mapping
+        Weights of ``creepage`` and ``abs_speed``, and the ``level`` of their sum; the motion ends
+        at the first one that is passed.
     creepage : float
         Creepage at the start [1].
     at : Conditions
@@ -84,44 +87,31 @@ def move_until(
     Raises
     ------
     RuntimeError
-        If the condition is not met within the horizon.
+        If no level is passed within the horizon.
     """
-    r = wheelset.radius
-
-    def creepage_of(state: FloatArray) -> float:
-        return float(r * state[0] / state[1] - 1.0)
-
-    def rates(state: FloatArray) -> Any:
-        given = drive_torque, at.normal_load, at.friction_scale, at.resistance_force
-        return wheelset.rates(float(state[0]), float(state[1]), *given)[0]
-
-    def right_hand_side(_: float, state: FloatArray) -> list[float]:
-        found = rates(state)
-        return [found.omega_rate, found.speed_rate, state[1]]
-
-    def jacobian(_: float, state: FloatArray) -> list[list[float]]:
-        (a, b), (c, d) = rates(state).jacobian
-        return [[a, b, 0.0], [c, d, 0.0], [0.0, 1.0, 0.0]]
-
-    def met(_: float, state: FloatArray) -> float:
-        return condition(creepage_of(state), float(state[1]))
-
-    met.terminal = True  # type: ignore[attr-defined]
-    omega = (1.0 + creepage) * at.speed / r
-    solution: Any = solve_ivp(
-        right_hand_side,
-        (0.0, horizon),
-        [omega, at.speed, 0.0],
-        method="Radau",
-        jac=jacobian,
-        events=met,
-        rtol=1e-9,
-        atol=1e-9 * np.array([abs(omega), at.speed, at.speed * abs(horizon)]),
+    omega = (1.0 + creepage) * at.speed / wheelset.radius
+    inputs = {
+        "reference": drive_torque,
+        "normal_load": at.normal_load,
+        "friction_scale": at.friction_scale,
+        "resistance_force": at.resistance_force,
+    }
+    # Memory and works do not matter.
+    scale = at.speed, abs(omega), math.inf, at.speed * abs(horizon), *(math.inf for _ in range(4))
+    run = kernel.run_wheelset(
+        Drivetrain(wheelset).native,
+        TorqueControl(Profile.of(drive_torque)).native,
+        {"speed": at.speed, "omega": omega},
+        span=(0.0, horizon),
+        inputs=(inputs, inputs),
+        crossings=[{**crossing, "ends": True} for crossing in crossings],
+        tolerance=1e-9,
+        scale=scale,
     )
-    if solution.status != 1:
-        raise RuntimeError(f"not there after {solution.t[-1]:.6g} s: {solution.message}")
-    end = solution.y_events[0][0]
-    return Arrival(float(solution.t_events[0][0]), creepage_of(end), float(end[1]), float(end[2]))
+    if not run.stopped:
+        raise RuntimeError(f"not there after {horizon:.6g} s")
+    _, zeta, end = run.events[-1]
+    return Arrival(*(float(x) for x in (end["time"], zeta, end["speed"], end["distance"])))
 
 
 class Basin(NamedTuple):
@@ -227,7 +217,7 @@ def _border(curve: CreepCurve, torque: float, grip: float, creepage: float) -> f
         return creepage
     return move_until(
         wheelset,
-        lambda _, v: v - at.speed,
+        {"abs_speed": 1.0, "level": at.speed},
         creepage=branch,
         at=later,
         drive_torque=torque,
@@ -272,14 +262,16 @@ def _searched(
     middle, far = 0.5 * (grip + creepage), grip + side * AWAY * distance
     horizon = LONGEST / float(CreepCurve(wheelset, at).pole(creepage))
 
-    def decided(zeta: float, speed: float) -> float:
-        standing = speed - wheelset.element.minimum_speed
-        return (zeta - middle) * (far - zeta) * standing
+    decided: list[dict[str, float]] = [
+        {"creepage": 1.0, "level": middle},
+        {"creepage": 1.0, "level": far},
+        {"abs_speed": 1.0, "level": wheelset.element.minimum_speed},
+    ]
 
     def returns(start: float) -> bool:
         try:
             end = move_until(
-                wheelset, decided, creepage=start, at=at, drive_torque=torque, horizon=horizon
+                wheelset, *decided, creepage=start, at=at, drive_torque=torque, horizon=horizon
             )
         except RuntimeError:  # it spins, but not far away
             return False

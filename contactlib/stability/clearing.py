@@ -91,7 +91,7 @@ def clearing(
         drive_torque=torque,
         horizon=100.0 * frozen,
     )
-    reached = path(lambda zeta, _: zeta - end)
+    reached = path({"creepage": 1.0, "level": end})
     try:
         there = basin(wheelset, good, drive_torque=torque, speed=reached.speed)
         later, why = there.highest if torque >= 0.0 else there.lowest, ""
@@ -104,5 +104,6 @@ def clearing(
         )
     moved, gained = later - end, reached.speed - at.speed
     steepness = moved / gained if gained != 0.0 else 0.0
-    arrival = path(lambda zeta, v: zeta - end - steepness * (v - at.speed))
+    level = end - steepness * at.speed
+    arrival = path({"creepage": 1.0, "abs_speed": -steepness, "level": level})
     return Clearing(arrival.time, arrival.distance, border)

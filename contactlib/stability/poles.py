@@ -38,15 +38,21 @@ def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
     It is -V/(r**2/b + (1 + zeta)/F') for a free wheelset, -b V/r**2 for a held speed, and zero, the
     case of the paper, without damping or without a resistance that grows with speed. If friction
     falls with slip speed, dQ/dV at fixed creepage is not zero, and a free wheelset with damping
-    has -V (F' - dQ/dV)/(r**2 F'/b + 1 + zeta).
+    has -V (F' - dQ/dV)/(r**2 F'/b + 1 + zeta); with a light vehicle two eigenvalues may become
+    complex before, and cross zero at -V ((F' - dQ/dV)/M + b/J)/(r**2/J + (1 + zeta)/M).
     """
     r, b, speed = wheelset.radius, wheelset.damping, point.speed
     if b == 0.0:
         return 0.0
-    if wheelset.speed_held:
+    if wheelset.mass is None:
         return -b * speed / r**2
-    growth = point.resistance_slope - point.creep_force_speed_slope
-    return -speed * growth / (r**2 * point.resistance_slope / b + 1.0 + point.creepage)
+    growth, rolling = point.resistance_slope - point.creep_force_speed_slope, 1.0 + point.creepage
+    # Slopes at which the determinant and the trace of the linearized motion are zero.
+    determinant = -growth / (r**2 * point.resistance_slope / b + rolling)
+    trace = -(growth / wheelset.mass + b / wheelset.inertia) / (
+        r**2 / wheelset.inertia + rolling / wheelset.mass
+    )
+    return speed * max(determinant, trace)
 
 
 def approximate_pole(

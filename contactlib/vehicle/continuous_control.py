@@ -1,56 +1,19 @@
 """Continuous controllers of the drive torque for `simulate`: torque control and creep control.
 
 A continuous controller maps (reference, true creepage, memory) to a torque and the rate of its
-memory. References are `Profile` objects, so that an integrator can stop at every corner. Sampled
-controllers, which see measured speeds in a scenario, are in `contactlib.traction`.
+memory; its law is the kernel's. References are `Profile` objects, so that an integrator can stop
+at every corner. Sampled controllers, which see measured speeds in a scenario, are in
+`contactlib.traction`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, ClassVar, Literal
 
 from contactlib.base.quantities import Parameters, Quantity
+from contactlib.contact import kernel
 from contactlib.vehicle.track import Profile
-
-
-class Command(NamedTuple):
-    """A controller's answer and its partial derivatives.
-
-    Attributes
-    ----------
-    torque : float
-        Drive torque [N.m].
-    torque_by_creepage, torque_by_memory : float
-        Partial derivatives [N.m, 1].
-    memory_rate : float
-        Rate of the controller's memory [N.m/s].
-    rate_by_creepage, rate_by_memory : float
-        Partial derivatives [N.m/s, 1/s].
-    """
-
-    torque: float
-    torque_by_creepage: float = 0.0
-    torque_by_memory: float = 0.0
-    memory_rate: float = 0.0
-    rate_by_creepage: float = 0.0
-    rate_by_memory: float = 0.0
-
-
-class ContinuousController(Protocol):
-    """Interface of a continuous controller for `simulate` and `cosimulate`."""
-
-    asks_for: ClassVar[Literal["drive_torque", "creepage"]]
-
-    @property
-    def reference(self) -> Profile:
-        """Reference value over time: a torque [N.m] or a creepage [1]."""
-
-    def start(self, torque: float) -> float:
-        """Memory that gives `torque` while creepage and reference agree."""
-
-    def command(self, reference: float, creepage: float, memory: float) -> Command:
-        """Torque and memory rate."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +30,14 @@ class TorqueControl:
 
     reference: Profile
 
+    @property
+    def native(self) -> kernel.NativeLaw:
+        """The control law: the reference is the torque."""
+        return kernel.NativeLaw()
+
     def start(self, torque: float) -> float:
         """Memory, which is not used."""
         return 0.0
-
-    def command(self, reference: float, creepage: float, memory: float) -> Command:
-        """The reference is the torque."""
-        return Command(reference)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,18 +82,15 @@ class CreepControl(Parameters):
                 f"must be < torque_max = {self.torque_max!r}"
             )
 
+    @property
+    def native(self) -> kernel.NativeLaw:
+        """The control law."""
+        names = "proportional_gain", "integral_gain", "torque_min", "torque_max"
+        return kernel.NativeLaw(of_creepage=1, **{name: getattr(self, name) for name in names})
+
     def start(self, torque: float) -> float:
         """Memory that gives `torque` while creepage and reference agree."""
         return min(max(torque, self.torque_min), self.torque_max)
 
-    def command(self, reference: float, creepage: float, memory: float) -> Command:
-        """Torque and memory rate."""
-        error = reference - creepage
-        wanted = self.proportional_gain * error + memory
-        torque = min(max(wanted, self.torque_min), self.torque_max)
-        tracking = self.integral_gain / self.proportional_gain
-        rate = self.integral_gain * error + tracking * (torque - wanted)
-        if torque == wanted:
-            return Command(torque, -self.proportional_gain, 1.0, rate, -self.integral_gain, 0.0)
-        # At a limit Ki e - (Ki/Kp)(Kp e + I) = -(Ki/Kp) I depends on the memory alone.
-        return Command(torque, 0.0, 0.0, rate, 0.0, -tracking)
+
+ContinuousController = TorqueControl | CreepControl

@@ -318,7 +318,8 @@ class Wheelset(Parameters):
 
         States ``omega`` and, unless held, ``speed``; inputs ``drive_torque``, ``normal_load``,
         ``friction_scale`` and ``resistance_force``, all needed in this order; outputs ``omega``,
-        ``speed``, ``creepage``, ``creep_force``.
+        ``speed``, ``creepage``, ``creep_force``. `control.input_output_response` steps over a short
+        pulse of an input unless its ``solve_ivp_kwargs`` have a ``max_step``; `simulate` does not.
 
         Parameters
         ----------

@@ -394,7 +394,6 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "control_systems.growth_rate": {"poles": row(-1.0, 0.5, 0.2, 3.0)},
     "control_systems.operating_point": {"creepage": 0.005, "resistance_force": None},
     "control_systems.phase_plane_system": FREE,
-    "control_systems.response": {"initial_state": row(20.1), "output_interval": 1e-3},
     "control_systems.sampled_loop": LOOP,
     "cosimulate": {"controller": torque_control, "duration": 1e-3, "step": 1e-4},
     "fit": {"low": 0.1, "high": 1.0, "level": 0.95, "k_hat": 0.0, "saturation_creepage": 0.02},
@@ -439,13 +438,11 @@ OVERRIDES: dict[str, dict[str, Any]] = {
 ROWS = {
     *("Friction.from_samples", "FitResult.traction_coefficient", "MeasuredCurve", "Profile"),
     *("Softening", "TractionData", "WheelLoad", "control_systems.growth_rate"),
-    "control_systems.response",
     *("traction.SensorReader", "traction.SensorReader.read"),
 }
 # What a function takes as it is.
 UNCHECKED = {
     "control_systems.growth_rate": {"poles"},
-    "control_systems.response": {"initial_state"},
     "traction.SensorReader.read": set(MEASURED),
 }
 # Names under which an error reports an argument, if it is not the argument's.
@@ -479,7 +476,7 @@ EXEMPT: dict[str, str] = {
     ),
     **dict.fromkeys(
         (
-            *("CreepControl.command", "CreepControl.start", "TorqueControl.command"),
+            "CreepControl.start",
             *("TorqueControl.start", "Wheelset.rates", "KernelSource.exchange"),
             "FmuSource.exchange",
         ),

@@ -14,6 +14,7 @@
 #include "fmi.h"
 #include "hertz.h"
 #include "resource.h"
+#include "wheelset_run.h"
 #include "wheelset_step.h"
 #include "wide.h"
 
@@ -329,6 +330,84 @@ static void test_drivetrains(const creep_table *table, const force_element_param
     }
 }
 
+/* Rows of a stretch; at most ROWS are kept, a few at a time. The events are in order. */
+enum { ROWS = 4096, ROWS_AT_ONCE = 7 };
+static size_t all_rows(const drivetrain_member *member, const run_stretch *given,
+                       const run_row *first, run_row *rows, int *status) {
+    wheelset_run *run = wheelset_run_begin(member, given, first);
+    run_event events[RUN_CROSSINGS];
+    size_t n = 0, count;
+    do {
+        size_t written = wheelset_run_rows(run, ROWS_AT_ONCE, &rows[n], status, &count, events);
+        n += written;
+        CHECK(written <= ROWS_AT_ONCE && count <= RUN_CROSSINGS);
+        for (size_t k = 0; k < count; k++) {
+            CHECK(isfinite(events[k].creepage) && isfinite(events[k].row.omega));
+            double after = events[k].row.time - (k > 0 ? events[k - 1].row.time : given->start);
+            CHECK((given->end > given->start ? after : -after) >= 0.0);
+        }
+    } while (*status == RUN_GOES_ON && n + ROWS_AT_ONCE < ROWS);
+    wheelset_run_free(run);
+    return n;
+}
+
+/* A run balances its energy, passes each row of its grid, comes back when it runs backward for a
+ * moment, and gives up where no step meets the tolerance. */
+static void test_run(const creep_table *table, const force_element_parameters *parameters) {
+    static run_row rows[ROWS];
+    for (int i = 0; i < 12; i++) {
+        some_drivetrain d = {.contact = *parameters, .train = {.body = SOME_BODY}};
+        d.contact.relaxation_length = 0.0;
+        d.train.drive_share = 0.5;
+        drivetrain_member member = member_of(table, &d, NULL);
+        run_stretch given = {
+            .law = {i % 2, 1e6, 2e6, 0.0, 2.5e4},
+            .end = random_exponent(-1.0, 0.5),
+            .from = {i % 2 ? 0.005 : 1e4, d.contact.nominal_load, 1.0, 0.0},
+            .to = {i % 2 ? 0.05 : 6e4, i % 3 * d.contact.nominal_load, i % 5 ? 0.5 : 1.0, 1e3},
+            .interval = 0.1,
+            .tolerance = 1e-8,
+            .scale = {0.1, 0.2, 1.0, 1.0, 1e3, 1e3, 1e3, 1e3},
+            .crossings = 4,
+            .crossing = {{.creepage = 1.0, .level = 0.01},
+                         {.creepage = 1.0, .level = 0.01 - 1e-9}, /* in the same step */
+                         {.fall = 1.0, .direction = 1},
+                         {.abs_creepage = 1.0, .level = 0.5, .direction = 1, .ends = i % 4 == 0}},
+        };
+        run_row first = {.speed = i % 6 ? 10.0 : 0.0, .omega = i % 6 ? 20.05 : 0.0, .memory = 1e4};
+        int status;
+        size_t n = all_rows(&member, &given, &first, rows, &status), on_grid = 0;
+        CHECK(status == RUN_AT_END || (status == RUN_STOPPED && i % 4 == 0));
+        const run_row *last = &rows[n - 1];
+        CHECK(rows[0].time == 0.0 && (status == RUN_STOPPED || last->time == given.end));
+        for (size_t k = 1; k < n; k++) {
+            CHECK(rows[k].time > rows[k - 1].time);
+            on_grid += rows[k].time == floor(rows[k].time / 0.1 + 0.5) * 0.1;
+        }
+        CHECK(on_grid == (size_t)floor(last->time / 0.1));
+        double stored = 125.0 * (last->omega * last->omega - first.omega * first.omega) +
+                        0.5e5 * (last->speed * last->speed - first.speed * first.speed);
+        double lost = last->creep_work + last->resistance_work + last->loss_work;
+        CHECK(fabs(last->drive_work - stored - lost) < 1e-5 * (1e3 + fabs(last->drive_work)));
+
+        given.start = 0.002; /* some 0.1 of a time constant */
+        given.end = given.interval = 0.0;
+        given.crossings = 0;
+        run_stretch forward = given;
+        forward.start = 0.0;
+        forward.end = given.start;
+        forward.from = forward.to;
+        given.to = given.from = forward.from;
+        n = all_rows(&member, &forward, &first, rows, &status);
+        run_row there = rows[n - 1];
+        n = all_rows(&member, &given, &there, rows, &status);
+        CHECK(status == RUN_AT_END && fabs(rows[n - 1].omega - first.omega) < 1e-4);
+        forward.tolerance = 1e-300;
+        n = all_rows(&member, &forward, &first, rows, &status);
+        CHECK(n == 1 && status == RUN_FAILED);
+    }
+}
+
 /* What is done to many, by name of the vectors. */
 typedef struct {
     void (*advance)(const drivetrain_member *, size_t, drivetrain_input *, drivetrain_state *,
@@ -506,6 +585,7 @@ int main(int count, char **arguments) {
     test_steps(&table, &parameters);
     test_creep_forces(&table);
     test_curve(&table, &parameters);
+    test_run(&table, &parameters);
     parameters.load_exponent = 1.0 / 3.0; /* an ellipse */
     parameters.softening = 0.1;
     parameters.slip_rate_residual = 0.4;
@@ -519,6 +599,7 @@ int main(int count, char **arguments) {
     test_steps(&table, &parameters);
     test_drivetrains(&table, &parameters);
     test_curve(&table, &parameters);
+    test_run(&table, &parameters);
     test_widths(&table, &parameters);
     parameters.softening_temperature = 600.0; /* and with the fall with slip speed, as a tool may */
     parameters.thermal_effusivity = 13e3;
@@ -528,6 +609,7 @@ int main(int count, char **arguments) {
     test_force(&table, &parameters);
     test_drivetrains(&table, &parameters);
     test_curve(&table, &parameters);
+    test_run(&table, &parameters);
     test_widths(&table, &parameters);
     test_hertz();
     test_hot_friction();

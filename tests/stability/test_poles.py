@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from falling_friction import with_falling
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 from strategies import examples, magnitude, number
@@ -28,6 +28,24 @@ V = 10.0  # [m/s]
     held=st.booleans(),
     damped=st.booleans(),
     residual=st.sampled_from([1.0, 0.4, 0.0]),
+)
+@example(  # two complex eigenvalues cross zero together
+    body={
+        "k_hat": 0.5,
+        "radius": 0.5,
+        "load": 4e4,
+        "kinetic": 0.375,
+        "slope": 1.0,
+        "inertia": np.exp(4.0),
+        "mass": np.exp(8.0),
+        "damping": 1.0,
+        "resistance": cl.Resistance(linear=np.exp(3.0)),
+    },
+    speed=1.0,
+    scale=1.0,
+    held=False,
+    damped=True,
+    residual=0.4,
 )
 def test_the_eigenvalue_of_an_element_crosses_zero_at_the_threshold(
     body: dict[str, Any], speed: float, scale: float, held: bool, damped: bool, residual: float
@@ -55,9 +73,6 @@ def test_the_eigenvalue_of_an_element_crosses_zero_at_the_threshold(
     # The floor is what rounding does to a slope that was so much larger at the start.
     initial = wheelset.balanced(creepage=0.0, **at).creep_force_slope
     assert slope == pytest.approx(threshold, rel=1e-9, abs=1e-12 * initial)
-    found = stability.poles(wheelset, creepage, **at)
-    assert (found.imag == 0.0).all()
-    assert found.real.sum() < 0.0 or held
 
 
 @examples(40)

@@ -38,6 +38,9 @@ from contactlib.contact.kernel.models import Variable as Variable
 from contactlib.contact.kernel.models import model_variables as model_variables
 from contactlib.contact.kernel.plane import plane_forces as plane_forces
 from contactlib.contact.kernel.plane import plane_sizes as plane_sizes
+from contactlib.contact.kernel.runs import NativeLaw as NativeLaw
+from contactlib.contact.kernel.runs import NativeRun as NativeRun
+from contactlib.contact.kernel.runs import run_wheelset as run_wheelset
 from contactlib.contact.kernel.tables import TABLE_MAGIC as TABLE_MAGIC
 from contactlib.contact.kernel.tables import TABLE_VERSION as TABLE_VERSION
 from contactlib.contact.kernel.tables import NativeContact as NativeContact

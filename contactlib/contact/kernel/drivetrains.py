@@ -45,6 +45,11 @@ class NativeFleet:
 
     Members that share an object share its copy. A member's results are the same to the last bit
     whatever the other members are.
+
+    Attributes
+    ----------
+    members : array of C structs
+        The drivetrains.
     """
 
     def __init__(self, members: Sequence[NativeMember]) -> None:
@@ -74,7 +79,7 @@ class NativeFleet:
         for name in scales.dtype.names or ():
             places[name] = scales[name][of_contact]
         self._kept = [m.table for m in members], contact, drivetrain, rails, profiles, places
-        self._members = pointer(places, "drivetrain_member")
+        self.members = pointer(places, "drivetrain_member")
 
     def advance(
         self,
@@ -100,7 +105,7 @@ class NativeFleet:
         if failed is None:
             failed = np.zeros(self.size, dtype=np.bool_)
         library().drivetrain_advance_many(
-            self._members,
+            self.members,
             self.size,
             pointer(inputs, "drivetrain_input"),
             pointer(states, "drivetrain_state"),
@@ -121,7 +126,7 @@ class NativeFleet:
         inputs, states = np.ascontiguousarray(inputs), np.ascontiguousarray(states)
         outputs = np.empty(states.shape, dtype=drivetrain_dtype("output"))
         library().drivetrain_evaluate_many(
-            self._members,
+            self.members,
             self.size,
             states.size // self.size,
             pointer(inputs, "drivetrain_input"),
@@ -137,7 +142,7 @@ class NativeFleet:
         creepage, limit = np.empty(self.size), np.full(self.size, np.nan)
         given = [np.ascontiguousarray(a, np.float64) for a in (speed, torque)]
         library().drivetrain_grip_many(
-            self._members,
+            self.members,
             self.size,
             pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
             *(pointer(a, "double") for a in (*given, creepage, limit)),
@@ -148,7 +153,7 @@ class NativeFleet:
         """Largest creep forces [N]."""
         force = np.empty(self.size)
         library().drivetrain_peak_many(
-            self._members,
+            self.members,
             self.size,
             pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
             pointer(np.ascontiguousarray(speed, np.float64), "double"),

@@ -29,6 +29,7 @@ HEADERS = (
     "track.h",
     "drivetrain.h",
     "creep_curve.h",
+    "wheelset_run.h",
     "model.h",
     "token.h",
 )

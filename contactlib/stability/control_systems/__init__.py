@@ -17,7 +17,6 @@ from contactlib.stability.control_systems.nonlinear import (
     creep_control_system,
     operating_point,
     phase_plane_system,
-    response,
 )
 
 __all__ = [
@@ -31,6 +30,5 @@ __all__ = [
     "open_loop",
     "operating_point",
     "phase_plane_system",
-    "response",
     "sampled_loop",
 ]
