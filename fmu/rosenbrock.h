@@ -1,18 +1,23 @@
 /* Time integration of a few stiff differential equations, stable at any step, for LANES systems at
  * once. Define LANES before including this file.
  *
- * Rodas3: a linearly implicit Rosenbrock method of four stages and third order, L-stable and
- * stiffly accurate, with an embedded second-order solution that controls the substeps. It needs
- * the exact Jacobian and no iteration. Each lane has its own substeps and the same bits as alone.
+ * Linearly implicit Rosenbrock methods, L-stable and stiffly accurate, whose embedded solution
+ * controls the substeps. They need the exact Jacobian and no iteration. Each lane has its own
+ * substeps and the same bits as alone.
  *
- * A. Sandu, J. G. Verwer, J. G. Blom, E. J. Spee, G. R. Carmichael & F. A. Potra, "Benchmarking
- * stiff ODE solvers for atmospheric chemistry problems II: Rosenbrock solvers", Atmospheric
- * Environment 31 (1997) 3459-3472. */
+ * Rodas3, four stages of third order, where the tolerance is coarse: A. Sandu, J. G. Verwer, J. G.
+ * Blom, E. J. Spee, G. R. Carmichael & F. A. Potra, "Benchmarking stiff ODE solvers for atmospheric
+ * chemistry problems II: Rosenbrock solvers", Atmospheric Environment 31 (1997) 3459-3472.
+ *
+ * Rodas5P, eight stages of fifth order, where it is fine: G. Steinebach, "Construction of
+ * Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia Differential Equations
+ * package", BIT Numerical Mathematics 63 (2023) 27. */
 #ifndef ROSENBROCK_H
 #define ROSENBROCK_H
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "branch_free.h"
 
@@ -76,7 +81,49 @@ static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST
     }
 }
 
-/* Jacobian, factors of 2/h - J and length of one substep. */
+/* A method: stage s solves (1/(gamma h) - J) k_s = f(y + sum a_sj k_j) + sum c_sj k_j/h. The last
+ * stage is the error, and completes the solution. */
+enum { MOST_STAGES = 8 };
+typedef struct {
+    int stages;
+    double gamma;
+    double a[MOST_STAGES][MOST_STAGES], c[MOST_STAGES][MOST_STAGES];
+} rosenbrock_method;
+
+static const rosenbrock_method RODAS3 = {
+    4,
+    0.5,
+    {{0.0}, {0.0}, {2.0}, {2.0, 0.0, 1.0}},
+    {{0.0}, {4.0}, {1.0, -1.0}, {1.0, -1.0, -8.0 / 3.0}},
+};
+static const rosenbrock_method RODAS5P = {
+    8,
+    0.21193756319429014,
+    {{0.0},
+     {3.0},
+     {2.849394379747939, 0.45842242204463923},
+     {-6.954028509809101, 2.489845061869568, -10.358996098473584},
+     {2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641},
+     {-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256,
+      0.030198172008377946},
+     {-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256,
+      0.030198172008377946, 1.0},
+     {-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256,
+      0.030198172008377946, 1.0, 1.0}},
+    {{0.0},
+     {-14.155112264123755},
+     {-17.97296035885952, -2.859693295451294},
+     {147.12150275711716, -1.41221402718213, 71.68940251302358},
+     {165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306},
+     {24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125,
+      -0.6610691825249471},
+     {30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783,
+      -19.097331116725623, -28.087943162872662},
+     {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047,
+      -40.06618937091002, -54.66780262877968, -9.48861652309627}},
+};
+
+/* Jacobian, factors of 1/(gamma h) - J and length of one substep. */
 typedef struct {
     const equations *problem;
     matrix *j;
@@ -84,66 +131,79 @@ typedef struct {
     lanes h, inverse; /* [s, 1/s] */
 } factors;
 
-/* Solve (2/h - J) k = b. J has no columns for the integrals, so their k follows from the states'.
- */
-static inline void stage(factors *s, rows b, rows k) {
+/* Solve (1/(gamma h) - J) k = b. J has no columns for the integrals, so their k follows from the
+ * states'. */
+ALWAYS_INLINE void stage(factors *s, double gamma, rows b, rows k) {
     const equations *p = s->problem;
     solve(p->states, s->lu, b, k);
     for (int i = p->states; i < p->rows; i++) {
         EACH_LANE (l) k[i][l] = b[i][l];
         for (int c = 0; c < p->states; c++)
             EACH_LANE (l) k[i][l] += (*s->j)[p->place[i]][p->place[c]][l] * k[c][l];
-        EACH_LANE (l) k[i][l] *= 0.5 * s->h[l];
+        EACH_LANE (l) k[i][l] *= gamma * s->h[l];
     }
 }
 
+/* Add factor times k to a sum, row by row. */
+ALWAYS_INLINE void add(int n, double factor, rows k, rows sum) {
+    for (int i = 0; i < n; i++)
+        EACH_LANE (l) sum[i][l] += factor * k[i][l];
+}
+
 /* One substep from y, with known rates f and Jacobian; sets the next y and its estimated error. */
-static inline void rodas3(factors *s, rows y, rows f, rows next, rows error) {
+ALWAYS_INLINE void rosenbrock_stages(const rosenbrock_method *m, factors *s, rows y, rows f,
+                                     rows next, rows error) {
     const equations *p = s->problem;
     int n = p->states;
-    rows b = {{0.0}}, k1, k2, k3, k4, g; /* set, as compilers do not see that rows >= states */
+    rows k[MOST_STAGES], change = {{0.0}}, sum, g;
     for (int i = 0; i < n; i++)
         for (int c = 0; c < n; c++)
             EACH_LANE (l)
-                s->lu[i][c][l] = (i == c ? 2.0 * s->inverse[l] : 0.0) - /* gamma 1/2 */
+                s->lu[i][c][l] = (i == c ? 1.0 / m->gamma * s->inverse[l] : 0.0) -
                                  (*s->j)[p->place[i]][p->place[c]][l];
     factorize(n, s->lu);
-    for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l) b[i][l] = f[p->place[i]][l];
-    stage(s, b, k1);
-    for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l) b[i][l] += 4.0 * s->inverse[l] * k1[i][l];
-    stage(s, b, k2);
-    for (int i = 0; i < MOST_ROWS; i++)
-        EACH_LANE (l) next[i][l] = y[i][l];
-    for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l) next[p->place[i]][l] += 2.0 * k1[i][l];
-    p->rates(p->model, next, g, NULL);
-    for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l) b[i][l] = g[p->place[i]][l] + (k1[i][l] - k2[i][l]) * s->inverse[l];
-    stage(s, b, k3);
-    for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l) next[p->place[i]][l] += k3[i][l];
-    p->rates(p->model, next, g, NULL);
-    for (int i = 0; i < p->rows; i++)
-        EACH_LANE (l)
-            b[i][l] =
-                g[p->place[i]][l] + (k1[i][l] - k2[i][l] - (8.0 / 3.0) * k3[i][l]) * s->inverse[l];
-    stage(s, b, k4);
+    memcpy(next, y, sizeof(rows));
+    lanes *known = f; /* as long as the stages are at y itself */
+    for (int at = 0; at < m->stages; at++) {
+        const double *a = m->a[at], *c = m->c[at];
+        if (a[0] != 0.0) {
+            memset(change, 0, sizeof change);
+            for (int d = 0; d < at; d++)
+                if (a[d] != 0.0) add(p->rows, a[d], k[d], change);
+            for (int i = 0; i < p->rows; i++)
+                EACH_LANE (l) next[p->place[i]][l] = y[p->place[i]][l] + change[i][l];
+            p->rates(p->model, next, g, NULL);
+            known = g;
+        }
+        memset(sum, 0, sizeof sum);
+        for (int d = 0; d < at; d++) add(p->rows, c[d], k[d], sum);
+        for (int i = 0; i < p->rows; i++)
+            EACH_LANE (l) sum[i][l] = known[p->place[i]][l] + sum[i][l] * s->inverse[l];
+        stage(s, m->gamma, sum, k[at]);
+    }
     for (int i = 0; i < p->rows; i++)
         EACH_LANE (l) {
-            next[p->place[i]][l] += k4[i][l];
-            error[p->place[i]][l] = k4[i][l];
+            next[p->place[i]][l] += k[m->stages - 1][i][l];
+            error[p->place[i]][l] = k[m->stages - 1][i][l];
         }
 }
 
 /* Factor on the length of the next substep, from the last one's error over the tolerance. */
-ALWAYS_INLINE double stretch_of_step(double ratio) {
-    double held = smaller(larger(ratio, 1e-6), 1e6), root = rough_inverse_third_root(held);
-    root = root * (4.0 - held * root * root * root) * (1.0 / 3.0); /* Newton: to 0.3 % */
+ALWAYS_INLINE double stretch_of_step(double ratio, int fine) {
+    double held = smaller(larger(ratio, 1e-6), 1e6), root;
+    if (fine) { /* Newton's steps: to 0.3 % */
+        root = rough_inverse_fifth_root(held);
+        root = root * (6.0 - held * root * root * root * root * root) * 0.2;
+    } else {
+        root = rough_inverse_third_root(held);
+        root = root * (4.0 - held * root * root * root) * (1.0 / 3.0);
+    }
     double factor = smaller(5.0, larger(0.1, 0.8 * root));
     return ratio <= 1e300 ? factor : 0.1; /* 0.1 for NaN too */
 }
+
+/* Tolerance below which the method of fifth order is faster. */
+#define FINE 1e-5
 
 /* An integration under way. */
 typedef struct {
@@ -174,10 +234,12 @@ static inline void rosenbrock_substep(const equations *p, integration *s, double
         one.h[l] = runs ? s->left[l] / larger(pieces[l], 1.0) : 1.0;
         one.inverse[l] = 1.0 / one.h[l];
     }
-    rodas3(&one, s->y, f, next, error);
+    int fine = tolerance < FINE;
+    if (fine) rosenbrock_stages(&RODAS5P, &one, s->y, f, next, error);
+    else rosenbrock_stages(&RODAS3, &one, s->y, f, next, error);
     p->error_size(p->model, next, error, ratio);
     EACH_LANE (l) {
-        double part = ratio[l] / tolerance, factor = stretch_of_step(part);
+        double part = ratio[l] / tolerance, factor = stretch_of_step(part, fine);
         int runs = s->left[l] > 0.0, taking = runs & (part <= 1.0);
         double longer = larger(s->h[l], one.h[l] * factor);
         double shorter = one.h[l] * smaller(factor, 0.8);

@@ -15,11 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import (
     MOST_ROWS,
     POSITIVE,
     FloatArray,
     Limits,
+    Parameters,
     Quantity,
     checked,
     checked_number,
@@ -35,6 +37,7 @@ from contactlib.runs.start import start
 from contactlib.traction import Measurement, SensorReader, TractionController
 from contactlib.traction.interface import STRONGEST, Controller
 from contactlib.traction.sensors import INDEX
+from contactlib.traction.stacking import Copies
 from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.drivetrain import Motor
 from contactlib.vehicle.track import Profile
@@ -46,6 +49,7 @@ BLOCK = 16_384  # rows times runs in a block
 AHEAD = 256  # rows whose profiles are evaluated at once
 SAMPLE_TIME = Limits(at_least=1e-6, at_most=1e3)  # [s]
 TORQUE = Limits(at_least=-STRONGEST, at_most=STRONGEST)
+STANDING = 1e-200  # speed [m/s] or angular velocity [rad/s] at which power limits no torque
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
 STATIC = Profile.of(1.0)  # factor on the load
 TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
@@ -96,47 +100,43 @@ class Drives:
 
     def __init__(self, motors: Sequence[Motor], radius: FloatArray, sample_time: float) -> None:
         limits = [(one.power, one.torque_rate, one.trip_speed) for one in motors]
-        found = np.array(
-            [[math.inf if limit is None else limit for limit in row] for row in limits]
-        )
+        found = [[math.inf if limit is None else limit for limit in row] for row in limits]
         self._limited = bool(np.isfinite(found).any())
-        self._power, rate, self._trip = found.T
-        self._change, self._radius = rate * sample_time, radius
-        self._tripped = np.zeros(len(motors), dtype=np.bool_)
+        alone = len(motors) == 1  # arithmetic of numbers is faster
+        power, rate, trip = found[0] if alone else np.array(found).T
+        self._power, self._trip, self._change = power, trip, rate * sample_time
+        self._radius = float(radius[0]) if alone else radius
+        self._tripped: Any = False if alone else np.zeros(len(motors), dtype=np.bool_)
 
-    def possible(self, demand: FloatArray, speed: FloatArray) -> FloatArray:
+    def possible(self, demand: Any, speed: Any) -> Any:
         """Part of the driver's demand [N.m] that the power allows at the vehicle's speed [m/s]."""
         if not self._limited:
             return demand
-        with np.errstate(all="ignore"):  # the limit of a wheel that stands is infinite
-            return _within(demand, self._power / (np.abs(speed) / self._radius))
+        return _within(demand, self._power * self._radius / maximum(abs(speed), STANDING))
 
-    def command(
-        self, wanted: FloatArray, last: FloatArray, demand: FloatArray, omega: FloatArray
-    ) -> FloatArray:
+    def command(self, wanted: Any, last: Any, demand: Any, omega: Any) -> Any:
         """Torque that the drive is commanded until the next sample [N.m].
 
         Parameters
         ----------
-        wanted, last : ndarray
+        wanted, last : ndarray, or float of one wheelset
             Torque that the controller asks for now, and the one commanded at the last sample [N.m].
-        demand : ndarray
+        demand : ndarray or float
             The driver's demand [N.m].
-        omega : ndarray
+        omega : ndarray or float
             Mean angular velocity of the wheels [rad/s].
         """
         if not self._limited:
-            return np.array(np.broadcast_to(wanted, demand.shape), dtype=np.float64)
-        over = self._radius * np.abs(omega) >= self._trip
+            return wanted + 0.0 * demand
+        over = self._radius * abs(omega) >= self._trip
         self._tripped = over | (self._tripped & (demand != 0.0))
-        with np.errstate(all="ignore"):
-            torque = _within(np.where(self._tripped, 0.0, wanted), self._power / np.abs(omega))
-            least, most = last - self._change, last + self._change
-            return np.asarray(np.minimum(np.maximum(torque, least), most))
+        held = where(self._tripped, 0.0, wanted)
+        torque = _within(held, self._power / maximum(abs(omega), STANDING))
+        return minimum(maximum(torque, last - self._change), last + self._change)
 
 
-def _within(torque: FloatArray, most: FloatArray) -> FloatArray:
-    return np.asarray(np.minimum(np.maximum(torque, -most), most))
+def _within(torque: Any, most: Any) -> Any:
+    return minimum(maximum(torque, -most), most)
 
 
 class Timing(NamedTuple):
@@ -327,7 +327,9 @@ class Plant:
         self.radius = np.array([body.radius for body in bodies])
         self._demands = ManyProfiles([one.demand for one in scenarios])
         self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
+        self._radius = self._one(self.radius)
         self._inputs = np.zeros((max(1, BLOCK // n), n), kernel.drivetrain_dtype("input"))
+        self._commanded = self._inputs["commanded_torque"]
         self._load = np.array([0.5 * body.element.normal_load for body in bodies])
         loads = [one.wheel_load or STATIC for one in scenarios]
         self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
@@ -372,14 +374,13 @@ class Plant:
             raise ValueError(
                 f"torque has the shape {wanted.shape}: must be () or ({len(self.trains)},)"
             )
-        self._command(wanted)
+        self._command(self._one(wanted))
         first, count = self._row, self._timing.per_sample
         demands, held = self._ahead(first, count + 1)
         for i in range(count):
-            inputs = self._inputs[0]
             for name, values in held.items():
-                inputs[name] = values[i]
-            self._advance(inputs, first + i, self._timing.step)
+                self._inputs[name][0] = values[i]
+            self._advance(0, first + i, self._timing.step)
         if self._alone and self.failed[0]:
             raise RuntimeError(f"the integrator gave up before {self.time:.6g} s")
         self._row += count
@@ -394,14 +395,14 @@ class Plant:
         """Value of a signal of `run_scenario` now: a number, or an array of shape (n,)."""
         if name not in UNITS:
             raise KeyError(f"{name!r} is not a signal: known are {', '.join(UNITS)}")
-        inputs = self._inputs[:1].copy()
+        inputs = self._inputs[:1]
         for given, values in self._ahead(self._row, 1)[1].items():
             inputs[given][0] = values[0]
-        self._advance(inputs[0], self._row, 0.0)  # sets the friction that is met here
+        self._advance(0, self._row, 0.0)  # sets the friction that is met here
         block = Block(
             np.array([self.time]),
-            self._demand[np.newaxis],
-            inputs,
+            np.full(inputs.shape, self._demand),
+            inputs.copy(),
             self._states[np.newaxis].copy(),
             self,
             self._stored,
@@ -420,50 +421,55 @@ class Plant:
         n = len(self.trains)
         sample_time = self._timing.step * self._timing.per_sample
         sensors = [one.sensors for one in self._scenarios]
-        self._reader = SensorReader(sensors, sample_time, index, radius=self.radius)
+        self._reader = SensorReader(sensors, sample_time, index, radius=self.radius, numbers=n == 1)
         self._drives = Drives([one.motor for one in self.trains], self.radius, sample_time)
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
-        self._row, self._stored, self._torque = 0, list[FloatArray](), np.zeros(n)
+        self._row, self._stored, self._torque = 0, list[FloatArray](), self._one(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
-        inputs, (demand, held) = self._inputs[0], self._ahead(0, 1)
+        demand, held = self._ahead(0, 1)
         speed = np.array([one.initial_speed for one in self._scenarios])
-        self._demand = self._drives.possible(demand[0], speed)
+        self._demand = self._drives.possible(self._one(demand[0]), self._one(speed))
         for name, values in held.items():
-            inputs[name] = values[0]
+            self._inputs[name][0] = values[0]
         self._states: Any = np.zeros(n, kernel.drivetrain_dtype("state"))
-        self._advance(inputs, 0, 0.0)  # sets the friction at the start
-        begin = start(self._scenarios, self.fleet, inputs, self._demand, self._creepage)
-        self._states, self._torque, self.refused = begin
+        self._step_on = self.fleet.stepping(self._inputs, self._states, self._substeps, self.failed)
+        self._advance(0, 0, 0.0)  # sets the friction at the start
+        demands = np.full(n, self._demand)
+        begin = start(self._scenarios, self.fleet, self._inputs[0], demands, self._creepage)
+        self._states[:], self.refused = begin.states, begin.refused
+        self._torque = self._one(begin.torque)
         self.failed[list(self.refused)] = True
 
-    def _measured(self, demand: FloatArray) -> Measurement[FloatArray]:
+    def _one(self, values: FloatArray) -> Any:
+        """Numbers of one wheelset, whose arithmetic is faster, in place of arrays."""
+        return values.item() if values.size == 1 else values
+
+    def _measured(self, demand: FloatArray) -> Measurement[Any]:
         """Read the sensors; the drive's power limits the demand [N.m]."""
-        states = self._states
-        rim = 0.5 * self.radius * (states["omega_left"] + states["omega_right"])
-        self._demand = self._drives.possible(demand, states["speed"])
-        speeds = self._reader.read(rim, states["speed"], self._demand)
-        return Measurement(self._demand, *speeds, self._torque)
+        speed = self._one(self._states["speed"])
+        self._demand = self._drives.possible(self._one(demand), speed)
+        rim = self._radius * self._turning()
+        return Measurement(self._demand, *self._reader.read(rim, speed, self._demand), self._torque)
 
-    def _command(self, wanted: FloatArray) -> None:
+    def _turning(self) -> Any:
+        """Mean angular velocity of the wheels [rad/s]."""
+        left, right = self._states["omega_left"], self._states["omega_right"]
+        return 0.5 * (self._one(left) + self._one(right))
+
+    def _command(self, wanted: Any) -> None:
         """Command the drives a torque until the next sample [N.m]."""
-        omega = 0.5 * (self._states["omega_left"] + self._states["omega_right"])
-        self._torque = self._drives.command(wanted, self._torque, self._demand, omega)
+        self._torque = self._drives.command(wanted, self._torque, self._demand, self._turning())
 
-    def _given(self, measured: Measurement[FloatArray]) -> Measurement[Any]:
+    def _given(self, measured: Measurement[Any]) -> Measurement[Any]:
         """The measurement as arrays of its own, or as numbers of one wheelset."""
-        return Measurement(*(float(x[0]) if self._alone else np.array(x) for x in measured))
+        if self._alone:
+            return measured
+        return Measurement(*(np.full(len(self.trains), x) for x in measured))
 
-    def _advance(self, inputs: Any, row: int, step: float) -> None:
-        inputs["commanded_torque"] = self._torque
-        self.fleet.advance(
-            inputs,
-            self._states,
-            self._timing.step * row,
-            step,
-            self._tolerance,
-            self._substeps,
-            self.failed,
-        )
+    def _advance(self, place: int, row: int, step: float) -> None:
+        """Make the step of a row [s] under the inputs at a place."""
+        self._commanded[place] = self._torque
+        self._step_on(place, self._timing.step * row, step, self._tolerance)
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""
@@ -543,7 +549,7 @@ class Runs(Plant):
                     if row % self._timing.per_sample == 0:
                         self._control_at(row, self._measured(demand[i]))
                     demand[i] = self._demand
-                    self._advance(inputs[i], row, self._timing.step if row < rows - 1 else 0.0)
+                    self._advance(i, row, self._timing.step if row < rows - 1 else 0.0)
                 self.failed |= ~np.isfinite(now.reshape(self.failed.size, -1)).all(axis=1)
                 yield Block(
                     self._timing.times(first + done, count),
@@ -556,10 +562,13 @@ class Runs(Plant):
 
     def _control_at(self, row: int, measured: Measurement[FloatArray]) -> None:
         """Command what the controller answers to a measurement."""
+        torque: Any = self._torque
+        if len(self.trains) == 1 and not isinstance(self._control, (Parameters, Copies)):
+            measured, torque = Measurement(*(np.full(1, x) for x in measured)), np.full(1, torque)
         if row == 0:
-            self._memory = self._asked("start", row, measured, self._torque)
+            self._memory = self._asked("start", row, measured, torque)
         answer = self._asked("sample", row, measured, self._memory)
-        shape = measured.demand.shape
+        shape = self.failed.shape
         if row == 0 and not (
             isinstance(answer, tuple) and len(answer) == 2 and np.shape(answer[0]) in ((), shape)
         ):
@@ -568,7 +577,7 @@ class Runs(Plant):
                 f"return the torques, an array of the shape {shape}, and the memory"
             )
         wanted, self._memory = answer
-        self._command(wanted)
+        self._command(wanted if type(wanted) is float else self._one(np.asarray(wanted)))
 
     def _asked(self, method: str, row: int, *given: Any) -> Any:
         """Answer of a method of the controller at a row."""

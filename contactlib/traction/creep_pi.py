@@ -10,8 +10,9 @@ from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.stability import fast_pole, worst_pole
 from contactlib.traction.design import (
@@ -163,20 +164,18 @@ class SlipLimiter(Parameters):
     def _tracker_gains(self) -> tuple[float, float]:
         return tracker_gains(self.sample_time, self.speed_filter_time)
 
-    def start_limiter(
-        self, measurement: Measurement[FloatArray], torque: ArrayLike
-    ) -> LimiterMemory:
+    def start_limiter(self, measurement: Measurement[FloatArray], torque: Any) -> LimiterMemory:
         """Memory of a drive at `torque` [N.m]."""
-        vehicle = np.array(measurement.vehicle_speed, dtype=np.float64)
-        given = np.asarray(torque) + np.zeros_like(vehicle)
-        size = np.abs(given)
+        vehicle, none = measurement.vehicle_speed, 0.0 * measurement.vehicle_speed
+        given = torque + none
+        size = abs(given)
         return LimiterMemory(
-            Tracked(vehicle, np.zeros_like(vehicle)),
-            np.asarray(size),
-            np.asarray(size < np.abs(measurement.demand)),
-            np.asarray(np.asarray(measurement.demand) < 0.0),
+            Tracked(vehicle, none),
+            size,
+            size < abs(measurement.demand),
+            measurement.demand < 0.0,
             given,
-            start_zero_point(measurement.wheel_speed - vehicle, np.asarray(self.creepage_error)),
+            start_zero_point(measurement.wheel_speed - vehicle, self.creepage_error),
         )
 
     def slip(
@@ -185,8 +184,8 @@ class SlipLimiter(Parameters):
         """Slip without the estimated error, and the filtered vehicle speed to which it refers."""
         vehicle = track(memory.vehicle, measurement.vehicle_speed, self._tracker_gains)
         braking = measurement.demand < 0.0
-        sign = np.where(braking, -1.0, 1.0)
-        scale = np.maximum(np.abs(vehicle.speed), self.low_speed)
+        sign = where(braking, -1.0, 1.0)
+        scale = maximum(abs(vehicle.speed), self.low_speed)
         limiting = memory.limiting & (braking == memory.braking)
         # The raw speeds, as a filter lags when the torque is taken away and the vehicle coasts.
         zero = learn(
@@ -196,10 +195,10 @@ class SlipLimiter(Parameters):
             scale=scale,
             torque=measurement.torque,
             limiting=limiting & (memory.integral < LACK * sign * measurement.demand),
-            sample_time=np.asarray(self.sample_time),
-            noise=np.asarray(self.speed_noise),
-            stick_torque=np.asarray(self.stick_torque),
-            stick_compliance=np.asarray(self.stick_compliance),
+            sample_time=self.sample_time,
+            noise=self.speed_noise,
+            stick_torque=self.stick_torque,
+            stick_compliance=self.stick_compliance,
         )
         forward = measurement.wheel_speed - vehicle.speed - zero.error * vehicle.speed
         missing = sign * (memory.torque - measurement.torque)
@@ -212,27 +211,27 @@ class SlipLimiter(Parameters):
         """Torque [N.m] that holds a reference creepage [1], and the new memory."""
         demand = slip.demand
         limiting = memory.limiting & (slip.braking == memory.braking)
-        integral = np.where(limiting, np.minimum(memory.integral, demand), demand)
-        target = np.maximum(reference * slip.scale, self.least_slip)
+        integral = where(limiting, minimum(memory.integral, demand), demand)
+        target = maximum(reference * slip.scale, self.least_slip)
         error = target - slip.speed
         wanted = self.proportional_gain * error + integral
-        most = np.where(slip.zero.looking, np.minimum(self.stick_torque, demand), demand)
-        size = np.minimum(np.maximum(wanted, 0.0), most)
+        most = where(slip.zero.looking, minimum(self.stick_torque, demand), demand)
+        size = minimum(maximum(wanted, 0.0), most)
         # The rising branch is stiff: torque changes the creepage little there, and Ki alone would
         # take seconds to restore the torque. Beyond four times the reference the wheel spins; to
         # cut earlier, while it passes the peak and returns, would make it hunt.
         share = error / target
-        ease = np.maximum(np.minimum(share, 1.0), BAND) - BAND
-        ease = ease - CUT * np.maximum(np.minimum(-share, 4.0) - 3.0, 0.0)
+        ease = maximum(minimum(share, 1.0), BAND) - BAND
+        ease = ease - CUT * maximum(minimum(-share, 4.0) - 3.0, 0.0)
         step = self.sample_time
         change = (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
-        change = np.where(slip.missing > 0.0, np.minimum(change, 0.0), change)
-        change = np.where(slip.missing < 0.0, np.maximum(change, 0.0), change)
+        change = where(slip.missing > 0.0, minimum(change, 0.0), change)
+        change = where(slip.missing < 0.0, maximum(change, 0.0), change)
         integral = integral + change
         torque = slip.sign * size
         return torque, LimiterMemory(
             vehicle,
-            np.minimum(np.maximum(integral, 0.0), most),
+            minimum(maximum(integral, 0.0), most),
             (wanted < demand) | slip.zero.looking,
             slip.braking,
             torque,
@@ -315,7 +314,7 @@ class CreepPI(SlipLimiter):
         }
         return cls(**{**known, **given})
 
-    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> LimiterMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> LimiterMemory:
         """Memory of a drive at `torque` [N.m]."""
         return self.start_limiter(plausible(measurement), torque)
 
@@ -324,8 +323,8 @@ class CreepPI(SlipLimiter):
     ) -> tuple[FloatArray, LimiterMemory]:
         """Torque [N.m] and new memory."""
         slip, vehicle = self.slip(plausible(measurement), memory)
-        reference = np.asarray(self.reference)
+        reference: Any = self.reference
         if self.reference_torque is not None:
             share = memory.integral / self.reference_torque
-            reference = reference * np.minimum(np.maximum(share, self.least_share), LARGEST_SHARE)
+            reference = reference * minimum(maximum(share, self.least_share), LARGEST_SHARE)
         return self.limit(slip, vehicle, reference, memory)

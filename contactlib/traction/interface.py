@@ -8,9 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Generic, NamedTuple, Protocol, Self, TypeVar
 
-import numpy as np
-from numpy.typing import ArrayLike
-
+from contactlib.base.elementwise import maximum, minimum
 from contactlib.base.quantities import (
     POSITIVE,
     FloatArray,
@@ -117,7 +115,7 @@ class TractionController(Protocol):
     def sample_time(self) -> float:
         """Sample time [s]."""
 
-    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> Any:
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> Any:
         """Memory of a drive at a steady `torque` [N.m]."""
 
     def sample(self, measurement: Measurement[FloatArray], memory: Any) -> tuple[FloatArray, Any]:
@@ -145,10 +143,10 @@ class TractionController(Protocol):
 def plausible(measurement: Measurement[FloatArray]) -> Measurement[FloatArray]:
     """Limit a measurement to what is possible for a vehicle, so that arithmetic cannot overflow."""
     return Measurement(
-        np.minimum(np.maximum(measurement.demand, -STRONGEST), STRONGEST),
-        np.minimum(np.maximum(measurement.wheel_speed, -FASTEST), FASTEST),
-        np.minimum(np.maximum(measurement.vehicle_speed, -FASTEST), FASTEST),
-        np.minimum(np.maximum(measurement.torque, -STRONGEST), STRONGEST),
+        minimum(maximum(measurement.demand, -STRONGEST), STRONGEST),
+        minimum(maximum(measurement.wheel_speed, -FASTEST), FASTEST),
+        minimum(maximum(measurement.vehicle_speed, -FASTEST), FASTEST),
+        minimum(maximum(measurement.torque, -STRONGEST), STRONGEST),
     )
 
 
@@ -176,7 +174,7 @@ class OpenLoop(Parameters):
         checked_number("speed", speed, POSITIVE)
         return cls(**given)
 
-    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> NoMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> NoMemory:
         """Empty memory."""
         return NoMemory()
 
@@ -184,7 +182,7 @@ class OpenLoop(Parameters):
         self, measurement: Measurement[FloatArray], memory: NoMemory
     ) -> tuple[FloatArray, NoMemory]:
         """The demand, and the empty memory."""
-        return np.array(measurement.demand, dtype=np.float64), memory
+        return 1.0 * measurement.demand, memory
 
 
 Controller = SampledController | TractionController

@@ -22,11 +22,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import numpy as np
-from numpy.typing import ArrayLike
-
+from contactlib.base.elementwise import maximum, minimum
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.traction.sensors import Sensors
 
@@ -119,12 +117,10 @@ class LoadObserver(Parameters):
         motor = -math.expm1(-self.sample_time / lag) if lag > 0.0 else 1.0
         return -math.expm1(-self.sample_time / self.filter_time), motor
 
-    def start(self, torque: ArrayLike, wheel_speed: FloatArray, slip: FloatArray) -> Observed:
+    def start(self, torque: Any, wheel_speed: FloatArray, slip: FloatArray) -> Observed:
         """State of a drive at steady `torque` [N.m] and speed [m/s]."""
-        steady = np.asarray(np.asarray(torque) + np.zeros_like(wheel_speed))
-        return Observed(
-            (steady,) * self.delayed_samples, steady, steady, np.array(wheel_speed), np.array(slip)
-        )
+        steady = torque + 0.0 * wheel_speed
+        return Observed((steady,) * self.delayed_samples, steady, steady, wheel_speed, slip)
 
     def observe(
         self, last: Observed, torque: FloatArray, wheel_speed: FloatArray, slip: FloatArray
@@ -190,7 +186,7 @@ def add_sample(
     slow, forget = gains
     off_load, off_creepage = load - moments.load, creepage - moments.creepage
     squared = off_creepage * off_creepage
-    weight = forget * expected / (expected + np.maximum(squared, away))
+    weight = forget * expected / (expected + maximum(squared, away))
     keep = 1.0 - forget
     return Moments(
         moments.load + slow * off_load,
@@ -202,18 +198,18 @@ def add_sample(
 
 def elasticity(
     moments: Moments, *, noise: FloatArray, expected: FloatArray, least_load: FloatArray
-) -> FloatArray:
+) -> Any:
     """Estimate of d ln(rQ)/d ln(zeta), limited to -1 to 1 [1].
 
     The variance `noise` of the creepage would flatten the slope and is subtracted. A creepage that
     does not move, although it should by the square root of `expected`, indicates a stiff contact,
     so the estimate then approaches one.
     """
-    moved = np.maximum(moments.variance - noise, 0.0)
-    stiff = DOUBT * np.maximum(expected - moved / UNMOVED, 0.0)
-    rise = moments.covariance * moments.creepage / np.maximum(moments.load, least_load)
+    moved = maximum(moments.variance - noise, 0.0)
+    stiff = DOUBT * maximum(expected - moved / UNMOVED, 0.0)
+    rise = moments.covariance * moments.creepage / maximum(moments.load, least_load)
     estimate = (rise + stiff) / (moved + stiff + FLOOR * expected)
-    return np.asarray(np.minimum(np.maximum(estimate, -1.0), 1.0))
+    return minimum(maximum(estimate, -1.0), 1.0)
 
 
 def slip_noise(sensors: Sensors, sample_time: float, filter_time: float, gain: float) -> float:

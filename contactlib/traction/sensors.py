@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import (
     POSITIVE,
-    FloatArray,
     Limits,
     Parameters,
     Quantity,
@@ -165,6 +165,8 @@ class SensorReader:
         Index of each wheelset among all runs.
     radius : array_like, optional
         Rolling radius of each wheelset, or of all [m]; an encoder needs it.
+    numbers : bool, optional
+        Whether the speeds of a single wheelset are numbers, not arrays, which is faster.
 
     Raises
     ------
@@ -180,6 +182,7 @@ class SensorReader:
         index: Sequence[int],
         *,
         radius: ArrayLike | None = None,
+        numbers: bool = False,
     ) -> None:
         places = checked_indices(index)
         if not len(sensors) == len(places) > 0:
@@ -191,25 +194,36 @@ class SensorReader:
         if len(delays) > 1:
             raise ValueError(f"sensors have delays of {sorted(delays)} samples: they must be equal")
         self._count, self._delay, self._step = len(sensors), delays.pop(), float(sample_time)
-        self._gain = (
-            1.0
-            + np.array([[one.wheel_diameter_error, one.vehicle_speed_bias] for one in sensors]).T
+        self._numbers = numbers
+        self._none = self._each(0.0 for _ in sensors)
+        self._gains = [
+            self._each(1.0 + getattr(one, name) for one in sensors)
+            for name in ("wheel_diameter_error", "vehicle_speed_bias")
+        ]
+        self._drift = self._each(one.vehicle_speed_drift for one in sensors)
+        self._true = all(
+            one.wheel_diameter_error == one.vehicle_speed_bias == one.vehicle_speed_drift == 0.0
+            for one in sensors
         )
-        self._drift = np.array([one.vehicle_speed_drift for one in sensors])
-        self._true = bool((self._gain == 1.0).all() and not self._drift.any())
-        self._pulses = np.array([one.encoder_pulses for one in sensors])
-        if self._pulses.any():
+        self._pulses = self._each(one.encoder_pulses for one in sensors)
+        self._counts = any(one.encoder_pulses > 0.0 for one in sensors)
+        if self._counts:
             if radius is None:
                 raise ValueError("radius is missing: an encoder's pulses are of a wheel's turns")
             checked_number("sample_time", sample_time, COUNTED)
             turn = 2.0 * np.pi * checked("radius", radius, COUNTED)
-            if turn.shape not in ((), self._pulses.shape):
-                raise ValueError(f"radius has the shape {turn.shape}, not {self._pulses.shape}")
-            self._pulse = turn / np.maximum(self._pulses, 1.0)
+            if turn.shape not in ((), (self._count,)):
+                raise ValueError(f"radius has the shape {turn.shape}, not {(self._count,)}")
+            turns = np.broadcast_to(turn, self._count).tolist()
+            self._pulse = self._each(
+                around / max(one.encoder_pulses, 1.0)
+                for around, one in zip(turns, sensors, strict=True)
+            )
         limits = [one.acceleration_limit for one in sensors]
-        self._estimates = np.array([limit is not None for limit in limits])
-        self._change = np.array([limit or 0.0 for limit in limits]) * self._step  # [m/s]
-        self._estimate: FloatArray | None = None
+        self._estimating = any(limit is not None for limit in limits)
+        self._estimates = self._each(limit is not None for limit in limits)
+        self._change = self._each((limit or 0.0) * self._step for limit in limits)  # [m/s]
+        self._estimate: Any = None
         self._scale = np.array(
             [[one.wheel_speed_noise, one.vehicle_speed_noise] for one in sensors]
         ).T
@@ -220,67 +234,68 @@ class SensorReader:
             for i in noisy
         }
         self._noise = np.zeros((AHEAD, 2, self._count)) if noisy else np.zeros((0, 2, 0))
-        self._drawn = AHEAD
-        self._history: list[FloatArray] = []
+        self._ahead: Iterator[Any] = iter(())
+        self._history: list[tuple[Any, Any]] = []
         self._reads = 0
-        self._rim: FloatArray | None = None  # speed at the last sample
-        self._way = np.zeros(self._count)  # since the last pulse
+        self._rim: Any = None  # speed at the last sample
+        self._way = self._none  # since the last pulse
 
-    def read(
-        self, wheel_speed: ArrayLike, vehicle_speed: ArrayLike, demand: ArrayLike
-    ) -> tuple[FloatArray, FloatArray]:
+    def _each(self, values: Iterable[Any]) -> Any:
+        """One value for each wheelset: an array, or a number."""
+        found = list(values)
+        return found[0] if self._numbers else np.array(found)
+
+    def read(self, wheel_speed: Any, vehicle_speed: Any, demand: Any) -> tuple[Any, Any]:
         """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,).
 
         The sign of the demand [N.m] tells the direction of slip, for an estimated vehicle speed.
         """
-        now = np.empty((2, self._count))
-        now[0], now[1] = wheel_speed, vehicle_speed
-        if self._pulses.any():
-            now[0] = np.where(self._pulses > 0.0, self._counted(now[0].copy()), now[0])
+        wheel, vehicle = wheel_speed + self._none, vehicle_speed + self._none  # as they may change
+        if self._counts:
+            wheel = where(self._pulses > 0.0, self._counted(wheel), wheel)
         if not self._true:
-            now *= self._gain
-            now[1] += self._drift * (self._step * self._reads)
+            wheel = wheel * self._gains[0]
+            vehicle = vehicle * self._gains[1] + self._drift * (self._step * self._reads)
         if self._streams:
-            now += self._next_noise()
-        if self._estimates.any():
-            now[1] = np.where(self._estimates, self._estimated(now[0], demand), now[1])
+            noise = next(self._ahead, None)
+            if noise is None:
+                self._ahead = iter(self._draw())
+                noise = next(self._ahead)
+            wheel, vehicle = wheel + noise[0], vehicle + noise[1]
+        if self._estimating:
+            vehicle = where(self._estimates, self._estimated(wheel, demand), vehicle)
         self._reads += 1
         if self._delay == 0:
-            return now[0], now[1]
+            return wheel, vehicle
         if not self._history:
-            self._history = [now] * (self._delay + 1)
+            self._history = [(wheel, vehicle)] * (self._delay + 1)
         slot = self._reads % (self._delay + 1)
-        self._history[slot] = now
-        late = self._history[(slot + 1) % (self._delay + 1)]
-        return late[0], late[1]
+        self._history[slot] = wheel, vehicle
+        return self._history[(slot + 1) % (self._delay + 1)]
 
-    def _estimated(self, wheel: FloatArray, demand: ArrayLike) -> FloatArray:
+    def _estimated(self, wheel: Any, demand: Any) -> Any:
         """Wheel speed with limited change in the direction of slip."""
         last = wheel if self._estimate is None else self._estimate
-        self._estimate = np.where(
-            np.asarray(demand) < 0.0,
-            np.maximum(wheel, last - self._change),
-            np.minimum(wheel, last + self._change),
+        self._estimate = where(
+            demand < self._none,
+            maximum(wheel, last - self._change),
+            minimum(wheel, last + self._change),
         )
         return self._estimate
 
-    def _counted(self, rim: FloatArray) -> FloatArray:
+    def _counted(self, rim: Any) -> Any:
         """Mean speed since the last sample that whole pulses show; their rest is kept."""
         last = rim if self._rim is None else self._rim
         self._rim, way = rim, self._way + 0.5 * self._step * (last + rim)
         counted = np.floor(way / self._pulse) * self._pulse
         self._way = way - counted
-        return np.asarray(counted / self._step)
+        return counted / self._step
 
-    def _next_noise(self) -> FloatArray:
-        if self._drawn == AHEAD:
-            self._draw()
-            self._drawn = 0
-        self._drawn += 1
-        return np.asarray(self._noise[self._drawn - 1])
+    def _draw(self) -> Any:
+        """Noise of the next samples, drawn for several wheelsets at a time.
 
-    def _draw(self) -> None:
-        """Draw ahead for several wheelsets at a time, as single ones would miss the cache."""
+        Single ones would miss the cache.
+        """
         noisy, together = list(self._streams), np.empty((TOGETHER, AHEAD, 2))
         for start in range(0, len(noisy), TOGETHER):
             some = noisy[start : start + TOGETHER]
@@ -288,3 +303,4 @@ class SensorReader:
                 self._streams[i].standard_normal(out=part)
             self._noise[:, :, some] = together[: len(some)].transpose(1, 2, 0)
         self._noise *= self._scale
+        return self._noise[:, :, 0].tolist() if self._numbers else self._noise

@@ -20,9 +20,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
-import numpy as np
-from numpy.typing import ArrayLike
-
+from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.traction.creep_pi import LimiterMemory, SlipLimiter
 from contactlib.traction.design import least_slip, slip_gains, sticking
@@ -49,6 +47,7 @@ CLEAR = (-0.1, 0.7)  # elasticity below and above which the slope is clear
 FAST = 4.0  # rate of the search where it is clear / rate elsewhere
 BEYOND = (1.5, 3.5)  # creepage / reference from which, and up to which, it lowers the compliance
 LOWERING = 0.9  # relative rate of that for every reference of creepage [1/s]
+LEAST_TORQUE = 1e-9  # of any least load [N.m]: the reference must not be zero
 LEAST = 0.06  # traction coefficient of the least load: half of that of very slippery rails
 
 
@@ -213,16 +212,16 @@ class SlopeSeeking(SlipLimiter):
         )
         return cls(**{**known, **given, "slip_noise": noise})
 
-    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> SeekingMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> SeekingMemory:
         """Memory of a drive at `torque` [N.m]."""
         known = plausible(measurement)
         limiter = self.start_limiter(known, torque)
         slip, _ = self.slip(known, limiter)
-        none = np.zeros_like(slip.speed)
+        none = 0.0 * slip.speed
         return SeekingMemory(
             limiter,
             self.observer.start(torque, known.wheel_speed, slip.speed),
-            Moments(np.abs(torque) + none, np.maximum(slip.speed / slip.scale, 0.0), none, none),
+            Moments(abs(torque + none), maximum(slip.speed / slip.scale, 0.0), none, none),
             none + 1.0,
             none,
         )
@@ -238,22 +237,23 @@ class SlopeSeeking(SlipLimiter):
         )
         load, creepage = slip.sign * load, slipped / slip.scale
         # What the noise allows at least is not below the reference: else the gain would wind up.
-        first = self.first_compliance * np.maximum(load, self.least_load)
-        audible = np.minimum(self.least_slip / (slip.scale * first), 1.0)
-        gain = np.maximum(memory.gain, audible)
-        reference = np.minimum(gain * first, self.largest_reference)
+        least_load = maximum(self.least_load, LEAST_TORQUE)
+        first = self.first_compliance * maximum(load, least_load)
+        audible = minimum(self.least_slip / (slip.scale * first), 1.0)
+        gain = maximum(memory.gain, audible)
+        reference = minimum(gain * first, self.largest_reference)
 
         expected = self.dither * self.dither * reference * reference
         away = creepage - reference
         away = away * away
         # A load that changes by more than the creepage does means other rails, not a slope.
-        change = (load - memory.moments.load) / np.maximum(memory.moments.load, self.least_load)
+        change = (load - memory.moments.load) / maximum(memory.moments.load, least_load)
         moved = change * reference
         moments = add_sample(
             memory.moments,
             load,
             creepage,
-            away=np.maximum(away, moved * moved),
+            away=maximum(away, moved * moved),
             expected=expected,
             gains=self._gains,
         )
@@ -271,18 +271,18 @@ class SlopeSeeking(SlipLimiter):
         slowing = before - creepage
         falling = (slowing > NOISES * self.slip_noise / slip.scale) & (creepage > reference)
         falling = falling & (-change * before > STEEP * slowing)
-        slope = np.where(falling, 1.0, slope)
+        slope = where(falling, 1.0, slope)
         seeking = limiting & ((away < near) | falling)
         clear = (slope < CLEAR[0]) | (slope > CLEAR[1])
-        rate = self.seeking_rate * np.where(clear, FAST, 1.0) * seeking
-        beyond = np.minimum(np.maximum(creepage / reference, BEYOND[0]), BEYOND[1]) - BEYOND[0]
-        lowering = LOWERING * beyond * (limiting & ~falling)
+        rate = self.seeking_rate * where(clear, FAST, 1.0) * seeking
+        beyond = minimum(maximum(creepage / reference, BEYOND[0]), BEYOND[1]) - BEYOND[0]
+        lowering = LOWERING * beyond * (limiting & negated(falling))
         rise = rate * (slope - self.target_elasticity) - lowering
         gain = gain * (1.0 + self.sample_time * rise)
-        gain = np.minimum(np.maximum(gain, RANGE[0]), RANGE[1])
+        gain = minimum(maximum(gain, RANGE[0]), RANGE[1])
 
         phase = (memory.phase + self.sample_time / self.dither_period) % 1.0
-        wave = 4.0 * np.abs(phase - 0.5) - 1.0  # triangle, -1 to 1
+        wave = 4.0 * abs(phase - 0.5) - 1.0  # triangle, -1 to 1
         torque, limiter = self.limit(
             slip, vehicle, reference * (1.0 + self.dither * wave), memory.limiter
         )

@@ -16,7 +16,6 @@ from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FloatArray, Parameters, as_number, cached_names, shown
 from contactlib.base.text import USERS_ERRORS, explained
@@ -111,7 +110,7 @@ class Copies:
         self._controllers: Sequence[SampledController] = controllers
         self.sample_time = float(controllers[0].sample_time)
 
-    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> Own:
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> Own:
         """Copy the controllers and reset the copies."""
         copies = [_copy(control) for control in self._controllers]
         torques = np.broadcast_to(np.asarray(torque, dtype=np.float64), len(copies)).tolist()
@@ -151,7 +150,7 @@ def _copy(control: Any) -> Any:
     return copied
 
 
-def _each(measurement: Measurement[FloatArray]) -> list[Measurement[float]]:
+def _each(measurement: Measurement[Any]) -> list[Measurement[float]]:
     rows = (np.atleast_1d(part).tolist() for part in measurement)
     return [Measurement(*one) for one in zip(*rows, strict=True)]
 

@@ -16,8 +16,9 @@ from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
 from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.observers import Tracked, track, tracked_variance, tracker_gains
@@ -173,21 +174,21 @@ class ThresholdControl(Parameters):
             speed * math.sqrt(2.0 / (2.0 - speed)) * wheel / self.sample_time,
         )
 
-    def start(self, measurement: Measurement[FloatArray], torque: ArrayLike) -> ThresholdMemory:
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> ThresholdMemory:
         """Memory of a drive at `torque` [N.m]."""
         known = plausible(measurement)
-        vehicle, wheel = np.array(known.vehicle_speed), np.array(known.wheel_speed)
-        size = np.abs(torque) + np.zeros_like(vehicle)
-        none, limiting = np.zeros_like(vehicle), size < np.abs(known.demand)
+        vehicle, wheel, none = known.vehicle_speed, known.wheel_speed, 0.0 * known.vehicle_speed
+        size = abs(torque + none)
+        limiting = size < abs(known.demand)
         return ThresholdMemory(
             Tracked(vehicle, none),
             none,
             wheel,
             size,
-            np.where(limiting, size, none),
-            np.zeros_like(limiting),
+            where(limiting, size, none),
+            limiting & negated(limiting),
             limiting,
-            np.asarray(known.demand < 0.0),
+            known.demand < 0.0,
         )
 
     def sample(
@@ -197,38 +198,36 @@ class ThresholdControl(Parameters):
         known = plausible(measurement)
         slip_gain, speed_gain = self._filter_gains
         vehicle = track(memory.vehicle, known.vehicle_speed, self._tracker_gains)
-        braking, demand = known.demand < 0.0, np.abs(known.demand)
+        braking, demand = known.demand < 0.0, abs(known.demand)
         forward = known.wheel_speed - vehicle.speed
-        slip = memory.slip + slip_gain * (np.where(braking, -forward, forward) - memory.slip)
+        slip = memory.slip + slip_gain * (where(braking, -forward, forward) - memory.slip)
         change = speed_gain * (known.wheel_speed - memory.wheel_speed)
-        acceleration = np.where(braking, -change, change) / self.sample_time
-        scale = np.maximum(np.abs(vehicle.speed), self.low_speed)
+        acceleration = where(braking, -change, change) / self.sample_time
+        scale = maximum(abs(vehicle.speed), self.low_speed)
 
         # Unless limiting, the limit is the demand.
         limiting = memory.limiting & (braking == memory.braking)
-        torque = np.where(limiting, np.minimum(memory.torque, demand), demand)
-        most = np.maximum(self.slip_threshold * scale, self.least_slip)
+        torque = where(limiting, minimum(memory.torque, demand), demand)
+        most = maximum(self.slip_threshold * scale, self.least_slip)
         slipping = (slip > most) | (acceleration > self.acceleration_threshold)
         back = slip < self.slip_release / self.slip_threshold * most
-        back &= acceleration < self.acceleration_threshold
-        starts = slipping & ~memory.cutting
-        cutting = (slipping | memory.cutting) & ~back
+        back = back & (acceleration < self.acceleration_threshold)
+        starts = slipping & negated(memory.cutting)
+        cutting = (slipping | memory.cutting) & negated(back)
         # The drive may give less than was asked for last; a cut begins at what it gives.
-        given = np.maximum(np.where(braking, -known.torque, known.torque), 0.0)
+        given = maximum(where(braking, -known.torque, known.torque), 0.0)
         less = (given < memory.torque) & (braking == memory.braking) & (starts | cutting)
-        torque = np.where(less, np.minimum(torque, given), torque)
-        cut_torque = np.where(starts, torque, memory.cut_torque)
+        torque = where(less, minimum(torque, given), torque)
+        cut_torque = where(starts, torque, memory.cut_torque)
 
         step = self.sample_time * demand
         low, high = self.cut_fraction * cut_torque, self.reapply_fraction * cut_torque
         slow = step / self.ramp_time
-        down = np.where(torque > low, np.maximum(torque - step / self.cut_time, low), torque - slow)
-        up = np.where(
-            torque < high, np.minimum(torque + step / self.reapply_time, high), torque + slow
-        )
-        torque = np.where(cutting, down, np.where(limiting, up, demand))
-        torque = np.minimum(np.maximum(torque, 0.0), demand)
-        return np.where(braking, -torque, torque), ThresholdMemory(
+        down = where(torque > low, maximum(torque - step / self.cut_time, low), torque - slow)
+        up = where(torque < high, minimum(torque + step / self.reapply_time, high), torque + slow)
+        torque = where(cutting, down, where(limiting, up, demand))
+        torque = minimum(maximum(torque, 0.0), demand)
+        return where(braking, -torque, torque), ThresholdMemory(
             vehicle,
             slip,
             memory.wheel_speed + change,

@@ -14,11 +14,12 @@ torque away until it does.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import FloatArray
 
 KNOWN = 6e-4  # standard deviation of the error at which it counts as known [1]
@@ -53,9 +54,9 @@ class ZeroPoint(NamedTuple):
     looking: NDArray[np.bool_]
 
 
-def start_zero_point(slip: FloatArray, uncertainty: FloatArray) -> ZeroPoint:
+def start_zero_point(slip: FloatArray, uncertainty: Any) -> ZeroPoint:
     """Estimate of zero with a standard deviation `uncertainty` [1], at a slip speed [m/s]."""
-    none = np.zeros_like(slip)
+    none = 0.0 * slip
     return ZeroPoint(none, none + uncertainty * uncertainty, slip, none, none > 0.0)
 
 
@@ -67,10 +68,10 @@ def learn(
     scale: FloatArray,
     torque: FloatArray,
     limiting: NDArray[np.bool_],
-    sample_time: FloatArray,
-    noise: FloatArray,
-    stick_torque: FloatArray,
-    stick_compliance: FloatArray,
+    sample_time: Any,
+    noise: Any,
+    stick_torque: Any,
+    stick_compliance: Any,
 ) -> ZeroPoint:
     """Estimate with one more sample.
 
@@ -89,21 +90,21 @@ def learn(
     stick_torque, stick_compliance : ndarray
         Torque up to which the wheel sticks [N.m], and creepage / torque then [1/(N.m)].
     """
-    sticks = np.abs(torque) <= stick_torque * (1.0 + 1e-9)
-    sticks = sticks & (np.abs(slip - zero.slip) <= CALM * sample_time + 5.0 * noise)
-    calm = np.where(sticks, zero.calm + sample_time, 0.0)
+    sticks = abs(torque) <= stick_torque * (1.0 + 1e-9)
+    sticks = sticks & (abs(slip - zero.slip) <= CALM * sample_time + 5.0 * noise)
+    calm = where(sticks, zero.calm + sample_time, 0.0)
     grown = (FORGOTTEN * FORGOTTEN - 1.0) * KNOWN * KNOWN / FORGETTING * sample_time
     variance = zero.variance + grown * (zero.variance > 0.0)
     # Kalman's filter, with the vehicle speed as the factor from the state to what is measured; near
     # standstill that is noise, and the error does not matter.
     spread = noise * noise + MODEL * MODEL * scale * scale
-    speed = np.where(2.0 * np.abs(vehicle_speed) < scale, 0.0, vehicle_speed)
+    speed = where(2.0 * abs(vehicle_speed) < scale, 0.0, vehicle_speed)
     gain = variance * speed / (variance * speed * speed + spread) * (calm > SETTLING)
-    surprise = slip - stick_compliance * torque * np.abs(speed) - zero.error * speed
-    error = np.minimum(np.maximum(zero.error + gain * surprise, -LARGEST), LARGEST)
+    surprise = slip - stick_compliance * torque * abs(speed) - zero.error * speed
+    error = minimum(maximum(zero.error + gain * surprise, -LARGEST), LARGEST)
     variance = variance * (1.0 - gain * speed)
 
     left = variance * speed * speed
-    enough = np.maximum(KNOWN * scale, SHARE * noise) ** 2
-    looking = np.where(zero.looking, left > enough, left > FORGOTTEN * FORGOTTEN * enough)
+    enough = maximum(KNOWN * scale, SHARE * noise) ** 2
+    looking = where(zero.looking, left > enough, left > FORGOTTEN * FORGOTTEN * enough)
     return ZeroPoint(error, variance, slip, calm, looking & limiting)

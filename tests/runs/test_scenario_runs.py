@@ -199,7 +199,9 @@ def test_sensors_read_the_motion_and_torque_is_held(locomotive: cl.Model) -> Non
     motion = zip(rim, run["speed"][samples], probe.seen, strict=True)
     for wheel, vehicle, seen in motion:
         shown = reader.read([wheel], [vehicle], 0.0)
-        np.testing.assert_allclose((seen.wheel_speed, seen.vehicle_speed), shown, rtol=1e-15)
+        np.testing.assert_allclose(
+            (seen.wheel_speed, seen.vehicle_speed), np.ravel(shown), rtol=1e-15
+        )
     asked = run["commanded_torque"]
     assert np.array_equal(asked[:-1].reshape(-1, 5), np.repeat(asked[:-1:5, np.newaxis], 5, axis=1))
     np.testing.assert_allclose(asked[samples], demand(run.time[samples]), rtol=1e-15)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from itertools import chain
 from typing import Any, NamedTuple
@@ -81,6 +81,41 @@ class NativeFleet:
         self._kept = [m.table for m in members], contact, drivetrain, rails, profiles, places
         self.members = pointer(places, "drivetrain_member")
 
+    def stepping(
+        self,
+        inputs: NDArray[np.void],
+        states: NDArray[np.void],
+        substeps: FloatArray,
+        failed: NDArray[np.bool_],
+    ) -> Callable[[int, float, float, float], None]:
+        """Prepare to advance states and substeps in place.
+
+        Parameters
+        ----------
+        inputs : ndarray
+            Contiguous records, shape (rows, n).
+        states, substeps : ndarray
+            A record and a number for each member.
+        failed : ndarray of bool
+            It is set for members whose integrator gives up; these are not stepped any more.
+
+        Returns
+        -------
+        callable
+            Advances under a row of the inputs; its arguments are the number of the row, the time
+            and the step [s], and the tolerance. The row's friction and slope are set to the
+            track's at the start.
+        """
+        row = pointer(inputs, "drivetrain_input")
+        changed = pointer(substeps, "double"), pointer(failed, "unsigned char")
+        state = pointer(states, "drivetrain_state")
+        step_on, size, members = library().drivetrain_advance_many, self.size, self.members
+
+        def advance(place: int, time: float, step: float, tolerance: float) -> None:
+            step_on(members, size, row + place * size, state, time, step, tolerance, *changed)
+
+        return advance
+
     def advance(
         self,
         inputs: NDArray[np.void],
@@ -89,33 +124,17 @@ class NativeFleet:
         step: float,
         tolerance: float,
         substeps: FloatArray,
-        failed: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Advance states and substeps in place; the arrays are contiguous, one record per member.
-
-        The inputs' friction and slope are set to the track's at the start. `failed` is set for
-        members whose integrator gives up; these are not stepped any more.
+        """Advance states and substeps in place by one step, as `stepping`.
 
         Raises
         ------
         RuntimeError
-            If the integrator gives up and `failed` is not given.
+            If the integrator gives up.
         """
-        alone = failed is None
-        if failed is None:
-            failed = np.zeros(self.size, dtype=np.bool_)
-        library().drivetrain_advance_many(
-            self.members,
-            self.size,
-            pointer(inputs, "drivetrain_input"),
-            pointer(states, "drivetrain_state"),
-            time,
-            step,
-            tolerance,
-            pointer(substeps, "double"),
-            pointer(failed, "unsigned char"),
-        )
-        if alone and failed.any():
+        failed = np.zeros(self.size, dtype=np.bool_)
+        self.stepping(inputs, states, substeps, failed)(0, time, step, tolerance)
+        if failed.any():
             raise RuntimeError(
                 f"drivetrain {np.flatnonzero(failed)[0]}: the tolerance is not met within the "
                 "largest number of substeps"
