@@ -150,12 +150,13 @@ ALWAYS_INLINE void add(int n, double factor, rows k, rows sum) {
         EACH_LANE (l) sum[i][l] += factor * k[i][l];
 }
 
-/* One substep from y, with known rates f and Jacobian; sets the next y and its estimated error. */
+/* One substep from y, with known rates f and Jacobian; sets the next y, its estimated error and the
+ * stages k. */
 ALWAYS_INLINE void rosenbrock_stages(const rosenbrock_method *m, factors *s, rows y, rows f,
-                                     rows next, rows error) {
+                                     rows next, rows error, rows *k) {
     const equations *p = s->problem;
     int n = p->states;
-    rows k[MOST_STAGES], change = {{0.0}}, sum, g;
+    rows change, sum, g;
     for (int i = 0; i < n; i++)
         for (int c = 0; c < n; c++)
             EACH_LANE (l)
@@ -221,7 +222,7 @@ static inline int is_hopeless(const integration *s, int l, double step) {
 
 /* Try one substep in each lane and accept it if its error is within the tolerance. */
 static inline void rosenbrock_substep(const equations *p, integration *s, double tolerance) {
-    rows f, next, error;
+    rows f, next, error, k[MOST_STAGES];
     lanes pieces, ratio, taken;
     factors one;
     one.problem = p;
@@ -235,8 +236,8 @@ static inline void rosenbrock_substep(const equations *p, integration *s, double
         one.inverse[l] = 1.0 / one.h[l];
     }
     int fine = tolerance < FINE;
-    if (fine) rosenbrock_stages(&RODAS5P, &one, s->y, f, next, error);
-    else rosenbrock_stages(&RODAS3, &one, s->y, f, next, error);
+    if (fine) rosenbrock_stages(&RODAS5P, &one, s->y, f, next, error, k);
+    else rosenbrock_stages(&RODAS3, &one, s->y, f, next, error, k);
     p->error_size(p->model, next, error, ratio);
     EACH_LANE (l) {
         double part = ratio[l] / tolerance, factor = stretch_of_step(part, fine);

@@ -1,10 +1,10 @@
 #include "wheelset_run.h"
 
+#include <float.h>
 #include <stdlib.h>
 
 #define LANES 1
 #include "drivetrain_lanes.h"
-#include "radau.h"
 
 void control_law_command(const control_law *law, double reference, double creepage, double memory,
                          control_command *command) {
@@ -23,20 +23,25 @@ void control_law_command(const control_law *law, double reference, double creepa
     }
 }
 
-/* Places of the integrator's rows in those of a drivetrain; the memory has none. */
-enum { ROW_SPEED, ROW_OMEGA, ROW_MEMORY, ROW_INTEGRALS };
-ASSERT_LAYOUT(rows_of_the_run, ROW_MEMORY + 1 == RADAU_STATES &&
-                                   (int)ROW_INTEGRALS + MOST_ROWS - DISTANCE == (int)RADAU_ROWS);
-ASSERT_LAYOUT(row_has_the_states_between, sizeof(run_row) == (RADAU_ROWS + 2) * sizeof(double) &&
-                                              offsetof(run_row, speed) == sizeof(double));
+/* The integrator's rows are those of run_row up to the torque; the first four are states. */
+enum { ROW_SPEED, ROW_OMEGA, ROW_MEMORY, ROW_TIME, RUN_STATES, RUN_ROWS = 9 };
+static const int DRIVETRAIN_ROW[RUN_ROWS] = {SPEED, LEFT,  -1,         -1,  DISTANCE,
+                                             DRIVE, CREEP, RESISTANCE, LOSS};
+ASSERT_LAYOUT(rows_of_the_run, PLACE(run_row, time) == ROW_TIME &&
+                                   PLACE(run_row, loss_work) + 1 == RUN_ROWS &&
+                                   (int)RUN_ROWS <= (int)MOST_ROWS);
 
 struct wheelset_run {
     drivetrain_member member;
     run_stretch given;
     group wheels;
-    double load; /* under which the wheels are prepared [N] */
-    radau_problem problem;
-    radau steps;
+    double load;   /* under which the wheels are prepared [N] */
+    double moment; /* by which the rates' change with time is differenced [s]; 0: they do not */
+    equations problem;
+    rows before, now;            /* at both ends of the last step */
+    rows bend[3];                /* of the solution within it */
+    double h, next;              /* length of that step; the one to try next [s] */
+    int steps;                   /* that were tried */
     double level[RUN_CROSSINGS]; /* what each crossing's signals are above its level */
     double end;                  /* of the last step, or the event that ends the run [s] */
     double grid;                 /* number of the next row of the grid */
@@ -45,6 +50,17 @@ struct wheelset_run {
     size_t count;
     run_event events[RUN_CROSSINGS];
 };
+
+enum { MAX_STEPS = 1000000 };
+
+/* The solution within a step of Rodas5P, of fourth order: weights of the stages in its bends. */
+static const double BEND[3][MOST_STAGES] = {
+    {25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204,
+     0.524948541321073, 1.1241088310450404, 0.4272876194431874, -0.17202221070155493},
+    {-9.91568850695171, -0.9689944594115154, 3.0438037242978453, -24.495224566215796,
+     20.176138334709044, 15.98066361424651, -6.789040303419874, -6.710236069923372},
+    {11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643,
+     -52.072871366152654, -59.78993625266729, -0.15582684282751913, 4.883087185713722}};
 
 static double between(double a, double b, double part) { return a + part * (b - a); }
 
@@ -70,84 +86,158 @@ static double set_input(wheelset_run *run, double time) {
     return between(s->from.reference, s->to.reference, part);
 }
 
+static const wheel_action *wheel_now(const wheelset_run *run) {
+    return (const wheel_action *)run->wheels.wheel[0];
+}
+
 /* Evaluate wheels and controller; sets the drivetrain's rows, with the torque among them. */
-static control_command evaluate_loop(wheelset_run *run, double time, const double *y, rows all) {
-    double reference = set_input(run, time);
+static control_command evaluate_loop(wheelset_run *run, rows y, rows all) {
+    double reference = set_input(run, y[ROW_TIME][0]);
     memset(all, 0, sizeof(rows));
-    all[SPEED][0] = y[ROW_SPEED];
-    all[LEFT][0] = y[ROW_OMEGA];
+    all[SPEED][0] = y[ROW_SPEED][0];
+    all[LEFT][0] = y[ROW_OMEGA][0];
     fill(&run->wheels, all);
     wheels(&run->wheels, all);
     control_command command;
-    control_law_command(&run->given.law, reference,
-                        ((wheel_action *)run->wheels.wheel[0])->creepage, y[ROW_MEMORY], &command);
+    control_law_command(&run->given.law, reference, wheel_now(run)->creepage, y[ROW_MEMORY][0],
+                        &command);
     all[TORQUE][0] = command.torque;
     return command;
 }
 
-static void rates_of_loop(void *model, double time, const double *y, double *f,
-                          double (*jacobian)[RADAU_STATES]) {
+static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     wheelset_run *run = (wheelset_run *)model;
     rows all, found;
     matrix j;
     if (jacobian) memset(j, 0, sizeof j);
-    control_command command = evaluate_loop(run, time, y, all);
+    control_command command = evaluate_loop(run, y, all);
     set_rates(&run->wheels, all, found, jacobian ? &j : NULL);
-    f[ROW_SPEED] = found[SPEED][0];
-    f[ROW_OMEGA] = found[LEFT][0];
-    f[ROW_MEMORY] = command.memory_rate;
-    for (int i = DISTANCE; i <= LOSS; i++) f[ROW_INTEGRALS + i - DISTANCE] = found[i][0];
+    for (int i = 0; i < RUN_ROWS; i++)
+        if (DRIVETRAIN_ROW[i] >= 0) f[i][0] = found[DRIVETRAIN_ROW[i]][0];
+    f[ROW_MEMORY][0] = command.memory_rate;
+    f[ROW_TIME][0] = 1.0;
     if (!jacobian) return;
     const wheelset_parameters *body = &run->member.drivetrain->body;
-    double creepage = ((wheel_action *)run->wheels.wheel[0])->creepage, reference, slope;
-    regularized_speed(y[ROW_SPEED], body->minimum_speed, &reference, &slope);
-    double by[2] = {(-1.0 - creepage * slope) / reference, body->radius / reference};
-    int place[2] = {SPEED, LEFT};
-    for (int c = 0; c < 2; c++) {
-        for (int i = 0; i < 2; i++)
-            jacobian[i][c] = j[place[i]][place[c]][0] +
-                             j[place[i]][TORQUE][0] * command.torque_by_creepage * by[c];
-        jacobian[c][ROW_MEMORY] = j[place[c]][TORQUE][0] * command.torque_by_memory;
-        jacobian[ROW_MEMORY][c] = command.rate_by_creepage * by[c];
+    double reference, slope;
+    regularized_speed(y[ROW_SPEED][0], body->minimum_speed, &reference, &slope);
+    double by[2] = {(-1.0 - wheel_now(run)->creepage * slope) / reference,
+                    body->radius / reference};
+    lanes(*to)[MOST_STATES] = *jacobian;
+    for (int i = 0; i < RUN_ROWS; i++) {
+        int from = DRIVETRAIN_ROW[i];
+        if (from < 0) continue;
+        for (int c = 0; c < 2; c++)
+            to[i][c][0] = j[from][DRIVETRAIN_ROW[c]][0] +
+                          j[from][TORQUE][0] * command.torque_by_creepage * by[c];
+        to[i][ROW_MEMORY][0] = j[from][TORQUE][0] * command.torque_by_memory;
     }
-    jacobian[ROW_MEMORY][ROW_MEMORY] = command.rate_by_memory;
+    for (int c = 0; c < 2; c++) to[ROW_MEMORY][c][0] = command.rate_by_creepage * by[c];
+    to[ROW_MEMORY][ROW_MEMORY][0] = command.rate_by_memory;
+    if (run->moment == 0.0) return;
+    rows sooner, later, moved; /* the inputs are linear in time, so the error is of second order */
+    memcpy(moved, y, sizeof moved);
+    moved[ROW_TIME][0] = y[ROW_TIME][0] - run->moment;
+    rates_of_loop(run, moved, sooner, NULL);
+    moved[ROW_TIME][0] = y[ROW_TIME][0] + run->moment;
+    rates_of_loop(run, moved, later, NULL);
+    for (int i = 0; i < RUN_ROWS; i++)
+        to[i][ROW_TIME][0] = (later[i][0] - sooner[i][0]) / (2.0 * run->moment);
+}
+
+/* Root mean square of a change of the rows but the time, relative to their sizes; in place of omega
+ * that of the slip, relative to slip plus saturation slip. */
+static double relative_size(const wheelset_run *run, rows y, rows change) {
+    const double *scale = (const double *)&run->given.scale;
+    double radius = run->member.drivetrain->body.radius, sum = 0.0;
+    for (int i = 0; i < RUN_ROWS; i++) {
+        double size = fabs(y[i][0]) + scale[i], part = i == ROW_TIME ? 0.0 : change[i][0] / size;
+        if (i == ROW_OMEGA) {
+            double saturation =
+                wheel_now(run)->saturation * (fabs(y[ROW_SPEED][0]) + scale[ROW_SPEED]);
+            double slip = radius * change[ROW_OMEGA][0] - change[ROW_SPEED][0];
+            part = slip / (fabs(radius * y[ROW_OMEGA][0] - y[ROW_SPEED][0]) + saturation);
+        }
+        sum += part * part;
+    }
+    return sqrt(sum / (RUN_ROWS - 1));
+}
+
+/* Take one step towards the end; returns whether the tolerance is met. */
+static int take_step(wheelset_run *run) {
+    rows f, error, next, k[MOST_STAGES];
+    matrix j;
+    factors one = {.problem = &run->problem, .j = &j};
+    double time = run->now[ROW_TIME][0], left = run->given.end - time, h = run->next;
+    memset(j, 0, sizeof j);
+    rates_of_loop(run, run->now, f, &j);
+    if (run->h == 0.0) /* at first the rows change by a hundredth of their sizes, at most */
+        h = copysign(fmin(1e-3 * fabs(left), 0.01 / fmax(relative_size(run, run->now, f), DBL_MIN)),
+                     left);
+    for (;;) {
+        if (!(fabs(h) > 10.0 * DBL_EPSILON * fabs(time)) || run->steps++ == MAX_STEPS) return 0;
+        int last = fabs(h) * (1.0 + 1e-9) >= fabs(left);
+        if (last) h = left;
+        one.h[0] = h;
+        one.inverse[0] = 1.0 / h;
+        rosenbrock_stages(&RODAS5P, &one, run->now, f, next, error, k);
+        double ratio = relative_size(run, next, error) / run->given.tolerance;
+        double factor = stretch_of_step(ratio, 1);
+        if (ratio <= 1.0) {
+            memcpy(run->before, run->now, sizeof(rows));
+            memcpy(run->now, next, sizeof(rows));
+            run->now[ROW_TIME][0] = last ? run->given.end : time + h;
+            memset(run->bend, 0, sizeof run->bend);
+            for (int d = 0; d < 3; d++)
+                for (int at = 0; at < MOST_STAGES; at++)
+                    add(RUN_ROWS, BEND[d][at], k[at], run->bend[d]);
+            run->h = h;
+            run->next = h * factor;
+            return 1;
+        }
+        h *= fmin(factor, 0.8);
+    }
+}
+
+/* The solution at a time of the last step. */
+static void solution_at(const wheelset_run *run, double time, rows y) {
+    memcpy(y, run->now, sizeof(rows));
+    if (time == run->now[ROW_TIME][0]) return;
+    double part = (time - run->before[ROW_TIME][0]) / run->h, rest = 1.0 - part;
+    for (int i = 0; i < RUN_ROWS; i++) {
+        double bend = run->bend[0][i][0] + part * (run->bend[1][i][0] + part * run->bend[2][i][0]);
+        y[i][0] = rest * run->before[i][0] + part * (run->now[i][0] + rest * bend);
+    }
+    y[ROW_TIME][0] = time;
 }
 
 /* What the signals of a crossing are above its level, in the state that was evaluated last. */
-static double above_level(const wheelset_run *run, int crossing, const double *y) {
+static double above_level(const wheelset_run *run, int crossing, rows y) {
     const run_crossing *c = &run->given.crossing[crossing];
-    const wheel_action *wheel = (const wheel_action *)run->wheels.wheel[0];
-    return c->abs_speed * fabs(y[ROW_SPEED]) + c->creepage * wheel->creepage +
+    const wheel_action *wheel = wheel_now(run);
+    return c->abs_speed * fabs(y[ROW_SPEED][0]) + c->creepage * wheel->creepage +
            c->abs_creepage * fabs(wheel->creepage) - c->fall * wheel->by_omega - c->level;
 }
 
-static run_row row_of(double time, const double *y, double torque) {
-    run_row row = {.time = time, .drive_torque = torque};
-    memcpy(&row.speed, y, RADAU_ROWS * sizeof(double));
+/* The row at a time of the last step, or at the start. */
+static run_row row_at(wheelset_run *run, double time) {
+    rows y, all;
+    run_row row;
+    solution_at(run, time, y);
+    memcpy(&row, y, RUN_ROWS * sizeof(double));
+    row.drive_torque = evaluate_loop(run, y, all).torque;
     return row;
 }
 
-/* The row at a time of the last step. */
-static run_row row_at(wheelset_run *run, double time) {
-    const radau *s = &run->steps;
-    double y[RADAU_ROWS];
-    rows all;
-    if (time == s->end_time) memcpy(y, s->end, sizeof y);
-    else radau_at(s, (time - s->time) / s->h, y);
-    return row_of(time, y, evaluate_loop(run, time, y, all).torque);
-}
-
-/* Find the part of the last step at which a crossing happens, between its ends. */
-static double crossing_part(wheelset_run *run, int crossing) {
-    const radau *s = &run->steps;
-    double low = 0.0, high = 1.0, y[RADAU_ROWS];
+/* Find the time of the last step at which a crossing happens, between its ends. */
+static double crossing_time(wheelset_run *run, int crossing) {
+    double low = run->before[ROW_TIME][0], high = run->now[ROW_TIME][0];
     int begins_below = run->level[crossing] < 0.0;
-    rows all;
+    rows y, all;
     for (;;) {
         double middle = 0.5 * (low + high);
         if (middle == low || middle == high) return high;
-        radau_at(s, middle, y);
-        evaluate_loop(run, s->time + middle * s->h, y, all);
+        solution_at(run, middle, y);
+        evaluate_loop(run, y, all);
         double level = above_level(run, crossing, y);
         if (begins_below ? level < 0.0 : level > 0.0) low = middle;
         else high = middle;
@@ -156,23 +246,23 @@ static double crossing_part(wheelset_run *run, int crossing) {
 
 /* Find the events of the last step, in order; one that ends the run is the last. */
 static void find_events(wheelset_run *run) {
-    const radau *s = &run->steps;
     rows all;
-    double was[RUN_CROSSINGS], is[RUN_CROSSINGS];
-    evaluate_loop(run, s->end_time, s->end, all);
-    for (int i = 0; i < run->given.crossings; i++) is[i] = above_level(run, i, s->end);
-    memcpy(was, run->level, sizeof was);
+    double is[RUN_CROSSINGS];
+    evaluate_loop(run, run->now, all);
+    for (int i = 0; i < run->given.crossings; i++) is[i] = above_level(run, i, run->now);
     for (int i = 0; i < run->given.crossings; i++) {
         int direction = run->given.crossing[i].direction;
-        int rises = was[i] < 0.0 && is[i] >= 0.0, falls = was[i] > 0.0 && is[i] <= 0.0;
+        int rises = run->level[i] < 0.0 && is[i] >= 0.0,
+            falls = run->level[i] > 0.0 && is[i] <= 0.0;
         if (!(rises && direction >= 0) && !(falls && direction <= 0)) continue;
         run_event event = {.crossing = i};
-        event.row = row_at(run, s->time + crossing_part(run, i) * s->h);
-        event.creepage = ((wheel_action *)run->wheels.wheel[0])->creepage;
+        event.row = row_at(run, crossing_time(run, i));
+        event.creepage = wheel_now(run)->creepage;
         size_t place = run->count++;
-        for (; place > 0 && (run->events[place - 1].row.time - event.row.time) * s->h > 0.0;
-             place--)
+        while (place > 0 && (run->events[place - 1].row.time - event.row.time) * run->h > 0.0) {
             run->events[place] = run->events[place - 1];
+            place--;
+        }
         run->events[place] = event;
     }
     memcpy(run->level, is, sizeof is);
@@ -191,16 +281,17 @@ wheelset_run *wheelset_run_begin(const drivetrain_member *member, const run_stre
     run->member = *member;
     run->given = *given;
     run->load = NAN;
+    if (memcmp(&given->from, &given->to, sizeof given->to) != 0)
+        run->moment = 1e-4 * (given->end - given->start);
     set_kind(&run->wheels, member);
     run->problem =
-        (radau_problem){.model = run, .rates = rates_of_loop, .tolerance = given->tolerance};
-    memcpy(run->problem.scale, given->scale, sizeof given->scale);
-    radau *s = &run->steps;
-    s->end_time = run->end = given->start;
-    memcpy(s->end, &first->speed, sizeof s->end);
+        (equations){.model = run, .rates = rates_of_loop, .states = RUN_STATES, .rows = RUN_ROWS};
+    for (int i = 0; i < RUN_ROWS; i++) run->problem.place[i] = i;
+    memcpy(run->now, first, RUN_ROWS * sizeof(double));
+    run->now[ROW_TIME][0] = run->end = given->start;
     rows all;
-    evaluate_loop(run, given->start, s->end, all);
-    for (int i = 0; i < given->crossings; i++) run->level[i] = above_level(run, i, s->end);
+    evaluate_loop(run, run->now, all);
+    for (int i = 0; i < given->crossings; i++) run->level[i] = above_level(run, i, run->now);
     run->unwritten = 1;
     run->grid = given->interval > 0.0 ? floor(given->start / given->interval) + 1.0 : 0.0;
     return run;
@@ -229,11 +320,11 @@ size_t wheelset_run_rows(wheelset_run *run, size_t room, run_row *rows, int *sta
             break;
         }
         if (run->status != RUN_GOES_ON || written == room) break;
-        if (!radau_step(&run->problem, &run->steps, given->end)) {
+        if (!take_step(run)) {
             run->status = RUN_FAILED;
             break;
         }
-        run->end = run->steps.end_time;
+        run->end = run->now[ROW_TIME][0];
         if (run->end == given->end) run->status = RUN_AT_END;
         find_events(run);
         run->unwritten = 1;

@@ -35,10 +35,10 @@ typedef struct {
 
 /* State, and torque that it gets. */
 typedef struct {
-    double time;            /* [s] */
     double speed;           /* [m/s] */
     double omega;           /* [rad/s] */
     double memory;          /* of the controller [N.m] */
+    double time;            /* [s] */
     double distance;        /* [m] */
     double drive_work;      /* works as of a drivetrain [J] */
     double creep_work;      /* [J] */
@@ -70,10 +70,9 @@ typedef struct {
     control_law law;
     double start, end; /* the run begins at the start; an end before it runs backward [s] */
     run_input from, to;
-    double interval; /* a row at each multiple of it, beside those at the steps [s]; 0: none */
-    double
-        tolerance;   /* relative error of a step in each number of a row, from speed to loss_work */
-    double scale[8]; /* of each of these, added to its size there */
+    double interval;  /* a row at each multiple of it, beside those at the steps [s]; 0: none */
+    double tolerance; /* relative error of a step in each number of a row but time and torque */
+    run_row scale;    /* added to their sizes there */
     int crossings;
     run_crossing crossing[RUN_CROSSINGS];
 } run_stretch;

@@ -161,7 +161,9 @@ def simulate(
     least = max(abs(initial_speed), slowest)
     turning = least / wheelset.radius
     stored = 0.5 * wheelset.inertia * turning**2
-    scale = least, turning, max(abs(torque), 1.0), least, *(stored for _ in WORKS)
+    memory = max(abs(torque), 1.0)
+    scale = {"speed": least, "omega": turning, "memory": memory, "distance": least}
+    scale |= dict.fromkeys(WORKS, stored)
     passing: dict[str, dict[str, float]] = {
         PEAK_PASSED: {"fall": 1.0, "direction": 1},
         SLIP_AWAY: {"abs_creepage": 1.0, "level": away, "direction": 1},

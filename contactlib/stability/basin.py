@@ -96,8 +96,9 @@ def move_until(
         "friction_scale": at.friction_scale,
         "resistance_force": at.resistance_force,
     }
-    # Memory and works do not matter.
-    scale = at.speed, abs(omega), math.inf, at.speed * abs(horizon), *(math.inf for _ in range(4))
+    scale = {"speed": at.speed, "omega": abs(omega), "distance": at.speed * abs(horizon)}
+    works = "drive_work", "creep_work", "resistance_work", "loss_work"
+    scale |= dict.fromkeys(("memory", *works), math.inf)  # they do not matter
     run = kernel.run_wheelset(
         Drivetrain(wheelset).native,
         TorqueControl(Profile.of(drive_torque)).native,

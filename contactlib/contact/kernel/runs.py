@@ -46,7 +46,7 @@ def run_wheelset(
     crossings: Sequence[Mapping[str, float]] = (),
     interval: float = 0.0,
     tolerance: float,
-    scale: Sequence[float],
+    scale: Mapping[str, float],
 ) -> NativeRun:
     """Run a fleet of one wheelset over a stretch of time on which all inputs are linear.
 
@@ -66,9 +66,10 @@ def run_wheelset(
         Members of the struct `run_crossing` of each event.
     interval : float, optional
         Time between rows that are added to the integrator's steps [s]. Default: none.
-    tolerance, scale : float and sequence of float
-        Relative error of a step in each member of `run_row` from speed to loss work, and the sizes
-        that are added to theirs.
+    tolerance : float
+        Relative error of a step in each member of `run_row` but the time.
+    scale : mapping
+        Sizes of these members, which are added to theirs there.
 
     Raises
     ------
@@ -84,7 +85,7 @@ def run_wheelset(
         "to": dict(inputs[1]),
         "interval": interval,
         "tolerance": tolerance,
-        "scale": scale,
+        "scale": dict(scale),
         "crossings": len(crossings),
         "crossing": list(crossings),
     }
