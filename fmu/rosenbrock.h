@@ -23,7 +23,11 @@
 
 enum { MOST_STATES = 7, MOST_ROWS = 12, MOST_SUBSTEPS = 100000 };
 
+#if LANES > 1 && defined(__GNUC__)
+typedef double lanes[LANES] __attribute__((aligned(64))); /* else vectors lie across cache lines */
+#else
 typedef double lanes[LANES];
+#endif
 typedef lanes rows[MOST_ROWS];
 typedef lanes matrix[MOST_ROWS][MOST_STATES];
 
@@ -133,7 +137,7 @@ typedef struct {
 
 /* Solve (1/(gamma h) - J) k = b. J has no columns for the integrals, so their k follows from the
  * states'. */
-ALWAYS_INLINE void stage(factors *s, double gamma, rows b, rows k) {
+static void stage(factors *s, double gamma, rows b, rows k) {
     const equations *p = s->problem;
     solve(p->states, s->lu, b, k);
     for (int i = p->states; i < p->rows; i++) {
@@ -144,49 +148,74 @@ ALWAYS_INLINE void stage(factors *s, double gamma, rows b, rows k) {
     }
 }
 
-/* Add factor times k to a sum, row by row. */
-ALWAYS_INLINE void add(int n, double factor, rows k, rows sum) {
-    for (int i = 0; i < n; i++)
-        EACH_LANE (l) sum[i][l] += factor * k[i][l];
+/* Weighted sum of the stages before one. Its number and the weights are constants where this is
+ * called, so nothing of the branches is left. */
+ALWAYS_INLINE double stage_sum(int at, const double *w, rows *k, int i, int l) {
+    double sum = 0.0;
+    if (at > 0 && w[0] != 0.0) sum += w[0] * k[0][i][l];
+    if (at > 1 && w[1] != 0.0) sum += w[1] * k[1][i][l];
+    if (at > 2 && w[2] != 0.0) sum += w[2] * k[2][i][l];
+    if (at > 3 && w[3] != 0.0) sum += w[3] * k[3][i][l];
+    if (at > 4 && w[4] != 0.0) sum += w[4] * k[4][i][l];
+    if (at > 5 && w[5] != 0.0) sum += w[5] * k[5][i][l];
+    if (at > 6 && w[6] != 0.0) sum += w[6] * k[6][i][l];
+    return sum;
 }
 
-/* One substep from y, with known rates f and Jacobian; sets the next y, its estimated error and the
- * stages k. */
+/* One stage of a substep from y; `known` are the rates at the last stage's place. */
+ALWAYS_INLINE void rosenbrock_stage(const rosenbrock_method *m, int at, factors *s, rows y,
+                                    rows next, rows known, rows *k) {
+    const equations *p = s->problem;
+    rows b;
+    if (m->a[at][0] != 0.0) {
+        for (int i = 0; i < p->rows; i++) {
+            int place = p->place[i];
+            EACH_LANE (l) next[place][l] = y[place][l] + stage_sum(at, m->a[at], k, i, l);
+        }
+        p->rates(p->model, next, known, NULL);
+    }
+    for (int i = 0; i < p->rows; i++) {
+        int place = p->place[i];
+        EACH_LANE (l) b[i][l] = known[place][l] + stage_sum(at, m->c[at], k, i, l) * s->inverse[l];
+    }
+    stage(s, m->gamma, b, k[at]);
+}
+
+/* One substep from y, with rates f, which are overwritten, and Jacobian; sets the next y, its
+ * estimated error and the stages k. */
 ALWAYS_INLINE void rosenbrock_stages(const rosenbrock_method *m, factors *s, rows y, rows f,
                                      rows next, rows error, rows *k) {
     const equations *p = s->problem;
-    int n = p->states;
-    rows change, sum, g;
-    for (int i = 0; i < n; i++)
-        for (int c = 0; c < n; c++)
+    for (int i = 0; i < p->states; i++)
+        for (int c = 0; c < p->states; c++)
             EACH_LANE (l)
                 s->lu[i][c][l] = (i == c ? 1.0 / m->gamma * s->inverse[l] : 0.0) -
                                  (*s->j)[p->place[i]][p->place[c]][l];
-    factorize(n, s->lu);
+    factorize(p->states, s->lu);
     memcpy(next, y, sizeof(rows));
-    lanes *known = f; /* as long as the stages are at y itself */
-    for (int at = 0; at < m->stages; at++) {
-        const double *a = m->a[at], *c = m->c[at];
-        if (a[0] != 0.0) {
-            memset(change, 0, sizeof change);
-            for (int d = 0; d < at; d++)
-                if (a[d] != 0.0) add(p->rows, a[d], k[d], change);
-            for (int i = 0; i < p->rows; i++)
-                EACH_LANE (l) next[p->place[i]][l] = y[p->place[i]][l] + change[i][l];
-            p->rates(p->model, next, g, NULL);
-            known = g;
-        }
-        memset(sum, 0, sizeof sum);
-        for (int d = 0; d < at; d++) add(p->rows, c[d], k[d], sum);
-        for (int i = 0; i < p->rows; i++)
-            EACH_LANE (l) sum[i][l] = known[p->place[i]][l] + sum[i][l] * s->inverse[l];
-        stage(s, m->gamma, sum, k[at]);
+    rosenbrock_stage(m, 0, s, y, next, f, k);
+    rosenbrock_stage(m, 1, s, y, next, f, k);
+    rosenbrock_stage(m, 2, s, y, next, f, k);
+    rosenbrock_stage(m, 3, s, y, next, f, k);
+    if (m->stages > 4) {
+        rosenbrock_stage(m, 4, s, y, next, f, k);
+        rosenbrock_stage(m, 5, s, y, next, f, k);
+        rosenbrock_stage(m, 6, s, y, next, f, k);
+        rosenbrock_stage(m, 7, s, y, next, f, k);
     }
     for (int i = 0; i < p->rows; i++)
         EACH_LANE (l) {
             next[p->place[i]][l] += k[m->stages - 1][i][l];
             error[p->place[i]][l] = k[m->stages - 1][i][l];
         }
+}
+
+static void rodas3(factors *s, rows y, rows f, rows next, rows error, rows *k) {
+    rosenbrock_stages(&RODAS3, s, y, f, next, error, k);
+}
+
+static void rodas5p(factors *s, rows y, rows f, rows next, rows error, rows *k) {
+    rosenbrock_stages(&RODAS5P, s, y, f, next, error, k);
 }
 
 /* Factor on the length of the next substep, from the last one's error over the tolerance. */
@@ -236,8 +265,8 @@ static inline void rosenbrock_substep(const equations *p, integration *s, double
         one.inverse[l] = 1.0 / one.h[l];
     }
     int fine = tolerance < FINE;
-    if (fine) rosenbrock_stages(&RODAS5P, &one, s->y, f, next, error, k);
-    else rosenbrock_stages(&RODAS3, &one, s->y, f, next, error, k);
+    if (fine) rodas5p(&one, s->y, f, next, error, k);
+    else rodas3(&one, s->y, f, next, error, k);
     p->error_size(p->model, next, error, ratio);
     EACH_LANE (l) {
         double part = ratio[l] / tolerance, factor = stretch_of_step(part, fine);

@@ -164,7 +164,7 @@ static double relative_size(const wheelset_run *run, rows y, rows change) {
 
 /* Take one step towards the end; returns whether the tolerance is met. */
 static int take_step(wheelset_run *run) {
-    rows f, error, next, k[MOST_STAGES];
+    rows f, rates, error, next, k[MOST_STAGES];
     matrix j;
     factors one = {.problem = &run->problem, .j = &j};
     double time = run->now[ROW_TIME][0], left = run->given.end - time, h = run->next;
@@ -179,7 +179,8 @@ static int take_step(wheelset_run *run) {
         if (last) h = left;
         one.h[0] = h;
         one.inverse[0] = 1.0 / h;
-        rosenbrock_stages(&RODAS5P, &one, run->now, f, next, error, k);
+        memcpy(rates, f, sizeof rates);
+        rodas5p(&one, run->now, rates, next, error, k);
         double ratio = relative_size(run, next, error) / run->given.tolerance;
         double factor = stretch_of_step(ratio, 1);
         if (ratio <= 1.0) {
@@ -189,7 +190,8 @@ static int take_step(wheelset_run *run) {
             memset(run->bend, 0, sizeof run->bend);
             for (int d = 0; d < 3; d++)
                 for (int at = 0; at < MOST_STAGES; at++)
-                    add(RUN_ROWS, BEND[d][at], k[at], run->bend[d]);
+                    for (int i = 0; i < RUN_ROWS; i++)
+                        run->bend[d][i][0] += BEND[d][at] * k[at][i][0];
             run->h = h;
             run->next = h * factor;
             return 1;
