@@ -21,7 +21,8 @@ import numpy as np
 from contactlib.base.quantities import POSITIVE, checked_number
 from contactlib.contact import kernel
 from contactlib.contact.element import ForceElement, creepage_limits
-from contactlib.runs.result import Result, make_result
+from contactlib.runs.result import Result
+from contactlib.runs.signals import continuous_result
 from contactlib.vehicle.continuous_control import ContinuousController
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
@@ -236,4 +237,4 @@ def cosimulate(
         "friction_scale": np.ones(n + 1),
         "resistance_force": np.zeros(n + 1),
     }
-    return make_result(wheelset, controller, columns)
+    return continuous_result(wheelset, controller, columns)

@@ -14,27 +14,11 @@ import numpy as np
 from contactlib.base.quantities import FloatArray, ReadOnly
 from contactlib.base.text import known_names
 from contactlib.base.writing import write_whole
-from contactlib.vehicle.continuous_control import ContinuousController
-from contactlib.vehicle.wheelset import Wheelset
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-UNITS = {
-    "omega": "rad/s",
-    "speed": "m/s",
-    "drive_torque": "N.m",
-    "creep_force": "N",
-    "creepage": "1",
-    "normalized_creepage": "1",
-    "traction_coefficient": "1",
-    "slip_velocity": "m/s",
-    "normal_load": "N",
-    "friction_scale": "1",
-    "resistance_force": "N",
-    "falling_branch": "1",
-}
 WORKS = ("drive_work", "creep_work", "resistance_work", "loss_work")
 WORK_UNITS = {"distance": "m", **dict.fromkeys((*WORKS, "stored_energy", "energy_defect"), "J")}
 LONG_NAMES = {  # of the signals of all kinds of runs; _left and _right are of that wheel
@@ -198,42 +182,3 @@ def energy_defect(signals: Signals, stored_at_start: FloatArray) -> FloatArray:
     """Error of the energy balance: drive work - change of stored energy - other works [J]."""
     drive, *others = (signals[name] for name in WORKS)
     return np.asarray(drive - (signals["stored_energy"] - stored_at_start) - sum(others))
-
-
-def make_result(
-    wheelset: Wheelset,
-    controller: ContinuousController,
-    columns: Mapping[str, FloatArray],
-    events: tuple[Event, ...] = (),
-) -> Result:
-    """Make a result from time, states, inputs and, if there are any, works.
-
-    The contact is evaluated again, over all rows at once.
-    """
-    contact = wheelset.element.evaluate(
-        omega=columns["omega"],
-        speed=columns["speed"],
-        normal_load=columns["normal_load"],
-        friction_scale=columns["friction_scale"],
-    )
-    names = ("creep_force", "creepage", "normalized_creepage", "traction_coefficient")
-    signals = {
-        **columns,
-        **{name: contact[name].copy() for name in (*names, "falling_branch")},
-        "slip_velocity": wheelset.radius * columns["omega"] - columns["speed"],
-    }
-    units = {**UNITS, "reference": UNITS[controller.asks_for]}
-    if "drive_work" in columns:
-        omega, speed = columns["omega"], columns["speed"]
-        stored = 0.5 * wheelset.inertia * omega**2
-        if wheelset.mass is not None:
-            stored = stored + 0.5 * wheelset.mass * speed**2
-        signals["stored_energy"] = stored
-        signals["energy_defect"] = energy_defect(signals, stored[0])
-        units |= WORK_UNITS
-    return Result(
-        columns["time"],
-        {name: signals[name] for name in units},
-        units,
-        events,
-    )

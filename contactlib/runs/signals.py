@@ -1,8 +1,9 @@
-"""Signals of a block of rows of many runs, each computed on first use."""
+"""Signals of runs: of a block of rows of many, each computed on first use, and of a single one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -10,8 +11,11 @@ import numpy as np
 
 from contactlib.base.quantities import FloatArray
 from contactlib.contact import kernel
-from contactlib.runs.result import WORK_UNITS, WORKS, energy_defect
+from contactlib.runs.result import WORK_UNITS, WORKS, Event, Result, energy_defect
 from contactlib.vehicle.available_force import AvailableForce
+from contactlib.vehicle.continuous_control import ContinuousController, CreepControl
+from contactlib.vehicle.drivetrain import Drivetrain
+from contactlib.vehicle.wheelset import Wheelset
 
 UNITS = {
     "demand": "N.m",
@@ -38,6 +42,20 @@ UNITS = {
     "falling_branch": "1",
     **WORK_UNITS,
 }
+CONTINUOUS_UNITS = {  # of a run under a continuous controller, beside most of those above
+    "omega": "rad/s",
+    "speed": "m/s",
+    "drive_torque": "N.m",
+    "creep_force": "N",
+    "creepage": "1",
+    "normalized_creepage": "1",
+    "traction_coefficient": "1",
+    "slip_velocity": "m/s",
+    "normal_load": "N",
+    "friction_scale": "1",
+    "resistance_force": "N",
+    "falling_branch": "1",
+}
 
 
 class Source(Protocol):
@@ -47,8 +65,8 @@ class Source(Protocol):
     radius: FloatArray
 
     @property
-    def available(self) -> AvailableForce:
-        """Largest creep forces that friction allows."""
+    def available(self) -> AvailableForce | None:
+        """Largest creep forces that friction allows; None if no signal needs them."""
 
 
 class Block:
@@ -126,7 +144,9 @@ class Block:
 
     def _available_force(self) -> FloatArray:
         names = "speed", "friction_scale_left", "friction_scale_right", "slope_scale", "normal_load"
-        return self._source.available(*(self[name] for name in names))
+        available = self._source.available
+        assert available is not None
+        return available(*(self[name] for name in names))
 
     def _normal_load(self) -> FloatArray:
         return np.asarray(self._inputs["load_left"] + self._inputs["load_right"])
@@ -152,3 +172,58 @@ DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
         "_energy_defect",
     )
 }
+
+
+@dataclass
+class Alone:
+    """Source of rows of a single wheelset, without available force."""
+
+    fleet: kernel.NativeFleet
+    radius: FloatArray
+    available: None = None
+
+
+def continuous_result(
+    wheelset: Wheelset,
+    controller: ContinuousController,
+    columns: Mapping[str, FloatArray],
+    events: tuple[Event, ...] = (),
+) -> Result:
+    """Make a result from time, states, inputs and, if there are any, works.
+
+    The demand of creep control is its largest torque. The available force is left out, as it takes
+    a search in every row.
+    """
+    count = columns["time"].size
+    inputs = np.zeros((count, 1), kernel.drivetrain_dtype("input"))
+    states = np.zeros((count, 1), kernel.drivetrain_dtype("state"))
+    half, friction = 0.5 * columns["normal_load"], columns["friction_scale"]
+    of_inputs = {
+        "commanded_torque": columns["drive_torque"],
+        "resistance_force": columns["resistance_force"],
+        **dict.fromkeys(("load_left", "load_right"), half),
+        **dict.fromkeys(("friction_left", "friction_right"), friction),
+        "slope": np.ones(count),
+    }
+    of_states = {"omega_left": columns["omega"], "omega_right": columns["omega"], **columns}
+    for records, values in ((inputs, of_inputs), (states, of_states)):
+        for name in set(records.dtype.names or ()) & set(values):
+            records[name][:, 0] = values[name]
+    demand = columns["drive_torque"]
+    if isinstance(controller, CreepControl):
+        demand = np.full_like(demand, controller.torque_max)
+    source = Alone(Drivetrain(wheelset).native, np.array([wheelset.radius]))
+    block = Block(columns["time"], demand[:, np.newaxis], inputs, states, source, [])
+    units = {**CONTINUOUS_UNITS, "reference": CONTINUOUS_UNITS[controller.asks_for], **UNITS}
+    del units["available_force"]
+    if "drive_work" not in columns:
+        units = {name: unit for name, unit in units.items() if name not in WORK_UNITS}
+    contact = wheelset.element.evaluate(
+        **{name: columns[name] for name in ("omega", "speed", "normal_load", "friction_scale")}
+    )
+    known = {
+        **columns,
+        **{name: contact[name].copy() for name in ("normalized_creepage", "traction_coefficient")},
+    }
+    signals = {name: known[name] if name in known else block[name][:, 0].copy() for name in units}
+    return Result(columns["time"], signals, units, events)

@@ -26,8 +26,8 @@ from contactlib.runs.result import (
     WORKS,
     Event,
     Result,
-    make_result,
 )
+from contactlib.runs.signals import continuous_result
 from contactlib.vehicle.conditions import Conditions
 from contactlib.vehicle.continuous_control import ContinuousController
 from contactlib.vehicle.creep_curve import CreepCurve
@@ -207,6 +207,6 @@ def simulate(
     }
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
     events.sort(key=lambda event: event.time)
-    result = make_result(wheelset, controller, columns, tuple(events))
+    result = continuous_result(wheelset, controller, columns, tuple(events))
     warn_of_damage(result)
     return result

@@ -7,11 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any
 
-import numpy as np
-
-from contactlib.base.quantities import FloatArray
 from contactlib.files.model import Model, load_model
 from contactlib.files.reading import file_kind
 from contactlib.files.scenario import Scenario, check_names, load_scenario
@@ -23,7 +19,7 @@ from contactlib.stability import controllability, worst_pole
 from contactlib.traction import Sensors
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.available_force import available_force
-from contactlib.vehicle.continuous_control import ContinuousController, CreepControl
+from contactlib.vehicle.continuous_control import ContinuousController
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -205,7 +201,7 @@ def _of_model(model: Model) -> Study:
         found = simulate(
             model.wheelset, controller, initial_speed=model.initial_speed, progress=progress
         )
-        return as_scenario_run(found, drivetrain, controller)
+        return as_scenario_run(found, model.wheelset)
 
     controls: dict[str, ContinuousController] = {
         "torque": model.torque_control,
@@ -221,49 +217,11 @@ def _of_model(model: Model) -> Study:
     )
 
 
-def _acceleration(wheelset: Wheelset, known: Mapping[str, Any]) -> FloatArray:
-    """Vehicle acceleration in each row of a run [m/s2]."""
-    names = ("omega", "speed", "drive_torque", "normal_load", "friction_scale", "resistance_force")
-    rows = np.column_stack([known[name] for name in names]).tolist()
-    return np.array([wheelset.rates(*row)[0].speed_rate for row in rows])
-
-
-def as_scenario_run(
-    result: Result, drivetrain: Drivetrain, controller: ContinuousController
-) -> Result:
-    """Give a run of `simulate` the signals of a scenario run.
-
-    The demand of creep control is its largest torque.
-    """
-    wheelset = drivetrain.wheelset
-    known: dict[str, Any] = dict(result.signals)
-    demand = known["drive_torque"]
-    if isinstance(controller, CreepControl):
-        demand = np.full_like(demand, controller.torque_max)
-    speed = known["speed"]
-    known |= {
-        "demand": demand,
-        "commanded_torque": known["drive_torque"],
-        "axle_torque": np.zeros_like(speed),
-        "acceleration": _acceleration(wheelset, known),
-        "available_force": available_force(
-            wheelset.element,
-            speed=speed,
-            normal_load=known["normal_load"],
-            friction_scale=known["friction_scale"],
-        ),
-    }
-    for side in ("left", "right"):
-        known |= {
-            f"omega_{side}": known["omega"],
-            f"creepage_{side}": known["creepage"],
-            f"creep_force_{side}": 0.5 * known["creep_force"],
-            f"friction_scale_{side}": known["friction_scale"],
-        }
-    known["slope_scale"] = np.ones_like(speed)
-    return Result(
-        result.time,
-        {name: known[name] for name in UNITS},
-        UNITS,
-        result.events,
+def as_scenario_run(result: Result, wheelset: Wheelset) -> Result:
+    """Give a run of `simulate` the signals of a scenario run."""
+    available = available_force(
+        wheelset.element,
+        **{name: result[name] for name in ("speed", "normal_load", "friction_scale")},
     )
+    known = {**result.signals, "available_force": available}
+    return Result(result.time, {name: known[name] for name in UNITS}, UNITS, result.events)

@@ -177,7 +177,7 @@ def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> N
     assert run["available_force"].max() == pytest.approx(
         element.friction.kinetic * element.normal_load * 1.1350256, rel=1e-6
     )
-    held = as_scenario_run(other, study.drivetrain, rig.torque_control)
+    held = as_scenario_run(other, study.drivetrain.wheelset)
     assert np.array_equal(held["demand"], other["drive_torque"])
     creep = study.runs["creep"](lambda part: None)
     assert (creep["demand"] == rig.creep_control.torque_max).all()  # what it would like to have

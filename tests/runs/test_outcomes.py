@@ -142,7 +142,7 @@ def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model)
     step = cl.TorqueControl(cl.Profile((0.0, 2.0, 2.0), (15e3, 15e3, 22e3)))
     found = cl.simulate(wheelset, step, initial_speed=10.0, duration=6.0)
     drivetrain = cl.Drivetrain(wheelset)
-    made = metrics(as_scenario_run(found, drivetrain, step), drivetrain)
+    made = metrics(as_scenario_run(found, drivetrain.wheelset), drivetrain)
     assert made.adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
     assert made.recovery_time < 0.05
     assert made.largest_slip_speed == pytest.approx(np.abs(found["slip_velocity"]).max())
