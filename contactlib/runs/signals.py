@@ -144,9 +144,8 @@ class Block:
 
     def _available_force(self) -> FloatArray:
         names = "speed", "friction_scale_left", "friction_scale_right", "slope_scale", "normal_load"
-        available = self._source.available
-        assert available is not None
-        return available(*(self[name] for name in names))
+        available: Any = self._source.available
+        return np.asarray(available(*(self[name] for name in names)))
 
     def _normal_load(self) -> FloatArray:
         return np.asarray(self._inputs["load_left"] + self._inputs["load_right"])
