@@ -100,6 +100,66 @@ def test_agrees_with_an_independent_model(locomotive: cl.Model, rig: cl.Model) -
     np.testing.assert_allclose(run["speed"], speed, rtol=1e-7)
 
 
+@pytest.mark.parametrize("held", [True, False])
+@pytest.mark.parametrize("creep", [True, False])
+def test_agrees_with_radau_where_all_inputs_change(
+    locomotive: cl.Model, held: bool, creep: bool
+) -> None:
+    # The equations of motion and the PI law written again, another integrator.
+    body = replace(locomotive.wheelset, mass=None) if held else locomotive.wheelset
+    end, load = 4.0, locomotive.wheelset.element.normal_load
+    reference = cl.Profile((0.0, end), (0.006, 0.03) if creep else (1.5e4, 3.2e4))
+    inputs = {
+        "normal_load": cl.Profile((0.0, end), (load, 0.8 * load)),
+        "friction_scale": cl.Profile((0.0, end), (1.0, 0.7)),
+        "resistance_force": cl.Profile((0.0, end), (0.0, 5e3)),
+    }
+    gain, integral, most = 1e6, 2e6, 3e4
+    control = cl.CreepControl(
+        reference=reference,
+        proportional_gain=gain,
+        integral_gain=integral,
+        torque_min=0.0,
+        torque_max=most,
+    )
+
+    def motion(time: float, state: np.ndarray) -> list[float]:
+        omega, speed, memory, _ = state
+        known = {name: float(profile(time)) for name, profile in inputs.items()}
+        resisting = known.pop("resistance_force")
+        contact = body.element.evaluate(omega=omega, speed=speed, **known)
+        error = float(reference(time)) - float(contact["creepage"])
+        unlimited = gain * error + memory
+        torque = min(max(unlimited, 0.0), most) if creep else float(reference(time))
+        rate = integral * error + integral / gain * (torque - unlimited) if creep else 0.0
+        force = float(contact["creep_force"])
+        gained = torque - body.radius * force - body.damping * omega
+        a = body.resistance
+        davis = a.constant + a.linear * speed + a.quadratic * speed**2 + resisting
+        return [
+            gained / body.inertia,
+            0.0 if body.mass is None else (force - davis) / body.mass,
+            rate,
+            speed,
+        ]
+
+    run = cl.simulate(
+        body,
+        control if creep else cl.TorqueControl(reference),
+        initial_speed=10.0,
+        initial_creepage=0.006,
+        duration=end,
+        **inputs,
+    )
+    start = [run["omega"][0], 10.0, float(run["drive_torque"][0]) if creep else 0.0, 0.0]
+    found: Any = solve_ivp(
+        motion, (0.0, end), start, method="Radau", rtol=1e-10, atol=1e-10, dense_output=True
+    )
+    omega, speed, _, distance = found.sol(run.time)
+    for name, values in (("omega", omega), ("speed", speed), ("distance", distance)):
+        np.testing.assert_allclose(run[name], values, rtol=2e-7, atol=1e-8)
+
+
 def test_no_pulse_is_stepped_over(rig: cl.Model) -> None:
     # 2 ms in the middle of a run whose steps would be seconds: the impulse must all arrive.
     body = rig.wheelset
