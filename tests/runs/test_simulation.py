@@ -109,7 +109,7 @@ def test_agrees_with_radau_where_all_inputs_change(
     body = replace(locomotive.wheelset, mass=None) if held else locomotive.wheelset
     end, load = 4.0, locomotive.wheelset.element.normal_load
     reference = cl.Profile((0.0, end), (0.006, 0.03) if creep else (1.5e4, 3.2e4))
-    inputs = {
+    inputs: dict[str, Any] = {
         "normal_load": cl.Profile((0.0, end), (load, 0.8 * load)),
         "friction_scale": cl.Profile((0.0, end), (1.0, 0.7)),
         "resistance_force": cl.Profile((0.0, end), (0.0, 5e3)),
