@@ -232,8 +232,8 @@ ALWAYS_INLINE double stretch_of_step(double ratio, int fine) {
     return ratio <= 1e300 ? factor : 0.1; /* 0.1 for NaN too */
 }
 
-/* Tolerance below which the method of fifth order is faster. */
-#define FINE 1e-5
+/* Tolerance below which the method of fifth order is faster, also where nothing changes fast. */
+#define FINE 3e-7
 
 /* An integration under way. */
 typedef struct {

@@ -255,7 +255,7 @@ def _fmu_numbers(
     )
     yield Number(
         "against_solver",
-        "relative difference, FMU and stiff solver (from the steps)",
+        "relative difference, FMU and simulate (from the steps)",
         max(apart(n, stiff.time, stiff[n]) for n in names),
         "1",
     )

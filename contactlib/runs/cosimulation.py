@@ -1,8 +1,8 @@
 """Co-simulation of a wheelset with an external creep force, exchanged at fixed steps.
 
 At every step the master passes velocities, receives a force and moves the body under it. The same
-loop with the kernel instead of an FMU shows the error of the FMU, and the stiff solver of
-`contactlib.runs.simulation` the error of the exchange.
+loop with the kernel instead of an FMU shows the error of the FMU, and `simulate` the error of the
+exchange.
 """
 
 from __future__ import annotations

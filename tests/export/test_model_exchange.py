@@ -1,7 +1,7 @@
 """The FMU under a tool's own solver, against its own steps and against Python.
 
 FMPy brings CVode: a multistep method with error control and roots, which shares nothing with the
-FMU's integrator or with the Radau method of `contactlib.simulate`.
+FMU's integrator or by `contactlib.simulate`.
 """
 
 from __future__ import annotations
