@@ -10,6 +10,12 @@
 
 static const double ALWAYS = 0.0, UNCHANGED = 1.0;
 
+/* A stretch of rail with friction times a factor under both wheels. */
+typedef struct {
+    track rails;
+    double at[4], value[4];
+} patch;
+
 static const struct {
     const char *name; /* of a struct, or of a double in it: "wheelset_rates.jacobian[0][1]" */
     size_t bytes;     /* the struct's size, or the double's offset */
@@ -24,17 +30,21 @@ const char *member_name(size_t i) {
 
 size_t member_bytes(size_t i) { return MEMBERS[i].bytes; }
 
-/* The same friction under both wheels. */
-void track_set(track *rails, size_t count, const double *at, const double *value) {
-    const profile both = {.count = count, .at = at, .value = value};
-    const profile one = {.count = 1, .at = &ALWAYS, .value = &UNCHANGED};
-    *rails = (track){.left = both, .right = both, .over_time = one, .slope = one};
-}
-
 void drivetrain_member_set(drivetrain_member *member, const creep_table *table,
                            const force_element_parameters *contact,
-                           const drivetrain_parameters *drivetrain, const track *rails) {
-    *member = (drivetrain_member){
-        .table = table, .contact = contact, .drivetrain = drivetrain, .rails = rails};
+                           const drivetrain_parameters *drivetrain) {
+    member->table = table;
+    member->contact = contact;
+    member->drivetrain = drivetrain;
     force_element_scales(contact, contact->nominal_load, 1.0, &member->scales);
 }
+
+void patch_lay(patch *wet, double begins, double ends, double factor, drivetrain_member *member) {
+    *wet = (patch){.at = {begins, begins, ends, ends}, .value = {1.0, factor, factor, 1.0}};
+    const profile both = {.count = 4, .at = wet->at, .value = wet->value};
+    const profile one = {.count = 1, .at = &ALWAYS, .value = &UNCHANGED};
+    wet->rails = (track){.left = both, .right = both, .over_time = one, .slope = one};
+    member->rails = &wet->rails;
+}
+
+void patch_take(drivetrain_member *member) { member->rails = NULL; }

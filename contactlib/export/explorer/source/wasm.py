@@ -32,14 +32,16 @@ FUNCTIONS = (
     "creep_curve_points",
     "creep_curve_turns",
     "creep_curve_steady",
+    "creep_curve_grip",
     "half_space_scales_of",
     "hertz_semi_axes",
     "drivetrain_advance_many_in_turn",
     "drivetrain_evaluate_many_in_turn",
     "member_name",  # from here on module.c's
     "member_bytes",
-    "track_set",
     "drivetrain_member_set",
+    "patch_lay",
+    "patch_take",
 )
 STACK = 65536  # bytes, from address 0 up: what overflows it is a trap
 

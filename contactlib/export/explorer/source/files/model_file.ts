@@ -5,7 +5,7 @@ import { stringify } from "smol-toml";
 import type { Control } from "../physics/control";
 import { allows, limitText } from "../physics/limits";
 import {
-  atLoad, contactModulus, lateralSemiAxis, saturationCreepage, type Vehicle, weakeningLength,
+  atLoad, contactModulus, forceParameters, lateralSemiAxis, scalesOf, type Vehicle, weakenedOver,
 } from "../physics/vehicle";
 import { brokenTogether, OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
 import { kernel } from "../kernel/kernel";
@@ -141,11 +141,10 @@ function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicl
   return { ...elastic, contact, semi_width: a, peak_pressure: pressure };
 }
 
-/** k_hat as [friction] gives it, or from the weakening length, which grows with its square. */
+/** k_hat as [friction] gives it, or from the weakening length. */
 function kHatOf(vehicle: Vehicle, { k_hat: given, weakening_length: length }: Numbers): number {
   if (given != null) return given;
-  if (vehicle.static_friction <= vehicle.kinetic_friction) return 0;
-  const kHat = Math.sqrt(length! / weakeningLength({ ...vehicle, k_hat: 1 }));
+  const kHat = scalesOf(weakenedOver(vehicle, length!)).k_hat;
   const limit = SECTIONS["friction"]!["k_hat"]!;
   if (allows(limit, kHat)) return kHat;
   throw new ModelError(
@@ -173,7 +172,7 @@ function rotorOf({ rotor_inertia: rotor, gear_ratio: ratio }: Numbers): number {
 function slopeReductionOf(vehicle: Vehicle, section: Numbers): number {
   const { saturation_creepage: wanted, slope_reduction: given } = section;
   if (wanted == null) return given ?? 1;
-  const clean = saturationCreepage(vehicle);
+  const clean = scalesOf(forceParameters(vehicle)).saturation_creepage;
   if (wanted < clean * (1 - 1e-12)) {
     throw new ModelError(
       `wheelset.saturation_creepage = ${wanted} is out of range: must be >= ` +

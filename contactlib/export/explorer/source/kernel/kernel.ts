@@ -3,7 +3,7 @@
 // read and fill here. Nothing is checked but tables.
 
 import { embeddedBytes } from "./embedded";
-import { Memory, type Module, type Struct, type Structs } from "./memory";
+import { fill, Memory, type Module, type Structs, type View } from "./memory";
 import type { Fields } from "./structs";
 
 export type { Structs } from "./memory";
@@ -11,38 +11,34 @@ export type { Structs } from "./memory";
 /** Shape of the contact, which has its own table. */
 export type Contact = "line" | "elliptic";
 
-/** A table of the law that the kernel has checked. */
-export interface Table {
-  readonly address: number;
-}
-
 /** A point of steady creep. */
 export type Point = Structs["creep_point"];
 
-/** Factors on friction [1] at rising distances [m]: piecewise linear and constant beyond the ends;
- * a place given twice is a jump. */
-interface Profile {
-  at: number[];
-  value: number[];
+/** A wet stretch of the rail [m], and the factor on friction there [1]; the rest is dry. */
+export interface Patch {
+  begins: number;
+  ends: number;
+  friction: number;
 }
 
 const ROOM = 512; // points of a curve at most
 
 /** The kernel with both tables. */
 export class Kernel {
-  /** The tables of the Carter-Griffith law. */
-  readonly tables: Record<Contact, Table>;
-  private readonly structs = new Map<keyof Fields, Struct<string>>(); // of one call
-  private readonly places: Struct<Fields["creep_point"]>[];
+  /** Addresses of the tables of the Carter-Griffith law, which the kernel has checked. */
+  readonly tables: Record<Contact, number>;
+  private readonly structs = new Map<string, unknown>(); // of one call
+  private readonly places: View<"creep_point">[];
   private readonly doubles: number;
 
   private constructor(
     readonly module: Module,
-    private readonly memory: Memory,
+    readonly memory: Memory,
     tables: Record<Contact, Uint8Array>,
   ) {
     this.tables = { line: this.open(tables.line), elliptic: this.open(tables.elliptic) };
-    this.places = memory.structs("creep_point", ROOM);
+    const first = memory.allocateStruct("creep_point", ROOM);
+    this.places = Array.from({ length: ROOM }, (_, i) => memory.struct("creep_point", first, i));
     this.doubles = memory.allocateDoubles(ROOM);
   }
 
@@ -53,46 +49,45 @@ export class Kernel {
     return new Kernel(module, new Memory(module), tables);
   }
 
-  private open(file: Uint8Array): Table {
+  private open(file: Uint8Array): number {
     const bytes = this.memory.allocate(file.length);
     const address = this.memory.allocateStruct("creep_table");
     this.memory.bytesAt(bytes, file.length).set(file);
     const error = this.module.creep_table_open(address, bytes, file.length);
     if (error !== 0) throw new Error(this.memory.text(error));
-    return { address };
+    return address;
   }
 
-  private shared<Name extends keyof Fields>(name: Name): Struct<Fields[Name]> {
-    let found = this.structs.get(name);
-    if (found === undefined) this.structs.set(name, (found = this.memory.struct(name)));
-    return found as Struct<Fields[Name]>;
+  /** The struct of that name which calls share. */
+  shared<Name extends keyof Fields>(name: Name): View<Name> {
+    const found = this.structs.get(name) ?? this.memory.struct(name);
+    this.structs.set(name, found);
+    return found as View<Name>;
   }
 
   /** Address of the struct that calls share, after these values have been written to it. */
   given<Name extends keyof Fields>(name: Name, values: Structs[Name]): number {
     const struct = this.shared(name);
-    struct.write(values);
+    fill(struct, values);
     return struct.address;
   }
 
   /** The struct that a C function fills at an address. */
-  filled<Name extends keyof Fields>(
-    name: Name, fill: (address: number) => void,
-  ): Record<Fields[Name], number> {
+  filled<Name extends keyof Fields>(name: Name, call: (address: number) => void): Structs[Name] {
     const struct = this.shared(name);
-    fill(struct.address);
-    return struct.read();
+    call(struct.address);
+    return { ...struct };
   }
 
   /** The points that a C function fills at an address for some creepages [1], or as many as it
    * says that it has found. */
   points(
-    fill: (to: number, room: number, creepage: number) => number | void,
+    call: (to: number, room: number, creepage: number) => number | void,
     creepage?: ArrayLike<number>,
   ): Point[] {
     if (creepage !== undefined) this.memory.at(this.doubles, creepage.length).set(creepage);
-    const found = fill(this.places[0]!.address, ROOM, this.doubles);
-    return this.places.slice(0, found ?? creepage?.length).map((point) => point.read());
+    const found = call(this.places[0]!.address, ROOM, this.doubles);
+    return this.places.slice(0, found ?? creepage?.length).map((point) => ({ ...point }));
   }
 
   /** Semi-axes along and across rolling [m] by Hertz, from radii [m] and P/(pi E*) [m2]. */
@@ -100,11 +95,6 @@ export class Kernel {
     this.module.hertz_semi_axes(radiusX, radiusY, compliance, this.doubles);
     const [a, b] = this.memory.at(this.doubles, 2);
     return [a!, b!];
-  }
-
-  /** A new drivetrain; its memory stays in use for good. */
-  drivetrain(): Drivetrain {
-    return new Drivetrain(this.module, this.memory);
   }
 }
 
@@ -117,74 +107,54 @@ export async function startKernel(): Promise<Kernel> {
   return (kernel = await Kernel.load(embeddedBytes("kernel"), tables));
 }
 
-/** One drivetrain of the kernel, stepped in time. */
+/** One drivetrain of the kernel, stepped in time; its memory stays in use for good. */
 export class Drivetrain {
-  /** What is held over a step: reading or writing a field reads or writes the kernel's memory. */
-  readonly input: Structs["drivetrain_input"];
-  /** What is stepped, likewise. */
-  readonly state: Structs["drivetrain_state"];
+  /** What is held over a step. */
+  readonly input: View<"drivetrain_input">;
+  /** What is stepped. */
+  readonly state: View<"drivetrain_state">;
+  private readonly contact: View<"force_element_parameters">;
+  private readonly parameters: View<"drivetrain_parameters">;
+  private readonly outputs: View<"drivetrain_output">;
   private readonly member: number;
-  private readonly rails: number;
-  private readonly contact: Struct<Fields["force_element_parameters"]>;
-  private readonly parameters: Struct<Fields["drivetrain_parameters"]>;
-  private readonly inputAt: number;
-  private readonly stateAt: number;
-  private readonly outputs: Struct<Fields["drivetrain_output"]>;
+  private readonly patch: number;
   private readonly substep: number;
   private readonly failed: number;
-  private readonly profile: number; // places and values of both wheels' friction
-  private table: Table | null = null;
-  private onTrack = false;
 
-  constructor(
-    private readonly module: Module,
-    private readonly memory: Memory,
-  ) {
-    this.member = memory.allocateStruct("drivetrain_member");
-    this.rails = memory.allocateStruct("track");
+  constructor(private readonly module = kernel.module, private readonly memory = kernel.memory) {
+    this.input = memory.struct("drivetrain_input");
+    this.state = memory.struct("drivetrain_state");
     this.contact = memory.struct("force_element_parameters");
     this.parameters = memory.struct("drivetrain_parameters");
-    const input = memory.struct("drivetrain_input"), state = memory.struct("drivetrain_state");
-    [this.inputAt, this.input] = [input.address, input.view()];
-    [this.stateAt, this.state] = [state.address, state.view()];
     this.outputs = memory.struct("drivetrain_output");
+    this.member = memory.allocateStruct("drivetrain_member");
+    this.patch = memory.allocateStruct("patch");
     this.substep = memory.allocateDoubles(1);
     this.failed = memory.allocate(1);
-    this.profile = memory.allocateDoubles(2 * ROOM);
   }
 
   /** Take these parameters from now on; the state stays. */
   configure(
-    table: Table,
+    table: number,
     contact: Structs["force_element_parameters"],
     parameters: Structs["drivetrain_parameters"],
   ): void {
-    this.contact.write(contact);
-    this.parameters.write(parameters);
-    this.table = table;
-    this.connect();
+    fill(this.contact, contact);
+    fill(this.parameters, parameters);
+    this.module.drivetrain_member_set(
+      this.member, table, this.contact.address, this.parameters.address);
   }
 
-  /** Factor on friction under both wheels by distance; null: as the input says. */
-  setTrack(overDistance: Profile | null): void {
-    if (overDistance !== null) {
-      const { at, value } = overDistance, places = this.memory.at(this.profile, 2 * at.length);
-      if (at.length === 0 || at.length > ROOM || at.length !== value.length) {
-        throw new Error(`the profile has ${at.length} places and ${value.length} values`);
-      }
-      places.set([...at, ...value]);
-      const values = this.profile + places.byteLength / 2;
-      this.module.track_set(this.rails, at.length, this.profile, values);
-    }
-    this.onTrack = overDistance !== null;
-    if (this.table !== null) this.connect();
+  /** Lay a patch in place of one that is there; null: the input alone says what friction there is. */
+  layPatch(patch: Patch | null): void {
+    if (patch === null) this.module.patch_take(this.member);
+    else this.module.patch_lay(this.patch, patch.begins, patch.ends, patch.friction, this.member);
   }
 
   /** Step from a time on [s], to a relative tolerance [1]; an Error if that is not met. */
   advance(time: number, step: number, tolerance = 1e-6): void {
-    this.demandTable();
-    this.module.drivetrain_advance_many_in_turn(this.member, 1, this.inputAt, this.stateAt, time,
-      step, tolerance, this.substep, this.failed);
+    this.module.drivetrain_advance_many_in_turn(this.member, 1, this.input.address,
+      this.state.address, time, step, tolerance, this.substep, this.failed);
     const failed = this.memory.bytesAt(this.failed, 1);
     if (failed[0] !== 0) {
       failed[0] = 0; // another attempt is free to begin
@@ -195,18 +165,8 @@ export class Drivetrain {
 
   /** Forces, creepages and energies at the state under the input. */
   output(): Structs["drivetrain_output"] {
-    this.demandTable();
     this.module.drivetrain_evaluate_many_in_turn(
-      this.member, 1, 1, this.inputAt, this.stateAt, this.outputs.address);
-    return this.outputs.read();
-  }
-
-  private demandTable(): void {
-    if (this.table === null) throw new Error("the drivetrain has not been configured");
-  }
-
-  private connect(): void {
-    this.module.drivetrain_member_set(this.member, this.table!.address, this.contact.address,
-      this.parameters.address, this.onTrack ? this.rails : 0);
+      this.member, 1, 1, this.input.address, this.state.address, this.outputs.address);
+    return { ...this.outputs };
   }
 }

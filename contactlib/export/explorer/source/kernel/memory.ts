@@ -3,8 +3,11 @@
 
 import type { Fields, Functions } from "./structs";
 
-/** Copies of the kernel's structs of doubles. */
+/** The kernel's structs of doubles, by their C names. */
 export type Structs = { [Name in keyof Fields]: Record<Fields[Name], number> };
+
+/** A struct in the memory: its fields are the module's own, to read and to write. */
+export type View<Name extends keyof Fields> = Structs[Name] & { readonly address: number };
 
 const PAGE = 65536; // bytes
 const DOUBLE = Float64Array.BYTES_PER_ELEMENT;
@@ -49,26 +52,26 @@ export class Memory {
     return this.allocate(count * DOUBLE);
   }
 
-  /** Address of a new struct of which C alone knows the fields. */
-  allocateStruct(name: string): number {
-    return this.allocate(this.sizes.get(name)!);
+  /** Address of a new struct, or of some side by side. */
+  allocateStruct(name: string, count = 1): number {
+    return this.allocate(count * this.sizes.get(name)!);
   }
 
-  /** A new struct of doubles. */
-  struct<Name extends keyof Fields>(name: Name): Struct<Fields[Name]> {
-    return this.structs(name, 1)[0]!;
-  }
-
-  /** So many of them, side by side. */
-  structs<Name extends keyof Fields>(name: Name, count: number): Struct<Fields[Name]>[] {
-    const size = this.sizes.get(name)!, first = this.allocate(count * size);
-    return Array.from({ length: count }, (_, i) => {
-      const address = first + i * size;
-      const places = this.offsets.get(name)!.map(([field, offset]) => {
-        return [field as Fields[Name], (address + offset) / DOUBLE] as const;
+  /** A struct of doubles: a new one, or one of those that begin at an address. */
+  struct<Name extends keyof Fields>(
+    name: Name, first = this.allocateStruct(name), i = 0,
+  ): View<Name> {
+    const address = first + i * this.sizes.get(name)!;
+    const view = Object.defineProperty({}, "address", { value: address });
+    for (const [field, offset] of this.offsets.get(name)!) {
+      const place = (address + offset) / DOUBLE; // among all doubles of the memory
+      Object.defineProperty(view, field, {
+        enumerable: true,
+        get: () => this.doubles[place],
+        set: (value: number) => (this.doubles[place] = value),
       });
-      return new Struct(address, places, () => this.doubles);
-    });
+    }
+    return view as View<Name>;
   }
 
   /** The doubles at an address, to read or to write before the next allocation. */
@@ -77,52 +80,22 @@ export class Memory {
   }
 
   /** The bytes at an address, likewise. */
-  bytesAt(address: number, count: number): Uint8Array {
+  bytesAt(address: number, count?: number): Uint8Array {
     return new Uint8Array(this.module.memory.buffer, address, count);
   }
 
   /** The text that ends with a zero at an address. */
   text(address: number): string {
-    const rest = new Uint8Array(this.module.memory.buffer, address);
+    const rest = this.bytesAt(address);
     return new TextDecoder().decode(rest.subarray(0, rest.indexOf(0)));
   }
 }
 
-/** A struct of doubles in the memory. */
-export class Struct<Field extends string> {
-  constructor(
-    readonly address: number,
-    private readonly places: (readonly [Field, number])[], // among all doubles of the memory
-    private readonly doubles: () => Float64Array,
-  ) {}
-
-  /** A copy of it. */
-  read(): Record<Field, number> {
-    const doubles = this.doubles(), values: Partial<Record<Field, number>> = {};
-    for (const [field, place] of this.places) values[field] = doubles[place]!;
-    return values as Record<Field, number>;
-  }
-
-  /** Set all of its doubles; other fields of the values are passed over. */
-  write(values: Record<Field, number>): void {
-    const doubles = this.doubles();
-    for (const [field, place] of this.places) {
-      const value: unknown = values[field];
-      if (typeof value !== "number") throw new Error(`${field} = ${String(value)} is not a number`);
-      doubles[place] = value;
-    }
-  }
-
-  /** An object whose fields are the struct's own, to read and to write now and later. */
-  view(): Record<Field, number> {
-    const view = {};
-    for (const [field, place] of this.places) {
-      Object.defineProperty(view, field, {
-        enumerable: true,
-        get: () => this.doubles()[place],
-        set: (value: number) => (this.doubles()[place] = value),
-      });
-    }
-    return view as Record<Field, number>;
+/** Set all doubles of a struct; other fields of the values are passed over. */
+export function fill<Name extends keyof Fields>(struct: View<Name>, values: Structs[Name]): void {
+  for (const field of Object.keys(struct) as Fields[Name][]) {
+    const value: unknown = values[field];
+    if (typeof value !== "number") throw new Error(`${field} = ${String(value)} is not a number`);
+    (struct as Structs[Name])[field] = value as Structs[Name][Fields[Name]];
   }
 }

@@ -27,7 +27,7 @@ export class CreepCurve extends View {
   describe({ run, shown }: Moment): string {
     return `Creep force over creepage: its peak is ${digits(1e-3 * shown.most.force)} kN at ` +
       `${percent(shown.peak)}. The wheel is at ${percent(run.now.creepage)} with ` +
-      `${digits(1e-3 * run.row.creep_force)} kN.`;
+      `${digits(1e-3 * run.now.creep_force)} kN.`;
   }
 
   draw({ run, shown, control }: Moment): void {
@@ -52,13 +52,13 @@ export class CreepCurve extends View {
       // curve.
       const { plant } = shown, { creepage, speed, friction } = run.now;
       const excess = run.now.drive_torque - plant.torque(creepage, speed, friction);
-      const balancing = 1e-3 * (run.row.creep_force + excess / plant.vehicle.radius);
+      const balancing = 1e-3 * (run.now.creep_force + excess / plant.vehicle.radius);
       pen.rule("up", balancing, "torque", 1.5);
       pen.words("drive", pen.width - 5, pen.up(balancing) - 10, "torque", "right", true);
       if (run.now.creepage <= shown.far) { // else the wheel's mark at the edge needs the room
         pen.words("sliding f_d P", pen.width - 4, pen.up(1e-3 * sliding) + 11, "soft", "right");
       }
-      pen.wheel(100 * run.now.creepage, 1e-3 * run.row.creep_force, "ink", percent(run.now.creepage));
+      pen.wheel(100 * run.now.creepage, 1e-3 * run.now.creep_force, "ink", percent(run.now.creepage));
     });
   }
 }

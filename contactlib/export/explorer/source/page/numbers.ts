@@ -87,7 +87,7 @@ export function stopText({ run, shown: { plant }, control }: Omit<Moment, "rests
   const why = `Time stands still: ${run.stopped}.`;
   if (run.now.speed < plant.vehicle.minimum_speed) return `${why} Play ${startText(control)}.`;
   const { damping, radius } = plant.vehicle, omega = ((1 + run.now.creepage) * run.now.speed) / radius;
-  const holding = radius * run.row.creep_force + damping * omega;
+  const holding = radius * run.now.creep_force + damping * omega;
   const less = control.mode === "torque" && run.now.drive_torque > holding
     ? `; less than ${digits(1e-3 * holding)} kN m slows the wheel down` : "";
   return `${why} Play goes on from here${less}.`;

@@ -31,7 +31,7 @@ export class PhasePortrait extends View {
     const states = rests.map((state) =>
       `${percent(state.creepage)}, ${isStable(state) ? "stable" : "unstable"}`);
     return `Rate of the creepage over the creepage. At this torque it rests at: ` +
-      `${states.join("; ") || "none"}. Now it changes by ${digits(100 * run.row.creepage_rate)} % a second.`;
+      `${states.join("; ") || "none"}. Now it changes by ${digits(100 * run.now.creepage_rate)} % a second.`;
   }
 
   draw(moment: Moment): void {
@@ -54,7 +54,7 @@ export class PhasePortrait extends View {
       if (mode === "torque") this.rests(pen, moment);
       else pen.words(delay > 0 ? "with the control, without its delay" : "with the control",
         pen.width - 5, 10, "soft", "right");
-      pen.wheel(100 * run.now.creepage, 100 * run.row.creepage_rate, "ink", percent(run.now.creepage));
+      pen.wheel(100 * run.now.creepage, 100 * run.now.creepage_rate, "ink", percent(run.now.creepage));
     });
   }
 

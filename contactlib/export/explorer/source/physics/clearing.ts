@@ -38,9 +38,7 @@ export function clearing(
   const border = unstable?.creepage ?? Infinity;
   const survived = { time: Infinity, distance: Infinity, start, border };
   // The slip velocity itself must grow, and not only its ratio to a falling speed.
-  if (unstable === undefined || unstable.pole + acceleration(plant, unstable) / speed <= 0) {
-    return survived;
-  }
+  if (unstable === undefined || unstable.pole + unstable.acceleration / speed <= 0) return survived;
   const held = [start, border].map((at) => plant.at(at, speed, patchFriction));
   const turns = plant.turns(speed, patchFriction).slice(0, -1)
     .filter(({ creepage }) => start < creepage && creepage < border);
@@ -62,11 +60,6 @@ export function clearing(
   return arrival === null ? survived : { ...arrival, start, border };
 }
 
-/** dV/dt [m/s2]. */
-function acceleration(plant: Plant, { creepage, speed }: Point): number {
-  return plant.rates(creepage, speed).speed_rate;
-}
-
 /**
  * Border over the speed, which changes little on the patch: a straight line through the unstable
  * states at two speeds, and ahead of them. Beside a state that moves at a rate c and repels at a
@@ -75,11 +68,10 @@ function acceleration(plant: Plant, { creepage, speed }: Point): number {
 function movingBorder(
   plant: Plant, driveTorque: number, unstable: Point, later: number,
 ): (speed: number) => number {
-  const there = plant.steady(driveTorque, later)[1], { speed } = unstable;
-  if (there === undefined || later === speed) return () => unstable.creepage;
-  const steepness = (there.creepage - unstable.creepage) / (later - speed);
-  const border = unstable.creepage + (steepness * acceleration(plant, unstable)) / unstable.pole;
-  return (at) => border + steepness * (at - speed);
+  const there = plant.steady(driveTorque, later)[1], { creepage, speed, acceleration, pole } = unstable;
+  if (there === undefined || later === speed) return () => creepage;
+  const steepness = (there.creepage - creepage) / (later - speed);
+  return (at) => creepage + steepness * (acceleration / pole + at - speed);
 }
 
 /** Time and distance since the patch began [s, m], and the speed [m/s]. */

@@ -1,7 +1,7 @@
 /** The wheelset on its rail: state, parameters and wet patch in the kernel's drivetrain. */
-import { type Drivetrain, kernel } from "../kernel/kernel";
+import { Drivetrain, type Patch } from "../kernel/kernel";
 import { Plant } from "./plant";
-import type { Moment, Row, RunEvent } from "./recorder";
+import type { Row, RunEvent } from "./recorder";
 import type { Vehicle } from "./vehicle";
 
 /** Rim speed at which a run stops [m/s]. */
@@ -11,15 +11,8 @@ const BEYOND = 12; // rim speed that a run gains beyond its limits when it is le
 
 const TOLERANCE = 1e-8; // of each of the integrator's substeps, relative [1]
 
-/** A wet stretch of the rail [m], and the factor on friction there [1]; the rest is dry. */
-export interface Patch {
-  begins: number;
-  ends: number;
-  friction: number;
-}
-
 export class Motion {
-  readonly drivetrain: Drivetrain = kernel.drivetrain();
+  readonly drivetrain = new Drivetrain();
   patch: Patch | null = null;
   plant!: Plant; // on the dry rail
   private rims: [number, number] = [0, FASTEST_RIM]; // between which time goes on [m/s]
@@ -31,17 +24,16 @@ export class Motion {
     this.drivetrain.configure(table, contact, {
       ...body, axle_stiffness: 0, axle_damping: 0, drive_share: 0.5, motor_lag: 0, // a rigid axle
     });
-    const { input } = this.drivetrain;
-    input.resistance_force = 0;
-    input.acceleration = 0; // where the speed is held
-    input.load_left = input.load_right = 0.5 * normalLoad;
-    input.slope = 1;
+    Object.assign(this.drivetrain.input, {
+      resistance_force: 0, acceleration: 0, load_left: 0.5 * normalLoad,
+      load_right: 0.5 * normalLoad, slope: 1,
+    });
   }
 
   /** Put it at the rail's beginning, with no work done. */
   start(speed: number, creepage: number): void {
     const { state } = this.drivetrain;
-    for (const name of Object.keys(state) as (keyof typeof state)[]) state[name] = 0;
+    for (const name of Object.keys(state)) Object.assign(state, { [name]: 0 });
     this.layPatch(null);
     this.rims = [0, FASTEST_RIM];
     this.turn(speed, creepage);
@@ -59,17 +51,14 @@ export class Motion {
 
   /** Set the speed [m/s], and turn the wheels so that they have a creepage. */
   turn(speed: number, creepage: number): void {
-    const { state } = this.drivetrain;
-    state.speed = speed;
-    state.omega_left = state.omega_right = ((1 + creepage) * speed) / this.plant.vehicle.radius;
+    const omega = ((1 + creepage) * speed) / this.plant.vehicle.radius;
+    Object.assign(this.drivetrain.state, { speed, omega_left: omega, omega_right: omega });
   }
 
   /** Lay a patch in place of one that is there, or take it away. */
   layPatch(patch: Patch | null): void {
     this.patch = patch;
-    if (patch === null) return this.drivetrain.setTrack(null);
-    const { begins, ends, friction } = patch;
-    this.drivetrain.setTrack({ at: [begins, begins, ends, ends], value: [1, friction, friction, 1] });
+    this.drivetrain.layPatch(patch);
   }
 
   /** Whether the wheels are on the patch. */
@@ -96,18 +85,16 @@ export class Motion {
   }
 
   /** The state at a time [s] under a torque [N.m]. */
-  moment(time: number, drive_torque: number): Moment {
-    const { input, state: { speed } } = this.drivetrain;
-    const friction = this.onPatch ? this.patch!.friction : 1;
+  row(time: number, drive_torque: number): Row {
+    const { input, state: { speed, omega_left: omega } } = this.drivetrain;
+    const { radius, damping } = this.plant.vehicle, friction = this.onPatch ? this.patch!.friction : 1;
     input.friction_left = input.friction_right = friction; // a step leaves that of its start
-    return { time, speed, creepage: this.drivetrain.output().creepage_left, friction, drive_torque };
-  }
-
-  /** Row of a moment under the present parameters. */
-  rowOf({ time, speed, creepage, friction, drive_torque }: Moment): Row {
-    const { force, torque } = this.plant.at(creepage, speed, friction);
-    const creepage_rate = this.plant.gain(speed) * (drive_torque - torque);
-    return { time, creepage, drive_torque, creep_force: force, speed, friction, creepage_rate };
+    const out = this.drivetrain.output(), { creepage_left: creepage } = out;
+    const creep_force = out.creep_force_left + out.creep_force_right;
+    const turning = drive_torque - radius * creep_force - damping * omega; // J d(omega)/dt
+    const creepage_rate =
+      this.plant.gain(speed) * turning - ((1 + creepage) * out.speed_rate) / speed;
+    return { time, creepage, drive_torque, creep_force, speed, friction, creepage_rate };
   }
 
   /** Why it cannot go on, in one line, or null. */

@@ -1,7 +1,7 @@
 /** A wheelset under one load: its contact, and the drive torques that hold its creepages. */
-import { kernel, type Point, type Structs, type Table } from "../kernel/kernel";
+import { kernel, type Point, type Structs } from "../kernel/kernel";
 import { demand } from "./limits";
-import { forceParameters, type Vehicle, wheelsetParameters } from "./vehicle";
+import { forceParameters, scalesOf, type Vehicle, wheelsetParameters } from "./vehicle";
 
 export type { Point } from "../kernel/kernel";
 
@@ -11,9 +11,11 @@ const TRACTION = 1; // the side of the curve
 export type Curves = Record<"creepage" | "force" | "torque" | "pole", Float64Array>;
 
 export class Plant {
-  readonly table: Table;
+  readonly table: number;
   readonly contact: Structs["force_element_parameters"];
   readonly body: Structs["wheelset_parameters"];
+  /** zeta0 at the nominal load and no slip speed [1]. */
+  readonly saturation: number;
 
   /** `normalLoad` is that of both wheels [N]. */
   constructor(readonly vehicle: Vehicle, readonly normalLoad: number) {
@@ -21,6 +23,7 @@ export class Plant {
     this.table = kernel.tables[vehicle.contact];
     this.contact = forceParameters(vehicle);
     this.body = wheelsetParameters(vehicle);
+    this.saturation = scalesOf(this.contact).saturation_creepage;
   }
 
   /** Contact at a creepage [1], a speed [m/s] and a factor on friction [1]. */
@@ -32,18 +35,17 @@ export class Plant {
     };
     return kernel.filled("force_element_output", (to) =>
       kernel.module.force_element_evaluate(
-        this.table.address, kernel.given("force_element_parameters", this.contact),
+        this.table, kernel.given("force_element_parameters", this.contact),
         kernel.given("force_element_input", input), to));
   }
 
   /** The kernel's rates there without any drive torque. */
-  rates(
-    creepage: number, speed: number, contact = this.force(creepage, speed),
-  ): Structs["wheelset_rates"] {
+  rates(creepage: number, speed: number, friction = 1): Structs["wheelset_rates"] {
+    const contact = kernel.given("force_element_output", this.force(creepage, speed, friction));
     return kernel.filled("wheelset_rates", (to) =>
       kernel.module.wheelset_motion(
         kernel.given("wheelset_parameters", this.body), this.omega(creepage, speed), speed, 0, 0,
-        kernel.given("force_element_output", contact), to));
+        contact, to));
   }
 
   /** Steady creep at a creepage. */
@@ -76,13 +78,15 @@ export class Plant {
   }
 
   /**
-   * Creepage at which the wheel grips under a torque [N.m]: before the first turn, or zero if
-   * rolling takes more than the torque; null if grip does not hold it.
+   * Creepage at which the wheel grips under a torque [N.m], or zero if rolling takes more than the
+   * torque; null if grip does not hold it.
    */
   grip(torque: number, speed: number): number | null {
     if (torque <= this.torque(0, speed)) return 0;
-    const creepage = this.steady(torque, speed)[0]?.creepage ?? Infinity;
-    return creepage <= this.turns(speed)[0]!.creepage ? creepage : null;
+    const { address } = kernel.shared("creep_point"); // has room for the limit, which is not used
+    const given = this.given(speed, 1);
+    const creepage = kernel.module.creep_curve_grip(...given, torque, address);
+    return Number.isNaN(creepage) ? null : creepage;
   }
 
   /** g = r/(J V): rate of the creepage per torque [1/(N.m.s)]. */
@@ -92,9 +96,7 @@ export class Plant {
 
   /** zeta0, k_hat and process zone ratio under this load, without slip speed. */
   scales(friction = 1): Structs["contact_scales"] {
-    return kernel.filled("contact_scales", (to) =>
-      kernel.module.force_element_scales(
-        kernel.given("force_element_parameters", this.contact), this.normalLoad, friction, to));
+    return scalesOf(this.contact, this.normalLoad, friction);
   }
 
   private points(creepage: ArrayLike<number>, speed: number, friction: number): Point[] {
@@ -111,7 +113,7 @@ export class Plant {
       resistance_force: 0, acceleration: 0, balanced: 0,
     };
     return [
-      this.table.address, kernel.given("force_element_parameters", this.contact),
+      this.table, kernel.given("force_element_parameters", this.contact),
       kernel.given("wheelset_parameters", this.body), kernel.given("creep_conditions", conditions),
     ];
   }

@@ -2,12 +2,12 @@
  * A live run of one wheelset with a rigid axle and two equal wheels. The kernel steps its equations;
  * here is the torque of each sample, what the user does meanwhile, the record, and when to stop.
  */
-import type { Drivetrain } from "../kernel/kernel";
+import type { Drivetrain, Patch } from "../kernel/kernel";
 import { checkControl, type Control, SAMPLE, TorqueSource } from "./control";
 import { demand } from "./limits";
-import { Motion, type Patch } from "./motion";
-import { type History, type Moment, Recorder, type Row, type RunEvent, Watch } from "./recorder";
-import { saturationCreepage, type Vehicle } from "./vehicle";
+import { Motion } from "./motion";
+import { History, type Row, type RunEvent, Watch } from "./recorder";
+import type { Vehicle } from "./vehicle";
 
 export { type Control, SAMPLE } from "./control";
 
@@ -27,11 +27,16 @@ export class Run {
 
   /** Why the run ended, in one line; null while it goes on. */
   stopped: string | null = null;
+  /** The present moment. */
+  now!: Row;
+  readonly history = new History(ROWS);
+  /** Simulated time between rows of the history [s]; a jump has a row on either side. */
+  recordInterval = 2e-3;
 
   private readonly motion = new Motion();
-  private readonly recorder = new Recorder(ROWS, (moment) => this.motion.rowOf(moment));
   private readonly source = new TorqueSource();
   private readonly watcher = new Watch();
+  private kept: Row | null = null; // the last row of the history
   private fold: number | null = null;
   private samples = 0;
   private carried = 0; // time that is not simulated yet, less than a sample [s]
@@ -57,7 +62,8 @@ export class Run {
     this.samples = this.carried = 0;
     this.stopped = null;
     this.events = [];
-    this.recorder.start(this.moment());
+    this.history.clear();
+    this.keep((this.now = this.row()));
     this.watch(this.fold);
   }
 
@@ -70,7 +76,7 @@ export class Run {
   /** Creepage of the fold [1] for the events; null: there is none. Slip-away is at ten zeta0. */
   watch(foldCreepage: number | null): void {
     this.fold = foldCreepage;
-    const away = 10 * saturationCreepage(this.motion.plant.vehicle);
+    const away = 10 * this.motion.plant.saturation;
     this.watcher.set(foldCreepage ?? Infinity, away, this.now.creepage);
   }
 
@@ -130,25 +136,9 @@ export class Run {
     return events;
   }
 
-  /** Simulated time between rows of the history [s]; a jump has a row on either side. */
-  set recordInterval(interval: number) {
-    demand("recordInterval", interval, { at_least: SAMPLE });
-    this.recorder.interval = interval;
-  }
-  get history(): History {
-    return this.recorder.history;
-  }
   /** The kernel's drivetrain, with the works that were done since the start. */
   get drivetrain(): Drivetrain {
     return this.motion.drivetrain;
-  }
-  /** The present moment. */
-  get now(): Moment {
-    return this.recorder.moment;
-  }
-  /** The same with what follows from it. */
-  get row(): Row {
-    return this.recorder.row;
   }
   /** Whether the wheels are on the patch. */
   get onPatch(): boolean {
@@ -169,10 +159,9 @@ export class Run {
   }
 
   private sample(): void {
-    const { motion, recorder } = this, { speed, creepage } = this.now;
+    const { motion, now } = this, { plant } = motion;
     const torque = this.source.sample(
-      this.control, creepage, saturationCreepage(motion.plant.vehicle),
-      (at) => motion.plant.torque(at, speed),
+      this.control, now.creepage, plant.saturation, (at) => plant.torque(at, now.speed),
     );
     const happened: RunEvent["name"][] = [];
     try {
@@ -182,28 +171,33 @@ export class Run {
       return;
     }
     this.samples++;
-    recorder.next(this.moment());
+    this.now = this.row();
     happened.push(...this.watcher.next(this.now.creepage));
     for (const name of happened) this.tell(name);
     this.stopped = motion.limit();
-    if (happened.length > 0 || this.stopped !== null) recorder.keepBoth();
-    else recorder.keepIfDue(0.5 * SAMPLE);
+    const since = this.now.time - (this.kept?.time ?? -Infinity);
+    if (happened.length > 0 || this.stopped !== null) this.keep(now, this.now);
+    else if (since >= this.recordInterval - 0.5 * SAMPLE) this.keep(this.now);
   }
 
-  private moment(): Moment {
-    return this.motion.moment(this.samples * SAMPLE, this.source.torque);
+  private row(): Row {
+    return this.motion.row(this.samples * SAMPLE, this.source.torque);
+  }
+
+  /** Put rows into the history, unless the first of them is its last one. */
+  private keep(...rows: Row[]): void {
+    for (const row of rows) if (row !== this.kept) this.history.append((this.kept = row));
   }
 
   /** Change something at once, with a row before and one after. */
   private jump(change: () => void): void {
-    void this.recorder.row; // evaluated before anything changes
+    const before = this.now;
     change();
-    this.recorder.next(this.moment());
-    this.recorder.keepBoth();
+    this.keep(before, (this.now = this.row()));
   }
 
   private tell(name: RunEvent["name"]): void {
-    const { time, creepage, drive_torque } = this.recorder.moment;
+    const { time, creepage, drive_torque } = this.now;
     this.events.push({ name, time, creepage, drive_torque });
   }
 }

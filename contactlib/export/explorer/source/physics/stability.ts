@@ -66,22 +66,20 @@ export function sCurve(
 export function creepControlGain(
   plant: Plant, creepage: number, speed: number, friction = 1,
 ): number {
-  const { radius: r, inertia: j, damping: b, mass: m } = plant.vehicle;
-  const contact = plant.force(creepage, speed, friction);
-  const fall = -contact.force_gradient * speed;
-  if (m === null) return r * fall - (b * speed) / r;
-  const stretch = 1 + creepage;
-  const slope = plant.rates(creepage, speed, contact).resistance_slope;
-  // Without a fall with slip speed, dQ/dV at fixed creepage would be rounding errors.
-  const falls = plant.contact.softening_temperature > 0 ||
-    (plant.contact.slip_rate_decay > 0 && plant.contact.slip_rate_residual < 1);
-  const bySpeed = falls ? contact.force_by_speed + stretch * contact.force_gradient : 0;
-  const growth = slope - bySpeed;
-  const turning = 1 + (j * stretch) / (m * r ** 2);
-  const trace = r * fall * turning - (speed / r) * (b + (j * growth) / m);
-  const loss = r * fall * (slope + (b * stretch) / r ** 2) - ((b * speed) / r) * growth;
-  if (growth > 0) return Math.max(loss / growth, trace);
-  return growth * trace >= loss ? trace : Infinity;
+  const rates = plant.rates(creepage, speed, friction);
+  const omega = ((1 + creepage) * speed) / plant.vehicle.radius;
+  const { "jacobian[0][0]": a, "jacobian[0][1]": b, "jacobian[1][0]": c, "jacobian[1][1]": d } = rates;
+  // With T = -Kp zeta the trace is a + d - g Kp, and the determinant a d - b c + g Kp decay.
+  const gain = plant.gain(speed), trace = (a + d) / gain;
+  const [loss, decay] = [difference(b * c, a * d), difference(-d, (c * omega) / speed)];
+  if (decay > 0) return Math.max(loss / (gain * decay), trace);
+  return gain * decay * trace >= loss ? trace : Infinity;
+}
+
+/** Difference of two numbers; zero where it would be rounding errors alone. */
+function difference(from: number, taken: number): number {
+  const found = from - taken;
+  return Math.abs(found) > 1e-12 * Math.abs(taken) ? found : 0;
 }
 
 /** Place between two others where a function changes sign, by halvings. */

@@ -29,84 +29,65 @@ export interface Vehicle extends Record<VehicleNumber, number> {
   mass: number | null;
 }
 
+/** Parameters of the kernel's force element; other fields are the vehicle's. */
+export type ForceParameters = Structs["force_element_parameters"];
+
 /** Composite modulus E* of two bodies of the vehicle's material [Pa]. */
 export function contactModulus(v: Vehicle): number {
   return v.youngs_modulus / (2 * (1 - v.poisson_ratio ** 2)); // Eq. (4)
 }
 
-/** Stiffness along rolling over that of strips, and the part of it that is lost up to saturation. */
-function scalesOf(v: Vehicle): Record<"stiffness_x" | "softening_x", number> {
-  if (v.contact === "line" || v.theory === "strips") return { stiffness_x: 1, softening_x: 0 };
-  return kernel.filled("half_space_scales", (to) =>
-    kernel.module.half_space_scales_of(v.semi_width / lateralSemiAxis(v), v.poisson_ratio, to));
+/** zeta0, k_hat and process zone ratio under a load [N], without slip speed. */
+export function scalesOf(
+  parameters: ForceParameters, load = parameters.nominal_load, friction = 1,
+): Structs["contact_scales"] {
+  return kernel.filled("contact_scales", (to) =>
+    kernel.module.force_element_scales(
+      kernel.given("force_element_parameters", parameters), load, friction, to));
 }
 
-/** Modulus of the stiffness against creepage [Pa]. */
-function tangentialModulus(v: Vehicle): number {
-  return contactModulus(v) * scalesOf(v).stiffness_x;
+/** Parameters of the force element, without relaxation, for a weakening length [m]. */
+export function weakenedOver(v: Vehicle, weakening_length: number): ForceParameters {
+  const line = v.contact === "line";
+  // Stiffness along rolling over that of strips, and the part of it that is lost up to saturation.
+  const { stiffness_x, softening_x } = line || v.theory === "strips"
+    ? { stiffness_x: 1, softening_x: 0 }
+    : kernel.filled("half_space_scales", (to) =>
+        kernel.module.half_space_scales_of(v.semi_width / lateralSemiAxis(v), v.poisson_ratio, to));
+  return {
+    ...v,
+    weakening_length,
+    contact_modulus: contactModulus(v) * stiffness_x,
+    softening: softening_x,
+    nominal_load: v.normal_load,
+    load_exponent: line ? 1 / 2 : 1 / 3, // Hertz
+    elliptic: line ? 0 : 1,
+    relaxation_length: 0,
+  };
 }
 
-/** Weakening length Delta that gives the vehicle's k_hat [m]. */
-export function weakeningLength(v: Vehicle): number {
-  if (v.k_hat === 0) return 0;
-  const drop = v.static_friction - v.kinetic_friction;
-  if (!(drop > 0)) {
+/** The same for the vehicle's k_hat, which grows like the square root of the length. */
+export function forceParameters(v: Vehicle): ForceParameters {
+  if (v.k_hat === 0) return weakenedOver(v, 0);
+  if (!(v.static_friction > v.kinetic_friction)) {
     throw new RangeError(
       `k_hat = ${v.k_hat} needs static_friction = ${v.static_friction} above ` +
         `kinetic_friction = ${v.kinetic_friction}`,
     );
   }
-  const toughness = Math.PI * (v.k_hat * v.kinetic_friction) ** 2 * v.semi_width * v.peak_pressure;
-  return toughness / (tangentialModulus(v) * drop); // Eq. (17) for Delta
-}
-
-/** zeta0 at the nominal load and no slip speed [1]. */
-export function saturationCreepage(v: Vehicle): number {
-  const clean = (2 * v.kinetic_friction * v.peak_pressure) / tangentialModulus(v); // Eq. (15)
-  return clean / v.slope_reduction;
-}
-
-/** Power of the load with which the contact's size and pressure grow (Hertz). */
-function loadExponent(v: Vehicle): number {
-  return v.contact === "line" ? 1 / 2 : 1 / 3;
-}
-
-/** Parameters of the kernel's force element, without relaxation. */
-export function forceParameters(v: Vehicle): Structs["force_element_parameters"] {
-  return {
-    radius: v.radius,
-    static_friction: v.static_friction,
-    kinetic_friction: v.kinetic_friction,
-    weakening_length: weakeningLength(v),
-    slope_reduction: v.slope_reduction,
-    semi_width: v.semi_width,
-    peak_pressure: v.peak_pressure,
-    contact_modulus: tangentialModulus(v),
-    softening: scalesOf(v).softening_x,
-    nominal_load: v.normal_load,
-    load_exponent: loadExponent(v),
-    minimum_speed: v.minimum_speed,
-    slip_rate_residual: v.slip_rate_residual,
-    slip_rate_decay: v.slip_rate_decay,
-    softening_temperature: v.softening_temperature,
-    thermal_effusivity: v.thermal_effusivity,
-    elliptic: v.contact === "elliptic" ? 1 : 0,
-    relaxation_length: 0,
-  };
+  const parameters = weakenedOver(v, 1);
+  return { ...parameters, weakening_length: (v.k_hat / scalesOf(parameters).k_hat) ** 2 };
 }
 
 /** Parameters of the kernel's equations of motion. */
 export function wheelsetParameters(v: Vehicle): Structs["wheelset_parameters"] {
   return {
-    radius: v.radius,
-    inertia: v.inertia,
+    ...v,
     inverse_mass: v.mass === null ? 0 : 1 / v.mass,
-    damping: v.damping,
     constant_resistance: v.constant,
     linear_resistance: v.linear,
     quadratic_resistance: v.quadratic,
     grade_acceleration: GRAVITY * v.grade,
-    minimum_speed: v.minimum_speed,
   };
 }
 
@@ -116,14 +97,16 @@ export function lateralSemiAxis(v: Vehicle): number {
 }
 
 /** The vehicle whose nominal load is another one [N]: its contact grows, its friction stays. */
-export function atLoad(vehicle: Vehicle, normalLoad: number): Vehicle {
-  if (normalLoad === vehicle.normal_load) return vehicle;
-  const growth = (normalLoad / vehicle.normal_load) ** loadExponent(vehicle); // of a and of p0
+export function atLoad(v: Vehicle, normalLoad: number): Vehicle {
+  if (normalLoad === v.normal_load) return v;
+  // The saturation creepage grows with the pressure, Eq. (15).
+  const parameters = forceParameters(v), there = scalesOf(parameters, normalLoad);
+  const growth = there.saturation_creepage / scalesOf(parameters).saturation_creepage;
   return {
-    ...vehicle,
+    ...v,
     normal_load: normalLoad,
-    semi_width: vehicle.semi_width * growth,
-    peak_pressure: vehicle.peak_pressure * growth,
-    k_hat: vehicle.k_hat / growth, // Eq. (17), with the weakening length as it is
+    semi_width: v.semi_width * growth,
+    peak_pressure: v.peak_pressure * growth,
+    k_hat: there.k_hat,
   };
 }
