@@ -1,6 +1,6 @@
 /* The contact patch: shear traction along it, and its zones of stick and slip from above. */
 
-import { ellipsePatch, type LinePatch, linePatch } from "../physics/patch";
+import { type Strip, stripsOf } from "../physics/patch";
 import { atLoad, lateralSemiAxis } from "../physics/vehicle";
 import { View } from "./chart";
 import { digits } from "./format";
@@ -15,25 +15,23 @@ const COLUMNS = 240, ROWS = 96; // pixels of the patch, before they are stretche
 /* A colour scale that rises evenly in lightness, for readers of every colour vision: nine colours of
  * the map "viridis" of S. van der Walt and N. Smith (its data are in the public domain, CC0), with
  * straight lines between them. */
-const PLACES = [
+const PLACES: number[][] = [
   [68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141],
   [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37],
-] as const;
+];
 
 const SHADES = 255;
 const COLOURS = Uint32Array.from({ length: SHADES + 1 }, (_, i) => {
   const at = (i / SHADES) * (PLACES.length - 1);
   const low = Math.min(Math.floor(at), PLACES.length - 2), part = at - low;
-  const mix = (channel: 0 | 1 | 2): number => {
-    const from = PLACES[low]?.[channel] ?? 0, to = PLACES[low + 1]?.[channel] ?? 0;
-    return Math.round(from + part * (to - from));
-  };
-  return ((255 << 24) | (mix(2) << 16) | (mix(1) << 8) | mix(0)) >>> 0;
+  const [red, green, blue] = PLACES[low]!.map((from, channel) =>
+    Math.round(from + part * (PLACES[low + 1]![channel]! - from)));
+  return ((255 << 24) | (blue! << 16) | (green! << 8) | red!) >>> 0;
 });
 
 /** Colour of a value from 0 to 1, as a pixel of a canvas: its bytes are red, green, blue, 255. */
 function viridis(value: number): number {
-  return COLOURS[Math.round(SHADES * Math.min(Math.max(value, 0), 1))] as number;
+  return COLOURS[Math.round(SHADES * Math.min(Math.max(value, 0), 1))]!;
 }
 
 export class PatchView extends View {
@@ -62,26 +60,19 @@ export class PatchView extends View {
     const { plant } = shown;
     const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
     const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), k = contact.k_hat;
-    let strips: LinePatch[], eta: Float64Array;
-    if (plant.vehicle.contact === "line") {
-      strips = [linePatch(x, k, POINTS)];
-      eta = new Float64Array([0]);
-    } else {
-      ({ strips, eta } = ellipsePatch(x, k, STRIPS, POINTS));
-    }
-    const middle = strips[strips.length >> 1] as LinePatch;
+    const strips = stripsOf(plant.vehicle.contact, x, k, STRIPS, POINTS);
+    const middle = strips[strips.length >> 1]!;
     this.boundary = middle.stick_boundary;
     this.profile(middle);
-    this.fromAbove(strips, eta, shown);
+    this.fromAbove(strips, shown);
   }
 
-  private profile({ position, shear_traction, stick_boundary }: LinePatch): void {
+  private profile({ position, shear_traction, stick_boundary }: Strip): void {
     const slip: (number | null)[] = [], stick: (number | null)[] = [];
-    for (let i = 0; i < position.length; i++) {
-      const q = shear_traction[i] as number, at = position[i] as number;
-      slip.push(at <= stick_boundary ? q : null);
-      stick.push(at >= stick_boundary && stick_boundary < 0.999 ? q : null);
-    }
+    position.forEach((at, i) => {
+      slip.push(at <= stick_boundary ? shear_traction[i]! : null);
+      stick.push(at >= stick_boundary && stick_boundary < 0.999 ? shear_traction[i]! : null);
+    });
     this.chart.show([position, slip, stick], [-1.08, 1.08], [0, MOST]);
     this.chart.draw((pen) => {
       if (stick_boundary < 0.999) {
@@ -96,13 +87,13 @@ export class PatchView extends View {
     });
   }
 
-  private fromAbove(strips: LinePatch[], eta: Float64Array, { plant }: Picture): void {
+  private fromAbove(strips: Strip[], { plant }: Picture): void {
     const { clientWidth: width, clientHeight: height } = this.above;
     const c = emptied(this.above, width, height);
     // The axis is that of the chart above, so that places along the contact are below each other.
     const box = this.chart.plot.over, left = box.offsetLeft;
     const across = (xi: number): number => left + ((xi + 1.08) / 2.16) * box.clientWidth;
-    const room = height - 22, half = 0.5 * room, line = eta.length === 1;
+    const room = height - 22, half = 0.5 * room, line = strips.length === 1;
     c.save();
     c.beginPath();
     if (line) c.rect(across(-1), 0, across(1) - across(-1), room);
@@ -112,7 +103,7 @@ export class PatchView extends View {
     // Rows of pixels follow the strips; columns are evenly spaced from edge to edge.
     c.drawImage(this.picture, across(-1), 0, across(1) - across(-1), room);
     c.restore();
-    this.drawBoundary(c, strips, eta, across, half);
+    this.drawBoundary(c, strips, across, half);
     const loaded = atLoad(plant.vehicle, plant.normalLoad), b = lateralSemiAxis(loaded);
     const along = `2a = ${digits(2e3 * loaded.semi_width)} mm`;
     const both = `${along}, 2b = ${digits(2e3 * b)} mm`, rolling = "rolling \u2192";
@@ -129,20 +120,20 @@ export class PatchView extends View {
   }
 
   /** Traction of all strips as pixels; beyond a strip its end value goes on, and is clipped. */
-  private paint(strips: LinePatch[]): void {
+  private paint(strips: Strip[]): void {
     const c = this.picture.getContext("2d");
     if (c === null) return;
     const image = c.createImageData(COLUMNS, ROWS), pixels = new Uint32Array(image.data.buffer);
     for (let row = 0; row < ROWS; row++) {
       // Strips are denser towards the sides: eta = sin(theta), theta even.
       const eta = 1 - (2 * (row + 0.5)) / ROWS, theta = Math.asin(eta) / Math.PI + 0.5;
-      const strip = strips[Math.round(theta * (strips.length - 1))] as LinePatch;
+      const strip = strips[Math.round(theta * (strips.length - 1))]!;
       this.paintRow(pixels.subarray(row * COLUMNS, (row + 1) * COLUMNS), strip);
     }
     c.putImageData(image, 0, 0);
   }
 
-  private paintRow(pixels: Uint32Array, { position, shear_traction: traction }: LinePatch): void {
+  private paintRow(pixels: Uint32Array, { position, shear_traction: traction }: Strip): void {
     const last = position.length - 1;
     for (let column = 0, i = 0; column < COLUMNS; column++) {
       const xi = -1 + (2 * (column + 0.5)) / COLUMNS;
@@ -154,21 +145,14 @@ export class PatchView extends View {
     }
   }
 
-  private drawBoundary(c: CanvasRenderingContext2D, strips: LinePatch[], eta: Float64Array,
+  private drawBoundary(c: CanvasRenderingContext2D, strips: Strip[],
     across: (xi: number) => number, half: number): void {
     c.strokeStyle = "#ffffff";
     c.lineWidth = 2;
     c.beginPath();
-    let begun = false;
-    for (let s = 0; s < strips.length; s++) {
-      const { stick_boundary: c0, position } = strips[s] as LinePatch;
-      if (c0 >= (position[position.length - 1] as number) - 1e-3) continue;
-      const tall = eta.length === 1 ? [-1, 1] : [eta[s] as number];
-      for (const y of tall) {
-        if (begun) c.lineTo(across(c0), half - half * y);
-        else c.moveTo(across(c0), half - half * y);
-        begun = true;
-      }
+    for (const { eta, stick_boundary: c0, position } of strips) {
+      if (c0 >= position.at(-1)! - 1e-3) continue;
+      for (const y of strips.length === 1 ? [-1, 1] : [eta]) c.lineTo(across(c0), half - half * y);
     }
     c.stroke();
     if (this.boundary >= 0.9) return;

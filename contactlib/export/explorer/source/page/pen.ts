@@ -18,6 +18,9 @@ export function emptied(canvas: HTMLCanvasElement, width: number, height: number
   return context;
 }
 
+/** Values of both axes, or a place [px]: across, and up. */
+type Place = [number, number];
+
 interface Text {
   text: string;
   left: number;
@@ -62,33 +65,29 @@ export class Pen {
     this.columns = Math.ceil(width / CELL);
     this.lines = new Uint8Array(this.columns * Math.ceil(height / CELL));
     const [xs, ...curves] = plot.data;
-    for (const ys of curves) this.avoid(xs, ys);
-  }
-
-  /** Keep texts off a curve of the chart. */
-  private avoid(xs: ArrayLike<number>, ys: ArrayLike<number | null | undefined>): void {
-    let before: [number, number] | null = null;
-    for (let i = 0; i < xs.length; i++) {
-      const x = this.plot.valToPos(xs[i]!, "x"), y = this.plot.valToPos(ys[i] ?? NaN, "y");
-      const here: [number, number] | null = !Number.isFinite(x + y) ? null
-        : this.turned ? [y, x] : [x, y];
-      if (here !== null && before !== null) this.mark(...before, ...here);
-      before = here;
+    for (const ys of curves) { // texts keep off them
+      this.mark(Array.from(xs, (value, i): Place => {
+        const x = plot.valToPos(value, "x"), y = plot.valToPos(ys[i] ?? NaN, "y");
+        return turned ? [y, x] : [x, y];
+      }));
     }
   }
 
-  /** Mark where a straight line passes, from one place to another [px]. */
-  private mark(x: number, y: number, toX: number, toY: number): void {
-    const outside = (from: number, to: number, end: number): boolean =>
-      Math.max(from, to) < 0 || Math.min(from, to) >= end;
-    if (outside(x, toX, this.width) || outside(y, toY, this.height)) return;
-    const steps = Math.ceil(Math.max(Math.abs(toX - x), Math.abs(toY - y)) / CELL);
-    for (let i = 0; i <= steps; i++) {
-      const part = i / Math.max(steps, 1);
-      const across = Math.floor((x + part * (toX - x)) / CELL);
-      const up = Math.floor((y + part * (toY - y)) / CELL);
-      if (across >= 0 && across < this.columns) this.lines[up * this.columns + across] = 1;
-    }
+  /** Mark where straight lines pass from place to place; one that is not finite interrupts them. */
+  private mark(places: Place[]): void {
+    places.slice(1).forEach(([toX, toY], i) => {
+      const [x, y] = places[i]!;
+      const within = (from: number, to: number, end: number): boolean =>
+        Math.max(from, to) >= 0 && Math.min(from, to) < end && Number.isFinite(to - from);
+      if (!within(x, toX, this.width) || !within(y, toY, this.height)) return;
+      const steps = Math.ceil(Math.max(Math.abs(toX - x), Math.abs(toY - y)) / CELL);
+      for (let k = 0; k <= steps; k++) {
+        const part = k / Math.max(steps, 1);
+        const across = Math.floor((x + part * (toX - x)) / CELL);
+        const up = Math.floor((y + part * (toY - y)) / CELL);
+        if (across >= 0 && across < this.columns) this.lines[up * this.columns + across] = 1;
+      }
+    });
   }
 
   /** Whether a line passes through a box. */
@@ -112,37 +111,23 @@ export class Pen {
     return this.plot.valToPos(value, this.turned ? "x" : "y");
   }
 
-  line(points: Iterable<[number, number]>, stroke: Colour, width = 1.5, dash: number[] = []): void {
-    const c = this.context;
-    c.beginPath();
-    let before: [number, number] | null = null;
-    for (const [x, y] of points) {
-      const px = this.across(x), py = this.up(y);
-      if (!Number.isFinite(px) || !Number.isFinite(py)) continue;
-      if (before === null) c.moveTo(px, py);
-      else {
-        c.lineTo(px, py);
-        this.mark(...before, px, py);
-      }
-      before = [px, py];
-    }
-    this.stroke(stroke, width, dash);
+  line(points: Iterable<Place>, stroke: Colour, width = 1.5, dash: number[] = []): void {
+    const places = Array.from(points, ([x, y]): Place => [this.across(x), this.up(y)]);
+    this.trace(places.filter(([x, y]) => Number.isFinite(x + y)), stroke, width, dash);
   }
 
   /** A line across the whole chart at a value of one axis. */
   rule(axis: "across" | "up", value: number, stroke: Colour, width = 1, dash: number[] = []): void {
-    const c = this.context, at = axis === "across" ? this.across(value) : this.up(value);
-    const [x, y, toX, toY]: [number, number, number, number] =
-      axis === "across" ? [at, 0, at, this.height] : [0, at, this.width, at];
-    this.mark(x, y, toX, toY);
-    c.beginPath();
-    c.moveTo(x, y);
-    c.lineTo(toX, toY);
-    this.stroke(stroke, width, dash);
+    const at = axis === "across" ? this.across(value) : this.up(value);
+    this.trace(axis === "across" ? [[at, 0], [at, this.height]] : [[0, at], [this.width, at]],
+      stroke, width, dash);
   }
 
-  private stroke(stroke: Colour, width: number, dash: number[]): void {
+  private trace(places: Place[], stroke: Colour, width: number, dash: number[]): void {
     const c = this.context;
+    this.mark(places);
+    c.beginPath();
+    places.forEach(([x, y], i) => (i === 0 ? c.moveTo(x, y) : c.lineTo(x, y)));
     c.strokeStyle = colour(stroke);
     c.lineWidth = width;
     c.setLineDash(dash);
@@ -164,7 +149,7 @@ export class Pen {
     c.stroke();
   }
 
-  private triangle(ink: Colour, ...corners: [number, number][]): void {
+  private triangle(ink: Colour, ...corners: Place[]): void {
     const c = this.context;
     c.beginPath();
     for (const corner of corners) c.lineTo(...corner);
@@ -284,11 +269,11 @@ const TRAIL = 700; // points at most
 /** Where the wheel has been since a time: two columns of the history in the units of the axes, y at
  * least at `least`. */
 export function* trail(history: History, x: Column, y: Column, from: number, perX: number,
-  perY: number, least = -Infinity): Generator<[number, number]> {
+  perY: number, least = -Infinity): Generator<Place> {
   const rows = history.window(from), xs = rows[x], ys = rows[y], last = xs.length - 1;
   const stride = Math.max(1, Math.ceil(xs.length / TRAIL));
-  for (let i = 0; i < last; i += stride) {
-    yield [perX * (xs[i] as number), Math.max(perY * (ys[i] as number), least)];
+  for (let i = 0; last >= 0; i = Math.min(i + stride, last)) {
+    yield [perX * xs[i]!, Math.max(perY * ys[i]!, least)];
+    if (i === last) return;
   }
-  if (last >= 0) yield [perX * (xs[last] as number), Math.max(perY * (ys[last] as number), least)];
 }

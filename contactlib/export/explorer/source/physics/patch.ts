@@ -5,10 +5,11 @@
  * and from the stick boundary follow from m = t^4/(1 + t^4) and s = 1 - m, without differences of
  * nearly equal numbers.
  */
-import { kernel } from "../kernel/kernel";
+import { type Contact, kernel } from "../kernel/kernel";
 
 /** Traction along a line contact or a strip of an ellipse, from trailing to leading edge. */
-export interface LinePatch {
+export interface Strip {
+  eta: number; // y/b of the strip [1]
   position: Float64Array; // x/a [1], the leading edge of a line contact being +1
   shear_traction: Float64Array; // over f_d p0 [1]
   stick_boundary: number; // c/a: the contact sticks from there to the leading edge, if at all
@@ -16,30 +17,27 @@ export interface LinePatch {
 
 const NEAREST = 1e-4; // least distance to the stick boundary, where the traction is infinite, over the zone
 
-/** Line contact, at an even number of points; creepages below zero brake. */
-export function linePatch(normalizedCreepage: number, kHat: number, points: number): LinePatch {
-  return strip(normalizedCreepage, kHat, 1, points);
-}
-
-/** Strips of an ellipse over eta = y/b from -1 to 1, the first and the last of no width. */
-export function ellipsePatch(
-  normalizedCreepage: number, kHat: number, strips: number, points: number,
-): { eta: Float64Array; strips: LinePatch[] } {
-  const eta = new Float64Array(strips);
-  const found = new Array<LinePatch>(strips);
+/**
+ * A line contact as one strip, or the strips of an ellipse over eta from -1 to 1, the first and the
+ * last of no width. Each has an even number of points; creepages below zero brake.
+ */
+export function stripsOf(
+  contact: Contact, normalizedCreepage: number, kHat: number, strips: number, points: number,
+): Strip[] {
+  const solved = (eta: number, width: number): Strip =>
+    ({ eta, ...strip(normalizedCreepage, kHat, width, points) });
+  if (contact === "line") return [solved(0, 1)];
+  const found = new Array<Strip>(strips);
   for (let i = 0, j = strips - 1; i <= j; i++, j--) {
     const angle = (Math.PI * i) / (strips - 1); // denser where the ellipse is narrow
-    const width = i === 0 ? 0 : Math.sin(angle);
-    eta[j] = Math.cos(angle);
-    eta[i] = i === j ? 0 : -eta[j]!;
-    // The ellipse is symmetric.
-    found[i] = found[j] = strip(normalizedCreepage, kHat, width, points);
+    found[j] = solved(i === j ? 0 : Math.cos(angle), i === 0 ? 0 : Math.sin(angle));
+    found[i] = { ...found[j]!, eta: -found[j]!.eta }; // the ellipse is symmetric
   }
-  return { eta, strips: found };
+  return found;
 }
 
 /** Strip of the half-width w a. */
-function strip(x: number, kHat: number, w: number, points: number): LinePatch {
+function strip(x: number, kHat: number, w: number, points: number): Omit<Strip, "eta"> {
   const half = points >> 1;
   const position = new Float64Array(2 * half);
   const traction = new Float64Array(2 * half);
