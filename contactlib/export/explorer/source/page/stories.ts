@@ -4,7 +4,7 @@ import { clearing } from "../physics/clearing";
 import { FASTEST_RIM } from "../physics/motion";
 import { SAMPLE } from "../physics/run";
 import { creepControlGain, type Fold, isStable } from "../physics/stability";
-import type { App, Story } from "./app";
+import type { App, Step, Story } from "./app";
 import { digits, duration, percent } from "./format";
 
 const OVER = 1.015; // torque over the fold's with which Hysteresis drives the wheel away
@@ -95,206 +95,128 @@ function patchStory(app: App, part: number): void {
   app.layPatch();
 }
 
+/** A step with its text, and what it begins with. */
+const step = (until: Step["until"], say: string | Step["say"], begin?: Step["begin"]): Step =>
+  ({ until, say: typeof say === "string" ? () => say : say, ...(begin && { begin }) });
+
+/** A text for the end, while the rest goes on at another pace. */
+const slower = (playback: number, say: string): Step =>
+  step(Infinity, say, (app) => (app.settings.playback = playback));
+
+const lasts = ({ settings: { patch }, run }: App): string => duration(patch.length / run.now.speed);
+
 export const STORIES: Story[] = [
   {
     name: "Run away",
     cannot: noFold,
     steps: [
-      {
-        begin: (app) => {
-          rest(app, 0.93, 1);
-          ramp(app, 1.03, 0.008);
-        },
-        say: () => "The torque rises slowly. Up to the fold the creepage follows it: each torque " +
-          "has its own steady creepage.",
-        until: "peak_passed",
-      },
-      {
-        say: (app) => `At ${kilo(app.run.now.drive_torque)} it passes the fold: from here on more creepage ` +
-          "means less force, and nothing holds the wheel back.",
-        until: 2.5,
-      },
-      {
-        say: (app) => `It has run away. The fold is at ${kilo(critical(app).drive_torque)}; a little less torque ` +
-          "does not bring it back: see Hysteresis.",
-        until: Infinity,
-      },
+      step("peak_passed", "The torque rises slowly. Up to the fold the creepage follows it: each torque " +
+        "has its own steady creepage.", (app) => {
+        rest(app, 0.93, 1);
+        ramp(app, 1.03, 0.008);
+      }),
+      step(2.5, (app) => `At ${kilo(app.run.now.drive_torque)} it passes the fold: from here on more creepage ` +
+        "means less force, and nothing holds the wheel back."),
+      step(Infinity, (app) => `It has run away. The fold is at ${kilo(critical(app).drive_torque)}; a ` +
+        "little less torque does not bring it back: see Hysteresis."),
     ],
   },
   {
     name: "Hysteresis",
     cannot: (app) => noFold(app) ?? noLanding(app),
     steps: [
-      {
-        begin: (app) => {
-          rest(app, 0.985, 2);
-          ramp(app, OVER, 0.01);
-        },
-        say: () => "Past the fold the wheel runs away to the far branch, where the drive's own " +
-          "damping holds it.",
-        until: "slip_away",
-      },
-      {
-        say: () => "There it stays, at many times the creepage of the fold, until the torque changes.",
-        until: 6,
-      },
-      {
-        begin: (app) => {
-          app.settings.playback = 5;
-          ramp(app, (0.95 * critical(app).return_torque) / critical(app).drive_torque, 0.005);
-        },
-        say: (app) => `Now the torque falls. The wheel ran away at ${kilo(critical(app).drive_torque)}, but ` +
-          "it does not come back there.",
-        until: "returned",
-      },
-      {
-        begin: (app) => {
-          app.control.drive_torque = app.run.now.drive_torque;
-        },
-        say: (app) => `It grips again at ${kilo(app.run.now.drive_torque)}, and in a slower ramp at ` +
-          `${kilo(critical(app).return_torque)}: the loop in between is hysteresis.`,
-        until: Infinity,
-      },
+      step("slip_away", "Past the fold the wheel runs away to the far branch, where the drive's own " +
+        "damping holds it.", (app) => {
+        rest(app, 0.985, 2);
+        ramp(app, OVER, 0.01);
+      }),
+      step(6, "There it stays, at many times the creepage of the fold, until the torque changes."),
+      step("returned", (app) => `Now the torque falls. The wheel ran away at ` +
+        `${kilo(critical(app).drive_torque)}, but it does not come back there.`, (app) => {
+        app.settings.playback = 5;
+        ramp(app, (0.95 * critical(app).return_torque) / critical(app).drive_torque, 0.005);
+      }),
+      step(Infinity, (app) => `It grips again at ${kilo(app.run.now.drive_torque)}, and in a slower ramp at ` +
+        `${kilo(critical(app).return_torque)}: the loop in between is hysteresis.`,
+        (app) => (app.control.drive_torque = app.run.now.drive_torque)),
     ],
   },
   {
     name: "Kick it",
     cannot: noFold,
     steps: [
-      {
-        begin: (app) => rest(app, 0.95, 0.02),
-        say: (app) => `At 95 % of the critical torque the wheel rests at ${percent(app.run.now.creepage)}. ` +
-          `The border of its grip is at ${percent(border(app))}.`,
-        until: 0.06,
-      },
-      {
-        begin: (app) => app.run.kick(0.85 * border(app) - app.run.now.creepage),
-        say: () => "A kick that ends short of the border: it comes back.",
-        until: 0.15,
-      },
-      {
-        begin: (app) => app.run.kick(1.1 * border(app) - app.run.now.creepage),
-        say: () => "A kick that ends just beyond it: the same torque now carries the wheel away.",
-        until: (app) => app.run.now.creepage > 2 * border(app),
-      },
-      {
-        begin: (app) => {
-          app.settings.playback = 0.1;
-        },
-        say: () => "Same torque, same rail: only the creepage at the start was different.",
-        until: Infinity,
-      },
+      step(0.06, (app) => "At 95 % of the critical torque the wheel rests at " +
+        `${percent(app.run.now.creepage)}. The border of its grip is at ${percent(border(app))}.`,
+        (app) => rest(app, 0.95, 0.02)),
+      step(0.15, "A kick that ends short of the border: it comes back.",
+        (app) => app.run.kick(0.85 * border(app) - app.run.now.creepage)),
+      step((app) => app.run.now.creepage > 2 * border(app),
+        "A kick that ends just beyond it: the same torque now carries the wheel away.",
+        (app) => app.run.kick(1.1 * border(app) - app.run.now.creepage)),
+      slower(0.1, "Same torque, same rail: only the creepage at the start was different."),
     ],
   },
   {
     name: "Wet patch",
     cannot: (app) => noFold(app) ?? noClearing(app),
     steps: [
-      {
-        begin: restBeforePatch,
-        say: (app) => `A wet patch is coming, with ${digits(app.settings.patch.friction, 2)} times the friction. ` +
-          "On it the wheel speeds up; what counts is whether it crosses the border before the end.",
-        until: 0.004,
-      },
-      {
-        begin: (app) => patchStory(app, 0.9),
-        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.now.speed)}, nine tenths of the ` +
-          "critical clearing time: the wheel comes back.",
-        until: 0.11,
-      },
-      {
-        begin: (app) => {
+      step(0.004, (app) => `A wet patch is coming, with ${digits(app.settings.patch.friction, 2)} times the ` +
+        "friction. On it the wheel speeds up; what counts is whether it crosses the border before the end.",
+        restBeforePatch),
+      step(0.11, (app) => `This one lasts ${lasts(app)}, nine tenths of the critical clearing time: the ` +
+        "wheel comes back.", (app) => patchStory(app, 0.9)),
+      step((app) => !app.run.onPatch && app.run.now.creepage > 1.15 * border(app),
+        (app) => `This one lasts ${lasts(app)}, eleven tenths: it crosses the border, and good friction ` +
+          "does not bring it back.", (app) => {
           restBeforePatch(app);
           patchStory(app, 1.1);
-        },
-        say: (app) => `This one lasts ${duration(app.settings.patch.length / app.run.now.speed)}, eleven tenths: it crosses the ` +
-          "border, and good friction does not bring it back.",
-        until: (app) => !app.run.onPatch && app.run.now.creepage > 1.15 * border(app),
-      },
-      {
-        begin: (app) => {
-          app.settings.playback = 0.2;
-        },
-        say: () => "A fifth of the critical clearing time lies between grip and run-away.",
-        until: Infinity,
-      },
+        }),
+      slower(0.2, "A fifth of the critical clearing time lies between grip and run-away."),
     ],
   },
   {
     name: "Hold it",
     cannot: noFold,
     steps: [
-      {
-        begin: (app) => {
-          const { control, shown, run } = app, { creepage } = critical(app);
-          const needed = creepControlGain(shown.plant, 1.2 * creepage, run.now.speed);
-          creepMode(app);
-          control.delay = 0;
-          control.creepage = 0.75 * creepage;
-          control.proportional_gain = Math.max(control.proportional_gain, 2 * needed);
-          app.settings.playback = 0.5;
-          app.restart();
-        },
-        say: () => "Creep control sets the torque so that the creepage follows its reference.",
-        until: 0.6,
-      },
-      {
-        begin: (app) => {
-          app.control.creepage = 1.45 * critical(app).creepage;
-        },
-        say: () => "The reference moves over the peak and down the falling branch. The wheel stays " +
-          "with it, where no constant torque could keep it.",
-        until: 2.5,
-      },
-      {
-        say: (app) => {
-          const { pole } = app.shown.plant.at(app.run.now.creepage, app.run.now.speed);
-          return `Held at ${percent(app.run.now.creepage)}. Without control a small change would double ` +
-            `every ${duration(Math.LN2 / pole)}.`;
-        },
-        until: Infinity,
-      },
+      step(0.6, "Creep control sets the torque so that the creepage follows its reference.", (app) => {
+        const { control, shown, run } = app, { creepage } = critical(app);
+        const needed = creepControlGain(shown.plant, 1.2 * creepage, run.now.speed);
+        creepMode(app);
+        control.delay = 0;
+        control.creepage = 0.75 * creepage;
+        control.proportional_gain = Math.max(control.proportional_gain, 2 * needed);
+        app.settings.playback = 0.5;
+        app.restart();
+      }),
+      step(2.5, "The reference moves over the peak and down the falling branch. The wheel stays " +
+        "with it, where no constant torque could keep it.",
+        (app) => (app.control.creepage = 1.45 * critical(app).creepage)),
+      step(Infinity, ({ shown, run: { now } }) => `Held at ${percent(now.creepage)}. Without control a small ` +
+        `change would double every ${duration(Math.LN2 / shown.plant.at(now.creepage, now.speed).pole)}.`),
     ],
   },
   {
     name: "Too late",
     cannot: noFold,
     steps: [
-      {
-        begin: (app) => {
-          const { control, shown, run } = app;
-          creepMode(app);
-          control.creepage = 1.2 * critical(app).creepage;
-          control.proportional_gain = (1.85 * poleThere(app)) / shown.plant.gain(run.now.speed);
-          late(app, 0.12);
-          app.settings.playback = 0.05;
-          app.restart();
-        },
-        say: (app) => "Creep control on the falling branch, with a measurement that is " +
-          `${duration(app.control.delay)} old: it holds.`,
-        until: 0.12,
-      },
-      {
-        begin: (app) => {
-          late(app, 0.55);
-          app.run.kick(0.02 * app.control.creepage);
-        },
-        say: (app) => `${duration(app.control.delay)} old, and nudged: it still holds, but rings.`,
-        until: 0.3,
-      },
-      {
-        begin: (app) => {
-          late(app, 0.85);
-        },
-        say: (app) => `${duration(app.control.delay)} old: the same gain now makes every swing larger ` +
-          "than the last.",
-        until: 0.6,
-      },
-      {
-        say: (app) => `With a measurement older than ${duration(1 / poleThere(app))}, one over the pole, no ` +
-          "gain at all would hold it.",
-        until: Infinity,
-      },
+      step(0.12, (app) => "Creep control on the falling branch, with a measurement that is " +
+        `${duration(app.control.delay)} old: it holds.`, (app) => {
+        const { control, shown, run } = app;
+        creepMode(app);
+        control.creepage = 1.2 * critical(app).creepage;
+        control.proportional_gain = (1.85 * poleThere(app)) / shown.plant.gain(run.now.speed);
+        late(app, 0.12);
+        app.settings.playback = 0.05;
+        app.restart();
+      }),
+      step(0.3, (app) => `${duration(app.control.delay)} old, and nudged: it still holds, but rings.`, (app) => {
+        late(app, 0.55);
+        app.run.kick(0.02 * app.control.creepage);
+      }),
+      step(0.6, (app) => `${duration(app.control.delay)} old: the same gain now makes every swing larger ` +
+        "than the last.", (app) => late(app, 0.85)),
+      step(Infinity, (app) => `With a measurement older than ${duration(1 / poleThere(app))}, one over the ` +
+        "pole, no gain at all would hold it."),
     ],
   },
 ];

@@ -33,24 +33,18 @@ export function beginTheme(button: HTMLElement, changed: () => void): void {
   });
   button.addEventListener("click", () => {
     const dark = root.dataset["theme"] !== "dark";
-    keep(dark ? "dark" : "light");
+    kept(dark ? "dark" : "light");
     show(dark);
   });
 }
 
-/* A page opened from a file may have no storage. */
-function kept(): string | null {
+/* The choice, once another one has been put there; a page opened from a file may have no storage, so
+ * that it lasts until the page is closed. */
+function kept(other?: string): string | null {
   try {
+    if (other !== undefined) localStorage.setItem(KEPT, other);
     return localStorage.getItem(KEPT);
   } catch {
     return null;
-  }
-}
-
-function keep(theme: string): void {
-  try {
-    localStorage.setItem(KEPT, theme);
-  } catch {
-    // The choice lasts until the page is closed.
   }
 }
