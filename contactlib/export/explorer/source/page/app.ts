@@ -6,11 +6,12 @@ import { Plant, type Point } from "../physics/plant";
 import type { RunEvent } from "../physics/recorder";
 import { type Control, Run, SAMPLE } from "../physics/run";
 import type { View } from "./chart";
-import { write } from "./elements";
+import { find, toast, write } from "./elements";
 import { digits, percent } from "./format";
 import { clearingText, numbers, showNumbers, startText, stopText, warnings } from "./numbers";
 import { type Moment, type Picture, picture } from "./picture";
 
+const WELCOME = "Drag the torque up slowly, past the fold, or choose an experiment.";
 const LOOK_BACK = 8; // visitor's time that the charts show [s]
 const ROWS = 1500; // rows of the history in that time
 const LONGEST_FRAME = 0.05; // of the visitor's time: a page that was hidden does not catch up [s]
@@ -35,21 +36,17 @@ export interface Story {
   steps: Step[];
 }
 
-/** Where the app writes, and what it asks of the page. */
+/** What the app asks of the page. */
 interface Stage {
   views: View[];
-  numbers: HTMLElement;
-  warning: HTMLElement;
-  clearing: HTMLElement;
-  clock: HTMLElement;
-  say(text: string): void;
-  speak(text: string): void;
-  toast(text: string): void;
   /** Controls may show other values than before. */
   changed(): void;
   /** The speed of a free wheelset has gone on. */
   moved(): void;
 }
+
+/** Say what an experiment shows. */
+const say = (text: string): void => write(find("story"), text || WELCOME);
 
 export class App {
   readonly run: Run;
@@ -109,7 +106,7 @@ export class App {
     const { before } = this;
     this.endStory();
     if (before !== null) this.putBack(before);
-    this.stage.toast("");
+    toast("");
     this.restart();
   }
 
@@ -130,7 +127,7 @@ export class App {
       this.control.mode = "torque";
       this.control.drive_torque = grips ? this.given : 0.9 * critical;
       this.run.start(vehicle, normalLoad, speed);
-      this.stage.toast("No grip holds that torque: the run starts at " +
+      toast("No grip holds that torque: the run starts at " +
         `${grips ? "the model's" : "nine tenths of the critical one"}.`);
     }
     this.playing = true;
@@ -195,7 +192,7 @@ export class App {
       this.beginStep(0);
     } else {
       if (another) this.restart(); // not in the state to which that has led
-      this.stage.say(why);
+      say(why);
     }
     this.stage.changed();
   }
@@ -206,7 +203,7 @@ export class App {
     this.step = number;
     step.begin?.(this);
     this.since = this.run.now.time;
-    this.stage.say(step.say(this));
+    say(step.say(this));
     this.stage.changed();
   }
 
@@ -222,7 +219,7 @@ export class App {
   /** The visitor takes over, and keeps what the story has set. */
   endStory(): void {
     this.before = null;
-    this.stage.say("");
+    say("");
     if (this.story === null) return;
     this.story = null;
     this.stage.changed();
@@ -236,23 +233,22 @@ export class App {
 
   /** Pause, or go on from where the run is. */
   play(playing: boolean): void {
-    const { run, stage } = this;
+    const { run } = this;
     if (playing && run.stopped !== null) {
       const goesOn = run.goOn();
       if (!goesOn) this.restart();
-      stage.toast(goesOn ? "" : `The run ${startText(this.control)}, at ` +
+      toast(goesOn ? "" : `The run ${startText(this.control)}, at ` +
         `${percent(run.now.creepage)} and ${digits(run.now.speed)} m/s.`);
     }
     this.playing = playing;
-    this.lookAgain();
-    this.stage.changed();
+    this.changed();
   }
 
   /** Stop and say why: the run does not go on from a state that cannot be computed. */
   fail(error: unknown): void {
     this.playing = false;
     this.stale = false;
-    this.stage.toast(error instanceof Error ? error.message : String(error));
+    toast(error instanceof Error ? error.message : String(error));
     this.stage.changed();
     if (!(error instanceof RangeError)) throw error;
   }
@@ -285,7 +281,7 @@ export class App {
       this.playing = false;
       this.endStory();
       this.lookAgain();
-      this.stage.toast(stopText(this));
+      toast(stopText(this));
       this.stage.changed();
     }
     this.stale = true;
@@ -336,9 +332,9 @@ export class App {
     for (const view of stage.views) view.draw(moment);
     if (often) {
       if (this.settings.vehicle.mass !== null) stage.moved();
-      showNumbers(stage.numbers, numbers(moment));
-      write(stage.warning, warnings(moment));
-      write(stage.clock, `t = ${digits(run.now.time, 4)} s`);
+      showNumbers(find("numbers"), numbers(moment));
+      write(find("warning"), warnings(moment));
+      write(find("clock"), `t = ${digits(run.now.time, 4)} s`);
     }
     if (seldom) {
       this.lookedSeldom = now;
@@ -352,13 +348,13 @@ export class App {
   private predict(): void {
     const { run, settings, control } = this;
     if (control.mode === "creep") {
-      write(this.stage.clearing, "Under creep control the torque follows the patch: try it.");
+      write(find("clearing"), "Under creep control the torque follows the patch: try it.");
       return;
     }
     if (run.patch !== null) return; // the prediction stands until the patch is past
     const clears = clearing(this.shown.plant, run.now.drive_torque, run.now.speed, settings.patch.friction);
     const away = clears !== null && run.now.creepage > clears.border;
-    write(this.stage.clearing, away ? "The wheel is already beyond the border of its grip."
+    write(find("clearing"), away ? "The wheel is already beyond the border of its grip."
       : clearingText(clears, settings.patch.length));
   }
 
@@ -371,6 +367,6 @@ export class App {
       patch_begins: "On the wet patch",
       patch_ends: "Past the wet patch",
     }[name];
-    this.stage.speak(said);
+    write(find("spoken"), said);
   }
 }

@@ -5,7 +5,7 @@ import { App } from "./app";
 import type { View } from "./chart";
 import { choose, chooseLinked, offer, open, save, showChoice, takeGiven } from "./choices";
 import { CreepCurve } from "./creep_curve";
-import { find, made, plot } from "./elements";
+import { find, made, plot, toast } from "./elements";
 import { TimeHistory } from "./history";
 import { PatchView } from "./patch_view";
 import { PhasePortrait } from "./phase";
@@ -14,22 +14,12 @@ import { SteadyStates } from "./s_curve";
 import { STORIES } from "./stories";
 import { beginTheme } from "./theme";
 
-const WELCOME = "Drag the torque up slowly, past the fold, or choose an experiment.";
-const TOAST = 6000; // for which a message stays [ms]
 const ADDRESS = 400; // from a change until it is in the address [ms]
 
 /** Start the app in the page. */
 export function begin(): App {
   let rows: Rows | null = null, modeShown = "";
-  let toastTimer = 0, addressTimer = 0;
-  const say = (text: string): void => {
-    find("story").textContent = text || WELCOME;
-  };
-  const toast = (text: string): void => {
-    find("toast").textContent = text;
-    clearTimeout(toastTimer);
-    toastTimer = window.setTimeout(() => (find("toast").textContent = ""), TOAST);
-  };
+  let addressTimer = 0;
 
   const curve = new SteadyStates(plot("s-curve"), (driveTorque, creepage) => {
     app.endStory();
@@ -78,10 +68,7 @@ export function begin(): App {
   const fresh = given !== null && location.hash === "";
   if (!fresh) chooseLinked(settings);
   const app = orPreset(fresh ? given : settings, problems, (chosen) => new App(chosen, {
-    views, numbers: find("numbers"), warning: find("warning"), clearing: find("clearing"),
-    clock: find("clock"), say, toast, changed,
-    moved: () => rows?.following.forEach((row) => row.show()),
-    speak: (text) => (find("spoken").textContent = text),
+    views, changed, moved: () => rows?.following.forEach((row) => row.show()),
   }));
   for (const { place } of views) place.setAttribute("role", "img");
   new ResizeObserver(() => app.redraw()).observe(find("charts"));
@@ -90,8 +77,7 @@ export function begin(): App {
   find("wet-rows").prepend(...rows.wet.map((row) => row.element));
   find("wheel-rows").append(...rows.wheel.map((row) => row.element));
   fillStories(app);
-  say("");
-  wire(app, toast);
+  wire(app);
   beginTheme(find("theme"), () => app.repaint());
   if (problems.length > 0) toast(`In the ${fresh ? "model" : "address"}: ${problems.join("; ")}`);
   changed();
@@ -145,7 +131,7 @@ function fillStories(app: App): void {
 }
 
 /** Connect buttons, lists, files, the address and keys. */
-function wire(app: App, toast: (text: string) => void): void {
+function wire(app: App): void {
   const on = (id: string, act: () => void): void => find(id).addEventListener("click", act);
   on("play", () => app.play(!app.playing));
   on("reset", () => app.reset());
@@ -162,9 +148,9 @@ function wire(app: App, toast: (text: string) => void): void {
     app.endStory();
     app.layPatch();
   });
-  on("share", () => void share(app, toast));
+  on("share", () => void share(app));
   on("open-model", () => find("model-file").click());
-  on("save-model", () => save(app, toast));
+  on("save-model", () => save(app));
   on("help-button", () => find<HTMLDialogElement>("help").showModal());
   find("playback").addEventListener("change", () => {
     app.settings.playback = Number(find<HTMLSelectElement>("playback").value);
@@ -188,7 +174,7 @@ function wire(app: App, toast: (text: string) => void): void {
   }
   const file = find<HTMLInputElement>("model-file");
   const take = async (chosen: File | undefined): Promise<void> => {
-    if (chosen !== undefined) await open(app, chosen, toast);
+    if (chosen !== undefined) await open(app, chosen);
     file.value = "";
   };
   file.addEventListener("change", () => void take(file.files?.[0]));
@@ -222,7 +208,7 @@ function key(app: App, event: KeyboardEvent): void {
   event.preventDefault();
 }
 
-async function share(app: App, toast: (text: string) => void): Promise<void> {
+async function share(app: App): Promise<void> {
   history.replaceState(null, "", toAddress(app.settings));
   try {
     await navigator.clipboard.writeText(location.href);

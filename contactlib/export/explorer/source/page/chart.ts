@@ -7,6 +7,8 @@ import { colour, type Colour } from "./theme";
 
 interface Axis {
   label: string;
+  /** What the label says of one SI unit. */
+  per?: number;
   log?: boolean;
   /** Smallest distance between two labels [px]. */
   space?: number;
@@ -128,7 +130,7 @@ export class Chart {
 
   private axis(scale: "x" | "y", axis: Axis, side: 2 | 3): uPlot.Axis {
     const upright = side === 3;
-    const values = axis.values ?? ((v: number) => String(Number(v.toPrecision(6))));
+    const { per = 1, values = (v: number): string => String(Number((per * v).toPrecision(6))) } = axis;
     return {
       scale,
       side,

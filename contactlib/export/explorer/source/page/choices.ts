@@ -4,7 +4,7 @@ import { readModel, writeModel } from "../files/model_file";
 import { ModelError } from "../files/reading";
 import { givenModel, PRESETS, type Settings, settingsOf } from "../files/settings";
 import type { App } from "./app";
-import { find, made } from "./elements";
+import { find, made, toast } from "./elements";
 
 const LARGEST = 1e6; // bytes of a model file
 
@@ -57,7 +57,7 @@ export function showChoice(): void {
 }
 
 /** Open a model file, or say what is wrong with it. */
-export async function open(app: App, file: File, toast: (text: string) => void): Promise<void> {
+export async function open(app: App, file: File): Promise<void> {
   try {
     if (file.size > LARGEST) {
       throw new ModelError(`has ${file.size} bytes: a model has at most ${LARGEST}`);
@@ -71,7 +71,7 @@ export async function open(app: App, file: File, toast: (text: string) => void):
 }
 
 /** Save the present model as a file, or say why no file can hold it. */
-export function save(app: App, toast: (text: string) => void): void {
+export function save(app: App): void {
   const { vehicle, normalLoad, speed, control } = app.settings;
   const file = choice !== "given" && choice !== "link" ? choice.replace(/\.toml$/, "")
     : vehicle.name.toLowerCase().replace(/[^a-z0-9]+/g, "_");

@@ -7,8 +7,8 @@ import { byStability, type Moment, type Picture } from "./picture";
 export class CreepCurve extends View {
   constructor(place: HTMLElement) {
     super(place, {
-      x: { label: "creepage \u03b6  [%]" },
-      y: { label: "creep force Q  [kN]", size: 40 },
+      x: { label: "creepage \u03b6  [%]", per: 100 },
+      y: { label: "creep force Q  [kN]", per: 1e-3, size: 40 },
       curves: [
         { colour: "stable" },
         { colour: "unstable", dash: [8, 4] },
@@ -18,10 +18,8 @@ export class CreepCurve extends View {
   }
 
   override show({ dry, wet, most, far }: Picture): void {
-    const [stable, unstable] = byStability(dry.force, dry.pole, 1e-3);
-    const kilo = wet?.force.map((v) => 1e-3 * v) ?? dry.force.map(() => NaN);
-    this.chart.show([dry.creepage.map((z) => 100 * z), stable, unstable, kilo],
-      [0, 100 * far], [0, 1.25e-3 * most.force]);
+    const curves = [...byStability(dry.force, dry.pole), wet?.force ?? dry.force.map(() => NaN)];
+    this.chart.show([dry.creepage, ...curves], [0, far], [0, 1.25 * most.force]);
   }
 
   describe({ run, shown }: Moment): string {
@@ -34,31 +32,31 @@ export class CreepCurve extends View {
     this.chart.draw((pen) => {
       const { peak, fold } = shown;
       const sliding = shown.plant.vehicle.kinetic_friction * shown.plant.normalLoad;
-      pen.rule("up", 1e-3 * sliding, "line", 1, [2, 3]);
+      pen.rule("up", sliding, "line", 1, [2, 3]);
       if (fold !== null) {
-        pen.label(`peak ${percent(peak)}`, 100 * peak, 1e-3 * shown.most.force, 0, -13, "ink", "center");
+        pen.label(`peak ${percent(peak)}`, peak, shown.most.force, 0, -13, "ink", "center");
       }
       if (shown.wet !== null) {
-        pen.label(`wet, friction \u00d7 ${digits(shown.wetFriction, 2)}`, 100 * shown.far,
-          1e-3 * shown.wet.force.at(-1)!, -4, -11, "wet-ink", "right");
+        pen.label(`wet, friction \u00d7 ${digits(shown.wetFriction, 2)}`, shown.far,
+          shown.wet.force.at(-1)!, -4, -11, "wet-ink", "right");
       }
       if (control.mode === "creep") {
-        pen.rule("across", 100 * control.creepage, "torque", 1.5, [5, 4]);
+        pen.rule("across", control.creepage, "torque", 1.5, [5, 4]);
         if (control.creepage < 0.8 * shown.far) {
-          pen.words("reference", pen.across(100 * control.creepage) + 5, pen.height - 12, "torque");
+          pen.words("reference", pen.across(control.creepage) + 5, pen.height - 12, "torque");
         }
       }
       // Force with which the contact would balance the torque: the wheel rests where it meets the
       // curve.
       const { plant } = shown, { creepage, speed, friction } = run.now;
       const excess = run.now.drive_torque - plant.torque(creepage, speed, friction);
-      const balancing = 1e-3 * (run.now.creep_force + excess / plant.vehicle.radius);
+      const balancing = run.now.creep_force + excess / plant.vehicle.radius;
       pen.rule("up", balancing, "torque", 1.5);
       pen.words("drive", pen.width - 5, pen.up(balancing) - 10, "torque", "right", true);
-      if (run.now.creepage <= shown.far) { // else the wheel's mark at the edge needs the room
-        pen.words("sliding f_d P", pen.width - 4, pen.up(1e-3 * sliding) + 11, "soft", "right");
+      if (creepage <= shown.far) { // else the wheel's mark at the edge needs the room
+        pen.words("sliding f_d P", pen.width - 4, pen.up(sliding) + 11, "soft", "right");
       }
-      pen.wheel(100 * run.now.creepage, 1e-3 * run.now.creep_force, "ink", percent(run.now.creepage));
+      pen.wheel(creepage, run.now.creep_force, "ink", percent(creepage));
     });
   }
 }

@@ -22,3 +22,13 @@ export function made<Tag extends keyof HTMLElementTagNameMap>(
 export function write(place: Element, text: string): void {
   if (place.textContent !== text) place.textContent = text;
 }
+
+const TOAST = 6000; // for which a message stays [ms]
+let toastTimer = 0;
+
+/** Say something at the foot of the page, for a while. */
+export function toast(text: string): void {
+  write(find("toast"), text);
+  clearTimeout(toastTimer);
+  toastTimer = window.setTimeout(() => write(find("toast"), ""), TOAST);
+}

@@ -13,12 +13,12 @@ export class TimeHistory extends View {
   constructor(place: HTMLElement) {
     super(place, {
       x: { label: "time  [s]", space: 70, values: seconds },
-      y: { label: "T  [kN m]", size: 48 },
+      y: { label: "T  [kN m]", per: 1e-3, size: 48 },
       curves: [{ colour: "torque", width: 2 }, { colour: "trail", width: 1.8, dash: [5, 3] }],
     }, place.querySelector<HTMLElement>(".torque")!);
     this.creepage = new Chart(place.querySelector<HTMLElement>(".creepage")!, {
       x: { label: "", hidden: true, size: 8, values: seconds },
-      y: { label: "\u03b6  [%]", log: true, size: 48 },
+      y: { label: "\u03b6  [%]", per: 100, log: true, size: 48 },
       curves: [{ colour: "ink", width: 2 }],
     });
   }
@@ -35,53 +35,41 @@ export class TimeHistory extends View {
   }
 
   draw({ run, shown, span }: Moment): void {
-    const rows = run.history.window(run.now.time - span);
+    const { time, creepage, ...rows } = run.history.window(run.now.time - span);
     const window: [number, number] = [Math.max(0, run.now.time - span), Math.max(run.now.time, span)];
-    const [least, end] = shown.ends;
-    const creepage = rows.creepage.map((z) => 100 * Math.max(z, 1e-3 * least));
-    let most = 100 * end / 1.05, low = Infinity, high = -Infinity;
-    const drive = rows.drive_torque.map((v) => 1e-3 * v);
+    const [least, end] = shown.ends, { fold, most: { torque: critical } } = shown;
     // The torque less its part that changes the creepage: T - (J V/r) dzeta/dt.
-    const taken = rows.creepage_rate.map((rate, i) =>
-      (drive[i] as number) - (1e-3 * rate) / shown.plant.gain(rows.speed[i] as number));
-    for (let i = 0; i < creepage.length; i++) {
-      most = Math.max(most, creepage[i] as number);
-      low = Math.min(low, drive[i] as number);
-      if ((rows.friction[i] as number) < 1) low = Math.min(low, taken[i] as number);
-      high = Math.max(high, drive[i] as number);
+    const drive = rows.drive_torque, taken = drive.map((torque, i) =>
+      torque - rows.creepage_rate[i]! / shown.plant.gain(rows.speed[i]!));
+    let most = end / 1.05, low = Infinity, high = -Infinity;
+    for (let i = 0; i < time.length; i++) {
+      most = Math.max(most, creepage[i]!);
+      low = Math.min(low, drive[i]!, rows.friction[i]! < 1 ? taken[i]! : Infinity);
+      high = Math.max(high, drive[i]!);
     }
     // The axis grows and shrinks with what it shows.
-    this.creepage.show([rows.time, creepage], window, [100 * least, roundUp(1.05 * most)]);
-    const bottom = Math.min(0.72e-3 * shown.most.torque, low - 0.03 * high);
-    const top = Math.max(1.1e-3 * shown.most.torque, high + 0.1 * (high - bottom));
-    this.chart.show([rows.time, drive, taken], window, [bottom, top]);
-    const wet = (chart: Chart, paint: (pen: Pen) => void): void =>
-      chart.draw((pen) => {
-        this.wet(pen, rows.time, rows.friction);
-        paint(pen);
-      });
-    wet(this.creepage, (pen) => {
-      if (shown.fold !== null) {
-        pen.rule("up", 100 * shown.fold.creepage, "line", 1.2, [4, 4]);
-        pen.words("fold", pen.width - 5, pen.up(100 * shown.fold.creepage) - 9, "soft", "right");
-      }
+    this.creepage.show([time, creepage.map((z) => Math.max(z, 1e-3 * least))], window,
+      [least, roundUp(1.05 * most)]);
+    const bottom = Math.min(0.72 * critical, low - 0.03 * high);
+    const top = Math.max(1.1 * critical, high + 0.1 * (high - bottom));
+    this.chart.show([time, drive, taken], window, [bottom, top]);
+    const draw = (chart: Chart, text: string, at: number | undefined): void => chart.draw((pen) => {
+      this.wet(pen, time, rows.friction);
+      if (at === undefined) return;
+      pen.rule("up", at, "line", 1.2, [4, 4]);
+      pen.words(text, pen.width - 5, pen.up(at) - 9, "soft", "right");
     });
-    wet(this.chart, (pen) => {
-      if (shown.fold !== null) {
-        const at = 1e-3 * shown.fold.drive_torque;
-        pen.rule("up", at, "line", 1.2, [4, 4]);
-        pen.words(`critical ${digits(at, 4)}`, pen.width - 5, pen.up(at) - 9, "soft", "right");
-      }
-    });
+    draw(this.creepage, "fold", fold?.creepage);
+    draw(this.chart, `critical ${digits(1e-3 * critical, 4)}`, fold?.drive_torque);
   }
 
   private wet(pen: Pen, time: Float64Array, friction: Float64Array): void {
     let from: number | null = null;
     for (let i = 0; i < time.length; i++) {
-      const is = (friction[i] as number) < 1;
-      if (is && from === null) from = time[i] as number;
+      const is = friction[i]! < 1;
+      if (is) from ??= time[i]!;
       if (from !== null && (!is || i === time.length - 1)) {
-        pen.band(from, Math.max(time[i] as number, from), "wet");
+        pen.band(from, time[i]!, "wet");
         from = null;
       }
     }

@@ -266,14 +266,13 @@ export class Pen {
 
 const TRAIL = 700; // points at most
 
-/** Where the wheel has been since a time: two columns of the history in the units of the axes, y at
- * least at `least`. */
-export function* trail(history: History, x: Column, y: Column, from: number, perX: number,
-  perY: number, least = -Infinity): Generator<Place> {
+/** Where the wheel has been since a time: two columns of the history, y at least at `least`. */
+export function* trail(history: History, x: Column, y: Column, from: number, least = -Infinity):
+  Generator<Place> {
   const rows = history.window(from), xs = rows[x], ys = rows[y], last = xs.length - 1;
   const stride = Math.max(1, Math.ceil(xs.length / TRAIL));
   for (let i = 0; last >= 0; i = Math.min(i + stride, last)) {
-    yield [perX * xs[i]!, Math.max(perY * ys[i]!, least)];
+    yield [xs[i]!, Math.max(ys[i]!, least)];
     if (i === last) return;
   }
 }

@@ -14,17 +14,17 @@ export class PhasePortrait extends View {
 
   constructor(place: HTMLElement) {
     super(place, {
-      x: { label: "creepage \u03b6  [%]" },
-      y: { label: "d\u03b6/dt  [%/s]", size: 48 },
+      x: { label: "creepage \u03b6  [%]", per: 100 },
+      y: { label: "d\u03b6/dt  [%/s]", per: 100, size: 48 },
       curves: [],
     });
   }
 
   override show({ plant, speed, most: { torque }, wet, far }: Picture): void {
-    const perTorque = 100 * plant.gain(speed), reach = perTorque * torque;
+    const perTorque = plant.gain(speed), reach = perTorque * torque;
     const left = torque - (wet?.torque.at(-1) ?? torque); // more than the wet rail takes
     const top = Math.max(0.17 * reach, this.wet ? 1.1 * perTorque * left : 0);
-    this.chart.show([[0, 1]], [0, 100 * far], [-0.11 * reach, top]);
+    this.chart.show([[0, 1]], [0, far], [-0.11 * reach, top]);
   }
 
   describe({ run, rests }: Moment): string {
@@ -44,39 +44,36 @@ export class PhasePortrait extends View {
       const curves = run.onPatch && shown.wet !== null ? shown.wet : shown.dry;
       const border = rests.find((state) => !isStable(state) && state.creepage > 0);
       if (border !== undefined && moment.control.mode === "torque") {
-        pen.band(0, 100 * border.creepage, "shade");
+        pen.band(0, border.creepage, "shade");
       }
       pen.rule("up", 0, "soft", 1.2);
       this.flow(pen, moment, curves);
-      pen.line(trail(run.history, "creepage", "creepage_rate", run.now.time - 0.4 * span, 100, 100), "trail",
-        1.4);
+      const past = trail(run.history, "creepage", "creepage_rate", run.now.time - 0.4 * span);
+      pen.line(past, "trail", 1.4);
       const { mode, delay } = moment.control;
       if (mode === "torque") this.rests(pen, moment);
       else pen.words(delay > 0 ? "with the control, without its delay" : "with the control",
         pen.width - 5, 10, "soft", "right");
-      pen.wheel(100 * run.now.creepage, 100 * run.now.creepage_rate, "ink", percent(run.now.creepage));
+      pen.wheel(run.now.creepage, run.now.creepage_rate, "ink", percent(run.now.creepage));
     });
   }
 
   /** The curve that the wheel follows, solid where small changes decay; arrows along the axis. */
   private flow(pen: Pen, { run, shown }: Moment, curves: Curves): void {
     const gain = shown.plant.gain(shown.speed);
-    const rate = curves.creepage.map((zeta, i) =>
-      100 * gain * (run.torqueAt(zeta) - (curves.torque[i] as number)));
-    let from = 0;
-    for (let i = 1; i < rate.length; i++) {
-      const falls = (rate[i] as number) <= (rate[i - 1] as number);
-      const next = i + 1 < rate.length && (rate[i + 1] as number) <= (rate[i] as number);
-      if (i + 1 < rate.length && falls === next) continue;
-      const part: [number, number][] = [];
-      for (let j = from; j <= i; j++) part.push([100 * (curves.creepage[j] as number), rate[j] as number]);
-      pen.line(part, falls ? "stable" : "unstable", 2.4, falls ? [] : [8, 4]);
+    const flow = Array.from(curves.creepage, (zeta, i): [number, number] =>
+      [zeta, gain * (run.torqueAt(zeta) - curves.torque[i]!)]);
+    const falls = (i: number): boolean => flow[i]![1] <= flow[i - 1]![1];
+    for (let from = 0, i = 1; i < flow.length; i++) {
+      if (i + 1 < flow.length && falls(i) === falls(i + 1)) continue;
+      const part = flow.slice(from, i + 1);
+      pen.line(part, falls(i) ? "stable" : "unstable", 2.4, falls(i) ? [] : [8, 4]);
       from = i;
     }
-    const apart = Math.round(rate.length / ARROWS);
-    for (let i = apart >> 1; i < rate.length; i += apart) {
-      const way = Math.sign(rate[i] as number) as -1 | 0 | 1;
-      if (way !== 0) pen.head(100 * (curves.creepage[i] as number), 0, way, "soft", 4.5);
+    const apart = Math.round(flow.length / ARROWS);
+    for (let i = apart >> 1; i < flow.length; i += apart) {
+      const [zeta, rate] = flow[i]!, way = Math.sign(rate) as -1 | 0 | 1;
+      if (way !== 0) pen.head(zeta, 0, way, "soft", 4.5);
     }
   }
 
@@ -85,11 +82,11 @@ export class PhasePortrait extends View {
     for (const state of rests) {
       const { creepage } = state, stable = isStable(state);
       if (creepage > shown.far) continue;
-      pen.dot(100 * creepage, 0, stable ? "stable" : "unstable", !stable);
+      pen.dot(creepage, 0, stable ? "stable" : "unstable", !stable);
       if (run.now.creepage > shown.far) continue; // the wheel's mark at the edge needs the room
-      const at = pen.across(100 * creepage), near = at - last < 120;
+      const at = pen.across(creepage), near = at - last < 120;
       const [name, dx, align] = stable ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
-      pen.label(`${name} ${percent(creepage)}`, 100 * creepage, 0, dx, near ? 36 : 20, "ink", align);
+      pen.label(`${name} ${percent(creepage)}`, creepage, 0, dx, near ? 36 : 20, "ink", align);
       last = at;
     }
   }

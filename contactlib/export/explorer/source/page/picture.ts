@@ -64,15 +64,8 @@ export function roundUp(value: number): number {
 }
 
 /** Values where the pole is stable, and where it is not; both have the points where it changes. */
-export function byStability(
-  values: ArrayLike<number>, pole: ArrayLike<number>, scale = 1,
-): [(number | null)[], (number | null)[]] {
-  const stable: (number | null)[] = [], unstable: (number | null)[] = [];
-  for (let i = 0; i < values.length; i++) {
-    const value = scale * (values[i] as number);
-    const here = (pole[i] as number) < 0, before = i > 0 ? (pole[i - 1] as number) < 0 : here;
-    stable.push(here || before ? value : null);
-    unstable.push(!here || !before ? value : null);
-  }
-  return [stable, unstable];
+export function byStability(values: Float64Array, pole: Float64Array): (number | null)[][] {
+  const holds = (i: number): boolean => pole[i]! < 0;
+  return [true, false].map((stable) => Array.from(values, (value, i) =>
+    holds(i) === stable || holds(Math.max(i - 1, 0)) === stable ? value : null));
 }

@@ -17,14 +17,14 @@ export class SteadyStates extends View {
   constructor(place: HTMLElement, dragged: Dragged) {
     super(place, {
       turned: true,
-      x: { label: "creepage \u03b6  [%]", log: true, size: 46 },
-      y: { label: "drive torque T  [kN m]" },
+      x: { label: "creepage \u03b6  [%]", per: 100, log: true, size: 46 },
+      y: { label: "drive torque T  [kN m]", per: 1e-3 },
       curves: [{ colour: "stable" }, { colour: "unstable", dash: [8, 4] }],
     });
     const area = this.chart.plot.over;
     const drag = (event: PointerEvent): void => {
       const { across, up } = this.chart.at(event);
-      dragged(1e3 * Math.max(0, across), 1e-2 * up);
+      dragged(Math.max(0, across), up);
     };
     let held: number | null = null; // the pointer that drags; a finger has capture anyway
     area.addEventListener("pointerdown", (event) => {
@@ -43,12 +43,11 @@ export class SteadyStates extends View {
   }
 
   override show({ states, fold, most: { torque }, ends: [least] }: Picture): void {
-    const [stable, unstable] = byStability(states.torque, states.pole, 1e-3);
-    const creepage = states.creepage.map((z) => 100 * Math.max(z, 1e-3 * least));
-    const most = 1e-3 * torque, back = 1e-3 * (fold?.return_torque ?? 0.75 * torque);
-    const low = Math.min(0.84 * most, back - 0.4 * (most - back));
-    this.chart.show([creepage, stable, unstable], [100 * least, 100 * MOST],
-      [Math.max(0, low), most + 0.2 * (most - low)]);
+    const creepage = states.creepage.map((z) => Math.max(z, 1e-3 * least));
+    const back = fold?.return_torque ?? 0.75 * torque;
+    const low = Math.min(0.84 * torque, back - 0.4 * (torque - back));
+    this.chart.show([creepage, ...byStability(states.torque, states.pole)], [least, MOST],
+      [Math.max(0, low), torque + 0.2 * (torque - low)]);
   }
 
   describe({ run, shown: { fold } }: Moment): string {
@@ -60,34 +59,27 @@ export class SteadyStates extends View {
 
   draw({ run, shown, control, span }: Moment): void {
     this.chart.draw((pen) => {
-      const { fold, ends: [least] } = shown;
-      const wanted = 1e-3 * control.drive_torque, acting = 1e-3 * run.now.drive_torque;
-      if (control.mode === "torque") {
-        pen.rule("across", wanted, "torque", 1.2, [4, 4]);
-      } else {
-        pen.rule("up", 100 * control.creepage, "torque", 1.2, [4, 4]);
-      }
-      pen.line(trail(run.history, "drive_torque", "creepage", run.now.time - 6 * span, 1e-3, 100,
-        100 * least), "trail", 1.6);
+      const { fold, ends: [least] } = shown, held = control.mode === "creep";
+      const { drive_torque: acting, creepage } = run.now, wanted = control.drive_torque;
+      if (held) pen.rule("up", control.creepage, "torque", 1.2, [4, 4]);
+      else pen.rule("across", wanted, "torque", 1.2, [4, 4]);
+      const past = trail(run.history, "drive_torque", "creepage", run.now.time - 6 * span, least);
+      pen.line(past, "trail", 1.6);
       pen.rule("across", acting, "torque", 1.8);
-      if (control.mode === "torque") pen.handle(wanted, "torque");
-      this.handle = control.mode === "torque" ? pen.across(wanted) : Infinity;
+      if (!held) pen.handle(wanted, "torque");
+      this.handle = held ? Infinity : pen.across(wanted);
       if (fold !== null) {
-        const zeta = 100 * fold.creepage;
-        pen.dot(1e-3 * fold.drive_torque, zeta, "ink", false, 3.5);
+        pen.dot(fold.drive_torque, fold.creepage, "ink", false, 3.5);
         const text = `fold ${digits(1e-3 * fold.drive_torque, 4)} kN m`;
-        pen.label(text, 1e-3 * fold.drive_torque, zeta, 9, 18, "ink");
+        pen.label(text, fold.drive_torque, fold.creepage, 9, 18, "ink");
         if (fold.return_creepage < MOST) {
-          pen.dot(1e-3 * fold.return_torque, 100 * fold.return_creepage, "ink", false, 3.5);
-          pen.label("return", 1e-3 * fold.return_torque, 100 * fold.return_creepage, -9, -4, "ink",
-            "right");
+          pen.dot(fold.return_torque, fold.return_creepage, "ink", false, 3.5);
+          pen.label("return", fold.return_torque, fold.return_creepage, -9, -4, "ink", "right");
         }
       }
-      if (control.mode === "creep") {
-        pen.words("reference", 6, pen.up(100 * control.creepage) - 10, "torque", "left", true);
-      }
-      pen.wheel(acting, 100 * Math.max(run.now.creepage, 1e-3 * least), "ink",
-        `${digits(acting)} kN m, ${percent(run.now.creepage)}`);
+      if (held) pen.words("reference", 6, pen.up(control.creepage) - 10, "torque", "left", true);
+      pen.wheel(acting, Math.max(creepage, 1e-3 * least), "ink",
+        `${digits(1e-3 * acting)} kN m, ${percent(creepage)}`);
     });
   }
 }
