@@ -3,15 +3,15 @@
 import { stringify } from "smol-toml";
 
 import type { Control } from "../physics/control";
-import { allows, limitText } from "../physics/limits";
+import { outOfRange } from "../physics/limits";
 import {
   atLoad, contactModulus, forceParameters, lateralSemiAxis, scalesOf, type Vehicle, weakenedOver,
 } from "../physics/vehicle";
 import { brokenTogether, OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
 import { kernel } from "../kernel/kernel";
 import {
-  checkKeys, ModelError, type Numbers, oneOf, parseToml, readProfile, readSection, shown,
-  type Table, tableOf, textOf,
+  checkKeys, type Numbers, oneOf, parseToml, readProfile, readSection, refuse, shown, type Table,
+  tableOf, textOf,
 } from "./reading";
 
 /** A model file: the vehicle, and what the page takes from the file's two runs. */
@@ -60,17 +60,16 @@ export function readModel(text: string): Model {
     slope_reduction: 1,
   } as Vehicle;
   if (theory !== undefined && vehicle.contact === "line") {
-    throw new ModelError(`contact.theory = ${shown(theory)} is for an ellipse, not a line contact`);
+    refuse(`contact.theory = ${shown(theory)} is for an ellipse, not a line contact`);
   }
-  for (const key of ["inertia", "wheels"]) {
-    if (wheelset[key] === null) {
-      throw new ModelError(`wheelset.${key} is missing: this page shows wheelsets`);
-    }
-  }
+  const missing = ["inertia", "wheels"].find((key) => wheelset[key] === null);
+  if (missing !== undefined) refuse(`wheelset.${missing} is missing: this page shows wheelsets`);
   vehicle.inertia += rotorOf(wheelset);
   vehicle.normal_load *= vehicle.wheels;
   vehicle.k_hat = kHatOf(vehicle, friction);
-  checkFriction(vehicle);
+  for (const { problem } of brokenTogether({ ...vehicle, speed: Infinity })) {
+    refuse(`friction: ${problem.replaceAll("_friction", "")}`);
+  }
   vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
   return { vehicle, control: readRuns(data) };
 }
@@ -79,31 +78,23 @@ export function readModel(text: string): Model {
 function withoutTheory(data: Table): { data: Table; theory: string | undefined } {
   if (data["contact"] === undefined) return { data, theory: undefined };
   const { theory, ...contact } = tableOf("contact", data["contact"]);
-  if (theory !== undefined && !THEORIES.includes(textOf("contact.theory", theory))) {
-    throw new ModelError(`contact.theory = ${shown(theory)} must be one of: ${THEORIES.join(", ")}`);
-  }
+  if (theory !== undefined) textOf("contact.theory", theory, THEORIES);
   return { data: { ...data, contact }, theory: theory as string | undefined };
 }
 
 function refuseOthers(data: Table): void {
-  if (Object.hasOwn(data, "axes")) {
-    throw new ModelError(
-      `this is a sweep, not a model: the command 'contactlib sweep' runs it; ${SHOWN}`,
-    );
-  }
-  if (Object.hasOwn(data, "vehicle")) {
-    throw new ModelError(
-      `this is a scenario of the vehicle ${shown(data["vehicle"])}, not a model: the command ` +
-        `'contactlib simulate' runs it; ${SHOWN}`,
-    );
-  }
+  const [is, command] = Object.hasOwn(data, "axes") ? ["a sweep", "sweep"]
+    : Object.hasOwn(data, "vehicle")
+    ? [`a scenario of the vehicle ${shown(data["vehicle"])}`, "simulate"] : [];
+  if (is === undefined) return;
+  refuse(`this is ${is}, not a model: the command 'contactlib ${command}' runs it; ${SHOWN}`);
 }
 
 function checkLaw(data: Table): void {
   if (data["law"] === undefined) return;
   const law = tableOf("law", data["law"]);
   const kind = law["kind"] === undefined ? LAW : textOf("law.kind", law["kind"]);
-  if (kind !== LAW) throw new ModelError(`law.kind = ${shown(kind)}: this page shows "${LAW}" only`);
+  if (kind !== LAW) refuse(`law.kind = ${shown(kind)}: this page shows "${LAW}" only`);
   checkKeys("law.", law, ["kind"], []);
 }
 
@@ -112,30 +103,22 @@ function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicl
   const given = PAIRS.flat().filter((key) => section[key] !== null);
   if (!PAIRS.some((pair) => pair.join() === given.join())) {
     const pairs = PAIRS.map((pair) => pair.join(" and ")).join(", or ");
-    throw new ModelError(
-      `contact.${pairs}: give exactly one of these pairs, not ${given.join(" and ") || "nothing"}`,
-    );
+    refuse(`contact.${pairs}: give exactly one of these pairs, not ${given.join(" and ") || "nothing"}`);
   }
   const { normal_load, youngs_modulus, poisson_ratio } = section as Record<string, number>;
   const elastic = { normal_load, youngs_modulus, poisson_ratio } as Vehicle;
-  const modulus = contactModulus(elastic);
+  const load = elastic.normal_load, modulus = contactModulus(elastic);
   const [first, second] = given.map((key) => section[key]) as [number, number];
   const isLine = given[0] === "semi_width";
-  const [a, b] =
-    given[0] === "radius_x" ? kernel.semiAxes(first, second, elastic.normal_load / (Math.PI * modulus)) : [first, second];
-  const pressure = isLine
-    ? (a * modulus) / (2 * second) // Eq. (5)
-    : (1.5 * elastic.normal_load) / (Math.PI * a * b); // Eq. (20)
+  const [a, b] = given[0] !== "radius_x" ? [first, second]
+    : kernel.semiAxes(first, second, load / (Math.PI * modulus));
+  const pressure = isLine ? (a * modulus) / (2 * second) : (1.5 * load) / (Math.PI * a * b); // Eqs. (5), (20)
   if (!(a > 0 && Number.isFinite(a) && pressure > 0 && Number.isFinite(pressure))) {
-    throw new ModelError(
-      `contact.${given.join(" and ")} = ${first} and ${second} give a semi-width of ${a} m and ` +
-        `a pressure of ${pressure} Pa: must be finite and > 0`,
-    );
+    refuse(`contact.${given.join(" and ")} = ${first} and ${second} give a semi-width of ${a} m and ` +
+      `a pressure of ${pressure} Pa: must be finite and > 0`);
   }
   if (theory !== "strips" && !isLine && a / b > LONGEST) {
-    throw new ModelError(
-      `contact.semi_axis_x/semi_axis_y on a half-space = ${a / b}: must be <= ${LONGEST}`,
-    );
+    refuse(`contact.semi_axis_x/semi_axis_y on a half-space = ${a / b}: must be <= ${LONGEST}`);
   }
   const contact = isLine ? "line" : "elliptic";
   return { ...elastic, contact, semi_width: a, peak_pressure: pressure };
@@ -144,20 +127,9 @@ function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicl
 /** k_hat as [friction] gives it, or from the weakening length. */
 function kHatOf(vehicle: Vehicle, { k_hat: given, weakening_length: length }: Numbers): number {
   if (given != null) return given;
-  const kHat = scalesOf(weakenedOver(vehicle, length!)).k_hat;
-  const limit = SECTIONS["friction"]!["k_hat"]!;
-  if (allows(limit, kHat)) return kHat;
-  throw new ModelError(
-    `friction.weakening_length = ${length} gives k_hat = ${kHat}, out of range: must be ` +
-      limitText(limit),
-  );
-}
-
-/** Refuse numbers of [friction] that do not go together. */
-function checkFriction(vehicle: Vehicle): void {
-  for (const { problem } of brokenTogether({ ...vehicle, speed: Infinity })) {
-    throw new ModelError(`friction: ${problem.replaceAll("_friction", "")}`);
-  }
+  const found = scalesOf(weakenedOver(vehicle, length!)).k_hat;
+  const problem = outOfRange("k_hat", found, SECTIONS["friction"]!["k_hat"]!);
+  return problem === null ? found : refuse(`friction.weakening_length = ${length} gives ${problem}`);
 }
 
 /** Inertia of the rotor about the axle, zero without one [kg.m2]. */
@@ -165,7 +137,7 @@ function rotorOf({ rotor_inertia: rotor, gear_ratio: ratio }: Numbers): number {
   if (rotor == null && ratio == null) return 0;
   if (rotor != null && ratio != null) return ratio * ratio * rotor;
   const given = rotor == null ? "gear_ratio" : "rotor_inertia";
-  throw new ModelError(`wheelset.rotor_inertia and gear_ratio go together; given is ${given}`);
+  refuse(`wheelset.rotor_inertia and gear_ratio go together; given is ${given}`);
 }
 
 /** Slope reduction as [wheelset] gives it, or from the saturation creepage; 1 without either. */
@@ -173,13 +145,9 @@ function slopeReductionOf(vehicle: Vehicle, section: Numbers): number {
   const { saturation_creepage: wanted, slope_reduction: given } = section;
   if (wanted == null) return given ?? 1;
   const clean = scalesOf(forceParameters(vehicle)).saturation_creepage;
-  if (wanted < clean * (1 - 1e-12)) {
-    throw new ModelError(
-      `wheelset.saturation_creepage = ${wanted} is out of range: must be >= ` +
-        `${clean.toPrecision(6)}, that of clean surfaces`,
-    );
-  }
-  return Math.min(1, clean / wanted);
+  if (wanted >= clean * (1 - 1e-12)) return Math.min(1, clean / wanted);
+  refuse(`wheelset.saturation_creepage = ${wanted} is out of range: must be >= ` +
+    `${clean.toPrecision(6)}, that of clean surfaces`);
 }
 
 function readRuns(data: Table): Model["control"] {
@@ -188,9 +156,8 @@ function readRuns(data: Table): Model["control"] {
   const { torque_min, torque_max, proportional_gain, integral_gain } =
     numbers as Record<string, number> & Model["control"];
   if (torque_min! >= torque_max) {
-    throw new ModelError(
-      `creep_control.torque_min = ${torque_min} is out of range: must be < torque_max = ${torque_max}`,
-    );
+    refuse(`creep_control.torque_min = ${torque_min} is out of range: must be < torque_max = ` +
+      `${torque_max}`);
   }
   const [drive_torque, creepage] = [torque.value[0]!, value.at(-1)!];
   return { drive_torque, creepage, proportional_gain, integral_gain, torque_max };

@@ -2,12 +2,17 @@
 
 import { parse, TomlError } from "smol-toml";
 
-import { allows, limitText } from "../physics/limits";
+import { outOfRange } from "../physics/limits";
 import { type Limit, SECTIONS, SPELLINGS, UNITS } from "./declared";
 
 /** A model file that cannot be used; one line says where and why. */
 export class ModelError extends Error {
   override name = "ModelError";
+}
+
+/** Throw it. */
+export function refuse(line: string): never {
+  throw new ModelError(line);
 }
 
 /** Contents of a file or of a section of it. */
@@ -28,14 +33,14 @@ export function decimal(text: string): number {
 /** Contents of a TOML file. */
 export function parseToml(text: string): Table {
   if (text.length > LARGEST_FILE) {
-    throw new ModelError(`the file has ${text.length} characters: must be <= ${LARGEST_FILE}`);
+    refuse(`the file has ${text.length} characters: must be <= ${LARGEST_FILE}`);
   }
   try {
     return parse(text.replace(/^\ufeff/, ""), { integersAsBigInt: "asNeeded", maxDepth: 20 });
   } catch (error) {
     if (!(error instanceof Error)) throw error;
     const place = error instanceof TomlError ? ` (line ${error.line}, column ${error.column})` : "";
-    throw new ModelError(oneLine(error.message.split("\n", 1)[0] ?? "") + place);
+    refuse(oneLine(error.message.split("\n", 1)[0] ?? "") + place);
   }
 }
 
@@ -52,28 +57,28 @@ function oneLine(text: string): string {
 
 /** Refuse an unknown key, and the lack of one that is needed. */
 export function checkKeys(prefix: string, table: Table, known: string[], needed: string[]): void {
-  for (const key of Object.keys(table)) {
-    if (!known.includes(key)) {
-      const name = oneLine(prefix + key);
-      throw new ModelError(`${name} is not a known key; known: ${known.join(", ")}`);
-    }
+  const unknown = Object.keys(table).find((key) => !known.includes(key));
+  if (unknown !== undefined) {
+    refuse(`${oneLine(prefix + unknown)} is not a known key; known: ${known.join(", ")}`);
   }
-  for (const key of needed) {
-    if (!Object.hasOwn(table, key)) throw new ModelError(`${prefix}${key} is missing`);
-  }
+  const missing = needed.find((key) => !Object.hasOwn(table, key));
+  if (missing !== undefined) refuse(`${prefix}${missing} is missing`);
 }
 
-/** A value that must be a string. */
-export function textOf(where: string, value: unknown): string {
-  if (typeof value === "string") return value;
-  throw new ModelError(`${where} = ${shown(value)} must be a string`);
+/** A value that must be a string, or one of some. */
+export function textOf(where: string, value: unknown, choices?: readonly string[]): string {
+  if (typeof value !== "string") refuse(`${where} = ${shown(value)} must be a string`);
+  if (choices?.includes(value) === false) {
+    refuse(`${where} = ${shown(value)} must be one of: ${choices.join(", ")}`);
+  }
+  return value;
 }
 
 /** A value that must be a section. */
 export function tableOf(name: string, value: unknown): Table {
   const isObject = typeof value === "object" && value !== null;
   if (isObject && !Array.isArray(value) && !(value instanceof Date)) return value as Table;
-  throw new ModelError(`${name} = ${shown(value)} must be a section: [${name}]`);
+  refuse(`${name} = ${shown(value)} must be a section: [${name}]`);
 }
 
 /** Value of a unit, in any spelling, in another; undefined if it is no such unit. */
@@ -89,29 +94,24 @@ function unitValue(unit: string, si: string): number | undefined {
 
 /** A value in SI units and within its limit. */
 function numberOf(where: string, value: unknown, limit: Limit): number {
-  let found: number;
+  let found = NaN, given = "";
   if (typeof value === "string") {
     const text = value.trim(), digits = NUMBER.exec(text)?.[0] ?? "";
     const factor = unitValue(text.slice(digits.length), limit.unit);
     found = decimal(digits);
-    if (Number.isNaN(found)) {
-      throw new ModelError(`${where} = ${shown(value)} does not begin with a number`);
-    }
+    given = shown(value);
+    if (Number.isNaN(found)) refuse(`${where} = ${given} does not begin with a number`);
     if (factor === undefined) {
-      throw new ModelError(
-        `${where} = ${shown(value)} must be a number in ${limit.unit}, or a number and one of: ` +
-          Object.keys({ [limit.unit]: 1, ...UNITS[limit.unit] }).join(", "),
-      );
+      const units = Object.keys({ [limit.unit]: 1, ...UNITS[limit.unit] }).join(", ");
+      refuse(`${where} = ${given} must be a number in ${limit.unit}, or a number and one of: ${units}`);
     }
     found *= factor;
   } else if (typeof value === "number" || typeof value === "bigint") {
     found = Number(value);
-  } else {
-    throw new ModelError(`${where} = ${shown(value)} must be a number in ${limit.unit}`);
-  }
-  if (allows(limit, found)) return found;
-  const given = typeof value === "string" ? shown(value) : String(found);
-  throw new ModelError(`${where} = ${given} is out of range: must be ${limitText(limit)}`);
+    given = String(found);
+  } else refuse(`${where} = ${shown(value)} must be a number in ${limit.unit}`);
+  const problem = outOfRange(where, found, limit, given);
+  return problem === null ? found : refuse(problem);
 }
 
 /** Numbers of a section, and its lists of numbers. */
@@ -130,7 +130,7 @@ export function readSection(
     } else if (Array.isArray(value) && value.length > 0) {
       lists[key] = value.map((entry: unknown) => numberOf(where, entry, limit));
     } else {
-      throw new ModelError(`${where} = ${shown(value)} must be a list of at least one number`);
+      refuse(`${where} = ${shown(value)} must be a list of at least one number`);
     }
   }
   return { numbers, lists };
@@ -143,24 +143,17 @@ export function readProfile(
   const { numbers, lists } = readSection(section, data);
   const time = lists["time"]!, value = lists[values]!;
   if (time.length !== value.length) {
-    throw new ModelError(
-      `${section}.time has ${time.length} and ${values} ${value.length} entries: both must have ` +
-        "as many",
-    );
+    refuse(`${section}.time has ${time.length} and ${values} ${value.length} entries: both must have ` +
+      "as many");
   }
   if (time.some((at, i) => at < (time[i - 1] ?? -Infinity) || at === time[i - 2])) {
-    throw new ModelError(
-      `${section}.time = ${shown(time)} must rise, and repeat a place at most once`,
-    );
+    refuse(`${section}.time = ${shown(time)} must rise, and repeat a place at most once`);
   }
   return { time, value, numbers };
 }
 
 /** Refuse a section that gives none of the keys, or more than one. */
 export function oneOf(section: string, numbers: Numbers, ...keys: string[]): void {
-  const given = keys.filter((key) => numbers[key] !== null);
-  if (given.length === 1) return;
-  throw new ModelError(
-    `${section}.${keys.join(" and ")}: give exactly one of them, not ${given.length}`,
-  );
+  const given = keys.filter((key) => numbers[key] !== null).length;
+  if (given !== 1) refuse(`${section}.${keys.join(" and ")}: give exactly one of them, not ${given}`);
 }

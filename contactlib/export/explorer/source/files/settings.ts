@@ -4,7 +4,7 @@
 
 import { embeddedData } from "../kernel/embedded";
 import type { Control } from "../physics/control";
-import { allows, limitText } from "../physics/limits";
+import { outOfRange } from "../physics/limits";
 import type { Vehicle } from "../physics/vehicle";
 import { brokenTogether, settingLimit } from "./declared";
 import { type Model, readModel } from "./model_file";
@@ -169,9 +169,8 @@ function take(key: string, text: string, values: Record<string, Value>): string 
   } else {
     const limit = settingLimit(key), number = decimal(text);
     if (Number.isNaN(number)) return `${key} = ${shown(text)} is not a number in ${limit.unit}`;
-    if (!allows(limit, number)) {
-      return `${key} = ${number} is out of range: must be ${limitText(limit)}`;
-    }
+    const problem = outOfRange(key, number, limit);
+    if (problem !== null) return problem;
     values[key] = number;
   }
   return null;

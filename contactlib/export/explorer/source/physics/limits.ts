@@ -26,8 +26,16 @@ export function limitText({ above, at_least, below, at_most }: Limits): string {
   return ["finite", ...given.map(([sign, bound]) => `${sign} ${bound}`)].join(" and ");
 }
 
-/** Throw a RangeError of one line if a number breaks its limits. */
+/** One line that says how a number breaks its limits, as it was given; null if it does not. */
+export function outOfRange(
+  name: string, value: number, limits: Limits, given = String(value),
+): string | null {
+  if (allows(limits, value)) return null;
+  return `${name} = ${given} is out of range: must be ${limitText(limits)}`;
+}
+
+/** Throw that line as a RangeError. */
 export function demand(name: string, value: number, limits: Limits): void {
-  if (allows(limits, value)) return;
-  throw new RangeError(`${name} = ${value} is out of range: must be ${limitText(limits)}`);
+  const problem = outOfRange(name, value, limits);
+  if (problem !== null) throw new RangeError(problem);
 }
