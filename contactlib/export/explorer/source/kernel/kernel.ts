@@ -109,29 +109,19 @@ export async function startKernel(): Promise<Kernel> {
 
 /** One drivetrain of the kernel, stepped in time; its memory stays in use for good. */
 export class Drivetrain {
+  private readonly module = kernel.module;
+  private readonly memory = kernel.memory;
   /** What is held over a step. */
-  readonly input: View<"drivetrain_input">;
+  readonly input = this.memory.struct("drivetrain_input");
   /** What is stepped. */
-  readonly state: View<"drivetrain_state">;
-  private readonly contact: View<"force_element_parameters">;
-  private readonly parameters: View<"drivetrain_parameters">;
-  private readonly outputs: View<"drivetrain_output">;
-  private readonly member: number;
-  private readonly patch: number;
-  private readonly substep: number;
-  private readonly failed: number;
-
-  constructor(private readonly module = kernel.module, private readonly memory = kernel.memory) {
-    this.input = memory.struct("drivetrain_input");
-    this.state = memory.struct("drivetrain_state");
-    this.contact = memory.struct("force_element_parameters");
-    this.parameters = memory.struct("drivetrain_parameters");
-    this.outputs = memory.struct("drivetrain_output");
-    this.member = memory.allocateStruct("drivetrain_member");
-    this.patch = memory.allocateStruct("patch");
-    this.substep = memory.allocateDoubles(1);
-    this.failed = memory.allocate(1);
-  }
+  readonly state = this.memory.struct("drivetrain_state");
+  private readonly contact = this.memory.struct("force_element_parameters");
+  private readonly parameters = this.memory.struct("drivetrain_parameters");
+  private readonly outputs = this.memory.struct("drivetrain_output");
+  private readonly member = this.memory.allocateStruct("drivetrain_member");
+  private readonly patch = this.memory.allocateStruct("patch");
+  private readonly substep = this.memory.allocateDoubles(1);
+  private readonly failed = this.memory.allocate(1);
 
   /** Take these parameters from now on; the state stays. */
   configure(

@@ -360,13 +360,12 @@ export class App {
 
   private report({ name, drive_torque, creepage }: RunEvent): void {
     const torque = `${digits(1e-3 * drive_torque, 4)} kN m`;
-    const said = {
+    find("spoken").textContent = {
       peak_passed: `Past the fold at ${torque}`,
       slip_away: `Run away: creepage ${percent(creepage)}`,
       returned: `Grip again at ${torque}`,
       patch_begins: "On the wet patch",
       patch_ends: "Past the wet patch",
     }[name];
-    write(find("spoken"), said);
   }
 }

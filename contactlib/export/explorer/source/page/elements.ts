@@ -28,7 +28,8 @@ let toastTimer = 0;
 
 /** Say something at the foot of the page, for a while. */
 export function toast(text: string): void {
-  write(find("toast"), text);
+  const place = find("toast");
+  place.textContent = text;
   clearTimeout(toastTimer);
-  toastTimer = window.setTimeout(() => write(find("toast"), ""), TOAST);
+  toastTimer = window.setTimeout(() => (place.textContent = ""), TOAST);
 }
