@@ -34,9 +34,8 @@ def bits(values: object) -> list[int]:
     return list(np.asarray(values, dtype=np.float64).ravel().view(np.uint64).tolist())
 
 
-def doubles(struct: Any) -> list[int]:
-    """The same of a C struct of doubles."""
-    return bits(np.frombuffer(kernel.ffi.buffer(struct)))
+def doubles(struct: Any) -> Any:
+    return np.frombuffer(kernel.ffi.buffer(struct))
 
 
 # What the page calls for an array of arguments, their ranges, and the native function.
@@ -55,7 +54,7 @@ FUNCTIONS: dict[str, tuple[str, list[tuple[float, float]], Any]] = {
         """(g, nu) => Object.values(kernel.filled("half_space_scales", (to) =>
           kernel.module.half_space_scales_of(g, nu, to)))""",
         [(0.03, 30.0), (0.01, 0.5)],
-        lambda g, nu: np.frombuffer(kernel.ffi.buffer(kernel.half_space_scales(g, nu))),
+        lambda g, nu: doubles(kernel.half_space_scales(g, nu)),
     ),
 }
 
@@ -65,14 +64,11 @@ def test_a_function_is_that_of_python(page: ExplorerPage, name: str) -> None:
     call, ranges, native = FUNCTIONS[name]
     low, high = np.log(ranges).T
     cases = np.exp(np.random.default_rng(72).uniform(low, high, (500, len(ranges)))).tolist()
-    found = page.call(
-        f"""async (cases) => {{
-          const {{ kernel }} = await contactlib.ready;
-          return cases.map((given) => ({call})(...given));
-        }}""",
-        cases,
-    )
-    for case, its in zip(cases, found, strict=True):
+    function = f"""async (cases) => {{
+      const {{ kernel }} = await contactlib.ready;
+      return cases.map((given) => ({call})(...given));
+    }}"""
+    for case, its in zip(cases, page.call(function, cases), strict=True):
         assert bits(its) == bits(native(*case)), case
 
 
@@ -98,50 +94,48 @@ def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers, Numb
     return shape, parameters, given, wheelset.parameters
 
 
+FORCES = """async (cases) => {
+  const { kernel } = await contactlib.ready, { module } = kernel;
+  return cases.map(([contact, parameters, input, body]) => {
+    const given = (name, values) => kernel.given(name, values);
+    const element = () => given("force_element_parameters", parameters);
+    const output = kernel.filled("force_element_output", (to) => module.force_element_evaluate(
+      kernel.tables[contact], element(), given("force_element_input", input), to));
+    const scales = kernel.filled("contact_scales", (to) =>
+      module.force_element_scales(element(), parameters.nominal_load * 1.1, 0.7, to));
+    const rates = kernel.filled("wheelset_rates", (to) => module.wheelset_motion(
+      given("wheelset_parameters", body), input.omega, input.speed, 2e4, 0,
+      given("force_element_output", output), to));
+    return [output, scales, rates].map((struct) => Object.values(struct));
+  });
+}"""
+
+
 @pytest.mark.parametrize("points", [400, pytest.param(2000, marks=pytest.mark.slow)])
 def test_forces_scales_and_rates_are_those_of_python(page: ExplorerPage, points: int) -> None:
     rng = np.random.default_rng(73)
     cases = [random_case(rng) for _ in range(points)]
-    found = page.call(
-        """async (cases) => {
-          const { kernel } = await contactlib.ready;
-          return cases.map(([contact, parameters, input, body]) => {
-            const given = (name, values) => kernel.given(name, values);
-            const output = kernel.filled("force_element_output", (to) =>
-              kernel.module.force_element_evaluate(
-                kernel.tables[contact].address, given("force_element_parameters", parameters),
-                given("force_element_input", input), to));
-            const scales = kernel.filled("contact_scales", (to) =>
-              kernel.module.force_element_scales(given("force_element_parameters", parameters),
-                parameters.nominal_load * 1.1, 0.7, to));
-            const rates = kernel.filled("wheelset_rates", (to) =>
-              kernel.module.wheelset_motion(given("wheelset_parameters", body), input.omega,
-                input.speed, 2e4, 0, given("force_element_output", output), to));
-            return [output, scales, rates].map((struct) => Object.values(struct));
-          });
-        }""",
-        cases,
-    )
+    found = page.call(FORCES, cases)
     tables = {shape: native_table(shape) for shape in SHAPES}
     assert {force[FALLING] for force, _, _ in found} == {0.0, 1.0}
-    for (shape, parameters, given, body), (force, scales, rates) in zip(cases, found, strict=True):
+    for (shape, parameters, given, body), its in zip(cases, found, strict=True):
         element = kernel.NativeForceElement(tables[shape], parameters)
         output = element.evaluate(np.array([tuple(given.values())], kernel.force_input_dtype()))
-        assert bits(force) == bits(output.view(np.float64)), given
-        load = parameters["nominal_load"] * 1.1
-        assert bits(scales) == doubles(kernel.contact_scales(parameters, load, 0.7))
+        scales = kernel.contact_scales(parameters, parameters["nominal_load"] * 1.1, 0.7)
         struct = kernel.ffi.from_buffer("force_element_output *", output)
-        wheelset, place = kernel.NativeWheelset(body), (given["omega"], given["speed"])
-        assert bits(rates) == doubles(wheelset.motion(*place, 2e4, 0.0, struct))
+        place = given["omega"], given["speed"], 2e4, 0.0
+        rates = kernel.NativeWheelset(body).motion(*place, struct)
+        expected = output.view(np.float64), doubles(scales), doubles(rates)
+        assert [*map(bits, its)] == [*map(bits, expected)], given
 
 
 # ---- drivetrain -----------------------------------------------------------------------------
 
-ADVANCE = """async (contact, parameters, drivetrain, input, state, track, torques) => {
+ADVANCE = """async (contact, parameters, drivetrain, input, state, patch, torques) => {
   const { kernel } = await contactlib.ready;
-  const train = kernel.drivetrain();
+  const train = new contactlib.kernel.Drivetrain();
   train.configure(kernel.tables[contact], parameters, drivetrain);
-  train.setTrack(track);
+  train.layPatch(patch);
   Object.assign(train.input, input);
   Object.assign(train.state, state);
   return torques.map((torque, i) => {
@@ -153,25 +147,18 @@ ADVANCE = """async (contact, parameters, drivetrain, input, state, track, torque
 STEPS = 400  # of 1 ms
 RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0}
 SOFT = {"axle_stiffness": 6e6, "axle_damping": 200.0, "drive_share": 0.7, "motor_lag": 0.02}
-LOADS = {"load_left": 1.2e5, "load_right": 1.0e5}
-FRICTION = {"friction_left": 1.0, "friction_right": 1.0, "slope": 1.0}
+GIVEN = {"load_left": 1.2e5, "load_right": 1.0e5, "slope": 1.0}
+GIVEN |= {"friction_left": 1.0, "friction_right": 1.0}
+FREE = {"inverse_mass": 7e-6}
 ELLIPSE = {"load_exponent": 1.0 / 3.0}
 WARM = {**ELLIPSE, "softening_temperature": 600.0, "thermal_effusivity": 13e3, "elliptic": 1.0}
+DECAYING = {**ELLIPSE, "slip_rate_residual": 0.5, "slip_rate_decay": 0.8}
+RESISTED = {**FREE, "constant_resistance": 1.8e3, "quadratic_resistance": 3.1}
 TRAINS: dict[str, tuple[Shape, Numbers, Numbers, Numbers]] = {
     "a rig": ("line", {}, RIGID, {}),
-    "a locomotive's elliptic contact": (
-        "elliptic",
-        {**ELLIPSE, "slip_rate_residual": 0.5, "slip_rate_decay": 0.8},
-        RIGID,
-        {"inverse_mass": 7e-6, "constant_resistance": 1.8e3, "quadratic_resistance": 3.1},
-    ),
-    "a contact that slip warms": ("elliptic", WARM, RIGID, {"inverse_mass": 7e-6}),
-    "a soft axle on relaxing contacts": (
-        "line",
-        {"relaxation_length": 5e-3},
-        SOFT,
-        {"inverse_mass": 7e-6},
-    ),
+    "a locomotive's elliptic contact": ("elliptic", DECAYING, RIGID, RESISTED),
+    "a contact that slip warms": ("elliptic", WARM, RIGID, FREE),
+    "a soft axle on relaxing contacts": ("line", {"relaxation_length": 5e-3}, SOFT, FREE),
 }
 
 
@@ -182,22 +169,20 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
     contact, changes, drivetrain, body_changes = TRAINS[name]
     parameters = {**rig.wheelset.element.parameters, "relaxation_length": 0.0, **changes}
     body = {**rig.wheelset.parameters, **body_changes}
-    given = {**LOADS, **FRICTION}
     state = {"speed": 10.0, "omega_left": 20.1, "omega_right": 20.1, "drive_torque": 2.4e4}
-    rail = (0.0, 1.0, 1.0, 1.4, 1.4), (1.0, 1.0, 0.5, 0.5, 1.0)
+    patch = {"begins": 1.0, "ends": 1.4, "friction": 0.5}
     torques = np.linspace(2.4e4, 2.2e4, STEPS)
-    track = dict(zip(("at", "value"), rail, strict=True))
-    setting = [contact, parameters, {**drivetrain, **body}, given, state, track]
+    setting = [contact, parameters, {**drivetrain, **body}, GIVEN, state, patch]
     found = page.call(ADVANCE, *setting, torques.tolist())
 
-    always = (0.0,), (1.0,)
+    always, rail = ((0.0,), (1.0,)), ((1.0, 1.0, 1.4, 1.4), (1.0, 0.5, 0.5, 1.0))
     member = kernel.NativeMember(
         native_table(contact), parameters, drivetrain, body, (rail, rail, always, always)
     )
     fleet = kernel.NativeFleet([member])
     inputs = np.zeros(1, kernel.drivetrain_dtype("input"))
     states = np.zeros(1, kernel.drivetrain_dtype("state"))
-    for record, values in ((inputs, given), (states, state)):
+    for record, values in ((inputs, GIVEN), (states, state)):
         for field, value in values.items():
             record[field] = value
     substeps, creepages = np.zeros(1), []
@@ -212,15 +197,14 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
 
 
 def test_a_drivetrain_says_what_it_cannot_do(page: ExplorerPage, rig: cl.Model) -> None:
-    said = page.call(
+    """And goes on from a state that it can step from."""
+    said, distance = page.call(
         """async (parameters, drivetrain, input) => {
-          const { kernel } = await contactlib.ready;
-          const said = [], line = kernel.tables.line, train = kernel.drivetrain();
+          const { kernel } = await contactlib.ready, { line } = kernel.tables;
+          const said = [], train = new contactlib.kernel.Drivetrain();
           const attempt = (action) => {
             try { action(); } catch (error) { said.push(error.message); }
           };
-          attempt(() => train.advance(0, 1e-3));
-          attempt(() => train.setTrack({ at: [0, 1], value: [1] }));
           attempt(() => train.configure(line, { ...parameters, radius: undefined }, drivetrain));
           train.configure(line, parameters, drivetrain);
           Object.assign(train.input, input);
@@ -232,17 +216,13 @@ def test_a_drivetrain_says_what_it_cannot_do(page: ExplorerPage, rig: cl.Model) 
         }""",
         {**rig.wheelset.element.parameters, "relaxation_length": 0.0},
         {**RIGID, **rig.wheelset.parameters},
-        {**LOADS, **FRICTION},
+        GIVEN,
     )
     assert said == [
-        [
-            "the drivetrain has not been configured",
-            "the profile has 2 places and 1 values",
-            "radius = undefined is not a number",
-            "the tolerance is not met within the largest number of substeps",
-        ],
-        pytest.approx(0.01),
+        "radius = undefined is not a number",
+        "the tolerance is not met within the largest number of substeps",
     ]
+    assert distance == pytest.approx(0.01)
 
 
 def test_a_damaged_table_is_refused(page: ExplorerPage) -> None:

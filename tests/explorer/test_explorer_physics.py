@@ -82,43 +82,34 @@ def say(
     return page.call(PLACES.replace("SAY", what), given)
 
 
-def test_parameters_are_those_of_python(page: ExplorerPage, places: list[Place]) -> None:
+def test_parameters_and_least_gains_are_those_of_python(
+    page: ExplorerPage, places: list[Place]
+) -> None:
+    zeta = np.geomspace(1e-4, 10.0, 30)
     found = say(
         page,
         places,
-        """(_, { vehicle }, { vehicle: of }) => ({
-          contact: of.forceParameters(vehicle), body: of.wheelsetParameters(vehicle),
-          scale: of.saturationCreepage(vehicle), modulus: of.contactModulus(vehicle) })""",
+        """(plant, { vehicle, speed, friction, zeta }, { stability, vehicle: of }) => ({
+          contact: plant.contact, body: plant.body,
+          scale: plant.saturation, modulus: of.contactModulus(vehicle),
+          slope: zeta.map((z) => plant.at(z, speed, friction).slope),
+          least: zeta.map((z) => stability.creepControlGain(plant, z, speed, friction)) })""",
+        [{"zeta": zeta.tolist()}] * len(places),
     )
     for at, its in zip(places, found, strict=True):
         element = at.wheelset.element
-        expected = {**element.parameters, "relaxation_length": 0.0}
-        assert its["contact"] == pytest.approx(expected, rel=1e-13)
-        assert its["body"] == pytest.approx(at.wheelset.parameters, rel=1e-13)
+        contact = {**element.parameters, "relaxation_length": 0.0}
+        for name, expected in (("contact", contact), ("body", at.wheelset.parameters)):
+            assert {key: its[name][key] for key in expected} == pytest.approx(expected, rel=1e-13)
         assert its["modulus"] == pytest.approx(element.contact.contact_modulus, rel=1e-14)
         zeta0 = saturation_creepage(
             element.contact, element.friction, slope_reduction=element.slope_reduction
         )
         assert its["scale"] == pytest.approx(zeta0, rel=1e-13)
-
-
-def test_least_gains_are_those_of_python(page: ExplorerPage, places: list[Place]) -> None:
-    zeta = np.geomspace(1e-4, 10.0, 30)
-    found = say(
-        page,
-        places,
-        """(plant, { speed, friction, zeta }, { stability }) => zeta.map((z) => {
-          const least = stability.creepControlGain(plant, z, speed, friction);
-          return [plant.at(z, speed, friction).slope, least];
-        })""",
-        [{"zeta": zeta.tolist()}] * len(places),
-    )
-    for at, rows in zip(places, found, strict=True):
-        slope, least = np.array(rows).T
         points = [at.wheelset.balanced(creepage=float(z), **at.inputs) for z in zeta]
-        expected = [creep_control_gain(at.wheelset, point) for point in points]
-        steepest = float(np.abs(slope).max())  # what cancels is of this size
-        assert_allclose(least, expected, rtol=1e-9, atol=1e-12 * steepest)
+        least = [creep_control_gain(at.wheelset, point) for point in points]
+        steepest = float(np.abs(its["slope"]).max())  # what cancels is of this size
+        assert_allclose(its["least"], least, rtol=1e-9, atol=1e-12 * steepest)
 
 
 def test_curves_and_folds_are_those_of_python(
@@ -165,25 +156,23 @@ def gains(page: ExplorerPage, function: str, asked: list[tuple[float, ...]]) -> 
 def test_largest_gain_of_a_sampled_loop(page: ExplorerPage) -> None:
     poles = [-300.0, -30.0, -1e-3, 0.0, 1e-3, 0.5, 7.0, 70.0, 500.0, 3000.0]
     asked = [(p, 2e-4, n, 2e-4) for p in poles for n in (0, 1, 2, 5, 20, 71, 300)]
-    for (p, g, samples, step), highest in zip(
-        asked, gains(page, "largestGain", list(asked)), strict=True
-    ):
-        expected = proportional_window(p, g, delay=samples * step, sample_time=step)
-        assert highest == pytest.approx(expected.highest, rel=1e-7)
+    expected = [
+        proportional_window(p, g, delay=samples * step, sample_time=step).highest
+        for p, g, samples, step in asked
+    ]
+    assert gains(page, "largestGain", [*asked]) == pytest.approx(expected, rel=1e-7)
 
 
 def test_longest_delay_is_the_last_that_leaves_a_gain(page: ExplorerPage) -> None:
-    step, gain = 2e-4, 2e-4
-    asked = [(p, gain, m * p / gain, step) for p in (0.5, 20.0, 65.0, 900.0) for m in (1.0, 1.4)]
-    for (p, g, least, _), longest in zip(
-        asked, gains(page, "longestDelay", list(asked)), strict=True
-    ):
-        highest = [
-            proportional_window(p, g, delay=longest + more * step, sample_time=step).highest
+    step, g = 2e-4, 2e-4
+    asked = [(p, g, m * p / g, step) for p in (0.5, 20.0, 65.0, 900.0) for m in (1.0, 1.4)]
+    for (p, _, least, _), delay in zip(asked, gains(page, "longestDelay", [*asked]), strict=True):
+        last, beyond = (
+            proportional_window(p, g, delay=delay + more * step, sample_time=step).highest
             for more in (0, 1)
-        ]
-        assert highest[0] > least * (1.0 + 1e-12) >= highest[1] * (1.0 - 1e-9)
-        assert longest <= delay_limit(p)
+        )
+        assert last > least * (1.0 + 1e-12) >= beyond * (1.0 - 1e-9)
+        assert delay <= delay_limit(p)
 
 
 # ---- clearing -------------------------------------------------------------------------------
@@ -278,14 +267,12 @@ def test_no_clearing_where_good_friction_does_not_hold(page: ExplorerPage, rig: 
 
 POINTS = 40
 PATCHES = """async (contact, creepages, kHat, points) => {
-  const { ready, patch } = contactlib;
-  await ready;
+  await contactlib.ready;
+  const names = ["eta", "position", "shear_traction", "stick_boundary"];
   return creepages.map((x) => {
-    const { eta, strips } = contact === "line"
-      ? { eta: [0], strips: [patch.linePatch(x, kHat, points)] }
-      : patch.ellipsePatch(x, kHat, 31, points);
-    return [[...eta], ...["position", "shear_traction"].map((name) =>
-      strips.map((strip) => [...strip[name]])), strips.map((strip) => strip.stick_boundary)];
+    const strips = contactlib.patch.stripsOf(contact, x, kHat, 31, points);
+    return names.map((name) => strips.map(({ [name]: found }) =>
+      typeof found === "number" ? found : [...found]));
   });
 }"""
 
@@ -323,21 +310,14 @@ def test_traction_and_stick_are_the_law_s(page: ExplorerPage, contact: Any, k_ha
 @pytest.mark.parametrize(
     ("expression", "message"),
     [
+        ("plant.force(0.01, 0.05)", "speed = 0.05 is out of range: must be finite and >= 0.1"),
+        ("plant.force(0.01, NaN)", "speed = NaN is out of range: must be finite and >= 0.1"),
         (
-            "(plant) => plant.force(0.01, 0.05)",
-            "speed = 0.05 is out of range: must be finite and >= 0.1",
-        ),
-        (
-            "(plant) => plant.force(0.01, NaN)",
-            "speed = NaN is out of range: must be finite and >= 0.1",
-        ),
-        (
-            "(_, at, { plant: { Plant } }) => new Plant(at.vehicle, 0)",
+            "new Plant(at.vehicle, 0)",
             "normalLoad = 0 is out of range: must be finite and > 0",
         ),
         (
-            "(_, at, { vehicle: { weakeningLength } }) =>"
-            " weakeningLength({ ...at.vehicle, k_hat: 0.5, kinetic_friction: 0.45 })",
+            "new Plant({ ...at.vehicle, k_hat: 0.5, kinetic_friction: 0.45 }, 1)",
             "k_hat = 0.5 needs static_friction = 0.45 above kinetic_friction = 0.45",
         ),
     ],
@@ -345,4 +325,5 @@ def test_traction_and_stick_are_the_law_s(page: ExplorerPage, contact: Any, k_ha
 def test_bad_input_is_named(
     page: ExplorerPage, rig: cl.Model, expression: str, message: str
 ) -> None:
-    assert say(page, [Place(rig.wheelset)], expression) == [message]
+    call = f"(plant, at, {{ plant: {{ Plant }} }}) => {expression}"
+    assert say(page, [Place(rig.wheelset)], call) == [message]

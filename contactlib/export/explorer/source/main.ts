@@ -1,10 +1,10 @@
 /* Starts the explorer with what the build put into the page, and shows its parts to scripts. */
 
-import { startKernel } from "./kernel/kernel";
+import * as kernelModule from "./kernel/kernel";
 
 /** Start the kernel, and then the parts that call it. */
 async function start(): Promise<object> {
-  const kernel = await startKernel();
+  const kernel = await kernelModule.startKernel();
   const [declared, modelFile, settings, limits, clearing, patch, plant, recorder, run, stability,
     vehicle, { begin }] = await Promise.all([
     import("./files/declared"), import("./files/model_file"), import("./files/settings"),
@@ -13,7 +13,9 @@ async function start(): Promise<object> {
     import("./physics/stability"), import("./physics/vehicle"), import("./page/begin"),
   ]);
   const files = { ...declared, ...limits, ...modelFile, ...settings };
-  Object.assign(contactlib, { clearing, files, patch, plant, recorder, run, stability, vehicle });
+  Object.assign(contactlib, {
+    clearing, files, kernel: kernelModule, patch, plant, recorder, run, stability, vehicle,
+  });
   return { kernel, app: begin() };
 }
 
