@@ -30,22 +30,17 @@ MODELS = {
 RIG: dict[str, Any] = tomllib.loads(MODELS["roller_rig"])
 ANSWER = """(name, calls) => calls.map((given) => {
   try {
-    return { value: contactlib.files[name](...given) };
+    return [contactlib.files[name](...given), null];
   } catch (error) {
-    return { error: `${error.name}: ${error.message}` };
+    return [null, `${error.name}: ${error.message}`];
   }
 })"""
 
 
-def answers(page: ExplorerPage, name: str, calls: list[tuple[Any, ...]]) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = page.call(ANSWER, name, [list(given) for given in calls])
-    return found
-
-
 def ask_all(page: ExplorerPage, name: str, calls: list[tuple[Any, ...]]) -> list[Any]:
-    found = answers(page, name, calls)
-    assert not [each["error"] for each in found if "error" in each]
-    return [each.get("value") for each in found]
+    found = page.call(ANSWER, name, [list(given) for given in calls])
+    assert not [error for _, error in found if error is not None]
+    return [value for value, _ in found]
 
 
 def ask(page: ExplorerPage, name: str, *given: object) -> Any:
@@ -56,23 +51,12 @@ def presets_of(page: ExplorerPage) -> Any:
     return page.call("() => contactlib.files.PRESETS")
 
 
-def refusals(page: ExplorerPage, texts: list[str]) -> list[str | None]:
+def refusals(page: ExplorerPage, *texts: str) -> list[str | None]:
     """The lines with which the page refuses model files; None for one that it takes."""
-    found: list[str | None] = []
-    for each in answers(page, "readModel", [(text,) for text in texts]):
-        if "error" not in each:
-            found.append(None)
-            continue
-        kind, _, line = each["error"].partition(": ")
-        assert kind == "ModelError", each
-        assert line
-        assert "\n" not in line
-        found.append(line)
-    return found
-
-
-def refusal(page: ExplorerPage, text: str) -> str | None:
-    return refusals(page, [text])[0]
+    errors = [error for _, error in page.call(ANSWER, "readModel", [[text] for text in texts])]
+    for error in errors:
+        assert error is None or re.fullmatch(r"ModelError: .+", error), error
+    return [error and error.removeprefix("ModelError: ") for error in errors]
 
 
 def pick(rng: np.random.Generator, options: Sequence[Any]) -> Any:
@@ -88,26 +72,24 @@ def toml(data: Any) -> str:
     return "\n".join(heads).replace("Infinity", "inf").replace("NaN", "nan") + "\n"
 
 
+SHAPES = {
+    f"{shape}_{axis}": {f"{shape}_{other}": size}
+    for shape, size in (("radius", 0.5), ("semi_axis", 5e-3))
+    for axis, other in ("xy", "yx")
+}
+
+
 def changed(where: str, value: object) -> dict[str, Any]:
     """The roller rig's file with one key changed, or with it left out if the value is None."""
     data = copy.deepcopy(RIG)
     section, key = where.split(".")
-    shapes = {
-        "radius_x": {"radius_y": 0.5},
-        "radius_y": {"radius_x": 0.5},
-        "semi_axis_x": {"semi_axis_y": 5e-3},
-        "semi_axis_y": {"semi_axis_x": 5e-3},
-    }
     others = {"weakening_length": "k_hat", "slope_reduction": "saturation_creepage"}
-    if section == "contact" and key in shapes:
+    if key in SHAPES:
         del data["contact"]["semi_width"], data["contact"]["radius"]
-        data["contact"].update(shapes[key])
-    if key in ("rotor_inertia", "gear_ratio"):
-        data["wheelset"].update(rotor_inertia=7.5, gear_ratio=4.0)
+        data["contact"].update(SHAPES[key])
     data[section].pop(others.get(key), None)
-    if value is None:
-        data[section].pop(key, None)
-    else:
+    data[section].pop(key, None)
+    if value is not None:
         data[section][key] = value
     return data
 
@@ -237,19 +219,8 @@ KEYS: dict[str, tuple[str, list[float]]] = {
 
 
 # Units in other spellings: right for some keys, and refused for the others.
-SPELT = [
-    "2kNm",
-    "2 kN * m",
-    "2 kN m",
-    "3 \u00b5m",
-    "3um",
-    "50 cm",
-    "80kph",
-    "9 km / h",
-    "1.5%",
-    "-",
-]
-SPELT += ["1,5 m", "m 1", "1 m m", "2 t", "2 tonnes", "7 sec", "1e3 N", "1e 3", ".5 s", "5. s"]
+SPELT = "2kNm|2 kN * m|2 kN m|3 \u00b5m|3um|50 cm|80kph|9 km / h|1.5%|-|1,5 m|m 1|1 m m|2 t"
+SPELT += "|2 tonnes|7 sec|1e3 N|1e 3|.5 s|5. s"
 
 
 def cases_of(where: str) -> Iterator[tuple[object, str]]:
@@ -258,14 +229,14 @@ def cases_of(where: str) -> Iterator[tuple[object, str]]:
     before = RIG[section].get(key)
     unit, bounds = KEYS[where]
     edges = [bound + way for bound in bounds for way in (0.0, 1e-9, -1e-9)]
-    for value in (*ANY_NUMBER, *edges, *NO_NUMBER, *SPELT, f"1 {unit}", f"1_0  {unit}"):
+    for value in (*ANY_NUMBER, *edges, *NO_NUMBER, *SPELT.split("|"), f"1 {unit}", f"1_0  {unit}"):
         listed = isinstance(before, list) and value is not None
         yield value, toml(changed(where, [value] * len(before) if listed else value))
 
 
 def test_a_value_is_refused_where_python_refuses_it(page: ExplorerPage, tmp_path: Path) -> None:
     cases = [(where, *case) for where in KEYS for case in cases_of(where)]
-    lines = refusals(page, [text for _, _, text in cases])
+    lines = refusals(page, *(text for _, _, text in cases))
     ranges = 0
     for (where, value, text), line in zip(cases, lines, strict=True):
         python = loaded(tmp_path / "model.toml", text)
@@ -283,42 +254,40 @@ def test_a_value_is_refused_where_python_refuses_it(page: ExplorerPage, tmp_path
     assert 40 < lines.count(None) < len(lines) - 40
 
 
+# Texts that Python refuses too, and a part of the page's line.
+WRONG: dict[str, tuple[str, str]] = {
+    "no TOML": ("name = ", "line 1"),
+    "unknown key": (toml(changed("wheelset.inertai", 1.0)), "wheelset.inertai"),
+    "unknown section": (MODELS["roller_rig"] + "[brakes]\n", "brakes"),
+    "no section": (toml({**RIG, "contact": 1.0}), "contact = 1"),
+    "missing section": (toml({k: v for k, v in RIG.items() if k != "contact"}), "contact is"),
+    "name": (toml({**RIG, "name": 5}), "name = 5"),
+    "sections": ("[[contact]]\n" + MODELS["roller_rig"], ""),
+    "two shapes": (toml(changed("contact.radius_x", None)), "radius_x and radius_y"),
+    "friction rises": (
+        toml(changed("friction.static", 0.2)),
+        "friction: static = 0.2, kinetic = 0.21",
+    ),
+    "both": (
+        toml({**RIG, "friction": {**RIG["friction"], "weakening_length": 1e-6}}),
+        "weakening_length and k_hat",
+    ),
+    "k_hat": (toml(changed("friction.weakening_length", 1.0)), "k_hat"),
+    "clean": (toml(changed("wheelset.saturation_creepage", 1e-3)), "saturation_creepage"),
+    "half a rotor": (toml(changed("wheelset.gear_ratio", 4.0)), "given is gear_ratio"),
+    "lengths": (toml(changed("torque_control.time", [0.0])), "torque_control.time"),
+    "falls": (toml(changed("creep_control.time", [0.0, 1.0, 0.5, 2.0])), "creep_control.time"),
+    "thrice": (toml(changed("creep_control.time", [0.0, 1.0, 1.0, 1.0])), "creep_control.time"),
+    "order": (toml(changed("creep_control.torque_min", 35e3)), "creep_control.torque_min"),
+    "law": (MODELS["roller_rig"] + '[law]\nkind = "polach"\n', "law.kind"),
+    "law's key": (MODELS["roller_rig"] + '[law]\nfile = "x.csv"\n', "law.file"),
+    "prototype": (MODELS["roller_rig"] + "[__proto__]\nx = 1\n", "__proto__"),
+}
+
+
 def test_other_mistakes_are_pythons(page: ExplorerPage, tmp_path: Path) -> None:
-    wrong: dict[str, tuple[str, str]] = {
-        "no TOML": ("name = ", "line 1"),
-        "unknown key": (toml(changed("wheelset.inertai", 1.0)), "wheelset.inertai"),
-        "unknown section": (MODELS["roller_rig"] + "[brakes]\n", "brakes"),
-        "no section": (toml({**RIG, "contact": 1.0}), "contact = 1"),
-        "missing section": (toml({k: v for k, v in RIG.items() if k != "contact"}), "contact is"),
-        "name": (toml({**RIG, "name": 5}), "name = 5"),
-        "sections": ("[[contact]]\n" + MODELS["roller_rig"], ""),
-        "two shapes": (toml(changed("contact.radius_x", None)), "radius_x and radius_y"),
-        "friction rises": (
-            toml(changed("friction.static", 0.2)),
-            "friction: static = 0.2, kinetic = 0.21",
-        ),
-        "both": (
-            toml({**RIG, "friction": {**RIG["friction"], "weakening_length": 1e-6}}),
-            "weakening_length and k_hat",
-        ),
-        "k_hat": (toml(changed("friction.weakening_length", 1.0)), "k_hat"),
-        "clean": (toml(changed("wheelset.saturation_creepage", 1e-3)), "saturation_creepage"),
-        "lengths": (toml(changed("torque_control.time", [0.0])), "torque_control.time"),
-        "falls": (
-            toml(changed("creep_control.time", [0.0, 1.0, 0.5, 2.0])),
-            "creep_control.time",
-        ),
-        "thrice": (
-            toml(changed("creep_control.time", [0.0, 1.0, 1.0, 1.0])),
-            "creep_control.time",
-        ),
-        "order": (toml(changed("creep_control.torque_min", 35e3)), "creep_control.torque_min"),
-        "law": (MODELS["roller_rig"] + '[law]\nkind = "polach"\n', "law.kind"),
-        "law's key": (MODELS["roller_rig"] + '[law]\nfile = "x.csv"\n', "law.file"),
-        "prototype": (MODELS["roller_rig"] + "[__proto__]\nx = 1\n", "__proto__"),
-    }
-    for what, (text, part) in wrong.items():
-        line = refusal(page, text)
+    lines = refusals(page, *(text for text, _ in WRONG.values()))
+    for (what, (text, part)), line in zip(WRONG.items(), lines, strict=True):
         assert line is not None, what
         assert part in line, (what, line)
         assert isinstance(loaded(tmp_path / "model.toml", text), str), what
@@ -326,15 +295,13 @@ def test_other_mistakes_are_pythons(page: ExplorerPage, tmp_path: Path) -> None:
 
 def test_other_files_are_named(page: ExplorerPage) -> None:
     models = package_folder("models")
-    for name, command in {
-        "dry_wet_dry": "simulate",
-        "wet_patch_sweep": "sweep",
-        "uncertain_wheelset_sweep": "sweep",
-    }.items():
-        line = refusal(page, (models / f"{name}.toml").read_text(encoding="utf-8"))
+    names = ("dry_wet_dry", "wet_patch_sweep", "uncertain_wheelset_sweep")
+    texts = [(models / f"{name}.toml").read_text(encoding="utf-8") for name in names]
+    *lines, long = refusals(page, *texts, "#" * 1_000_001)
+    for line, command in zip(lines, ("simulate", "sweep", "sweep"), strict=True):
         assert line is not None
         assert f"'contactlib {command}'" in line
-    assert refusal(page, "#" * 1_000_001) == "the file has 1000001 characters: must be <= 1000000"
+    assert long == "the file has 1000001 characters: must be <= 1000000"
 
 
 def test_contact_of_no_size_is_refused(page: ExplorerPage) -> None:
@@ -345,7 +312,7 @@ def test_contact_of_no_size_is_refused(page: ExplorerPage) -> None:
         {"radius_x": 1e-300, "radius_y": 1e300},
     ):
         contact = {**elastic, **shape, "youngs_modulus": 210e9}
-        line = refusal(page, toml({**RIG, "contact": contact}))
+        (line,) = refusals(page, toml({**RIG, "contact": contact}))
         assert line is not None
         assert line.startswith(("contact.", "wheelset.saturation_creepage = "))
 
@@ -366,7 +333,7 @@ def test_no_text_gives_anything_but_a_model_or_a_line(page: ExplorerPage, tmp_pa
         soup = "".join(pick(rng, alphabet) for _ in range(rng.integers(60)))
         end = at + pick(rng, [0, 1, 10])
         mutants += [soup, text[:at] + pick(rng, [soup[:3], ""]) + text[end:]]
-    lines = refusals(page, mutants)
+    lines = refusals(page, *mutants)
     for mutant, line in zip(mutants, lines, strict=True):
         if line is None and not re.search(r"\\[ex]", mutant):  # escapes that TOML 1.1 has added
             # Then it is one for Python too.
@@ -416,45 +383,45 @@ def test_address_is_short_and_readable(page: ExplorerPage) -> None:
     settings = presets_of(page)["roller_rig"]
     settings["vehicle"]["k_hat"] = 0.5
     settings["control"].update(mode="creep", delay=0.012)
-    assert (
-        ask(page, "toAddress", settings) == "#vehicle=roller_rig&k_hat=0.5&mode=creep&delay=0.012"
+    address = ask(page, "toAddress", settings)
+    assert address == "#vehicle=roller_rig&k_hat=0.5&mode=creep&delay=0.012"
+
+
+# Addresses that cannot be used, and parts of the one line that says why.
+UNUSABLE = {
+    "#vehicle=tram": ["vehicle", "tram", "roller_rig, locomotive"],
+    "#k_hat=three": ["k_hat", "three", "not a number"],
+    "#k_hat=": ["k_hat", "not a number"],
+    "#speed=1e999": ["speed", "Infinity", "> 0"],
+    "#k_hat=2.5": ["k_hat", "2.5", "<= 2"],
+    "#speed=0.05": ["speed = 0.05", "minimum_speed"],
+    "#delay=1": ["delay", "<= 0.5"],
+    "#peak_pressure=1e-300": ["peak_pressure = 1e-300", ">= 1000000"],
+    "#mass=1e-300": ["mass = 1e-300", ">= 1"],
+    "#mode=rocket": ["mode", "rocket", "torque, creep"],
+    "#mass=some": ["mass", "some", "not a number"],
+    "#static_friction=0.1": ["static_friction = 0.1", "kinetic_friction"],
+    "#static_friction=0.21": ["k_hat = 0.3", "static_friction = 0.21"],
+    "#__proto__=1": ["__proto__", "not a known key"],
+    "#constructor=1": ["constructor", "not a known key"],
+    "#k_hat=0.3&k_hat=0.4": ["k_hat", "twice"],
+    "#k_hat=%": ["k_hat", "%"],
+    "#=1": ['"" is not a known key'],
+    "#<img src=x onerror=alert(1)>": ["img"],
+    "#k_hat=0.3" + "0" * 4000: ["characters", "4000"],
+}
+
+
+def test_address_that_cannot_be_used_is_told_of(page: ExplorerPage) -> None:
+    rig, found = (
+        presets_of(page)["roller_rig"],
+        ask_all(page, "fromAddress", [(address,) for address in UNUSABLE]),
     )
-
-
-@pytest.mark.parametrize(
-    ("address", "told"),
-    [
-        ("#vehicle=tram", ["vehicle", "tram", "roller_rig, locomotive"]),
-        ("#k_hat=three", ["k_hat", "three", "not a number"]),
-        ("#k_hat=", ["k_hat", "not a number"]),
-        ("#speed=1e999", ["speed", "Infinity", "> 0"]),
-        ("#k_hat=2.5", ["k_hat", "2.5", "<= 2"]),
-        ("#speed=0.05", ["speed = 0.05", "minimum_speed"]),
-        ("#delay=1", ["delay", "<= 0.5"]),
-        ("#peak_pressure=1e-300", ["peak_pressure = 1e-300", ">= 1000000"]),
-        ("#mass=1e-300", ["mass = 1e-300", ">= 1"]),
-        ("#mode=rocket", ["mode", "rocket", "torque, creep"]),
-        ("#mass=some", ["mass", "some", "not a number"]),
-        ("#static_friction=0.1", ["static_friction = 0.1", "kinetic_friction"]),
-        ("#static_friction=0.21", ["k_hat = 0.3", "static_friction = 0.21"]),
-        ("#__proto__=1", ["__proto__", "not a known key"]),
-        ("#constructor=1", ["constructor", "not a known key"]),
-        ("#k_hat=0.3&k_hat=0.4", ["k_hat", "twice"]),
-        ("#k_hat=%", ["k_hat", "%"]),
-        ("#=1", ['"" is not a known key']),
-        ("#<img src=x onerror=alert(1)>", ["img"]),
-        ("#k_hat=0.3" + "0" * 4000, ["characters", "4000"]),
-    ],
-)
-def test_address_that_cannot_be_used_is_told_of(
-    page: ExplorerPage, address: str, told: list[str]
-) -> None:
-    found = ask(page, "fromAddress", address)
-    assert found["settings"] == presets_of(page)["roller_rig"]
-    (problem,) = found["problems"]
-    assert "\n" not in problem
-    for part in told:
-        assert part in problem, problem
+    for (address, told), its in zip(UNUSABLE.items(), found, strict=True):
+        assert its["settings"] == rig, address
+        (problem,) = its["problems"]
+        assert "\n" not in problem
+        assert all(part in problem for part in told), problem
 
 
 def test_a_problem_leaves_the_rest_of_an_address(page: ExplorerPage) -> None:
