@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -33,6 +34,7 @@ CURVES = (
     "creepage a faster wheel slips more metres per second, but its surfaces are together for a "
     "shorter time: temperature grows like the root of the speed. Dashed: without heat."
 )
+TORQUE = "critical torque  [kN m]"
 OVER_SPEED = (
     "What a constant torque meets at each speed: above the critical torque the wheel runs away, "
     "and a deviation on the steepest fall grows e-fold in the time constant. At 5 % below the "
@@ -70,14 +72,12 @@ def hot_strips(contact: HotContact, creepages: Sequence[float], *, speed: float)
             look = {"color": color, "lw": width, "label": f"creepage {percent(abs(creepage))}"}
             left.plot(strip.position, 1e-6 * np.abs(strip.shear_traction), **look)
             right.plot(strip.position, strip.temperature, **look)
-        left.set_ylabel("shear traction  [MPa]")
-        right.set_ylabel("temperature above ambient  [K]")
-        for axes in (left, right):
-            axes.set_xlim(-1.0, 1.0)
-            axes.set_ylim(bottom=0.0)
-            axes.set_xlabel("position $x/a$  [1], leading edge at 1")
-        right.set_ylim(top=1.3 * right.get_ylim()[1])  # room for the legend
-        right.legend(loc="upper right")
+        place, limits = "position $x/a$  [1], leading edge at 1", (-1.0, 1.0)
+        labelled(left, place, "shear traction  [MPa]", xlim=limits, ylim=(0.0, None))
+        top = 1.3 * right.get_ylim()[1]  # room for the legend
+        legend, height = {"loc": "upper right"}, (0.0, top)
+        temperature = "temperature above ambient  [K]"
+        labelled(right, place, temperature, xlim=limits, ylim=height, legend=legend)
         add_caption(figure, ALONG.format(speed=speed))
     return figure
 
@@ -113,29 +113,18 @@ def hot_curves(
     with styled():
         figure, axes = new_figure(7.8, 4.8)
         if data is not None:
-            axes.plot(
-                data.creepage,
-                data.traction_coefficient,
-                "o",
-                color=paint.mixed(71),
-                ms=3.0,
-                label="measured",
-            )
+            points: dict[str, Any] = {"color": paint.mixed(71), "ms": 3.0, "label": "measured"}
+            axes.plot(data.creepage, data.traction_coefficient, "o", **points)
         cold = contact.traction_coefficient(zeta, 1e-9)  # nothing is warmed
         axes.plot(zeta, cold, color=paint.grey, lw=1.0, ls=DASHED)
         for i, speed in enumerate(values):
             share = i / max(len(values) - 1, 1)
-            axes.plot(
-                zeta,
-                contact.traction_coefficient(zeta, speed),
-                color=(paint.blue, paint.orange, paint.green)[i % 3],
-                lw=0.9 + 1.8 * share,
-                label=f"{speed:g} m/s",
-            )
-        axes.set_xlim(0.0, far)
-        axes.set_ylim(bottom=0.0)
-        labelled(axes, "creepage", "traction coefficient")
-        axes.legend(loc="lower right", ncols=2)
+            mu, look = contact.traction_coefficient(zeta, speed), {"lw": 0.9 + 1.8 * share}
+            color = (paint.blue, paint.orange, paint.green)[i % 3]
+            axes.plot(zeta, mu, color=color, label=f"{speed:g} m/s", **look)
+        limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (0.0, None)}
+        legend = {"loc": "lower right", "ncols": 2}
+        labelled(axes, "creepage", "traction coefficient", legend=legend, **limits)
         add_caption(figure, CURVES)
     return figure
 
@@ -173,16 +162,11 @@ def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[flo
             look = {"color": color, "lw": width, "label": name}
             for place, rows in zip(axes, (folds, growth, times), strict=True):
                 place.plot(values, (1e-3 if place is axes[0] else 1e3) * np.array(rows), **look)
-        axes[0].set_ylabel("critical torque  [kN m]")
-        axes[1].set_ylabel("time constant of the run-away  [ms]")
-        axes[2].set_ylabel("clearing time  [ms]")
-        for place in axes:
-            place.set_xlabel(r"speed $V$  [m/s]")
-            place.set_xlim(0.0, values[-1])
-        for place in axes[1:]:
-            place.set_ylim(bottom=0.0)
         low, high = axes[0].get_ylim()
-        axes[0].set_ylim(low - 0.5 * (high - low), high)  # room for the legend
+        limits = ((low - 0.5 * (high - low), high), (0.0, None), (0.0, None))  # legend below
+        names = "time constant of the run-away  [ms]", "clearing time  [ms]"
+        for place, name, ylim in zip(axes, (TORQUE, *names), limits, strict=True):
+            labelled(place, "speed", name, xlim=(0.0, values[-1]), ylim=ylim)
         axes[0].legend(loc="lower left")
         add_caption(figure, OVER_SPEED)
     return figure

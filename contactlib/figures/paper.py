@@ -32,14 +32,15 @@ from contactlib.figures.style import (
     mark,
     new_figure,
     paint,
-    percent_axis,
     styled,
 )
 
 # The paper's parameters; it does not give static friction, which is chosen.
 K_HAT, KINETIC, SATURATION = 0.3, 0.21, 0.015
 STATIC = 0.45
+MEASURED = "Engel, Beck & Alders 1998, 10 m/s"
 CARTER, GRIFFITH, COHESIVE = "Carter", "Carter-Griffith", "cohesive zone"
+COHESIVE_LAW = CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC)
 
 CAPTIONS = {
     1: "Shear traction over the contact, with the stick boundary at c/a = -0.5. If friction "
@@ -102,13 +103,7 @@ def figure_1() -> Figure:
     xi = np.unique(np.concatenate([np.linspace(-1.0, 1.0, 801), near]))
     laws = (
         (CarterGriffith(k_hat=K_HAT), GRIFFITH, paint.orange, "-", 2.0),
-        (
-            CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC),
-            COHESIVE,
-            paint.blue,
-            "-",
-            1.1,
-        ),
+        (COHESIVE_LAW, COHESIVE, paint.blue, "-", 1.1),
         (CarterGriffith(k_hat=0.0), CARTER, paint.ink, DASHED, 1.6),
     )
     with styled():
@@ -117,8 +112,7 @@ def figure_1() -> Figure:
             traction = law.shear_traction(xi, creepage_of(law, c))
             axes.plot(xi, traction, color=color, ls=style, lw=width, label=_named(name, law))
         axes.axvline(c, color=paint.grey, lw=0.8, ls=DOTTED)
-        axes.set_xlim(-1.05, 1.05)
-        axes.set_ylim(0.0, 2.4)
+        axes.set(xlim=(-1.05, 1.05), ylim=(0.0, 2.4))
         for text, x in (("slip", -0.75), ("stick", 0.25)):
             axes.text(x, 0.08, text, ha="center", color=paint.grey)
         axes.annotate(
@@ -129,10 +123,8 @@ def figure_1() -> Figure:
             color=paint.grey,
             arrowprops={"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3},
         )
-        place, traction_label = (
-            r"position $\xi/a$  [1], leading edge at 1",
-            r"shear traction $q(\xi)/(f_d\,p_0)$  [1]",
-        )
+        place = r"position $\xi/a$  [1], leading edge at 1"
+        traction_label = r"shear traction $q(\xi)/(f_d\,p_0)$  [1]"
         _finish(axes, 1, place, traction_label, legend="upper right")
     return figure
 
@@ -230,22 +222,11 @@ def figure_6() -> Figure:
     def of(law: CarterGriffith | CohesiveZone) -> FloatArray:
         return np.asarray(KINETIC * law.traction_ratio(zeta / SATURATION))
 
+    fitted = polach.traction_coefficient(zeta, 10.0)
     curves = (
-        (
-            "Polach, fitted to the points",
-            polach.traction_coefficient(zeta, 10.0),
-            paint.green,
-            "-",
-            2.0,
-        ),
+        ("Polach, fitted to the points", fitted, paint.green, "-", 2.0),
         (GRIFFITH, of(griffith), paint.orange, "-", 2.0),
-        (
-            COHESIVE,
-            of(CohesiveZone(k_hat=K_HAT, static_to_kinetic=STATIC / KINETIC)),
-            paint.blue,
-            DASHED,
-            1.6,
-        ),
+        (COHESIVE, of(COHESIVE_LAW), paint.blue, DASHED, 1.6),
         (CARTER, of(CarterGriffith(k_hat=0.0)), paint.ink, DASHED, 1.2),
         ("Coulomb", np.full(zeta.shape, KINETIC), paint.ink, DOTTED, 1.2),
     )
@@ -254,23 +235,13 @@ def figure_6() -> Figure:
         for axes, shown, title in zip(
             grid, (0.05, far), ("Small creepages", "All creepages"), strict=True
         ):
-            axes.plot(
-                data.creepage,
-                data.traction_coefficient,
-                "o",
-                color=paint.mixed(71),
-                ms=3.5,
-                label="Engel, Beck & Alders 1998, 10 m/s",
-            )
+            points: dict[str, Any] = {"color": paint.mixed(71), "ms": 3.5, "label": MEASURED}
+            axes.plot(data.creepage, data.traction_coefficient, "o", **points)
             for name, mu, color, style, width in curves:
                 axes.plot(zeta, mu, color=color, ls=style, lw=width, label=name)
-            axes.set_xlim(0.0, shown)
-            axes.set_title(title, loc="left")
-            percent_axis(axes.xaxis)
+            labelled(axes, "creepage", "", title, xlim=(0.0, shown))
             axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-            axes.set_xlabel(r"creepage $\zeta$  [%]")
-        grid[0].set_ylim(0.0, 0.36)
-        grid[0].set_ylabel(r"traction coefficient $Q/P$  [1]")
+        labelled(grid[0], y="traction coefficient", ylim=(0.0, 0.36))
         grid[1].legend(loc="lower right")
         add_caption(figure, CAPTIONS[6])
     return figure
@@ -278,8 +249,7 @@ def figure_6() -> Figure:
 
 def _finish(axes: Axes, number: int, x: str, y: str, *, legend: Any) -> None:
     """Label the axes, and set legend and caption of a figure."""
-    labelled(axes, x, y)
-    axes.legend(loc=legend)
+    labelled(axes, x, y, legend={"loc": legend})
     add_caption(axes.figure, CAPTIONS[number])  # type: ignore[arg-type]
 
 

@@ -90,7 +90,7 @@ def contact_patch(
     with styled({"hatch.linewidth": 0.5}):
         figure, axes = new_figure(4.6, 5.6)
         _draw(figure, [axes], law, [normalized_creepage], axes_ratio, clip)
-        axes.set_title(_creepage(normalized_creepage), loc="left")
+        axes.set_title(_creepage(normalized_creepage))
     return figure
 
 
@@ -106,7 +106,7 @@ def contact_patches(law: Law, *, axes_ratio: float = 2.0, clip: float = 2.2) -> 
         figure, grid = new_figure(9.6, 5.9, ncols=3, sharey=True)
         _draw(figure, grid, law, creepages, axes_ratio, clip)
         for axes, heading, x in zip(grid, headings.values(), creepages, strict=True):
-            axes.set_title(f"{heading}: {_creepage(x)}", loc="left")
+            axes.set_title(f"{heading}: {_creepage(x)}")
         add_caption(figure, CAPTION)
     return figure
 
@@ -159,9 +159,7 @@ def _draw_patch(axes: Axes, patch: Patch, axes_ratio: float, largest: float) -> 
     axes.plot(edge, across, color="white", lw=1.6, label="stick boundary")
     rim = np.append(trail, lead[::-1]), np.append(across, across[::-1])
     axes.plot(*rim, color=paint.ink, lw=1.2)
-    axes.set_aspect("equal")
-    axes.set_xlim(-1.4, 1.4)
-    axes.set_ylim(-1.35 * axes_ratio, 1.2 * axes_ratio)
+    axes.set(aspect="equal", xlim=(-1.4, 1.4), ylim=(-1.35 * axes_ratio, 1.2 * axes_ratio))
     axes.grid(visible=False)
     at = int(np.searchsorted(across, 0.4 * axes_ratio))
     for text, x, place in (
@@ -169,24 +167,11 @@ def _draw_patch(axes: Axes, patch: Patch, axes_ratio: float, largest: float) -> 
         ("stick", 0.5 * (edge[at] + lead[at]), 0.85),
     ):
         if np.isfinite(x):
-            _name(axes, text, (x, across[at]), (place, 0.95 * axes_ratio))
+            line = {"arrowstyle": "-", "color": paint.ink, "shrinkB": 0.0}
+            label = place, 0.95 * axes_ratio
+            axes.annotate(text, (x, across[at]), label, textcoords="data", arrowprops=line)
     axes.text(1.08, 0.0, "leading edge", rotation=-90, va="center")
-    axes.annotate(
-        "rolling",
-        (0.9, -1.2 * axes_ratio),
-        xytext=(-0.9, -1.2 * axes_ratio),
-        va="center",
-        color=paint.grey,
-        arrowprops={"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3},
-    )
+    tail, tip = ((x, -1.2 * axes_ratio) for x in (-0.9, 0.9))
+    look = {"arrowstyle": "-|>", "color": paint.grey, "lw": 1.3}
+    axes.annotate("rolling", tip, tail, va="center", color=paint.grey, arrowprops=look)
     return colours
-
-
-def _name(axes: Axes, text: str, point: tuple[float, float], place: tuple[float, float]) -> None:
-    axes.annotate(
-        text,
-        point,
-        xytext=place,
-        textcoords="data",
-        arrowprops={"arrowstyle": "-", "color": paint.ink, "shrinkB": 0.0},
-    )

@@ -14,7 +14,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
@@ -31,8 +30,6 @@ from contactlib.figures.style import (
     note,
     paint,
     percent,
-    percent_axis,
-    plain_log,
     styled,
 )
 from contactlib.runs.result import Result
@@ -71,10 +68,9 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
                 if text == "fold":
                     text += f": {height:.3g} at {percent(creepage)}"
                 mark(axes, creepage, height, text, (0, 9), ha="center")
-        axes.set_xlim(0.0, far)
-        axes.set_ylim(0.0, 1.12 * top)
-        labelled(axes, "creepage", "traction coefficient", f"{title}, $V$ = {speed:.3g} m/s")
-        axes.legend()
+        limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (0.0, 1.12 * top), "legend": {}}
+        title += f", $V$ = {speed:.3g} m/s"
+        labelled(axes, "creepage", "traction coefficient", title, **limits)
     return figure
 
 
@@ -87,14 +83,8 @@ def _beside_carter(axes: Axes, element: ForceElement, zeta: FloatArray, speed: f
     carter = coulomb.at_creepage(zeta, speed=speed)["traction_coefficient"]
     axes.plot(zeta, carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)")
     axes.plot(zeta, kinetic, color=paint.grey, lw=0.8, ls=":")
-    note(
-        axes,
-        f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}",
-        (zeta[-1], kinetic[-1]),
-        (0, -13),
-        ha="right",
-        color=paint.grey,
-    )
+    text, look = f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}", {"color": paint.grey}
+    note(axes, text, (zeta[-1], kinetic[-1]), (0, -13), ha="right", **look)
 
 
 def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figure:
@@ -120,28 +110,15 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
                     axes.axvline(event.time, color=paint.ink, lw=1.0, ls=":")
                     if row == 0:
                         late = 2.0 * event.time > run.time[0] + run.time[-1]
-                        note(
-                            axes,
-                            "passes the peak",
-                            (event.time, 0.04),
-                            (-5 if late else 5, 0),
-                            xycoords=("data", "axes fraction"),
-                            ha="right" if late else "left",
-                        )
-            grid[0, column].set_title(heading, loc="left")
-            grid[2, column].set_xlabel("time  [s]")
-            grid[2, column].set_xlim(run.time[0], run.time[-1])
-        grid[1, 0].set_yscale("log")
-        plain_log(grid[1, 0].yaxis, 1.0)
-        grid[1, 1].plot(
-            creep_run.time,
-            100.0 * creep_run["reference"],
-            color=paint.ink,
-            lw=0.9,
-            label="reference",
-        )
-        grid[1, 1].legend()
-        grid[1, 1].set_ylim(bottom=0.0)
+                        side, offset = ("right", (-5, 0)) if late else ("left", (5, 0))
+                        at = {"xycoords": ("data", "axes fraction"), "ha": side}
+                        note(axes, "passes the peak", (event.time, 0.04), offset, **at)
+            grid[0, column].set_title(heading)
+            grid[2, column].set(xlabel="time  [s]", xlim=(run.time[0], run.time[-1]))
+        labelled(grid[1, 0], log="y", steps=(1.0,))
+        look: dict[str, Any] = {"color": paint.ink, "lw": 0.9, "label": "reference"}
+        grid[1, 1].plot(creep_run.time, 100.0 * creep_run["reference"], **look)
+        labelled(grid[1, 1], ylim=(0.0, None), legend={})
         lines = (("rising branch", paint.blue, "-"), ("falling branch", paint.orange, DASHED))
         handles = [Line2D([], [], color=color, ls=ls, label=label) for label, color, ls in lines]
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
@@ -178,13 +155,9 @@ def fold_diagram(
             labels = f"steady states{at_speed}", None
             by_stability(axes, torques, zetas, _stable(zetas, there), labels=labels, **thin)
         shown = torque_run["creepage"] > bottom
-        axes.plot(
-            np.where(shown, torque_run["drive_torque"], np.nan) / 1e3,
-            torque_run["creepage"],
-            color=paint.grey,
-            lw=1.3,
-            label=_ramped(torque_run["drive_torque"]),
-        )
+        ramp = np.where(shown, torque_run["drive_torque"], np.nan) / 1e3
+        look: dict[str, Any] = {"color": paint.grey, "lw": 1.3}
+        axes.plot(ramp, torque_run["creepage"], label=_ramped(torque_run["drive_torque"]), **look)
         for part in (0.3, 0.75):
             _arrow(axes, torque_run, part)
         held = creep_run["drive_torque"][-1] / 1e3, creep_run["creepage"][-1]
@@ -194,29 +167,19 @@ def fold_diagram(
         if np.isfinite(fold.return_creepage):
             mark(axes, fold.return_torque / 1e3, fold.return_creepage, "return", (9, -3))
         else:
-            note(
-                axes,
-                f"no return at any creepage\nabove {1e-3 * fold.return_torque:.4g} kN m",
-                (1e-3 * fold.return_torque, top),
-                (9, -9),
-                va="top",
-            )
-        axes.set_yscale("log")
-        axes.set_ylim(bottom, top)
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-        axes.yaxis.set_minor_formatter(NullFormatter())
-        percent_axis(axes.yaxis)
+            text = f"no return at any creepage\nabove {1e-3 * fold.return_torque:.4g} kN m"
+            note(axes, text, (1e-3 * fold.return_torque, top), (9, -9), va="top")
         low = min(fold.return_torque, float(torque_run["drive_torque"].min())) / 1e3
         high = max(fold.drive_torque, float(torque_run["drive_torque"].max())) / 1e3
         _lag(axes, torque_run, fold, low)
         margin = 0.06 * (high - low)
-        axes.set_xlim(low - margin, high + margin)
-        axes.set_xlabel("drive torque  [kN m]")
-        axes.set_ylabel(r"creepage $\zeta$  [%]")
+        limits: dict[str, Any] = {"xlim": (low - margin, high + margin), "ylim": (bottom, top)}
+        labelled(axes, "torque", log="y", **limits)
+        labelled(axes, y="creepage")  # whose ticks are in per cent
         reached = np.concatenate([torque_run["speed"], creep_run["speed"]])
         least, most = reached.min(), reached.max()
         runs = f"\nruns at $V$ = {least:.3g} to {most:.3g} m/s" * bool(most > 1.01 * least)
-        axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s{runs}", loc="left")
+        axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s{runs}")
         figure.legend(loc="outside lower center", ncols=2)
     return figure
 
@@ -252,13 +215,9 @@ def _lag(axes: Axes, run: Result, fold: Fold, low: float) -> None:
         return
     left = behind < torque - low  # there is more room than between ramp and return
     text = f"grip at {torque:.3g}\N{NO-BREAK SPACE}kN\N{NO-BREAK SPACE}m: the spinning wheel lags"
-    note(
-        axes,
-        textwrap.fill(f"{text} behind the ramp", 14 if left else 26),
-        (torque, 3.0 * fold.creepage),
-        (-6 if left else 6, 0),
-        ha="right" if left else "left",
-    )
+    side, offset, width = ("right", (-6, 0), 14) if left else ("left", (6, 0), 26)
+    lines = textwrap.fill(f"{text} behind the ramp", width)
+    note(axes, lines, (torque, 3.0 * fold.creepage), offset, ha=side)
 
 
 def _arrow(axes: Axes, run: Result, part: float) -> None:

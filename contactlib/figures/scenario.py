@@ -24,6 +24,7 @@ from contactlib.figures.style import (
     DASHED,
     DOTTED,
     by_stability,
+    labelled,
     new_figure,
     note,
     paint,
@@ -41,6 +42,7 @@ LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
 MOST_CREEPAGE = 1.0  # end of the common creepage axis if only some runs go beyond it [1]
 FASTEST_RIM = 2.5  # top of the speed axis / highest speed of the vehicle
 
+GIVEN = "available (force), demanded (torque)"  # what a dotted line shows
 NAMES = {
     "open_loop": "open loop",
     "threshold": "cut and re-apply",
@@ -73,9 +75,8 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
         for axes in grid:
             _shade_low_friction(axes, result)
         figure.align_ylabels(grid)
-        grid[-1].set_xlabel("time  [s]")
-        grid[-1].set_xlim(time[0], time[-1])
-        grid[0].set_title(_summary(result, metrics), loc="left", fontsize=sized(9))
+        grid[-1].set(xlabel="time  [s]", xlim=(time[0], time[-1]))
+        grid[0].set_title(_summary(result, metrics), fontsize=sized(9))
         _legend(figure, result, caption)
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
@@ -95,13 +96,10 @@ def comparison(
             _torque(grid[2, column], result)
             for axes in grid[:, column]:
                 _shade_low_friction(axes, result)
-            grid[0, column].set_title(
-                f"{run_name(name)}\n{_summary(result, metrics[name])}",
-                loc="left",
-                fontsize=sized(9),
-            )
-            grid[2, column].set_xlabel("time  [s]")
-            grid[2, column].set_xlim(0.0, max(run.time[-1] for run in results.values()))
+            heading = f"{run_name(name)}\n{_summary(result, metrics[name])}"
+            grid[0, column].set_title(heading, fontsize=sized(9))
+            end = max(run.time[-1] for run in results.values())
+            grid[2, column].set(xlabel="time  [s]", xlim=(0.0, end))
             grid[2, column].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
         _trim_creepage(list(grid[1]), list(results.values()))
         figure.align_ylabels(grid[:, 0])
@@ -188,8 +186,7 @@ def _speed(axes: Axes, result: Result) -> None:
     if rim.max() > top > 0.0:
         axes.set_ylim(min(0.0, 1.05 * float(speed.min())), top)
         _leaves(axes, result, rim > top, f"rim: up to {rim.max():.0f} m/s")
-    axes.set_ylabel("speed  [m/s]")
-    axes.legend(loc="best")
+    labelled(axes, y="speed  [m/s]", legend={"loc": "best"})
 
 
 def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
@@ -208,16 +205,9 @@ def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
     """Write how far a line goes beyond the top of its axes, at the time when it leaves them."""
     time = result.time
     early = time[beyond.argmax()] < 0.5 * (time[0] + time[-1])
-    note(
-        axes,
-        text,
-        (time[beyond.argmax()], 1.0),
-        (6 if early else -6, -4),
-        xycoords=("data", "axes fraction"),
-        ha="left" if early else "right",
-        va="top",
-        fontsize=sized(9),
-    )
+    side, offset = ("left", (6, -4)) if early else ("right", (-6, -4))
+    look = {"xycoords": ("data", "axes fraction"), "ha": side, "va": "top", "fontsize": sized(9)}
+    note(axes, text, (time[beyond.argmax()], 1.0), offset, **look)
 
 
 def _from_zero(axes: Axes) -> None:
@@ -240,13 +230,8 @@ def _shade_low_friction(axes: Axes, result: Result) -> None:
     low = np.concatenate([[False], _low_friction(result), [False]])
     edges = np.flatnonzero(np.diff(low.astype(int)))
     for start, end in edges.reshape(-1, 2):
-        axes.axvspan(
-            result.time[start],
-            result.time[min(end, result.time.size - 1)],
-            color=paint.shade,
-            zorder=0,
-            lw=0,
-        )
+        until = result.time[min(end, result.time.size - 1)]
+        axes.axvspan(result.time[start], until, color=paint.shade, zorder=0, lw=0)
 
 
 def _legend(figure: Figure, result: Result, caption: str) -> None:
@@ -254,9 +239,7 @@ def _legend(figure: Figure, result: Result, caption: str) -> None:
     handles: list[Any] = [
         Line2D([], [], color=paint.blue, label="rising branch"),
         Line2D([], [], color=paint.orange, ls=DASHED, label="falling branch"),
-        Line2D(
-            [], [], color=paint.ink, ls=DOTTED, lw=1.2, label="available (force), demanded (torque)"
-        ),
+        Line2D([], [], color=paint.ink, ls=DOTTED, lw=1.2, label=GIVEN),
     ]
     if _low_friction(result).any():
         slope = " or slope" if np.ptp(result["slope_scale"]) > 0.0 else ""

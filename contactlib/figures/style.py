@@ -50,6 +50,7 @@ CYCLE = ("#0072B2", "#D55E00", "#009E73")
 STYLE: dict[Any, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
+    "axes.titlelocation": "left",
     "axes.grid": True,
     "grid.linewidth": 0.8,
     "legend.edgecolor": "none",
@@ -239,15 +240,48 @@ def percent_axis(axis: Any) -> None:
     axis.set_major_formatter(FuncFormatter(lambda v, _: f"{100.0 * v:g}"))
 
 
-def labelled(axes: Axes, x: str, y: str, title: str | None = None) -> None:
-    """Label both axes by a name of `LABELS` or a text, fractions in per cent, and set a title."""
-    for axis, name in ((axes.xaxis, x), (axes.yaxis, y)):
+def labelled(
+    axes: Axes,
+    x: str = "",
+    y: str = "",
+    title: str = "",
+    *,
+    log: str = "",
+    steps: tuple[float, ...] = (1.0, 3.0),
+    legend: Mapping[str, Any] | None = None,
+    **settings: Any,
+) -> None:
+    """Finish a panel: its scales, limits, labels, title and legend.
+
+    Parameters
+    ----------
+    axes : Axes
+        The panel.
+    x, y, title : str, optional
+        Labels, each a name of `LABELS` or a text, and title. Default: those that are there.
+        Fractions, labelled "[%]", get ticks in per cent, unless their axis is logarithmic.
+    log : str, optional
+        The axes that are logarithmic with plain numbers: "x", "y" or "xy".
+    steps : tuple of float, optional
+        Labels of each decade there.
+    legend : mapping, optional
+        Options of a legend. Default: there is none.
+    **settings
+        Others of `Axes.set`, such as ``xlim``.
+    """
+    axes.set(**{f"{which}scale": "log" for which in log}, **settings)
+    for which, axis, name in (("x", axes.xaxis, x), ("y", axes.yaxis, y)):
         label = LABELS.get(name, name)
-        axis.set_label_text(label)
-        if label.endswith("[%]"):
+        if label:
+            axis.set_label_text(label)
+        if which in log:
+            plain_log(axis, *steps)
+        elif label.endswith("[%]"):
             percent_axis(axis)
-    if title is not None:
-        axes.set_title(title, loc="left")
+    if title:
+        axes.set_title(title)
+    if legend is not None:
+        axes.legend(**legend)
 
 
 def plain_log(axis: Axis, *steps: float) -> None:

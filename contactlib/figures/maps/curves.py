@@ -62,7 +62,7 @@ def curve_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
             handles |= _beyond(axes, at[np.isposinf(values)], means.infinite, look, 1.0)
             handles |= _beyond(axes, at[case.failed], "failed", look, 0.0)
             if apart:
-                axes.set_title(run_name(names[panel]), loc="left", fontsize=sized(10))
+                axes.set_title(run_name(names[panel]), fontsize=sized(10))
         _height(drawn, shown.factor * finite(chosen.outcome.values), means.yes_or_no)
         label_outside(drawn, columns, words(x).label, shown.lines(30))
         if chosen.further is None:

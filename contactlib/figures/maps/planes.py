@@ -167,7 +167,7 @@ def plane_figure(chosen: Layout, *, title: str, caption: str) -> Figure:
                 _values(axes, at, edges, shown.factor * case.values, scale, noisy=bool(names))
             handles |= mark_cells(axes, edges, case, means)
             handles |= _borders(axes, at, case, means)
-            axes.set_title(title_of(case), loc="left", fontsize=sized(10))
+            axes.set_title(title_of(case), fontsize=sized(10))
         if first is not None:
             over = first.transpose(y.name, x.name).values
             handles |= _winners(drawn[-1], edges, over, outcome)
@@ -203,7 +203,7 @@ def _winners(
 ) -> dict[str, Any]:
     """Draw which controller does best in each cell."""
     most = "most" if meaning(outcome.name).wanted > 0 else "least"
-    axes.set_title(f"controller with the {most}", loc="left", fontsize=sized(10))
+    axes.set_title(f"controller with the {most}", fontsize=sized(10))
     texts = [f"best two within {100.0 * ALIKE:g} % of the scale"]
     texts += [f"{most}: {run_name(name)}" for name in controllers(outcome)]
     return draw_categories(axes, edges, first, texts)

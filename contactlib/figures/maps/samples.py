@@ -118,10 +118,8 @@ def _distribution(axes: Axes, groups: list[Group], shown: Words, means: Outcome)
         text += f"; {100.0 * endless:.3g} %: {means.infinite}" if endless else ""
         text += f"; {group.failed} failed" if group.failed else ""
         handles[text] = Line2D([], [], **{**look, "marker": marker["marker"]}, label=text)
-    axes.set_title(f"Distribution over {groups[0].values.size} runs", loc="left")
-    axes.set_xlabel(shown.label)
-    axes.set_ylabel("runs up to this value  [%]")
-    axes.set_ylim(0.0, 100.0)
+    axes.set(xlabel=shown.label, ylabel="runs up to this value  [%]", ylim=(0.0, 100.0))
+    axes.set_title(f"Distribution over {groups[0].values.size} runs")
     _log(axes, "x", np.concatenate([g.values for g in groups]))
     return handles
 
@@ -147,10 +145,9 @@ def _influence(
     axes.grid(visible=False, axis="y")
     axes.set_axisbelow(True)
     axes.axvline(0.0, color=paint.grey, lw=1.0)
-    axes.set_xlim(-1.0, 1.0)
-    axes.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0])
-    axes.set_xlabel("rank correlation  [1]")
-    axes.set_title("Which parameters matter most", loc="left")
+    ticks = [-1.0, -0.5, 0.0, 0.5, 1.0]
+    axes.set(xlim=(-1.0, 1.0), xticks=ticks, xlabel="rank correlation  [1]")
+    axes.set_title("Which parameters matter most")
     text = f"{100.0 * CHANCE:.0f} % band of chance alone"
     return {text: Patch(color=paint.shade, label=text)}
 
@@ -165,8 +162,7 @@ def _scatter(axes: Axes, parameter: DataArray, groups: list[Group], shown: Words
         point["rasterized"] = x.size > MANY
         y = np.where(np.isfinite(group.values), group.values, np.nan)
         axes.plot(x[::every], y[::every], ms=2.5, alpha=0.6, mew=0.0, **point)
-    axes.set_xlabel(of_axis.label)
-    axes.set_ylabel(shown.lines(30))
+    axes.set(xlabel=of_axis.label, ylabel=shown.lines(30))
     _log(axes, "x", x)
     _log(axes, "y", np.concatenate([g.values for g in groups]))
 

@@ -23,7 +23,6 @@ from contactlib.figures.style import (
     new_figure,
     note,
     paint,
-    plain_log,
     setting,
     sized,
     styled,
@@ -121,18 +120,10 @@ def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
         ha="center",
         bbox={"facecolor": paint.paper, "edgecolor": "none", "pad": 2.0},
     )
-    axes.set_xlim(0.0, 1.0)
-    axes.set_yscale("log")
-    axes.set_ylim(0.6 * float(low[0]), top)
-    plain_log(axes.yaxis, 1.0, 2.0, 5.0)
-    in_ms = 1e3 / plant.pole
-    labelled(
-        axes,
-        rf"pole times delay $p\tau$  [1];  1 means a delay of {in_ms:.3g} ms",
-        "gain",
-        "Gains that hold the steepest point",
-    )
-    axes.legend()
+    product = rf"pole times delay $p\tau$  [1];  1 means a delay of {1e3 / plant.pole:.3g} ms"
+    limits: dict[str, Any] = {"xlim": (0.0, 1.0), "ylim": (0.6 * float(low[0]), top)}
+    scale: dict[str, Any] = {"log": "y", "steps": (1.0, 2.0, 5.0), "legend": {}}
+    labelled(axes, product, "gain", "Gains that hold the steepest point", **limits, **scale)
 
 
 def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
@@ -155,14 +146,10 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
         ]
         values = 1e-3 * np.array([window.highest for window in largest])
         axes.plot(zeta, values, color=color, lw=width, label=f"largest, delay {1e3 * delay:.2g} ms")
-    axes.set_xlim(float(zeta[0]), float(zeta[-1]))
-    axes.set_yscale("log")
-    axes.set_ylim(2e-5 * float(least.max()), 40e-3 * float(least.max()))
-    plain_log(axes.yaxis, 1.0, 3.0)
-    labelled(
-        axes, r"creepage to be held $\zeta$  [%]", "gain", "Gains that hold it, for three delays"
-    )
-    axes.legend(ncols=2, fontsize=sized(9))
+    labels = r"creepage to be held $\zeta$  [%]", "gain", "Gains that hold it, for three delays"
+    largest_least = float(least.max())
+    ylim, legend = (2e-5 * largest_least, 40e-3 * largest_least), {"ncols": 2, "fontsize": sized(9)}
+    labelled(axes, *labels, log="y", xlim=(zeta[0], zeta[-1]), ylim=ylim, legend=legend)
 
 
 def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
@@ -237,10 +224,9 @@ def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, found: Margin
         text = f"{1e-3 * critical * gain:.4g} kN m"
         offset = (8, -4) if root.imag > 0.1 * top else (-8, -16)
         note(axes, text, (0.0, root.imag), offset, ha="left" if offset[0] > 0 else "right")
-    axes.set_xlim(left, right)
-    axes.set_ylim(-top, top)
-    labelled(axes, "real part  [1/s]", "imaginary part  [1/s]", "Root locus; dots: the chosen gain")
-    axes.legend()
+    limits: dict[str, Any] = {"xlim": (left, right), "ylim": (-top, top), "legend": {}}
+    title = "Root locus; dots: the chosen gain"
+    labelled(axes, "real part  [1/s]", "imaginary part  [1/s]", title, **limits)
 
 
 def _nyquist(axes: Axes, response: NDArray[np.complex128], found: Margins, start: float) -> None:
@@ -257,33 +243,18 @@ def _nyquist(axes: Axes, response: NDArray[np.complex128], found: Margins, start
     axes.plot([-1.0], [0.0], "+", color=paint.ink, ms=11, mew=2.0, zorder=5)
     upper = 1.0 / found.gain_upper if math.isfinite(found.gain_upper) else 0.0
     line: dict[str, Any] = {"arrowstyle": "-", "color": paint.ink, "lw": 0.8}
-    for x, text, place in (
-        (
-            -1.0 / found.gain_lower,
-            f"the gain may fall to\n{found.gain_lower:.2g} times its value",
-            1.45,
-        ),
-        (-upper, f"rise to\n{found.gain_upper:.2g} times", -1.45),
-    ):
+    fall = f"the gain may fall to\n{found.gain_lower:.2g} times its value"
+    rise = f"rise to\n{found.gain_upper:.2g} times"
+    for x, text, place in ((-1.0 / found.gain_lower, fall, 1.45), (-upper, rise, -1.45)):
         axes.plot([x], [0.0], "o", color=paint.ink, ms=6, zorder=5)
         side, start = ("left", 0.0) if place > 0.0 else ("center", 0.5)
         line["relpos"] = (start, 0.0 if place > 0.0 else 1.0)
-        axes.annotate(
-            text,
-            (x, 0.0),
-            xytext=(x, place),
-            ha=side,
-            va="center",
-            fontsize=sized(9),
-            arrowprops=line,
-        )
-    axes.set_aspect("equal")
-    axes.set_xlim(-reach, 1.6)
-    half = 0.5 * (reach + 1.6)
-    axes.set_ylim(-half, half)
-    labelled(axes, "real part of the loop gain  [1]", "imaginary part  [1]")
-    axes.set_title("Nyquist curve: the point is held", loc="left")
-    axes.legend(fontsize=sized(9))
+        look: dict[str, Any] = {"ha": side, "va": "center", "fontsize": sized(9)}
+        axes.annotate(text, (x, 0.0), xytext=(x, place), arrowprops=line, **look)
+    half, legend = 0.5 * (reach + 1.6), {"fontsize": sized(9)}
+    limits: dict[str, Any] = {"aspect": "equal", "xlim": (-reach, 1.6), "ylim": (-half, half)}
+    labels = "real part of the loop gain  [1]", "imaginary part  [1]"
+    labelled(axes, *labels, "Nyquist curve: the point is held", legend=legend, **limits)
 
 
 def _direction(axes: Axes, response: NDArray[np.complex128]) -> None:

@@ -95,15 +95,9 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
             half = 0.3 * (border.highest - border.creepage)
             tail, tip = middle + half, middle - half
         arrow(axes, (tail, 0.0), (tip, 0.0), lw=1.6, mutation_scale=15)
-    axes.set_xlim(0.0, far)
-    axes.set_ylim(-0.75 * around, around)
-    labelled(
-        axes,
-        "creepage",
-        r"rate of change of creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]",
-        "Where the creepage goes",
-    )
-    axes.legend()
+    rate_label = r"rate of change of creepage $\mathrm{d}\zeta/\mathrm{d}t$  [%/s]"
+    limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (-0.75 * around, around)}
+    labelled(axes, "creepage", rate_label, "Where the creepage goes", legend={}, **limits)
 
 
 def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
@@ -126,16 +120,12 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
             run = _run(wheelset, torque, float(v), part * own, 0.4 * speed, far)
             last = np.flatnonzero(run["speed"] <= speeds[-1])[-1]  # that is shown
             away = bool(run["creepage"][last] > np.interp(run["speed"][last], speeds, edge))
-            line: dict[str, Any] = (
-                {"color": paint.orange, "ls": DASHED} if away else {"color": paint.blue}
-            )
+            line = _look(away)
             axes.plot(run["creepage"], run["speed"], lw=1.1, **line)
             axes.plot(run["creepage"][0], run["speed"][0], ".", color=line["color"], ms=7)
             _arrow(axes, run["creepage"], run["speed"], line["color"], far)
-    axes.set_xlim(0.0, far)
-    axes.set_ylim(float(speeds[0]), float(speeds[-1]))
-    labelled(axes, "creepage", "speed", "Creepage and speed")
-    axes.legend()
+    limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (speeds[0], speeds[-1])}
+    labelled(axes, "creepage", "speed", "Creepage and speed", legend={}, **limits)
 
 
 def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
@@ -151,18 +141,11 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     axes.axhline(border.creepage, color=paint.ink, lw=1.1)
     for part in STARTS:
         run = _run(wheelset, torque, speed, part * border.highest, end, far)
-        away = part > 1.0
-        line: dict[str, Any] = (
-            {"color": paint.orange, "ls": DASHED} if away else {"color": paint.blue}
-        )
-        labels = {0.5: "returns to grip", 1.2: "runs away"}
-        axes.plot(1e3 * run.time, run["creepage"], lw=1.4, label=labels.get(part), **line)
-    axes.set_xlim(0.0, 1e3 * end)
-    axes.set_ylim(0.0, far)
-    labelled(
-        axes, "time  [ms]", "creepage", f"Runs from both sides of the border, at {speed:.3g} m/s"
-    )
-    axes.legend()
+        name = {0.5: "returns to grip", 1.2: "runs away"}.get(part)
+        axes.plot(1e3 * run.time, run["creepage"], lw=1.4, label=name, **_look(part > 1.0))
+    title = f"Runs from both sides of the border, at {speed:.3g} m/s"
+    limits: dict[str, Any] = {"xlim": (0.0, 1e3 * end), "ylim": (0.0, far)}
+    labelled(axes, "time  [ms]", "creepage", title, legend={}, **limits)
 
 
 def _run(
@@ -179,6 +162,11 @@ def _run(
         stop_at=["slip_away"],
         tolerance=1e-8,
     )
+
+
+def _look(away: bool) -> dict[str, Any]:
+    """Colour and dashes of a run."""
+    return {"color": paint.orange, "ls": DASHED} if away else {"color": paint.blue}
 
 
 def _arrow(axes: Axes, x: FloatArray, y: FloatArray, color: str, far: float) -> None:

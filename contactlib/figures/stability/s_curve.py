@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.optimize import brentq
 
 from contactlib.figures.style import (
@@ -121,47 +121,29 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
                 (-8 if stable else 8, 7),
                 ha="right" if stable else "left",
             )
-    axes.set_xlim(max(0.0, back - 1.0 * width), highest + 0.55 * width)
-    axes.set_yscale("log")
-    axes.set_ylim(low, top)
-    _creepage_axis(axes)
-    axes.set_title(
-        f"At {speed:.3g} m/s; dots: the steady states at {1e-3 * chosen:.4g} kN m", loc="left"
-    )
-    axes.legend()
+    title = f"At {speed:.3g} m/s; dots: the steady states at {1e-3 * chosen:.4g} kN m"
+    xlim, ylim = (max(0.0, back - 1.0 * width), highest + 0.55 * width), (low, top)
+    _over_torque(axes, title, xlim=xlim, ylim=ylim, legend={})
 
 
 def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
     folds = [curve.fold for curve in curves.values() if curve.fold is not None]
     for (name, curve), (color, width) in zip(curves.items(), paint.three, strict=True):
         torque = 1e-3 * curve.drive_torque
-        by_stability(
-            axes,
-            torque,
-            curve.creepage,
-            curve.stable,
-            color=color,
-            labels=(name, None),
-            lw=width,
-        )
+        look: dict[str, Any] = {"color": color, "labels": (name, None), "lw": width}
+        by_stability(axes, torque, curve.creepage, curve.stable, **look)
     lowest = min(fold.return_torque for fold in folds)
     highest = max(fold.drive_torque for fold in folds)
-    axes.set_xlim(
-        1e-3 * max(0.0, lowest - 0.9 * (highest - lowest)),
-        1e-3 * (highest + 0.1 * (highest - lowest)),
-    )
-    axes.set_yscale("log")
-    tops = [curve.creepage[-1] for curve in curves.values()]
-    axes.set_ylim(0.2 * min(fold.creepage for fold in folds), 1.5 * float(np.max(tops)))
-    _creepage_axis(axes)
-    axes.set_title(title, loc="left")
-    axes.legend(fontsize=sized(9))
+    left = 1e-3 * max(0.0, lowest - 0.9 * (highest - lowest))
+    right = 1e-3 * (highest + 0.1 * (highest - lowest))
+    top = 1.5 * max(float(curve.creepage[-1]) for curve in curves.values())
+    ylim = 0.2 * min(fold.creepage for fold in folds), top
+    _over_torque(axes, title, xlim=(left, right), ylim=ylim, legend={"fontsize": sized(9)})
 
 
-def _creepage_axis(axes: Axes) -> None:
-    axes.yaxis.set_major_locator(LogLocator())
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    labelled(axes, "torque", "creepage")
+def _over_torque(axes: Axes, title: str, **settings: Any) -> None:
+    labelled(axes, "torque", "", title, log="y", steps=(1.0,), **settings)
+    labelled(axes, y="creepage")  # whose ticks are in per cent
 
 
 def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
@@ -192,10 +174,9 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speeds: list[float]) -> None:
     axes.text(
         0.98, 0.97, "runs away at constant torque", transform=axes.transAxes, ha="right", va="top"
     )
-    axes.set_xlim(0.0, float(zeta[-1]))
-    axes.set_ylim(-top, top)
-    labelled(axes, "creepage", r"fast pole $p$  [1/s]", "Growth rate of a small change in creepage")
-    axes.legend()
+    title, limits = "Growth rate of a small change in creepage", (0.0, float(zeta[-1]))
+    pole_label = r"fast pole $p$  [1/s]"
+    labelled(axes, "creepage", pole_label, title, xlim=limits, ylim=(-top, top), legend={})
 
 
 def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) -> None:
@@ -217,24 +198,14 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
         v = brentq(lambda v, d=delay: limit(v) - d, first, last)
         axes.axhline(1e3 * delay, color=paint.grey, lw=0.9, ls=":")
         axes.plot([v], [1e3 * delay], "o", color=paint.ink, ms=6, zorder=5)
-        note(
-            axes,
-            f"no gain below {v:.2g} m/s",
-            (v, 1e3 * delay),
-            (-9, 4),
-            ha="right",
-            fontsize=sized(9),
-        )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(float(speeds[0]), float(speeds[-1]))
-    axes.set_ylim(low, high)
+        look: dict[str, Any] = {"ha": "right", "fontsize": sized(9)}
+        note(axes, f"no gain below {v:.2g} m/s", (v, 1e3 * delay), (-9, 4), **look)
+    limits: dict[str, Any] = {"xlim": (speeds[0], speeds[-1]), "ylim": (low, high)}
+    labels = "speed", r"delay of the loop $\tau$  [ms]", "Delays at which a gain can hold it"
+    labelled(axes, *labels, log="xy", legend={}, **limits)
     poles = axes.secondary_yaxis("right", functions=(_inverse, _inverse))
-    for axis in (axes.xaxis, axes.yaxis, poles.yaxis):
-        plain_log(axis, 1.0, 3.0)
+    plain_log(poles.yaxis, 1.0, 3.0)
     poles.set_ylabel(r"worst pole $p$, at $1/p$  [1/s]")
-    labelled(axes, "speed", r"delay of the loop $\tau$  [ms]", "Delays at which a gain can hold it")
-    axes.legend()
 
 
 def _inverse(milliseconds: object) -> np.ndarray:

@@ -23,7 +23,6 @@ from contactlib.figures.style import (
     note,
     paint,
     percent,
-    plain_log,
     setting,
     styled,
 )
@@ -71,18 +70,10 @@ def _histories(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None
         grips = zeta <= fold.creepage
         by_stability(axes, 1e3 * run.time, zeta, grips, color=color, labels=labels, lw=width)
     axes.axhline(fold.creepage, color=paint.ink, lw=0.9, ls=":")
-    note(
-        axes,
-        f"fold {percent(fold.creepage)}",
-        (1.0, fold.creepage),
-        (-2, -13),
-        xycoords=("axes fraction", "data"),
-        ha="right",
-    )
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(0.0, end)
-    labelled(axes, "time  [ms]", "creepage", "Runs; dashed beyond the fold")
-    axes.legend()
+    look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "ha": "right"}
+    note(axes, f"fold {percent(fold.creepage)}", (1.0, fold.creepage), (-2, -13), **look)
+    limits: dict[str, Any] = {"xlim": (0.0, None), "ylim": (0.0, end)}
+    labelled(axes, "time  [ms]", "creepage", "Runs; dashed beyond the fold", legend={}, **limits)
 
 
 def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
@@ -100,18 +91,10 @@ def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     axes.plot(100.0 * OVERLOADS, ms * np.array(exact), color=paint.blue, label="integral")
     line: dict[str, Any] = {"color": paint.grey, "ls": DASHED, "lw": 1.6}
     axes.plot(100.0 * OVERLOADS, ms * np.array(closed), label="closed form", **line)
-    points = 100.0 * np.array(SIMULATED)
-    axes.plot(
-        points, ms * np.array(simulated), "o", color=paint.ink, mfc=paint.paper, label="simulated"
-    )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    for axis in (axes.xaxis, axes.yaxis):
-        plain_log(axis, 1.0, 2.0, 5.0)
-    axes.set_xlabel("overload: torque above that of the fold  [%]")
-    axes.set_ylabel("slip-away time  [ms]")
-    axes.set_title("Time to run away", loc="left")
-    axes.legend()
+    points = 100.0 * np.array(SIMULATED), ms * np.array(simulated)
+    axes.plot(*points, "o", color=paint.ink, mfc=paint.paper, label="simulated")
+    labels = "overload: torque above that of the fold  [%]", "slip-away time  [ms]"
+    labelled(axes, *labels, "Time to run away", log="xy", steps=(1.0, 2.0, 5.0), legend={})
 
 
 def _run(wheelset: Wheelset, speed: float, overload: float, end: float) -> Result:
@@ -209,25 +192,12 @@ def _durations(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     torque = torque_between(wheelset, speed, LOADS[1])
     chosen = _frictions(wheelset, speed, torque)[list(CLEARED)]
     points = [simulated_clearing(wheelset, speed, torque, float(m)) for m in chosen]
-    line: dict[str, Any] = {
-        "color": paint.ink,
-        "mfc": paint.paper,
-        "ls": "none",
-        "marker": "o",
-        "zorder": 4,
-    }
+    hollow: dict[str, Any] = {"color": paint.ink, "mfc": paint.paper, "zorder": 4}
     name = f"simulated, {1e-3 * torque:.4g} kN m"
-    axes.plot(chosen, 1e3 * np.array(points), label=name, **line)
-    axes.set_xlim(0.0, 1.0)
-    axes.set_yscale("log")
-    plain_log(axes.yaxis, 1.0, 3.0)
-    labelled(
-        axes,
-        "friction of the patch / good friction  [1]",
-        "critical duration  [ms]",
-        f"Longest duration, at {speed:.3g} m/s",
-    )
-    axes.legend()
+    axes.plot(chosen, 1e3 * np.array(points), "o", label=name, **hollow)
+    labels = "friction of the patch / good friction  [1]", "critical duration  [ms]"
+    title = f"Longest duration, at {speed:.3g} m/s"
+    labelled(axes, *labels, title, xlim=(0.0, 1.0), log="y", legend={})
 
 
 def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
@@ -244,11 +214,5 @@ def _lengths(axes: Axes, wheelset: Wheelset, speed: float) -> None:
         ]
         name = f"{100.0 * part:g} % of the way from return to fold"
         axes.plot(speeds, lengths, color=color, lw=width, label=name)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    for axis in (axes.xaxis, axes.yaxis):
-        plain_log(axis, 1.0, 3.0)
-    labelled(
-        axes, "speed", "critical length  [m]", f"Longest patch with {PATCH:g} of the good friction"
-    )
-    axes.legend()
+    title = f"Longest patch with {PATCH:g} of the good friction"
+    labelled(axes, "speed", "critical length  [m]", title, log="xy", legend={})

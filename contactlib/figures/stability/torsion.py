@@ -16,10 +16,10 @@ from contactlib.figures.style import (
     DASHED,
     add_caption,
     dot,
+    labelled,
     new_figure,
     note,
     paint,
-    percent_axis,
     setting,
     styled,
 )
@@ -39,6 +39,7 @@ MEANS = 37  # mean creepages of the bifurcation diagram
 SIMULATED = (0.7, 1.0, 1.4, 1.75, 2.1, 2.6)  # mean creepages / creepage of the steepest fall
 KICKS = (0.05, 1.5)  # initial amplitudes of the runs / mean creepage
 STEP, CYCLES = 2.5e-4, 150  # step and length of a run [s, 1]
+AMPLITUDE = "amplitude of a wheel's creepage  [%]"
 LAST = 10  # cycles at the end of a run from which its amplitude is read
 TIGHT = 0.3  # gain of the mean creepage's control / gain that corrects an error within one step
 
@@ -127,29 +128,17 @@ def _slopes(
             if cycle.amplitude < amplitude[-1]:
                 dot(axes, cycle.amplitude, limit, stable=cycle.stable)
     axes.axhline(limit, color=paint.ink, lw=1.2, ls=DASHED)
-    note(
-        axes,
-        r"$2 D \omega_t$: the amplitude grows above",
-        (1.0, limit),
-        (-2, 5),
-        xycoords=("axes fraction", "data"),
-        ha="right",
-    )
+    look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "ha": "right"}
+    note(axes, r"$2 D \omega_t$: the amplitude grows above", (1.0, limit), (-2, 5), **look)
     axes.axhline(0.0, color=paint.ink, lw=0.9)
     top = -0.65e-3 * wheelset.balanced(creepage=steepest, speed=speed).creep_force_slope
-    axes.set_ylim(-0.55 * top, top)
-    axes.set_xlim(0.0, float(amplitude[-1]))
-    percent_axis(axes.xaxis)
+    limits: dict[str, Any] = {"xlim": (0.0, amplitude[-1]), "ylim": (-0.55 * top, top)}
+    force = "effective fall of a wheel's force $-N$  [kN]"
+    labelled(axes, AMPLITUDE, force, "Effective slope; dots: limit cycles", legend={}, **limits)
     per_second = 1e3 * 2.0 * wheelset.radius**2 / (wheelset.inertia * speed)
-    rates = axes.secondary_yaxis(
-        "right",
-        functions=(partial(np.multiply, per_second), partial(np.multiply, 1.0 / per_second)),
-    )
+    ways = partial(np.multiply, per_second), partial(np.multiply, 1.0 / per_second)
+    rates = axes.secondary_yaxis("right", functions=ways)
     rates.set_ylabel(r"$-r^2 N/(J_w V)$  [1/s]")
-    axes.set_xlabel("amplitude of a wheel's creepage  [%]")
-    axes.set_ylabel("effective fall of a wheel's force $-N$  [kN]")
-    axes.set_title("Effective slope; dots: limit cycles", loc="left")
-    axes.legend()
 
 
 def _amplitudes(
@@ -160,30 +149,19 @@ def _amplitudes(
     far = 3.0 * steepest
     means = _means(drivetrain, speed, steepest, far, both)
     if both is not None:
-        low, high = both
-        axes.axvspan(
-            low,
-            min(high, far),
-            facecolor=paint.shade,
-            hatch="//",
-            lw=0.0,
-            zorder=0,
-            label="bistable",
-        )
+        shaded: dict[str, Any] = {"facecolor": paint.shade, "hatch": "//", "lw": 0.0, "zorder": 0}
+        axes.axvspan(both[0], min(both[1], far), label="bistable", **shaded)
     states = [
         torsional_state(drivetrain, wheelset.balanced(creepage=float(z), speed=speed))
         for z in means
     ]
     rest = np.array([state.equilibrium_stable for state in states])
-    axes.plot(means, np.where(rest, 0.0, np.nan), color=paint.blue, lw=3.0, clip_on=False)
-    axes.plot(
-        means, np.where(rest, np.nan, 0.0), color=paint.orange, lw=3.0, ls=DASHED, clip_on=False
-    )
+    kinds = ((True, paint.blue, "-", "stable"), (False, paint.orange, DASHED, "unstable"))
+    for kept, color, style, _ in kinds:
+        at_rest = np.where(rest == kept, 0.0, np.nan)
+        axes.plot(means, at_rest, color=color, ls=style, lw=3.0, clip_on=False)
     largest = 0.0
-    for kept, color, style, name in (
-        (True, paint.blue, "-", "stable"),
-        (False, paint.orange, DASHED, "unstable"),
-    ):
+    for kept, color, style, name in kinds:
         sizes = np.array([_size(state.limit_cycles, kept) for state in states])
         there = np.isfinite(sizes)
         at, sizes = means[there], sizes[there]
@@ -195,14 +173,10 @@ def _amplitudes(
     found = simulated_amplitudes(drivetrain, points, kicks)
     line: dict[str, Any] = {"ls": "none", "marker": "o", "color": paint.ink, "mfc": "none", "ms": 7}
     axes.plot(centres, found, label="simulated", clip_on=False, zorder=6, **line)
-    axes.set_xlim(float(means[0]), float(means[-1]))
-    axes.set_ylim(0.0, 1.35 * max(largest, float(found.max())))
-    for axis in (axes.xaxis, axes.yaxis):
-        percent_axis(axis)
-    axes.set_xlabel("mean creepage  [%]")
-    axes.set_ylabel("amplitude of a wheel's creepage  [%]")
-    axes.set_title("Amplitudes that persist", loc="left")
-    axes.legend()
+    top = 1.35 * max(largest, float(found.max()))
+    limits: dict[str, Any] = {"xlim": (means[0], means[-1]), "ylim": (0.0, top)}
+    title = "Amplitudes that persist"
+    labelled(axes, "mean creepage  [%]", AMPLITUDE, title, legend={}, **limits)
 
 
 def _means(
