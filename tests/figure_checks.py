@@ -132,3 +132,11 @@ def check_styles(figure: Figure) -> None:
         black = [str(line.get_color()) == "black" for line in named]
         seen = [(*look, dark) for look, dark in zip(looks, black, strict=True)]
         assert len(set(seen)) == len(seen), [line.get_label() for line in named]
+
+
+def check_all(figure: Figure, folder: Path) -> None:
+    """All of the above."""
+    check_axes(figure)
+    check_layout(figure)
+    check_styles(figure)
+    check_saved(figure, folder)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 from typing import Any
 
-import figure_checks as checks
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -112,13 +110,6 @@ def legend_texts(figure: Figure) -> list[str]:
 
 def maps_of(figure: Figure) -> list[Axes]:
     return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
-
-
-def looks_right(figure: Figure, folder: Path) -> None:
-    checks.check_axes(figure)
-    checks.check_layout(figure)
-    checks.check_styles(figure)
-    checks.check_saved(figure, folder)
 
 
 @cache

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from falling_friction import with_falling
-from figure_checks import check_axes, check_layout, check_saved, check_styles, lines
+from figure_checks import check_all, lines
 from numpy.testing import assert_allclose
 
 import contactlib as cl
@@ -36,10 +36,7 @@ def test_curves_are_those_of_the_contact(contact: cl.HotContact, tmp_path: Path)
     cold = max(float(np.max(np.asarray(line.get_ydata()))) for line in axes.lines)
     assert cold == pytest.approx(0.3, rel=1e-6)
     assert_allclose(lines(axes, "measured")[1], [0.28, 0.22])
-    check_axes(figure)
-    check_layout(figure)
-    check_styles(figure)
-    check_saved(figure, tmp_path)
+    check_all(figure, tmp_path)
 
 
 def test_strips_begin_cold_and_end_hot(contact: cl.HotContact, tmp_path: Path) -> None:
@@ -50,10 +47,7 @@ def test_strips_begin_cold_and_end_hot(contact: cl.HotContact, tmp_path: Path) -
         assert abs(kelvin[np.argmax(xi)]) < 2.0
         assert kelvin[np.argmin(xi)] > 1.0
         assert np.all(lines(traction, f"creepage {name}")[1] >= 0.0)
-    check_axes(figure)
-    check_layout(figure)
-    check_styles(figure)
-    check_saved(figure, tmp_path)
+    check_all(figure, tmp_path)
 
 
 def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path) -> None:
@@ -71,10 +65,7 @@ def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path
             expected = 1e-3 * fold, 1e3 / pole, 1e3 * cleared.time
             found = (lines(axes, name)[1][i] for axes in (torque, growth, times))
             assert_allclose(list(found), expected)
-    check_axes(figure)
-    check_layout(figure)
-    check_styles(figure)
-    check_saved(figure, tmp_path)
+    check_all(figure, tmp_path)
 
 
 def test_bad_input_is_refused(contact: cl.HotContact) -> None:

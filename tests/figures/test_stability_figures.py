@@ -18,7 +18,7 @@ from contactlib import stability
 from contactlib.figures import STABILITY_FIGURES
 from contactlib.figures.stability import loops, phase, slip_away
 from contactlib.figures.stability import loops as gains
-from contactlib.figures.stability.torsion import drawn_axle, simulated_amplitudes
+from contactlib.figures.stability.torsion import drawn_axle
 from contactlib.stability import torsion
 from contactlib.stability.control_systems import creep_loop, frequencies
 
@@ -39,24 +39,20 @@ def of_locomotive(locomotive: cl.Model) -> dict[str, Figure]:
     return {name: STABILITY_FIGURES[name].draw(locomotive.wheelset, V) for name in chosen}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_figure_can_be_read(figures: dict[str, Figure], tmp_path: Path, name: str) -> None:
-    figure = figures[name]
-    checks.check_axes(figure)
-    checks.check_layout(figure)
-    checks.check_styles(figure)
-    checks.check_saved(figure, tmp_path)
-    caption = figure.get_supxlabel()
-    for said in (r"$\hat{K}$", r"$\zeta_0$", "$J$", "$b$", "$V$"):
-        assert said in caption
-
-
-@pytest.mark.parametrize("name", ["phase", "gains"])
-def test_figure_of_a_free_wheelset_can_be_read(of_locomotive: dict[str, Figure], name: str) -> None:
-    checks.check_axes(of_locomotive[name])
-    checks.check_layout(of_locomotive[name])
-    checks.check_styles(of_locomotive[name])
-    assert "$M$" in of_locomotive[name].get_supxlabel()
+@pytest.mark.parametrize(
+    ("name", "free"), [*((name, False) for name in NAMES), ("phase", True), ("gains", True)]
+)
+def test_figure_can_be_read(
+    figures: dict[str, Figure],
+    of_locomotive: dict[str, Figure],
+    tmp_path: Path,
+    name: str,
+    free: bool,
+) -> None:
+    figure = (of_locomotive if free else figures)[name]
+    checks.check_all(figure, tmp_path)
+    for said in (r"$\hat{K}$", r"$\zeta_0$", "$J$", "$b$", "$V$", *(["$M$"] * free)):
+        assert said in figure.get_supxlabel()
 
 
 def test_s_curve_is_the_quasi_steady_torque(figures: dict[str, Figure], rig: cl.Model) -> None:
@@ -123,12 +119,9 @@ def test_longest_delay_is_one_over_the_worst_pole(
     for i in (0, 20, 39):
         worst = cl.worst_pole(rig.wheelset, speed=float(speeds[i])).pole
         assert 1e-3 * limit[i] == pytest.approx(1.0 / worst)
-    marks = checks.marks(axes, "o")
-    for mark, delay in zip(marks, (10e-3, 30e-3), strict=True):
+    for mark, delay in zip(checks.marks(axes, "o"), (10e-3, 30e-3), strict=True):
         worst = cl.worst_pole(rig.wheelset, speed=checks.place(mark)[0]).pole
-        window = stability.proportional_window(worst, delay=1.001 * delay)
-        assert window.empty
-        assert not stability.proportional_window(worst, delay=0.98 * delay).empty
+        assert 1.0 / worst == pytest.approx(delay, rel=1e-3)
 
 
 def test_phase_portrait_has_the_basin_and_runs_obey_it(
@@ -320,13 +313,6 @@ def test_simulated_amplitudes_are_on_the_stable_branch(
     for centre in np.unique(centres):  # in the bistable range, and only there, the kick decides
         one_rests = len({bool(kept) for kept in swinging[centres == centre]}) == 2
         assert one_rests == (both[0] < centre < both[1])
-
-
-def test_simulated_vibration_of_a_rising_branch_decays_at_its_rate(rig: cl.Model) -> None:
-    drivetrain = cl.Drivetrain(rig.wheelset, axle=drawn_axle(rig.wheelset))
-    point = rig.wheelset.balanced(creepage=0.008, speed=V)
-    assert torsion.antiphase_eigenvalues(drivetrain, point).real.max() < -1.0
-    assert simulated_amplitudes(drivetrain, [point], np.array([1e-3]))[0] < 1e-6
 
 
 def test_figures_without_return_and_with_falling_friction(

@@ -13,7 +13,6 @@ from map_data import (
     compared,
     described,
     legend_texts,
-    looks_right,
     numbers,
 )
 from numpy.testing import assert_allclose
@@ -26,7 +25,7 @@ def test_lines_show_the_values(tmp_path: Path) -> None:
     made = compared().isel(length=-1, drop=True)
     made["torque_margin"] = described("torque_margin", "friction", FRICTION - 0.456)
     figure = map_figure(made, "recovery_time")
-    looks_right(figure, tmp_path)
+    checks.check_all(figure, tmp_path)
     (axes,) = figure.axes
     factor = words(compared()["recovery_time"]).factor
     for name, text in zip(
@@ -49,7 +48,7 @@ def test_lines_show_the_values(tmp_path: Path) -> None:
 def test_few_values_of_a_second_axis_are_lines(tmp_path: Path) -> None:
     made = compared().isel(length=[0, 2, 5])
     figure = map_figure(made, "adhesion_utilisation")
-    looks_right(figure, tmp_path)
+    checks.check_all(figure, tmp_path)
     assert len(figure.axes) == 3
     for axes, name in zip(figure.axes, CONTROLLERS, strict=True):
         for length in made["length"].values:
@@ -60,6 +59,6 @@ def test_few_values_of_a_second_axis_are_lines(tmp_path: Path) -> None:
 
 def test_one_line_of_yes_or_no(tmp_path: Path) -> None:
     figure = map_figure(analysed()[["stable"]].isel(friction=3, drop=True), "stable")
-    looks_right(figure, tmp_path)
+    checks.check_all(figure, tmp_path)
     (axes,) = figure.axes
     assert {text.get_text() for text in axes.get_yticklabels()} == {"held", "not held"}

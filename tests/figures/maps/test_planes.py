@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from figure_checks import check_all
 from map_data import (
     CONTROLLERS,
     FRICTION,
@@ -17,7 +18,6 @@ from map_data import (
     compared,
     grid,
     legend_texts,
-    looks_right,
     maps_of,
     marked,
     numbers,
@@ -39,7 +39,7 @@ def corners(path: Any) -> NDArray[np.float64]:
 
 def test_map_shows_the_values(tmp_path: Path) -> None:
     figure = map_figure(analysed(), "critical_torque")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     (axes,) = maps_of(figure)
     mesh = cells(axes)
     load, friction = np.meshgrid(LOAD, FRICTION, indexing="ij")
@@ -129,7 +129,7 @@ def test_what_is_no_number_is_marked(tmp_path: Path) -> None:
     made["clearing_time"][0, -1] = np.nan
     times = made["clearing_time"].values
     figure = map_figure(made, "clearing_time")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     (axes,) = maps_of(figure)
     for name, colour, where in (
         ("survives any length", "white", np.isinf(times)),
@@ -143,7 +143,7 @@ def test_what_is_no_number_is_marked(tmp_path: Path) -> None:
 
 def test_yes_or_no_has_no_colour_bar(tmp_path: Path) -> None:
     figure = map_figure(analysed(), "stable")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     assert len(figure.axes) == 1
     assert {"held", "not held"} <= set(legend_texts(figure))
     assert_array_equal(
@@ -154,7 +154,7 @@ def test_yes_or_no_has_no_colour_bar(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_controllers_share_one_scale(tmp_path: Path) -> None:
     figure = map_figure(compared(), "slip_work")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     *panels, last = maps_of(figure)
     assert [axes.get_title(loc="left") for axes in panels] == [
         "open loop",
@@ -208,7 +208,7 @@ def test_the_best_is_the_best() -> None:
 def test_coarse_maps_have_their_numbers(tmp_path: Path) -> None:
     made = compared().isel(length=slice(0, 4))
     figure = map_figure(made, "adhesion_utilisation")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     axes = maps_of(figure)[1]
     shown = {text.get_position(): float(text.get_text()) for text in axes.texts}
     values = made["adhesion_utilisation"].sel(controller="threshold")
@@ -229,13 +229,13 @@ def test_further_axes_make_rows_of_maps(tmp_path: Path) -> None:
         load=LOAD[::2],
     )
     figure = map_figure(made, "adhesion_utilisation")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     titles = [axes.get_title(loc="left") for axes in maps_of(figure)]
     assert len(titles) == 9
     assert titles[0] == "open loop, axle load 177\u00a0kN"
     assert titles[-1] == "PI creep control, axle load 265\u00a0kN"
     alone = map_figure(made, "critical_torque")
-    looks_right(alone, tmp_path)
+    check_all(alone, tmp_path)
     assert len(maps_of(alone)) == LOAD[::2].size
 
 
@@ -247,6 +247,6 @@ def test_a_map_of_nothing_can_be_drawn(value: float, tmp_path: Path) -> None:
         friction=FRICTION,
         load=LOAD,
     )
-    looks_right(map_figure(made, "clearing_time"), tmp_path)
+    check_all(map_figure(made, "clearing_time"), tmp_path)
     made["clearing_time"][:] = value
-    looks_right(map_figure(made, "clearing_time"), tmp_path)
+    check_all(map_figure(made, "clearing_time"), tmp_path)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_data import CONTROLLERS, DESCRIBED, legend_texts, looks_right, numbers, sampled
+from figure_checks import check_all
+from map_data import CONTROLLERS, DESCRIBED, legend_texts, numbers, sampled
 from matplotlib.patches import Rectangle
 from numpy.testing import assert_allclose
 
@@ -17,7 +18,7 @@ from contactlib.figures.maps.samples import rank_correlation
 
 def test_sample_shows_the_distribution(tmp_path: Path) -> None:
     figure = map_figure(sampled(), "adhesion_utilisation")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     axes = figure.axes[0]
     curves = [line for line in axes.lines if line.get_linestyle() != "None"]
     points = [line for line in axes.lines if line.get_linestyle() == "None"]
@@ -35,7 +36,7 @@ def test_sample_shows_the_distribution(tmp_path: Path) -> None:
 
 def test_share_without_limit_is_missing_at_the_top(tmp_path: Path) -> None:
     figure = map_figure(sampled(), "clearing_time")
-    looks_right(figure, tmp_path)
+    check_all(figure, tmp_path)
     endless = float(np.isinf(sampled()["clearing_time"]).mean())
     top = numbers(figure.axes[0].lines[0].get_ydata()).max()
     assert float(top) == pytest.approx(100.0 * (1.0 - endless), abs=0.51)
