@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -672,13 +672,14 @@ def test_a_field_refuses_and_says_what_it_takes(
         assert (field.input_value(), visitor.text(f"{entry}-problem")) == (text, why)
         assert (field.get_attribute("aria-invalid") == "true") == bool(why)
 
-    for leave in (
+    ways: tuple[Callable[[], object], ...] = (
         lambda: field.press("Escape"),
         lambda: visitor.press("Reset"),
         lambda: visitor.enter(inertia=251.0),
         lambda: visitor.page.locator("#residual-slider").press("ArrowLeft"),
         lambda: visitor.enter(**{entry.replace("-", "_"): float(shown)}),
-    ):
+    )
+    for leave in ways:
         before = visitor.settings()
         field.fill(typed)
         field.press("Enter")

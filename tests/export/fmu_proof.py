@@ -163,9 +163,6 @@ def _archive(archive: zipfile.ZipFile) -> Iterator[str]:
 
 def _description(description: Any) -> Iterator[str]:
     variables = description.modelVariables
-    for reference, times in Counter(v.valueReference for v in variables).items():
-        if times > 1:
-            yield f"value reference {reference} is that of {times} variables"
     for v in variables:
         if v.type in ("Real", "Float64") and v.unit is None:
             yield f"{v.name} has no unit"

@@ -47,6 +47,17 @@ def text_of(element: ElementTree.Element) -> str:
     return " ".join("".join(element.itertext()).split())
 
 
+ZETA = np.linspace(0.001, 0.12, 60)
+MU = 0.30 * np.tanh(ZETA / 0.008) * (0.55 + 0.45 * np.exp(-ZETA / 0.05))
+
+
+def measured(model: cl.Model, zeta: Any = ZETA, mu: Any = MU, name: str = "my.csv") -> cl.Model:
+    """The model with a measured curve in place of its law."""
+    curve = cl.MeasuredCurve(zeta, mu, name=name)
+    contact = model.wheelset.element.contact
+    return with_element(model, cl.ForceElement.from_curve(curve, contact, radius=0.5))
+
+
 @pytest.fixture(scope="module")
 def elliptic_model(rig: cl.Model) -> cl.Model:
     contact = cl.EllipticContact.from_semi_axes(
@@ -63,14 +74,27 @@ def elliptic_model(rig: cl.Model) -> cl.Model:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("relaxed", [False, True])
-def test_page_is_well_formed_ascii(elliptic_model: cl.Model, kind: str, relaxed: bool) -> None:
+def test_page_is_well_formed_ascii_and_needs_nothing_from_outside(
+    elliptic_model: cl.Model, kind: str, relaxed: bool
+) -> None:
     page = page_of(elliptic_model, kind, relaxed)
     assert page.isascii()
+    assert "$" not in page.decode().replace("$$", "")
     root = tree_of(page)  # XML, so each element is closed and each reference known
     assert root.tag == f"{HTML}html"
     assert root.get("lang") == "en"
     assert elliptic_model.name in text_of(root)
-    assert "$" not in page.decode().replace("$$", "")
+    tags = {element.tag.rpartition("}")[2] for element in root.iter()}
+    assert not tags & {"script", "link", "img", "iframe", "object", "embed", "base", "use"}
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    for element in root.iter():
+        assert element.get("src") is None
+        link = element.get("href")
+        assert link is None or (link.startswith("#") and link[1:] in ids)
+    style = "".join(element.text or "" for element in root.iter(f"{HTML}style"))
+    assert "@import" not in style
+    assert "url(" not in style
 
 
 def test_page_is_what_an_html_parser_sees(rig: cl.Model) -> None:
@@ -92,23 +116,6 @@ def test_page_is_what_an_html_parser_sees(rig: cl.Model) -> None:
     parser.feed(page_of(rig).decode())
     parser.close()
     assert inside == []
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_page_needs_nothing_from_outside(elliptic_model: cl.Model, kind: str) -> None:
-    page = page_of(elliptic_model, kind)
-    root = tree_of(page)
-    tags = {element.tag.rpartition("}")[2] for element in root.iter()}
-    assert not tags & {"script", "link", "img", "iframe", "object", "embed", "base", "use"}
-    ids = [element.get("id") for element in root.iter() if element.get("id")]
-    assert len(ids) == len(set(ids))
-    for element in root.iter():
-        assert element.get("src") is None
-        link = element.get("href")
-        assert link is None or (link.startswith("#") and link[1:] in ids)
-    style = "".join(element.text or "" for element in root.iter(f"{HTML}style"))
-    assert "@import" not in style
-    assert "url(" not in style
 
 
 def test_every_variable_is_listed_with_its_unit_limits_and_start(rig: cl.Model) -> None:
@@ -202,21 +209,17 @@ def test_drawn_curve_is_the_element_s(which: str, request: pytest.FixtureRequest
 
 
 def test_a_measured_curve_is_drawn_to_its_last_point_with_its_points(rig: cl.Model) -> None:
-    zeta = np.linspace(0.12, 0.001, 60)
-    mu = 0.30 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))
-    mu += 0.005 * np.random.default_rng(1).standard_normal(zeta.size)
-    curve = cl.MeasuredCurve(np.where(zeta > 0.06, -zeta, zeta), np.where(zeta > 0.06, -mu, mu))
-    element = cl.ForceElement.from_curve(curve, rig.wheelset.element.contact, radius=0.5)
-    model = with_element(rig, element)
+    """Also if its points, not in order, are those of braking."""
+    mu = MU + 0.005 * np.random.default_rng(1).standard_normal(ZETA.size)
+    sign = np.where(ZETA > 0.06, -1.0, 1.0)
+    model = measured(rig, (sign * ZETA)[::-1], (sign * mu)[::-1])
     root = tree_of(page_of(model))
     curves, _ = read_curve(root)
-    last = curves["falling"][-1]
-    assert last[0] == pytest.approx(12.0, abs=1e-3)
-    assert last[1] == pytest.approx(float(curve.traction_coefficient(0.12)), abs=1e-4)
+    drawn = model.wheelset.element.at_creepage(0.12, speed=10.0)["traction_coefficient"]
+    assert curves["falling"][-1] == pytest.approx([12.0, float(drawn)], abs=1e-3)
     points = curves["points"]
-    assert points[np.argsort(points[:, 0])] == pytest.approx(
-        np.column_stack([100.0 * zeta, mu])[::-1], abs=2e-2
-    )
+    expected = np.column_stack([100.0 * ZETA, mu])
+    assert points[np.argsort(points[:, 0])] == pytest.approx(expected, abs=2e-2)
     assert "Dots are the measured points" in text_of(root)
 
 
@@ -349,15 +352,13 @@ def test_a_checkout_is_unreleased(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_page_of_a_measured_curve_speaks_of_it_alone(rig: cl.Model) -> None:
-    contact = rig.wheelset.element.contact
-    zeta = np.linspace(0.002, 0.15, 20)
-    mu = 0.3 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))
-    curve = cl.MeasuredCurve(zeta, mu, name="<my>.csv")
-    element = cl.ForceElement.from_curve(curve, contact, radius=0.5)
+    element = measured(rig, name="<my>.csv").wheelset.element
     wheel: Any = Missing("no inertia", element=element, radius=0.5)
     root = tree_of(page_of(replace(rig, wheelset=wheel)))
     text = text_of(root)
-    assert curve.summary in text  # file, points, range, misfit and continuation
+    assert (
+        cl.MeasuredCurve(ZETA, MU, name="<my>.csv").summary in text
+    )  # file, points, range, misfit and continuation
     assert "levels off and stays at that level, which is an assumption" in text
     for other in ("Griffith", "Eurosprinter", "microns", "third-body", "-3/2"):
         assert other not in text
@@ -372,11 +373,7 @@ def test_the_page_of_a_measured_curve_speaks_of_it_alone(rig: cl.Model) -> None:
 def test_the_page_of_a_measured_curve_names_the_plane_that_the_fmu_answers(
     locomotive: cl.Model,
 ) -> None:
-    curve = cl.MeasuredCurve(np.linspace(0.002, 0.15, 20), 0.3 * np.ones(20), name="my.csv")
-    contact = locomotive.wheelset.element.contact
-    element = cl.ForceElement.from_curve(curve, contact, radius=0.5)
-    model = with_element(locomotive, element)
-    text = text_of(tree_of(page_of(model)))
+    text = text_of(tree_of(page_of(measured(locomotive))))
     assert "The force for lateral_velocity and spin_velocity is an assumption" in text
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
+import runpy
 import shutil
 import struct
 import subprocess
@@ -16,6 +16,7 @@ from typing import Any
 import fmpy
 import platformdirs
 import pytest
+from fmu_proof import FOLDERS, SUFFIXES
 
 from contactlib.base.writing import PACKAGE, package_folder
 from contactlib.contact import kernel
@@ -50,29 +51,13 @@ def libraries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path
     return paths
 
 
-FOLDERS = {
-    2: {
-        "linux64/Wheel.so": ["x86_64-linux"],
-        "aarch64-linux/Wheel.so": ["aarch64-linux"],
-        "win64/Wheel.dll": ["x86_64-windows"],
-        "darwin64/Wheel.dylib": ["x86_64-darwin", "aarch64-darwin"],
-        "aarch64-darwin/Wheel.dylib": ["aarch64-darwin"],
-    },
-    3: {
-        "x86_64-linux/Wheel.so": ["x86_64-linux"],
-        "aarch64-linux/Wheel.so": ["aarch64-linux"],
-        "x86_64-windows/Wheel.dll": ["x86_64-windows"],
-        "x86_64-darwin/Wheel.dylib": ["x86_64-darwin"],
-        "aarch64-darwin/Wheel.dylib": ["aarch64-darwin"],
-    },
-}
-
-
 @pytest.mark.parametrize("version", FOLDERS)
 def test_each_version_has_its_folders(libraries: dict[str, Path], version: int) -> None:
     expected = {
-        f"binaries/{path}": universal([libraries[name].read_bytes() for name in names])
-        for path, names in FOLDERS[version].items()
+        f"binaries/{folder}/Wheel{SUFFIXES[names[0].split('-')[1]]}": universal(
+            [libraries[name].read_bytes() for name in names]
+        )
+        for folder, names in FOLDERS[version].items()
     }
     once = binaries(PLATFORMS, version, "Wheel")
     assert once == expected
@@ -237,14 +222,9 @@ def test_failure_of_the_compiler_is_one_line(libraries: dict[str, Path], compile
 @pytest.fixture
 def hook() -> ModuleType:
     pytest.importorskip("hatchling")
-    spec = importlib.util.spec_from_file_location(
-        "build_hook", package_folder("fmu") / "build_hook.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    found = ModuleType("build_hook")
+    found.__dict__.update(runpy.run_path(str(package_folder("fmu") / "build_hook.py")))
+    return found
 
 
 Wheel = Callable[..., dict[str, Any]]
