@@ -25,35 +25,24 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
     """Fields of the page's Vehicle, for a wheelset under the Carter-Griffith law."""
     element, resistance = wheelset.element, wheelset.resistance
     contact, friction = element.contact, element.friction
+    own: tuple[tuple[Any, str], ...] = (
+        (contact, "semi_width peak_pressure"),
+        (element, "wheels normal_load k_hat slope_reduction minimum_speed"),
+        (friction, "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity"),
+        (wheelset, "radius inertia mass damping"),
+        (resistance, "constant linear quadratic grade"),
+    )
     return {
         "name": "a wheelset",
         "source": "a test",
         "contact": "elliptic" if isinstance(contact, cl.EllipticContact) else "line",
         "theory": getattr(contact, "theory", "half_space"),
-        "semi_width": contact.semi_width,
-        "peak_pressure": contact.peak_pressure,
-        "wheels": element.wheels,
-        "normal_load": element.normal_load,
         "youngs_modulus": 2.0 * (1.0 - POISSON_RATIO**2) * contact.contact_modulus,
         "poisson_ratio": POISSON_RATIO,
         "static_friction": friction.static,
         "kinetic_friction": friction.kinetic,
-        "k_hat": element.k_hat,
-        "slip_rate_residual": friction.slip_rate_residual,
-        "slip_rate_decay": friction.slip_rate_decay,
-        "softening_temperature": friction.softening_temperature,
-        "thermal_effusivity": friction.thermal_effusivity,
-        "radius": wheelset.radius,
-        "inertia": wheelset.inertia,
-        "mass": wheelset.mass,
-        "damping": wheelset.damping,
-        "slope_reduction": element.slope_reduction,
-        "minimum_speed": element.minimum_speed,
-        "constant": resistance.constant,
-        "linear": resistance.linear,
-        "quadratic": resistance.quadratic,
-        "grade": resistance.grade,
         "initial_speed": initial_speed,
+        **{name: getattr(part, name) for part, names in own for name in names.split()},
     }
 
 

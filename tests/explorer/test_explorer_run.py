@@ -31,10 +31,11 @@ DRIVE = """async ({ vehicle, load, speed, control, fold, interval, steps }) => {
   run.watch(fold);
   run.recordInterval = interval;
   const stored = run.drivetrain.output().stored_energy;
-  for (const [name, ...values] of steps) {
-    if (name === "control") Object.assign(run.control, values[0]);
-    else if (name === "recordInterval") run.recordInterval = values[0];
-    else run[name](...values);
+  for (const step of steps) {
+    if (typeof step === "number") run.advance(step);
+    else if (!Array.isArray(step)) Object.assign(run.control, step);
+    else if (step[0] === "recordInterval") run.recordInterval = step[1];
+    else run[step[0]](...step.slice(1));
   }
   const rows = Object.entries(run.history.window());
   return {
@@ -76,11 +77,16 @@ def drive(
     page: ExplorerPage,
     wheelset: cl.Wheelset,
     control: dict[str, Any],
-    *steps: list[Any],
+    *steps: Any,
     fold: float | None = None,
     interval: float = 2e-3,
     **changes: Any,
 ) -> Driven:
+    """A run under a control, with what is done one after another.
+
+    A number lets some time pass [s], a mapping changes the control, and a list names a method of
+    the page's run and its arguments.
+    """
     given = {
         "vehicle": vehicle_of(wheelset) | changes,
         "load": wheelset.element.normal_load,
@@ -104,18 +110,9 @@ def test_a_slow_ramp_runs_away_where_python_s_does(
     first, rate, duration = 0.99 * fold.drive_torque, 200.0, 2.5
     last = first + rate * duration
     control = {"drive_torque": first, "torque_rate": rate}
-    run = drive(
-        page,
-        wheelset,
-        control,
-        ["control", {"drive_torque": last}],
-        ["advance", duration],
-        fold=fold.creepage,
-    )
+    run = drive(page, wheelset, control, {"drive_torque": last}, duration, fold=fold.creepage)
     other = cl.simulate(
-        wheelset,
-        cl.TorqueControl(cl.Profile((0.0, duration), (first, last))),
-        initial_speed=SPEED,
+        wheelset, cl.TorqueControl(cl.Profile((0.0, duration), (first, last))), initial_speed=SPEED
     )
     assert run.names == ["peak_passed", "slip_away"]
     passed, away = run.first("peak_passed"), run.first("slip_away")
@@ -150,9 +147,9 @@ def test_creep_control_leads_onto_the_falling_branch_as_python_s_does(
         page,
         wheelset,
         HOLDING | gains | {"creepage": start},
-        ["control", {"creepage": FALLING}],
-        ["advance", path.at[-1]],
-        ["advance", 2.0],
+        {"creepage": FALLING},
+        path.at[-1],
+        2.0,
     )
     control = cl.CreepControl(reference=path, torque_min=0.0, torque_max=40e3, **gains)
     other = cl.simulate(
@@ -180,7 +177,7 @@ def test_a_gain_holds_within_its_window_and_loses_outside(
 
     def deviation(gain: float) -> FloatArray:
         given = {"creepage": FALLING, "proportional_gain": gain, "delay": delay}
-        run = drive(page, wheelset, HOLDING | given, ["kick", kick], ["advance", 1.2])
+        run = drive(page, wheelset, HOLDING | given, ["kick", kick], 1.2)
         assert run.sample == SAMPLE
         return np.abs(run["creepage"] - FALLING)
 
@@ -197,9 +194,7 @@ def test_without_an_integral_the_torque_is_the_steady_one_and_the_gain_s(
 ) -> None:
     gain, kick = 1e6, 1e-3
     given = {"creepage": FALLING, "proportional_gain": gain}
-    run = drive(
-        page, rig.wheelset, HOLDING | given, ["kick", kick], ["advance", SAMPLE], interval=SAMPLE
-    )
+    run = drive(page, rig.wheelset, HOLDING | given, ["kick", kick], SAMPLE, interval=SAMPLE)
     steady = rig.wheelset.balanced(creepage=FALLING, speed=SPEED).drive_torque
     assert run["drive_torque"][0] == pytest.approx(steady, rel=1e-12)
     assert run["drive_torque"][-1] == pytest.approx(steady - gain * kick, rel=1e-12)
@@ -214,9 +209,9 @@ def test_no_work_is_lost(page: ExplorerPage, model: str, request: pytest.Fixture
         wheelset,
         {"drive_torque": torque, "torque_rate": 2e3},
         ["layPatch", 0.5, 0.5, 1.0],
-        ["advance", 1.0],
-        ["control", {"drive_torque": 0.5 * torque}],
-        ["advance", 5.0],
+        1.0,
+        {"drive_torque": 0.5 * torque},
+        5.0,
     )
     works = [run.state[name] for name in ("creep_work", "resistance_work", "loss_work")]
     assert run["creepage"].max() > 0.3
@@ -231,7 +226,7 @@ def test_a_wet_patch_begins_and_ends_between_two_rows(page: ExplorerPage, rig: c
         rig.wheelset,
         {"drive_torque": 0.5 * fold_of(rig.wheelset).drive_torque},
         ["layPatch", 0.5, length, 0.05],
-        ["advance", 0.1],
+        0.1,
     )
     assert run.names == ["patch_begins", "patch_ends"]
     lasted = run.first("patch_ends")["time"] - run.first("patch_begins")["time"]
@@ -247,11 +242,11 @@ def test_what_is_done_at_once_is_seen_at_once(page: ExplorerPage, rig: cl.Model)
         page,
         rig.wheelset,
         {"drive_torque": 2e4},
-        ["advance", 0.0102],
+        0.0102,
         ["kick", 0.003],
-        ["advance", 0.0102],
+        0.0102,
         ["setSpeed", 12.0],
-        ["advance", 0.01],
+        0.01,
     )
     before, after = (int(i) for i in np.flatnonzero(np.diff(run["time"]) == 0.0))
     kicked = run["creepage"][before + 1] - run["creepage"][before]
@@ -264,12 +259,7 @@ def test_what_is_done_at_once_is_seen_at_once(page: ExplorerPage, rig: cl.Model)
 
 def test_the_rate_is_that_of_the_creepage(page: ExplorerPage, locomotive: cl.Model) -> None:
     run = drive(
-        page,
-        locomotive.wheelset,
-        {"drive_torque": 2e4},
-        ["kick", 2e-3],
-        ["advance", 0.2],
-        interval=SAMPLE,
+        page, locomotive.wheelset, {"drive_torque": 2e4}, ["kick", 2e-3], 0.2, interval=SAMPLE
     )
     time, rate = run["time"][1:], run["creepage_rate"][1:]
     gone = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
@@ -281,12 +271,7 @@ def test_parameters_change_while_it_runs(page: ExplorerPage, rig: cl.Model) -> N
     load = rig.wheelset.element.normal_load
     heavier = vehicle_of(rig.wheelset) | {"inertia": 500.0, "contact": "elliptic"}
     run = drive(
-        page,
-        rig.wheelset,
-        {"drive_torque": 2e4},
-        ["advance", 0.1],
-        ["configure", heavier, 0.9 * load],
-        ["advance", 0.5],
+        page, rig.wheelset, {"drive_torque": 2e4}, 0.1, ["configure", heavier, 0.9 * load], 0.5
     )
     (at,) = np.flatnonzero(np.diff(run["time"]) == 0.0)
     assert run["creepage"][at + 1] == run["creepage"][at]
@@ -306,20 +291,20 @@ def test_a_change_of_mode_is_no_kick(
         page,
         rig.wheelset,
         {"drive_torque": 0.999 * fold.drive_torque, "torque_rate": 1e3},
-        ["control", {"drive_torque": 1.01 * fold.drive_torque}],
-        ["advance", 0.239],
+        {"drive_torque": 1.01 * fold.drive_torque},
+        0.239,
         ["recordInterval", SAMPLE],
-        ["advance", 0.001],
-        ["control", creep],
-        ["advance", 0.01],
+        0.001,
+        creep,
+        0.01,
         ["recordInterval", 2e-3],
-        ["advance", 3.74],
+        3.74,
         ["recordInterval", SAMPLE],
-        ["advance", 0.01],
-        ["control", {"mode": "torque", "drive_torque": 0.8 * fold.drive_torque}],
-        ["advance", 0.01],
+        0.01,
+        {"mode": "torque", "drive_torque": 0.8 * fold.drive_torque},
+        0.01,
         ["recordInterval", 2e-3],
-        ["advance", 2.0],
+        2.0,
         fold=fold.creepage,
     )
     torque = run["drive_torque"]
@@ -336,7 +321,7 @@ def test_a_change_of_mode_is_no_kick(
 def test_the_integral_does_not_wind_up_at_a_limit(page: ExplorerPage, rig: cl.Model) -> None:
     """After a large kick the torque is zero on the whole way back, and right again soon after."""
     gains = {"proportional_gain": 1e6, "integral_gain": 4e6, "creepage": 0.02}
-    run = drive(page, rig.wheelset, HOLDING | gains, ["kick", 1.0], ["advance", 4.0])
+    run = drive(page, rig.wheelset, HOLDING | gains, ["kick", 1.0], 4.0)
     idle = run["drive_torque"] == 0.0
     assert np.sum(idle) > 50
     assert run["creepage"].max() == pytest.approx(1.02)
@@ -349,19 +334,19 @@ def test_the_integral_does_not_wind_up_at_a_limit(page: ExplorerPage, rig: cl.Mo
     [
         (
             {"drive_torque": 27e3, "torque_rate": 1e6},
-            [["control", {"drive_torque": 60e3}], ["advance", 5.0]],
+            [{"drive_torque": 60e3}, 5.0],
             {},
             r"the rim runs at 120\.\d m/s, above the limit of 120 m/s",
         ),
         (
             {"drive_torque": 10e3},
-            [["kick", -1.2], ["advance", 0.01]],
+            [["kick", -1.2], 0.01],
             {},
             r"the rim runs at -\d\.\d m/s, below the limit of 0 m/s",
         ),
         (
             {"drive_torque": 0.0},
-            [["setSpeed", 0.2], ["advance", 9.0]],
+            [["setSpeed", 0.2], 9.0],
             {"mass": 1e4, "constant": 1e3},
             r"the speed is 0\.100 m/s, below the minimum of 0\.1 m/s",
         ),
@@ -371,11 +356,11 @@ def test_it_stops_where_it_makes_no_sense(
     page: ExplorerPage,
     rig: cl.Model,
     control: dict[str, float],
-    steps: list[list[Any]],
+    steps: list[Any],
     changes: dict[str, float],
     said: str,
 ) -> None:
-    run = drive(page, rig.wheelset, control, *steps, ["advance", 1.0], **changes)
+    run = drive(page, rig.wheelset, control, *steps, 1.0, **changes)
     assert run.stopped is not None
     assert re.fullmatch(said, run.stopped)
     assert run["time"][-1] < 9.0
