@@ -46,42 +46,42 @@ const DECLARED: ByName<Limit> = Object.fromEntries(
   ),
 );
 
-// Far beyond any vehicle, and less than what no run can be computed with: least and largest.
-const RUNS: ByName<[number, number]> = {
-  semi_width: [1e-6, 1],
-  normal_load: [1, 1e8],
-  youngs_modulus: [1e9, 1e13],
-  static_friction: [1e-4, 10],
-  kinetic_friction: [1e-4, 10],
-  radius: [0.01, 10],
-  inertia: [1e-3, 1e9],
-  mass: [1, 1e9],
-  damping: [0, 1e6],
-  slope_reduction: [1e-3, 1],
-  constant: [0, 1e6],
-  linear: [0, 1e5],
-  quadratic: [0, 1e4],
+// What the page allows of numbers that no model file has, and of those of which it allows less: far
+// beyond any vehicle, and less than what no run can be computed with.
+const OWN: ByName<[unit: string, at_least: number, at_most: number]> = {
+  semi_width: ["m", 1e-6, 1],
+  peak_pressure: ["Pa", 1e6, 1e11],
+  normal_load: ["N", 1, 1e8],
+  youngs_modulus: ["Pa", 1e9, 1e13],
+  static_friction: ["1", 1e-4, 10],
+  kinetic_friction: ["1", 1e-4, 10],
+  radius: ["m", 0.01, 10],
+  inertia: ["kg.m2", 1e-3, 1e9],
+  mass: ["kg", 1, 1e9],
+  damping: ["N.m.s/rad", 0, 1e6],
+  slope_reduction: ["1", 1e-3, 1],
+  constant: ["N", 0, 1e6],
+  linear: ["N.s/m", 0, 1e5],
+  quadratic: ["N.s2/m2", 0, 1e4],
+  load: ["N", 1, 1e8],
+  drive_torque: ["N.m", 0, 1e7],
+  torque_rate: ["N.m/s", 0, 1e8],
+  creepage: ["1", 0, 10],
+  torque_max: ["N.m", 0, 1e7],
+  delay: ["s", 0, LONGEST_DELAY],
+  kick: ["1", -0.9, 10],
+  heat: ["1/K", 0, 1],
+  friction_ratio: ["1", 1, 100],
+  patch_friction: ["1", 1e-3, 2],
+  patch_length: ["m", 1e-6, 1e4],
+  patch_time: ["s", 1e-5, 100],
 };
 
-// Below the others stand numbers that no model file has, and those of which the page allows less.
 const SETTING_LIMITS: ByName<Limit> = {
   ...DECLARED,
-  ...Object.fromEntries(Object.entries(RUNS).map(([key, [at_least, at_most]]) =>
-    [key, { unit: DECLARED[key]!.unit, at_least, at_most }])),
-  peak_pressure: { unit: "Pa", at_least: 1e6, at_most: 1e11 },
-  load: { unit: "N", at_least: 1, at_most: 1e8 },
+  ...Object.fromEntries(Object.entries(OWN).map(([key, [unit, at_least, at_most]]) =>
+    [key, { unit, at_least, at_most }])),
   speed: { unit: "m/s", above: 0, at_most: 100 },
-  drive_torque: { unit: "N.m", at_least: 0, at_most: 1e7 },
-  torque_rate: { unit: "N.m/s", at_least: 0, at_most: 1e8 },
-  creepage: { unit: "1", at_least: 0, at_most: 10 },
-  torque_max: { unit: "N.m", at_least: 0, at_most: 1e7 },
-  delay: { unit: "s", at_least: 0, at_most: LONGEST_DELAY },
-  kick: { unit: "1", at_least: -0.9, at_most: 10 },
-  heat: { unit: "1/K", at_least: 0, at_most: 1 },
-  friction_ratio: { unit: "1", at_least: 1, at_most: 100 },
-  patch_friction: { unit: "1", at_least: 1e-3, at_most: 2 },
-  patch_length: { unit: "m", at_least: 1e-6, at_most: 1e4 },
-  patch_time: { unit: "s", at_least: 1e-5, at_most: 100 },
   playback: { unit: "1", above: 0, at_most: 10 },
 };
 
