@@ -826,44 +826,33 @@ def test_no_script_but_the_page_s_own_runs() -> None:
 
 # ---- look -----------------------------------------------------------------------------------
 
-# One line for each element that goes beyond the page, overlaps or is cut.
+# One line for each element that goes beyond the page, overlaps a sibling or is cut.
 FLAWS = """() => {
-  const found = [];
+  const found = [], root = document.documentElement;
   const name = (e) => e.id || (e.textContent ?? String(e)).trim().slice(0, 30) || e.className ||
     e.tagName;
   const seen = (list) => [...list].filter((e) => e.checkVisibility() && e.getClientRects().length &&
     getComputedStyle(e).clipPath === "none");
   const all = (selector) => seen(document.querySelectorAll(selector));
-  const root = document.documentElement;
+  const apart = (elements) => {
+    const boxes = elements.map((e) => e.getBoundingClientRect());
+    boxes.forEach((a, i) => boxes.slice(0, i).forEach((b, j) => {
+      const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const up = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      if (across > 0.5 && up > 0.5) found.push(`${name(elements[j])} and ${name(elements[i])}`);
+    }));
+  };
   if (root.scrollWidth > innerWidth) found.push(`page: ${root.scrollWidth} px wide`);
-  for (const e of all("body *")) {
+  const drive = document.getElementById("drive"); // which a phone keeps in sight, above the others
+  drive.style.position = "static";
+  const plot = ".plot, .plot *, .switch label, #toast"; // which lie one upon another
+  for (const e of all("body, body *")) {
     const { left, right } = e.getBoundingClientRect();
     const chips = e.closest("#stories") !== null; // which scroll by themselves
     if (!chips && (left < -0.5 || right > innerWidth + 0.5) && !e.matches(".skip")) {
       found.push(`${name(e)}: from ${left} to ${right}`);
     }
-  }
-  const apart = (elements) => {
-    const boxes = elements.map((e) => e.getBoundingClientRect());
-    for (let i = 0; i < boxes.length; i++) {
-      for (let j = 0; j < i; j++) {
-        const [a, b] = [boxes[i], boxes[j]];
-        const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
-        const up = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
-        if (across > 0.5 && up > 0.5) found.push(`${name(elements[j])} and ${name(elements[i])}`);
-      }
-    }
-  };
-  const drive = document.getElementById("drive"); // which a phone keeps in sight, above the others
-  drive.style.position = "static";
-  const side = document.querySelector(".side"); // which may scroll by itself
-  const lists = side.checkVisibility() && getComputedStyle(side).display !== "contents"
-    ? [all(".side, .stories, .numbers, figure, header, footer"), all(".panel")]
-    : [all(".stories, .numbers, figure, header, footer, .panel")];
-  for (const list of lists) apart(list);
-  for (const parent of all(".top, .tools, .chips, .transport, .switch, .row, .rows, .parts, " +
-      "dl, dl div, figure, .panel")) {
-    apart(seen(parent.children));
+    if (!e.matches(plot)) apart(seen(e.children).filter((child) => !child.matches(plot)));
   }
   apart(all("dt, dd").map((e) => {
     const text = document.createRange();
@@ -876,8 +865,7 @@ FLAWS = """() => {
   drive.style.position = "";
   for (const e of all("button, dt, dd, label, legend, figcaption, .note, .unit, #story, " +
       "#warning, input[type=text], h1, h2")) {
-    if (getComputedStyle(e).display === "inline") continue;
-    if (e.scrollWidth > e.clientWidth + 1) {
+    if (getComputedStyle(e).display !== "inline" && e.scrollWidth > e.clientWidth + 1) {
       found.push(`${name(e)}: cut, ${e.scrollWidth} of ${e.clientWidth} px`);
     }
   }
