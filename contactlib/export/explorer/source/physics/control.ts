@@ -61,12 +61,13 @@ export class TorqueSource {
     control: Control, creepage: number, saturation: number, steadyTorque: SteadyTorque,
   ): number {
     this.past[this.samples % PAST] = creepage;
-    const law = lawOf(control);
-    const held =
-      law === "torque" ? this.ramp(control) : this.hold(control, law, saturation, steadyTorque);
+    const law = lawOf(control), before = this.torque;
+    if (law !== "torque") this.hold(control, law, saturation, steadyTorque);
+    else this.torque = towards(before, control.drive_torque, control.torque_rate * SAMPLE);
     this.law = law;
     this.samples++;
-    return held;
+    // In the middle of the sample: steps held over samples then follow the ramp.
+    return law === "torque" ? 0.5 * (before + this.torque) : this.torque;
   }
 
   /** Torque at a creepage that is measured without delay [N.m]. */
@@ -76,15 +77,9 @@ export class TorqueSource {
     return Math.min(Math.max(wanted, 0), control.torque_max);
   }
 
-  /** The torque in the middle of the sample: steps held over samples then follow the ramp. */
-  private ramp(control: Control): number {
-    const before = this.torque;
-    this.torque = towards(before, control.drive_torque, control.torque_rate * SAMPLE);
-    return 0.5 * (before + this.torque);
-  }
-
-  private hold(control: Control, law: Law, saturation: number, steadyTorque: SteadyTorque): number {
-    const measured = this.measured(control.delay);
+  private hold(control: Control, law: Law, saturation: number, steadyTorque: SteadyTorque): void {
+    const age = Math.round(control.delay / SAMPLE); // [samples]
+    const measured = this.past[(this.samples - age + PAST) % PAST]!;
     const gain = control.proportional_gain;
     if (this.law === "torque") this.reference = Math.max(measured, 0);
     const steady = law === "integral" ? 0 : steadyTorque(this.reference);
@@ -101,12 +96,6 @@ export class TorqueSource {
     }
     const rate = Math.max(saturation, this.reference);
     this.reference = towards(this.reference, control.creepage, rate * SAMPLE);
-    return this.torque;
-  }
-
-  private measured(delay: number): number {
-    const samples = Math.round(delay / SAMPLE);
-    return this.past[(this.samples - samples + PAST) % PAST]!;
   }
 }
 
