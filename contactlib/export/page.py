@@ -135,10 +135,6 @@ def law(description: Description) -> str:
         "largest error of its slope": f"{table.max_slope_error:.2g}",
         "points compared": f"{table.certificate_points}",
     }
-    rows = "\n".join(
-        f'<tr><th scope="row">{name}</th><td>{value}</td></tr>'
-        for name, value in certificate.items()
-    )
     level = "kinetic friction"
     note = ""
     if _is_measured(table):
@@ -152,9 +148,7 @@ def law(description: Description) -> str:
         f"{speed:g} m/s. {shape}.</figcaption>\n</figure>\n"
         "<p>The law is tabulated. The table is in <code>resources/</code>, and as readable numbers "
         "in <code>resources/creep_table.csv</code>. It was compared with the law at points that "
-        "are not its nodes:</p>\n"
-        '<div class="table"><table>\n<caption>Certificate of the table</caption>\n'
-        f"<tbody>\n{rows}\n</tbody>\n</table></div>"
+        f"are not its nodes:</p>\n{_table('Certificate of the table', (), certificate.items())}"
     )
 
 
@@ -211,15 +205,19 @@ def _cells(v: Variable) -> list[str]:
     return [name, escape(unit), limits, start, escape(v.description)]
 
 
-def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str) -> str:
+def _table(
+    caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = ""
+) -> str:
     head = "".join(f'<th scope="col">{h}</th>' for h in heads)
+    top = f"<thead><tr>{head}</tr></thead>\n" if heads else ""
+    named = f' class="{kind}"' if kind else ""
     body = "\n".join(
         f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in rest)}</tr>'
         for first, *rest in rows
     )
     return (
-        f'<div class="table"><table class="{kind}">\n<caption>{caption}</caption>\n'
-        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table></div>"
+        f'<div class="table"><table{named}>\n<caption>{caption}</caption>\n'
+        f"{top}<tbody>\n{body}\n</tbody>\n</table></div>"
     )
 
 

@@ -174,8 +174,7 @@ def fold_diagram(
         _lag(axes, torque_run, fold, low)
         margin = 0.06 * (high - low)
         limits: dict[str, Any] = {"xlim": (low - margin, high + margin), "ylim": (bottom, top)}
-        labelled(axes, "torque", log="y", **limits)
-        labelled(axes, y="creepage")  # whose ticks are in per cent
+        labelled(axes, "torque", "creepage", log="y", **limits)
         reached = np.concatenate([torque_run["speed"], creep_run["speed"]])
         least, most = reached.min(), reached.max()
         runs = f"\nruns at $V$ = {least:.3g} to {most:.3g} m/s" * bool(most > 1.01 * least)

@@ -259,7 +259,7 @@ def labelled(
         The panel.
     x, y, title : str, optional
         Labels, each a name of `LABELS` or a text, and title. Default: those that are there.
-        Fractions, labelled "[%]", get ticks in per cent, unless their axis is logarithmic.
+        An axis labelled "[%]" is one of fractions: its ticks are in per cent.
     log : str, optional
         The axes that are logarithmic with plain numbers: "x", "y" or "xy".
     steps : tuple of float, optional
@@ -276,7 +276,7 @@ def labelled(
             axis.set_label_text(label)
         if which in log:
             plain_log(axis, *steps)
-        elif label.endswith("[%]"):
+        if label.endswith("[%]"):
             percent_axis(axis)
     if title:
         axes.set_title(title)

@@ -123,7 +123,8 @@ def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold
             )
     title = f"At {speed:.3g} m/s; dots: the steady states at {1e-3 * chosen:.4g} kN m"
     xlim, ylim = (max(0.0, back - 1.0 * width), highest + 0.55 * width), (low, top)
-    _over_torque(axes, title, xlim=xlim, ylim=ylim, legend={})
+    limits: dict[str, Any] = {"xlim": xlim, "ylim": ylim, "legend": {}}
+    labelled(axes, "torque", "creepage", title, log="y", steps=(1.0,), **limits)
 
 
 def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
@@ -138,12 +139,8 @@ def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
     right = 1e-3 * (highest + 0.1 * (highest - lowest))
     top = 1.5 * max(float(curve.creepage[-1]) for curve in curves.values())
     ylim = 0.2 * min(fold.creepage for fold in folds), top
-    _over_torque(axes, title, xlim=(left, right), ylim=ylim, legend={"fontsize": sized(9)})
-
-
-def _over_torque(axes: Axes, title: str, **settings: Any) -> None:
-    labelled(axes, "torque", "", title, log="y", steps=(1.0,), **settings)
-    labelled(axes, y="creepage")  # whose ticks are in per cent
+    limits: dict[str, Any] = {"xlim": (left, right), "ylim": ylim, "legend": {"fontsize": sized(9)}}
+    labelled(axes, "torque", "creepage", title, log="y", steps=(1.0,), **limits)
 
 
 def poles_figure(wheelset: Wheelset, speed: float) -> Figure:

@@ -88,10 +88,10 @@ def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     ]
     simulated = [float(_run(wheelset, speed, part, end).time[-1]) for part in SIMULATED]
     ms = 1e3
-    axes.plot(100.0 * OVERLOADS, ms * np.array(exact), color=paint.blue, label="integral")
+    axes.plot(OVERLOADS, ms * np.array(exact), color=paint.blue, label="integral")
     line: dict[str, Any] = {"color": paint.grey, "ls": DASHED, "lw": 1.6}
-    axes.plot(100.0 * OVERLOADS, ms * np.array(closed), label="closed form", **line)
-    points = 100.0 * np.array(SIMULATED), ms * np.array(simulated)
+    axes.plot(OVERLOADS, ms * np.array(closed), label="closed form", **line)
+    points = SIMULATED, ms * np.array(simulated)
     axes.plot(*points, "o", color=paint.ink, mfc=paint.paper, label="simulated")
     labels = "overload: torque above that of the fold  [%]", "slip-away time  [ms]"
     labelled(axes, *labels, "Time to run away", log="xy", steps=(1.0, 2.0, 5.0), legend={})
