@@ -140,7 +140,23 @@ def sized(size: float) -> float:
     return 0.1 * size * float(mpl.rcParams["font.size"])
 
 
-class captions:  # noqa: N801
+class _Setting:
+    """A setting that holds from a statement on, or in a ``with`` statement inside only."""
+
+    now: Any
+
+    def __init__(self, value: Any) -> None:
+        self._before = type(self).now
+        type(self).now = value
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, *_: object) -> None:
+        type(self).now = self._before
+
+
+class captions(_Setting):  # noqa: N801
     """Whether figures are drawn with their captions.
 
     As a statement it holds from then on; in a ``with`` statement it holds inside only.
@@ -159,20 +175,13 @@ class captions:  # noqa: N801
     ''
     """
 
-    shown = True  # now
+    now = True
 
     def __init__(self, shown: bool) -> None:
-        self._before = captions.shown
-        captions.shown = bool(shown)
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, *_: object) -> None:
-        captions.shown = self._before
+        super().__init__(bool(shown))
 
 
-class page_size:  # noqa: N801
+class page_size(_Setting):  # noqa: N801
     """Size of all figures that are drawn, in place of one that grows with the text.
 
     As a statement it holds from then on; in a ``with`` statement it holds inside only.
@@ -196,17 +205,10 @@ class page_size:  # noqa: N801
     [13.33, 7.5]
     """
 
-    inches: tuple[float, float] | None = None  # now
+    now: tuple[float, float] | None = None
 
     def __init__(self, size: str | None) -> None:
-        self._before = page_size.inches
-        page_size.inches = None if size is None else _inches(size)
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, *_: object) -> None:
-        page_size.inches = self._before
+        super().__init__(None if size is None else _inches(size))
 
 
 def _inches(size: str) -> tuple[float, float]:
@@ -229,7 +231,7 @@ def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
     It grows with the text, so that what fits beside each other fits in any size of text, unless a
     `page_size` holds.
     """
-    inches = page_size.inches or (sized(width), sized(height))
+    inches = page_size.now or (sized(width), sized(height))
     figure = Figure(figsize=inches, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(**grid)
@@ -349,7 +351,7 @@ def line_length(figure: Figure, per_inch: float) -> int:
 
 def typeset(figure: Figure, caption: str) -> str:
     """Wrap a caption to the figure's width and typeset its symbols; empty if captions are off."""
-    if not captions.shown:
+    if not captions.now:
         return ""
     lines = textwrap.fill(caption, line_length(figure, 14.5), break_on_hyphens=False)
     return re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
@@ -357,7 +359,7 @@ def typeset(figure: Figure, caption: str) -> str:
 
 def add_caption(figure: Figure, caption: str) -> None:
     """Set a caption under a figure."""
-    if captions.shown:
+    if captions.now:
         look: dict[str, Any] = {"ha": "left", "size": sized(9), "linespacing": 1.4}
         figure.supxlabel(typeset(figure, caption), x=0.01, **look)
 

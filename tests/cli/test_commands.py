@@ -276,8 +276,8 @@ def test_figures_have_the_formats_and_captions_that_are_asked_for(
 
     usual, bare = lines_of_text("--size", "4:3"), lines_of_text("--no-caption")
     assert all(few < many for few, many in zip(bare, usual, strict=True))
-    assert figures.captions.shown
-    assert figures.page_size.inches is None
+    assert figures.captions.now
+    assert figures.page_size.now is None
 
 
 def test_a_figure_that_cannot_be_drawn_leaves_the_others(

@@ -147,7 +147,7 @@ def test_a_page_has_its_size_until_another_is_set(size: str, inches: tuple[float
 def test_what_is_no_page_is_refused(size: str) -> None:
     with pytest.raises(ValueError, match="must be 16:9, 4:3 or a width and a height in inches"):
         figures.page_size(size)
-    assert figures.page_size.inches is None
+    assert figures.page_size.now is None
 
 
 def test_a_style_sheet_is_hers_too() -> None:
