@@ -192,20 +192,6 @@ def test_figure_6_shows_the_points_and_the_fit(figures: dict[int, Figure]) -> No
     assert np.all(curve(axes, "cohesive zone").y[far] > mu[far])  # the true tail
 
 
-@pytest.mark.parametrize(
-    ("number", "said"),
-    [
-        (1, "Eq. (11) lacks a minus sign"),
-        (2, "static friction, which no force exceeds"),
-        (4, "both start with slope 2"),
-        (5, "it is slightly higher"),
-        (6, "The paper compares with other measurements"),
-    ],
-)
-def test_captions_say_where_the_text_differs(number: int, said: str) -> None:
-    assert said in PAPER_FIGURES[number].caption
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2, 3, 4, 5, 6, None])
 def test_caption_is_under_the_figure_and_nothing_is_covered(

@@ -85,32 +85,24 @@ const LONGEST = 4000; // characters of an address
 
 type Value = number | string | null;
 
-/** The settings by their keys in the address; none occurs twice. */
-function flat({ vehicle, normalLoad, speed, control, patch, playback }: Settings): Record<string, Value> {
-  return {
-    ...vehicle,
-    load: normalLoad,
-    speed,
-    ...control,
-    patch_friction: patch.friction,
-    patch_length: patch.length,
-    playback,
-  };
+type Values = Record<string, Value>;
+
+/** Objects that hold the values of the address, and names there; no key occurs twice. */
+function placesOf(settings: Settings): [key: string, owner: Values, name: string][] {
+  const { vehicle, control, patch } = settings as unknown as Record<string, Values>;
+  const own = (owner: Values): [string, Values, string][] =>
+    Object.keys(owner).map((key) => [key, owner, key]);
+  const all = settings as unknown as Values;
+  return [
+    ...own(vehicle!), ["load", all, "normalLoad"], ["speed", all, "speed"], ...own(control!),
+    ["patch_friction", patch!, "friction"], ["patch_length", patch!, "length"],
+    ["playback", all, "playback"],
+  ];
 }
 
-function unflat(values: Record<string, Value>, { preset, vehicle, control }: Settings): Settings {
-  const pick = <Part extends object>(part: Part): Part =>
-    Object.fromEntries(Object.keys(part).map((key) => [key, values[key]])) as Part;
-  const { load, speed, patch_friction, patch_length, playback } = values as Record<string, number>;
-  return {
-    preset,
-    vehicle: pick(vehicle),
-    normalLoad: load!,
-    speed: speed!,
-    control: pick(control),
-    patch: { friction: patch_friction!, length: patch_length! },
-    playback: playback!,
-  };
+/** The values of settings by their keys in the address. */
+function flat(settings: Settings): Values {
+  return Object.fromEntries(placesOf(settings).map(([key, owner, name]) => [key, owner[name]!]));
 }
 
 /** The part of the page's address that holds these settings, to the last bit. */
@@ -152,11 +144,13 @@ export function fromAddress(hash: string): { settings: Settings; problems: strin
     problems.push(problem);
     for (const key of keys) values[key] = before[key]!;
   }
-  return { settings: unflat(values, preset), problems };
+  const settings = structuredClone(preset);
+  for (const [key, owner, name] of placesOf(settings)) owner[name] = values[key]!;
+  return { settings, problems };
 }
 
 /** Put one value of an address among the others; returns the problem with it, if there is one. */
-function take(key: string, text: string, values: Record<string, Value>): string | null {
+function take(key: string, text: string, values: Values): string | null {
   if (!Object.hasOwn(values, key)) return `${shown(key)} is not a known key`;
   const choices = Object.hasOwn(CHOICES, key) ? CHOICES[key]! : null;
   if (choices !== null && !choices.includes(text)) {
