@@ -126,17 +126,16 @@ def controllers(outcome: DataArray) -> list[str]:
 def _cases(
     data: Dataset, outcome: str, axes: tuple[str, ...], further: list[str]
 ) -> Iterator[Case]:
-    data = data.transpose(*further, ..., *reversed(axes))
-    for third in range(data.sizes[further[0]]) if further else [0]:
-        part = data.isel(dict.fromkeys(further, third))
-        text = _at(part[further[0]]) if further else ""
-        names: list[str | None] = [*controllers(data[outcome])]
-        for name in names or [None]:
-            one = part if name is None else part.sel({CONTROLLER: name})
-            values = one[outcome].values
-            failed = one[FAILED].values > 0.0 if FAILED in one else np.zeros(values.shape, bool)
-            margin = one[MARGIN].values if MARGIN in one else None
-            yield Case(name, text, values, failed, margin)
+    data, names = data.transpose(*further, ..., *reversed(axes)), controllers(data[outcome])
+    panels = {name: data.sizes[name] for name in further} | (
+        {CONTROLLER: len(names)} if names else {}
+    )
+    for place in np.ndindex(*panels.values()):
+        one = data.isel(dict(zip(panels, place, strict=True)))
+        values, name = one[outcome].values, names[place[-1]] if names else None
+        failed = one[FAILED].values > 0.0 if FAILED in one else np.zeros(values.shape, bool)
+        margin = one[MARGIN].values if MARGIN in one else None
+        yield Case(name, _at(one[further[0]]) if further else "", values, failed, margin)
 
 
 def title_of(case: Case) -> str:
