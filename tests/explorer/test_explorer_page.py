@@ -545,7 +545,7 @@ def test_keys_do_what_the_help_says(visitor: Visitor) -> None:
     assert pressed(" ", "playing") == (False, True)
     before, after = pressed("k", "run.now.creepage")
     assert after - before == pytest.approx(visitor.state("kickSize"), rel=1e-9)
-    before, after = pressed("w", "run.patch")
+    before, after = pressed("w", "run.motion.patch")
     assert before is None
     assert after["friction"] == 0.5
     before, after = pressed("r", "run.now.time")

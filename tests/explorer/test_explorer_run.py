@@ -41,8 +41,8 @@ DRIVE = """async ({ vehicle, load, speed, control, fold, interval, steps }) => {
     rows: Object.fromEntries(rows.map(([name, values]) => [name, Array.from(values)])),
     events: run.takeEvents(),
     stopped: run.stopped,
-    state: { ...run.drivetrain.state },
-    patch: run.patch,
+    state: { ...run.motion.drivetrain.state },
+    patch: run.motion.patch,
     sample: contactlib.run.SAMPLE,
   };
 }"""

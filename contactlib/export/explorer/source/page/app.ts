@@ -298,7 +298,7 @@ export class App {
 
   /** Friction of the patch that lies on the rail or, if there is none, of the next one. */
   private get wetFriction(): number {
-    return this.run.patch?.friction ?? this.settings.patch.friction;
+    return this.run.motion.patch?.friction ?? this.settings.patch.friction;
   }
 
   private newPicture(speed: number): Picture {
@@ -351,7 +351,7 @@ export class App {
       write(find("clearing"), "Under creep control the torque follows the patch: try it.");
       return;
     }
-    if (run.patch !== null) return; // the prediction stands until the patch is past
+    if (run.motion.patch !== null) return; // the prediction stands until the patch is past
     const clears = clearing(this.shown.plant, run.now.drive_torque, run.now.speed, settings.patch.friction);
     const away = clears !== null && run.now.creepage > clears.border;
     write(find("clearing"), away ? "The wheel is already beyond the border of its grip."

@@ -2,7 +2,7 @@
 
 import type { Limit } from "../files/declared";
 import { decimal } from "../files/reading";
-import { allows, type Limits, limitText } from "../physics/limits";
+import { allows, limitText } from "../physics/limits";
 import { made } from "./elements";
 import { plain } from "./format";
 
@@ -106,7 +106,7 @@ export class Row {
     if (Number.isNaN(value)) {
       this.refuse(`${label}: "${this.field.value}" is not a number`);
     } else if (!allows(limit, value)) {
-      this.refuse(`${label} must be ${limitText(inUnits(limit, scale))} ${unit}`.trim());
+      this.refuse(`${label} must be ${limitText(limit, (bound) => plain(bound / scale))} ${unit}`.trim());
     } else if (this.take(value)) {
       this.show(true);
     }
@@ -139,12 +139,4 @@ export class Row {
 function number(typed: string): number {
   const text = typed.trim().replace("\u2212", "-");
   return /^-?[1-9]\d{0,2}(,\d{3})+$/.test(text) ? NaN : decimal(text.replace(",", "."));
-}
-
-/** A limit in the units that are shown. */
-function inUnits(limit: Limit, scale: number): Limits {
-  const bounds = (["above", "at_least", "below", "at_most"] as const)
-    .filter((bound) => limit[bound] !== undefined)
-    .map((bound) => [bound, Number(plain((limit[bound] as number) / scale))]);
-  return Object.fromEntries(bounds);
 }

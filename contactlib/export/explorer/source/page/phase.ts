@@ -35,13 +35,13 @@ export class PhasePortrait extends View {
   }
 
   draw(moment: Moment): void {
-    const { run, shown, rests, span } = moment;
-    if (this.wet !== run.onPatch) {
-      this.wet = run.onPatch;
+    const { run, shown, rests, span } = moment, { onPatch } = run.motion;
+    if (this.wet !== onPatch) {
+      this.wet = onPatch;
       this.show(shown);
     }
     this.chart.draw((pen) => {
-      const curves = run.onPatch && shown.wet !== null ? shown.wet : shown.dry;
+      const curves = onPatch && shown.wet !== null ? shown.wet : shown.dry;
       const border = rests.find((state) => !isStable(state) && state.creepage > 0);
       if (border !== undefined && moment.control.mode === "torque") {
         pen.band(0, border.creepage, "shade");

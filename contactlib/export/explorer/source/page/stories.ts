@@ -165,7 +165,7 @@ export const STORIES: Story[] = [
         restBeforePatch),
       step(0.11, (app) => `This one lasts ${lasts(app)}, nine tenths of the critical clearing time: the ` +
         "wheel comes back.", (app) => patchStory(app, 0.9)),
-      step((app) => !app.run.onPatch && app.run.now.creepage > 1.15 * border(app),
+      step((app) => !app.run.motion.onPatch && app.run.now.creepage > 1.15 * border(app),
         (app) => `This one lasts ${lasts(app)}, eleven tenths: it crosses the border, and good friction ` +
           "does not bring it back.", (app) => {
           restBeforePatch(app);

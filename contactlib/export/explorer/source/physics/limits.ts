@@ -8,22 +8,23 @@ export interface Limits {
   at_most?: number;
 }
 
+const BOUNDS: [keyof Limits, sign: string, holds: (value: number, bound: number) => boolean][] = [
+  ["above", ">", (value, bound) => value > bound],
+  ["at_least", ">=", (value, bound) => value >= bound],
+  ["below", "<", (value, bound) => value < bound],
+  ["at_most", "<=", (value, bound) => value <= bound],
+];
+
 /** Whether a number is finite and within its limits. */
 export function allows(limits: Limits, value: number): boolean {
-  return (
-    Number.isFinite(value) &&
-    value > (limits.above ?? -Infinity) &&
-    value >= (limits.at_least ?? -Infinity) &&
-    value < (limits.below ?? Infinity) &&
-    value <= (limits.at_most ?? Infinity)
-  );
+  return Number.isFinite(value) &&
+    BOUNDS.every(([name, , holds]) => limits[name] === undefined || holds(value, limits[name]));
 }
 
-/** The limits in words, such as "finite and > 0". */
-export function limitText({ above, at_least, below, at_most }: Limits): string {
-  const bounds = [[">", above], [">=", at_least], ["<", below], ["<=", at_most]] as const;
-  const given = bounds.filter(([, bound]) => bound !== undefined);
-  return ["finite", ...given.map(([sign, bound]) => `${sign} ${bound}`)].join(" and ");
+/** The limits in words and in some unit, such as "finite and > 0". */
+export function limitText(limits: Limits, shown: (bound: number) => string = String): string {
+  const given = BOUNDS.filter(([name]) => limits[name] !== undefined);
+  return ["finite", ...given.map(([name, sign]) => `${sign} ${shown(limits[name]!)}`)].join(" and ");
 }
 
 /** One line that says how a number breaks its limits, as it was given; null if it does not. */

@@ -2,7 +2,6 @@
  * A live run of one wheelset with a rigid axle and two equal wheels. The kernel steps its equations;
  * here is the torque of each sample, what the user does meanwhile, the record, and when to stop.
  */
-import type { Drivetrain, Patch } from "../kernel/kernel";
 import { checkControl, type Control, SAMPLE, TorqueSource } from "./control";
 import { demand } from "./limits";
 import { Motion } from "./motion";
@@ -29,11 +28,12 @@ export class Run {
   stopped: string | null = null;
   /** The present moment. */
   now!: Row;
+  /** The wheelset and the patch on its rail. */
+  readonly motion = new Motion();
   readonly history = new History(ROWS);
   /** Simulated time between rows of the history [s]; a jump has a row on either side. */
   recordInterval = 2e-3;
 
-  private readonly motion = new Motion();
   private readonly source = new TorqueSource();
   private readonly watcher = new Watch();
   private kept: Row | null = null; // the last row of the history
@@ -115,13 +115,13 @@ export class Run {
     demand("friction", friction, { at_least: 1e-3, at_most: 1e3 });
     demand("length", length, { at_least: 1e-6 });
     demand("ahead", ahead, { at_least: 0 });
-    const wasWet = this.onPatch;
-    const begins = this.drivetrain.state.distance + ahead;
-    const lay = (): void => this.motion.layPatch({ begins, ends: begins + length, friction });
+    const { motion } = this, wasWet = motion.onPatch;
+    const begins = motion.drivetrain.state.distance + ahead;
+    const lay = (): void => motion.layPatch({ begins, ends: begins + length, friction });
     if (wasWet || ahead === 0) this.jump(lay);
     else lay();
     if (wasWet) this.tell("patch_ends");
-    if (this.onPatch) this.tell("patch_begins");
+    if (motion.onPatch) this.tell("patch_begins");
   }
 
   /** Torque of the control at a creepage that is measured without delay [N.m]. */
@@ -134,19 +134,6 @@ export class Run {
     const { events } = this;
     this.events = [];
     return events;
-  }
-
-  /** The kernel's drivetrain, with the works that were done since the start. */
-  get drivetrain(): Drivetrain {
-    return this.motion.drivetrain;
-  }
-  /** Whether the wheels are on the patch. */
-  get onPatch(): boolean {
-    return this.motion.onPatch;
-  }
-  /** The patch that lies ahead of the wheels or under them. */
-  get patch(): Patch | null {
-    return this.motion.patch;
   }
 
   private grip(speed: number): number {
