@@ -287,7 +287,7 @@ class Plant:
         *,
         sample_time: float = 0.01,
         step: float | None = None,
-        tolerance: float = 1e-8,
+        tolerance: float = 1e-7,
         initial_creepage: float | None = None,
     ) -> None:
         self._alone = isinstance(scenario, Scenario)

@@ -66,7 +66,7 @@ def run_scenario(
     initial_creepage: float | None = None,
     index: int = 0,
     step: float | None = None,
-    tolerance: float = 1e-8,
+    tolerance: float = 1e-7,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Result:
     """Run a scenario under one traction controller.
