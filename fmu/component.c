@@ -92,11 +92,6 @@ static const model *model_of_token(const char *token) {
     return model_of(kind);
 }
 
-static int is_given(const model_variable *v) {
-    return v->role == FIXED_PARAMETER || v->role == TUNABLE_PARAMETER || v->role == INPUT ||
-           v->role == STATE;
-}
-
 static int is_truth(const model_variable *v) { return v->unit == TRUTH; }
 
 static int is_in_range(const model_variable *v, double value) {
@@ -111,7 +106,7 @@ static const model_variable *misplaced(const model *m, const model_values *start
     for (size_t i = 0; i < m->count; i++) {
         const model_variable *v = &m->variables[i];
         double value = model_get(v, values);
-        if (!is_given(v)) continue;
+        if (!model_is_given(v)) continue;
         if (model_has(v, start) ? !is_in_range(v, value) : value != model_get(v, start)) return v;
     }
     return NULL;
@@ -136,10 +131,10 @@ static const char *read_start_values(const model *m, model_values *values, doubl
     size_t wanted = 1, at = CHECKED_FILE_FRAME;
     const char *error = checked_file_error(bytes, size, "CREEPVAL", START_VALUES_VERSION);
     if (error != NULL) return error;
-    for (size_t i = 0; i < m->count; i++) wanted += (size_t)is_given(&m->variables[i]);
+    for (size_t i = 0; i < m->count; i++) wanted += (size_t)model_is_given(&m->variables[i]);
     if (size != at + wanted * sizeof(double)) return "the number of values is not the model's";
     for (size_t i = 0; i < m->count; i++) {
-        if (!is_given(&m->variables[i])) continue;
+        if (!model_is_given(&m->variables[i])) continue;
         double value;
         memcpy(&value, (const char *)bytes + at, sizeof value);
         model_set(&m->variables[i], values, value);
@@ -405,7 +400,7 @@ result component_check(component *self, unsigned reference, int boolean, double 
     if (v == NULL) return RESULT_ERROR;
     int running = (RUNNING >> self->now.stage & 1u) != 0;
     const char *why = NULL;
-    if (!is_given(v)) why = ": it is calculated";
+    if (!model_is_given(v)) why = ": it is calculated";
     else if (running && (v->role == FIXED_PARAMETER || v->role == STATE))
         why = " after initialization";
     if (why != NULL) {
@@ -593,7 +588,7 @@ static result check_references(component *self, const unsigned *references, size
     for (size_t i = 0; i < count; i++) {
         const model_variable *v = find(self, references[i], 0);
         if (v == NULL) return RESULT_ERROR;
-        if (unknown ? is_unknown(v) : is_given(v) || v->role == INDEPENDENT) continue;
+        if (unknown ? is_unknown(v) : model_is_given(v) || v->role == INDEPENDENT) continue;
         component_log(self, RESULT_ERROR, "%s cannot be the %s of a derivative", v->name,
                       unknown ? "unknown" : "known");
         return RESULT_ERROR;
@@ -605,8 +600,11 @@ static result check_references(component *self, const unsigned *references, size
 static void follow(component *self, const model_values *direction, const unsigned *unknowns,
                    size_t count, double *changes) {
     const model *m = self->model;
-    model_values change = {0};
-    m->tangent(&self->table, &self->now.values, direction, &change);
+    model_values change;
+    int diagnostics = 0;
+    for (size_t i = 0; i < count; i++)
+        diagnostics |= model_is_diagnostic(&m->variables[unknowns[i]]);
+    model_tangent(m, &self->table, &self->now.values, direction, diagnostics, &change);
     for (size_t i = 0; i < count; i++) {
         const model_variable *v = &m->variables[unknowns[i]];
         changes[i] = model_get(v, v->role == STATE ? direction : &change);

@@ -52,8 +52,6 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
 }
 
 #ifndef ONE_FILE_KERNEL
-#include "force_tangent.h"
-
 double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
 
 void force_element_scales(const force_element_parameters *p, double normal_load,
@@ -86,13 +84,5 @@ double force_element_force(const creep_table *table, const force_element_paramet
     in.friction_scale = friction_scale;
     force_element_evaluate(table, parameters, &in, &out);
     return out.creep_force;
-}
-
-void force_element_tangent(const creep_table *table, const force_element_parameters *parameters,
-                           const force_element_input *input, const force_element_output *output,
-                           const force_element_parameters *parameters_direction,
-                           const force_element_input *input_direction,
-                           force_element_output *change) {
-    force_tangent(table, parameters, input, output, parameters_direction, input_direction, change);
 }
 #endif /* ONE_FILE_KERNEL */

@@ -43,8 +43,8 @@ typedef struct {
     double lateral_force;        /* on the wheel, to the left [N] */
     double spin_moment;          /* on the wheel, about the vertical axis upwards [N.m] */
     double creepage;             /* zeta [1] */
-    double normalized_creepage;  /* x = zeta/zeta0; zeta is the relaxed creepage if relaxed [1] */
     double traction_coefficient; /* creep force over normal load [1] */
+    double normalized_creepage;  /* x = zeta/zeta0; zeta is the relaxed creepage if relaxed [1] */
     double force_gradient;       /* d(creep force)/d(slip velocity) at fixed speed [N.s/m] */
     double k_hat;                /* at this load, friction and slip speed [1] */
     double saturation_creepage;  /* zeta0 at this load, friction and slip speed [1] */
@@ -120,14 +120,12 @@ CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 size_t n, const force_element_input *input,
                                                 force_element_output *output);
 
-/* Directional derivative of the output's members from the creep force to the relaxation rate, and
- * of the margins, when parameters and input change along a direction; output must belong to them.
- */
+/* Exact changes of the output's members from the creep force to the traction coefficient, and of
+ * the relaxation rate, when the input changes along a direction; output must belong to it. */
 CONTACTLIB_API void force_element_tangent(const creep_table *table,
                                           const force_element_parameters *parameters,
                                           const force_element_input *input,
                                           const force_element_output *output,
-                                          const force_element_parameters *parameters_direction,
                                           const force_element_input *input_direction,
                                           force_element_output *change);
 

@@ -150,54 +150,91 @@ const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t
     return NULL;
 }
 
-double tangent_in_plane(const creep_table *table, const force_element_parameters *p,
-                        const force_element_input *in, const force_element_parameters *dp,
-                        const force_element_input *din, const force_change *change,
-                        force_element_output *dout) {
-    force_element_parameters there = force_element_at_load(p, in->normal_load);
-    const plane_contact *plane = table->plane;
-    state_in_plane s = state_in_plane_of(table, &there, in);
-    const double *force = s.force.force, *l = s.creepage;
-    double slower = -change->reference * s.at.inverse_speed;
-    double turned = din->speed * s.at.inverse_speed + s.direction * slower;
-    double dlog_velocity = slower - change->log_zeta0, dlaw[3], dforce[3];
-    double dl[3] = {
-        change->acting * s.at.inverse_saturation - l[0] * change->log_zeta0,
-        l[1] * dlog_velocity -
-            plane->shape.stiffness_ratio * s.per_velocity * din->lateral_velocity,
-        l[2] * (dlog_velocity + change->log_width) -
-            s.per_spin * (din->spin_velocity * s.direction + in->spin_velocity * turned)};
-    for (int i = 0; i < 3; i++) dlaw[i] = follows(&s.law, i, dl, change->log_k);
-    double dmost = (dp->static_friction - s.most * dp->kinetic_friction) / p->kinetic_friction;
-    double other = fabs(dp->softening) + fabs(dmost);
-    if (other > 1e-300) { /* by central differences */
-        double e = 1e-5 / other;
-        plane_value after, before;
-        law_of(table, &s, there.softening + e * dp->softening, s.most + e * dmost, &after);
-        law_of(table, &s, there.softening - e * dp->softening, s.most - e * dmost, &before);
-        for (int i = 0; i < 3; i++) dlaw[i] += (after.force[i] - before.force[i]) / (2.0 * e);
-    }
-    double dsize = 0.0;
-    if (s.size > 0.0) dsize = (s.law.force[0] * dlaw[0] + s.law.force[1] * dlaw[1]) / s.size;
-    memcpy(dforce, dlaw, sizeof dforce);
-    for (int i = 0; i < 2 && s.held; i++) {
-        double unit = s.law.force[i] / s.size;
-        dforce[i] = (dlaw[i] - unit * dsize) * s.most / s.size + unit * dmost;
-    }
+/* Without load or friction: the force that begins is that of a patch that slides all over. */
+static void begin_to_grip(const creep_table *table, const force_element_parameters *p,
+                          const force_element_input *in, const force_element_input *din,
+                          force_element_output *dout) {
+    int loaded = is_loaded(p, in->normal_load);
+    if (!loaded && (in->normal_load < 0.0 || !has_friction(in))) return;
+    friction_fall fall = friction_without_grip(table, p, in);
+    force_state at = begin_force(table, p, contact_scales_of(p), in, &fall, 0.0);
+    double share[2], more = loaded ? in->normal_load * din->friction_scale : din->normal_load;
+    sliding_shares(table, p, in, &at, share);
+    dout->creep_force = share[0] * more;
+    dout->lateral_force = share[1] * more;
+    dout->traction_coefficient = loaded ? share[0] * din->friction_scale : 0.0;
+}
 
-    double kinetic = s.at.kinetic, sliding = kinetic * in->normal_load;
-    double dsliding = sliding * change->log_kinetic + kinetic * din->normal_load;
-    double mean = there.semi_width * sqrt(plane->axes_ratio);
-    dout->lateral_force = dsliding * force[1] + sliding * dforce[1];
-    dout->spin_moment = mean * (s.direction * (dsliding * force[2] + sliding * dforce[2]) +
-                                sliding * force[2] * (s.direction * change->log_width + turned));
-    double pace = 0.0;
-    for (int i = 0; i < 3; i++) pace += fabs(dl[i]) / (fabs(l[i]) + 1e-2);
-    if (!is_in_plane(table, in)) return pace;
-    dout->traction_coefficient = kinetic * (force[0] * change->log_kinetic + dforce[0]);
-    dout->creep_force = dsliding * force[0] + sliding * dforce[0];
-    dout->force_margin =
-        p->kinetic_friction * dsize + s.size * dp->kinetic_friction - dp->static_friction;
-    return pace;
+/* See relaxation.h; the saturation creepage changes along, too. */
+static double relaxation_change(const force_element_parameters *p, const force_element_input *in,
+                                const force_element_output *out, const force_element_input *din,
+                                double dlog_zeta0) {
+    double slip = slip_of(p, in), zeta = in->relaxed_creepage, length = p->relaxation_length;
+    double dslip = p->radius * din->omega - din->speed, dzeta = din->relaxed_creepage;
+    double zeta0 = out->saturation_creepage, limit = sliding_limit(zeta0), dlog_length = 0.0;
+    double decay = fabs(in->speed), ddecay = direction_of(in->speed) * din->speed;
+    if (fabs(zeta) > limit) {
+        double dlog_limit = limit == zeta0 ? dlog_zeta0 : 0.0;
+        decay = sliding_decay(slip, in->speed, limit);
+        if (decay > fabs(in->speed)) ddecay = decay * (dslip / slip - dlog_limit);
+        length *= limit / fabs(zeta);
+        dlog_length = dlog_limit - dzeta / zeta;
+    }
+    return (dslip - ddecay * zeta - decay * dzeta) / length - out->relaxation_rate * dlog_length;
+}
+
+void force_element_tangent(const creep_table *table, const force_element_parameters *p,
+                           const force_element_input *in, const force_element_output *out,
+                           const force_element_input *din, force_element_output *dout) {
+    static const plane_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
+    int relaxed = p->relaxation_length > 0.0, grips = can_grip(p, in);
+    double dlog_zeta0 = 0.0, drolling = p->radius * din->omega;
+    dout->creep_force = dout->lateral_force = dout->spin_moment = dout->traction_coefficient = 0.0;
+    dout->creepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
+    if (!grips) begin_to_grip(table, p, in, din, dout);
+    if (grips) {
+        creep_table along = *table;
+        if (table->plane == NULL) along.plane = &NO_CONTACT;
+        force_element_parameters there = force_element_at_load(p, in->normal_load);
+        state_in_plane s = state_in_plane_of(&along, &there, in);
+        const plane_contact *plane = along.plane;
+        const friction_fall *g = &s.fall;
+        const double *force = s.force.force, *l = s.creepage;
+        double dlog_width = p->load_exponent * din->normal_load / in->normal_load;
+        double dlog_friction = din->friction_scale / in->friction_scale;
+        double spread = plane->slip_spread * there.semi_width;
+        double dturning = s.slip.turning * dlog_width + spread * din->spin_velocity, dslip = 0.0;
+        if (s.slip.size > 0.0)
+            dslip = (s.slip.along * (drolling - din->speed) -
+                     s.slip.across * din->lateral_velocity + s.slip.turning * dturning) /
+                    s.slip.size;
+        double by_log_friction = g->by_log_heating + g->by_log_zeta0 - 0.5 * g->by_log_k;
+        double dlog_kinetic = dlog_friction * (1.0 + by_log_friction) + g->by_slip * dslip +
+                              g->by_rolling * drolling + g->by_speed * din->speed +
+                              s.at.log_g_by_log_load * din->normal_load / in->normal_load;
+        dlog_zeta0 = dlog_kinetic + dlog_width;
+        double dlog_k = out->k_hat_limited > 0.0 ? 0.0 : -0.5 * dlog_kinetic - dlog_width;
+        double slower = -s.at.speed_slope * din->speed * s.at.inverse_speed;
+        double turned = din->speed * s.at.inverse_speed + s.direction * slower;
+        double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
+        double dl[3] = {
+            dacting * s.at.inverse_saturation - l[0] * dlog_zeta0,
+            l[1] * (slower - dlog_zeta0) -
+                plane->shape.stiffness_ratio * s.per_velocity * din->lateral_velocity,
+            l[2] * (slower - dlog_kinetic) -
+                s.per_spin * (din->spin_velocity * s.direction + in->spin_velocity * turned)};
+        double kinetic = s.at.kinetic, load = in->normal_load, dforce[3];
+        for (int i = 0; i < 3; i++) /* over the sliding force */
+            dforce[i] = force[i] * dlog_kinetic + follows(&s.force, i, dl, dlog_k);
+        double mean = there.semi_width * sqrt(plane->axes_ratio), sliding = kinetic * load;
+        double growing = din->normal_load * kinetic;
+        dout->traction_coefficient = kinetic * dforce[0];
+        dout->creep_force = sliding * dforce[0] + growing * force[0];
+        dout->lateral_force = sliding * dforce[1] + growing * force[1];
+        dout->spin_moment = mean * (s.direction * (sliding * dforce[2] + growing * force[2]) +
+                                    sliding * force[2] * (s.direction * dlog_width + turned));
+    }
+    dout->wheel_torque = -p->radius * dout->creep_force;
+    dout->relaxation_rate = relaxed ? relaxation_change(p, in, out, din, dlog_zeta0) : 0.0;
 }
 #endif /* ONE_FILE_KERNEL */

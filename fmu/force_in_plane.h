@@ -42,18 +42,4 @@ static inline friction_fall friction_without_grip(const creep_table *table,
 void evaluate_in_plane(const creep_table *table, const force_element_parameters *there,
                        const force_element_input *in, force_element_output *out);
 
-/* How what the force depends on changes along a direction of parameters and inputs. */
-typedef struct {
-    double acting, reference; /* acting creepage and reference speed */
-    double log_kinetic, log_zeta0, log_k, log_width;
-} force_change;
-
-/* Set the change of the force across rolling and of the moment and, if the contact slips across or
- * spins, of all other outputs that differ for it but the gradient. Returns by how much the
- * creepages change relative to themselves. */
-double tangent_in_plane(const creep_table *table, const force_element_parameters *p,
-                        const force_element_input *in, const force_element_parameters *dp,
-                        const force_element_input *din, const force_change *change,
-                        force_element_output *dout);
-
 #endif

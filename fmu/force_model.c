@@ -13,47 +13,29 @@ static const double LONG_STEP = 1000.0;
  * slip pole lambda, or h lambda < 1 if both sides step at once. With relaxation it needs
  * h lambda tanh(|v| h / (2 sigma)) < 2; as tanh z <= min(1, z), h^2 lambda |v| < 4 sigma is enough
  * too. */
-static double stable_step(const model_values *v, double *by_gradient) {
+static double stable_step(const model_values *v) {
     double gradient = fabs(v->output.force_gradient), pole = gradient * v->effective_inverse_mass;
-    double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole, power = -1.0;
+    double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole;
     if (v->contact.relaxation_length > 0.0 && v->parallel_exchange == 0.0) {
         double reference, slope;
         regularized_speed(v->input.speed, v->contact.minimum_speed, &reference, &slope);
-        double relaxed = sqrt(v->contact.relaxation_length / (pole * reference));
-        if (relaxed > hint) hint = relaxed, power = -0.5;
+        hint = fmax(hint, sqrt(v->contact.relaxation_length / (pole * reference)));
     }
-    int limits = v->implicit == 0.0 && hint < LONG_STEP; /* false for NaN */
-    *by_gradient = limits ? power : 0.0;
-    return limits ? hint : LONG_STEP;
+    return v->implicit == 0.0 && hint < LONG_STEP ? hint : LONG_STEP; /* false for NaN */
 }
 
 void evaluate_force(const creep_table *table, model_values *v) {
-    double unused;
     if (v->implicit != 0.0 && v->memory.known != 0.0) return; /* the last step set the outputs */
     force_element_evaluate(table, &v->contact, &v->input, &v->output);
-    v->step_size_hint = stable_step(v, &unused);
+    v->step_size_hint = stable_step(v);
 }
 
 #ifndef ONE_FILE_KERNEL
 void tangent_force(const creep_table *table, const model_values *v, const model_values *direction,
                    model_values *change) {
-    double by_gradient, hint = stable_step(v, &by_gradient);
     if (v->implicit != 0.0 && v->memory.known != 0.0) return;
-    force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->contact,
-                          &direction->input, &change->output);
-    if (by_gradient == 0.0) return;
-    double relative = direction->effective_inverse_mass / v->effective_inverse_mass;
-    double gradient = v->output.force_gradient;
-    relative += change->output.force_gradient / gradient;
-    if (by_gradient == -0.5) {
-        double reference, slope, minimum = v->contact.minimum_speed;
-        regularized_speed(v->input.speed, minimum, &reference, &slope);
-        relative += slope * direction->input.speed / reference;
-        relative +=
-            (1.0 - slope * v->input.speed / reference) * direction->contact.minimum_speed / minimum;
-        relative -= direction->contact.relaxation_length / v->contact.relaxation_length;
-    }
-    change->step_size_hint = by_gradient * hint * relative;
+    force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->input,
+                          &change->output);
 }
 #endif /* ONE_FILE_KERNEL */
 

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "model_functions.h"
+#include "regularized_speed.h"
 
 #define LARGE 1e300
 #define AT(member) offsetof(model_values, member)
@@ -12,9 +13,9 @@ const char TRUTH[] = "Boolean";
 
 /* clang-format off */
 #define GIVEN(role, name, unit, text, low, high, member) \
-    {name, unit, text, low, high, AT(member), role, ALWAYS, NULL}
-#define MADE(role, name, unit, text, member, depends) \
-    {name, unit, text, -LARGE, LARGE, AT(member), role, ALWAYS, depends}
+    {name, unit, text, low, high, AT(member), role, ALWAYS}
+#define MADE(role, name, unit, text, member) \
+    GIVEN(role, name, unit, text, -LARGE, LARGE, member)
 
 #define TIME GIVEN(INDEPENDENT, "time", "s", "simulation time", -LARGE, LARGE, time)
 #define FIXED(...) GIVEN(FIXED_PARAMETER, __VA_ARGS__)
@@ -24,12 +25,7 @@ const char TRUTH[] = "Boolean";
 
 #define CONTACT_PARAMETERS \
     RADIUS, \
-    TUNABLE("static_friction", "1", "friction coefficient before slip, not below the kinetic one", \
-            1e-6, 1e3, contact.static_friction), \
-    TUNABLE("kinetic_friction", "1", "friction coefficient after much slip", 1e-6, 1e3, \
-            contact.kinetic_friction), \
-    TUNABLE("weakening_length", "m", "slip over which friction weakens", 0.0, 1.0, \
-            contact.weakening_length), \
+    FRICTION_PARAMETERS(contact), \
     TUNABLE("slope_reduction", "1", "initial slope over that of clean elastic bodies", 1e-6, 1e6, \
             contact.slope_reduction), \
     TUNABLE("slip_rate_residual", "1", "part of friction that high slip speed leaves", 1e-6, 1.0, \
@@ -38,7 +34,7 @@ const char TRUTH[] = "Boolean";
             contact.slip_rate_decay), \
     HEAT_PARAMETERS(contact), \
     HOT(FIXED_PARAMETER, "elliptic", TRUTH, "the contact is an ellipse, else a line", 0.0, 1.0, \
-        contact.elliptic, NULL), \
+        contact.elliptic), \
     FIXED("semi_width", "m", "contact semi-width at nominal load", 1e-9, 1e3, contact.semi_width), \
     FIXED("peak_pressure", "Pa", "peak contact pressure at nominal load", 1e-3, 1e15, \
           contact.peak_pressure), \
@@ -53,16 +49,24 @@ const char TRUTH[] = "Boolean";
     FIXED("minimum_speed", "m/s", "speed below which the creepage is regularised", 1e-9, 1e3, \
           contact.minimum_speed), \
     {"relaxation_length", "m", "distance rolled in which the force follows the creepage", 1e-6, \
-     1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_RELAXED, NULL}
+     1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_RELAXED}
+
+#define FRICTION_PARAMETERS(of) \
+    TUNABLE("static_friction", "1", "friction coefficient before slip, not below the kinetic one", \
+            1e-6, 1e3, of.static_friction), \
+    TUNABLE("kinetic_friction", "1", "friction coefficient after much slip", 1e-6, 1e3, \
+            of.kinetic_friction), \
+    TUNABLE("weakening_length", "m", "slip over which friction weakens", 0.0, 1.0, \
+            of.weakening_length)
 
 #define HEAT_PARAMETERS(of) \
     HOT(TUNABLE_PARAMETER, "softening_temperature", "K", "rise of temperature at which friction " \
-        "would vanish", 1.0, 1e6, of.softening_temperature, NULL), \
+        "would vanish", 1.0, 1e6, of.softening_temperature), \
     HOT(TUNABLE_PARAMETER, "thermal_effusivity", "W.s0.5/(m2.K)", "root of conductivity, density " \
-        "and heat capacity of wheel and rail", 1e-3, 1e9, of.thermal_effusivity, NULL)
+        "and heat capacity of wheel and rail", 1e-3, 1e9, of.thermal_effusivity)
 
-#define HOT(role, name, unit, text, low, high, member, depends) \
-    {name, unit, text, low, high, AT(member), role, IF_HOT, depends}
+#define HOT(role, name, unit, text, low, high, member) \
+    {name, unit, text, low, high, AT(member), role, IF_HOT}
 
 #define CONTACT_INPUTS \
     GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
@@ -73,82 +77,56 @@ const char TRUTH[] = "Boolean";
     GIVEN(INPUT, "lateral_velocity", "m/s", "velocity of the wheel's surface against the rail, " \
           "positive to the left", -1e6, 1e6, input.lateral_velocity), \
     {"spin_velocity", "rad/s", "angular velocity of the wheel against the rail about the " \
-     "vertical axis, positive upwards", -1e6, 1e6, AT(input.spin_velocity), INPUT, IF_SPINNING, \
-     NULL}
-
-/* Variables that the contact's outputs depend on (syntax: variable.h). Everything that scales with
- * friction depends on the slip velocity, with which friction falls, and on what heats the contact. */
-#define HEAT "^thermal_effusivity ^softening_temperature ^elliptic ^minimum_speed ^normal_load " \
-             "^nominal_load ^load_exponent ^semi_width ^peak_pressure ^contact_modulus " \
-             "^slope_reduction *^static_friction *^weakening_length "
-#define WARMTH "omega speed radius friction_scale kinetic_friction lateral_velocity " \
-               "spin_velocity @semi_width " HEAT
-#define KINETIC WARMTH "slip_rate_residual slip_rate_decay "
-#define LOAD "normal_load nominal_load load_exponent "
-#define ZETA0 KINETIC LOAD "peak_pressure contact_modulus slope_reduction "
-#define K_HAT KINETIC LOAD "peak_pressure contact_modulus static_friction weakening_length " \
-              "semi_width "
-#define IF_K_HAT "*omega *speed *radius *slip_rate_residual *slip_rate_decay *friction_scale " \
-                 "*kinetic_friction *normal_load *nominal_load *load_exponent *peak_pressure " \
-                 "*contact_modulus *static_friction *weakening_length *semi_width " \
-                 "*lateral_velocity *spin_velocity *^thermal_effusivity *^softening_temperature " \
-                 "*^elliptic *^minimum_speed *^slope_reduction "
-#define X ZETA0 "minimum_speed/relaxed_creepage "
-#define RATIO X "*weakening_length *semi_width static_friction softening minimum_speed "
+     "vertical axis, positive upwards", -1e6, 1e6, AT(input.spin_velocity), INPUT, IF_SPINNING}
 
 #define CONTACT_OUTPUTS \
-    MADE(OUTPUT, "creep_force", "N", "force on the wheel, positive forward", output.creep_force, \
-         RATIO), \
+    MADE(OUTPUT, "creep_force", "N", "force on the wheel, positive forward", output.creep_force), \
     MADE(OUTPUT, "wheel_torque", "N.m", "torque of the creep force on the wheel: -radius * " \
-         "creep_force", output.wheel_torque, RATIO), \
+         "creep_force", output.wheel_torque), \
     MADE(OUTPUT, "lateral_force", "N", "force on the wheel, positive to the left", \
-         output.lateral_force, RATIO), \
+         output.lateral_force), \
     {"spin_moment", "N.m", "moment on the wheel about the vertical axis, positive upwards", \
-     -LARGE, LARGE, AT(output.spin_moment), OUTPUT, IF_SPINNING, RATIO}, \
+     -LARGE, LARGE, AT(output.spin_moment), OUTPUT, IF_SPINNING}, \
     MADE(OUTPUT, "creepage", "1", "slip velocity over speed, positive in traction", \
-         output.creepage, "omega speed radius minimum_speed"), \
+         output.creepage), \
     MADE(OUTPUT, "normalized_creepage", "1", "acting creepage over saturation creepage", \
-         output.normalized_creepage, X), \
+         output.normalized_creepage), \
     MADE(OUTPUT, "traction_coefficient", "1", "creep force over normal load", \
-         output.traction_coefficient, RATIO), \
+         output.traction_coefficient), \
     MADE(OUTPUT, "force_gradient", "N.s/m", "change of creep force with slip velocity at fixed " \
-         "speed", output.force_gradient, RATIO), \
+         "speed", output.force_gradient), \
     MADE_POSITIVE("k_hat", "1", "normalized stress-intensity factor at this load, friction and " \
-                  "slip speed", output.k_hat, K_HAT), \
+                  "slip speed", output.k_hat), \
     MADE_POSITIVE("saturation_creepage", "1", "creepage where Carter's stick zone vanishes, at " \
-                  "this load, friction and slip speed", output.saturation_creepage, ZETA0), \
+                  "this load, friction and slip speed", output.saturation_creepage), \
     MADE_POSITIVE("process_zone_ratio", "1", "length of the weakening zone over semi-width; " \
-                  "valid below " TEXT(PROCESS_ZONE_LIMIT), output.process_zone_ratio, K_HAT), \
+                  "valid below " TEXT(PROCESS_ZONE_LIMIT), output.process_zone_ratio), \
     HOT(OUTPUT, "contact_temperature", "K", "mean flash temperature of the contact above that of " \
-        "wheel and rail", 0.0, LARGE, output.contact_temperature, WARMTH), \
+        "wheel and rail", 0.0, LARGE, output.contact_temperature), \
     FLAGS(FLAG)
-#define MADE_POSITIVE(name, unit, text, member, depends) \
-    {name, unit, text, 0.0, LARGE, AT(member), OUTPUT, ALWAYS, depends}
+#define MADE_POSITIVE(name, unit, text, member) GIVEN(OUTPUT, name, unit, text, 0.0, LARGE, member)
 #define TEXT(number) TEXT_OF(number)
 #define TEXT_OF(number) #number
 
 /* Truth values, each with its margin, which is positive where it is true, and the margin's unit. */
 #define FLAGS(ROW) \
-    ROW(falling_branch, falling, "1", "the force falls with creepage at fixed speed", RATIO), \
-    ROW(speed_regularized, speed, "m/s", "speed is below minimum_speed", \
-        "speed/ minimum_speed/"), \
-    ROW(k_hat_limited, k_hat, "1", "k_hat is held at the largest value of the table", IF_K_HAT), \
-    ROW(force_limited, force, "1", "the force is held at static friction times load", RATIO), \
-    ROW(unloaded, load, "N", "there is no load, and so no force", "normal_load")
-#define FLAG(flag, margin, unit, text, depends) \
-    {#flag, TRUTH, text, 0.0, 1.0, AT(output.flag), OUTPUT, ALWAYS, depends}
-#define INDICATOR_OF(flag, margin, unit, text, depends) \
+    ROW(falling_branch, falling, "1", "the force falls with creepage at fixed speed"), \
+    ROW(speed_regularized, speed, "m/s", "speed is below minimum_speed"), \
+    ROW(k_hat_limited, k_hat, "1", "k_hat is held at the largest value of the table"), \
+    ROW(force_limited, force, "1", "the force is held at static friction times load"), \
+    ROW(unloaded, load, "N", "there is no load, and so no force")
+#define FLAG(flag, margin, unit, text) GIVEN(OUTPUT, #flag, TRUTH, text, 0.0, 1.0, output.flag)
+#define INDICATOR_OF(flag, margin, unit, text) \
     MADE(INDICATOR, #margin "_indicator", unit, "positive where " #flag " is true", \
-         output.margin##_margin, depends)
+         output.margin##_margin)
 
 #define RELAXATION \
     {"relaxed_creepage", "1", "creepage that the force follows", -1e9, 1e9, \
-     AT(input.relaxed_creepage), STATE, IF_RELAXED, "relaxed_creepage:constant"}
+     AT(input.relaxed_creepage), STATE, IF_RELAXED}
 
 #define RELAXATION_RATE \
     {"der(relaxed_creepage)", "1/s", "rate of change of the relaxed creepage", -LARGE, LARGE, \
-     AT(output.relaxation_rate), DERIVATIVE, IF_RELAXED, \
-     ZETA0 "relaxed_creepage relaxation_length"}
+     AT(output.relaxation_rate), DERIVATIVE, IF_RELAXED}
 
 #define BODY_PARAMETERS \
     FIXED("inertia", "kg.m2", "moment of inertia about the axle, with the drive's", 1e-9, 1e12, \
@@ -172,22 +150,13 @@ const char TRUTH[] = "Boolean";
     GIVEN(INPUT, "resistance_force", "N", "further force against the motion, as of a train", \
           -1e12, 1e12, resistance_force)
 
-#define OMEGA(role, depends) \
-    {"omega", "rad/s", "angular velocity of the wheel, positive when rolling forward", -1e9, 1e9, \
-     AT(input.omega), role, ALWAYS, depends}
-#define SPEED(role, depends) \
-    {"speed", "m/s", "forward velocity of the wheel's centre", -1e9, 1e9, AT(input.speed), role, \
-     ALWAYS, depends}
-#define BODY_STATES OMEGA(STATE, "omega:constant"), SPEED(STATE, "speed:constant")
-
-/* Torques and forces enter with a fixed factor, 1/inertia or 1/mass; omega does not, as damping is
- * tunable. */
-#define BODY_RATES(by_omega, by_speed) \
-    MADE(DERIVATIVE, "der(omega)", "rad/s2", "angular acceleration", rates.omega_rate, \
-         by_omega " radius inertia damping drive_torque:fixed"), \
-    MADE(DERIVATIVE, "der(speed)", "m/s2", "forward acceleration", rates.speed_rate, \
-         by_speed " speed minimum_speed inverse_mass resistance_force:fixed grade_acceleration " \
-         "constant_resistance linear_resistance quadratic_resistance")
+#define VELOCITIES(role) \
+    GIVEN(role, "omega", "rad/s", "angular velocity of the wheel, positive when rolling forward", \
+          -1e9, 1e9, input.omega), \
+    GIVEN(role, "speed", "m/s", "forward velocity of the wheel's centre", -1e9, 1e9, input.speed)
+#define BODY_RATES \
+    MADE(DERIVATIVE, "der(omega)", "rad/s2", "angular acceleration", rates.omega_rate), \
+    MADE(DERIVATIVE, "der(speed)", "m/s2", "forward acceleration", rates.speed_rate)
 
 static const model_variable FORCE_ELEMENT_VARIABLES[] = {
     TIME,
@@ -199,13 +168,11 @@ static const model_variable FORCE_ELEMENT_VARIABLES[] = {
           1.0, implicit),
     FIXED("parallel_exchange", TRUTH, "both sides step at once, so a force acts one step later",
           0.0, 1.0, parallel_exchange),
-    OMEGA(INPUT, NULL),
-    SPEED(INPUT, NULL),
+    VELOCITIES(INPUT),
     CONTACT_INPUTS,
     CONTACT_OUTPUTS,
     MADE_POSITIVE("step_size_hint", "s", "half of the largest stable communication step",
-                  step_size_hint, RATIO "effective_inverse_mass implicit parallel_exchange "
-                  "relaxation_length"),
+                  step_size_hint),
     RELAXATION,
     RELAXATION_RATE,
     FLAGS(INDICATOR_OF),
@@ -217,9 +184,9 @@ static const model_variable WHEELSET_VARIABLES[] = {
     BODY_PARAMETERS,
     BODY_INPUTS,
     CONTACT_INPUTS,
-    BODY_STATES,
+    VELOCITIES(STATE),
     RELAXATION,
-    BODY_RATES(RATIO, RATIO),
+    BODY_RATES,
     RELAXATION_RATE,
     CONTACT_OUTPUTS,
     FLAGS(INDICATOR_OF),
@@ -234,24 +201,15 @@ static const model_variable BODY_VARIABLES[] = {
     BODY_INPUTS,
     GIVEN(INPUT, "creep_force", "N", "force on the wheel, positive forward", -1e15, 1e15,
           output.creep_force),
-    BODY_STATES,
-    BODY_RATES("omega:tunable creep_force:fixed", "creep_force:fixed"),
+    VELOCITIES(STATE),
+    BODY_RATES,
 };
 
-#define FORCES "static_friction kinetic_friction weakening_length shear_modulus semi_axis_x " \
-               "semi_axis_y normal_load friction_scale creepage_x creepage_y spin " \
-               "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity speed"
 #define FALLING(name, unit, text, low, high, member) \
-    {name, unit, text, low, high, AT(member), TUNABLE_PARAMETER, IF_FALLING, NULL}
-#define OF_FORCES(name, unit, text, member) MADE(OUTPUT, name, unit, text, forces.member, FORCES)
+    {name, unit, text, low, high, AT(member), TUNABLE_PARAMETER, IF_FALLING}
 static const model_variable PAIR_VARIABLES[] = {
     TIME,
-    TUNABLE("static_friction", "1", "friction coefficient before slip, not below the kinetic one",
-            1e-6, 1e3, pair.static_friction),
-    TUNABLE("kinetic_friction", "1", "friction coefficient after much slip", 1e-6, 1e3,
-            pair.kinetic_friction),
-    TUNABLE("weakening_length", "m", "slip over which friction weakens", 0.0, 1.0,
-            pair.weakening_length),
+    FRICTION_PARAMETERS(pair),
     FALLING("slip_rate_residual", "1", "part of friction that high slip speed "
             "leaves", 1e-6, 1.0, pair.slip_rate_residual),
     FALLING("slip_rate_decay", "s/m", "rate at which friction falls with slip "
@@ -271,11 +229,11 @@ static const model_variable PAIR_VARIABLES[] = {
           ellipse.creepage_y),
     GIVEN(INPUT, "spin", "1/m", "Kalker's spin omega_z/V, z up", -1e9, 1e9, ellipse.spin),
     {"speed", "m/s", "forward velocity V of the wheel's centre", -1e9, 1e9, AT(ellipse.speed), INPUT,
-     IF_SLIP_COUNTS, NULL},
-    OF_FORCES("force_x", "N", "force on the wheel along rolling", force_x),
-    OF_FORCES("force_y", "N", "force on the wheel to the left", force_y),
-    OF_FORCES("spin_moment", "N.m", "moment on the wheel about the vertical axis", spin_moment),
-    OF_FORCES("utilisation", "1", "force over static friction times load", utilisation),
+     IF_SLIP_COUNTS},
+    MADE(OUTPUT, "force_x", "N", "force on the wheel along rolling", forces.force_x),
+    MADE(OUTPUT, "force_y", "N", "force on the wheel to the left", forces.force_y),
+    MADE(OUTPUT, "spin_moment", "N.m", "moment on the wheel about the vertical axis", forces.spin_moment),
+    MADE(OUTPUT, "utilisation", "1", "force over static friction times load", forces.utilisation),
 };
 /* clang-format on */
 
@@ -358,9 +316,84 @@ void model_evaluate(const model *m, const creep_table *table, model_values *valu
     m->evaluate(table, values);
 }
 
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+int model_is_given(const model_variable *v) {
+    return v->role == FIXED_PARAMETER || v->role == TUNABLE_PARAMETER || v->role == INPUT ||
+           v->role == STATE;
+}
+
+int model_is_diagnostic(const model_variable *v) {
+    return (v->role == OUTPUT || v->role == INDICATOR) &&
+           v->offset >= AT(output.normalized_creepage) && v->offset < AT(forces);
+}
+
+/* Numbers of the values; from the first of these on `evaluate` sets them. */
+enum { FIRST_MADE = AT(output) / sizeof(double), NUMBERS = sizeof(model_values) / sizeof(double) };
+
+/* Whether a model's own tangent knows the derivatives by this variable. */
+static int is_exact(const model_variable *v) {
+    return (v->offset >= AT(input) && v->offset < AT(output.wheel_torque)) ||
+           (v->offset >= AT(ellipse.creepage_x) && v->offset < AT(ellipse.speed));
+}
+
+/* How much of a variable makes a difference: velocities do by the slip that saturates. */
+static double magnitude(const model *m, const model_values *values, const model_variable *v) {
+    const force_element_parameters *p = &values->contact;
+    const force_element_input *in = &values->input;
+    double size = fabs(model_get(v, values)), reference, slope;
+    size_t of = v->offset;
+    if (m->has_contact) {
+        double zeta0 = values->output.saturation_creepage;
+        if (zeta0 == 0.0) zeta0 = 1e-3; /* without load */
+        regularized_speed(in->speed, p->minimum_speed, &reference, &slope);
+        double slip = fabs(p->radius * in->omega - in->speed) + zeta0 * reference;
+        if (of == AT(contact.radius)) return fmin(size, slip / fabs(in->omega));
+        if (of == AT(input.omega)) return slip / p->radius;
+        if (of == AT(input.speed) || of == AT(input.lateral_velocity)) return slip;
+        if (of == AT(input.spin_velocity)) return slip / p->semi_width;
+        if (of == AT(input.relaxed_creepage)) return size + zeta0;
+        /* Without load or friction it stays so. */
+        if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
+        if (of == AT(input.friction_scale) && size == 0.0) return LEAST_FRICTION_SCALE;
+    }
+    return size > 0.0 ? size : 1.0;
+}
+
+/* Add the changes when one variable changes, by central differences up to the variable's limits. */
+static void difference(const model *m, const creep_table *table, const model_values *values,
+                       const model_variable *v, double seed, model_values *change) {
+    static const double STEP = 6e-6; /* cube root of the rounding */
+    double value = model_get(v, values), size = magnitude(m, values, v), at[2];
+    model_values moved[2] = {*values, *values};
+    for (int i = 0; i < 2; i++) {
+        at[i] = fmin(v->maximum, fmax(v->minimum, value + (i == 0 ? STEP : -STEP) * size));
+        model_set(v, &moved[i], at[i]);
+        if (moved[i].contact.static_friction < moved[i].contact.kinetic_friction ||
+            moved[i].pair.static_friction < moved[i].pair.kinetic_friction)
+            model_set(v, &moved[i], at[i] = value);
+        m->evaluate(table, &moved[i]);
+    }
+    const double *after = (const double *)&moved[0], *before = (const double *)&moved[1];
+    double *sum = (double *)change, per = seed / (at[0] - at[1]);
+    for (size_t i = FIRST_MADE; i < NUMBERS; i++) sum[i] += per * (after[i] - before[i]);
+}
+
 void model_tangent(const model *m, const creep_table *table, const model_values *values,
-                   const model_values *direction, model_values *change) {
+                   const model_values *direction, int diagnostics, model_values *change) {
+    model_values by_rest;
+    memset(change, 0, sizeof *change);
+    memset(&by_rest, 0, sizeof by_rest);
+    for (size_t i = 0; i < m->count; i++) {
+        const model_variable *v = &m->variables[i];
+        double seed = model_get(v, direction);
+        if (seed == 0.0 || !model_is_given(v) || v->unit == TRUTH) continue;
+        if (!is_exact(v)) difference(m, table, values, v, seed, &by_rest);
+        else if (diagnostics) difference(m, table, values, v, seed, change);
+    }
     m->tangent(table, values, direction, change);
+    for (size_t i = FIRST_MADE; i < NUMBERS; i++)
+        ((double *)change)[i] += ((const double *)&by_rest)[i];
 }
 
 const char *model_advance(const model *m, const creep_table *table, model_values *values,

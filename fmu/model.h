@@ -69,7 +69,8 @@ typedef struct {
     size_t count;
     /* Calculate outputs and derivatives from everything else. */
     void (*evaluate)(const creep_table *table, model_values *values);
-    /* Change of outputs and derivatives when everything else changes along a direction. */
+    /* Set the exact changes of derivatives, and of outputs that are not diagnostic, when inputs and
+     * states change along a direction; in the model creep_forces only creepages and spin count. */
     void (*tangent)(const creep_table *table, const model_values *values,
                     const model_values *direction, model_values *change);
     /* Step the states, and outputs that belong to a step, to the next communication point with the
@@ -94,11 +95,21 @@ CONTACTLIB_API void model_set(const model_variable *variable, model_values *valu
 CONTACTLIB_API double model_explicit_step(const model *m, const creep_table *table,
                                           const model_values *values);
 
-/* The model's functions for Python, which cannot call the struct's members. */
-CONTACTLIB_API void model_evaluate(const model *m, const creep_table *table, model_values *values);
+/* Whether it has a start value: a parameter, an input or a state. */
+int model_is_given(const model_variable *variable);
+
+/* Whether it is an output that only says what the contact does: its derivatives are differences. */
+int model_is_diagnostic(const model_variable *variable);
+
+/* Changes of outputs, derivatives and indicators when everything else changes along a direction:
+ * those by inputs and states exactly, those by parameters and of diagnostic outputs by central
+ * differences. Without diagnostics the latter follow only the parameters. */
 CONTACTLIB_API void model_tangent(const model *m, const creep_table *table,
                                   const model_values *values, const model_values *direction,
-                                  model_values *change);
+                                  int diagnostics, model_values *change);
+
+/* The model's functions for Python, which cannot call the struct's members. */
+CONTACTLIB_API void model_evaluate(const model *m, const creep_table *table, model_values *values);
 CONTACTLIB_API const char *model_advance(const model *m, const creep_table *table,
                                          model_values *values, double step, double tolerance);
 

@@ -29,12 +29,6 @@ typedef struct {
     size_t offset;           /* of the double in model_values */
     variable_role role;
     variable_part part; /* when the variable is part of the model */
-    /* Names of the variables that an output, derivative or indicator depends on, separated by
-     * spaces; NULL for parameters and inputs. "a/b" means b if the contact has a relaxation length,
-     * else a; either may be empty. "*a" counts only if the law's table has a k_hat axis, "@a" only
-     * if the contact knows spin, "^a" only if friction falls with temperature, "*^a" only if both
-     * are so. "a:kind" states FMI's kind of the dependency, such as fixed. */
-    const char *depends;
 } model_variable;
 
 #endif

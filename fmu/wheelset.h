@@ -30,15 +30,4 @@ CONTACTLIB_API void wheelset_motion(const wheelset_parameters *parameters, doubl
                                     double speed, double drive_torque, double resistance_force,
                                     const force_element_output *contact, wheelset_rates *rates);
 
-/* Change of the rates of omega and speed when everything they depend on changes along a direction;
- * of the contact only the creep force is used. */
-CONTACTLIB_API void wheelset_tangent(const wheelset_parameters *parameters, double omega,
-                                     double speed, double resistance_force,
-                                     const force_element_output *contact,
-                                     const wheelset_rates *rates,
-                                     const wheelset_parameters *parameters_direction,
-                                     double omega_direction, double speed_direction,
-                                     double torque_direction, double resistance_direction,
-                                     double force_direction, wheelset_rates *change);
-
 #endif

@@ -22,27 +22,28 @@ void evaluate_wheelset(const creep_table *table, model_values *v) {
 }
 
 /* Change of the accelerations, from that of the creep force. */
-static void follow_motion(const model_values *v, const model_values *direction,
-                          model_values *change) {
-    wheelset_parameters body = body_of(v), dbody = body_of(direction);
-    wheelset_tangent(&body, v->input.omega, v->input.speed, v->resistance_force, &v->output,
-                     &v->rates, &dbody, direction->input.omega, direction->input.speed,
-                     direction->drive_torque, direction->resistance_force,
-                     change->output.creep_force, &change->rates);
+static void follow_motion(const model_values *v, const model_values *direction, double dforce,
+                          wheelset_rates *change) {
+    const force_element_input *din = &direction->input;
+    change->omega_rate =
+        (direction->drive_torque - v->contact.radius * dforce - v->body.damping * din->omega) /
+        v->body.inertia;
+    change->speed_rate =
+        (dforce - v->rates.resistance_slope * din->speed - direction->resistance_force) *
+        v->body.inverse_mass;
 }
 
 void tangent_wheelset(const creep_table *table, const model_values *v,
                       const model_values *direction, model_values *change) {
-    force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->contact,
-                          &direction->input, &change->output);
-    follow_motion(v, direction, change);
+    force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->input,
+                          &change->output);
+    follow_motion(v, direction, change->output.creep_force, &change->rates);
 }
 
 void tangent_body(const creep_table *table, const model_values *v, const model_values *direction,
                   model_values *change) {
     (void)table;
-    change->output.creep_force = direction->output.creep_force; /* an input here */
-    follow_motion(v, direction, change);
+    follow_motion(v, direction, direction->output.creep_force, &change->rates); /* an input here */
 }
 
 const char *advance_wheelset(const creep_table *table, model_values *v, double step,

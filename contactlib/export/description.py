@@ -1,7 +1,8 @@
 """Description of an FMU's variables and dependencies, independent of the version of FMI.
 
 The kernel's list of variables gives names, units, limits and value references, and the model gives
-start values. This module adds causalities, dependencies and nominal values.
+start values. This module adds causalities, nominal values, and dependencies where a tool that does
+not know them would see an algebraic loop that is not there.
 """
 
 from __future__ import annotations
@@ -40,6 +41,15 @@ ROLES = {
     "derivative": ("local", "continuous"),
     "indicator": ("local", "continuous"),
 }
+
+# What the outputs are made of that need no force; and what no output of a contact is made of, as it
+# acts on the body.
+KINEMATIC = {
+    "creepage": ("omega", "speed"),
+    "speed_regularized": ("speed",),
+    "unloaded": ("normal_load",),
+}
+BODY_INPUTS = ("drive_torque", "resistance_force")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,10 +104,10 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class Unknown:
-    """An output, derivative or indicator, with the kind of each of its dependencies."""
+    """An output, derivative or indicator; `dependencies` are names, None for FMI's default: all."""
 
     variable: Variable
-    dependencies: dict[str, str]
+    dependencies: list[str] | None
 
 
 @dataclass(frozen=True)
@@ -351,38 +361,21 @@ class Description:
         """Variables by name."""
         return {v.name: v for v in self.variables}
 
-    # ---- dependencies ----------------------------------------------------------------------
-
-    def unknown(self, name: str, *, initial: bool = False) -> Unknown:
-        """An unknown with its dependencies, including parameters if `initial`."""
-        present = self.by_name
-        kinds = self._dependencies(name)
-        names = [v.name for v in self.variables if v.name in kinds]
-        if initial:  # parameters can still change, so no factor is fixed
-            kinds = {n: k if k == "constant" else "dependent" for n, k in kinds.items()}
-        else:
-            names = [n for n in names if present[n].causality != "parameter"]
-        return Unknown(variable=present[name], dependencies={n: kinds[n] for n in names})
-
-    def _dependencies(self, name: str) -> dict[str, str]:
-        """Kind of each dependency declared in the kernel's list; see fmu/variable.h."""
-        counts = {
-            "*": self.has_contact and not self.element.table.one_axis,
-            "@": self.spins,
-            "^": self.element.friction.softens_with_heat,
-        }
-        entry = next(v for v in kernel.model_variables(self.kind) if v.name == name)
-        kinds: dict[str, str] = {}
-        for declared in entry.depends.split():
-            plain = declared.lstrip("*@^")
-            if not all(counts[mark] for mark in declared.removesuffix(plain)):
-                continue
-            held, _, relaxed = plain.partition("/")
-            chosen = relaxed if "/" in declared and self.relaxed else held
-            depends, _, kind = chosen.partition(":")
-            kinds[depends] = kind or kinds.get(depends, "dependent")
-        return kinds
-
     def unknowns(self, variables: Iterable[Variable], *, initial: bool = False) -> list[Unknown]:
-        """Unknowns for these variables."""
-        return [self.unknown(v.name, initial=initial) for v in variables]
+        """Unknowns for these variables; `initial` is whether parameters can still change."""
+        parameters = ("fixed_parameter", "tunable_parameter") if initial else ()
+        known = self.of_role(*parameters, "input", "state")
+        return [Unknown(variable=v, dependencies=self._dependencies(v, known)) for v in variables]
+
+    def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str] | None:
+        """Those that an output is made of, and all parameters; None if that is everything."""
+        if variable.role not in ("output", "state"):
+            return None
+        own = (variable.name,) if variable.role == "state" else KINEMATIC.get(variable.name)
+        needed = [
+            v.name
+            for v in known
+            if v.causality == "parameter"
+            or (v.name in own if own is not None else v.name not in BODY_INPUTS)
+        ]
+        return needed if len(needed) < len(known) else None

@@ -121,6 +121,13 @@ def room_of(model: kernel.NativeModel, name: str) -> float:
     return float(min(max(size, 0.02), rooms[name]))
 
 
+# Whose derivatives by each other are exact; all others are central differences.
+BY_HAND = {
+    *("omega", "speed", "relaxed_creepage", "lateral_velocity", "spin_velocity", "friction_scale"),
+    *("normal_load", "drive_torque", "resistance_force", "creepage_x", "creepage_y", "spin"),
+    *("creep_force", "wheel_torque", "lateral_force", "spin_moment", "traction_coefficient"),
+    *("creepage", "force_x", "force_y", "utilisation"),
+}
 LAWS = ["line", "elliptic", "cohesive", "polach", "hot line", "hot elliptic", "hot polach"]
 
 
@@ -139,6 +146,7 @@ def test_tangent_is_the_derivative(
         v.name for v in description.of_role("output", "derivative", "indicator") if not v.boolean
     ]
     knowns = [v for v in description.of_role(*kernel.GIVEN) if not v.boolean]
+    by_hand = np.array([n.startswith("der(") or n in BY_HAND for n in unknowns])
     branches, compared, unclear = set(), 0, 0
     for point in random_points(description, 16, seed=3):
         model = native(description, **point)
@@ -149,7 +157,8 @@ def test_tangent_is_the_derivative(
             scale = room_of(model, known.name)
             found, doubt = difference_quotient(model, unknowns, known.name, 2e-3 * scale)
             exact = np.array(model.tangent(unknowns, {known.name: 1.0}))
-            allowed = 1e-6 * np.maximum(np.abs(exact), values / scale) + 1e-12
+            within = np.where(by_hand & (known.name in BY_HAND), 1e-7, 1e-6)
+            allowed = within * np.maximum(np.abs(exact), values / scale) + 1e-12
             clear = doubt < 0.3 * allowed  # else a kink or rounding is in the way
             compared += int(clear.sum())
             unclear += int((~clear).sum())
@@ -160,35 +169,33 @@ def test_tangent_is_the_derivative(
         assert branches == {0.0, 1.0}
 
 
-@pytest.mark.parametrize("law", ["line", "polach", "hot line", "hot polach"])
+@pytest.mark.parametrize("law", ["line", "hot polach"])
 @pytest.mark.parametrize("relaxed", [False, True])
-@pytest.mark.parametrize("kind", kernel.MODEL_KINDS)
-def test_declared_dependencies_are_those_that_there_are(
+@pytest.mark.parametrize("kind", ["force_element", "wheelset", "wheelset_body"])
+def test_outputs_depend_on_no_input_but_those_declared(
     models: dict[str, cl.Model], kind: str, relaxed: bool, law: str
 ) -> None:
-    if relaxed and kind in ("wheelset_body", "creep_forces"):
-        return
-    law = "elliptic" if kind == "creep_forces" else law
+    relaxed = relaxed and kind != "wheelset_body"
     description = Description(models[law], kind, relaxation_length=SIGMA if relaxed else 0.0)
-    unknowns = [
-        v for v in description.of_role("output", "derivative", "indicator") if not v.boolean
-    ]
-    names = [v.name for v in unknowns]
+    knowns = [v.name for v in description.of_role("input", "state")]
+    outputs = description.unknowns(description.of_role("output", "state"))
+    names = [u.variable.name for u in outputs if not u.variable.boolean]
     found: dict[str, set[str]] = {name: set() for name in names}
-    for point in random_points(description, 90, seed=8):
+    for point in random_points(description, 60, seed=8):
         model = native(description, **point)
-        for known in description.of_role(*kernel.GIVEN):
-            changes = model.tangent(names, {known.name: 1.0})
+        for known in knowns:
+            changes = model.tangent(names, {known: 1.0})
             for name, change in zip(names, changes, strict=True):
-                if change != 0.0:
-                    found[name].add(known.name)
-    for unknown in description.unknowns(unknowns, initial=True):
-        # Truth values, which choose what the hint is, have no derivative.
-        declared = {n for n in unknown.dependencies if not description.by_name[n].boolean}
-        # Polach's force never comes near the bound that static friction is; a measured one may.
-        spare = {"static_friction"} if "polach" in law else set()
-        there = found[unknown.variable.name]
-        assert there <= declared <= there | spare, unknown.variable.name
+                if change != 0.0 or name == known:
+                    found[name].add(known)
+    # A controller may make the torque from any of them, without an algebraic loop.
+    loops = {"drive_torque", "resistance_force"} & set(knowns)
+    for output in outputs:
+        declared = set(knowns if output.dependencies is None else output.dependencies)
+        assert not loops & declared, output.variable.name
+        assert declared >= found.get(output.variable.name, set()), output.variable.name
+        if output.variable.name in ("creep_force", "creepage", "omega", "speed"):
+            assert declared == found[output.variable.name]
 
 
 @pytest.mark.parametrize("kind", ["force_element", "wheelset"])

@@ -73,7 +73,6 @@ static void test_force(const creep_table *table, const force_element_parameters 
 
 /* Twice the direction is twice the change, to the last bit. */
 static void test_tangent(const creep_table *table, const force_element_parameters *parameters) {
-    force_element_parameters direction[2];
     for (int i = 0; i < points; i++) {
         force_element_input in = {.omega = random_exponent(0.0, 3.0),
                                   .speed = random_exponent(-2.0, 2.0),
@@ -83,15 +82,10 @@ static void test_tangent(const creep_table *table, const force_element_parameter
         force_element_evaluate(table, parameters, &in, &out);
         for (int twice = 0; twice < 2; twice++) {
             force_element_input moved = {.omega = 1.0 + twice, .speed = 0.5 + 0.5 * twice};
-            for (size_t k = 0; k < sizeof *parameters / sizeof(double); k++)
-                ((double *)&direction[twice])[k] =
-                    ((const double *)parameters)[k] * 1e-3 * (1.0 + twice);
-            force_element_tangent(table, parameters, &in, &out, &direction[twice], &moved,
-                                  &change[twice]);
+            force_element_tangent(table, parameters, &in, &out, &moved, &change[twice]);
         }
-        CHECK(isfinite(change[0].creep_force) && isfinite(change[0].contact_temperature));
+        CHECK(isfinite(change[0].creep_force));
         CHECK(change[1].creep_force == 2.0 * change[0].creep_force);
-        CHECK(change[1].contact_temperature == 2.0 * change[0].contact_temperature);
     }
 }
 

@@ -23,7 +23,6 @@ class Variable(NamedTuple):
     role: str
     limits: Limits
     part: str  # "always", or when the variable is part of the model; see fmu/variable.h
-    depends: str  # likewise
 
     @property
     def boolean(self) -> bool:
@@ -48,7 +47,6 @@ def model_variables(kind: str) -> tuple[Variable, ...]:
             roles[v.role].lower(),
             Limits(at_least=v.minimum, at_most=v.maximum),
             parts[v.part].lower(),
-            text(v.depends) if v.depends else "",
         )
         for v in (model.variables[i] for i in range(model.count))
     )
@@ -116,5 +114,5 @@ class NativeModel:
         moved, change = ffi.new("model_values *"), ffi.new("model_values *")
         for name, value in direction.items():
             self._lib.model_set(self._entries[name], moved, float(value))
-        self._lib.model_tangent(self._model, self._table.struct, self._values, moved, change)
+        self._lib.model_tangent(self._model, self._table.struct, self._values, moved, 1, change)
         return [self._lib.model_get(self._entries[name], change) for name in unknowns]
