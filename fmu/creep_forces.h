@@ -76,9 +76,9 @@ CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_tab
 #define LEAST_LOAD 1e-30
 #define LEAST_FRICTION 1e-9
 
-/* Forces of one contact, and of n. */
-void creep_forces_of_one(const creep_forces *pair, const creep_forces_input *input,
-                         creep_forces_output *output);
+/* Forces of one contact, with other parameters than the pair's but Poisson's ratio, and of n. */
+void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters *parameters,
+                         const creep_forces_input *input, creep_forces_output *output);
 CONTACTLIB_API void creep_forces_evaluate(const creep_forces *pair, size_t n,
                                           const creep_forces_input *input,
                                           creep_forces_output *output);

@@ -1,12 +1,11 @@
-/* Creep forces of one contact. */
+/* Creep forces of one contact: those of a force element with this ellipse and a radius of 1. */
 #ifndef CREEP_FORCES_FORMULA_H
 #define CREEP_FORCES_FORMULA_H
 
 #include <string.h>
 
 #include "creep_forces.h"
-#include "force_law.h"
-#include "plane_formula.h"
+#include "force_in_plane.h"
 
 static const double PI = 3.14159265358979324;
 
@@ -24,12 +23,9 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
     int first = (int)place - 1;
     first = first < 0 ? 0 : first > PLANE_ASPECTS - 4 ? PLANE_ASPECTS - 4 : first;
     double p = place - first;
-    int softens = pair->table->one_axis == 0; /* a curve holds as it is */
     *shape = (plane_shape){
         .stiffness_ratio = value[1] / value[0],
-        .softening_x = softens ? value[2] : 0.0,
-        .softening_y = softens ? value[3] : 0.0,
-        .static_ratio = pair->parameters.static_friction / pair->parameters.kinetic_friction,
+        .softening_y = value[3],
         .coefficients = pair->coefficients + (size_t)first * PLANE_COEFFICIENTS,
         .share = {(p - 1.0) * (p - 2.0) * (p - 3.0) / -6.0, p * (p - 2.0) * (p - 3.0) / 2.0,
                   p * (p - 1.0) * (p - 3.0) / -2.0, p * (p - 1.0) * (p - 2.0) / 6.0},
@@ -37,129 +33,101 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
     };
 }
 
-/* A contact before the law is read: without force if `by` is zero. */
-typedef struct {
-    plane_shape shape;
-    plane_start at;
-    double creepage[3], k_hat, by[3], scale[3]; /* by: normalized creepages per Kalker's */
-    double fall[3];        /* derivatives of ln(friction) by Kalker's creepages */
-    double k_per_friction; /* derivative of ln(k_hat) by ln(friction) */
-} creep_forces_state;
-
-/* Factor on both friction coefficients at the slip speed, with that of spin as its root mean square
- * over Hertz's pressure: that of a force element of this ellipse, rolling with a radius of 1. */
-static inline double friction_left(const creep_forces *pair, const creep_forces_input *in,
-                                   double modulus, double fall[3]) {
+/* Kalker's creepages are those of the wheel against the rail, so the force is against them: with
+ * the other sign they are those of force_in_plane.h. Without force the scales are zero. */
+ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forces_parameters *p,
+                                      const creep_forces_input *in, force_plane *s,
+                                      creep_forces_output *out) {
     const double minimum_speed =
         0.1; /* below it the heat that rolling carries off is regularised */
-    const creep_forces_parameters *p = &pair->parameters;
-    double a = in->semi_axis_x, b = in->semi_axis_y, square = in->speed * in->speed;
-    double part[3] = {square * in->creepage_x, square * in->creepage_y,
-                      square * 0.2 * (a * a + b * b) * in->spin};
-    double slip = sqrt(part[0] * in->creepage_x + part[1] * in->creepage_y + part[2] * in->spin);
-    const force_element_parameters wheel = {
-        .static_friction = p->static_friction,
-        .kinetic_friction = p->kinetic_friction,
-        .weakening_length = p->weakening_length,
-        .slip_rate_residual = p->slip_rate_residual,
-        .slip_rate_decay = p->slip_rate_decay,
-        .softening_temperature = p->softening_temperature,
-        .thermal_effusivity = p->thermal_effusivity,
-        .semi_width = a,
-        .peak_pressure = 1.5 * in->normal_load / (PI * a * b), /* Eq. (20) */
-        .contact_modulus = modulus,
-        .slope_reduction = 1.0,
-        .radius = 1.0,
-        .minimum_speed = minimum_speed,
-        .elliptic = 1.0,
-    };
-    const force_element_input rolling = {.omega = in->speed * (1.0 - in->creepage_x),
-                                         .speed = in->speed,
-                                         .friction_scale = in->friction_scale};
-    friction_fall found = falling_friction(pair->table, &wheel, contact_scales_of(&wheel), &rolling,
-                                           slip, decay_at(&wheel, slip), is_hot(&wheel));
-    double per_slip = slip > 0.0 ? found.by_slip / slip : 0.0;
-    for (int i = 0; i < 3; i++) fall[i] = per_slip * part[i];
-    fall[0] -= found.by_rolling * in->speed;
-    return found.scale;
-}
-
-ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forces_input *in,
-                                      creep_forces_state *state, creep_forces_output *out) {
-    const creep_forces_parameters *p = &pair->parameters;
-    double a = in->semi_axis_x, b = in->semi_axis_y, scale = in->friction_scale;
+    double a = in->semi_axis_x, b = in->semi_axis_y, speed = in->speed;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
     double beyond = larger(given / aspect, aspect / given) - 1.0; /* rounding is not */
     *out = (creep_forces_output){.aspect_limited = beyond > 1e-9 ? 1.0 : 0.0};
-    *state = (creep_forces_state){.by = {0.0}};
-    if (!(in->normal_load > LEAST_LOAD && p->kinetic_friction * scale > LEAST_FRICTION)) return;
+    const force_element_input rolling = {.omega = speed * (1.0 - in->creepage_x),
+                                         .speed = speed,
+                                         .normal_load = in->normal_load,
+                                         .friction_scale = in->friction_scale,
+                                         .relaxed_creepage = -in->creepage_x};
+    s->scale[0] = s->start.place = s->start.k_hat = 0.0;
+    if (!(in->normal_load > LEAST_LOAD) || !has_friction(&rolling)) return;
     double scales[ASPECT_SCALES];
-    set_shape(pair, aspect, &state->shape, scales);
-    double modulus = p->shear_modulus * scales[0] * (4.0 / (PI * PI)); /* of the rolling ellipse */
-    if (p->slip_rate_decay > 0.0 || p->softening_temperature > 0.0)
-        scale = friction_left(pair, in, modulus, state->fall);
-    double f_d = p->kinetic_friction * scale;
-    if (!(f_d > LEAST_FRICTION)) return;
-    double sliding = f_d * in->normal_load, mean = sqrt(a * b);
-
-    /* Creepages of the law are those of the force, so of the other sign; see plane_law.h. */
-    double rate = p->shear_modulus * a * b / (sliding * 0.75 * PI);
-    state->by[0] = -rate * scales[0];
-    state->by[1] = -rate * scales[1];
-    state->by[2] = -rate * 0.75 * PI * mean * scales[4];
-    state->creepage[0] = state->by[0] * in->creepage_x;
-    state->creepage[1] = state->by[1] * in->creepage_y;
-    state->creepage[2] = state->by[2] * in->spin;
-    state->scale[0] = state->scale[1] = sliding;
-    state->scale[2] = sliding * mean;
-
-    /* Eq. (17) with a p0 = 3 N/(2 pi b). */
-    double drop = (p->static_friction - p->kinetic_friction) * scale;
-    double k_hat =
-        sqrt(2.0 * modulus * drop * p->weakening_length * b / (3.0 * f_d * f_d * in->normal_load));
-    state->k_hat = smaller(k_hat, pair->table->k_max);
-    state->k_per_friction = k_hat < pair->table->k_max ? -0.5 : 0.0;
-    state->at = plane_begin(&state->shape, state->creepage, state->k_hat);
+    int softens = pair->table->one_axis == 0; /* a curve holds as it is */
+    plane_contact ellipse;
+    set_shape(pair, aspect, &ellipse.shape, scales);
+    if (!softens) ellipse.shape.softening_y = 0.0;
+    ellipse.axes_ratio = b / a;
+    ellipse.spin_arm = 0.75 * PI * sqrt(b / a) * scales[4] / scales[0];
+    const force_element_parameters wheel = {
+        .radius = 1.0,
+        .static_friction = p->static_friction,
+        .kinetic_friction = p->kinetic_friction,
+        .weakening_length = p->weakening_length,
+        .slope_reduction = 1.0,
+        .semi_width = a,
+        .peak_pressure = 1.5 * in->normal_load / (PI * a * b),               /* Eq. (20) */
+        .contact_modulus = p->shear_modulus * scales[0] * (4.0 / (PI * PI)), /* of rolling */
+        .softening = softens ? scales[2] : 0.0,
+        .minimum_speed = minimum_speed,
+        .slip_rate_residual = p->slip_rate_decay > 0.0 ? p->slip_rate_residual : 1.0,
+        .slip_rate_decay = p->slip_rate_decay,
+        .softening_temperature = p->softening_temperature,
+        .thermal_effusivity = p->thermal_effusivity,
+        .elliptic = 1.0,
+        .relaxation_length = 1.0, /* the creepage is given */
+    };
+    double turning = speed * sqrt(0.2 * (a * a + b * b));
+    slip_speeds slip =
+        slip_of_parts(-speed * in->creepage_x, -speed * in->creepage_y, -turning * in->spin);
+    begin_in_plane(pair->table, &ellipse, &wheel, &rolling, slip, s);
+    if (!(s->at.kinetic > LEAST_FRICTION)) s->scale[0] = 0.0;
+    else place_in_plane(pair->table, -in->creepage_y, -in->spin, s);
 }
 
-ALWAYS_INLINE void creep_forces_finish(const creep_forces_state *state, double q, double q_slope,
-                                       double q_by_log_k, creep_forces_output *out) {
-    if (state->by[0] == 0.0) return;
-    plane_value found;
-    plane_finish(&state->shape, state->creepage, state->k_hat, state->at, q, q_slope, q_by_log_k,
-                 &found);
+/* Derivatives of the logarithm of friction by Kalker's creepages. */
+ALWAYS_INLINE void fall_of_friction(const creep_forces_input *in, const force_plane *s,
+                                    double fall[3]) {
+    double a = in->semi_axis_x, b = in->semi_axis_y, square = in->speed * in->speed;
+    double per_slip = s->slip.size > 0.0 ? s->fall.by_slip / s->slip.size * square : 0.0;
+    fall[0] = per_slip * in->creepage_x - s->fall.by_rolling * in->speed;
+    fall[1] = per_slip * in->creepage_y;
+    fall[2] = per_slip * 0.2 * (a * a + b * b) * in->spin;
+}
 
-    double most = state->shape.static_ratio, size = plane_hold(&found, most);
-    double slope[3][3];
-    const double *scale = state->scale;
+ALWAYS_INLINE void creep_forces_finish(const creep_table *table, const creep_forces_input *in,
+                                       double q, double slope, double by_log_k, force_plane *s,
+                                       creep_forces_output *out) {
+    if (s->scale[0] == 0.0) return;
+    double by[3][3], fall[3];
+    finish_in_plane(table, q, slope, by_log_k, s);
+    fall_of_friction(in, s, fall);
     for (int i = 0; i < 3; i++) {
-        const double *by = found.by_creepage[i], *at = state->creepage;
-        double by_friction = found.force[i] + state->k_per_friction * found.by_log_k[i] -
-                             (by[0] * at[0] + by[1] * at[1] + by[2] * at[2]);
+        double by_friction = change_with_friction(s, i);
         for (int j = 0; j < 3; j++)
-            slope[i][j] = scale[i] * (by[j] * state->by[j] + by_friction * state->fall[j]);
+            by[i][j] = s->scale[i] * (by_friction * fall[j] - s->law.by_creepage[i][j] * s->per[j]);
     }
-    out->force_x = scale[0] * found.force[0];
-    out->force_y = scale[1] * found.force[1];
-    out->spin_moment = scale[2] * found.force[2];
-    out->utilisation = smaller(size / most, 1.0);
-    memcpy(&out->force_x_by_creepage_x, slope, sizeof slope);
+    out->force_x = s->scale[0] * s->law.force[0];
+    out->force_y = s->scale[1] * s->law.force[1];
+    out->spin_moment = s->scale[2] * s->law.force[2];
+    out->utilisation = smaller(s->size / s->most, 1.0);
+    memcpy(&out->force_x_by_creepage_x, by, sizeof by);
 }
 
 /* Up to MOST_POINTS contacts. */
-ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, size_t n, const creep_forces_input *in,
+ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, const creep_forces_parameters *p,
+                                   size_t n, const creep_forces_input *in,
                                    creep_forces_output *out) {
-    creep_forces_state state[MOST_POINTS];
+    force_plane state[MOST_POINTS];
     double place[MOST_POINTS], k_hat[MOST_POINTS];
     double q[MOST_POINTS], slope[MOST_POINTS], by_log_k[MOST_POINTS];
     for (size_t i = 0; i < n; i++) {
-        creep_forces_begin(pair, &in[i], &state[i], &out[i]);
-        place[i] = state[i].at.place;
-        k_hat[i] = state[i].at.k_hat;
+        creep_forces_begin(pair, p, &in[i], &state[i], &out[i]);
+        place[i] = state[i].start.place;
+        k_hat[i] = state[i].start.k_hat;
     }
     evaluate_points(pair->table, n, place, k_hat, q, slope, by_log_k);
     for (size_t i = 0; i < n; i++)
-        creep_forces_finish(&state[i], q[i], slope[i], by_log_k[i], &out[i]);
+        creep_forces_finish(pair->table, &in[i], q[i], slope[i], by_log_k[i], &state[i], &out[i]);
 }
 
 #endif

@@ -22,35 +22,22 @@ const char *creep_forces_open(creep_forces *pair, const creep_table *table, cons
     return NULL;
 }
 
-void creep_forces_of_one(const creep_forces *pair, const creep_forces_input *input,
-                         creep_forces_output *output) {
-    creep_forces_at(pair, 1, input, output);
-}
-
-static creep_forces pair_of(const creep_table *table, const creep_forces_parameters *parameters) {
-    creep_forces pair = *table->pair;
-    double poisson_ratio = pair.parameters.poisson_ratio;
-    pair.parameters = *parameters;
-    pair.parameters.poisson_ratio = poisson_ratio;
-    return pair;
-}
-
-static void evaluate_at(const creep_table *table, const creep_forces_parameters *parameters,
-                        const creep_forces_input *input, creep_forces_output *output) {
-    creep_forces pair = pair_of(table, parameters);
-    creep_forces_of_one(&pair, input, output);
+void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters *parameters,
+                         const creep_forces_input *input, creep_forces_output *output) {
+    creep_forces_at(pair, parameters, 1, input, output);
 }
 
 void evaluate_pair(const creep_table *table, model_values *v) {
-    evaluate_at(table, &v->pair, &v->ellipse, &v->forces);
+    creep_forces_of_one(table->pair, &v->pair, &v->ellipse, &v->forces);
 }
 
 void tangent_pair(const creep_table *table, const model_values *v, const model_values *direction,
                   model_values *change) {
-    creep_forces pair = pair_of(table, &v->pair);
-    creep_forces_state state;
+    force_plane state;
     creep_forces_output unused;
-    creep_forces_begin(&pair, &v->ellipse, &state, &unused); /* for the fall of friction */
+    double fall[3] = {0.0};
+    creep_forces_begin(table->pair, &v->pair, &v->ellipse, &state, &unused);
+    if (state.scale[0] > 0.0) fall_of_friction(&v->ellipse, &state, fall);
     const double *by = &v->forces.force_x_by_creepage_x, *force = &v->forces.force_x;
     const double d[3] = {direction->ellipse.creepage_x, direction->ellipse.creepage_y,
                          direction->ellipse.spin};
@@ -59,7 +46,7 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
         dforce[i] = by[3 * i] * d[0] + by[3 * i + 1] * d[1] + by[3 * i + 2] * d[2];
     double square = force[0] * force[0] + force[1] * force[1], dlog_used = 0.0;
     if (square > 0.0) dlog_used = (force[0] * dforce[0] + force[1] * dforce[1]) / square;
-    for (int j = 0; j < 3; j++) dlog_used -= state.fall[j] * d[j];
+    for (int j = 0; j < 3; j++) dlog_used -= fall[j] * d[j];
     change->forces.utilisation = used * dlog_used;
 }
 

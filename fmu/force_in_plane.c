@@ -2,119 +2,59 @@
 
 #include <string.h>
 
-#include "plane_formula.h"
 #include "relaxation.h"
 
-/* Force in the plane at an input, before it is put into outputs. */
-typedef struct {
-    force_state at;
-    slip_speeds slip;
-    friction_fall fall;
-    double along;        /* slip along rolling over that in the plane */
-    double direction;    /* of rolling: -1 or 1 above the minimum speed */
-    double per_velocity; /* 1/(reference zeta0) [s/m] */
-    double per_spin;     /* normalized spin per spin velocity and direction of rolling [s] */
-    double creepage[3];  /* normalized, in the signs of the forces */
-    double most;         /* f_s/f_d */
-    int held;            /* 1 if the force is held at f_s N */
-    plane_value law;     /* as the law has it */
-    double size;         /* of the law's force [f_d N] */
-    plane_value force;   /* as it acts */
-} state_in_plane;
-
-/* The law at the creepages of a state. */
-static void law_of(const creep_table *table, const state_in_plane *s, double softening,
-                   double static_ratio, plane_value *law) {
-    plane_shape shape = table->plane->shape;
-    shape.softening_x = softening;
-    shape.static_ratio = static_ratio;
-    plane_at(table, &shape, s->creepage, table->one_axis ? 0.0 : s->at.k_hat, law);
+/* -1 or 1 above the minimum speed. Rolling backwards turns the contact by half a turn, and its spin
+ * against it. */
+static double direction_at(const force_element_input *in, const force_plane *s) {
+    return in->speed * s->at.inverse_speed;
 }
 
-static state_in_plane state_in_plane_of(const creep_table *table,
-                                        const force_element_parameters *there,
-                                        const force_element_input *in) {
-    const plane_contact *plane = table->plane;
-    state_in_plane s;
-    s.slip = slip_in_plane(table, there, in);
-    contact_scales scales = contact_scales_of(there);
-    s.fall = falling_friction(table, there, scales, in, s.slip.size, decay_at(there, s.slip.size),
-                              is_hot(there));
-    s.along = s.slip.size > 0.0 ? s.slip.along / s.slip.size : 0.0;
-    s.at = begin_force(table, there, scales, in, &s.fall, s.along);
-    s.direction = in->speed * s.at.inverse_speed;
-    s.per_velocity = s.at.inverse_speed * s.at.inverse_saturation;
-    s.per_spin = plane->spin_arm * there->semi_width * s.per_velocity;
-    s.creepage[0] = s.at.x;
-    s.creepage[1] = -plane->shape.stiffness_ratio * s.per_velocity * in->lateral_velocity;
-    /* Rolling backwards turns the contact by half a turn, and its spin against it. */
-    s.creepage[2] = -s.per_spin * in->spin_velocity * s.direction;
-    s.most = there->static_friction / there->kinetic_friction;
-    law_of(table, &s, there->softening, s.most, &s.law);
-    s.force = s.law;
-    s.size = plane_hold(&s.force, s.most);
-    s.held = s.size > s.most;
+static force_plane force_plane_of(const creep_table *table, const force_element_parameters *there,
+                                  const force_element_input *in) {
+    force_plane s;
+    double q, slope, by_log_k;
+    begin_in_plane(table, table->plane, there, in, slip_in_plane(table, there, in), &s);
+    double per = s.at.inverse_speed;
+    place_in_plane(table, -in->lateral_velocity * per,
+                   -in->spin_velocity * per * direction_at(in, &s), &s);
+    evaluate_points(table, 1, &s.start.place, &s.start.k_hat, &q, &slope, &by_log_k);
+    finish_in_plane(table, q, slope, by_log_k, &s);
     return s;
 }
 
-/* Change of a force with normalized creepages and ln(k_hat). */
-static double follows(const plane_value *force, int i, const double change[3], double dlog_k) {
-    const double *by = force->by_creepage[i];
-    return by[0] * change[0] + by[1] * change[1] + by[2] * change[2] + force->by_log_k[i] * dlog_k;
+/* Change of the creepages across and of spin with the speed, relative to the normalization. */
+static double turn_with_speed(const force_element_input *in, const force_plane *s) {
+    double slower = -s->at.speed_slope * s->at.inverse_speed;
+    return s->creepage[2] * slower - s->per[2] * s->at.inverse_speed * in->spin_velocity *
+                                         (s->at.inverse_speed + direction_at(in, s) * slower);
 }
 
 void evaluate_in_plane(const creep_table *table, const force_element_parameters *p,
                        const force_element_input *in, force_element_output *out) {
-    state_in_plane s = state_in_plane_of(table, p, in);
-    const force_state *at = &s.at;
-    const double *force = s.force.force, *l = s.creepage;
-    int relaxed = p->relaxation_length > 0.0;
-    double zeta0 = at->scales.saturation_creepage, sliding = at->kinetic * in->normal_load;
-    double mean = p->semi_width * sqrt(table->plane->axes_ratio);
-    set_kinematics(p, in, at, out);
-    double k_margin = at->scales.k_hat - table->k_max;
-    out->k_hat_margin = table->one_axis ? -1.0 : k_margin;
-    int k_limited = out->k_hat_margin > 0.0;
-    out->k_hat_limited = k_limited ? 1.0 : 0.0;
+    force_plane s = force_plane_of(table, p, in);
+    force_state *at = &s.at;
+    const double *by = s.law.by_creepage[0];
+    creep_value q;
+    q.traction_ratio = s.law.force[0];
+    q.slope = by[0];
+    q.log_k_derivative = s.law.by_log_k[0];
+    at->place.x_by_x = 1.0; /* the law in the plane has softened already */
+    at->place.log_k_by_x = 0.0;
+    double growth = p->load_exponent, turning = s.slip.turning; /* it turns over a width */
+    if (turning != 0.0)
+        at->log_g_by_log_load += s.fall.by_slip * turning * turning * growth / s.slip.size;
+    finish_force(table, p, in, at, q, out);
     out->force_margin = p->kinetic_friction * s.size - p->static_friction;
-    out->force_limited = s.held ? 1.0 : 0.0;
-    out->creep_force = sliding * force[0];
-    out->wheel_torque = -p->radius * out->creep_force;
-    out->lateral_force = sliding * force[1];
-    out->spin_moment = sliding * mean * s.direction * force[2];
-    out->normalized_creepage = at->x;
-    out->traction_coefficient = at->kinetic * force[0];
-    out->k_hat = at->k_hat;
-    out->saturation_creepage = zeta0;
-    out->process_zone_ratio = at->scales.process_zone_ratio;
-    out->contact_temperature = at->temperature;
-
-    /* The force along rolling by the acting creepage, by omega r through friction, by the speed
-     * through the other creepages, and by the load. */
-    double stretch[3] = {-l[0], -l[1], -l[2]}, k_by_g = k_limited ? 0.0 : -0.5;
-    double by_log_g = force[0] + follows(&s.force, 0, stretch, k_by_g);
-    double by_acting = sliding * s.force.by_creepage[0][0] * at->inverse_saturation;
-    double through_g = sliding * by_log_g, by_rolling = through_g * at->log_g_by_rolling;
-    double slower = -at->speed_slope * at->inverse_speed;     /* d(ln(1/reference))/d(speed) */
-    double turned = at->inverse_speed + s.direction * slower; /* d(direction)/d(speed) */
-    double at_speed[3] = {0.0, l[1] * slower,
-                          l[2] * slower - s.per_spin * in->spin_velocity * turned};
-    double growth = p->load_exponent / in->normal_load;
-    double at_load[3] = {-l[0] * growth, -l[1] * growth, 0.0}; /* the width grows like zeta0 */
-    double wider = s.slip.size > 0.0 ? s.slip.turning * s.slip.turning * growth / s.slip.size : 0.0;
-    out->force_gradient = by_acting * at->inverse_speed + by_rolling;
-    double slope = out->force_gradient * at->reference * zeta0 / sliding;
-    out->falling_margin = slope == 0.0 ? -1.0 : -slope;
-    out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
-    out->force_by_omega = p->radius * (relaxed ? by_rolling : out->force_gradient);
-    out->force_by_speed = (relaxed ? 0.0 : by_acting * out->creepage_by_speed) +
-                          through_g * at->log_g_by_speed +
-                          sliding * follows(&s.force, 0, at_speed, 0.0);
-    double log_g_by_load = at->log_g_by_log_load / in->normal_load + s.fall.by_slip * wider;
-    out->force_by_load = at->kinetic * force[0] + through_g * log_g_by_load +
-                         sliding * follows(&s.force, 0, at_load, k_limited ? 0.0 : -growth);
-    out->force_by_relaxed = relaxed ? by_acting : 0.0;
-    relaxation_rate(p, in, at->slip, zeta0, at->log_g_by_rolling, at->log_g_by_speed, out);
+    out->force_limited = out->force_margin > 0.0 ? 1.0 : 0.0;
+    out->lateral_force = s.scale[1] * s.law.force[1];
+    out->spin_moment = s.scale[2] * direction_at(in, &s) * s.law.force[2];
+    double slower = -at->speed_slope * at->inverse_speed;
+    out->force_by_speed +=
+        s.scale[0] * (by[1] * s.creepage[1] * slower + by[2] * turn_with_speed(in, &s));
+    out->force_by_load -= at->kinetic * growth * by[1] * s.creepage[1];
+    relaxation_rate(p, in, at->slip, at->scales.saturation_creepage, at->log_g_by_rolling,
+                    at->log_g_by_speed, out);
 }
 
 #ifndef ONE_FILE_KERNEL
@@ -187,52 +127,54 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
                            const force_element_input *in, const force_element_output *out,
                            const force_element_input *din, force_element_output *dout) {
     static const plane_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
-    int relaxed = p->relaxation_length > 0.0, grips = can_grip(p, in);
+    int relaxed = p->relaxation_length > 0.0;
     double dlog_zeta0 = 0.0, drolling = p->radius * din->omega;
     dout->creep_force = dout->lateral_force = dout->spin_moment = dout->traction_coefficient = 0.0;
     dout->creepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
-    if (!grips) begin_to_grip(table, p, in, din, dout);
-    if (grips) {
-        creep_table along = *table;
-        if (table->plane == NULL) along.plane = &NO_CONTACT;
+    if (can_grip(p, in)) {
+        creep_table any = *table;
+        if (table->plane == NULL) any.plane = &NO_CONTACT;
         force_element_parameters there = force_element_at_load(p, in->normal_load);
-        state_in_plane s = state_in_plane_of(&along, &there, in);
-        const plane_contact *plane = along.plane;
+        force_plane s = force_plane_of(&any, &there, in);
         const friction_fall *g = &s.fall;
-        const double *force = s.force.force, *l = s.creepage;
-        double dlog_width = p->load_exponent * din->normal_load / in->normal_load;
+        const double *force = s.law.force, *scale = s.scale;
+        double dlog_load = din->normal_load / in->normal_load, direction = direction_at(in, &s);
+        double dlog_width = p->load_exponent * dlog_load;
         double dlog_friction = din->friction_scale / in->friction_scale;
-        double spread = plane->slip_spread * there.semi_width;
-        double dturning = s.slip.turning * dlog_width + spread * din->spin_velocity, dslip = 0.0;
+        double spread = any.plane->slip_spread * there.semi_width, dslip = 0.0;
         if (s.slip.size > 0.0)
-            dslip = (s.slip.along * (drolling - din->speed) -
-                     s.slip.across * din->lateral_velocity + s.slip.turning * dturning) /
-                    s.slip.size;
+            dslip =
+                (s.slip.along * (drolling - din->speed) - s.slip.across * din->lateral_velocity +
+                 s.slip.turning * (s.slip.turning * dlog_width + spread * din->spin_velocity)) /
+                s.slip.size;
         double by_log_friction = g->by_log_heating + g->by_log_zeta0 - 0.5 * g->by_log_k;
         double dlog_kinetic = dlog_friction * (1.0 + by_log_friction) + g->by_slip * dslip +
                               g->by_rolling * drolling + g->by_speed * din->speed +
-                              s.at.log_g_by_log_load * din->normal_load / in->normal_load;
+                              s.at.log_g_by_log_load * dlog_load;
         dlog_zeta0 = dlog_kinetic + dlog_width;
-        double dlog_k = out->k_hat_limited > 0.0 ? 0.0 : -0.5 * dlog_kinetic - dlog_width;
         double slower = -s.at.speed_slope * din->speed * s.at.inverse_speed;
-        double turned = din->speed * s.at.inverse_speed + s.direction * slower;
         double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
-        double dl[3] = {
-            dacting * s.at.inverse_saturation - l[0] * dlog_zeta0,
-            l[1] * (slower - dlog_zeta0) -
-                plane->shape.stiffness_ratio * s.per_velocity * din->lateral_velocity,
-            l[2] * (slower - dlog_kinetic) -
-                s.per_spin * (din->spin_velocity * s.direction + in->spin_velocity * turned)};
-        double kinetic = s.at.kinetic, load = in->normal_load, dforce[3];
-        for (int i = 0; i < 3; i++) /* over the sliding force */
-            dforce[i] = force[i] * dlog_kinetic + follows(&s.force, i, dl, dlog_k);
-        double mean = there.semi_width * sqrt(plane->axes_ratio), sliding = kinetic * load;
-        double growing = din->normal_load * kinetic;
-        dout->traction_coefficient = kinetic * dforce[0];
-        dout->creep_force = sliding * dforce[0] + growing * force[0];
-        dout->lateral_force = sliding * dforce[1] + growing * force[1];
-        dout->spin_moment = mean * (s.direction * (sliding * dforce[2] + growing * force[2]) +
-                                    sliding * force[2] * (s.direction * dlog_width + turned));
+        /* With friction held: */
+        double dl[3] = {dacting * s.per[0] - s.creepage[0] * dlog_width,
+                        s.creepage[1] * (slower - dlog_width) -
+                            s.per[1] * s.at.inverse_speed * din->lateral_velocity,
+                        turn_with_speed(in, &s) * din->speed -
+                            s.per[2] * s.at.inverse_speed * din->spin_velocity * direction};
+        double dforce[3];
+        for (int i = 0; i < 3; i++) { /* over the scale */
+            const double *by = s.law.by_creepage[i];
+            dforce[i] = force[i] * dlog_load + change_with_friction(&s, i) * dlog_kinetic +
+                        by[0] * dl[0] + by[1] * dl[1] + by[2] * dl[2] -
+                        s.law.by_log_k[i] * dlog_width;
+        }
+        double turned = (din->speed + in->speed * slower) * s.at.inverse_speed;
+        dout->traction_coefficient = s.at.kinetic * (dforce[0] - force[0] * dlog_load);
+        dout->creep_force = scale[0] * dforce[0];
+        dout->lateral_force = scale[1] * dforce[1];
+        dout->spin_moment =
+            scale[2] * (direction * dforce[2] + force[2] * (direction * dlog_width + turned));
+    } else {
+        begin_to_grip(table, p, in, din, dout);
     }
     dout->wheel_torque = -p->radius * dout->creep_force;
     dout->relaxation_rate = relaxed ? relaxation_change(p, in, out, din, dlog_zeta0) : 0.0;

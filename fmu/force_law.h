@@ -204,7 +204,8 @@ typedef struct {
     double temperature;       /* [K] */
     double inverse_saturation; /* one over zeta0 [1] */
     contact_scales scales;
-    double x, k_hat; /* normalized creepage, and k_hat up to the table's largest */
+    double x, k_hat;  /* normalized creepage, and k_hat up to the table's largest */
+    double by_others; /* change of the traction ratio as all other creepages grow alike [1] */
     softened_place place;
 } force_state;
 
@@ -231,6 +232,7 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     at.inverse_saturation = 1.0 / scales.saturation_creepage * fall->inverse;
     at.x = at.acting * at.inverse_saturation;
     at.k_hat = smaller(at.scales.k_hat, k_max);
+    at.by_others = 0.0;
     at.place = softened_at(p->softening, at.x, at.k_hat);
     return at;
 }
@@ -294,6 +296,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     double log_k_by_log_g = k_limited ? 0.0 : -0.5;
     /* The part of dq/d(omega r) that comes from friction falling. */
     double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
+    by_log_g -= at->by_others;
     double through_g = by_log_g * at->log_g_by_rolling;
     double slope = q.slope + through_g * zeta0 * at->reference; /* at this speed */
     double by_creepage = per_creepage * slope;

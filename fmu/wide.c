@@ -66,6 +66,6 @@ void drivetrain_evaluate_many(const drivetrain_member *members, size_t n, size_t
 
 void creep_forces_evaluate(const creep_forces *pair, size_t n, const creep_forces_input *input,
                            creep_forces_output *output) {
-    if (n == 1) creep_forces_of_one(pair, input, output);
+    if (n == 1) creep_forces_of_one(pair, &pair->parameters, input, output);
     else CHOOSE(creep_forces_evaluate)(pair, n, input, output);
 }

@@ -21,7 +21,7 @@ void WIDE(creep_forces_evaluate)(const creep_forces *pair, size_t n,
                                  const creep_forces_input *input, creep_forces_output *output) {
     for (size_t first = 0; first < n; first += MOST_POINTS) {
         size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
-        creep_forces_at(pair, count, input + first, output + first);
+        creep_forces_at(pair, &pair->parameters, count, input + first, output + first);
     }
 }
 
