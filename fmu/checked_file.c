@@ -1,5 +1,6 @@
 #include "checked_file.h"
 
+#include <math.h>
 #include <string.h>
 
 static uint32_t crc32_of(const unsigned char *bytes, size_t size) {
@@ -38,5 +39,17 @@ const char *checked_file_error(const void *bytes, size_t size, const char magic[
     if (found_version > version) return "the file has a newer format version";
     if (found_size != size) return "the file's length differs from the one in its header";
     if (found_crc != crc32_of(start + 16, size - 16)) return "the file is damaged (checksum)";
+    return NULL;
+}
+
+const char *checked_numbers(const void *bytes, size_t size, const char magic[8], uint32_t version,
+                            const double **number, size_t *count) {
+    const char *error = checked_file_error(bytes, size, magic, version);
+    if (error != NULL) return error;
+    *number = (const double *)(const void *)((const char *)bytes + CHECKED_FILE_FRAME);
+    *count = (size - CHECKED_FILE_FRAME) / sizeof **number;
+    if (size % sizeof **number != 0) return "the file ends within a number";
+    for (size_t i = 0; i < *count; i++)
+        if (!(fabs((*number)[i]) <= 1e6)) return "a number is not finite or beyond 1e6";
     return NULL;
 }

@@ -35,15 +35,16 @@ static const char *with_dot(char *text, int digits, double value) {
 #define SHOWN_TO(digits, value) with_dot((char[NUMBER_SIZE]){0}, digits, value)
 #define SHOWN(value) SHOWN_TO(6, value)
 
-void component_log(component *self, result status, const char *format, ...) {
+result component_log(component *self, result status, const char *format, ...) {
     char text[MESSAGE_SIZE];
     int category = (int)status - (int)RESULT_WARNING;
-    if (self->logger == NULL || !(self->logged >> category & 1u)) return;
+    if (self->logger == NULL || !(self->logged >> category & 1u)) return status;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     self->logger(self->shell, status, CATEGORIES[category], text);
+    return status;
 }
 
 result component_set_logging(component *self, int on, size_t count, const char *const names[]) {
@@ -55,11 +56,9 @@ result component_set_logging(component *self, int on, size_t count, const char *
             mask |= 1u << c;
             known = 1;
         }
-        if (!known) {
-            component_log(self, RESULT_ERROR, "%s is not a log category of this FMU",
-                          names[i] != NULL ? names[i] : "(null)");
-            return RESULT_ERROR;
-        }
+        if (!known)
+            return component_log(self, RESULT_ERROR, "%s is not a log category of this FMU",
+                                 names[i] != NULL ? names[i] : "(null)");
     }
     self->logged = on || count == 0 ? mask : self->logged & ~mask;
     return RESULT_OK;
@@ -67,13 +66,12 @@ result component_set_logging(component *self, int on, size_t count, const char *
 
 result component_called(component *self, const char *function, unsigned allowed) {
     if (allowed >> self->now.stage & 1u) return RESULT_OK;
-    component_log(self, RESULT_ERROR, "%s is not allowed in this state of the FMU", function);
-    return RESULT_ERROR;
+    return component_log(self, RESULT_ERROR, "%s is not allowed in this state of the FMU",
+                         function);
 }
 
 result component_null(component *self, const char *function, const char *pointer) {
-    component_log(self, RESULT_ERROR, "%s: the pointer %s is null", function, pointer);
-    return RESULT_ERROR;
+    return component_log(self, RESULT_ERROR, "%s: the pointer %s is null", function, pointer);
 }
 
 /* ---- life ---------------------------------------------------------------------------------- */
@@ -113,14 +111,8 @@ static const model_variable *misplaced(const model *m, const model_values *start
 }
 
 static int states_in_range(const component *self) {
-    const model *m = self->model;
-    size_t left = self->states;
-    for (size_t i = 0; left > 0 && i < m->count; i++) {
-        const model_variable *v = &m->variables[i];
-        if (v->role != STATE || !model_has(v, &self->start)) continue;
-        if (!is_in_range(v, model_get(v, &self->now.values))) return 0;
-        left--;
-    }
+    for (size_t i = 0; i < self->states; i++)
+        if (!is_in_range(self->state[i], model_get(self->state[i], &self->now.values))) return 0;
     return 1;
 }
 
@@ -173,8 +165,7 @@ static result load_resources(component *self, const char *location) {
         free(values);
     }
     if (error == NULL) return RESULT_OK;
-    component_log(self, RESULT_ERROR, "resource %s: %s", file, error);
-    return RESULT_ERROR;
+    return component_log(self, RESULT_ERROR, "resource %s: %s", file, error);
 }
 
 void component_reset(component *self) {
@@ -191,17 +182,19 @@ result component_open(component *self, int model_exchange, const char *token,
                       const char *resources) {
     self->model_exchange = model_exchange;
     self->model = model_of_token(token);
-    if (self->model == NULL) {
-        component_log(self, RESULT_ERROR, "token %s must be this library's %s and a kind of model",
-                      token != NULL ? token : "(null)", CONTACTLIB_TOKEN);
-        return RESULT_ERROR;
-    }
+    if (self->model == NULL)
+        return component_log(self, RESULT_ERROR,
+                             "token %s must be this library's %s and a kind of model",
+                             token != NULL ? token : "(null)", CONTACTLIB_TOKEN);
     memset(self->token, 0, sizeof self->token);
     strcpy(self->token, token);
     if (load_resources(self, resources) != RESULT_OK) return RESULT_ERROR;
+    size_t rates = 0;
     for (size_t i = 0; i < self->model->count; i++) {
         const model_variable *v = &self->model->variables[i];
-        self->states += v->role == STATE && model_has(v, &self->start);
+        if (!model_has(v, &self->start)) continue;
+        if (v->role == STATE) self->state[self->states++] = v;
+        if (v->role == DERIVATIVE) self->rate[rates++] = v;
     }
     component_reset(self);
     return RESULT_OK;
@@ -214,17 +207,13 @@ void component_close(component *self) {
 
 result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,
                         double tolerance) {
-    if (!isfinite(start) || (has_stop && !(stop >= start))) {
-        component_log(self, RESULT_ERROR,
-                      "start time = %s must be finite, and stop time = %s not before it",
-                      SHOWN(start), SHOWN(has_stop ? stop : INFINITY));
-        return RESULT_ERROR;
-    }
-    if (has_tolerance && !(tolerance > 0.0 && tolerance < INFINITY)) {
-        component_log(self, RESULT_ERROR, "tolerance = %s must be finite and > 0",
-                      SHOWN(tolerance));
-        return RESULT_ERROR;
-    }
+    if (!isfinite(start) || (has_stop && !(stop >= start)))
+        return component_log(self, RESULT_ERROR,
+                             "start time = %s must be finite, and stop time = %s not before it",
+                             SHOWN(start), SHOWN(has_stop ? stop : INFINITY));
+    if (has_tolerance && !(tolerance > 0.0 && tolerance < INFINITY))
+        return component_log(self, RESULT_ERROR, "tolerance = %s must be finite and > 0",
+                             SHOWN(tolerance));
     self->now.values.time = start;
     self->now.stop_time = has_stop ? stop : INFINITY;
     if (has_tolerance) self->now.tolerance = fmin(MOST_TOLERANCE, fmax(LEAST_TOLERANCE, tolerance));
@@ -252,21 +241,19 @@ static result check_friction(component *self) {
     int any = self->model->has_pair;
     double most = any ? v->pair.static_friction : v->contact.static_friction;
     double kinetic = any ? v->pair.kinetic_friction : v->contact.kinetic_friction;
-    if (!(most >= kinetic)) {
-        component_log(self, RESULT_DISCARD,
-                      "static_friction = %s is out of range: must be at least kinetic_friction = "
-                      "%s",
-                      SHOWN(most), SHOWN(kinetic));
-        return RESULT_DISCARD;
-    }
+    if (!(most >= kinetic))
+        return component_log(
+            self, RESULT_DISCARD,
+            "static_friction = %s is out of range: must be at least kinetic_friction = "
+            "%s",
+            SHOWN(most), SHOWN(kinetic));
     double held = self->table.static_to_kinetic, least = held * kinetic;
-    if (held > 0.0 && !(fabs(most - least) <= 1e-9 * least)) {
-        component_log(self, RESULT_DISCARD,
-                      "static_friction / kinetic_friction = %s must be %s, the only ratio for "
-                      "which the table's law holds",
-                      SHOWN_TO(10, most / kinetic), SHOWN_TO(10, held));
-        return RESULT_DISCARD;
-    }
+    if (held > 0.0 && !(fabs(most - least) <= 1e-9 * least))
+        return component_log(
+            self, RESULT_DISCARD,
+            "static_friction / kinetic_friction = %s must be %s, the only ratio for "
+            "which the table's law holds",
+            SHOWN_TO(10, most / kinetic), SHOWN_TO(10, held));
     return RESULT_OK;
 }
 
@@ -390,9 +377,9 @@ static const char *advice(const component *self, const model_variable *v, char *
 static result check_range(component *self, const model_variable *v, double value) {
     char text[MESSAGE_SIZE];
     if (is_in_range(v, value)) return RESULT_OK;
-    component_log(self, RESULT_DISCARD, "%s = %s is out of range: must be from %s to %s%s", v->name,
-                  SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum), advice(self, v, text));
-    return RESULT_DISCARD;
+    return component_log(self, RESULT_DISCARD, "%s = %s is out of range: must be from %s to %s%s",
+                         v->name, SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum),
+                         advice(self, v, text));
 }
 
 result component_check(component *self, unsigned reference, int boolean, double value) {
@@ -403,10 +390,7 @@ result component_check(component *self, unsigned reference, int boolean, double 
     if (!model_is_given(v)) why = ": it is calculated";
     else if (running && (v->role == FIXED_PARAMETER || v->role == STATE))
         why = " after initialization";
-    if (why != NULL) {
-        component_log(self, RESULT_ERROR, "%s cannot be set%s", v->name, why);
-        return RESULT_ERROR;
-    }
+    if (why != NULL) return component_log(self, RESULT_ERROR, "%s cannot be set%s", v->name, why);
     return check_range(self, v, value);
 }
 
@@ -446,41 +430,36 @@ static void check_exchange(component *self) {
 result component_step(component *self, double point, double step) {
     model_values *values = &self->now.values;
     double end = point + step;
-    if (!(step > 0.0 && isfinite(end))) {
-        component_log(self, RESULT_ERROR, "step size = %s must be > 0 and end at a finite time",
-                      SHOWN(step));
-        return RESULT_ERROR;
-    }
+    if (!(step > 0.0 && isfinite(end)))
+        return component_log(self, RESULT_ERROR,
+                             "step size = %s must be > 0 and end at a finite time", SHOWN(step));
     /* Tools add up step sizes, so the last bits of the time may differ from ours. */
     double slack = 1e-6 * step + 1e-12 * fabs(point);
-    if (!(fabs(point - values->time) <= slack)) {
-        component_log(self, RESULT_ERROR, "communication point = %s must be the FMU's time %s",
-                      SHOWN_TO(17, point), SHOWN_TO(17, values->time));
-        return RESULT_ERROR;
-    }
+    if (!(fabs(point - values->time) <= slack))
+        return component_log(self, RESULT_ERROR,
+                             "communication point = %s must be the FMU's time %s",
+                             SHOWN_TO(17, point), SHOWN_TO(17, values->time));
     /* After very many steps the sum may be off by much more than the last bits. */
-    if (!(end <= self->now.stop_time + 1e-3 * step + 1e-9 * fabs(end))) {
-        component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
-                      SHOWN_TO(17, end), SHOWN_TO(17, self->now.stop_time));
-        return RESULT_ERROR;
-    }
+    if (!(end <= self->now.stop_time + 1e-3 * step + 1e-9 * fabs(end)))
+        return component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
+                             SHOWN_TO(17, end), SHOWN_TO(17, self->now.stop_time));
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     const model_values before = *values;
     const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
     double longest = values->substep;
     if (error != NULL) {
         *values = before;
-        component_log(self, RESULT_DISCARD,
-                      "the step of %s s from %s s: %s; take steps of at most %s s, or a larger "
-                      "tolerance",
-                      SHOWN(step), SHOWN(point), error, SHOWN(longest));
-        return RESULT_DISCARD;
+        return component_log(
+            self, RESULT_DISCARD,
+            "the step of %s s from %s s: %s; take steps of at most %s s, or a larger "
+            "tolerance",
+            SHOWN(step), SHOWN(point), error, SHOWN(longest));
     }
     if (!states_in_range(self)) {
         *values = before;
-        component_log(self, RESULT_DISCARD, "the step of %s s from %s s: a state leaves its range",
-                      SHOWN(step), SHOWN(point));
-        return RESULT_DISCARD;
+        return component_log(self, RESULT_DISCARD,
+                             "the step of %s s from %s s: a state leaves its range", SHOWN(step),
+                             SHOWN(point));
     }
     check_exchange(self);
     if (values->held_tolerance > self->now.tolerance && is_first(self, TOLERANCE))
@@ -503,53 +482,40 @@ size_t component_indicators(const component *self) {
 
 static result check_count(component *self, const char *what, size_t count, size_t wanted) {
     if (count == wanted) return RESULT_OK;
-    component_log(self, RESULT_ERROR, "number of %s = %zu must be %zu", what, count, wanted);
-    return RESULT_ERROR;
+    return component_log(self, RESULT_ERROR, "number of %s = %zu must be %zu", what, count, wanted);
 }
 
 result component_set_time(component *self, double time) {
-    if (!isfinite(time)) {
-        component_log(self, RESULT_ERROR, "time = %s must be finite", SHOWN(time));
-        return RESULT_ERROR;
-    }
+    if (!isfinite(time))
+        return component_log(self, RESULT_ERROR, "time = %s must be finite", SHOWN(time));
     self->now.values.time = time;
     return RESULT_OK;
 }
 
-/* Read all variables of a role, in the order of the list. */
-static result get_role(component *self, variable_role role, size_t count, double *values) {
+/* Read a variable for each state. */
+static result get_each(component *self, const model_variable *const *variables, size_t count,
+                       double *values) {
     if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
         return RESULT_ERROR;
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    size_t n = 0;
-    for (size_t i = 0; i < self->model->count; i++) {
-        const model_variable *v = &self->model->variables[i];
-        if (v->role == role && model_has(v, &self->start))
-            values[n++] = model_get(v, &self->now.values);
-    }
+    for (size_t i = 0; i < count; i++) values[i] = model_get(variables[i], &self->now.values);
     return RESULT_OK;
 }
 
 result component_get_states(component *self, size_t count, double *values) {
-    return get_role(self, STATE, count, values);
+    return get_each(self, self->state, count, values);
 }
 
 result component_get_derivatives(component *self, size_t count, double *values) {
-    return get_role(self, DERIVATIVE, count, values);
+    return get_each(self, self->rate, count, values);
 }
 
 result component_set_states(component *self, size_t count, const double *values) {
     if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
         return RESULT_ERROR;
-    model_values changed = self->now.values;
-    size_t n = 0;
-    for (size_t i = 0; i < self->model->count; i++) {
-        const model_variable *v = &self->model->variables[i];
-        if (v->role != STATE || !model_has(v, &self->start)) continue;
-        if (check_range(self, v, values[n]) != RESULT_OK) return RESULT_DISCARD;
-        model_set(v, &changed, values[n++]);
-    }
-    self->now.values = changed;
+    for (size_t i = 0; i < count; i++)
+        if (check_range(self, self->state[i], values[i]) != RESULT_OK) return RESULT_DISCARD;
+    for (size_t i = 0; i < count; i++) model_set(self->state[i], &self->now.values, values[i]);
     self->now.stale = 1;
     return RESULT_OK;
 }
@@ -566,12 +532,9 @@ result component_get_indicators(component *self, size_t count, double *values) {
 result component_get_nominals(component *self, size_t count, double *values) {
     if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
         return RESULT_ERROR;
-    size_t n = 0;
-    for (size_t i = 0; i < self->model->count; i++) {
-        const model_variable *v = &self->model->variables[i];
-        if (v->role != STATE || !model_has(v, &self->start)) continue;
-        double value = fabs(model_get(v, &self->start));
-        values[n++] = v->part == IF_RELAXED ? 1e-2 : fmax(value, 1.0);
+    for (size_t i = 0; i < count; i++) {
+        const model_variable *v = self->state[i];
+        values[i] = v->part == IF_RELAXED ? 1e-2 : fmax(fabs(model_get(v, &self->start)), 1.0);
     }
     return RESULT_OK;
 }
@@ -589,9 +552,8 @@ static result check_references(component *self, const unsigned *references, size
         const model_variable *v = find(self, references[i], 0);
         if (v == NULL) return RESULT_ERROR;
         if (unknown ? is_unknown(v) : model_is_given(v) || v->role == INDEPENDENT) continue;
-        component_log(self, RESULT_ERROR, "%s cannot be the %s of a derivative", v->name,
-                      unknown ? "unknown" : "known");
-        return RESULT_ERROR;
+        return component_log(self, RESULT_ERROR, "%s cannot be the %s of a derivative", v->name,
+                             unknown ? "unknown" : "known");
     }
     return RESULT_OK;
 }
@@ -615,8 +577,7 @@ static void follow(component *self, const model_values *direction, const unsigne
 static result check_finite(component *self, size_t count, const double *values) {
     for (size_t i = 0; i < count; i++) {
         if (isfinite(values[i])) continue;
-        component_log(self, RESULT_DISCARD, "the derivative along this seed is not finite");
-        return RESULT_DISCARD;
+        return component_log(self, RESULT_DISCARD, "the derivative along this seed is not finite");
     }
     return RESULT_OK;
 }
@@ -653,8 +614,7 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
 /* ---- saved states -------------------------------------------------------------------------- */
 
 static result state_error(component *self, const char *why) {
-    component_log(self, RESULT_ERROR, "saved state: %s", why);
-    return RESULT_ERROR;
+    return component_log(self, RESULT_ERROR, "saved state: %s", why);
 }
 
 static result keep(component *self, const component_state *state, void **saved) {

@@ -25,7 +25,7 @@ typedef enum {
 #define ANY_STAGE 0xFFu
 #define RUNNING (IN(EVENTS) | IN(CONTINUOUS) | IN(STEPPING))
 
-enum { CATEGORY_COUNT = 3, FLAG_COUNT = 5, MOST_VARIABLES = 80, TOKEN_SIZE = 80 };
+enum { CATEGORY_COUNT = 3, FLAG_COUNT = 5, MOST_VARIABLES = 80, MODEL_STATES = 3, TOKEN_SIZE = 80 };
 
 /* Names of the log's categories, by rising severity. */
 extern const char *const CATEGORIES[CATEGORY_COUNT];
@@ -52,7 +52,8 @@ typedef struct {
     plane_contact plane;
     creep_forces pair;
     void *shape_bytes; /* of one of the two */
-    size_t states;     /* number of continuous states */
+    size_t states;     /* number of continuous states; they and their rates */
+    const model_variable *state[MODEL_STATES], *rate[MODEL_STATES];
     int model_exchange;
     int has_booleans; /* 0 if truth values are real numbers, 0 or 1 */
     unsigned warned;  /* one bit for each warning that is given once */
@@ -69,7 +70,8 @@ void component_close(component *self);
 
 /* Check that the call is allowed now; if not, log an error that names the function. */
 result component_called(component *self, const char *function, unsigned allowed_stages);
-void component_log(component *self, result status, const char *format, ...);
+/* Returns the status. */
+result component_log(component *self, result status, const char *format, ...);
 /* Log that the call needs what this pointer should point to. */
 result component_null(component *self, const char *function, const char *pointer);
 /* Log only these categories, or not these. Without a name all of them are logged, on or off: none

@@ -9,13 +9,11 @@ enum { PAIR_VERSION = 1, PAIR_NUMBERS = 1 + PLANE_ASPECTS * PLANE_COEFFICIENTS }
 
 const char *creep_forces_open(creep_forces *pair, const creep_table *table, const void *bytes,
                               size_t size) {
-    const char *error = checked_file_error(bytes, size, "CREEPAIR", PAIR_VERSION);
+    const double *number;
+    size_t count;
+    const char *error = checked_numbers(bytes, size, "CREEPAIR", PAIR_VERSION, &number, &count);
     if (error != NULL) return error;
-    const double *number = (const double *)(const void *)((const char *)bytes + CHECKED_FILE_FRAME);
-    if (size != CHECKED_FILE_FRAME + PAIR_NUMBERS * sizeof *number)
-        return "the number of values is not that of a pair of bodies";
-    for (size_t i = 0; i < PAIR_NUMBERS; i++)
-        if (!(fabs(number[i]) <= 1e6)) return "a number is not finite or beyond 1e6";
+    if (count != PAIR_NUMBERS) return "the number of values is not that of a pair of bodies";
     if (!(number[0] >= 0.0 && number[0] <= 0.5)) return "Poisson's ratio is out of range";
     creep_forces_parameters parameters = {.poisson_ratio = number[0]};
     creep_forces_prepare(pair, table, number + 1, &parameters);

@@ -14,10 +14,11 @@ void creep_table_evaluate(const creep_table *table, double normalized_creepage, 
 #ifndef ONE_FILE_KERNEL
 #include "checked_file.h"
 
-/* The frame is followed by cells_u, cells_k, k_max, max_error, max_slope_error,
- * certificate_points, static_to_kinetic, one_axis, twice_decay, twice_corner, root_k, 104
- * characters that name the law, and the coefficients. */
+/* The frame is followed by the struct's members up to the coefficients, 104 characters that name
+ * the law, and the coefficients. */
 enum { TABLE_VERSION = 2, TABLE_HEADER = 192 };
+ASSERT_LAYOUT(header,
+              CHECKED_FILE_FRAME + offsetof(creep_table, coefficients) + 104 == TABLE_HEADER);
 
 /* Limit of a coefficient, so that sums and forces stay finite. */
 static const double LARGEST_NUMBER = 1e9;
@@ -43,17 +44,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
     const char *error = checked_file_error(bytes, size, "CREEPTAB", TABLE_VERSION);
     if (error != NULL) return error;
     if (size < TABLE_HEADER) return "the table is shorter than its header";
-    memcpy(&table->cells_u, start + 24, 4);
-    memcpy(&table->cells_k, start + 28, 4);
-    memcpy(&table->k_max, start + 32, 8);
-    memcpy(&table->max_error, start + 40, 8);
-    memcpy(&table->max_slope_error, start + 48, 8);
-    memcpy(&table->certificate_points, start + 56, 8);
-    memcpy(&table->static_to_kinetic, start + 64, 8);
-    memcpy(&table->one_axis, start + 72, 4);
-    memcpy(&table->twice_decay, start + 76, 4);
-    memcpy(&table->twice_corner, start + 80, 4);
-    memcpy(&table->root_k, start + 84, 4);
+    memcpy(table, start + CHECKED_FILE_FRAME, offsetof(creep_table, coefficients));
     table->plane = NULL;
     table->pair = NULL;
     table->coefficients = (const double *)(const void *)(start + TABLE_HEADER);

@@ -89,9 +89,9 @@ CALL(EnterInitializationMode, fmi3Boolean has_tolerance, fmi3Float64 tolerance, 
 
 static fmi3Status check_count(component *core, size_t references, size_t values) {
     if (references == values) return fmi3OK;
-    component_log(core, RESULT_ERROR, "nValues = %zu must be the number of variables, %zu", values,
-                  references);
-    return fmi3Error;
+    return STATUS(component_log(core, RESULT_ERROR,
+                                "nValues = %zu must be the number of variables, %zu", values,
+                                references));
 }
 
 #define COUNTED , size_t value_count

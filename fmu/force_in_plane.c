@@ -65,15 +65,12 @@ enum { PLANE_VERSION = 1, PLANE_NUMBERS = 5 };
 /* The frame is followed by stiffness ratio, softening across, b/a, spin arm, slip spread and, if
  * the contact knows spin, one set of coefficients. */
 const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t size) {
-    const char *error = checked_file_error(bytes, size, "PLANECON", PLANE_VERSION);
+    const double *number;
+    size_t count;
+    const char *error = checked_numbers(bytes, size, "PLANECON", PLANE_VERSION, &number, &count);
     if (error != NULL) return error;
-    const double *number = (const double *)(const void *)((const char *)bytes + CHECKED_FILE_FRAME);
-    size_t count = (size - CHECKED_FILE_FRAME) / sizeof *number;
-    if (size % sizeof *number != 0 ||
-        (count != PLANE_NUMBERS && count != PLANE_NUMBERS + PLANE_COEFFICIENTS))
+    if (count != PLANE_NUMBERS && count != PLANE_NUMBERS + PLANE_COEFFICIENTS)
         return "the number of values is not that of a contact";
-    for (size_t i = 0; i < count; i++)
-        if (!(fabs(number[i]) <= 1e6)) return "a number is not finite or beyond 1e6";
     if (!(number[0] >= 1e-3 && number[1] >= -0.5 && number[1] <= 0.5 && number[2] >= 0.0))
         return "the contact's shape is out of range";
     int spins = count > PLANE_NUMBERS;
@@ -105,29 +102,10 @@ static void begin_to_grip(const creep_table *table, const force_element_paramete
     dout->traction_coefficient = loaded ? share[0] * din->friction_scale : 0.0;
 }
 
-/* See relaxation.h; the saturation creepage changes along, too. */
-static double relaxation_change(const force_element_parameters *p, const force_element_input *in,
-                                const force_element_output *out, const force_element_input *din,
-                                double dlog_zeta0) {
-    double slip = slip_of(p, in), zeta = in->relaxed_creepage, length = p->relaxation_length;
-    double dslip = p->radius * din->omega - din->speed, dzeta = din->relaxed_creepage;
-    double zeta0 = out->saturation_creepage, limit = sliding_limit(zeta0), dlog_length = 0.0;
-    double decay = fabs(in->speed), ddecay = direction_of(in->speed) * din->speed;
-    if (fabs(zeta) > limit) {
-        double dlog_limit = limit == zeta0 ? dlog_zeta0 : 0.0;
-        decay = sliding_decay(slip, in->speed, limit);
-        if (decay > fabs(in->speed)) ddecay = decay * (dslip / slip - dlog_limit);
-        length *= limit / fabs(zeta);
-        dlog_length = dlog_limit - dzeta / zeta;
-    }
-    return (dslip - ddecay * zeta - decay * dzeta) / length - out->relaxation_rate * dlog_length;
-}
-
 void force_element_tangent(const creep_table *table, const force_element_parameters *p,
                            const force_element_input *in, const force_element_output *out,
                            const force_element_input *din, force_element_output *dout) {
     static const plane_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
-    int relaxed = p->relaxation_length > 0.0;
     double dlog_zeta0 = 0.0, drolling = p->radius * din->omega;
     dout->creep_force = dout->lateral_force = dout->spin_moment = dout->traction_coefficient = 0.0;
     dout->creepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
@@ -153,7 +131,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
                               s.at.log_g_by_log_load * dlog_load;
         dlog_zeta0 = dlog_kinetic + dlog_width;
         double slower = -s.at.speed_slope * din->speed * s.at.inverse_speed;
-        double dacting = relaxed ? din->relaxed_creepage : dout->creepage;
+        double dacting = p->relaxation_length > 0.0 ? din->relaxed_creepage : dout->creepage;
         /* With friction held: */
         double dl[3] = {dacting * s.per[0] - s.creepage[0] * dlog_width,
                         s.creepage[1] * (slower - dlog_width) -
@@ -177,6 +155,11 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         begin_to_grip(table, p, in, din, dout);
     }
     dout->wheel_torque = -p->radius * dout->creep_force;
-    dout->relaxation_rate = relaxed ? relaxation_change(p, in, out, din, dlog_zeta0) : 0.0;
+    force_element_output held; /* at a constant saturation creepage */
+    double by_log_zeta0 =
+        relaxation_rate(p, in, slip_of(p, in), out->saturation_creepage, 0.0, 0.0, &held);
+    dout->relaxation_rate = held.rate_by_omega * din->omega + held.rate_by_speed * din->speed +
+                            held.rate_by_relaxed * din->relaxed_creepage +
+                            by_log_zeta0 * dlog_zeta0;
 }
 #endif /* ONE_FILE_KERNEL */

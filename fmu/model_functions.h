@@ -4,28 +4,16 @@
 
 #include "model.h"
 
-void evaluate_force(const creep_table *table, model_values *values);
-void tangent_force(const creep_table *table, const model_values *values,
-                   const model_values *direction, model_values *change);
-const char *advance_force(const creep_table *table, model_values *values, double step,
-                          double tolerance);
+#define MODEL_FUNCTIONS(name)                                                               \
+    void evaluate_##name(const creep_table *table, model_values *values);                   \
+    void tangent_##name(const creep_table *table, const model_values *values,               \
+                        const model_values *direction, model_values *change);               \
+    const char *advance_##name(const creep_table *table, model_values *values, double step, \
+                               double tolerance);
 
-void evaluate_wheelset(const creep_table *table, model_values *values);
-void tangent_wheelset(const creep_table *table, const model_values *values,
-                      const model_values *direction, model_values *change);
-const char *advance_wheelset(const creep_table *table, model_values *values, double step,
-                             double tolerance);
-
-void evaluate_body(const creep_table *table, model_values *values);
-void tangent_body(const creep_table *table, const model_values *values,
-                  const model_values *direction, model_values *change);
-const char *advance_body(const creep_table *table, model_values *values, double step,
-                         double tolerance);
-
-void evaluate_pair(const creep_table *table, model_values *values);
-void tangent_pair(const creep_table *table, const model_values *values,
-                  const model_values *direction, model_values *change);
-const char *advance_pair(const creep_table *table, model_values *values, double step,
-                         double tolerance);
+MODEL_FUNCTIONS(force)
+MODEL_FUNCTIONS(wheelset)
+MODEL_FUNCTIONS(body)
+MODEL_FUNCTIONS(pair)
 
 #endif

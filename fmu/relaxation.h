@@ -26,12 +26,13 @@ ALWAYS_INLINE double sliding_limit(double saturation_creepage) {
     return larger(saturation_creepage, 1e-5);
 }
 
-/* Set the relaxation rate and its partial derivatives; all are zero without a relaxation length.
- * log_by_rolling and log_by_speed are derivatives of ln(saturation_creepage) by omega r and by the
- * speed. */
-ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const force_element_input *in,
-                                   double slip, double saturation_creepage, double log_by_rolling,
-                                   double log_by_speed, force_element_output *out) {
+/* Set the relaxation rate and its partial derivatives, and return that by ln(saturation_creepage);
+ * all are zero without a relaxation length. log_by_rolling and log_by_speed are derivatives of
+ * ln(saturation_creepage) by omega r and by the speed. */
+ALWAYS_INLINE double relaxation_rate(const force_element_parameters *p,
+                                     const force_element_input *in, double slip,
+                                     double saturation_creepage, double log_by_rolling,
+                                     double log_by_speed, force_element_output *out) {
     int relaxed = p->relaxation_length > 0.0;
     double zeta = in->relaxed_creepage, limit = sliding_limit(saturation_creepage);
     double pace = fabs(in->speed), direction = copysign(in->speed == 0.0 ? 0.0 : 1.0, in->speed);
@@ -52,6 +53,7 @@ ALWAYS_INLINE void relaxation_rate(const force_element_parameters *p, const forc
     out->rate_by_omega = relaxed ? by_rolling * p->radius : 0.0;
     out->rate_by_speed = relaxed ? by_speed : 0.0;
     out->rate_by_relaxed = relaxed ? by_relaxed : 0.0;
+    return relaxed ? by_log_limit : 0.0;
 }
 
 #endif
