@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
@@ -23,6 +23,7 @@ from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_num
 from contactlib.contact.fit_search import Problem, axis_of
 from contactlib.contact.heat import ContactHeat
 from contactlib.contact.hot_contact import friction_factor
+from contactlib.contact.law import Law
 from contactlib.contact.traction_data import TractionData
 
 SCALES = {
@@ -36,13 +37,6 @@ SLIP_RATE = {
 SOFTENING = {"softening_temperature": Quantity("K", at_least=1.0, at_most=1e6)}
 LARGEST = 1e300  # normalized creepage
 K_NODES = 8  # laws between which k_hat/sqrt(g) is interpolated
-
-
-class Law(Protocol):
-    """A law at given parameters, as a fit needs it; it must also be a dataclass."""
-
-    def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """Traction ratio at normalized creepages."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,7 +27,8 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.writing import write_whole
 from contactlib.contact import kernel
-from contactlib.contact.table_building import HEADER_SIZE, NAME_SIZE, Law, build
+from contactlib.contact.law import Law
+from contactlib.contact.table_building import HEADER_SIZE, NAME_SIZE, build
 from contactlib.contact.traction_data import TractionData
 
 LARGEST = sys.float_info.max

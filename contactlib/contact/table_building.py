@@ -11,7 +11,7 @@ import os
 import struct
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -22,6 +22,7 @@ from threadpoolctl import threadpool_limits
 from contactlib.base.quantities import FloatArray
 from contactlib.contact import corner_sampling, kernel
 from contactlib.contact.corner_sampling import CornerRow, CornerSamples
+from contactlib.contact.law import Corner, Law
 
 HEADER_SIZE, NAME_SIZE = 192, 104  # of a table file; the name ends the header
 K_MAX, MIN_K_MAX = 2.0, 0.1
@@ -42,33 +43,6 @@ REACH = 0.1  # of the fit to a corner, in t/T
 SMOOTHING = 8  # intervals along sqrt(k_hat)
 
 Row = TypeVar("Row")
-
-
-class Law(Protocol):
-    """A contact law at one k_hat, as the table needs it.
-
-    Optional attributes: `tail_decay`, if the law tends to 1 like another power of 1/x than the
-    third; `corner`, if its second derivative is not continuous; ``evaluate(x)``, if it finds ratio
-    and slope together.
-    """
-
-    def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """Traction ratio at normalized creepages."""
-
-    def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
-        """Derivative of the traction ratio."""
-
-
-class Corner(Protocol):
-    """A creepage x* below which a law has parts like (x* - x)**power, also times ln(x* - x)."""
-
-    @property
-    def normalized_creepage(self) -> float:
-        """Creepage x*."""
-
-    @property
-    def power(self) -> float:
-        """A multiple of one half."""
 
 
 class Certificate(NamedTuple):

@@ -4,6 +4,10 @@
 
 #include "fmi.h"
 
+#define WHEN(number, call) \
+    case number:           \
+        return (int)call;
+
 enum { ABSENT2 = 6, ABSENT3 = 33 };
 
 static inline int absent2(void *c, unsigned which, const unsigned *of, size_t n) {
@@ -11,16 +15,11 @@ static inline int absent2(void *c, unsigned which, const unsigned *of, size_t n)
     fmi2String strings[2] = {"", ""};
     fmi2Real reals[2] = {0.0, 1.0};
     switch (which) {
-        case 0:
-            return (int)fmi2GetInteger(c, of, n, integers);
-        case 1:
-            return (int)fmi2SetInteger(c, of, n, integers);
-        case 2:
-            return (int)fmi2GetString(c, of, n, strings);
-        case 3:
-            return (int)fmi2SetString(c, of, n, strings);
-        case 4:
-            return (int)fmi2SetRealInputDerivatives(c, of, n, integers, reals);
+        WHEN(0, fmi2GetInteger(c, of, n, integers))
+        WHEN(1, fmi2SetInteger(c, of, n, integers))
+        WHEN(2, fmi2GetString(c, of, n, strings))
+        WHEN(3, fmi2SetString(c, of, n, strings))
+        WHEN(4, fmi2SetRealInputDerivatives(c, of, n, integers, reals))
         default:
             return (int)fmi2GetRealOutputDerivatives(c, of, n, integers, reals);
     }
@@ -55,30 +54,18 @@ static inline int absent3(void *c, unsigned which, const unsigned *of, size_t n)
         OF_TYPE(7, Int64)
         OF_TYPE(8, UInt64)
         OF_TYPE(9, String)
-        case 20:
-            return (int)fmi3GetBinary(c, of, n, sizes, binaries, n);
-        case 21:
-            return (int)fmi3SetBinary(c, of, n, sizes, binaries, n);
-        case 22:
-            return (int)fmi3GetClock(c, of, n, clocks);
-        case 23:
-            return (int)fmi3SetClock(c, of, n, clocks);
-        case 24:
-            return (int)fmi3GetIntervalDecimal(c, of, n, reals, qualifiers);
-        case 25:
-            return (int)fmi3GetIntervalFraction(c, of, n, counters, resolutions, qualifiers);
-        case 26:
-            return (int)fmi3GetShiftDecimal(c, of, n, reals);
-        case 27:
-            return (int)fmi3GetShiftFraction(c, of, n, counters, resolutions);
-        case 28:
-            return (int)fmi3SetIntervalDecimal(c, of, n, reals);
-        case 29:
-            return (int)fmi3SetIntervalFraction(c, of, n, counters, resolutions);
-        case 30:
-            return (int)fmi3SetShiftDecimal(c, of, n, reals);
-        case 31:
-            return (int)fmi3SetShiftFraction(c, of, n, counters, resolutions);
+        WHEN(20, fmi3GetBinary(c, of, n, sizes, binaries, n))
+        WHEN(21, fmi3SetBinary(c, of, n, sizes, binaries, n))
+        WHEN(22, fmi3GetClock(c, of, n, clocks))
+        WHEN(23, fmi3SetClock(c, of, n, clocks))
+        WHEN(24, fmi3GetIntervalDecimal(c, of, n, reals, qualifiers))
+        WHEN(25, fmi3GetIntervalFraction(c, of, n, counters, resolutions, qualifiers))
+        WHEN(26, fmi3GetShiftDecimal(c, of, n, reals))
+        WHEN(27, fmi3GetShiftFraction(c, of, n, counters, resolutions))
+        WHEN(28, fmi3SetIntervalDecimal(c, of, n, reals))
+        WHEN(29, fmi3SetIntervalFraction(c, of, n, counters, resolutions))
+        WHEN(30, fmi3SetShiftDecimal(c, of, n, reals))
+        WHEN(31, fmi3SetShiftFraction(c, of, n, counters, resolutions))
         default:
             return (int)fmi3GetOutputDerivatives(c, of, n, orders, reals, n);
     }
@@ -94,16 +81,11 @@ static inline int refused2(void *c, unsigned which) {
     fmi2Real real;
     fmi2Boolean truth;
     switch (which) {
-        case 0:
-            return (int)fmi2CancelStep(c);
-        case 1:
-            return (int)fmi2GetStatus(c, fmi2DoStepStatus, &status);
-        case 2:
-            return (int)fmi2GetIntegerStatus(c, fmi2DoStepStatus, &integer);
-        case 3:
-            return (int)fmi2GetStringStatus(c, fmi2PendingStatus, &text);
-        case 4:
-            return (int)fmi2GetRealStatus(c, fmi2PendingStatus, &real);
+        WHEN(0, fmi2CancelStep(c))
+        WHEN(1, fmi2GetStatus(c, fmi2DoStepStatus, &status))
+        WHEN(2, fmi2GetIntegerStatus(c, fmi2DoStepStatus, &integer))
+        WHEN(3, fmi2GetStringStatus(c, fmi2PendingStatus, &text))
+        WHEN(4, fmi2GetRealStatus(c, fmi2PendingStatus, &real))
         default:
             return (int)fmi2GetBooleanStatus(c, fmi2PendingStatus, &truth);
     }
@@ -112,16 +94,11 @@ static inline int refused2(void *c, unsigned which) {
 static inline int refused3(void *c, unsigned which) {
     size_t number;
     switch (which) {
-        case 0:
-            return (int)fmi3EnterConfigurationMode(c);
-        case 1:
-            return (int)fmi3ExitConfigurationMode(c);
-        case 2:
-            return (int)fmi3EnterStepMode(c);
-        case 3:
-            return (int)fmi3ActivateModelPartition(c, 0, 0.0);
-        case 4:
-            return (int)fmi3GetNumberOfVariableDependencies(c, 0, &number);
+        WHEN(0, fmi3EnterConfigurationMode(c))
+        WHEN(1, fmi3ExitConfigurationMode(c))
+        WHEN(2, fmi3EnterStepMode(c))
+        WHEN(3, fmi3ActivateModelPartition(c, 0, 0.0))
+        WHEN(4, fmi3GetNumberOfVariableDependencies(c, 0, &number))
         default:
             return (int)fmi3GetVariableDependencies(c, 0, NULL, NULL, NULL, NULL, 0);
     }

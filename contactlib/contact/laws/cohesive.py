@@ -18,9 +18,10 @@ from scipy.optimize import brentq
 
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.contact.friction import EXPONENTIAL, Weakening
+from contactlib.contact.law import Corner
 from contactlib.contact.laws import slip_strips
 from contactlib.contact.laws.carter_griffith import CarterGriffith
-from contactlib.contact.laws.contact_law import ContactLaw, Corner, Peak, places_at, strips_at
+from contactlib.contact.laws.contact_law import ContactLaw, Peak, places_at, strips_at
 from contactlib.contact.laws.slip_curve import SlipCurve
 from contactlib.contact.laws.slip_zone import (
     between_nodes,

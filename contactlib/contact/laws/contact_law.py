@@ -29,13 +29,6 @@ class Peak(NamedTuple):
     traction_ratio: float
 
 
-class Corner(NamedTuple):
-    """A creepage x* below which a law has parts like (x* - x)**power, also times ln(x* - x)."""
-
-    normalized_creepage: float
-    power: float
-
-
 @dataclass(frozen=True, kw_only=True)
 class ContactLaw(Parameters, ABC):
     """Traction ratio q = Q/(f_d P) against normalized creepage x = zeta/zeta0 at one `k_hat`."""
