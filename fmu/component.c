@@ -76,6 +76,8 @@ result component_null(component *self, const char *function, const char *pointer
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
+const char *contactlib_token(void) { return CONTACTLIB_TOKEN; }
+
 /* An FMU's token is the library's token, the kind of model and a digest of the FMU's contents,
  * joined by dashes: tools regard FMUs with the same token as the same FMU. */
 static const model *model_of_token(const char *token) {

@@ -7,7 +7,6 @@
 #include <stdint.h>
 
 #include "model.h"
-#include "plane_contact.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
 typedef enum { RESULT_OK, RESULT_WARNING, RESULT_DISCARD, RESULT_ERROR } result;

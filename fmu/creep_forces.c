@@ -1,7 +1,12 @@
-#include "creep_forces.h"
+/* Creep forces of any ellipse: preparing a pair of bodies, one contact, and the model
+ * "creep_forces".
+ */
+#include <math.h>
 
-#include "branch_free.h"
+#include "checked_file.h"
+#include "creep_forces_formula.h"
 #include "half_space.h"
+#include "model_functions.h"
 
 static void scales_of(double log_aspect, double nu, double value[ASPECT_SCALES]) {
     half_space_scales s;
@@ -26,4 +31,52 @@ void creep_forces_prepare(creep_forces *pair, const creep_table *table, const do
         for (int k = 0; k < ASPECT_SCALES; k++)
             pair->scales[i][ASPECT_SCALES + k] = (after[k] - before[k]) * (0.5 * cell / STEP);
     }
+}
+
+enum { PAIR_VERSION = 1, PAIR_NUMBERS = 1 + PLANE_ASPECTS * PLANE_COEFFICIENTS };
+
+const char *creep_forces_open(creep_forces *pair, const creep_table *table, const void *bytes,
+                              size_t size) {
+    const double *number;
+    size_t count;
+    const char *error = checked_numbers(bytes, size, "CREEPAIR", PAIR_VERSION, &number, &count);
+    if (error != NULL) return error;
+    if (count != PAIR_NUMBERS) return "the number of values is not that of a pair of bodies";
+    if (!(number[0] >= 0.0 && number[0] <= 0.5)) return "Poisson's ratio is out of range";
+    creep_forces_parameters parameters = {.poisson_ratio = number[0]};
+    creep_forces_prepare(pair, table, number + 1, &parameters);
+    return NULL;
+}
+
+void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters *parameters,
+                         const creep_forces_input *input, creep_forces_output *output) {
+    creep_forces_at(pair, parameters, 1, input, output);
+}
+
+void evaluate_pair(const creep_table *table, model_values *v) {
+    creep_forces_of_one(table->pair, &v->pair, &v->ellipse, &v->forces);
+}
+
+void tangent_pair(const creep_table *table, const model_values *v, const model_values *direction,
+                  model_values *change) {
+    force_plane state;
+    creep_forces_output unused;
+    double fall[3] = {0.0};
+    creep_forces_begin(table->pair, &v->pair, &v->ellipse, &state, &unused);
+    if (state.scale[0] > 0.0) fall_of_friction(&v->ellipse, &state, fall);
+    const double *by = &v->forces.force_x_by_creepage_x, *force = &v->forces.force_x;
+    const double d[3] = {direction->ellipse.creepage_x, direction->ellipse.creepage_y,
+                         direction->ellipse.spin};
+    double *dforce = &change->forces.force_x, used = v->forces.utilisation;
+    for (int i = 0; i < 3; i++)
+        dforce[i] = by[3 * i] * d[0] + by[3 * i + 1] * d[1] + by[3 * i + 2] * d[2];
+    double square = force[0] * force[0] + force[1] * force[1], dlog_used = 0.0;
+    if (square > 0.0) dlog_used = (force[0] * dforce[0] + force[1] * dforce[1]) / square;
+    for (int j = 0; j < 3; j++) dlog_used -= fall[j] * d[j];
+    change->forces.utilisation = used * dlog_used;
+}
+
+const char *advance_pair(const creep_table *table, model_values *v, double step, double tolerance) {
+    (void)table, (void)v, (void)step, (void)tolerance;
+    return NULL;
 }

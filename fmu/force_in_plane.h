@@ -3,7 +3,6 @@
 #define FORCE_IN_PLANE_H
 
 #include "force_law.h"
-#include "plane_contact.h"
 #include "plane_formula.h"
 
 ALWAYS_INLINE int is_in_plane(const creep_table *table, const force_element_input *in) {

@@ -8,7 +8,6 @@
 #include "branch_free.h"
 #include "force_element.h"
 #include "heat.h"
-#include "regularized_speed.h"
 #include "relaxation.h"
 #include "softening.h"
 

@@ -2,7 +2,7 @@
 #ifndef WHEELSET_LAW_H
 #define WHEELSET_LAW_H
 
-#include "regularized_speed.h"
+#include "branch_free.h"
 #include "wheelset.h"
 
 /* Creep force on the body and its derivatives by the body's states. */

@@ -46,20 +46,16 @@ void tangent_body(const creep_table *table, const model_values *v, const model_v
     follow_motion(v, direction, direction->output.creep_force, &change->rates); /* an input here */
 }
 
-const char *advance_wheelset(const creep_table *table, model_values *v, double step,
-                             double tolerance) {
+/* Step the states with all else held. */
+static const char *advance_states(const creep_table *table, const force_element_parameters *contact,
+                                  const wheelset_input *held, model_values *v, double step,
+                                  double tolerance) {
     wheelset_parameters body = body_of(v);
-    wheelset_input given = {.drive_torque = v->drive_torque,
-                            .resistance_force = v->resistance_force,
-                            .normal_load = v->input.normal_load,
-                            .friction_scale = v->input.friction_scale,
-                            .lateral_velocity = v->input.lateral_velocity,
-                            .spin_velocity = v->input.spin_velocity};
     wheelset_state state = {.omega = v->input.omega,
                             .speed = v->input.speed,
                             .relaxed_creepage = v->input.relaxed_creepage};
     const char *error =
-        wheelset_advance(table, &v->contact, &body, &given, &state, step, &tolerance, &v->substep);
+        wheelset_advance(table, contact, &body, held, &state, step, &tolerance, &v->substep);
     if (error != NULL) return error;
     v->held_tolerance = tolerance;
     v->input.omega = state.omega;
@@ -68,27 +64,30 @@ const char *advance_wheelset(const creep_table *table, model_values *v, double s
     return NULL;
 }
 
-/* Step the same equations with an unloaded contact; torque and resistance contain the held creep
- * force. */
+const char *advance_wheelset(const creep_table *table, model_values *v, double step,
+                             double tolerance) {
+    wheelset_input held = {.drive_torque = v->drive_torque,
+                           .resistance_force = v->resistance_force,
+                           .normal_load = v->input.normal_load,
+                           .friction_scale = v->input.friction_scale,
+                           .lateral_velocity = v->input.lateral_velocity,
+                           .spin_velocity = v->input.spin_velocity};
+    return advance_states(table, &v->contact, &held, v, step, tolerance);
+}
+
+/* The same equations with an unloaded contact; torque and resistance contain the held creep force.
+ */
 const char *advance_body(const creep_table *table, model_values *v, double step, double tolerance) {
     (void)table;
     static const creep_table none = {.k_max = 1.0};
-    wheelset_parameters body = body_of(v);
-    force_element_parameters contact = {.radius = body.radius,
+    force_element_parameters contact = {.radius = v->contact.radius,
                                         .kinetic_friction = 1.0,
                                         .static_friction = 1.0,
                                         .slip_rate_residual = 1.0,
-                                        .minimum_speed = body.minimum_speed};
+                                        .minimum_speed = v->contact.minimum_speed};
     double force = v->output.creep_force;
-    wheelset_input given = {.drive_torque = v->drive_torque - body.radius * force,
-                            .resistance_force = v->resistance_force - force,
-                            .friction_scale = 1.0};
-    wheelset_state state = {.omega = v->input.omega, .speed = v->input.speed};
-    const char *error =
-        wheelset_advance(&none, &contact, &body, &given, &state, step, &tolerance, &v->substep);
-    if (error != NULL) return error;
-    v->held_tolerance = tolerance;
-    v->input.omega = state.omega;
-    v->input.speed = state.speed;
-    return NULL;
+    wheelset_input held = {.drive_torque = v->drive_torque - contact.radius * force,
+                           .resistance_force = v->resistance_force - force,
+                           .friction_scale = 1.0};
+    return advance_states(&none, &contact, &held, v, step, tolerance);
 }

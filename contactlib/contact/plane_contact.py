@@ -1,6 +1,6 @@
 """What the contact of a force element adds to its table for force in the plane.
 
-`fmu/plane_contact.h` names the numbers, and `fmu/force_in_plane.c` uses them.
+`fmu/plane_law.h` names the numbers, and `fmu/force_in_plane.c` uses them.
 """
 
 from __future__ import annotations

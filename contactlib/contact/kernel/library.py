@@ -22,7 +22,6 @@ HEADERS = (
     "half_space.h",
     "hertz.h",
     "plane_law.h",
-    "plane_contact.h",
     "creep_forces.h",
     "wheelset.h",
     "wheelset_step.h",

@@ -1,3 +1,0 @@
-#include "token.h"
-
-const char *contactlib_token(void) { return CONTACTLIB_TOKEN; }
