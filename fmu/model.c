@@ -364,10 +364,11 @@ static double magnitude(const model *m, const model_values *values, const model_
 static void difference(const model *m, const creep_table *table, const model_values *values,
                        const model_variable *v, double seed, model_values *change) {
     static const double STEP = 6e-6; /* cube root of the rounding */
-    double value = model_get(v, values), size = magnitude(m, values, v), at[2];
+    double value = model_get(v, values), at[2];
+    double move = fmax(STEP * magnitude(m, values, v), 1e-10 * fabs(value)); /* not lost in it */
     model_values moved[2] = {*values, *values};
     for (int i = 0; i < 2; i++) {
-        at[i] = fmin(v->maximum, fmax(v->minimum, value + (i == 0 ? STEP : -STEP) * size));
+        at[i] = fmin(v->maximum, fmax(v->minimum, value + (i == 0 ? move : -move)));
         model_set(v, &moved[i], at[i]);
         if (moved[i].contact.static_friction < moved[i].contact.kinetic_friction ||
             moved[i].pair.static_friction < moved[i].pair.kinetic_friction)
@@ -375,7 +376,7 @@ static void difference(const model *m, const creep_table *table, const model_val
         m->evaluate(table, &moved[i]);
     }
     const double *after = (const double *)&moved[0], *before = (const double *)&moved[1];
-    double *sum = (double *)change, per = seed / (at[0] - at[1]);
+    double *sum = (double *)change, per = at[0] > at[1] ? seed / (at[0] - at[1]) : 0.0;
     for (size_t i = FIRST_MADE; i < NUMBERS; i++) sum[i] += per * (after[i] - before[i]);
 }
 

@@ -9,6 +9,7 @@
 #include "checked_file.h"
 #include "checks.h"
 #include "component.h"
+#include "model_functions.h"
 #include "resource.h"
 #include "token.h"
 
@@ -693,6 +694,22 @@ static void test_held_force(void) {
     CHECK(held > 0);
 }
 
+/* A derivative where a variable has no room to move: next to nothing, and between two limits. */
+static void test_no_room(void) {
+    creep_table table = {.k_max = 2.0};
+    model_values values = {.contact = SOME_CONTACT, .effective_inverse_mass = 1.0};
+    const model_values faster = {.input = {.speed = 1.0}};
+    const model_values rougher = {.contact = {.static_friction = 1.0}};
+    values.input = (force_element_input){
+        .omega = 1e9, .speed = 1e9, .normal_load = 1.0, .friction_scale = 1e-6};
+    values.contact.contact_modulus = 1e15;
+    evaluate_force(&table, &values);
+    CHECK(isfinite(change_of(&table, &values, &faster).force_gradient));
+    values.contact.static_friction = values.contact.kinetic_friction = 1e3;
+    evaluate_force(&table, &values);
+    CHECK(change_of(&table, &values, &rougher).k_hat == 0.0);
+}
+
 /* Next to no slip at all: derivatives of what is below the smallest normal number are numbers. */
 static void test_smallest_slip(void) {
     creep_table table = {.k_max = 2.0};
@@ -745,6 +762,7 @@ int main(int count, char **arguments) {
     test_plane_files();
     test_resources(arguments[4]);
     test_held_force();
+    test_no_room();
     test_smallest_slip();
     return verdict();
 }
