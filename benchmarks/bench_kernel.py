@@ -218,7 +218,7 @@ def _table(points: int, order: str, varied: int) -> Case:
 def element_inputs(element: cl.ForceElement, points: int) -> NDArray[np.void]:
     """Velocities around the peak at 10 m/s, loads and frictions that vary."""
     random = np.random.default_rng(0)
-    inputs = np.zeros(points, kernel.force_input_dtype())
+    inputs = np.zeros(points, kernel.struct_dtype("force_element_input"))
     inputs["speed"] = 10.0
     creepage = element.saturation_creepage * random.uniform(-3.0, 3.0, points)
     inputs["omega"] = 10.0 * (1.0 + creepage) / element.radius
@@ -268,7 +268,7 @@ def _fastsim(points: int) -> Case:
 def _in_the_plane(points: int) -> Case:
     """Ellipse, load, creepages and spin to both forces and the moment, as a vehicle tool asks."""
     random = np.random.default_rng(0)
-    inputs = np.zeros(points, kernel.creep_forces_input_dtype())
+    inputs = np.zeros(points, kernel.struct_dtype("creep_forces_input"))
     for name, low, high in (
         ("semi_axis_x", 4e-3, 8e-3),
         ("semi_axis_y", 4e-3, 8e-3),

@@ -200,7 +200,7 @@ class CreepForces(Parameters):
             "spin": (spin, CREEPAGE),
         }
         values, limits = ({name: pair[i] for name, pair in given.items()} for i in (0, 1))
-        inputs = records(kernel.creep_forces_input_dtype(), values, limits)
+        inputs = records(kernel.struct_dtype("creep_forces_input"), values, limits)
         found = self.native.evaluate(inputs)
         if found["aspect_limited"].any():
             warnings.warn(

@@ -344,7 +344,9 @@ class ForceElement(Parameters):
             "lateral_velocity": lateral_velocity,
             "spin_velocity": spin_velocity,
         }
-        inputs = records(kernel.force_input_dtype(), given, kernel.force_input_limits())
+        inputs = records(
+            kernel.struct_dtype("force_element_input"), given, kernel.force_input_limits()
+        )
         if inputs["spin_velocity"].any() and spinning_aspect(self.contact) is None:
             raise ValueError(
                 f"spin_velocity = {shown(spin_velocity)} must be 0: it needs {SPINNING}, "

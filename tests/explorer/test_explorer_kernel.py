@@ -20,7 +20,7 @@ from contactlib.contact.law_tables import Shape, shipped_path
 pytestmark = pytest.mark.tools
 
 SHAPES: tuple[Shape, Shape] = ("line", "elliptic")
-FALLING = list(kernel.force_output_dtype().fields or ()).index("falling_branch")
+FALLING = list(kernel.struct_dtype("force_element_output").fields or ()).index("falling_branch")
 
 Numbers = dict[str, float]
 
@@ -120,7 +120,9 @@ def test_forces_scales_and_rates_are_those_of_python(page: ExplorerPage, points:
     assert {force[FALLING] for force, _, _ in found} == {0.0, 1.0}
     for (shape, parameters, given, body), its in zip(cases, found, strict=True):
         element = kernel.NativeForceElement(tables[shape], parameters)
-        output = element.evaluate(np.array([tuple(given.values())], kernel.force_input_dtype()))
+        output = element.evaluate(
+            np.array([tuple(given.values())], kernel.struct_dtype("force_element_input"))
+        )
         scales = kernel.contact_scales(parameters, parameters["nominal_load"] * 1.1, 0.7)
         struct = kernel.ffi.from_buffer("force_element_output *", output)
         place = given["omega"], given["speed"], 2e4, 0.0

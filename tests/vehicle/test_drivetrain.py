@@ -98,7 +98,7 @@ def written_again(
         v, left, right, twist, relaxed_left, relaxed_right, motor = y.tolist()
         if train.motor.lag == 0.0:
             motor = torque
-        given = np.zeros(2, kernel.force_input_dtype())
+        given = np.zeros(2, kernel.struct_dtype("force_element_input"))
         given["omega"], given["speed"] = (left, right), v
         given["normal_load"] = [2.0 * held[f"load_{side}"] for side in sides]
         given["friction_scale"] = [held[f"friction_{side}"] for side in sides]

@@ -10,12 +10,7 @@ from contactlib.contact.kernel.bodies import NativeForceElement as NativeForceEl
 from contactlib.contact.kernel.bodies import NativeWheelset as NativeWheelset
 from contactlib.contact.kernel.bodies import contact_scales as contact_scales
 from contactlib.contact.kernel.bodies import contact_with_force as contact_with_force
-from contactlib.contact.kernel.bodies import (
-    creep_forces_input_dtype as creep_forces_input_dtype,
-)
-from contactlib.contact.kernel.bodies import force_input_dtype as force_input_dtype
 from contactlib.contact.kernel.bodies import force_input_limits as force_input_limits
-from contactlib.contact.kernel.bodies import force_output_dtype as force_output_dtype
 from contactlib.contact.kernel.bodies import half_space_scales as half_space_scales
 from contactlib.contact.kernel.bodies import hertz_integral as hertz_integral
 from contactlib.contact.kernel.bodies import hertz_semi_axes as hertz_semi_axes
@@ -30,6 +25,7 @@ from contactlib.contact.kernel.library import ffi as ffi
 from contactlib.contact.kernel.library import library as library
 from contactlib.contact.kernel.library import library_path as library_path
 from contactlib.contact.kernel.library import platform_name as platform_name
+from contactlib.contact.kernel.library import struct_dtype as struct_dtype
 from contactlib.contact.kernel.library import token as token
 from contactlib.contact.kernel.models import GIVEN as GIVEN
 from contactlib.contact.kernel.models import MODEL_KINDS as MODEL_KINDS

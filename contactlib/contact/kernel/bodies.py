@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any
@@ -46,16 +46,13 @@ def wheelset_limits() -> Mapping[str, Limits]:
     return _limits("wheelset", "input", "state")
 
 
-@cache
-def force_input_dtype() -> np.dtype[np.void]:
-    """Structured dtype of the force element's input."""
-    return struct_dtype("force_element_input")
-
-
-@cache
-def force_output_dtype() -> np.dtype[np.void]:
-    """Structured dtype of the force element's output."""
-    return struct_dtype("force_element_output")
+def _evaluated(kind: str, function: Any, given: Sequence[Any], inputs: Any) -> NDArray[np.void]:
+    """Output records of a kind of contact for input records of any shape."""
+    inputs = np.asarray(inputs, struct_dtype(f"{kind}_input"), order="C")
+    outputs = np.empty(inputs.shape, struct_dtype(f"{kind}_output"))
+    records = pointer(inputs, f"{kind}_input"), pointer(outputs, f"{kind}_output")
+    function(*given, inputs.size, *records)
+    return outputs
 
 
 def contact_scales(
@@ -106,16 +103,8 @@ class NativeForceElement:
 
     def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
         """Output records for input records of any shape."""
-        inputs = np.asarray(inputs, dtype=force_input_dtype(), order="C")
-        outputs = np.empty(inputs.shape, dtype=force_output_dtype())
-        library().force_element_evaluate_many(
-            self._table.struct,
-            self._parameters,
-            inputs.size,
-            pointer(inputs, "force_element_input"),
-            pointer(outputs, "force_element_output"),
-        )
-        return outputs
+        function = library().force_element_evaluate_many
+        return _evaluated("force_element", function, self.structs, inputs)
 
     def evaluate_one(self, omega: float, speed: float, load: float, friction_scale: float) -> Any:
         """Output struct at one point: the fast way for an integrator."""
@@ -236,12 +225,6 @@ def hertz_semi_axes(radius_x: float, radius_y: float, compliance: float) -> tupl
     return found[0], found[1]
 
 
-@cache
-def creep_forces_input_dtype() -> np.dtype[np.void]:
-    """Structured dtype of the input of creep forces."""
-    return struct_dtype("creep_forces_input")
-
-
 class NativeCreepForces:
     """A pair of bodies, prepared for any ellipse. Checks nothing."""
 
@@ -257,12 +240,4 @@ class NativeCreepForces:
 
     def evaluate(self, inputs: NDArray[np.void]) -> NDArray[np.void]:
         """Output records for input records of any shape."""
-        inputs = np.asarray(inputs, dtype=creep_forces_input_dtype(), order="C")
-        outputs = np.empty(inputs.shape, dtype=struct_dtype("creep_forces_output"))
-        library().creep_forces_evaluate(
-            self.struct,
-            inputs.size,
-            pointer(inputs, "creep_forces_input"),
-            pointer(outputs, "creep_forces_output"),
-        )
-        return outputs
+        return _evaluated("creep_forces", library().creep_forces_evaluate, [self.struct], inputs)

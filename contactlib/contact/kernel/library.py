@@ -89,6 +89,7 @@ def pointer(array: NDArray[Any], kind: str) -> Any:
     return ffi.from_buffer(f"{kind}[]", array)
 
 
+@cache
 def struct_dtype(name: str) -> np.dtype[np.void]:
     """Structured dtype of a C struct of doubles."""
     library()
