@@ -253,13 +253,6 @@ def test_directional_derivatives_are_the_kernel_s(
             assert abs(difference) < tolerance * size
 
 
-def test_derivatives_of_what_is_no_unknown_are_refused(tool: Instance) -> None:
-    tool.start()
-    for unknown, known in (("omega", "omega"), ("creep_force", "creepage")):
-        with tool.refused("of a derivative"):
-            tool.derivative([unknown], [known], [1.0])
-
-
 # ---- bad input ----------------------------------------------------------------------------------
 
 
@@ -423,18 +416,6 @@ def test_calls_out_of_order_are_refused(tool: Instance) -> None:
     with tool.refused():
         tool.set(omega=1.0)
     assert len(tool.get("creep_force")) == 1  # what it came to may still be read
-
-
-def test_log_categories_choose_what_is_said(tool: Instance) -> None:
-    tool.start()
-    for categories, count in (([], 1), (["logStatusError"], 1), (["logStatusDiscard"], 2)):
-        if categories:
-            tool.fmu.setDebugLogging(True, categories)
-        with tool.refused():
-            tool.set(friction_scale=-1.0)
-        assert len(tool.log) == count
-    with tool.refused():
-        tool.fmu.setDebugLogging(True, ["logNothing"])
 
 
 @pytest.mark.parametrize("debugging", [False, True])
@@ -611,18 +592,6 @@ def test_state_of_another_fmu_is_refused(
             one.fmu.deSerializeFMUstate(saved[:-1] + bytes([saved[-1] ^ 1]))
 
 
-@pytest.mark.parametrize("exchange", [False, True])
-def test_state_of_the_other_interface_is_refused(unpacked: Path, exchange: bool) -> None:
-    # It is in a mode that has no way out there.
-    with (
-        Instance(unpacked, exchange=exchange).start() as one,
-        Instance(unpacked, exchange=not exchange).start() as other,
-    ):
-        with one.refused("other interface"):
-            one.restore(other.saved())
-        one.restore(one.saved())
-
-
 def test_reset_gives_the_start_values_back(tool: Instance) -> None:
     tool.start()
     before = tool.get("omega", "creep_force")
@@ -656,22 +625,6 @@ def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Pat
     )
     run = [sys.executable, "-c", script, str(other), str(fmu)]
     assert subprocess.run(run, check=False, capture_output=True).returncode == 0
-
-
-# ---- model exchange -----------------------------------------------------------------------------
-
-
-def test_booleans_change_at_events_only(unpacked: Path) -> None:
-    with Instance(unpacked, exchange=True).start() as tool:
-        event = tool.fmu.newDiscreteStates if tool.version == 2 else tool.fmu.updateDiscreteStates
-        event()
-        tool.fmu.enterContinuousTimeMode()
-        tool.set(omega=20.5)
-        assert tool.get("falling_indicator")[0] > 0.0
-        assert tool.get("falling_branch") == [0.0]
-        tool.fmu.enterEventMode()
-        event()
-        assert tool.get("falling_branch") == [1.0]
 
 
 # ---- in the loop --------------------------------------------------------------------------------

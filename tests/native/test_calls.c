@@ -348,6 +348,8 @@ static void test_derivatives(void) {
     /* The largest times the slope of the force is not finite. */
     CHECK(v->derivative(c, 0, &unknown, 1, &omega, 1, &largest, x) != 0 || isfinite(x[0]));
     REFUSED(v->derivative(c, 0, &known, 1, &known, 1, &seed, x));
+    if (kind->has_contact || kind->has_pair)
+        REFUSED(v->derivative(c, 0, &unknown, 1, &unknown, 1, &seed, x));
     for (size_t i = 0; i <= MOST_VARIABLES; i++) many[i] = unknown;
     REFUSED(v->derivative(c, 0, many, MOST_VARIABLES + 1, &known, 1, &seed, x));
     known = (unsigned)kind->count;
@@ -357,14 +359,17 @@ static void test_derivatives(void) {
 
 /* A state is taken only by an instance that it can belong to. */
 static void test_saved_states(void) {
-    void *c = initialized(0), *exchange = instance(1), *saved = NULL, *read = NULL;
+    void *c = initialized(0), *exchange = initialized(1), *saved = NULL, *read = NULL;
     char bytes[4096];
     size_t size = 0;
     FINE(v->save(c, &saved));
     REFUSED(v->save(c, NULL));
     REFUSED(v->restore(c, NULL));
     FINE(v->forget(c, NULL));
-    REFUSED(v->restore(exchange, saved));
+    REFUSED(v->restore(exchange, saved)); /* it is in a mode that has no way out there */
+    FINE(v->save(exchange, &read));
+    REFUSED(v->restore(c, read));
+    FINE(v->forget(exchange, &read));
     FINE(v->size(c, saved, &size));
     CHECK(size <= sizeof bytes);
     REFUSED(v->serialize(c, NULL, bytes, size));
