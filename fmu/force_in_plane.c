@@ -62,6 +62,14 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
 
 enum { PLANE_VERSION = 1, PLANE_NUMBERS = 5 };
 
+void plane_evaluate(const creep_table *table, const plane_shape *shape, const double creepage[3],
+                    double k_hat, plane_value *value) {
+    double q, slope, q_by_log_k;
+    plane_start at = plane_begin(shape, creepage, k_hat);
+    evaluate_points(table, 1, &at.place, &at.k_hat, &q, &slope, &q_by_log_k);
+    plane_finish(shape, creepage, k_hat, at, q, slope, q_by_log_k, value);
+}
+
 /* The frame is followed by stiffness ratio, softening across, b/a, spin arm, slip spread and, if
  * the contact knows spin, one set of coefficients. */
 const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t size) {

@@ -237,12 +237,4 @@ ALWAYS_INLINE double plane_hold(plane_value *value, double most) {
     return size;
 }
 
-ALWAYS_INLINE void plane_at(const creep_table *table, const plane_shape *shape,
-                            const double creepage[3], double k_hat, plane_value *value) {
-    double q, slope, q_by_log_k;
-    plane_start at = plane_begin(shape, creepage, k_hat);
-    evaluate_points(table, 1, &at.place, &at.k_hat, &q, &slope, &q_by_log_k);
-    plane_finish(shape, creepage, k_hat, at, q, slope, q_by_log_k, value);
-}
-
 #endif
