@@ -4,6 +4,7 @@
 
 #include "model.h"
 
+#ifndef ONE_FILE_KERNEL
 #define MODEL_FUNCTIONS(name)                                                               \
     void evaluate_##name(const creep_table *table, model_values *values);                   \
     void tangent_##name(const creep_table *table, const model_values *values,               \
@@ -15,5 +16,6 @@ MODEL_FUNCTIONS(force)
 MODEL_FUNCTIONS(wheelset)
 MODEL_FUNCTIONS(body)
 MODEL_FUNCTIONS(pair)
+#endif /* ONE_FILE_KERNEL */
 
 #endif

@@ -1,8 +1,8 @@
 """Description of an FMU's variables and dependencies, independent of the version of FMI.
 
 The kernel's list of variables gives names, units, limits and value references, and the model gives
-start values. This module adds causalities, nominal values, and dependencies where a tool that does
-not know them would see an algebraic loop that is not there.
+start values. This module adds causalities, nominal values and dependencies: everything, as FMI's
+default is, but where a tool would see an algebraic loop that is none.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ KINEMATIC = {
     "speed_regularized": ("speed",),
     "unloaded": ("normal_load",),
 }
-BODY_INPUTS = ("drive_torque", "resistance_force")
+BODY_INPUTS = {"drive_torque", "resistance_force"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,10 +104,10 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class Unknown:
-    """An output, derivative or indicator; `dependencies` are names, None for FMI's default: all."""
+    """An output, derivative or indicator, and the names of what it depends on."""
 
     variable: Variable
-    dependencies: list[str] | None
+    dependencies: list[str]
 
 
 @dataclass(frozen=True)
@@ -367,15 +367,11 @@ class Description:
         known = self.of_role(*parameters, "input", "state")
         return [Unknown(variable=v, dependencies=self._dependencies(v, known)) for v in variables]
 
-    def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str] | None:
-        """Those that an output is made of, and all parameters; None if that is everything."""
-        if variable.role not in ("output", "state"):
-            return None
-        own = (variable.name,) if variable.role == "state" else KINEMATIC.get(variable.name)
-        needed = [
-            v.name
-            for v in known
-            if v.causality == "parameter"
-            or (v.name in own if own is not None else v.name not in BODY_INPUTS)
-        ]
-        return needed if len(needed) < len(known) else None
+    def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str]:
+        """Parameters, and the inputs and states of which a variable may be made."""
+        needed = {v.name for v in known}
+        if variable.role == "state":
+            needed = {variable.name}
+        elif variable.role == "output":
+            needed = set(KINEMATIC.get(variable.name, needed - BODY_INPUTS))
+        return [v.name for v in known if v.name in needed or v.causality == "parameter"]

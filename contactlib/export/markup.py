@@ -141,6 +141,4 @@ def value_attributes(variable: Variable) -> dict[str, str]:
 
 def dependency_attributes(unknown: Unknown, indices: dict[str, int]) -> dict[str, str]:
     """Dependencies of an unknown, by the index of each known in the description."""
-    if unknown.dependencies is None:
-        return {}
     return {"dependencies": " ".join(str(indices[name]) for name in unknown.dependencies)}

@@ -191,7 +191,7 @@ def test_outputs_depend_on_no_input_but_those_declared(
     # A controller may make the torque from any of them, without an algebraic loop.
     loops = {"drive_torque", "resistance_force"} & set(knowns)
     for output in outputs:
-        declared = set(knowns if output.dependencies is None else output.dependencies)
+        declared = set(output.dependencies)
         assert not loops & declared, output.variable.name
         assert declared >= found.get(output.variable.name, set()), output.variable.name
         if output.variable.name in ("creep_force", "creepage", "omega", "speed"):
