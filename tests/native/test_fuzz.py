@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -81,9 +82,9 @@ DEFECTS = {
     ),
     "several values are set or none": (
         "fmi2",
-        "fmi2.c",
-        "            status = component_check(core, references[i], boolean, to_double);",
-        "            if ((status = component_check(core, references[i], boolean, to_double)) == "
+        "fmi_calls.h",
+        "status = component_check(core, references[i], boolean, to_double);",
+        "if ((status = component_check(core, references[i], boolean, to_double)) == "
         "RESULT_OK) component_put(core, references[i], to_double);",
     ),
 }
@@ -97,9 +98,12 @@ def test_a_check_that_is_gone_is_found(
     text = (package_folder("fmu") / name).read_text(encoding="utf-8")
     assert text.count(check) == 1
     (tmp_path / name).write_text(text.replace(check, instead), encoding="utf-8")
+    source = name if name.endswith(".c") else f"{target}.c"
+    if source != name:  # which takes the header beside it
+        shutil.copy(package_folder("fmu") / source, tmp_path)
     way = (*fuzz.SANITIZERS, "-Wno-unused-function")
-    broken = fuzz.compiled(tmp_path / name, tmp_path / f"{name}.o", *way)
-    others = [folder / f"{path.stem}.o" for path in fuzz.sources() if path.name != name]
+    broken = fuzz.compiled(tmp_path / source, tmp_path / f"{source}.o", *way)
+    others = [folder / f"{path.stem}.o" for path in fuzz.sources() if path.name != source]
     objects = [broken, *others, folder / f"fuzz_{target}.o"]
     program = fuzz.link(objects, tmp_path / target, *fuzz.SANITIZERS)
     corpus = tmp_path / "corpus"
