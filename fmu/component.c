@@ -448,7 +448,7 @@ result component_step(component *self, double point, double step) {
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     const model_values before = *values;
     const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
-    double longest = values->substep;
+    double longest = 0.5 * values->substep; /* as a motion so wild needs more or fewer substeps */
     if (error != NULL) {
         *values = before;
         return component_log(
