@@ -6,24 +6,24 @@ All are called from one process and work on arrays that fit into the cache.
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-import rivals
+from bench_table import END, ERROR, K_HAT
 from compiled import (
     CHermite,
     CPolach,
     CUsetab,
-    ElementOneByOne,
     ForcesOneByOne,
     KernelOneByOne,
     fastsim,
     polach_with_spin,
 )
-from numpy.typing import ArrayLike, NDArray
-from rivals import K_HAT
+from numpy.typing import ArrayLike
+from scipy.integrate import quad
 from timing import Case
 
 import contactlib as cl
@@ -47,17 +47,13 @@ def check() -> None:
     AssertionError
         If one does not.
     """
-    x = np.random.default_rng(3).uniform(-rivals.END, rivals.END, 5000)
-    w = np.abs(x)
+    x = np.random.default_rng(3).uniform(-END, END, 5000)
     law = cl.CarterGriffith(k_hat=K_HAT)
     found, slope = np.empty_like(x), np.empty_like(x)
-    CPolach(POLACH)(x, w, found)
+    CPolach(POLACH)(x, found)
     np.testing.assert_allclose(found, POLACH.traction_ratio(x), rtol=1e-13)
-    CPolach(POLACH, residual=0.4, decay=0.6)(x, w, found)
-    friction = 0.6 * np.exp(-0.6 * w) + 0.4  # less of it is more creepage over friction
-    np.testing.assert_allclose(found, friction * POLACH.traction_ratio(x / friction), rtol=1e-13)
-    CHermite(law, end=rivals.END, cells=CELLS)(x, found, slope)
-    np.testing.assert_allclose(found, law.traction_ratio(x), atol=rivals.ERROR)
+    CHermite(law, end=END, cells=CELLS)(x, found, slope)
+    np.testing.assert_allclose(found, law.traction_ratio(x), atol=ERROR)
     np.testing.assert_allclose(slope, law.slope(x), atol=1e-5)
     _check_fastsim()
     _check_polach_with_spin()
@@ -81,10 +77,30 @@ def _check_polach_with_spin() -> None:
     np.testing.assert_allclose(sliding, [[-0.6, 0.8]], atol=1e-5)
 
 
+def simplified_theory(rate: float) -> float:
+    """Force over mu P of Kalker's simplified theory in pure longitudinal creepage, exactly.
+
+    A strip of half-length w sticks from its leading edge until rate (w - xi) meets the bound
+    w**2 - xi**2, so at xi = rate - w, and slides behind. Integrated along the strip that is
+    2 rate w**2 - rate**2 w + rate**3/6, or 4 w**3/3 where nothing sticks.
+    """
+
+    def strip(eta: float) -> float:
+        w = math.sqrt(max(0.0, 1.0 - eta * eta))
+        if rate >= 2.0 * w:
+            return 4.0 / 3.0 * w**3
+        return 2.0 * rate * w**2 - rate**2 * w + rate**3 / 6.0
+
+    # The strips beyond this one slide as a whole.
+    sliding = math.sqrt(max(0.0, 1.0 - 0.25 * rate**2))
+    parts = [(0.0, sliding), (sliding, 1.0)]
+    return 4.0 / math.pi * sum(quad(strip, *part, epsabs=1e-13)[0] for part in parts)
+
+
 def _check_fastsim() -> None:
     """It converges to its theory, has Kalker's linear slope, and knows no direction."""
     for rate in (0.3, 1.2, 3.0):
-        exact, given = rivals.simplified_theory(rate), np.array([[rate, 0.0, 0.0, 0.0]])
+        exact, given = simplified_theory(rate), np.array([[rate, 0.0, 0.0, 0.0]])
         error = [fastsim(given, strips=n, elements=n)[0, 0] - exact for n in (40, 80)]
         assert abs(error[1]) < 2e-4
         assert 1.5 < np.log2(error[0] / error[1]) < 2.5
@@ -182,24 +198,19 @@ def plane_errors() -> dict[str, dict[str, FloatArray]]:
 
 def cases(points: int = POINTS) -> list[Case]:
     """What is timed."""
-    found = [_table(points, order, varied) for order in ("random", "sorted") for varied in (0, 1)]
-    return [*found, _element(points), _fastsim(min(points, 100)), _in_the_plane(min(points, 1000))]
+    return [_table(points), _in_the_plane(min(points, 1000))]
 
 
-def _table(points: int, order: str, varied: int) -> Case:
-    """Traction ratio and slope; every point has its own k_hat if `varied`."""
-    random = np.random.default_rng(0)
-    x, w = random.uniform(-rivals.END, rivals.END, points), random.uniform(0.0, 2.0, points)
-    if order == "sorted":
-        x.sort()
-    k_hat = random.uniform(0.05, 2.0, points) if varied else np.array([K_HAT])
-    value, slope = np.empty(points), np.empty(points)
+def _table(points: int) -> Case:
+    """Traction ratio and slope."""
+    x = np.random.default_rng(0).uniform(-END, END, points)
+    k_hat, value, slope = np.array([K_HAT]), np.empty(points), np.empty(points)
     line, ellipse = (cl.carter_griffith_table(contact=c) for c in ("line", "elliptic"))
     one_line, one_ellipse = KernelOneByOne(line), KernelOneByOne(ellipse)
     formula = CPolach(POLACH)  # as the table, it knows no fall of friction
-    hermite = CHermite(cl.CarterGriffith(k_hat=K_HAT), end=rivals.END, cells=CELLS)
+    hermite = CHermite(cl.CarterGriffith(k_hat=K_HAT), end=END, cells=CELLS)
     return Case(
-        f"kernel, value and slope, {order} x, {'many' if varied else 'one'} k_hat",
+        "kernel, value and slope",
         points,
         "ns",
         {
@@ -207,61 +218,11 @@ def _table(points: int, order: str, varied: int) -> Case:
             "ellipse, batch": lambda: ellipse.native.evaluate(x, k_hat),
             "line, one by one": lambda: one_line(x, k_hat, value, slope),
             "ellipse, one by one": lambda: one_ellipse(x, k_hat, value, slope),
-            "Polach in C, one by one, value": lambda: formula(x, w, value),
+            "Polach in C, one by one, value": lambda: formula(x, value),
             "cubic Hermite table in C, one by one": lambda: hermite(x, value, slope),
         },
         {"Polach in C, one by one, value": ">= 3"},
         ours=4,
-    )
-
-
-def element_inputs(element: cl.ForceElement, points: int) -> NDArray[np.void]:
-    """Velocities around the peak at 10 m/s, loads and frictions that vary."""
-    random = np.random.default_rng(0)
-    inputs = np.zeros(points, kernel.struct_dtype("force_element_input"))
-    inputs["speed"] = 10.0
-    creepage = element.saturation_creepage * random.uniform(-3.0, 3.0, points)
-    inputs["omega"] = 10.0 * (1.0 + creepage) / element.radius
-    inputs["normal_load"] = element.normal_load * random.uniform(0.8, 1.2, points)
-    inputs["friction_scale"] = random.uniform(0.5, 1.0, points)
-    return inputs
-
-
-def _element(points: int) -> Case:
-    """Velocities and load to force, with the partial derivatives."""
-    element = cl.load_model("roller_rig.toml").wheelset.element
-    inputs, force = element_inputs(element, points), np.empty(points)
-    one = ElementOneByOne(element)
-    x, w = np.random.default_rng(0).uniform(-3.0, 3.0, (2, points))
-    formula = CPolach(POLACH, residual=0.4, decay=0.6)
-    return Case(
-        "kernel, force element with 6 partial derivatives",
-        points,
-        "ns",
-        {
-            "batch": lambda: element.native.evaluate(inputs),
-            "one by one": lambda: one(inputs, force),
-            "Polach in C, one by one, value": lambda: formula(x, w, force),
-        },
-        ours=2,
-    )
-
-
-def _fastsim(points: int) -> Case:
-    """What stands in for a half-space code in vehicle dynamics."""
-    x = np.random.default_rng(0).uniform(0.0, 3.0, points)
-    rates = np.column_stack([x, np.zeros((points, 3))])
-    k_hat, ratio, slope = np.array([K_HAT]), np.empty(points), np.empty(points)
-    one = KernelOneByOne(cl.carter_griffith_table(contact="elliptic"))
-    return Case(
-        "kernel, ellipse",
-        points,
-        "ns",
-        {
-            "ellipse, one by one": lambda: one(x, k_hat, ratio, slope),
-            "FASTSIM in C, 10 x 10": lambda: fastsim(rates, strips=10, elements=10),
-            "FASTSIM in C, 50 x 50": lambda: fastsim(rates, strips=50, elements=50),
-        },
     )
 
 

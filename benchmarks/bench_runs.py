@@ -58,9 +58,8 @@ def accuracy(speed: float, duration: float) -> dict[str, float]:
         row = np.array([ours[name][0] for name in OUTCOMES])
         found[f"contactlib, tolerance {tolerance:g}, {1e3 * step:g} ms"] = errors(row, exact)
     given = rival.numbers(scenario, CONTROLLER)
-    for method in ("LSODA", "Radau"):
-        by_ivp, _ = drive_by_solve_ivp(given, duration, method=method, tolerance=1e-6)
-        found[f"{method}, tolerance 1e-06"] = errors(of_all(by_ivp), exact)
+    by_ivp, _ = drive_by_solve_ivp(given, duration, method="LSODA", tolerance=1e-6)
+    found["LSODA, tolerance 1e-06"] = errors(of_all(by_ivp), exact)
     if rival.numba is not None:
         by_numba = batch(rival.records([scenario], CONTROLLER), duration)
         found["numba ROS2, 1 ms"] = errors(of_all(by_numba)[0], exact)
@@ -107,8 +106,8 @@ def ensemble(
     return run_many(scenarios, CONTROLLER, OUTCOMES, step=step, tolerance=tolerance)
 
 
-def _by_ivp(given: dict[str, float], duration: float, method: str) -> Call:
-    return lambda: drive_by_solve_ivp(given, duration, method=method, tolerance=TOLERANCE)
+def _by_ivp(given: dict[str, float], duration: float) -> Call:
+    return lambda: drive_by_solve_ivp(given, duration, method="LSODA", tolerance=TOLERANCE)
 
 
 def _single(duration: float) -> Case:
@@ -123,8 +122,7 @@ def _single(duration: float) -> Case:
             "run_scenario": lambda: cl.run_scenario(
                 scenario, CONTROLLER, step=STEP, tolerance=TOLERANCE
             ),
-            "solve_ivp LSODA": _by_ivp(given, duration, "LSODA"),
-            "solve_ivp Radau": _by_ivp(given, duration, "Radau"),
+            "solve_ivp LSODA": _by_ivp(given, duration),
         },
     )
 
@@ -136,7 +134,7 @@ def _ensemble(runs: int, speed: float, duration: float) -> Case:
     found: dict[str, Call] = {
         "run_many as it is": lambda: ensemble(scenarios, *AS_IT_IS),
         "run_many, 1 ms, tolerance 1e-6": lambda: ensemble(scenarios),
-        "solve_ivp LSODA, first run only": _by_ivp(given, duration, "LSODA"),
+        "solve_ivp LSODA, first run only": _by_ivp(given, duration),
     }
     if rival.numba is not None:
         records = rival.records(scenarios, CONTROLLER)

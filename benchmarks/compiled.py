@@ -16,7 +16,7 @@ import numpy as np
 from cffi import FFI
 from numpy.typing import NDArray
 
-from contactlib import CreepForceTable, ForceElement, Polach
+from contactlib import CreepForceTable, Polach
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
 from contactlib.contact import kernel
@@ -58,22 +58,18 @@ def pointer(array: FloatArray) -> Any:
 
 
 class CPolach:
-    """Polach's force in C of the contact in which the normalized creepage x is the creepage.
+    """Polach's traction ratio in C.
 
-    With zeta0 = 1, mu = 1 and P = 1 his gradient G pi a b c11/4 is (3/16) pi**2.
+    In units of the contact in which the normalized creepage x is the creepage and zeta0 = 1, his
+    gradient G pi a b c11/4 over mu P is (3/16) pi**2.
     """
 
-    def __init__(self, law: Polach, *, residual: float = 1.0, decay: float = 0.0) -> None:
-        self._law = ffi().new(
-            "polach *",
-            (law.adhesion_reduction, law.slip_reduction, GRADIENT, 1.0, residual, decay),
-        )
+    def __init__(self, law: Polach) -> None:
+        self._factors = (law.adhesion_reduction * GRADIENT, law.slip_reduction * GRADIENT)
 
-    def __call__(self, x: FloatArray, slip_speed: FloatArray, force: FloatArray) -> None:
-        """Fill in the forces."""
-        rivals().polach_each(
-            self._law, x.size, pointer(x), pointer(slip_speed), 1.0, pointer(force)
-        )
+    def __call__(self, x: FloatArray, ratio: FloatArray) -> None:
+        """Fill in the traction ratios."""
+        rivals().polach_each(*self._factors, x.size, pointer(x), pointer(ratio))
 
 
 class CHermite:
@@ -158,25 +154,6 @@ class KernelOneByOne:
             int(k_hat.size > 1),
             pointer(ratio),
             pointer(slope),
-        )
-
-
-class ElementOneByOne:
-    """The kernel's force element, called for each point through a pointer."""
-
-    def __init__(self, element: ForceElement) -> None:
-        self._table = element.table.native
-        self._parameters = ffi().new("force_element_parameters *", element.parameters)
-
-    def __call__(self, inputs: NDArray[np.void], force: FloatArray) -> None:
-        """Fill in creep forces of input records."""
-        rivals().element_each(
-            kernel.library().force_element_evaluate,
-            self._table.struct,
-            self._parameters,
-            inputs.size,
-            ffi().cast("force_element_input *", inputs.ctypes.data),
-            pointer(force),
         )
 
 

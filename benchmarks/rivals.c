@@ -15,17 +15,14 @@ static const double PI = 3.14159265358979323846;
 /* Not inlined: the price of one evaluation, not of one in a loop. */
 #define ONE_BY_ONE __attribute__((noinline))
 
-ONE_BY_ONE double polach_force(const polach *p, double creepage, double slip_speed, double load) {
-    double part = p->decay == 0.0 ? 1.0 : exp(-p->decay * fabs(slip_speed));
-    double mu = p->friction * ((1.0 - p->residual) * part + p->residual);
-    double epsilon = p->gradient * creepage / (mu * load);
-    double adhesion = p->adhesion_reduction * epsilon, slip = p->slip_reduction * epsilon;
-    return 2.0 * load * mu / PI * (adhesion / (1.0 + adhesion * adhesion) + atan(slip));
+ONE_BY_ONE double polach_ratio(double adhesion_factor, double slip_factor, double x) {
+    double adhesion = adhesion_factor * x;
+    return 2.0 / PI * (adhesion / (1.0 + adhesion * adhesion) + atan(slip_factor * x));
 }
 
-void polach_each(const polach *p, size_t n, const double *creepage, const double *slip_speed,
-                 double load, double *force) {
-    for (size_t i = 0; i < n; i++) force[i] = polach_force(p, creepage[i], slip_speed[i], load);
+void polach_each(double adhesion_factor, double slip_factor, size_t n, const double *x,
+                 double *ratio) {
+    for (size_t i = 0; i < n; i++) ratio[i] = polach_ratio(adhesion_factor, slip_factor, x[i]);
 }
 
 ONE_BY_ONE void polach_with_spin(const polach_contact *c, double force[2]) {
@@ -138,16 +135,6 @@ void table_each(table_function evaluate, const creep_table *table, size_t n, con
         evaluate(table, x[i], k_hat[i * k_stride], &value);
         ratio[i] = value.traction_ratio;
         slope[i] = value.slope;
-    }
-}
-
-void element_each(element_function evaluate, const creep_table *table,
-                  const force_element_parameters *parameters, size_t n,
-                  const force_element_input *input, double *force) {
-    for (size_t i = 0; i < n; i++) {
-        force_element_output output;
-        evaluate(table, parameters, &input[i], &output);
-        force[i] = output.creep_force;
     }
 }
 

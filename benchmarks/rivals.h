@@ -5,16 +5,6 @@
 
 #include "creep_forces.h"
 #include "creep_table.h"
-#include "force_element.h"
-
-typedef struct {
-    double adhesion_reduction; /* kA [1] */
-    double slip_reduction;     /* kS [1] */
-    double gradient;           /* G pi a b c11/4 [N] */
-    double friction;           /* mu0 [1] */
-    double residual;           /* A [1] */
-    double decay;              /* B [s/m] */
-} polach;
 
 typedef struct {
     size_t cells;
@@ -23,15 +13,13 @@ typedef struct {
 } hermite;
 
 typedef void (*table_function)(const creep_table *, double, double, creep_value *);
-typedef void (*element_function)(const creep_table *, const force_element_parameters *,
-                                 const force_element_input *, force_element_output *);
-
 typedef void (*forces_function)(const creep_forces *, size_t, const creep_forces_input *,
                                 creep_forces_output *);
 
-double polach_force(const polach *p, double creepage, double slip_speed, double load);
-void polach_each(const polach *p, size_t n, const double *creepage, const double *slip_speed,
-                 double load, double *force);
+/* Polach's traction ratio; the factors are his reductions times the gradient. */
+double polach_ratio(double adhesion_factor, double slip_factor, double x);
+void polach_each(double adhesion_factor, double slip_factor, size_t n, const double *x,
+                 double *ratio);
 
 /* Polach's forces along and across over mu P, with spin. Stiffness: Kalker's c11, c22 and c23 times
  * G a b/(mu P). Creepages in Kalker's signs, spin times sqrt(a b). */
@@ -66,9 +54,6 @@ void usetab_each(const usetab *table, size_t n, const double *at, double *force)
 
 void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,
                 const double *k_hat, size_t k_stride, double *ratio, double *slope);
-void element_each(element_function evaluate, const creep_table *table,
-                  const force_element_parameters *parameters, size_t n,
-                  const force_element_input *input, double *force);
 void forces_each(forces_function evaluate, const creep_forces *pair, size_t n,
                  const creep_forces_input *input, creep_forces_output *output);
 

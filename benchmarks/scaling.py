@@ -88,14 +88,8 @@ def peak_memory(runs: int, duration: float) -> int:
 def peak_memory_apart(runs: int, duration: float) -> int:
     """The same in a process of its own."""
     code = f"import scaling; print(scaling.peak_memory({runs}, {duration}))"
-    answer = subprocess.run(
-        [sys.executable, "-c", code],
-        check=True,
-        stdout=subprocess.PIPE,
-        text=True,
-        cwd=Path(__file__).parent,
-    )
-    return int(answer.stdout)
+    command = [sys.executable, "-c", code]
+    return int(subprocess.check_output(command, text=True, cwd=Path(__file__).parent))
 
 
 class Panel(NamedTuple):
