@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
 import shlex
 import time
@@ -20,6 +21,7 @@ from sweep_files import write_sweep
 
 import contactlib as cl
 from contactlib import figures
+from contactlib.base.text import harmless_line
 from contactlib.cli.commands import main
 from contactlib.cli.console import ConsoleReporter, Pace
 from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES
@@ -81,13 +83,14 @@ def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]
 
 
 def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> None:
-    path = tmp_path / "bad.toml"
+    name = "b\na\x1bd.toml" if os.name == "posix" else "bad.toml"
+    path, shown = tmp_path / name, tmp_path / harmless_line(name)
     path.write_text('name = "x"\nsource = "y"\n')
     for command in ("simulate", "table", "fmu"):
         result = call(command, path, "-o", tmp_path / "out")
         assert result.exit_code == 2
         assert result.stderr.splitlines() == [  # all mistakes at once
-            f"contactlib: {path}: {section} is missing"
+            f"contactlib: {shown}: {section} is missing"
             for section in ("contact", "wheelset", "friction")
         ]
         assert not (tmp_path / "out").exists()
@@ -338,21 +341,3 @@ def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
         warnings.simplefilter("always")
         shown = call("warns")
     assert (shown.exit_code, shown.stderr) == (0, "warning: mind the gap\n")
-
-
-@pytest.mark.slow
-def test_tune_writes_settings_that_a_scenario_takes_and_a_table_of_errors(tmp_path: Path) -> None:
-    folder = tmp_path / "tuned"
-    given = ["tune", "dry_wet_dry.toml", "threshold", "--trials", "60", "--seeds", "1"]
-    result = done(*given, "-o", folder, "--format", "png")
-    names = {path.name for path in folder.iterdir()}
-    assert names == {"settings.toml", "errors.csv", "errors.txt", "errors.png"}
-    scenario = Path(cl.model_path("dry_wet_dry.toml")).read_text().split("[controllers")[0]
-    (tmp_path / "mine.toml").write_text(scenario + (folder / "settings.toml").read_text())
-    assert list(cl.load_scenario(tmp_path / "mine.toml").controllers) == ["threshold"]
-    table = (folder / "errors.txt").read_text()
-    assert table in result.output
-    assert "vehicle speed -2 %" in table
-    lines = (folder / "errors.csv").read_text().splitlines()
-    assert lines[0] == "scenario,controller,error,noise,limited_utilisation"
-    assert len(lines) == 1 + 14 * 10

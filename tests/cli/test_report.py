@@ -225,6 +225,15 @@ def test_tune_says_what_it_maximises_above_a_table_with_headings(short: Path) ->
         "errors.txt",
         "errors.svg",
     }
+    table = (short / "out" / "errors.txt").read_text()
+    assert table in shown.output
+    assert "vehicle speed -2 %" in table
+    head, *rows = (short / "out" / "errors.csv").read_text().splitlines()
+    assert head == "scenario,controller,error,noise,limited_utilisation"
+    assert len(rows) == 14 * 10
+    scenario = SHORT.split("[controllers")[0] + (short / "out" / "settings.toml").read_text()
+    (short / "mine.toml").write_text(scenario)
+    assert list(cl.load_scenario("mine.toml").controllers) == ["cut"]
 
 
 OWN = """

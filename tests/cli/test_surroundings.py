@@ -7,7 +7,6 @@ import json
 import os
 import random
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -20,7 +19,7 @@ import pytest
 from exported_fmu import exported
 from fmu_instance import Instance
 from outside_tools import missing
-from sweep_files import chunks_kept, write_sweep
+from sweep_files import write_sweep
 
 import contactlib as cl
 from contactlib import figures
@@ -215,35 +214,6 @@ def test_a_reader_that_has_gone_ends_the_command_quietly(tmp_path: Path) -> None
     finally:
         os.close(outlet)
     assert (done.returncode, done.stderr) == (1, "")
-
-
-@posix
-def test_an_error_is_one_line_whatever_the_name(tmp_path: Path) -> None:
-    (tmp_path / "a\nb.toml").write_text('name = "x"\nsource = "y"\n')
-    done = run("table", "a\nb.toml", cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.splitlines() == [
-        f"contactlib: a\\nb.toml: {section} is missing"
-        for section in ("contact", "wheelset", "friction")
-    ]
-
-
-@pytest.mark.slow
-@posix
-def test_a_sweep_that_is_asked_to_end_says_what_is_kept(tmp_path: Path) -> None:
-    path = write_sweep(tmp_path)
-    path.write_text(path.read_text().replace("count = 3", "count = 12"))
-    folder = tmp_path / "out"
-    command = [*MAIN, "sweep", str(path), "-o", str(folder), "--no-maps", "--chunk", "1"]
-    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while chunks_kept(folder, rows=6) < 2:
-        assert running.poll() is None, running.communicate()
-        time.sleep(0.01)
-    running.send_signal(signal.SIGTERM)
-    out, err = running.communicate(timeout=60)
-    assert running.returncode == 128 + signal.SIGTERM
-    assert f"kept in {folder}; the same command continues" in out
-    assert "Traceback" not in out + err
 
 
 # ---- other versions -------------------------------------------------------------------------

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from strategies import examples, magnitude, number
@@ -73,23 +72,6 @@ def fold_of(body: cl.Wheelset, **inputs: Any) -> cl.Fold | None:
         return None
 
 
-@examples(12)
-@given(body=wheelsets(), speed=magnitude(0.2, 60.0), scale=number(0.2, 1.5), seed=st.integers(0, 9))
-def test_no_creepage_before_the_return_has_more_torque_than_the_fold(
-    body: cl.Wheelset, speed: float, scale: float, seed: int
-) -> None:
-    inputs: dict[str, Any] = {"speed": speed, "friction_scale": scale}
-    fold = fold_of(body, **inputs)
-    if fold is None:
-        return
-    last = min(fold.return_creepage, 100.0 * fold.creepage)
-    tried = np.random.default_rng(seed).uniform(0.0, last, 2000)
-    torques = cl.quasi_steady_torque(body, tried, **inputs)
-    assert torques.max() <= fold.drive_torque * (1.0 + 1e-13)
-    at = cl.quasi_steady_torque(body, fold.creepage, **inputs)
-    assert float(at) == pytest.approx(fold.drive_torque, rel=1e-14)
-
-
 @pytest.mark.parametrize("static", [0.22, 0.25, 0.27])
 @pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
 def test_fold_of_a_plateau_is_its_beginning(static: float) -> None:
@@ -107,40 +89,6 @@ def test_fold_of_a_plateau_is_its_beginning(static: float) -> None:
         True,
         True,
     ]
-
-
-@examples(12)
-@given(
-    body=wheelsets(),
-    speed=magnitude(0.2, 60.0),
-    part=number(-1.2, 1.2),
-    outer=number(-2e4, 4e4),
-)
-def test_steady_states_are_at_rest_and_alternate(
-    body: cl.Wheelset, speed: float, part: float, outer: float
-) -> None:
-    inputs: dict[str, Any] = {"speed": speed, "resistance_force": outer}
-    fold = fold_of(body, **inputs)
-    assume(fold is None or abs(part) != 1.0)  # there two states are one
-    torque = part * (2.5e4 if fold is None else fold.drive_torque)
-    found = cl.steady_states(body, drive_torque=torque, **inputs)
-    largest = body.radius * body.element.friction.static * body.element.normal_load
-    curve = cl.CreepCurve(body, **inputs)
-    left, slopes = curve.torque(found.creepage) - torque, np.abs(curve.slope(found.creepage))
-    assert (np.abs(left) <= 1e-11 * largest + 1e-14 * slopes * np.abs(found.creepage)).all()
-    assert all(a != b for a, b in itertools.pairwise(found.stable.tolist()))
-
-
-@examples(15)
-@given(body=wheelsets(), speed=magnitude(0.2, 60.0), x=number(-3.0, 5.0))
-def test_linear_models_have_the_poles(body: cl.Wheelset, speed: float, x: float) -> None:
-    creepage = x * body.element.saturation_creepage
-    point = body.balanced(creepage=creepage, speed=speed)
-    of_matrix = np.linalg.eigvals(body.linearize(point).A)
-    closed = stability.poles(body, creepage, speed=speed)
-    scale = np.abs(of_matrix).max()
-    for pole in closed:
-        assert np.abs(of_matrix - pole).min() < 1e-9 * scale
 
 
 # ---- basin and clearing ---------------------------------------------------------------------
@@ -368,16 +316,6 @@ def scenarios(draw: st.DrawFn) -> cl.Scenario:
 
 
 OUTCOMES = ("slip_work", "final_speed", "largest_creepage", "adhesion_utilisation")
-
-
-@examples(4)
-@given(cases=st.lists(scenarios(), min_size=2, max_size=4), name=st.sampled_from(CONTROLLERS))
-def test_many_runs_are_each_alone_to_the_last_bit(cases: list[cl.Scenario], name: str) -> None:
-    together = cl.run_many(cases, name, OUTCOMES, index=range(5, 5 + len(cases)))
-    for i, case in enumerate(cases):
-        alone = cl.run_many([case], name, OUTCOMES, index=[5 + i])
-        for key, values in alone.items():
-            assert np.array_equal(values, together[key][i : i + 1], equal_nan=True), key
 
 
 @examples(4)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import re
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from sweep_files import write_sweep
 
 import contactlib as cl
-from contactlib.cli.commands import main
 from contactlib.runs.damage import warn_of_damage
 
 STRONG = """
@@ -110,14 +107,3 @@ def test_a_sweep_counts_such_runs(tmp_path: Path) -> None:
         assert len(caught) == 1
     path.write_text(SWEEP.replace('"80 kN.m"', '"21 kN.m"'))
     cl.ensemble(path, workers=1)
-
-
-def test_the_command_says_it_in_a_line(tmp_path: Path) -> None:
-    path = tmp_path / "s.toml"
-    path.write_text(STRONG)
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        shown = CliRunner().invoke(main, ["simulate", str(path), "-o", str(tmp_path / "out")])
-    assert shown.exit_code == 0, shown.output
-    assert shown.stderr.count("\n") == 1
-    assert shown.stderr.startswith("warning: the run reaches a rim speed of ")

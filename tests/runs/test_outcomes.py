@@ -16,7 +16,7 @@ from plain_scenario import plain_scenario
 
 import contactlib as cl
 from contactlib.runs.observers import WINDOW as JERK_WINDOW
-from contactlib.runs.observers import OneRun, Recovery, Seen, Vehicles
+from contactlib.runs.observers import OneRun, Recovery, Seen, Vehicles, _known
 from contactlib.runs.outcomes import (
     UNITS,
     Metrics,
@@ -285,6 +285,11 @@ def test_extremes_sums_and_what_does_not_apply(
     elastic = replace(lossless, axle=cl.Axle(stiffness=6e6))
     assert metrics(run, elastic).torsional_peak == 7e3
     assert metrics(run_of([0.0, 1.0]), held).energy_defect == 0.0
+
+
+def test_an_outcome_without_rows_has_no_value() -> None:
+    with pytest.raises(ValueError, match="there is no row yet"):
+        _known(None)
 
 
 RUN = Metrics(0.9312345678, 0.9, 0.02, 0.2, math.inf, 3e4, 0.01, 1.5, math.nan, 120.0, 1e-9)

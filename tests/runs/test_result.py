@@ -7,7 +7,6 @@ import dataclasses
 import io
 import pickle
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -91,12 +90,6 @@ def test_results_differ_by_any_number(run: cl.Result) -> None:
     assert run != "a run"
 
 
-def test_runs_are_shared_out_to_processes(scenario: cl.Scenario, run: cl.Result) -> None:
-    cl.find_fold(scenario.drivetrain.wheelset, speed=10.0)
-    with ProcessPoolExecutor(1) as pool:
-        assert pool.submit(cl.run_scenario, scenario, "creep_pi").result() == run
-
-
 def test_pandas_and_xarray_have_every_signal_by_name(run: cl.Result) -> None:
     frame, dataset = run.to_pandas(), run.to_xarray()
     assert frame.index.name == "time"
@@ -140,8 +133,3 @@ def test_a_result_is_a_line_and_in_a_notebook_a_table(run: cl.Result) -> None:
     empty = cl.Result(np.zeros(0), {"<speed>": np.zeros(0)}, {"<speed>": "m/s"})
     assert "&lt;speed&gt;" in empty._repr_html_()
     assert "0 rows of 1 signals" in repr(empty)
-
-
-def test_an_unknown_signal_is_told_with_those_that_there_are(run: cl.Result) -> None:
-    with pytest.raises(KeyError, match="no signal 'creepge'; did you mean 'creepage'"):
-        run["creepge"]

@@ -11,10 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from designed import answers
-from numpy.typing import NDArray
 from own_controller import SlipPI, largest_slip
-from plain_scenario import plain_scenario
-from scipy.integrate import solve_ivp
 
 import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
@@ -309,92 +306,3 @@ def test_structure_is_all_but_numbers() -> None:
     assert structure(one) != structure(with_torque)
     assert structure(one) != structure(cl.ThresholdControl())
     assert stacked([one, one]) is one
-
-
-# ---- against another solver -----------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("speed", "step", "tolerance", "bound"),
-    [
-        (10.0, 1e-3, 1e-10, 1e-6),
-        (1.0, 0.01, DEFAULT_TOLERANCE, 2e-3),
-        (10.0, 0.01, DEFAULT_TOLERANCE, 2e-4),
-    ],
-)
-def test_it_is_what_another_solver_finds(
-    locomotive: cl.Model, speed: float, step: float, tolerance: float, bound: float
-) -> None:
-    """Onto a wet patch under creep control: the textbook's equations, from sample to sample."""
-    body = locomotive.wheelset
-    r, radius_load = body.radius, body.element.normal_load
-    start, duration, sample = 0.6 * speed, 3.0, 0.01
-    patch = cl.Profile((start, start), (1.0, 0.6))
-    dry = cl.find_fold(body, speed=speed).drive_torque
-    train = cl.Drivetrain(body)
-    limiter = cl.CreepPI.for_drivetrain(train, speed=10.0, sensors=cl.Sensors())
-    case = plain_scenario(
-        train,
-        track=cl.Track(friction_left=patch),
-        demand=cl.Profile.of(0.9 * dry),
-        initial_speed=speed,
-        duration=duration,
-        controllers={"creep_pi": limiter},
-    )
-    names = ["final_speed", "distance", "slip_work", "drive_work"]
-    found = run_many([case, case], "creep_pi", names, step=step, tolerance=tolerance)
-
-    control = stacked([case.controller("creep_pi")])
-    begin = cl.run_scenario(case, "creep_pi", tolerance=tolerance)
-    davis = body.resistance
-    mass = body.mass or math.nan
-
-    def rates(friction: float, torque: float) -> Any:
-        def f(_: float, y: NDArray[np.float64]) -> list[float]:
-            omega, v = float(y[0]), float(y[1])
-            given = body.element.native.evaluate_one(omega, v, radius_load, friction)
-            force = given.creep_force
-            pull = davis.constant + davis.linear * v + davis.quadratic * v * v
-            pull += mass * 9.80665 * davis.grade
-            return [
-                (torque - r * force - body.damping * omega) / body.inertia,
-                (force - pull) / mass,
-                v,
-                force * (r * omega - v),
-                torque * omega,
-            ]
-
-        return f
-
-    def reached(_: float, y: NDArray[np.float64]) -> float:
-        return float(y[2]) - start
-
-    reached.terminal = True  # type: ignore[attr-defined]
-    y = np.array([begin["omega"][0], speed, 0.0, 0.0, 0.0])
-    torque, memory = np.array([0.9 * dry]), None
-    for k in range(round(duration / sample)):
-        demand = np.array([0.9 * dry])
-        measured = cl.Measurement(demand, np.array([r * y[0]]), np.array([y[1]]), torque)
-        if memory is None:
-            memory = control.start(measured, torque)
-        torque, memory = control.sample(measured, memory)
-        now, end = k * sample, (k + 1) * sample
-        while end - now > 1e-12:
-            dry_still = y[2] < start - 1e-12
-            got: Any = solve_ivp(
-                rates(1.0 if dry_still else 0.6, float(torque[0])),
-                (now, end),
-                y,
-                method="LSODA",
-                rtol=1e-11,
-                atol=1e-12,
-                events=reached if dry_still else None,
-            )
-            now, y = float(got.t[-1]), got.y[:, -1]
-            if dry_still and got.status == 1:
-                y[2] = start
-    expected = dict(zip(names, [y[1], y[2], y[3], y[4]], strict=True))
-    for name, value in expected.items():
-        assert found[name][0] == pytest.approx(value, rel=bound), name
-    assert math.isfinite(found["slip_work"][0])

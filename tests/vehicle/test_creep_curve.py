@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,10 @@ def random_wheelset(body: cl.Wheelset) -> cl.Wheelset:
     damping = float(RNG.choice([0.0, 5.0, 50.0, 500.0]))
     mass = [None, 22.5e3][RNG.integers(2)]
     return replace(body, element=element, damping=damping, mass=mass)
+
+
+def random_curve(body: cl.Wheelset, **given: Any) -> cl.CreepCurve:
+    return cl.CreepCurve(random_wheelset(body), speed=RNG.uniform(0.5, 50.0), **given)
 
 
 @pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
@@ -91,7 +96,7 @@ def check_fold(curve: cl.CreepCurve, zeta: np.ndarray) -> None:
 @pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
 def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> None:
     for _ in range(40):
-        curve = cl.CreepCurve(random_wheelset(locomotive.wheelset), speed=RNG.uniform(0.5, 50.0))
+        curve = random_curve(locomotive.wheelset, resistance_force=RNG.uniform(-2e4, 4e4))
         scale = curve.wheelset.element.saturation_creepage
         zeta = scale * np.geomspace(1e-3, 1e4, 50_001)
         zeta = np.concatenate([-zeta[::-1], zeta])
@@ -99,6 +104,11 @@ def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> N
         excess = np.sign(curve.torque(zeta) - torque)
         at = np.flatnonzero(excess[:-1] != excess[1:])
         found = curve.steady(torque)
+        assert all(a != b for a, b in pairwise(found.stable.tolist()))
+        element, slopes = curve.wheelset.element, np.abs(curve.slope(found.creepage))
+        largest = curve.wheelset.radius * element.friction.static * element.normal_load
+        left = np.abs(curve.torque(found.creepage) - torque)
+        assert (left <= 1e-11 * largest + 1e-14 * slopes * np.abs(found.creepage)).all()
         inside = found.creepage[(found.creepage > zeta[0]) & (found.creepage < zeta[-1])]
         assert len(at) == inside.size
         assert (inside >= zeta[at]).all()

@@ -103,27 +103,3 @@ def test_speed_must_fit_the_kind_of_wheelset(rig: cl.Model, locomotive: cl.Model
         rig.wheelset.equilibria(drive_torque=1e3)
     with pytest.raises(ValueError, match="is found, not given"):
         locomotive.wheelset.equilibria(drive_torque=1e3, speed=10.0)
-
-
-def test_linear_model_follows_the_nonlinear_one(locomotive: cl.Model) -> None:
-    import control
-
-    body = locomotive.wheelset
-    point = body.balanced(creepage=0.006, speed=12.0)
-    system = body.linearize(point)
-    assert system.state_labels == ["omega", "speed"]
-    time = np.linspace(0.0, 0.2, 101)
-    kick = 10.0
-    linear = control.forced_response(system, time, np.vstack([np.full(101, kick), np.zeros(101)]))
-    run = cl.simulate(
-        body,
-        cl.TorqueControl(cl.Profile.of(point.drive_torque + kick)),
-        duration=0.2,
-        initial_speed=12.0,
-        initial_creepage=0.006,
-        resistance_force=point.resistance_force,
-    )
-    for row, name in enumerate(system.output_labels):
-        change = np.interp(time, run.time, run[name]) - getattr(point, name)
-        scale = np.abs(linear.outputs[row]).max()
-        np.testing.assert_allclose(change, linear.outputs[row], atol=1e-2 * scale)

@@ -20,7 +20,7 @@ import pytest
 from click.testing import CliRunner
 from own_controller import SlipPI, largest_slip
 from scipy.io import netcdf_file
-from sweep_files import AXES, RANDOM, SCENARIO, SWEEP, scenarios_of, write_sweep
+from sweep_files import AXES, RANDOM, SCENARIO, SWEEP, write_sweep
 
 import contactlib as cl
 from contactlib.cli.commands import main
@@ -28,19 +28,6 @@ from contactlib.runs import sweep as sweeps
 from contactlib.runs.analysis import SWEEP_OUTCOMES
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE
 from contactlib.runs.sweep.loading import with_own
-
-
-def test_outcomes_of_the_analysis_are_those_of_its_functions(tmp_path: Path) -> None:
-    sweep = cl.load_sweep(write_sweep(tmp_path))
-    found = cl.ensemble(sweep)
-    for j, scenario in enumerate(scenarios_of(sweep)):
-        wheelset = scenario.drivetrain.wheelset
-        given: dict[str, Any] = {"speed": scenario.design_speed}
-        fold = cl.find_fold(wheelset, **given).drive_torque
-        assert found["critical_torque"].values.flat[j] == fold
-        patch = min(scenario.track.friction_left.value)
-        known = cl.clearing(wheelset, drive_torque=23e3, friction_scale=patch, **given)
-        assert found["clearing_time"].values.flat[j] == known.time
 
 
 @pytest.mark.slow
@@ -65,18 +52,6 @@ def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) 
             assert here["largest"].values.flat[j] == largest_slip(run)
             for outcome in sweep.plan.outcomes:
                 assert here[outcome].values.flat[j] == getattr(again, outcome), (name, j, outcome)
-
-
-def test_runs_with_common_noise_differ_by_their_parameters_alone(tmp_path: Path) -> None:
-    axis = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nvalues = [200.0, {}]\n'
-    noises = {"common": 0.02, "independent": 0.02}
-    for noise in noises:
-        head = f'noise = "{noise}"\n' + SWEEP.partition("[axes")[0]
-        path = write_sweep(tmp_path, head + axis.format(200.0 * (1.0 + 1e-9)))
-        one, other = cl.ensemble(path)["slip_work"].sel(controller="creep_pi").values
-        noises[noise] = abs(other / one - 1.0)
-    assert noises["common"] < 1e-5
-    assert noises["independent"] > 1e-3
 
 
 def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:
@@ -282,7 +257,7 @@ def no_such_signal(result: cl.Result) -> float:
     return float(result["creepge"].max())
 
 
-AT_FAULT = r"metric m: KeyError: .*did you mean 'creepage'.* \(test_ensemble.py, line \d+\)"
+AT_FAULT = r"metric m: KeyError: .*no signal 'creepge'; did you mean 'creepage'.* \(test_ensem"
 TWO = r"controllers\.m\.sample_time = .*: take 0\.01 s, or"
 
 

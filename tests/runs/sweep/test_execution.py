@@ -315,16 +315,23 @@ def test_command_tells_what_it_does_and_where_the_results_are(
 
 @pytest.mark.slow
 @posix
-@pytest.mark.parametrize("how", [[], ["--processes"]])
+@pytest.mark.parametrize(
+    ("number", "how", "status"),
+    [
+        (signal.SIGINT, [], 130),
+        (signal.SIGINT, ["--processes"], 130),
+        (signal.SIGTERM, [], 128 + signal.SIGTERM),
+    ],
+)
 def test_ctrl_c_stops_and_the_same_command_goes_on(
-    path: Path, known: bytes, tmp_path: Path, how: list[str]
+    path: Path, known: bytes, tmp_path: Path, number: int, how: list[str], status: int
 ) -> None:
     given = ["sweep", str(path), "-o", str(tmp_path), "--no-maps", "--chunk", "1", *how]
     run = python(UNHURRIED + COMMAND, *given)
     until(lambda: chunks_kept(tmp_path) > 2, run)
-    run.send_signal(signal.SIGINT)
+    run.send_signal(number)
     out, err = run.communicate(timeout=30)
-    assert run.returncode == 130
+    assert run.returncode == status
     assert err == "contactlib: interrupted\n"
     assert f"kept in {tmp_path}; the same command continues" in out
     assert "Traceback" not in out + err

@@ -310,46 +310,6 @@ def test_pade_orders_converge_to_the_delay(rig: cl.Model) -> None:
     assert 1.2 * final.gain_upper == pytest.approx(exact, rel=1e-6)
 
 
-def delayed_growth(
-    wheelset: cl.Wheelset, point: cl.OperatingPoint, gain: float, delay: float, duration: float
-) -> float:
-    """Late over early size of a small deviation, T = T0 + Kp (zeta_m - zeta(t - delay)).
-
-    The kernel's nonlinear equations by Heun's method, 200 steps to a delay.
-    """
-    step = delay / 200.0
-    omega, speed = point.omega * (1.0 + 1e-6), point.speed
-    seen = [0.0] * 201  # creepage deviations, oldest first
-    sizes = []
-    for _ in range(round(duration / step)):
-        torque = [point.drive_torque - gain * z for z in seen[:2]]
-        one, contact = wheelset.rates(omega, speed, torque[0], point.normal_load, 1.0, 0.0)
-        ahead = omega + step * one.omega_rate
-        two, _ = wheelset.rates(ahead, speed, torque[1], point.normal_load, 1.0, 0.0)
-        seen = [*seen[1:-1], contact.creepage - point.creepage, 0.0]
-        omega += 0.5 * step * (one.omega_rate + two.omega_rate)
-        seen[-1] = wheelset.radius * omega / speed - 1.0 - point.creepage
-        sizes.append(abs(seen[-1]))
-    third = len(sizes) // 3
-    return max(sizes[-third:]) / max(sizes[third : 2 * third])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("factor", [1.3, 2.0])
-def test_delay_margin_is_the_delay_at_which_a_simulation_loses_it(
-    rig: cl.Model, factor: float
-) -> None:
-    body = rig.wheelset
-    point, pole, gain = falling(body)
-    found = control_systems.margins(
-        control_systems.creep_loop(body, point, proportional_gain=factor * gain)
-    )
-    duration = 60.0 / pole
-    for part, holds in ((0.95, True), (1.05, False)):
-        ratio = delayed_growth(body, point, factor * gain, part * found.delay, duration)
-        assert (ratio < 1.0) == holds
-
-
 def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
     body = rig.wheelset
     point, _, bound = falling(body)
