@@ -42,8 +42,7 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
     nominal = np.array([body.element.normal_load for body in bodies])
     load = nominal * np.where(rng.uniform(size=speed.shape) < 0.3, 0.7, 1.0)
     load[3] = 0.0
-    given = speed, scale[..., 0], scale[..., 1], slopes, load
-    found = available(*given)
+    found = available(speed, scale[..., 0], scale[..., 1], slopes, load)
     for i, body in enumerate(bodies):
         expected = [
             cl.available_force(
@@ -56,11 +55,6 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
             for k, slope in enumerate(slopes[:, i].tolist())
         ]
         np.testing.assert_allclose(found[:, i], expected, rtol=1e-8)
-        # As it would be by itself, row by row too.
-        alone = AvailableForce([cl.Drivetrain(body)], [tracks[i]], loaded=True)
-        for k in (0, 7, 40):
-            one = (part[[k]][:, [i]] for part in given)
-            assert alone(*one) == found[k, i]
 
 
 def test_levels_of_a_track_are_where_it_does_not_change() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 from falling_friction import with_falling
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scipy.linalg import expm
 from strategies import examples, magnitude, number
 from wheelsets import BODIES, made_wheelset
 
@@ -163,47 +161,3 @@ def test_creep_control_gain_is_the_least(
             assert (values.real.sum() < 0.0) == stable
         else:
             assert (np.linalg.eigvals(closed).real.max() < 0.0) == stable
-
-
-@pytest.mark.parametrize(
-    ("mass", "linear", "time"),
-    # The determinant decides; the trace does, with a pair of poles; there is only one pole.
-    [(22.5e3, 1e5, 8.0), (2e3, 2e3, 20.0), (None, 0.0, 20.0)],
-)
-@pytest.mark.parametrize("factor", [1.0 - 1e-3, 1.0 + 1e-3])
-def test_linear_and_nonlinear_run_agree_on_the_gain(
-    rig: cl.Model, mass: float | None, linear: float, time: float, factor: float
-) -> None:
-    body = replace(rig.wheelset, mass=mass, resistance=cl.Resistance(linear=linear))
-    point = body.balanced(creepage=0.022, speed=V)
-    gain = factor * cl.creep_control_gain(body, point)
-    load = body.element.normal_load
-    control = cl.CreepControl(
-        reference=cl.Profile.of(0.022),
-        proportional_gain=gain,
-        torque_min=-1e6,
-        torque_max=1e6,
-    )
-    run = cl.simulate(
-        body,
-        control,
-        initial_speed=V,
-        resistance_force=point.resistance_force,
-        normal_load=cl.Profile(
-            (1e-3, 1e-3, 2e-3, 2e-3), (load, (1.0 + 1e-6) * load, (1.0 + 1e-6) * load, load)
-        ),
-        duration=time,
-        output_interval=time / 50.0,
-        tolerance=1e-12,
-    )
-    system = body.linearize(point)
-    creepage = system.C[system.output_labels.index("creepage")]
-    closed = system.A - gain * np.outer(system.B[:, 0], creepage)
-    stable = bool((np.linalg.eigvals(closed).real < 0.0).all())
-    assert stable == (factor > 1.0)
-    states = np.array([run["omega"] - point.omega, run["speed"] - V])[: len(closed)]
-    begin, end = np.searchsorted(run.time, [0.2 * time, 0.98 * time])
-    flow = expm(closed * (run.time[end] - run.time[begin]))
-    np.testing.assert_allclose(
-        states[:, end], flow @ states[:, begin], rtol=1e-2, atol=1e-2 * np.abs(states).max()
-    )

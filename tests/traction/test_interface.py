@@ -92,7 +92,6 @@ def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> No
     ("kind", "given", "message"),
     [
         (cl.ThresholdControl, {"slip_threshold": 0.01}, "slip_release = 0.07 is out of range"),
-        (cl.CreepPI, {"reference": -0.01, **GAINS}, "CreepPI.reference = -0.01 is out of range"),
         (
             cl.SlopeSeeking,
             {"radius": 0.5, "inertia": 250.0, "first_compliance": 1e-6, "delay": 0.012, **GAINS},

@@ -35,31 +35,6 @@ def test_noise_of_a_wheelset_knows_no_other() -> None:
     assert np.abs(correlation).max() < 4.5 / np.sqrt(597)
 
 
-@pytest.mark.parametrize("estimated", [False, True])
-def test_sensors_that_differ_are_read_as_each_alone(estimated: bool) -> None:
-    seeds, scales, index = (1, 1, 7, 2), (0.01, 0.0, 0.03, 0.02), (4, 5, 4, 0)
-    limits: tuple[float | None, ...] = (0.2, 0.5, 1.0, 0.3) if estimated else (None,) * 4
-    base = replace(SENSORS, vehicle_speed_noise=0.0) if estimated else SENSORS
-    sensors = [
-        replace(base, seed=float(seed), wheel_speed_noise=scale, acceleration_limit=limit)
-        for seed, scale, limit in zip(seeds, scales, limits, strict=True)
-    ]
-    rng = np.random.default_rng(5)
-    wheel = 10.0 + np.cumsum(rng.normal(0.0, 0.02, (300, 4)), axis=0)
-    demand = rng.choice([-1e4, 0.0, 1e4], 4)
-    vehicle = np.full(4, np.nan if estimated else 10.0)  # an estimate does not look at it
-
-    def read(some: list[int]) -> np.ndarray:
-        given = [sensors[i] for i in some], STEP, [index[i] for i in some]
-        reader = cl.traction.SensorReader(*given)
-        return np.array([reader.read(row[some], vehicle[some], demand[some]) for row in wheel])
-
-    together = read([0, 1, 2, 3])
-    assert np.isfinite(together).all()
-    for i in range(4):
-        np.testing.assert_array_equal(together[:, :, [i]], read([i]))
-
-
 def test_sensors_that_are_read_together_have_one_delay() -> None:
     late = [SENSORS, replace(SENSORS, delay=0.0)]
     with pytest.raises(ValueError, match=r"delays of \[0, 3\] samples: they must be equal"):
@@ -130,8 +105,6 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
         ({"seed": 0.5}, "must be a whole number"),
         ({"encoder_pulses": 99.5}, "encoder_pulses = 99.5 must be a whole number"),
         ({"encoder_pulses": 100.0}, "radius is missing"),
-        ({"wheel_speed_noise": -1.0}, "out of range"),
-        ({"acceleration_limit": 0.0}, "acceleration_limit = 0.0 is out of range: must be"),
         *(
             ({name: 0.01, "acceleration_limit": 0.5}, f"{name} = 0.01 must be 0 with acceleration")
             for name in ("vehicle_speed_bias", "vehicle_speed_drift", "vehicle_speed_noise")

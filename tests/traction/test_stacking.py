@@ -34,25 +34,6 @@ def asked(control: cl.SampledController, demand: list[float]) -> list[float]:
     return [float(one) for one in answers(stacked([control] * len(demand)), [seen, seen])[1]]
 
 
-def test_every_wheelset_has_a_copy_and_the_object_stays_as_it_was() -> None:
-    control = SlipPI()
-    before = repr(control)
-    rng = np.random.default_rng(1)
-    rows = [
-        cl.Measurement(
-            np.full(3, 2e4), 10.0 + rng.uniform(0.0, 0.6, 3), np.full(3, 10.0), np.zeros(3)
-        )
-        for _ in range(50)
-    ]
-
-    together = answers(stacked([control] * 3), rows)
-    assert np.unique(together).size > 50
-    for i in range(3):
-        seen = [cl.Measurement(*(part[[i]] for part in row)) for row in rows]
-        assert (answers(stacked([control]), seen)[:, 0] == together[:, i]).all()
-    assert repr(control) == before == "SlipPI(slip=0.3, integral=0.0)"
-
-
 @pytest.mark.parametrize("demand", [2e4, -2e4, 0.0])
 def test_any_kind_of_number_from_zero_to_the_demand_is_a_torque(demand: float) -> None:
     for kind in (float, int, np.float64, np.float32, np.array, np.int64):

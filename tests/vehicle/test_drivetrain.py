@@ -312,22 +312,3 @@ def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: 
     wd = w * np.sqrt(1.0 - d**2)
     free = 0.2 * np.exp(-d * w * time) * (np.cos(wd * time) - d * w / wd * np.sin(wd * time))
     np.testing.assert_allclose(differences, free, atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("kind", "given", "message"),
-    [
-        (cl.Axle, {"stiffness": 0.0}, r"Axle.stiffness = 0.0 is out of range: must be finite"),
-        (cl.Axle, {"stiffness": 1e6, "damping": -1.0}, "Axle.damping = -1.0"),
-        (cl.Axle, {"stiffness": 1e6, "drive_share": 1.5}, "Axle.drive_share = 1.5"),
-        *(
-            (cl.Motor, {name: -0.1}, rf"Motor.{name} = -0.1")
-            for name in ("lag", "power", "torque_rate", "trip_speed")
-        ),
-    ],
-)
-def test_axle_and_motor_are_checked(
-    kind: Callable[..., object], given: dict[str, float], message: str
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        kind(**given)

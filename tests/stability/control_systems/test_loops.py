@@ -58,10 +58,6 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
         assert found.delay == pytest.approx(math.acos(1.0 / f) / crossover, rel=1e-6)
         # |1 + L| is f - 1 at rest and rises or falls to 1.
         assert found.sensitivity_peak == pytest.approx(max(1.0 / (f - 1.0), 1.0), rel=1e-4)
-        (bare,) = (
-            control.margin(control_systems.creep_loop(body, point, proportional_gain=f * gain)),
-        )
-        assert found.phase == pytest.approx(math.radians(bare[1]), rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["rig", "locomotive"])
@@ -240,9 +236,6 @@ def test_margins_gains_and_verdicts_are_those_of_a_brute_force_nyquist_curve(
     point = body.balanced(creepage=creepage, speed=speed)
     lowest = cl.creep_control_gain(body, point)
     assume(0.0 < lowest < math.inf and abs(factor - 1.0) > 0.01)  # nobody can say on the border
-    for part, holds in ((0.99, False), (1.01, True)):
-        curve = brute_force(body, point, part * lowest, 0.0, 0.0, 0.0)
-        assert (curve.unstable_closed_loop_poles == 0) == holds
     kp = factor * lowest
     exact = brute_force(body, point, kp, reset * kp, lag, delay)
     assume(exact.sensitivity_peak < 100.0)
@@ -280,14 +273,6 @@ def test_disk_margin_bounds_gain_and_phase(rig: cl.Model) -> None:
     assert found.sensitivity_peak > 1.0
     for factor in (0.99 * found.disk_gain, 1.01 / found.disk_gain):
         assert unstable(factor * loop) == 0
-
-
-def test_no_margins_without_stability(rig: cl.Model) -> None:
-    point, _, gain = falling(rig.wheelset)
-    with pytest.raises(ValueError, match="not stable, so it has no margins"):
-        control_systems.margins(
-            control_systems.creep_loop(rig.wheelset, point, proportional_gain=0.9 * gain)
-        )
 
 
 def test_pade_orders_converge_to_the_delay(rig: cl.Model) -> None:
