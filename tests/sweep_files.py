@@ -63,6 +63,7 @@ from = 200.0
 to = 300.0
 count = 3
 """
+HEAD = SWEEP.partition("[axes")[0]
 AXES = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nfrom = 200.0\nto = 300.0\n'
 RANDOM = '[sampling]\nkind = "{}"\nruns = {}\nseed = {}\n'
 
@@ -79,9 +80,13 @@ def scenarios_of(sweep: cl.Sweep) -> list[cl.Scenario]:
     return [sweep.scenario_of(run) for run in range(sweep.runs)]
 
 
+def one_axis(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> Path:
+    """Write a sweep along one axis."""
+    return write_sweep(tmp_path, f"{HEAD}[axes.x]\n{axis}\n", scenario)
+
+
 def axis_values(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> list[cl.Scenario]:
-    text = SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n"
-    return scenarios_of(cl.load_sweep(write_sweep(tmp_path, text, scenario)))
+    return scenarios_of(cl.load_sweep(one_axis(tmp_path, axis, scenario)))
 
 
 def chunks_kept(folder: Path, rows: int = 5) -> int:

@@ -15,11 +15,9 @@ import report
 import scaling
 import wheelset_rival as rival
 from timing import Case, interleaved
-from wet_patch import CONTROLLER, many, wet_patch
-from wheelset_batch import drive
+from wet_patch import CONTROLLER, many
 
 import contactlib as cl
-from contactlib.traction import stacked
 
 
 @pytest.fixture(scope="module")
@@ -53,57 +51,6 @@ def test_force_in_the_plane_is_nearer_to_contact_than_its_rivals() -> None:
 @pytest.mark.slow
 def test_rivals_of_the_runs_are_right() -> None:
     bench_runs.check(duration=0.5)
-
-
-@pytest.mark.slow
-def test_closed_form_and_table_of_the_batch_are_the_law() -> None:
-    x = np.concatenate([np.geomspace(1e-6, 50.0, 60), [1.0, 5.999, 6.0]])
-    for k_hat in (0.1, 0.3, 1.5):
-        law, nodes = cl.CarterGriffith(k_hat=k_hat), rival.tabulate(k_hat)
-        exact = np.column_stack([law.traction_ratio(x), law.slope(x)])
-        solved = [rival.line_law(v, k_hat) for v in x.tolist()]
-        np.testing.assert_allclose(solved, exact, rtol=1e-11, atol=1e-13)
-        # At a friction of a quarter the law's k_hat is twice that of its own.
-        looked_up = [rival.law(nodes, 0.5 * k_hat, 0.25, v) for v in x.tolist()]
-        np.testing.assert_allclose(looked_up, exact, atol=2e-3)
-        np.testing.assert_allclose(np.array(looked_up)[:, 0], exact[:, 0], atol=5e-6)
-
-
-def test_controller_of_the_batch_is_the_shipped_one() -> None:
-    scenario = wet_patch(10.0)
-    shipped, run = (
-        stacked([scenario.controller(CONTROLLER)]),
-        rival.records([scenario], CONTROLLER)[0],
-    )
-    random = np.random.default_rng(5)
-    vehicle = 10.0 + 0.003 * np.arange(400) + 0.02 * random.standard_normal(400)
-    wheel = vehicle + np.abs(np.cumsum(0.05 * random.standard_normal(400)))
-    memory = np.zeros(4)
-    rival.start(run, memory)
-    first = cl.Measurement(*(np.array([v]) for v in (run.demand, wheel[0], run.speed, run.demand)))
-    kept, torque = shipped.start(first, run.demand), first.torque
-    limited = 0
-    for u, v in zip(wheel, vehicle, strict=True):
-        measured = cl.Measurement(first.demand, np.array([u]), np.array([v]), torque)
-        torque, kept = shipped.sample(measured, kept)
-        assert rival.control(run, memory, u, v) == pytest.approx(torque[0], rel=1e-10, abs=1e-6)
-        limited += bool(torque[0] < run.demand)
-    assert 50 < limited < 400  # both of its states have been seen
-
-
-@pytest.mark.slow
-def test_batch_converges_with_second_order() -> None:
-    # Under the first torque, on dry rails: nothing jumps.
-    run = rival.records([wet_patch(10.0, duration=100.0)], CONTROLLER)[0]
-    run.creepage *= 0.5
-    ends = []
-    for per_sample in (5, 10, 20, 40):
-        found = np.empty(len(rival.OUTCOMES))
-        drive(run, per_sample, per_sample, found, np.empty(0))
-        ends.append(found[[0, 1, 3]])
-    steps = np.abs(np.diff(ends, axis=0))
-    order = np.log2(steps[:-1] / steps[1:])
-    np.testing.assert_allclose(order[-1], 2.0, atol=0.25)
 
 
 def test_what_the_rivals_do_not_know_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""Everything that the package writes, and what can go wrong meanwhile; a program of its own.
+"""Files that the package writes, and what can go wrong meanwhile; a program of its own.
 
     python faults.py FOLDER [commands]
 
@@ -24,12 +24,8 @@ import numpy as np
 import xarray
 from click.testing import CliRunner
 
-import contactlib as cl
 from contactlib import figures
 from contactlib.cli.commands import main
-from contactlib.export.lookup_files import write_lookup_table
-from contactlib.figures.style import new_figure
-from contactlib.runs.outcomes import Metrics, write_comparison
 from contactlib.runs.result import Result
 from contactlib.runs.sweep.ensemble import write_dataset
 
@@ -43,27 +39,14 @@ Writer = Callable[[Path], object]
 
 
 def writers() -> dict[str, Writer]:
-    """What writes a file, by the file's name."""
-    model = cl.load_model("roller_rig.toml")
-    figure, axes = new_figure(3.0, 2.0)
-    axes.plot([0.0, 1.0], [0.0, 0.5])
+    """What writes a text and what writes bytes, by the file's name.
+
+    All files are written by one function (tests/base/test_writing.py), and by a command each.
+    """
     time = np.linspace(0.0, 1.0, 9)
     run = Result(time=time, signals={"creepage": 0.1 * time}, units={"creepage": "1"})
-    found = Metrics(0.93, 0.9, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
     dataset = xarray.Dataset({"slip_work": ("run", time, {"units": "J"})})
-    return {
-        "table.bin": model.wheelset.element.table.save,
-        "element.fmu": lambda path: cl.export_fmu(model, path),
-        "system.ssp": lambda path: cl.export_ssp(model, path),
-        "curve.csv": lambda path: write_lookup_table(cl.lookup_table(model), path),
-        "results.nc": lambda path: write_dataset(dataset, path),
-        "run.csv": run.to_csv,
-        "metrics.txt": lambda path: write_comparison(path.parent, {"run": found}),
-        "figure.png": lambda path: figures.save(figure, path),
-        "figure.svg": lambda path: figures.save(figure, path),
-        "figure.pdf": lambda path: figures.save(figure, path),
-        "page.html": cl.write_explorer,
-    }
+    return {"run.csv": run.to_csv, "results.nc": lambda path: write_dataset(dataset, path)}
 
 
 def command(*arguments: str) -> Callable[[Path], object]:

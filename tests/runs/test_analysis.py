@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep_files import SCENARIO, SWEEP, write_sweep
+from sweep_files import HEAD, SCENARIO, write_sweep
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
@@ -21,7 +21,7 @@ from contactlib.runs.sweep.plan import ScenarioBuilder
 def analysis_of(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> dict[str, FloatArray]:
     """Outcomes of the analysis along one axis."""
     names = list(cl.ANALYSES)
-    text = re.sub(r"controllers = .*\n", "", SWEEP.partition("[axes")[0])
+    text = re.sub(r"controllers = .*\n", "", HEAD)
     text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text)
     found = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
     assert "controller" not in found.dims

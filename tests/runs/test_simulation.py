@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -244,17 +242,6 @@ def test_bad_settings_are_refused(rig: cl.Model, given: dict[str, Any], message:
     settings = {"controller": rig.torque_control, "duration": 1.0, "initial_speed": 10.0, **given}
     with pytest.raises(ValueError, match=message):
         cl.simulate(rig.wheelset, **settings)
-
-
-def test_result_keeps_units_and_every_digit(rig: cl.Model, tmp_path: Path) -> None:
-    run = cl.simulate(rig.wheelset, rig.creep_control, duration=5.0, initial_speed=10.0)
-    path = run.to_csv(tmp_path / "run.csv")
-    with path.open() as file:
-        rows = list(csv.reader(file))
-    assert rows[0][:4] == ["time [s]", "omega [rad/s]", "speed [m/s]", "drive_torque [N.m]"]
-    columns = np.array(rows[1:], dtype=float).T
-    np.testing.assert_array_equal(columns[0], run.time)
-    np.testing.assert_array_equal(columns[1], run["omega"])
 
 
 def test_profile_ends_jumps_and_refusals() -> None:

@@ -26,15 +26,6 @@ def test_it_is_the_laws_peak_where_friction_does_not_fall(
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
-def test_it_never_exceeds_static_friction(locomotive: cl.Model) -> None:
-    element = locomotive.wheelset.element
-    friction = cl.friction_with_k_hat(element.contact, k_hat=0.5, static=0.231, kinetic=0.21)
-    with pytest.warns(cl.ProcessZoneWarning):
-        limited = replace(element, friction=friction)
-    found = cl.available_force(limited, speed=10.0)
-    assert found == pytest.approx(friction.static * element.normal_load, rel=1e-12)
-
-
 def test_faster_is_less_if_friction_falls_with_slip_speed(locomotive: cl.Model) -> None:
     for residual in (0.4, 0.0):
         element = falling(locomotive.wheelset.element, residual)

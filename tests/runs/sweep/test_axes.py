@@ -7,7 +7,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from sweep_files import RANDOM, SWEEP, axis_values, scenarios_of, write_sweep
+from sweep_files import HEAD, RANDOM, axis_values, scenarios_of, write_sweep
 
 import contactlib as cl
 
@@ -51,9 +51,8 @@ def test_a_factor_multiplies_what_the_file_has(tmp_path: Path) -> None:
 
 def test_controllers_do_not_know_what_varies_unless_redesigned(tmp_path: Path) -> None:
     axis = '[axes.x]\nparameter = "vehicle.wheelset.inertia"\nvalues = [65.0, 130.0]\n'
-    head = SWEEP.partition("[axes")[0]
-    once = scenarios_of(cl.load_sweep(write_sweep(tmp_path, head + axis)))
-    anew = scenarios_of(cl.load_sweep(write_sweep(tmp_path, "redesign = true\n" + head + axis)))
+    once = scenarios_of(cl.load_sweep(write_sweep(tmp_path, HEAD + axis)))
+    anew = scenarios_of(cl.load_sweep(write_sweep(tmp_path, "redesign = true\n" + HEAD + axis)))
     (a, b), (c, d) = (
         [s.controller("creep_pi").proportional_gain for s in found]  # type: ignore[union-attr]
         for found in (once, anew)
@@ -115,7 +114,7 @@ ANY = {  # of a random sample
 
 @pytest.mark.parametrize(("kind", "axis"), [*product(["grid"], CASES), *product(["random"], ANY)])
 def test_a_wrong_axis_is_one_line_that_names_it(tmp_path: Path, kind: str, axis: str) -> None:
-    text = SWEEP.partition("[axes")[0]
+    text = HEAD
     if kind == "random":
         text += RANDOM.format("monte_carlo", 50, 1)
         axis, said = f'parameter = "vehicle.wheelset.inertia"\n{axis}', ANY[axis]

@@ -17,13 +17,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import call, done
 from own_controller import SlipPI, largest_slip
 from scipy.io import netcdf_file
-from sweep_files import AXES, RANDOM, SCENARIO, SWEEP, write_sweep
+from sweep_files import AXES, HEAD, RANDOM, SCENARIO, SWEEP, one_axis, write_sweep
 
 import contactlib as cl
-from contactlib.cli.commands import main
 from contactlib.runs import sweep as sweeps
 from contactlib.runs.analysis import SWEEP_OUTCOMES
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE
@@ -57,15 +56,12 @@ def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) 
 def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:
     axis = 'factor_on = "demand.torque"\nvalues = [1.0, 3.0]'  # the first demand is too much
     scenario = SCENARIO.replace('"10 kN.m", "23 kN.m"', '"20 kN.m", "23 kN.m"')
-    path = write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n", scenario)
+    path = one_axis(tmp_path, axis, scenario)
     found = cl.ensemble(path)
     assert found["failed"].values.tolist() == [[0, 1], [0, 1]]
     assert np.isnan(found["slip_work"].values).tolist() == [[False, True], [False, True]]
     assert np.isfinite(found["critical_torque"].values).all()
-    result = CliRunner().invoke(
-        main, ["sweep", str(path), "-o", str(tmp_path / "out"), "--no-maps"]
-    )
-    assert result.exit_code == 0, result.output
+    result = done("sweep", path, "-o", tmp_path / "out", "--no-maps")
     assert re.search(r"^failed +1 +1 +1$", result.output, re.MULTILINE)
     assert "run 1 (x = 3) under creep_pi: " in result.output
 
@@ -73,18 +69,17 @@ def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:
 def test_parameters_that_do_not_go_together_fail_where_they_meet(tmp_path: Path) -> None:
     # Found only inside: both ends of the axis are valid, the middle is not a whole number.
     axis = 'parameter = "sensors.seed"\nvalues = [1.0, 1.5, 2.0]'
-    found = cl.ensemble(write_sweep(tmp_path, SWEEP.partition("[axes")[0] + f"[axes.x]\n{axis}\n"))
+    found = cl.ensemble(one_axis(tmp_path, axis))
     assert found["failed"].values.tolist() == [[0, 1, 0], [0, 1, 0]]
     assert np.isnan(found["critical_torque"].values).tolist() == [False, True, False]
 
 
 def test_a_sweep_of_which_nothing_came_is_an_error(tmp_path: Path) -> None:
     axis = 'parameter = ["demand.torque[0]", "demand.torque[1]"]\nvalues = [{}]'
-    head = SWEEP.partition("[axes")[0].replace(', "critical_torque", "clearing_time"', "")
+    head = HEAD.replace(', "critical_torque", "clearing_time"', "")
     for values, status in (('"23 kN.m", "90 kN.m"', 0), ('"80 kN.m", "90 kN.m"', 1)):
         path = write_sweep(tmp_path, f"{head}[axes.x]\n{axis.format(values)}\n")
-        given = ["sweep", str(path), "-o", str(tmp_path / f"out{status}")]
-        result = CliRunner().invoke(main, given)
+        result = call("sweep", path, "-o", tmp_path / f"out{status}")
         assert result.exit_code == status, result.output
         assert (result.stderr == "contactlib: all runs failed\n") == bool(status)
 
@@ -231,7 +226,7 @@ def test_a_script_that_starts_processes_without_a_guard_is_told(
 
 
 def test_samples_are_along_one_dimension_and_can_be_cut_short(tmp_path: Path) -> None:
-    text = SWEEP.partition("[axes")[0] + RANDOM.format("latin_hypercube", 6, 2) + AXES
+    text = HEAD + RANDOM.format("latin_hypercube", 6, 2) + AXES
     found = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path, text)), workers=1)
     assert found.attrs["seed"] == 2
     assert found["slip_work"].dims == ("controller", "run")

@@ -19,11 +19,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import call, done, refused
 from sweep_files import SCENARIO, SWEEP, UNCOUNTED, chunks_kept, write_sweep
 
 import contactlib as cl
-from contactlib.cli.commands import main
 from contactlib.runs import sweep as sweeps
 from contactlib.runs.sweep.ensemble import LEAST, default_chunk
 
@@ -213,14 +212,6 @@ def test_a_second_start_on_one_output_is_refused(path: Path, known: bytes, tmp_p
     assert file_of(path, tmp_path, chunk=4, workers=1, progress=start_again) == known
 
 
-def test_a_damaged_chunk_is_run_again(path: Path, known: bytes, tmp_path: Path) -> None:
-    stop_in_the_middle(path, tmp_path)
-    kept, chunks = chunks_kept(tmp_path), tmp_path / f"{path.stem}.chunks"
-    data = chunks.read_bytes()
-    chunks.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
-    assert len(chunks_run(path, tmp_path, known)) == 24 - kept + 1
-
-
 def test_a_restart_that_is_killed_goes_on_without_the_results_before(
     tmp_path: Path, known: bytes
 ) -> None:
@@ -237,9 +228,8 @@ def test_another_plan_is_refused(tmp_path: Path, finished: bool) -> None:
     mine, folder = write_sweep(tmp_path, LONG), tmp_path / "out"
     (cl.ensemble if finished else stop_in_the_middle)(mine, output=folder)
     mine.write_text(LONG.replace("to = 300.0", "to = 301.0"))
-    result = CliRunner().invoke(main, ["sweep", str(mine), "-o", str(folder), "--no-maps"])
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
+    result = call("sweep", mine, "-o", folder, "--no-maps")
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert "not the same: axis inertia; discard it with --restart" in result.stderr
     assert "was done before" not in result.stdout
     found = cl.ensemble(mine, output=folder, restart=True)
@@ -252,9 +242,8 @@ def test_results_that_are_no_netcdf_file_are_told_in_a_line(
 ) -> None:
     harmed = {"text": b"notes\n", "empty": b"", "cut": known[: len(known) // 2], "head": known[:9]}
     (tmp_path / f"{path.stem}.nc").write_bytes(harmed[harm])
-    result = CliRunner().invoke(main, ["sweep", str(path), "-o", str(tmp_path), "--no-maps"])
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
+    result = call("sweep", path, "-o", tmp_path, "--no-maps")
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert "is not a complete NetCDF file: discard it with --restart" in result.stderr
     assert file_of(path, tmp_path, restart=True) == known
 
@@ -296,21 +285,16 @@ def test_command_tells_what_it_does_and_where_the_results_are(
     path: Path, known: bytes, tmp_path: Path
 ) -> None:
     given = ["sweep", str(path), "-o", str(tmp_path), "--workers", "2", "--chunk", "4"]
-    result = CliRunner().invoke(main, given)
-    assert result.exit_code == 0, result.output
-    lines = result.output.splitlines()
+    lines = done(*given).output.splitlines()
     assert lines[0] == "Quick: 24 runs of 0.6 s under each of creep_pi, open_loop; 2 workers"
     assert any("s left" in line for line in lines)
     assert any(line.endswith("simulated s per s") for line in lines)
     assert lines[-1] == f"The results are in {tmp_path / path.stem}.nc, and maps beside it"
     assert (tmp_path / "slip_work.png").stat().st_size > 0
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
-    again = CliRunner().invoke(main, given)
-    assert again.exit_code == 0, again.output
-    assert "100% was done before" in again.output
-    result = CliRunner().invoke(main, ["sweep", str(path), "--cluster", "x", "--workers", "2"])
-    said = "contactlib: --cluster cannot be combined with --processes or --workers\n"
-    assert (result.exit_code, result.stderr) == (2, said)
+    assert "100% was done before" in done(*given).output
+    said = refused("sweep", path, "--cluster", "x", "--workers", "2")
+    assert said == "contactlib: --cluster cannot be combined with --processes or --workers\n"
 
 
 @pytest.mark.slow
@@ -336,9 +320,7 @@ def test_ctrl_c_stops_and_the_same_command_goes_on(
     assert f"kept in {tmp_path}; the same command continues" in out
     assert "Traceback" not in out + err
     kept = chunks_kept(tmp_path)
-    result = CliRunner().invoke(main, given[:5])
-    assert result.exit_code == 0, result.output
-    assert f"{kept / 24:.0%} was done before" in result.output
+    assert f"{kept / 24:.0%} was done before" in done(*given[:5]).output
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
 
 
@@ -480,7 +462,5 @@ def test_a_sweep_that_its_cluster_leaves_says_so_and_goes_on(
         assert len(err.splitlines()) == 1
         assert err.startswith("contactlib: ")
         assert chunks_kept(tmp_path) > 2
-        result = CliRunner().invoke(main, given)
-        assert result.exit_code == 0, result.output
-        assert "was done before" in result.output
+        assert "was done before" in done(*given).output
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known

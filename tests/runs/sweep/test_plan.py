@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sweep_files import RANDOM, SCENARIO, SWEEP, axis_values, write_sweep
+from sweep_files import HEAD, RANDOM, SCENARIO, axis_values, write_sweep
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
@@ -31,7 +31,7 @@ def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
     low, high = (s.drivetrain.wheelset.element.table for s in axis_values(tmp_path, axis, scenario))
     assert low.traction_ratio(1.0, 0.0) < high.traction_ratio(1.0, 0.0)
     many = '[axes.x]\nparameter = "vehicle.law.slip_reduction"\nfrom = 0.3\nto = 0.4\n'
-    text = SWEEP.partition("[axes")[0] + RANDOM.format("monte_carlo", 100, 1) + many
+    text = HEAD + RANDOM.format("monte_carlo", 100, 1) + many
     with pytest.raises(cl.ModelError, match=r"axes\.x: each of 100 values needs its own table"):
         cl.load_sweep(write_sweep(tmp_path, text, scenario))
 
@@ -92,7 +92,7 @@ def test_what_is_kept_from_run_to_run_is_what_would_be_built(tmp_path: Path, fir
     for count in (1, 3):
         chosen = [PARAMETERS[(first + 4 * i) % len(PARAMETERS)] for i in range(count)]
         axes = "".join(f"[axes.x{i}]\nparameter = {axis}\n" for i, axis in enumerate(chosen))
-        text = SWEEP.partition("[axes")[0] + axes
+        text = HEAD + axes
         sweep = cl.load_sweep(write_sweep(tmp_path, text, SCENARIO))
         order = np.random.default_rng(first).permutation(2 * sweep.runs) % sweep.runs
         for run in order.tolist():
@@ -118,11 +118,9 @@ def test_there_is_no_scenario_of_a_run_that_is_not_there(tmp_path: Path) -> None
         sweep.scenario_of(6)
 
 
-def test_a_plan_is_small_and_knows_no_folder(tmp_path: Path) -> None:
+def test_a_plan_knows_no_folder(tmp_path: Path) -> None:
     sweep = cl.load_sweep(write_sweep(tmp_path))
     pickled = pickle.dumps(sweep.plan)
-    table = len(sweep.scenario_of(0).drivetrain.wheelset.element.table.data)
-    assert len(pickled) < table + 20_000
     assert str(tmp_path).encode() not in pickled
     again = pickle.loads(pickled)  # noqa: S301
     assert again.digest(sweep.values) == sweep.plan.digest(sweep.values)
