@@ -41,36 +41,29 @@ ESCAPE = "\x1b]0;owned\x07\x1b[2J"
 # ---- files that a file names ----------------------------------------------------------------
 
 
-def model_with_law(folder: Path, name: str) -> Path:
-    path = folder / "model.toml"
-    path.write_text(f"{RIG}\n[law]\nkind = 'measured'\nfile = {toml_text(name)}\n")
-    return path
-
-
-def scenario_of(folder: Path, name: str) -> Path:
-    path = folder / "scenario.toml"
-    vehicle = tomllib.loads(SCENARIO)["vehicle"]
-    path.write_text(SCENARIO.replace(f'"{vehicle}"', toml_text(name)), encoding="utf-8")
-    return path
-
-
-def sweep_of(folder: Path, name: str) -> Path:
-    path = folder / "sweep.toml"
-    scenario = tomllib.loads(SWEEP)["scenario"]
-    path.write_text(SWEEP.replace(f'"{scenario}"', toml_text(name)), encoding="utf-8")
-    return path
-
-
 def toml_text(text: str) -> str:
     return '"' + "".join(f"\\U{ord(c):08x}" for c in text) + '"'
 
 
-Reader = tuple[Callable[[Path, str], Path], Callable[[Path], object], str]
-READERS: dict[str, Reader] = {
-    "law.file": (model_with_law, cl.load_model, CURVE),
-    "vehicle": (scenario_of, cl.load_scenario, (MODELS / "locomotive.toml").read_text()),
-    "scenario": (sweep_of, cl.load_sweep, SCENARIO),
+VEHICLE, OF_SWEEP = tomllib.loads(SCENARIO)["vehicle"], tomllib.loads(SWEEP)["scenario"]
+READERS: dict[str, tuple[str, Callable[[Path], object], str]] = {  # NAME is that of a file
+    "law.file": (f"{RIG}\n[law]\nkind = 'measured'\nfile = NAME\n", cl.load_model, CURVE),
+    "vehicle": (
+        SCENARIO.replace(f'"{VEHICLE}"', "NAME"),
+        cl.load_scenario,
+        (MODELS / "locomotive.toml").read_text(),
+    ),
+    "scenario": (SWEEP.replace(f'"{OF_SWEEP}"', "NAME"), cl.load_sweep, SCENARIO),
 }
+
+
+def naming(kind: str, folder: Path, name: str) -> Path:
+    """File that names another one."""
+    path = folder / "sent.toml"
+    path.write_text(READERS[kind][0].replace("NAME", toml_text(name)), encoding="utf-8")
+    return path
+
+
 LEADS_OUT = [
     "{}/secret",
     "../secret",
@@ -86,11 +79,11 @@ LEADS_OUT = [
     "name", [*LEADS_OUT, r"C:\secret", r"\\host\share\secret", "//host/secret"]
 )
 def test_a_name_that_leads_out_is_refused(tmp_path: Path, kind: str, name: str) -> None:
-    write, read, text = READERS[kind]
+    _, read, text = READERS[kind]
     (tmp_path / "secret").write_text(text)
     folder = tmp_path / "sent"
     (folder / "s").mkdir(parents=True)
-    path = write(folder, name.format(tmp_path))
+    path = naming(kind, folder, name.format(tmp_path))
     with pytest.raises(cl.ModelError, match=r"must lie beside the .* or below") as caught:
         read(path)
     assert "\n" not in str(caught.value)
@@ -99,7 +92,7 @@ def test_a_name_that_leads_out_is_refused(tmp_path: Path, kind: str, name: str) 
 @pytest.mark.parametrize("kind", READERS)
 @pytest.mark.parametrize("linked", ["file", "folder"])
 def test_a_link_that_leads_out_is_refused(tmp_path: Path, kind: str, linked: str) -> None:
-    write, read, text = READERS[kind]
+    _, read, text = READERS[kind]
     (tmp_path / "secret").write_text(text)
     folder = tmp_path / "sent"
     folder.mkdir()
@@ -107,7 +100,7 @@ def test_a_link_that_leads_out_is_refused(tmp_path: Path, kind: str, linked: str
         (folder / "x").symlink_to(tmp_path if linked == "folder" else tmp_path / "secret")
     except OSError:
         pytest.skip("this system lets nobody make symbolic links")
-    path = write(folder, "x/secret" if linked == "folder" else "x")
+    path = naming(kind, folder, "x/secret" if linked == "folder" else "x")
     with pytest.raises(cl.ModelError, match="a link leads elsewhere"):
         read(path)
 
@@ -136,7 +129,9 @@ def test_files_beside_and_below_are_read(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.chdir(elsewhere)
     for name in ("data/curve.csv", "curve.csv"):
         assert file_beside("file", name, tmp_path / "sent", "x") == tmp_path / "sent" / name
-    element = cl.load_model(model_with_law(tmp_path / "sent", "data/curve.csv")).wheelset.element
+    element = cl.load_model(
+        naming("law.file", tmp_path / "sent", "data/curve.csv")
+    ).wheelset.element
     assert element.table.law.startswith("MeasuredCurve")
     changes = "\n[vehicle_changes.law]\nkind = 'measured'\nfile = 'data/curve.csv'\n"
     path = real / "scenario.toml"

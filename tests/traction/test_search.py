@@ -27,28 +27,13 @@ class Mine(cl.SampledController):
         return measurement.demand
 
 
-class Bare(Mine):
-    search_ranges = None
+def ranging(ranges: Any) -> Mine:
+    """Controller of which only what it declares matters."""
 
+    class Ranged(Mine):
+        search_ranges: ClassVar[Any] = ranges
 
-class Misspelt(Mine):
-    search_ranges: ClassVar = {"slib": (0.02, 0.5)}
-
-
-class OfText(Mine):
-    search_ranges: ClassVar = {"name": (0.02, 0.5)}
-
-
-class Outside(Mine):
-    search_ranges: ClassVar = {"slip": (0.2, 0.5)}
-
-
-class FromZero(Mine):
-    search_ranges: ClassVar = {"slip": (0.0, 0.5)}
-
-
-class Single(Mine):
-    search_ranges: ClassVar = {"slip": 0.5}
+    return Ranged()
 
 
 class Converts(Mine):
@@ -96,16 +81,25 @@ def test_settings_that_contradict_each_other_make_no_controller() -> None:
     ("control", "message"),
     [
         (
-            Bare(),
-            "x: the class Bare declares no settings to search: write into it search_ranges = "
+            ranging(None),
+            "x: the class Ranged declares no settings to search: write into it search_ranges = "
             "{'slip': (0.025, 0.4), 'gain': (1250.0, 20000.0)}, the lowest and the highest value",
         ),
         (CONTROLLERS["open_loop"](), "x is an OpenLoop, which has no settings to search"),
-        (Misspelt(), "x: Misspelt.search_ranges: 'slib' is not an argument of the class; did you"),
-        (OfText(), "x: OfText.search_ranges['name'] = (0.02, 0.5) must be the lowest and the high"),
-        (Outside(), "two numbers of one sign, and slip = 0.1 between them"),
-        (FromZero(), "x: FromZero.search_ranges['slip'] = (0.0, 0.5) must be the lowest"),
-        (Single(), "x: Single.search_ranges['slip'] = 0.5 must be the lowest"),
+        (
+            ranging({"slib": (0.02, 0.5)}),
+            "x: Ranged.search_ranges: 'slib' is not an argument of the class; did you",
+        ),
+        (
+            ranging({"name": (0.02, 0.5)}),
+            "x: Ranged.search_ranges['name'] = (0.02, 0.5) must be the lowest and the high",
+        ),
+        (ranging({"slip": (0.2, 0.5)}), "two numbers of one sign, and slip = 0.1 between them"),
+        (
+            ranging({"slip": (0.0, 0.5)}),
+            "x: Ranged.search_ranges['slip'] = (0.0, 0.5) must be the lowest",
+        ),
+        (ranging({"slip": 0.5}), "x: Ranged.search_ranges['slip'] = 0.5 must be the lowest"),
         (Converts(), "keeps slip = 0.02777"),
         (Forgets(), "Forgets must keep its argument lag as self.lag, as a search makes"),
     ],
