@@ -1,7 +1,9 @@
-"""A scenario with nothing special, which a test changes where it must."""
+"""Scenarios that a test changes where it must."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import contactlib as cl
@@ -24,3 +26,11 @@ def plain_scenario(vehicle: cl.Wheelset | cl.Drivetrain, **changes: Any) -> cl.S
         **changes,
     }
     return cl.Scenario(**given)
+
+
+def wet_patch(sensors: cl.Sensors | Mapping[str, Any] | None = None, **changes: Any) -> cl.Scenario:
+    """The shipped scenario of a wet patch; a mapping changes the file's sensors."""
+    shipped = cl.load_scenario("dry_wet_dry.toml")
+    if not isinstance(sensors, cl.Sensors):
+        sensors = replace(shipped.sensors, **(sensors or {}))
+    return replace(shipped, sensors=sensors, **changes)

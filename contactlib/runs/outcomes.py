@@ -318,12 +318,6 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
     return Metrics(**{name: float(observer.value()[0]) for name, observer in found.items()})
 
 
-def transmittable_force(result: Result, drivetrain: Drivetrain) -> tuple[FloatArray, FloatArray]:
-    """Creep force in the demand's direction s Q and transmittable force Q_t of a run [N]."""
-    force, wanted = Seen(OneRun(result), Vehicles.of([drivetrain])).transmittable
-    return force[:, 0], wanted[:, 0]
-
-
 def comparison_table(metrics: Mapping[str, Metrics]) -> str:
     """Format metrics as text: a line for each metric, a column for each run.
 

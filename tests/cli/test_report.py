@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from command_line import call, done, refused
 from matplotlib.figure import Figure
+from plain_scenario import wet_patch
 
 import contactlib as cl
 from contactlib.cli import report
@@ -108,25 +109,19 @@ def test_what_delays_rule_out_is_said_before_anything_runs(compared: tuple[Path,
 
 
 def test_the_outlook_is_that_of_the_loop() -> None:
-    case = cl.load_scenario("dry_wet_dry.toml")
-    quick = dataclasses.replace(
-        case,
-        drivetrain=dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=0.0)),
-        sensors=Sensors(),
-        controllers={"quick": dataclasses.replace(case.controller("open_loop"), sample_time=1e-3)},  # type: ignore[type-var]
-    )
-    for line in outlook(quick):
+    case = wet_patch()
+    at_once = dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=0.0))
+    quick = {"quick": OpenLoop(sample_time=1e-3)}
+    for line in outlook(wet_patch(drivetrain=at_once, sensors=Sensors(), controllers=quick)):
         assert ": holds: pole" in line
     worst = cl.worst_pole(case.drivetrain.wheelset, speed=10.0)
     for lag in (0.0, 0.01):
-        late = dataclasses.replace(
-            case, drivetrain=dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=lag))
-        )
+        late = dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=lag))
         relaxation = case.drivetrain.relaxation_length / 10.0
         said = cl.controllability(
             worst.pole, delay=0.01, lag=lag, relaxation=relaxation, sample_time=0.01
         )
-        assert said.text in outlook(late)[-1]
+        assert said.text in outlook(wet_patch(drivetrain=late))[-1]
 
 
 def test_the_outlook_knows_when_nothing_falls(rig: cl.Model) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from plain_scenario import wet_patch
 from sweep_files import HEAD, SCENARIO, write_sweep
 
 import contactlib as cl
@@ -51,8 +51,7 @@ def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
 def test_the_patch_has_the_slope_of_the_track() -> None:
     wet = cl.Profile((20.0, 20.0), (1.0, 0.5))
     slope = cl.Profile((20.0, 20.0), (1.0, 0.29))
-    case = cl.load_scenario("dry_wet_dry.toml")
-    case = replace(case, track=cl.Track(friction_left=wet, slope=slope))
+    case = wet_patch(track=cl.Track(friction_left=wet, slope=slope))
     body, speed = case.drivetrain.wheelset.with_slope(0.29), case.design_speed
     expected = cl.find_fold(body, speed=speed, friction_scale=0.5).drive_torque
     found = analyse(case, ["patch_critical_torque", "critical_torque"])

@@ -22,7 +22,6 @@ from contactlib.runs.outcomes import (
     Metrics,
     comparison_table,
     metrics,
-    transmittable_force,
     write_comparison,
 )
 from contactlib.runs.result import WORKS
@@ -44,6 +43,11 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
     columns = {name: np.broadcast_to(given.get(name, 0.0), t.shape) for name in (*given, *names)}
     columns = {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
     return cl.Result(t, columns, dict.fromkeys(columns, "1"))
+
+
+def transmittable(run: cl.Result, drivetrain: cl.Drivetrain) -> tuple[Any, Any]:
+    """Creep force in the demand's direction, and what could be transmitted [N]."""
+    return Seen(OneRun(run), Vehicles.of([drivetrain])).transmittable
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +128,7 @@ def test_demanded_force_is_that_of_a_steady_wheelset(
     assert wheelset.mass is not None
     signals = {"creep_force": force, "acceleration": force / wheelset.mass, "speed": 10.0}
     run = run_of([0.0, 1.0], demand=torque, available_force=1e9, **signals)
-    used, wanted = transmittable_force(run, lossless)
+    used, wanted = transmittable(run, lossless)
     turning = wheelset.inertia / (wheelset.mass * wheelset.radius**2)
     # The two differ by the creepage in what turns the wheelset along with the vehicle.
     assert wanted[0] / used[0] - 1.0 == pytest.approx(creepage * turning / (1.0 + turning))
@@ -133,7 +137,7 @@ def test_demanded_force_is_that_of_a_steady_wheelset(
 def test_damping_takes_its_part_of_the_demand(rig: cl.Model) -> None:
     drivetrain, point = cl.Drivetrain(rig.wheelset), rig.wheelset.balanced(creepage=0.0, speed=20.0)
     run = run_of([0.0, 1.0], demand=point.drive_torque, speed=20.0)
-    _, wanted = transmittable_force(run, drivetrain)
+    _, wanted = transmittable(run, drivetrain)
     np.testing.assert_allclose(wanted, 0.0, atol=1e-9)
 
 
@@ -222,8 +226,8 @@ def test_a_short_dip_more_or_less_does_not_decide_the_recovery(held: cl.Drivetra
 def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
     scenario = cl.load_scenario("dry_wet_dry.toml")
     run = cl.run_scenario(scenario, "threshold")
-    used, wanted = transmittable_force(run, scenario.drivetrain)
-    cuts = np.count_nonzero(np.diff((used < 0.8 * wanted).astype(int)) == 1)
+    used, wanted = transmittable(run, scenario.drivetrain)
+    cuts = np.count_nonzero(np.diff((used < 0.8 * wanted).astype(int), axis=0) == 1)
     assert cuts > 15
     found = metrics(run, scenario.drivetrain)
     assert 0.0 < found.recovery_time < 1.5

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from designed import LIMITED
 from falling_friction import with_falling
-from plain_scenario import plain_scenario
+from plain_scenario import plain_scenario, wet_patch
 
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
@@ -164,10 +164,9 @@ HUGE = cl.Motor(lag=0.01, power=1e100, torque_rate=1e100, trip_speed=1e100)
 
 def driven(motor: cl.Motor, **changes: Any) -> cl.Scenario:
     """A wet patch, on which the open loop runs away, with another drive."""
-    shipped = cl.load_scenario("dry_wet_dry.toml")
-    drivetrain = dataclasses.replace(shipped.drivetrain, motor=motor)
+    drivetrain = dataclasses.replace(wet_patch().drivetrain, motor=motor)
     given: dict[str, Any] = {"duration": 8.0, "demand": cl.Profile.of(23.5e3), **changes}
-    return dataclasses.replace(shipped, drivetrain=drivetrain, **given)
+    return wet_patch(drivetrain=drivetrain, **given)
 
 
 def at_samples(case: cl.Scenario, controller: str) -> dict[str, np.ndarray]:
@@ -245,7 +244,7 @@ def test_the_drive_does_not_depend_on_the_rows() -> None:
 
 
 def test_a_loop_around_the_plant_is_the_run_of_the_scenario() -> None:
-    scenario = dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=6.0)
+    scenario = wet_patch(duration=6.0)
     control = scenario.controller("slope_seeking")
     assert isinstance(control, cl.SlopeSeeking)
     expected = cl.run_scenario(scenario, "slope_seeking", index=3)
@@ -262,8 +261,7 @@ def test_a_loop_around_the_plant_is_the_run_of_the_scenario() -> None:
 
 
 def test_wheelsets_of_a_plant_do_not_feel_each_other() -> None:
-    shipped = cl.load_scenario("dry_wet_dry.toml")
-    cases = [dataclasses.replace(shipped, demand=cl.Profile.of(t)) for t in (5e3, 2e4, 2.6e4)]
+    cases = [wet_patch(demand=cl.Profile.of(t)) for t in (5e3, 2e4, 2.6e4)]
     together = cl.Plant(cases)
     together.reset(0)
     for i, case in enumerate(cases):
@@ -277,15 +275,13 @@ def test_wheelsets_of_a_plant_do_not_feel_each_other() -> None:
 
 
 def test_a_plant_refuses_what_it_cannot_do() -> None:
-    scenario = cl.load_scenario("dry_wet_dry.toml")
     with pytest.raises(ValueError, match="expected a Scenario, got 'dry_wet_dry'"):
         cl.Plant(["dry_wet_dry"])  # type: ignore[list-item]
     with pytest.raises(ValueError, match="at least one wheelset"):
         cl.Plant([])
-    strong = dataclasses.replace(scenario, demand=cl.Profile.of(9e4))
     with pytest.raises(ValueError, match=r"drive_torque = 80000\.0 is out of range: the rising"):
-        cl.Plant(strong)
-    plant = cl.Plant([scenario, scenario])
+        cl.Plant(wet_patch(demand=cl.Profile.of(9e4)))
+    plant = cl.Plant([wet_patch()] * 2)
     with pytest.raises(ValueError, match=r"torque has the shape \(3,\): must be \(\) or \(2,\)"):
         plant.step([1.0, 2.0, 3.0])
     with pytest.raises(KeyError, match="'slip' is not a signal: known are demand, "):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas
 import pytest
+from plain_scenario import wet_patch
 from sweep_files import write_sweep
 
 import contactlib as cl
@@ -28,7 +29,7 @@ WAYS = pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, pickled])
 
 @pytest.fixture(scope="module")
 def scenario() -> cl.Scenario:
-    return dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=0.4)
+    return wet_patch(duration=0.4)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from designed import LIMITED
 from falling_friction import with_falling
-from plain_scenario import plain_scenario
+from plain_scenario import plain_scenario, wet_patch
 
 import contactlib as cl
 from contactlib import stability
@@ -276,14 +276,8 @@ def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
 @pytest.mark.parametrize("name", LIMITED)
 @pytest.mark.parametrize("speed", [0.0, 0.05, -3.0])
 def test_no_controller_starts_at_no_torque_for_ever(speed: float, name: str) -> None:
-    case = dataclasses.replace(
-        cl.load_scenario("dry_wet_dry.toml"),
-        initial_speed=speed,
-        demand=cl.Profile.of(2.0e4),
-        track=cl.Track(),
-        sensors=Sensors(),
-        duration=6.0,
-    )
+    dry: dict[str, Any] = {"track": cl.Track(), "sensors": Sensors(), "duration": 6.0}
+    case = wet_patch(initial_speed=speed, demand=cl.Profile.of(2.0e4), **dry)
     torque = cl.run_scenario(case, name)["commanded_torque"]
     assert torque[-1] > 0.8 * 2.0e4
     assert torque[-1] >= torque[torque.size // 2]
@@ -294,13 +288,8 @@ def test_no_controller_starts_at_no_torque_for_ever(speed: float, name: str) -> 
 @pytest.mark.parametrize(("wheel", "vehicle"), [(0.1, 0.1), (0.05, 0.05), (0.05, 0.02)])
 def test_noise_on_a_dry_rail_is_no_slip(wheel: float, vehicle: float, name: str) -> None:
     sensors = Sensors(wheel_speed_noise=wheel, vehicle_speed_noise=vehicle, delay=0.01, seed=3)
-    case = dataclasses.replace(
-        cl.load_scenario("dry_wet_dry.toml"),
-        demand=cl.Profile((0.0, 10.0), (0.0, 2.0e4)),
-        track=cl.Track(),
-        sensors=sensors,
-        duration=12.0,
-    )
+    ramp = cl.Profile((0.0, 10.0), (0.0, 2.0e4))
+    case = wet_patch(demand=ramp, track=cl.Track(), sensors=sensors, duration=12.0)
     controller = cl.CONTROLLERS[name].for_drivetrain(case.drivetrain, speed=10.0, sensors=sensors)
     run = cl.run_scenario(case, controller)
     assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
@@ -308,11 +297,7 @@ def test_noise_on_a_dry_rail_is_no_slip(wheel: float, vehicle: float, name: str)
 
 def test_creep_control_beats_cutting_the_torque() -> None:
     """With each of ten sequences of noise, and with no larger share of slip work."""
-    shipped = cl.load_scenario("dry_wet_dry.toml")
-    cases = [
-        dataclasses.replace(shipped, sensors=dataclasses.replace(shipped.sensors, seed=float(seed)))
-        for seed in range(10)
-    ]
+    cases = [wet_patch({"seed": float(seed)}) for seed in range(10)]
     outcomes = ("limited_utilisation", "adhesion_utilisation", "slip_share")
     found = [cl.run_many(cases, name, outcomes, index=[0] * len(cases)) for name in LIMITED]
     limited, used, share = (np.stack([one[name] for one in found], axis=1) for name in outcomes)
@@ -326,15 +311,9 @@ def test_creep_control_beats_cutting_the_torque() -> None:
 @pytest.mark.slow
 def test_creep_control_survives_what_the_sensors_do_not_say() -> None:
     """Biases of the vehicle speed and wrong diameters that shift the creepage by up to 2 %."""
-    shipped = cl.load_scenario("dry_wet_dry.toml")
     errors = [(b, d) for b in (-0.01, -0.005, 0.0, 0.005, 0.01) for d in (-0.01, 0.0, 0.01)]
     cases = [
-        dataclasses.replace(
-            shipped,
-            sensors=dataclasses.replace(
-                shipped.sensors, vehicle_speed_bias=bias, wheel_diameter_error=diameter
-            ),
-        )
+        wet_patch({"vehicle_speed_bias": bias, "wheel_diameter_error": diameter})
         for bias, diameter in errors
         for _ in range(3)
     ]
@@ -350,7 +329,7 @@ def test_creep_control_survives_what_the_sensors_do_not_say() -> None:
         assert (found.mean(axis=1) > baseline - 0.05).all()
         assert found.mean() > baseline.mean() - 0.01
     # The creepage as shown is of no use for it.
-    careful = shipped.controller("creep_pi")
+    careful = wet_patch().controller("creep_pi")
     assert isinstance(careful, cl.CreepPI)
     believing = used(dataclasses.replace(careful, creepage_error=0.0))
     shown = np.array([diameter - bias for bias, diameter in errors])
@@ -380,8 +359,7 @@ def test_a_run_ends_with_its_duration_and_says_how_far_it_is(locomotive: cl.Mode
 
 
 def test_a_variant_has_its_controllers_designed_again() -> None:
-    case = cl.load_scenario("dry_wet_dry.toml")
-    late = dataclasses.replace(case, sensors=dataclasses.replace(case.sensors, delay=0.03))
+    case, late = wet_patch(), wet_patch({"delay": 0.03})
     for one, delay in ((case, 0.01), (late, 0.03)):
         seeking = one.controller("slope_seeking")
         assert isinstance(seeking, cl.SlopeSeeking)

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from own_controller import SlipPI
+from plain_scenario import wet_patch
 
 import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
@@ -21,9 +22,8 @@ LIMITED = "limited_utilisation"
 @pytest.fixture(scope="module")
 def patch() -> cl.Scenario:
     """The wet patch, shorter."""
-    scenario = cl.load_scenario("dry_wet_dry.toml")
     track = cl.Track(friction_left=cl.Profile((30.0, 30.0, 70.0, 70.0), (1.0, 0.545, 0.545, 1.0)))
-    return replace(scenario, track=track, duration=10.0)
+    return wet_patch(track=track, duration=10.0)
 
 
 @pytest.mark.slow

@@ -26,6 +26,12 @@ FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle: chosen
 SPEED = 10.0
 
 
+@pytest.fixture(scope="module")
+def held(locomotive: cl.Model) -> cl.Wheelset:
+    """The locomotive's at a held speed."""
+    return replace(locomotive.wheelset, mass=None)
+
+
 def on_axle(
     wheelset: cl.Wheelset, damping_ratio: float = DAMPING_RATIO, frequency: float = FREQUENCY
 ) -> cl.Drivetrain:
@@ -158,22 +164,21 @@ def test_jacobian_is_that_of_both_wheels(locomotive: cl.Model) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("damping_ratio", [0.005, 0.02])
 def test_threshold_is_where_a_small_vibration_neither_grows_nor_decays(
-    locomotive: cl.Model, damping_ratio: float
+    held: cl.Wheelset, damping_ratio: float
 ) -> None:
     # Over the creepage, on the tail of the falling branch.
-    body = replace(locomotive.wheelset, mass=None)
-    drivetrain = on_axle(body, damping_ratio)
+    drivetrain = on_axle(held, damping_ratio)
 
     def growth(creepage: float) -> float:
-        point = body.balanced(creepage=creepage, speed=SPEED)
+        point = held.balanced(creepage=creepage, speed=SPEED)
         sizes = amplitudes(drivetrain, point, [5e-5], 20, tolerance=1e-10)
         return math.log(sizes[-1, 0] / sizes[4, 0])
 
     found = brentq(growth, 0.025, 0.045, xtol=2e-5)
-    slope = 0.5 * body.balanced(creepage=found, speed=SPEED).creep_force_slope
+    slope = 0.5 * held.balanced(creepage=found, speed=SPEED).creep_force_slope
     assert slope == pytest.approx(torsion.torsional_threshold(drivetrain, speed=SPEED), rel=1e-2)
     # r^2 |Q1'|/(J_w V) = 2 D omega_t
-    rate = body.radius**2 * -slope / (0.5 * body.inertia * SPEED)
+    rate = held.radius**2 * -slope / (0.5 * held.inertia * SPEED)
     assert rate == pytest.approx(2.0 * damping_ratio * 2.0 * math.pi * FREQUENCY, rel=1e-2)
 
 
@@ -232,9 +237,8 @@ def test_wheels_swing_with_the_amplitude_of_the_describing_function(
     assert cycle.axle_torque == pytest.approx(axle.stiffness * twist)
 
 
-def test_two_states_coexist_at_two_to_three_times_the_peak(locomotive: cl.Model) -> None:
-    body = replace(locomotive.wheelset, mass=None)
-    drivetrain = on_axle(body)
+def test_two_states_coexist_at_two_to_three_times_the_peak(held: cl.Wheelset) -> None:
+    drivetrain = on_axle(held)
     found = torsion.bistable_range(drivetrain, speed=SPEED)
     assert found is not None
     low, high = found
@@ -243,12 +247,12 @@ def test_two_states_coexist_at_two_to_three_times_the_peak(locomotive: cl.Model)
     assert 3.0 < high / peak < 3.3
     check_bistable_between_the_ends(drivetrain, SPEED)
     for creepage, cycles in ((0.99 * low, 1), (1.01 * high, 0)):
-        state = torsion.torsional_state(drivetrain, body.balanced(creepage=creepage, speed=SPEED))
+        state = torsion.torsional_state(drivetrain, held.balanced(creepage=creepage, speed=SPEED))
         assert len(state.limit_cycles) == cycles
         assert state.equilibrium_stable == (cycles == 0)
     # Beyond the range a vibration as large as the last cycle dies out.
-    last = torsion.torsional_state(drivetrain, body.balanced(creepage=0.99 * high, speed=SPEED))
-    gone = body.balanced(creepage=1.05 * high, speed=SPEED)
+    last = torsion.torsional_state(drivetrain, held.balanced(creepage=0.99 * high, speed=SPEED))
+    gone = held.balanced(creepage=1.05 * high, speed=SPEED)
     assert amplitudes(drivetrain, gone, [last.limit_cycles[-1].amplitude], 60)[-1] < 0.01
 
 
@@ -305,13 +309,12 @@ def test_bistable_up_to_both_ends_where_friction_falls_with_slip_speed(
 
 
 @pytest.mark.slow
-def test_error_is_of_second_order_in_the_growth_within_a_cycle(locomotive: cl.Model) -> None:
-    body = replace(locomotive.wheelset, mass=None)
-    drivetrain = on_axle(body)
+def test_error_is_of_second_order_in_the_growth_within_a_cycle(held: cl.Wheelset) -> None:
+    drivetrain = on_axle(held)
     growths, slower, twisted_more = [], [], []
     for speed in (20.0, 10.0, 5.0):
-        steepest = cl.worst_pole(body, speed=speed).creepage
-        point = body.balanced(creepage=steepest, speed=speed)
+        steepest = cl.worst_pole(held, speed=speed).creepage
+        point = held.balanced(creepage=steepest, speed=speed)
         (cycle,) = torsion.torsional_state(drivetrain, point).limit_cycles
         size, frequency, torque = last_cycle_about_a_held_mean(
             drivetrain, point, cycle.amplitude, 60
