@@ -68,19 +68,13 @@ def machine() -> str:
     """Processor, system, compiler and versions in one line."""
     command = [sys.executable, "-m", "ziglang", "cc", "--version"]
     compiler = subprocess.check_output(command, text=True).splitlines()[0]
-    versions = [f"{name} {_version(name)}" for name in PACKAGES]
+    installed = {found.name: found.version for found in importlib.metadata.distributions()}
+    versions = [f"{name} {installed.get(name, 'missing')}" for name in PACKAGES]
     return (
         f"{fmu_step.processor()}, {os.cpu_count()} cores; {platform.system()} "
         f"{platform.release()}; {compiler}; Python {platform.python_version()}; "
         + ", ".join(versions)
     )
-
-
-def _version(name: str) -> str:
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return "missing"
 
 
 def number(value: float) -> str:

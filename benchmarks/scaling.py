@@ -127,24 +127,19 @@ def draw(panels: Sequence[Panel], path: Path) -> None:
 @click.argument("figure", required=False, type=click.Path(dir_okay=False, path_type=Path))
 def main(figure: Path | None) -> None:
     """Measure, print, draw."""
-    runs, durations, chunks = (np.array(n, np.float64) for n in (RUNS, DURATIONS, CHUNKS))
-    time_, memory = "processor time", "memory in use"
+    spent = [seconds(n, 1.0) for n in RUNS], [seconds(FEW, length) for length in DURATIONS]
+    memory = [1e-6 * peak_memory_apart(n, CHUNK_DURATION) for n in CHUNKS]
+    in_a_chunk = f"runs of {CHUNK_DURATION:g} s in a chunk"
     panels = [
-        Panel("runs of 1 s", runs, np.array([seconds(n, 1.0) for n in RUNS]), "s", time_),
+        Panel("runs of 1 s", np.array(RUNS), np.array(spent[0]), "s", "processor time"),
         Panel(
             f"length of {FEW} runs / s",
-            durations,
-            np.array([seconds(FEW, duration) for duration in DURATIONS]),
+            np.array(DURATIONS),
+            np.array(spent[1]),
             "s",
-            time_,
+            "processor time",
         ),
-        Panel(
-            f"runs of {CHUNK_DURATION:g} s in a chunk",
-            chunks,
-            np.array([1e-6 * peak_memory_apart(n, CHUNK_DURATION) for n in CHUNKS]),
-            "MB",
-            memory,
-        ),
+        Panel(in_a_chunk, np.array(CHUNKS), np.array(memory), "MB", "memory in use"),
     ]
     for what, n, cost, unit, axis in panels:
         line = fitted(n, cost)

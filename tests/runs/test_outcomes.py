@@ -299,10 +299,6 @@ def test_an_outcome_without_rows_has_no_value() -> None:
 RUN = Metrics(0.9312345678, 0.9, 0.02, 0.2, math.inf, 3e4, 0.01, 1.5, math.nan, 120.0, 1e-9)
 
 
-def test_every_metric_has_a_unit() -> None:
-    assert tuple(UNITS) == Metrics._fields
-
-
 def test_comparison_files_hold_every_number(tmp_path: Path) -> None:
     runs = {"creep, PI": RUN, "open_loop": RUN._replace(recovery_time=0.25)}
     paths = write_comparison(tmp_path, runs)

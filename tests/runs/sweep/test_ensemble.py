@@ -298,25 +298,22 @@ def test_a_controller_in_the_scenario_of_a_sweep_is_not_ignored(path: Path) -> N
 
 @pytest.mark.slow
 def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_path: Path) -> None:
-    def stop(part: float) -> None:
-        if part > 0.4:
-            raise KeyboardInterrupt
-
     def start(slip: float, **given: Any) -> Any:
         own = {"mine": SlipPI(slip)}
-        return cl.ensemble(path, output=tmp_path, chunk=2, workers=1, controllers=own, **given)
+        return cl.ensemble(path, output=tmp_path, workers=1, controllers=own, **given)
 
-    with pytest.raises(KeyboardInterrupt):
-        start(0.3, progress=stop)
-    for _ in range(2):  # it is in parts, then finished
-        for slip, given in ((0.2, {}), (0.3, {"key": "a"})):
-            with pytest.raises(ValueError, match="plan: not the same: controller mine;"):
-                start(slip, **given)
-        with pytest.raises(ValueError, match="of another plan: not the same: metric largest;"):
-            start(0.3, metrics={"largest": largest_slip})
-        parts: list[float] = []
-        start(0.3, progress=parts.append)
-        assert parts[0] > 0.3
+    start(0.3)
+    others: list[tuple[float, dict[str, Any], str]] = [
+        (0.2, {}, "controller mine"),
+        (0.3, {"key": "a"}, "controller mine"),
+        (0.3, {"metrics": {"largest": largest_slip}}, "metric largest"),
+    ]
+    for slip, given, name in others:
+        with pytest.raises(ValueError, match=f"of another plan: not the same: {name};"):
+            start(slip, **given)
+    parts: list[float] = []
+    start(0.3, progress=parts.append)
+    assert parts[0] == 1.0
     changed = start(0.2, restart=True)
     assert changed.identical(cl.ensemble(path, controllers={"mine": SlipPI(0.2)}, workers=1))
 
