@@ -173,11 +173,11 @@ def tried(fault: str, name: str, writer: Writer, folder: Path) -> dict[str, Any]
 
 
 def all_tried(folder: Path, by_command: bool) -> dict[str, dict[str, Any]]:
-    """All faults with all outputs, or those of a disk with all commands."""
+    """Signals with all outputs, or what a disk does with all commands."""
     if by_command:
         asked, faults = commands(folder), ["full", "read_only"]
     else:
-        asked, faults = writers(), list(FAULTS)
+        asked, faults = writers(), ["SIGKILL", "SIGINT"]
         for name, writer in asked.items():  # so that nothing has to be imported any more
             writer(folder / name)
     return {

@@ -61,19 +61,6 @@ REASONS = {"full": errno.EFBIG, "read_only": errno.EACCES}
 @pytest.mark.slow
 @posix
 @pytest.mark.parametrize("fault", REASONS)
-@pytest.mark.parametrize("name", OUTPUTS)
-def test_the_old_file_stays_and_the_error_names_it(found: Found, fault: str, name: str) -> None:
-    if fault == "read_only" and sys.platform != "linux" and os.geteuid() == 0:
-        pytest.skip("root may write everywhere")
-    tried, code = found[fault][name], REASONS[fault]
-    assert tried["files"] == {name: "old"}
-    kind = type(OSError(code, "")).__name__
-    assert tried["said"] == f"{kind}: [Errno {code}] {os.strerror(code)}: {tried['path']!r}"
-
-
-@pytest.mark.slow
-@posix
-@pytest.mark.parametrize("fault", REASONS)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_says_so_in_a_line_and_ends_with_2(
     found_by_command: Found, fault: str, name: str
