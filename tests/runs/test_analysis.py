@@ -38,8 +38,8 @@ def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
     assert (found["torque_margin"] > 0.0).tolist() == found["stable"].tolist()
     clearing = found["clearing_time"]
     assert clearing[0] == math.inf  # half of it holds on the patch too
-    given = {"drive_torque": 23e3, "speed": speed, "friction_scale": 0.5}
-    assert 0.0 < clearing[1] == cl.clearing(wheelset, **given).time < 0.1
+    known = cl.clearing(wheelset, drive_torque=23e3, speed=speed, friction_scale=0.5)
+    assert 0.0 < clearing[1] == known.time < 0.1
     assert clearing[2] == 0.0  # too much for good friction
     assert found["delay_limit"] == pytest.approx(1.0 / found["worst_pole"])
     curve = cl.CreepCurve(wheelset, speed=speed)
