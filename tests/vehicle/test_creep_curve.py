@@ -96,9 +96,14 @@ def check_fold(curve: cl.CreepCurve, zeta: np.ndarray) -> None:
 @pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
 def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> None:
     for _ in range(40):
-        curve = random_curve(locomotive.wheelset, resistance_force=RNG.uniform(-2e4, 4e4))
+        inputs = {
+            "friction_scale": RNG.uniform(0.2, 1.5),
+            "resistance_force": RNG.uniform(-2e4, 4e4),
+        }
+        curve = random_curve(locomotive.wheelset, **inputs)
         scale = curve.wheelset.element.saturation_creepage
         zeta = scale * np.geomspace(1e-3, 1e4, 50_001)
+        check_fold(curve, zeta)
         zeta = np.concatenate([-zeta[::-1], zeta])
         torque = RNG.uniform(-1.0, 1.0) * float(curve.torque(3.0 * scale))
         excess = np.sign(curve.torque(zeta) - torque)
