@@ -1,20 +1,31 @@
 """Declared physical quantities: one declaration checks both Python calls and model files.
 
 A field ``radius: Annotated[float, Quantity("m", above=0.0)]`` of a `Parameters` subclass is
-checked when the object is made. The same declaration tells `contactlib.files` the unit that
-a model file may use.
+checked when the object is made. Files, sweeps, the explorer and the guide read the same
+declaration, by `declared`.
 """
 
 from __future__ import annotations
 
+import inspect
 import math
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
-from functools import cache, cached_property, partial
-from numbers import Real
-from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import cache, cached_property, partial, wraps
+from types import MappingProxyType, MethodType, UnionType
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    TypeVar,
+    Union,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -87,19 +98,21 @@ class Limits:
 def _digits(bound: float) -> str:
     """Six digits if exact, else all: a value next to the bound must not look allowed."""
     short = f"{bound:g}"
-    return short if float(short) == bound else repr(bound)
+    return short if float(short) == bound else repr(bound).removesuffix(".0")
 
 
 @dataclass(frozen=True)
 class Quantity(Limits):
     """Unit and limits of a number, for use in ``Annotated``.
 
-    `percent`: it is shown in per cent. `usual`: lowest and highest value that a vehicle or a rig
-    has; a file's value beyond them is allowed, and warned of with `doubtful`, the probable mistake.
+    `percent`: it is shown in per cent. `whole`: it has no fraction. `usual`: lowest and highest
+    value that a vehicle or a rig has; a file's value beyond them is allowed, and warned of with
+    `doubtful`, the probable mistake.
     """
 
     unit: str
     percent: bool = field(default=False, kw_only=True)
+    whole: bool = field(default=False, kw_only=True)
     usual: tuple[float, float] | None = field(default=None, kw_only=True)
     doubtful: str = field(default="is its unit missing or wrong?", kw_only=True)
 
@@ -117,6 +130,9 @@ class Quantity(Limits):
             f"{name} = {value:g}{unit} is implausible: {low:g} to {high:g}{unit} is usual; "
             f"{self.doubtful}"
         )
+
+
+SEED = Quantity("1", at_least=0.0, at_most=2.0**53, whole=True)  # of random numbers
 
 
 class InputWarning(UserWarning):
@@ -212,6 +228,16 @@ def checked_whole(name: str, value: float, limits: Limits) -> int:
     return value if isinstance(value, int) else int(number)
 
 
+def checked_row(name: str, value: ArrayLike, limits: Limits) -> tuple[float, ...]:
+    """Return one row of numbers within limits, or raise a ValueError that names it."""
+    if isinstance(value, tuple) and all(type(v) is float and limits.allow(v) for v in value):
+        return value
+    numbers = checked(name, value, limits)
+    if numbers.ndim != 1:
+        raise ValueError(f"{name} = {shown(value)} must be one row of numbers")
+    return tuple(numbers.tolist())
+
+
 def checked_samples(
     limits: Limits, *, apart: float = math.ulp(0.0), **given: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
@@ -296,50 +322,123 @@ def cached_names(kind: Any) -> frozenset[str]:
     return frozenset(name for name, member in members if isinstance(member, cached_property))
 
 
-class Parameters:
-    """Base of the frozen, keyword-only dataclasses: checks every declared quantity."""
+@dataclass(frozen=True)
+class Parameter:
+    """What a class or function declares of one of its parameters.
 
-    _quantities: ClassVar[Mapping[str, Quantity]]
-    _list_names: ClassVar[frozenset[str]]
-    _declared_fields: ClassVar[tuple[tuple[str, Quantity, bool], ...]]
+    Attributes
+    ----------
+    name : str
+        Its name there.
+    quantity : Quantity or None
+        Unit and limits; None of a text.
+    many : bool
+        Whether it is a list.
+    choices : tuple
+        What it may be, if it is not any number or text.
+    default : object
+        Default; `dataclasses.MISSING` if it is needed.
+    said_by : tuple
+        Classes and functions whose docstrings say what it means, the first that does.
+    """
+
+    name: str
+    quantity: Quantity | None
+    many: bool
+    choices: tuple[Any, ...]
+    default: Any
+    said_by: tuple[Any, ...]
+
+    @property
+    def needed(self) -> bool:
+        """Whether there is no default."""
+        return self.default is MISSING
+
+    def checked(self, name: str, value: Any) -> Any:
+        """Return the value as declared, or raise a ValueError with name, value and limits."""
+        if value is None and self.default is None:
+            return value
+        if self.choices and value not in self.choices:
+            known = ", ".join(map(str, self.choices))
+            raise ValueError(f"{name} = {shown(value)} must be one of: {known}")
+        if self.quantity is None:
+            return value
+        if self.many:
+            return checked_row(name, value, self.quantity)
+        check = checked_whole if self.quantity.whole else checked_number
+        return float(check(name, value, self.quantity))
+
+
+@cache
+def declared(source: Any) -> Mapping[str, Parameter]:
+    """Quantities, texts and lists of them that a class or function declares as its parameters.
+
+    A parameter of a class method without limits of its own is the field of that name. What Python
+    must write as ``from_`` is ``from``.
+    """
+    hints = get_type_hints(source, include_extras=True)
+    inherited: Mapping[str, Parameter] = {}
+    said_by = [source]
+    if isinstance(source, type):
+        defaults = {f.name: f.default for f in fields(source) if f.init}
+    else:
+        given = inspect.signature(source).parameters.items()
+        defaults = {n: MISSING if p.default is p.empty else p.default for n, p in given}
+        if isinstance(getattr(source, "__self__", None), type):
+            inherited = declared(source.__self__)
+            said_by.append(source.__self__)
+    found = {}
+    for name, default in defaults.items():
+        of_type, *notes = get_args(hints[name]) if _is(hints[name], Annotated) else (hints[name],)
+        quantity = next((note for note in notes if isinstance(note, Quantity)), None)
+        types = get_args(of_type) if _is(of_type, Union, UnionType) else (of_type,)
+        many = any(_is(t, tuple, Sequence) and PLAIN.issuperset(get_args(t)) for t in types)
+        choices = next((get_args(t) for t in types if _is(t, Literal)), ())
+        choices = (True, False) if bool in types else choices
+        if quantity or many or choices or str in types:
+            found[name] = Parameter(name, quantity, many, choices, default, tuple(said_by))
+        elif name in inherited:
+            found[name] = replace(inherited[name], default=default, said_by=tuple(said_by))
+    return MappingProxyType({name.rstrip("_"): one for name, one in found.items()})
+
+
+PLAIN = {float, str, str | int, ...}  # of which a list may be
+
+
+def _is(hint: Any, *origins: Any) -> bool:
+    return get_origin(hint) in origins
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def checks_call(function: Function) -> Function:
+    """Decorate a function so that it checks the keyword parameters that it declares."""
+
+    @wraps(function)
+    def checking(*args: Any, **given: Any) -> Any:
+        of_class = args and isinstance(args[0], type)
+        known = declared(MethodType(checking, args[0]) if of_class else checking)
+        for name, one in known.items():
+            if one.name in given:
+                given[one.name] = one.checked(name, given[one.name])
+        return function(*args, **given)
+
+    return cast(Function, checking)
+
+
+class Parameters:
+    """Base of the frozen, keyword-only dataclasses: checks every declared parameter."""
 
     @classmethod
     def quantities(cls) -> Mapping[str, Quantity]:
         """Unit and limits of every field that is a physical quantity, by field name."""
-        if "_quantities" not in cls.__dict__:
-            hints = get_type_hints(cls, include_extras=True).items()
-            annotated = [(name, hint) for name, hint in hints if get_origin(hint) is Annotated]
-            cls._quantities = {
-                name: part
-                for name, hint in annotated
-                for part in get_args(hint)
-                if isinstance(part, Quantity)
-            }
-        return cls._quantities
-
-    @classmethod
-    def list_names(cls) -> frozenset[str]:
-        """Names of the fields that are lists of numbers."""
-        if "_list_names" not in cls.__dict__:
-            hints = get_type_hints(cls).items()
-            cls._list_names = frozenset(name for name, hint in hints if get_origin(hint) is tuple)
-        return cls._list_names
-
-    @classmethod
-    def _declared(cls) -> tuple[tuple[str, Quantity, bool], ...]:
-        """Name, quantity, and whether it may be None, of the fields that are quantities."""
-        if "_declared_fields" not in cls.__dict__:
-            quantities = cls.quantities()
-            cls._declared_fields = tuple(
-                (field.name, quantities[field.name], field.default is None)
-                for field in fields(cls)  # type: ignore[arg-type]
-                if field.name in quantities
-            )
-        return cls._declared_fields
+        kind: Any = cls
+        return {name: one.quantity for name, one in declared(kind).items() if one.quantity}
 
     def _check_derived(self, *names: str, limits: Limits = POSITIVE) -> None:
         """Refuse fields for which any of the named properties is out of range."""
-        given = {key: getattr(self, key) for key, _, _ in self._declared()}
+        given = {key: getattr(self, key) for key in self.quantities()}
         for name in names:
             derived(f"{type(self).__name__}.{name}", partial(getattr, self, name), given, limits)
 
@@ -350,25 +449,9 @@ class Parameters:
         return {name: value for name, value in vars(self).items() if name not in left_out}
 
     def __post_init__(self) -> None:
-        for key, limits, optional in self._declared():
-            value: Any = getattr(self, key)
-            if value is None and optional:
-                continue
-            if type(value) is float and limits.allow(value):  # fast path
-                continue
-            name = f"{type(self).__name__}.{key}"
-            if isinstance(value, tuple) and key in self.list_names():
-                if not all(type(v) is float and limits.allow(v) for v in value):
-                    checked(name, value, limits)
-                continue
-            if isinstance(value, bool) or not isinstance(value, Real):
-                raise ValueError(f"{name} = {shown(value)} is not a number; it must be {limits}")
-            try:
-                number = float(value)
-            except OverflowError:  # a long integer
-                raise ValueError(
-                    f"{name} = {shown(value)} is out of range: must be {limits}"
-                ) from None
-            if not limits.allow(number):
-                checked(name, number, limits)  # raises
-            object.__setattr__(self, key, number)
+        kind: Any = type(self)
+        for key, one in declared(kind).items():
+            value = getattr(self, key)
+            checked_value = one.checked(f"{kind.__name__}.{key}", value)
+            if checked_value is not value:
+                object.__setattr__(self, key, checked_value)

@@ -11,12 +11,12 @@ from contactlib.base.text import fixed_width
 from contactlib.base.units import in_si
 from contactlib.base.writing import write_whole
 from contactlib.cli.console import ConsoleReporter, say
+from contactlib.contact.hertz import NORMAL_LOAD
 from contactlib.contact.law_tables import build_carter_griffith_table
 from contactlib.export.lookup import lookup_table
 from contactlib.export.lookup_files import known_format, write_lookup_table
 from contactlib.files.model import Model
 from contactlib.files.reading import model_path, parse, shipped_files
-from contactlib.files.sections import ContactSection
 
 TEMPLATES = Path(__file__).parents[1] / "files" / "templates"
 NEXT = {"force": "fmu", "model": "simulate", "scenario": "simulate", "sweep": "sweep"}
@@ -92,8 +92,7 @@ def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
     except ValueError as error:
         raise ValueError(f"{option} = {text!r} {error}") from None
     if option == "--load":
-        load = ContactSection.quantities()["normal_load"]
-        for doubt in filter(None, (load.doubt(option, value) for value in values)):
+        for doubt in filter(None, (NORMAL_LOAD.doubt(option, value) for value in values)):
             warn(doubt)
     if ":" in text:
         if len(values) != 2 or "," in text:

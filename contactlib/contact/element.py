@@ -56,6 +56,7 @@ class AspectWarning(RangeWarning):
     """The ratio of an ellipse's axes is outside the range for which the law was checked."""
 
 
+RADIUS = Quantity("m", above=0.0, usual=(0.01, 2.0))  # of a wheel
 NUMBERS = frozenset((float, int, np.float64))  # types of which no array is made
 REFERENCE_SPEED = "max(|initial_speed|, minimum_speed)"  # for the initial creepage of a run
 
@@ -93,7 +94,8 @@ class ForceElement(Parameters):
         Number of equal wheels whose forces the element adds. They share its load; the contact is
         that of one wheel. Default: 1.
     load_exponent : float, optional
-        Semi-width and peak pressure, and so zeta0, grow like the load to this power [1]. Default:
+        Semi-width and peak pressure, and so zeta0, the scale of the creepage axis, grow like the
+        load to this power [1]. 0 keeps the creepage of a measured curve as measured. Default:
         Hertz's, 1/2 for a line contact and 1/3 for an ellipse.
 
     Warns
@@ -126,16 +128,16 @@ class ForceElement(Parameters):
     friction: Friction
     _: KW_ONLY
     table: CreepForceTable
-    radius: Annotated[float, Quantity("m", above=0.0)]
+    radius: Annotated[float, RADIUS]
     slope_reduction: Annotated[float, SLOPE_REDUCTION] = 1.0
-    minimum_speed: Annotated[float, Quantity("m/s", above=0.0)] = 0.1
-    wheels: Annotated[float, Quantity("1", at_least=1, at_most=1000)] = 1
+    minimum_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(1e-4, 5.0))] = 0.1
+    wheels: Annotated[
+        float, Quantity("1", at_least=1.0, at_most=1000.0, usual=(1.0, 100.0), whole=True)
+    ] = 1
     load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.wheels != int(self.wheels):
-            raise ValueError(f"ForceElement.wheels = {self.wheels!r} must be a whole number")
         self._check_table()
         contact = self.contact
         if (

@@ -21,6 +21,7 @@ from scipy.special import fdtri, stdtrit
 
 from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number
 from contactlib.contact.fit_search import Problem, axis_of
+from contactlib.contact.friction import FALL_TEMPERATURE, Friction
 from contactlib.contact.heat import ContactHeat
 from contactlib.contact.hot_contact import friction_factor
 from contactlib.contact.law import Law
@@ -30,11 +31,9 @@ SCALES = {
     "kinetic": Quantity("1", above=0.0, at_most=1e12),
     "saturation_creepage": Quantity("1", above=0.0, at_most=1e12),
 }
-SLIP_RATE = {
-    "slip_rate_residual": Quantity("1", above=0.0, at_most=1.0),
-    "slip_rate_decay": Quantity("s/m", at_least=0.0),
-}
-SOFTENING = {"softening_temperature": Quantity("K", at_least=1.0, at_most=1e6)}
+OF_FRICTION = Friction.quantities()
+SLIP_RATE = {name: OF_FRICTION[name] for name in ("slip_rate_residual", "slip_rate_decay")}
+SOFTENING = {"softening_temperature": FALL_TEMPERATURE}
 LARGEST = 1e300  # normalized creepage
 K_NODES = 8  # laws between which k_hat/sqrt(g) is interpolated
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar
@@ -30,8 +30,15 @@ ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 DOUBLINGS = 1e-12 * 2.0 ** np.arange(81)  # slips at which a function is sampled [m]
 DECADES = 18  # over which Eq. (2) is integrated, beyond the slip at half of the drop
 TAIL = 1e-6  # largest accepted share of the last decade in Eq. (2)
-EFFUSIVITY = Quantity("W.s0.5/(m2.K)", at_least=1e-3, at_most=1e9)
-SOFTENING_TEMPERATURE = Quantity("K", at_least=0.0, at_most=1e6)  # a rise above ambient
+EFFUSIVITY = Quantity("W.s0.5/(m2.K)", at_least=1e-3, at_most=1e9, usual=(1e3, 4e4))
+SOFTENING_TEMPERATURE = Quantity(
+    "K",
+    at_least=0.0,
+    at_most=1e6,
+    usual=(0.0, 1480.0),
+    doubtful="it is a rise above ambient, and steel melts at 1480 K above",
+)
+FALL_TEMPERATURE = replace(SOFTENING_TEMPERATURE, at_least=1.0)  # if friction does fall
 STEEL_EFFUSIVITY = 13437.0  # that of `contact.heat.STEEL`
 
 
@@ -140,17 +147,18 @@ class Friction(Parameters):
         weakening zone does not depend on it.
     softening_temperature : float, optional
         T_m of the factor 1 - T/T_m by which both coefficients fall with the contact's flash
-        temperature T [K]; at least 1. Both are rises above ambient, the temperature of the bodies.
-        Default: no fall.
+        temperature T [K]; at least 1. Both are rises above ambient, the temperature of the bodies:
+        600 degC is a rise of 580 K. Steel melts at 1480 K. Default: 0, no fall.
     thermal_effusivity : float, optional
-        sqrt(lambda rho c) of wheel and rail [W s^0.5/(m^2 K)]. Default: that of steel.
+        Root of conductivity, density and heat capacity of wheel and rail, for T
+        [W s^0.5/(m^2 K)]. Default: that of steel.
     slip_rate_residual : float, optional
         The other way to say how friction falls: A of the factor (1 - A) exp(-B w) + A, w being the
         slip speed [1]. Default: no fall. Polach's A belongs to his one coefficient mu0, whose fall
         contains that from `static` to `kinetic`. Here A times static/kinetic is consistent with
-        it: friction at high slip speed is then A `static`.
+        it: friction at high slip speed is then A `static`; 0.40 becomes 0.857 with 0.45 and 0.21.
     slip_rate_decay : float, optional
-        B of the same factor [s/m]. Default: no fall.
+        B of the same factor [s/m]. Default: 0, no fall.
 
     Raises
     ------
@@ -166,12 +174,12 @@ class Friction(Parameters):
     [0.45, 0.2983, 0.21]
     """
 
-    static: Annotated[float, Quantity("1", above=0.0)]
-    kinetic: Annotated[float, Quantity("1", above=0.0)]
-    weakening_length: Annotated[float, Quantity("m", at_least=0.0)]
+    static: Annotated[float, Quantity("1", above=0.0, usual=(0.005, 2.0))]
+    kinetic: Annotated[float, Quantity("1", above=0.0, usual=(0.005, 2.0))]
+    weakening_length: Annotated[float, Quantity("m", at_least=0.0, usual=(0.0, 1e-3))]
     weakening: Weakening = EXPONENTIAL
     slip_rate_residual: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 1.0
-    slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0)] = 0.0
+    slip_rate_decay: Annotated[float, Quantity("s/m", at_least=0.0, usual=(0.0, 10.0))] = 0.0
     softening_temperature: Annotated[float, SOFTENING_TEMPERATURE] = 0.0
     thermal_effusivity: Annotated[float, EFFUSIVITY] = STEEL_EFFUSIVITY
 

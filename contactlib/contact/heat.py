@@ -43,6 +43,7 @@ from contactlib.base.quantities import (
     derived,
     shown,
 )
+from contactlib.contact.friction import FALL_TEMPERATURE
 from contactlib.contact.hertz import Contact, EllipticContact
 from contactlib.contact.laws.hot_zone import MEAN
 
@@ -158,8 +159,7 @@ class Softening:
     @classmethod
     def linear(cls, softening_temperature: float) -> Softening:
         """F = 1 - T/T_m with T_m [K] above ambient, from 1 to 1e6: Ertz and Knothe's law."""
-        limits = Limits(at_least=1.0, at_most=1e6)
-        top = checked_number("softening_temperature", softening_temperature, limits)
+        top = checked_number("softening_temperature", softening_temperature, FALL_TEMPERATURE)
         return cls([0.0, top], [1.0, 0.0])
 
     @cached_property

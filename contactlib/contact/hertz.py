@@ -9,21 +9,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Literal
 
 from contactlib.base.quantities import (
-    POSITIVE,
     Limits,
     Parameters,
     Quantity,
-    checked_number,
+    checks_call,
     derived,
 )
 from contactlib.contact import kernel
 from contactlib.contact.kalker import POISSON_RATIO, HalfSpaceScales, half_space_scales
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
-THEORIES = ("half_space", "strips")
+NORMAL_LOAD = Quantity("N", above=0.0, usual=(500.0, 1e6))  # of one wheel
+SEMI_AXIS = Quantity("m", above=0.0, usual=(1e-5, 0.1))
+Theory = Literal["half_space", "strips"]
 ROLLING = Limits(above=0.0, at_most=20.0 * (1.0 + 1e-9))  # a/b of an ellipse on a half-space
 RADII = Limits(at_least=1e-60, at_most=1e60)  # ratio of the principal radii
 
@@ -35,9 +36,9 @@ class Material(Parameters):
     Parameters
     ----------
     youngs_modulus : float
-        E [Pa].
+        Young's modulus E [Pa].
     poisson_ratio : float
-        nu [1], from 0 to 0.5.
+        Poisson's ratio nu [1], from 0 to 0.5.
 
     Examples
     --------
@@ -46,7 +47,7 @@ class Material(Parameters):
     115.385
     """
 
-    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, usual=(1e6, 1e12))]
     poisson_ratio: Annotated[float, POISSON_RATIO]
 
     def contact_modulus_with(self, other: Material) -> float:
@@ -73,7 +74,7 @@ class LineContact(Parameters):
     normal_load_per_length : float
         P at the nominal state, of one wheel [N/m].
     radius : float
-        R, relative radius of the two surfaces [m].
+        R, relative radius of the two surfaces of a line contact [m].
     contact_modulus : float
         E*, Eq. (4) [Pa].
     length : float, optional
@@ -90,7 +91,7 @@ class LineContact(Parameters):
     """
 
     normal_load_per_length: Annotated[float, Quantity("N/m", above=0.0)]
-    radius: Annotated[float, Quantity("m", above=0.0)]
+    radius: Annotated[float, Quantity("m", above=0.0, usual=(0.005, 5.0))]
     contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
     length: Annotated[float, Quantity("m", above=0.0)] = 1.0
     poisson_ratio: Annotated[float, POISSON_RATIO] = 0.3
@@ -103,18 +104,24 @@ class LineContact(Parameters):
         self._check_derived("normal_load", "semi_width", "peak_pressure")
 
     @classmethod
+    @checks_call
     def from_semi_width(
         cls,
         *,
-        semi_width: float,
+        semi_width: Annotated[float, SEMI_AXIS],
         radius: float,
         contact_modulus: float,
-        normal_load: float,
-        **others: Any,
+        normal_load: Annotated[float, NORMAL_LOAD],
+        poisson_ratio: float = poisson_ratio,
     ) -> LineContact:
-        """Make the contact with the semi-width a [m] under the normal load of one wheel [N].
+        """Make the contact from its semi-width, and numbers as of the class.
 
-        `others` is `poisson_ratio`.
+        Parameters
+        ----------
+        semi_width : float
+            Half-width a of a line contact in the rolling direction, under the nominal load [m].
+        normal_load : float
+            Nominal load P of one wheel [N]. All scales follow the load of a run from here.
 
         Examples
         --------
@@ -129,16 +136,17 @@ class LineContact(Parameters):
             "contact_modulus": contact_modulus,
             "normal_load": normal_load,
         }
-        a, r, modulus, load = (checked_number(*item, POSITIVE) for item in given.items())
         per_length = derived(  # Eq. (5) for P
-            "normal_load_per_length", lambda: math.pi * modulus * a**2 / (4.0 * r), given
+            "normal_load_per_length",
+            lambda: math.pi * contact_modulus * semi_width**2 / (4.0 * radius),
+            given,
         )
         return cls(
             normal_load_per_length=per_length,
-            radius=r,
-            contact_modulus=modulus,
-            length=derived("length", lambda: load / per_length, given),
-            **others,
+            radius=radius,
+            contact_modulus=contact_modulus,
+            length=derived("length", lambda: normal_load / per_length, given),
+            poisson_ratio=poisson_ratio,
         )
 
     @property
@@ -175,18 +183,20 @@ class EllipticContact(Parameters):
     Parameters
     ----------
     normal_load : float
-        P at the nominal state, of one wheel [N].
-    radius_x, radius_y : float
-        Relative principal radii of the two surfaces in the rolling direction x and across it [m].
+        Nominal load P of one wheel [N]. All scales follow the load of a run from here.
+    radius_x : float
+        Relative radius of the two surfaces in the rolling direction x [m].
+    radius_y : float
+        Relative radius across the rolling direction [m].
     contact_modulus : float
         E*, Eq. (4) [Pa].
     poisson_ratio : float, optional
         nu of both bodies [1], from 0 to 0.5; it enters the stiffness against creepage only.
         Default: 0.3, steel's.
     theory : str, optional
-        ``"half_space"``: the ellipse rolls as on an elastic half-space, see `half_space_scales`.
-        ``"strips"``: its strips along the rolling direction do not feel each other, as in the
-        paper; the ratio of its axes then does not enter. Default: ``"half_space"``.
+        Of an ellipse. ``"half_space"``: it rolls as on an elastic half-space, see
+        `half_space_scales`. ``"strips"``: its strips along the rolling direction do not feel each
+        other, as in the paper; the ratio of its axes then does not enter.
 
     Notes
     -----
@@ -206,21 +216,17 @@ class EllipticContact(Parameters):
     (6.875, 6.875)
     """
 
-    normal_load: Annotated[float, Quantity("N", above=0.0)]
-    radius_x: Annotated[float, Quantity("m", above=0.0)]
-    radius_y: Annotated[float, Quantity("m", above=0.0)]
+    normal_load: Annotated[float, NORMAL_LOAD]
+    radius_x: Annotated[float, Quantity("m", above=0.0, usual=(0.005, 5.0))]
+    radius_y: Annotated[float, Quantity("m", above=0.0, usual=(0.005, 1e3))]
     contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
     poisson_ratio: Annotated[float, POISSON_RATIO] = 0.3
-    theory: str = "half_space"
+    theory: Theory = "half_space"
 
     load_exponent = 1.0 / 3.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.theory not in THEORIES:
-            raise ValueError(
-                f"EllipticContact.theory = {self.theory!r} must be one of: {', '.join(THEORIES)}"
-            )
         radii = {"radius_x": self.radius_x, "radius_y": self.radius_y}
         derived("radius_y/radius_x", lambda: self.radius_y / self.radius_x, radii, RADII)
         self._check_derived("semi_axis_x", "semi_axis_y", "peak_pressure")
@@ -230,20 +236,25 @@ class EllipticContact(Parameters):
         self._check_derived("tangential_modulus")
 
     @classmethod
+    @checks_call
     def from_semi_axes(
         cls,
         *,
-        semi_axis_x: float,
-        semi_axis_y: float,
+        semi_axis_x: Annotated[float, SEMI_AXIS],
+        semi_axis_y: Annotated[float, SEMI_AXIS],
         normal_load: float,
         contact_modulus: float,
-        **others: Any,
+        poisson_ratio: float = poisson_ratio,
+        theory: Theory = theory,
     ) -> EllipticContact:
-        """Make the contact with semi-axes a and b along and across rolling [m] under a load [N].
+        """Make the contact from its semi-axes, and numbers as of the class.
 
-        The load is that of one wheel.
-
-        `others` are `poisson_ratio` and `theory`.
+        Parameters
+        ----------
+        semi_axis_x : float
+            Semi-axis a of an ellipse in the rolling direction, under the nominal load [m].
+        semi_axis_y : float
+            Semi-axis b of an ellipse across the rolling direction, under the nominal load [m].
 
         Examples
         --------
@@ -259,19 +270,19 @@ class EllipticContact(Parameters):
             "normal_load": normal_load,
             "contact_modulus": contact_modulus,
         }
-        a, b, load, modulus = (checked_number(*item, POSITIVE) for item in given.items())
-        derived("semi_axis_y/semi_axis_x", lambda: b / a, given, AXES)
+        derived("semi_axis_y/semi_axis_x", lambda: semi_axis_y / semi_axis_x, given, AXES)
 
         def radius(along: float, across: float) -> float:
-            stiffness = math.pi * modulus / load
+            stiffness = math.pi * contact_modulus / normal_load
             return stiffness / kernel.hertz_integral(along, across)
 
         return cls(
-            normal_load=load,
-            radius_x=derived("radius_x", lambda: radius(a, b), given),
-            radius_y=derived("radius_y", lambda: radius(b, a), given),
-            contact_modulus=modulus,
-            **others,
+            normal_load=normal_load,
+            radius_x=derived("radius_x", lambda: radius(semi_axis_x, semi_axis_y), given),
+            radius_y=derived("radius_y", lambda: radius(semi_axis_y, semi_axis_x), given),
+            contact_modulus=contact_modulus,
+            poisson_ratio=poisson_ratio,
+            theory=theory,
         )
 
     @cached_property

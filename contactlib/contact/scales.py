@@ -7,12 +7,20 @@ k_hat by 1/sqrt(g).
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any
 
-from contactlib.base.quantities import NOT_NEGATIVE, POSITIVE, Quantity, checked_number, derived
+from contactlib.base.quantities import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Quantity,
+    checked_number,
+    checks_call,
+    derived,
+)
 from contactlib.contact import kernel
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import Contact, EllipticContact
+from contactlib.contact.laws.contact_law import K_HAT
 
 SLOPE_REDUCTION = Quantity("1", above=0.0, at_most=1e6)
 
@@ -80,8 +88,14 @@ def process_zone_ratio(contact: Contact, friction: Friction) -> float:
     return _scale("process_zone_ratio", contact, friction, 1.0)
 
 
+@checks_call
 def friction_with_k_hat(
-    contact: Contact, *, k_hat: float, static: float, kinetic: float, **others: Any
+    contact: Contact,
+    *,
+    k_hat: Annotated[float, K_HAT],
+    static: float,
+    kinetic: float,
+    **others: Any,
 ) -> Friction:
     """Friction whose weakening length gives `k_hat` in `contact` at its nominal load.
 
@@ -89,8 +103,11 @@ def friction_with_k_hat(
     ----------
     contact : LineContact or EllipticContact
         Contact at its nominal load.
-    k_hat, static, kinetic : float
-        Largest normalized stress-intensity factor and friction coefficients [1].
+    k_hat : float
+        Largest normalized stress-intensity factor, Eq. (17), at the nominal load, from which the
+        weakening length follows [1].
+    static, kinetic : float
+        Friction coefficients [1].
     **others
         Other fields of `Friction`.
 
@@ -99,7 +116,6 @@ def friction_with_k_hat(
     ValueError
         If a value is out of range, or `k_hat` is above zero and `static` equals `kinetic`.
     """
-    k_hat = checked_number("k_hat", k_hat, NOT_NEGATIVE)
     of_one_metre = Friction(static=static, kinetic=kinetic, weakening_length=1.0, **others)
     if k_hat > 0.0 and static == kinetic:
         raise ValueError(f"k_hat = {k_hat!r} needs static > kinetic = {kinetic!r}")
@@ -112,3 +128,42 @@ def friction_with_k_hat(
         {"k_hat": k_hat, "static": static, "kinetic": kinetic},
     )
     return replace(of_one_metre, weakening_length=length)
+
+
+@checks_call
+def layer_reduction(
+    contact: Contact,
+    friction: Friction,
+    *,
+    saturation_creepage: Annotated[
+        float | None, Quantity("1", above=0.0, percent=True, usual=(1e-4, 0.3))
+    ] = None,
+    slope_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None,
+) -> float:
+    """Slope reduction [1] by a third-body layer, from either of two numbers; without them it is 1.
+
+    Parameters
+    ----------
+    contact, friction : LineContact or EllipticContact, Friction
+        Clean surfaces at the nominal load.
+    saturation_creepage : float, optional
+        Creepage zeta0 at the nominal load [1]. Default, and the least: that of clean surfaces.
+    slope_reduction : float, optional
+        The initial slope over that of clean surfaces; zeta0 is divided by it [1].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or both are given.
+    """
+    if saturation_creepage is None:
+        return 1.0 if slope_reduction is None else slope_reduction
+    if slope_reduction is not None:
+        raise ValueError("saturation_creepage and slope_reduction: give at most one of them, not 2")
+    clean = _scale("saturation_creepage", contact, friction, 1.0)
+    if saturation_creepage < clean * (1.0 - 1e-12):
+        raise ValueError(
+            f"saturation_creepage = {saturation_creepage!r} is out of range: must be >= "
+            f"{clean:.6g}, that of clean surfaces"
+        )
+    return min(1.0, clean / saturation_creepage)

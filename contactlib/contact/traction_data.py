@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +26,7 @@ from contactlib.base.quantities import (
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import unit_value
 from contactlib.base.writing import read_small
+from contactlib.contact.hertz import NORMAL_LOAD
 
 SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
 COLUMNS = tuple(SI)
@@ -103,7 +105,7 @@ class TractionData:
         columns: Sequence[str | int] | None = None,
         creepage_unit: str | None = None,
         speed: ArrayLike | None = None,
-        load: float | None = None,
+        load: Annotated[float | None, NORMAL_LOAD] = None,
     ) -> TractionData:
         """Read a CSV file as it is.
 
@@ -118,11 +120,13 @@ class TractionData:
         path : path
             The file.
         columns : sequence of str or int, optional
-            Creepage, traction coefficient and, optionally, speed: each by its name or by its
-            number, counted from 1. Numbers are needed if no line names the columns. Default:
-            creepage, traction_coefficient and, if there is one, speed.
+            Columns of creepage, traction coefficient and, optionally, speed: each by its name, as
+            ``["slip_percent", "mu"]``, or by its number, counted from 1. Numbers are needed if no
+            line names the columns. Default: creepage, traction_coefficient and, if there is one,
+            speed.
         creepage_unit : str, optional
-            ``"1"`` or ``"%"``. Default: that of the file, or else ``"1"``.
+            ``"1"`` or ``"%"``. Default: the unit that the file gives, behind the column's name, as
+            in ``slip [%]``, or in a row below the names; or else ``"1"``.
         speed : array_like, optional
             Running speed [m/s], if no column gives it.
         load : float, optional

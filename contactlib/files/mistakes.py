@@ -42,18 +42,15 @@ class Mistakes:
         self._order = {key: place for place, key in enumerate(data or ())}
         self._lines: list[str] = []
 
-    def of(self, function: Callable[..., Made], *given: Any) -> Made:
+    def of(self, function: Callable[..., Made], *given: Any, **named: Any) -> Made:
         """Result of a function; without one it is None, and leaving the block raises."""
         if len(self._lines) > MOST_LINES:  # enough is told; a stranger's file takes no longer
             return cast(Made, None)
         try:
-            return function(*given)
+            return function(*given, **named)
         except ValueError as error:
             self._lines += lines_of(error)
         return cast(Made, None)
-
-    def __bool__(self) -> bool:
-        return bool(self._lines)
 
     def __enter__(self) -> Self:
         return self

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import MISSING, dataclass, fields
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, TypeVar, cast
 
-from contactlib.base.quantities import Parameters
+from contactlib.base.quantities import declared
 from contactlib.base.text import harmless_line
 from contactlib.contact.element import ForceElement
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import Contact
+from contactlib.contact.scales import layer_reduction
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.mistakes import Mistakes, ModelError
 from contactlib.files.reading import (
@@ -29,39 +29,31 @@ from contactlib.files.reading import (
     title,
 )
 from contactlib.files.sections import (
-    ContactSection,
-    CreepSection,
-    FrictionSection,
-    LawSection,
-    RunSection,
-    TorqueSection,
-    WheelsetSection,
+    RUNS,
+    VEHICLE_SECTIONS,
+    Given,
+    Keys,
+    arguments,
+    check_law,
+    contact_of,
+    friction_of,
+    law_table,
+    measured_table,
 )
 from contactlib.vehicle.conditions import Resistance
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
-from contactlib.vehicle.wheelset import Wheelset
+from contactlib.vehicle.wheelset import Wheelset, geared_inertia
 
 Made = TypeVar("Made")
-Section = TypeVar("Section", bound=Parameters)
 EMPTY: dict[str, Any] = {}  # one object, so that a section no file has is read once
-
-# Sections of the wheelset, which a scenario may change.
-VEHICLE_SECTIONS: dict[str, type[Parameters]] = {
-    "contact": ContactSection,
-    "friction": FrictionSection,
-    "law": LawSection,
-    "wheelset": WheelsetSection,
-    "resistance": Resistance,
-}
-RUNS = {"run": RunSection, "torque_control": TorqueSection, "creep_control": CreepSection}
-REPLACED = ("saturation_creepage", "slope_reduction")  # keys of [wheelset], by a measured curve
+REPLACED = tuple(declared(layer_reduction))  # keys of [wheelset], by a measured curve
 
 
 class BuildCache:
     """Keeps the last object built under each name, and rebuilds it only if an input has changed.
 
-    An input is unchanged if it is the same object or an equal float: a change to file contents
-    must copy the tables that lead to it, and no others.
+    An input is unchanged if it is the same object, an equal float or an equal table of a file: a
+    change to file contents must copy the tables that lead to it, and no others.
     """
 
     def __init__(self) -> None:
@@ -75,24 +67,30 @@ class BuildCache:
         built: Made = last[1]
         return built
 
-    def section(self, name: str, kind: type[Section], data: Mapping[str, Any]) -> Section:
-        """Section of a file as the parameters `kind`; all defaults if the file omits it."""
-        if name not in data and _needed(kind):
+    def section(self, name: str, keys: Keys, data: Mapping[str, Any], make: Any = dict) -> Any:
+        """Object that `make` builds from a section, or from defaults if the file omits it."""
+        if name not in data and any(one.needed for one in keys.values()):
             raise ValueError(f"{name} is missing")
-        found: Section = self(("section", name), _read, name, kind, data.get(name, EMPTY))
-        return found
+        return self(("section", name), _section, name, keys, data.get(name, EMPTY), make)
+
+    def made(self, name: str, make: Callable[..., Made], *inputs: Any, **given: Any) -> Made:
+        """Result of a function; its errors name the section that its inputs come from."""
+
+        def build(given: Given, *inputs: Any) -> Made:
+            with named(name):
+                return make(*inputs, **given)
+
+        return self(("made", name, make), build, given, *inputs)
 
 
-def _needed(kind: type[Any]) -> bool:
-    return any(field.default is MISSING for field in fields(kind))
+def _section(name: str, keys: Keys, table: object, make: Callable[..., Made]) -> Made:
+    given = read_section(name, keys, table)
+    with named(name):
+        return make(**given)
 
 
 def _differ(one: Any, other: Any) -> bool:
-    return one is not other and not (type(one) is type(other) is float and one == other)
-
-
-def _read(name: str, kind: type[Section], table: object) -> Section:
-    return read_section(name, kind, {name: table})
+    return one is not other and not (type(one) is type(other) in (float, dict) and one == other)
 
 
 class Missing:
@@ -195,52 +193,64 @@ def read_model(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
             f"is a scenario of the vehicle {data['vehicle']!r}, not a model: "
             "contactlib.load_scenario reads it and the command 'contactlib simulate' runs it"
         )
-    kinds: dict[str, Any] = {"torque_control": TorqueSection, "creep_control": CreepSection}
     with Mistakes(data) as mistakes:
         mistakes.of(check_keys, "", data, ["name", "source", *VEHICLE_SECTIONS, *RUNS], [])
         given: dict[str, Any] = {
             "name": mistakes.of(title, "name", data.get("name", "Unnamed")),
             "source": mistakes.of(text, "source", data.get("source", "not stated")),
         }
-        for key, kind in kinds.items():
+        for key in ("torque_control", "creep_control"):
             given[key] = Missing(f"[{key}] is missing: a run of the model needs it")
             if key in data:
-                section = mistakes.of(read_section, key, kind, data)
-                given[key] = section and mistakes.of(_built, key, section)
-        run = mistakes.of(read_section, "run", RunSection, {"run": EMPTY, **data})
+                given[key] = mistakes.of(_read_run, key, data[key])
+        run = mistakes.of(_read_run, "run", data.get("run", EMPTY))
         mistakes.of(_read_vehicle, data, cache)
     return {**given, "initial_speed": run.initial_speed}
+
+
+def _read_run(name: str, table: object) -> Any:
+    section: Any = _section(name, declared(RUNS[name]), table, RUNS[name])
+    with named(name):
+        return section.build() if hasattr(section, "build") else section
 
 
 class _Vehicle(NamedTuple):
     """Sections of a wheelset, and what is built from them without a table."""
 
     contact: Contact
-    law: LawSection
-    body: WheelsetSection
-    inertia: float | None  # with the rotor's
+    law: Given
+    body: Given
+    inertia: float  # with the rotor's
     friction: Friction | None  # none for a measured curve
     reduction: float
     resistance: Resistance
 
 
 def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
-    friction, reduction = None, 1.0
+    friction, reduction, inertia = None, 1.0, 1.0
     with Mistakes(data) as mistakes:
-        section = mistakes.of(cache.section, "contact", ContactSection, data)
-        contact = section and mistakes.of(cache, "contact", partial(_built, "contact"), section)
-        law = mistakes.of(cache.section, "law", LawSection, data)
-        if law:
-            mistakes.of(_check_law, law)  # even if the table is given
-        body = mistakes.of(cache.section, "wheelset", WheelsetSection, data)
-        inertia = body and mistakes.of(cache, "inertia", _inertia, body)
-        if not (law and law.kind == "measured"):
-            rubbing = mistakes.of(cache.section, "friction", FrictionSection, data)
+
+        def read(name: str, make: Any = dict) -> Any:
+            return mistakes.of(cache.section, name, VEHICLE_SECTIONS[name], data, make)
+
+        section = read("contact")
+        contact = section and mistakes.of(cache.made, "contact", contact_of, section)
+        law, body = read("law"), read("wheelset")
+        if law is not None:
+            mistakes.of(cache.made, "law", check_law, law)  # even if the table is given
+        if body:
+            # The rotor is checked even if a wheel's creep force is all that the file describes.
+            given = arguments(geared_inertia, {"inertia": 1.0, **body})
+            inertia = mistakes.of(cache.made, "wheelset", geared_inertia, **given)
+        if not (law and law.get("kind") == "measured"):
+            rubbing = read("friction")
             if rubbing and contact:
-                friction = mistakes.of(cache, "friction", _friction, rubbing, contact)
+                friction = mistakes.of(cache.made, "friction", friction_of, rubbing, contact)
             if friction and body:
-                reduction = mistakes.of(_reduction, body, contact, friction)
-        resistance = mistakes.of(cache.section, "resistance", Resistance, data)
+                given = arguments(layer_reduction, body)
+                clean = contact, friction
+                reduction = mistakes.of(cache.made, "wheelset", layer_reduction, *clean, **given)
+        resistance = read("resistance", Resistance)
     return _Vehicle(contact, law, body, inertia, friction, reduction, resistance)
 
 
@@ -254,18 +264,22 @@ def build_wheelset(
     """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
     cache = cache or BuildCache()
     contact, law, body, inertia, friction, reduction, resistance = _read_vehicle(data, cache)
-    sizes = body.radius, body.minimum_speed, body.wheels or 1.0
+    sizes = arguments(ForceElement, body, *REPLACED)
     if friction is None:
-        with named("law"):
-            table = table or law.measured(folder)
+        sizes |= arguments(ForceElement, law)
+        table = table or cache.made("law", measured_table, law, folder)
         _warn_of_unused(data)
-        element = cache("element", _measured, contact, table, law, *sizes)
+        element = cache.made("law", ForceElement.from_curve, table, contact, **sizes)
     else:
-        with named("law"):
-            table = table or law.build(contact, friction, progress)
-        with named("wheelset"):
-            element = cache("element", _element, contact, friction, table, reduction, *sizes)
-    return cache("wheelset", _wheelset, element, body, inertia, resistance)
+        table = table or cache.made("law", law_table, law, contact, friction, progress)
+        sizes |= {"table": table, "slope_reduction": reduction}
+        element = cache.made("wheelset", ForceElement, contact, friction, **sizes)
+    if lacking := " and ".join(key for key in ("inertia", "wheels") if key not in body):
+        known: dict[str, Any] = {"element": element, "radius": element.radius}
+        text = f"[wheelset] needs {lacking}: the file describes a wheel's creep force only"
+        return cast(Wheelset, Missing(text, **known))
+    given = {**arguments(Wheelset, body), "inertia": inertia, "resistance": resistance}
+    return cache.made("wheelset", Wheelset, element, **given)
 
 
 def _warn_of_unused(data: Mapping[str, Any]) -> None:
@@ -277,87 +291,3 @@ def _warn_of_unused(data: Mapping[str, Any]) -> None:
             f"law.kind = 'measured' makes no use of {' and '.join(unused)}: the curve is taken as "
             "it was measured",
         )
-
-
-def _built(name: str, section: Any) -> Any:
-    with named(name):
-        return section.build()
-
-
-def _check_law(law: LawSection) -> None:
-    with named("law"):
-        law.check_keys()
-
-
-def _inertia(body: WheelsetSection) -> float | None:
-    with named("wheelset"):
-        return body.whole_inertia()
-
-
-def _reduction(body: WheelsetSection, contact: Contact, friction: Friction) -> float:
-    with named("wheelset"):
-        return body.reduction(contact, friction)
-
-
-def _friction(section: FrictionSection, contact: Contact) -> Friction:
-    with named("friction"):
-        return section.build(contact)
-
-
-def _element(
-    contact: Contact,
-    friction: Friction,
-    table: CreepForceTable,
-    slope_reduction: float,
-    radius: float,
-    minimum_speed: float,
-    wheels: float,
-) -> ForceElement:
-    return ForceElement(
-        contact,
-        friction,
-        table=table,
-        radius=radius,
-        slope_reduction=slope_reduction,
-        minimum_speed=minimum_speed,
-        wheels=wheels,
-    )
-
-
-def _measured(
-    contact: Contact,
-    table: CreepForceTable,
-    law: LawSection,
-    radius: float,
-    minimum_speed: float,
-    wheels: float,
-) -> ForceElement:
-    with named("law"):
-        return ForceElement.from_curve(
-            table,
-            contact,
-            radius=radius,
-            minimum_speed=minimum_speed,
-            wheels=wheels,
-            load_exponent=law.load_exponent,
-        )
-
-
-def _wheelset(
-    element: ForceElement, body: WheelsetSection, inertia: float | None, resistance: Resistance
-) -> Wheelset:
-    if inertia is None or body.wheels is None:
-        lacking = " and ".join(key for key in ("inertia", "wheels") if getattr(body, key) is None)
-        made: Any = Missing(
-            f"[wheelset] needs {lacking}: the file describes a wheel's creep force only",
-            element=element,
-            radius=body.radius,
-        )
-        return cast(Wheelset, made)
-    return Wheelset(
-        element,
-        inertia=inertia,
-        mass=body.mass,
-        damping=body.damping,
-        resistance=resistance,
-    )

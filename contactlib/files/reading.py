@@ -3,6 +3,9 @@
 Numbers are in SI units; a string such as ``"5 mm"`` names its unit, which must have the same
 dimension. An unknown key, a missing key, a wrong type or a value out of range is a line of a
 `ModelError` that names key, value and limit; `in_file` prepends the file. `Mistakes` collects all.
+
+Tried for this: msgspec stops at the first mistake, cattrs names neither value nor limit, and
+pydantic, 10 MB, needs as many lines again for units, limits and close names in its messages.
 """
 
 from __future__ import annotations
@@ -14,11 +17,10 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import MISSING, fields
 from pathlib import Path, PureWindowsPath
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
-from contactlib.base.quantities import Parameters, Quantity, warn
+from contactlib.base.quantities import Parameter, Quantity, warn
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder, read_small
@@ -190,70 +192,57 @@ def named(section: str) -> Iterator[None]:
         raise ModelError(*lines) from None
 
 
-Made = TypeVar("Made")
-Section = TypeVar("Section", bound=Parameters)
-
-
-def read_section(name: str, kind: type[Section], data: Mapping[str, Any]) -> Section:
-    """Read section `name` of a file as the parameters `kind`."""
-    with Mistakes() as mistakes:
-        given = mistakes.of(read_given, name, kind, data[name])
-        table = data[name] if isinstance(data[name], dict) else {}
-        for field in fields(kind) if table or not mistakes else ():  # type: ignore[arg-type]
-            if field.default is MISSING and field.name not in table:
-                mistakes.of(_is_missing, f"{name}.{field.name}")
-    with named(name):
-        return kind(**given)
-
-
-def _is_missing(key: str) -> None:
-    raise ValueError(f"{key} is missing")
-
-
-def read_given(
-    name: str, kind: type[Any], table: object, others: Collection[str] = ()
+def read_section(
+    name: str,
+    keys: Mapping[str, Parameter],
+    table: object,
+    others: Collection[str] = (),
+    *,
+    whole: bool = True,
 ) -> dict[str, Any]:
-    """Values of the keys of `kind` that a section gives, checked one by one, in SI units.
+    """Values that a section gives, checked one by one, in SI units.
 
     Parameters
     ----------
     name : str
-        Name of the section.
-    kind : type
-        Subclass of `Parameters`, whose fields are the keys.
+        Name of the section; empty for the whole file.
+    keys : mapping
+        What is declared of its keys.
     table : object
         The section as parsed.
     others : collection of str, optional
         Further keys that are allowed but not returned.
+    whole : bool, optional
+        Whether a needed key may not be missing. Default: True.
     """
     table = subsection(name, table)
-    known = [*others, *(field.name for field in fields(kind))]
+    prefix, known = f"{name}." if name else "", [*others, *keys]
     values: dict[str, Any] = {}
     with Mistakes(table) as mistakes:
         for key, value in table.items():
-            if key not in others:
-                values[key] = mistakes.of(_read_value, f"{name}.", key, value, kind, known)
+            if key not in known:
+                mistakes.of(check_keys, prefix, {key: value}, known, [])
+            elif key in keys:
+                values[key] = mistakes.of(read_value, prefix + key, value, keys[key])
+        needed = [key for key, one in keys.items() if one.needed and whole]
+        mistakes.of(check_keys, prefix, table, table, needed)
     return values
 
 
-def _read_value(
-    prefix: str,
-    key: str,
-    value: object,
-    kind: type[Any],
-    known: Collection[str],
-) -> Any:
+def read_value(where: str, value: object, one: Parameter) -> Any:
     """Value of one key, checked, in SI units."""
-    check_keys(prefix, {key: value}, known, [])
-    where, quantity = f"{prefix}{key}", kind.quantities().get(key)
-    if key in kind.list_names():
-        of = "name" if quantity is None else "number"
-        if not isinstance(value, list) or not value:
-            raise ValueError(f"{where} = {value!r} must be a list of at least one {of}")
-        if quantity is not None:
-            return tuple(number(where, entry, quantity) for entry in value)
+    if not one.many:
+        if one.quantity is not None:
+            return number(where, value, one.quantity)
+        if one.choices == (True, False):
+            return switch(where, value)
+        return choice(where, value, one.choices) if one.choices else text(where, value)
+    of = "name" if one.quantity is None else "number"
+    if not isinstance(value, list) or not value:
+        raise ValueError(f"{where} = {value!r} must be a list of at least one {of}")
+    if one.quantity is None:
         return tuple(value)
-    return text(where, value) if quantity is None else number(where, value, quantity)
+    return tuple(number(where, entry, one.quantity) for entry in value)
 
 
 def subsection(name: str, table: object) -> dict[str, Any]:
@@ -278,6 +267,20 @@ def text(where: str, value: object) -> str:
     """Return a TOML value if it is a string, or raise."""
     if not isinstance(value, str):
         raise ValueError(f"{where} = {value!r} must be a string")
+    return value
+
+
+def choice(where: str, value: object, known: Collection[str]) -> str:
+    """Return a TOML value if it is one of the known words, or raise."""
+    if text(where, value) not in known:
+        raise ValueError(f"{where} = {value!r} must be one of: {', '.join(known)}")
+    return str(value)
+
+
+def switch(where: str, value: object) -> bool:
+    """Return a TOML value if it is a truth value, or raise."""
+    if not isinstance(value, bool):
+        raise ValueError(f"{where} = {value!r} must be true or false")
     return value
 
 
@@ -306,16 +309,11 @@ def number(where: str, value: object, quantity: Quantity) -> float:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
     if not quantity.allow(found):
         raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
+    if quantity.whole and found != int(found):
+        raise ValueError(f"{where} = {value!r} must be a whole number")
     if text := quantity.doubt(where, found):
         doubt(f"{'.'.join(where.split('.')[-2:])} = {found}", text)
     return found
-
-
-def one_of(section: Parameters, *keys: str) -> None:
-    """Refuse a section that does not give exactly one of the keys."""
-    given = [key for key in keys if getattr(section, key) is not None]
-    if len(given) != 1:
-        raise ValueError(f"{' and '.join(keys)}: give exactly one of them, not {len(given)}")
 
 
 def file_beside(what: str, name: str, folder: Path, of: str) -> Path:

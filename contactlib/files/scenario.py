@@ -5,18 +5,19 @@ The controllers are the sampled ones of `contactlib.traction`.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from contactlib.base.quantities import Parameters, Quantity, ReadOnly
+from contactlib.base.quantities import Parameters, Quantity, ReadOnly, checks_call, declared
 from contactlib.base.text import known_names
 from contactlib.contact.table import CreepForceTable
 from contactlib.files.mistakes import Mistakes
-from contactlib.files.model import VEHICLE_SECTIONS, BuildCache, build_model, read_model
+from contactlib.files.model import BuildCache, build_model, read_model
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
@@ -26,31 +27,22 @@ from contactlib.files.reading import (
     model_path,
     named,
     parse,
-    read_given,
+    read_section,
     subsection,
     text,
+    title,
 )
-from contactlib.files.scenario_sections import read_sections, speeds
-from contactlib.files.sections import LONGEST, RelaxationSection
+from contactlib.files.sections import VEHICLE_SECTIONS, Keys, optional, without
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.vehicle.drivetrain import Axle, Drivetrain, Motor
-from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
 from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
 
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
+SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
 NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
-OPTIONAL = (
-    "vehicle_changes",
-    "axle",
-    "motor",
-    "contact_relaxation",
-    "track",
-    "wheel_load",
-    "held_speed",
-    "sensors",
-)
 
 
 @dataclass(frozen=True)
@@ -110,7 +102,8 @@ def _read_design(where: str, section: object) -> ControllerDesign:
     kind = text(f"{where}.kind", table["kind"])
     if kind not in CONTROLLERS:
         raise ValueError(f"{where}.kind = {kind!r} is not known; {known_names(kind, CONTROLLERS)}")
-    return ControllerDesign(kind, read_given(where, CONTROLLERS[kind], table, others=("kind",)))
+    keys = declared(CONTROLLERS[kind])
+    return ControllerDesign(kind, read_section(where, keys, table, ("kind",), whole=False))
 
 
 def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[str, Any], Path]:
@@ -123,10 +116,10 @@ def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[s
     check_keys("vehicle_changes.", changes, VEHICLE_SECTIONS, ())
     with Mistakes(changes) as mistakes:
         given = {
-            section: mistakes.of(
-                read_given, f"vehicle_changes.{section}", VEHICLE_SECTIONS[section], keys
+            name: mistakes.of(
+                read_section, f"vehicle_changes.{name}", VEHICLE_SECTIONS[name], table, whole=False
             )
-            for section, keys in changes.items()
+            for name, table in changes.items()
         }
     label = f"vehicle {name} changed" if given else f"vehicle {name}"
     with in_file(label):
@@ -157,11 +150,12 @@ class Scenario(Parameters):
     held_speed : Profile or None
         Speed over time that a roller rig holds [m/s]; None if, and only if, the wheelset is free.
     initial_speed : float
-        Speed at the start [m/s].
+        Forward speed at the start [m/s]. A file leaves it out if, and only if, it gives
+        `held_speed`.
     design_speed : float
-        Speed for which the controllers are designed [m/s].
+        Speed at which the controllers are designed [m/s]. A file's default: the initial speed.
     duration : float
-        Duration of a run [s].
+        How long a run lasts [s].
     sensors : Sensors
         Delay and noise of the speeds that the controllers see.
     controllers : mapping
@@ -186,9 +180,9 @@ class Scenario(Parameters):
     wheel_load: WheelLoad | None = None
     demand: Profile
     held_speed: Profile | None = None
-    initial_speed: Annotated[float, Quantity("m/s")]
-    design_speed: Annotated[float, Quantity("m/s", above=0.0)]
-    duration: Annotated[float, Quantity("s", above=0.0, at_most=LONGEST)]
+    initial_speed: Annotated[float, SPEED]
+    design_speed: Annotated[float, replace(SPEED, above=0.0, at_least=-math.inf)]
+    duration: Annotated[float, Quantity("s", above=0.0, at_most=1e6)]
     sensors: Sensors
     controllers: Mapping[str, Controller | ControllerDesign]
     _designed: Mapping[str, Controller] = field(
@@ -231,6 +225,85 @@ class Scenario(Parameters):
             known = ", ".join(self.controllers)
             raise ValueError(f"controller = {name!r} must be one of the scenario's: {known}")
         return self._designed[name]
+
+
+@checks_call
+def demand_over_time(
+    *,
+    time: Annotated[Values, TIME],
+    torque: Annotated[Values, Quantity("N.m", usual=(-3e5, 3e5))],
+) -> Profile:
+    """The driver's demand.
+
+    Parameters
+    ----------
+    time : tuple of float
+        Breakpoints of the demand [s].
+    torque : tuple of float
+        Torque at the axle that the driver asks for; negative in braking [N.m].
+    """
+    return profile_of(time=time, torque=torque)
+
+
+@checks_call
+def speed_over_time(*, time: Annotated[Values, TIME], speed: Annotated[Values, SPEED]) -> Profile:
+    """The speed that a roller rig holds.
+
+    Parameters
+    ----------
+    time : tuple of float
+        Breakpoints of the speed [s].
+    speed : tuple of float
+        Forward speed at the breakpoints [m/s].
+    """
+    return profile_of(time=time, speed=speed)
+
+
+# Sections of a scenario that do not depend on its vehicle: what they describe, and their keys.
+MADE: Mapping[str, Callable[..., Any]] = {
+    "demand": demand_over_time,
+    "axle": Axle,
+    "motor": Motor,
+    "track": Track.from_breakpoints,
+    "wheel_load": WheelLoad,
+    "held_speed": speed_over_time,
+    "sensors": Sensors,
+}
+SECTIONS: Mapping[str, Keys] = {
+    "run": optional(without(declared(Scenario), "name", "source"), "initial_speed", "design_speed"),
+    "contact_relaxation": {"length": declared(Drivetrain)["relaxation_length"]},
+    **{name: declared(make) for name, make in MADE.items()},
+}
+ABSENT = ("axle", "wheel_load", "held_speed")  # sections without which there is no such thing
+KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
+
+
+def read_sections(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
+    """Read all sections, so that all mistakes come at once; None for one that is absent."""
+    with Mistakes(data) as mistakes:
+        for key, read in (("name", title), ("source", text)):
+            if key in data:
+                mistakes.of(read, key, data[key])
+        return {
+            name: mistakes.of(cache.section, name, keys, data, MADE.get(name, dict))
+            if name in data or name not in (*ABSENT, *NEEDED)
+            else None
+            for name, keys in SECTIONS.items()
+        }
+
+
+def _speeds(
+    initial: float | None, held: Profile | None, speed_held: bool
+) -> tuple[float, Profile | None]:
+    """Speed at the start, and the speed over time that a roller rig holds."""
+    if held is not None and not speed_held:
+        raise ValueError("held_speed needs a vehicle without wheelset.mass: a roller rig")
+    if (held is None) == (initial is None):
+        both = "both are" if held is not None else "none is"
+        raise ValueError(f"run.initial_speed and held_speed: give one of them; {both} given")
+    if held is not None:
+        return float(held(0.0)), held
+    return initial or 0.0, Profile.of(initial or 0.0) if speed_held else None
 
 
 def load_scenario(
@@ -317,7 +390,7 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
             "model file with the key 'vehicle'"
         )
     with Mistakes(data) as mistakes:
-        mistakes.of(check_keys, "", data, [*NEEDED, *OPTIONAL], NEEDED)
+        mistakes.of(check_keys, "", data, [*NEEDED, *KEYS], NEEDED)
         if "vehicle" in data:
             found = mistakes.of(vehicle_contents, data, file.parent)
             if found:
@@ -348,15 +421,16 @@ def build_scenario(
         In a line for each mistake, if sections or keys are wrong.
     """
     cache = cache or BuildCache()
-    sections = read_sections(data, cache)
-    run = sections.run
-    drivetrain = cache(
-        "drivetrain", _drivetrain, wheelset, sections.axle, sections.motor, sections.relaxation
+    made = read_sections(data, cache)
+    run, axle, motor = made["run"], made["axle"], made["motor"]
+    relaxation = made["contact_relaxation"].get("length", Drivetrain.relaxation_length)
+    drivetrain = cache("drivetrain", _drivetrain, wheelset, axle, motor, relaxation)
+    initial_speed, held_speed = cache(
+        "speeds", _speeds, run.get("initial_speed"), made["held_speed"], wheelset.speed_held
     )
-    initial_speed, held_speed = cache("speeds", speeds, run, sections.held, wheelset.speed_held)
-    design_speed = initial_speed if run.design_speed is None else run.design_speed
+    design_speed = run.get("design_speed", initial_speed)
     if design_speed < wheelset.element.minimum_speed:
-        given = "is missing, and the initial speed" if run.design_speed is None else "="
+        given = "=" if "design_speed" in run else "is missing, and the initial speed"
         raise ValueError(
             f"run.design_speed {given} {design_speed!r} is out of range: controllers are designed "
             f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
@@ -365,19 +439,14 @@ def build_scenario(
         name=data["name"],
         source=data["source"],
         drivetrain=drivetrain,
-        track=sections.track,
-        wheel_load=sections.wheel_load,
-        demand=sections.demand,
         held_speed=held_speed,
-        initial_speed=initial_speed,
-        design_speed=design_speed,
-        duration=run.duration,
-        sensors=sections.sensors,
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
+        **{key: made[key] for key in ("track", "wheel_load", "demand", "sensors")},
+        **run | {"initial_speed": initial_speed, "design_speed": design_speed},
     )
 
 
 def _drivetrain(
-    wheelset: Wheelset, axle: Axle | None, motor: Motor, relaxation: RelaxationSection
+    wheelset: Wheelset, axle: Axle | None, motor: Motor, relaxation_length: float
 ) -> Drivetrain:
-    return Drivetrain(wheelset, axle=axle, motor=motor, relaxation_length=relaxation.length)
+    return Drivetrain(wheelset, axle=axle, motor=motor, relaxation_length=relaxation_length)

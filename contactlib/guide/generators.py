@@ -2,9 +2,8 @@
 
 A directive in a page becomes a table: ``{keys}`` of a section of a file, ``{outcomes}`` of a sweep,
 ``{variables}`` of an FMU; ``{names}`` becomes the docstrings of Python names. Name, unit, limits
-and default come from the declaration. The meaning comes from the docstrings or, where they have
-none, from the directive's content, one ``key: meaning`` after another. A key without a meaning, a
-meaning without a key, and a public name that no page has are warnings.
+and default come from the declaration, the meaning from the docstring of the class or function that
+declares. A key without a meaning and a public name that no page has are warnings.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, replace
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +21,7 @@ from typing import Any
 from docutils import nodes
 from docutils.utils.math import latex2mathml
 from fmpy import read_model_description
+from numpydoc.docscrape import NumpyDocString
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
@@ -29,38 +29,27 @@ from sphinx.util.docutils import SphinxDirective
 
 import contactlib as cl
 import contactlib.figures
-from contactlib.base.quantities import Limits, Quantity
+from contactlib.base.quantities import Limits, Parameter, Quantity, declared
 from contactlib.base.units import UNITS
-from contactlib.files import sections
-from contactlib.files.model import VEHICLE_SECTIONS
 from contactlib.files.reading import shipped_files
-from contactlib.runs.plant import TOLERANCE
-from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE
-from contactlib.runs.sweep.axes import COMMON, DISTRIBUTIONS, KEYS, SPACINGS
-from contactlib.runs.sweep.loading import NEEDED, NOISES, OPTIONAL, STEP
-from contactlib.runs.sweep.sampling import KINDS, MOST_RUNS
+from contactlib.files.scenario import SECTIONS as OF_SCENARIO
+from contactlib.files.sections import LAWS, RUNS, VEHICLE_SECTIONS, Keys
+from contactlib.runs.sweep.axes import WAYS, AxisKeys
+from contactlib.runs.sweep.loading import KEYS as OF_SWEEP
+from contactlib.runs.sweep.sampling import ANY, draw
 
-LAWS = tuple(getattr(cl, n) for n, home in cl._HOMES.items() if ".laws." in home)
-# By the section's name: its declaration, and what else documents its keys.
-SECTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
-    "contact": (VEHICLE_SECTIONS["contact"], ()),
-    "friction": (VEHICLE_SECTIONS["friction"], (cl.Friction,)),
-    "law": (VEHICLE_SECTIONS["law"], LAWS),
-    "wheelset": (VEHICLE_SECTIONS["wheelset"], (cl.Wheelset, cl.ForceElement)),
-    "resistance": (VEHICLE_SECTIONS["resistance"], ()),
-    "model run": (sections.RunSection, ()),
-    "torque_control": (sections.TorqueSection, ()),
-    "creep_control": (sections.CreepSection, (cl.CreepControl,)),
-    "axle": (cl.Axle, ()),
-    "motor": (cl.Motor, ()),
-    "contact_relaxation": (sections.RelaxationSection, ()),
-    "run": (sections.ScenarioRunSection, (cl.Scenario,)),
-    "demand": (sections.DemandSection, ()),
-    "held_speed": (sections.HeldSpeedSection, ()),
-    "track": (sections.TrackSection, ()),
-    "wheel_load": (cl.WheelLoad, ()),
-    "sensors": (cl.Sensors, ()),
-    **{kind: (controller, ()) for kind, controller in cl.CONTROLLERS.items()},
+SECTIONS: dict[str, Keys] = {
+    **VEHICLE_SECTIONS,
+    **{f"model {name}" if name == "run" else name: declared(kind) for name, kind in RUNS.items()},
+    **OF_SCENARIO,
+    **{kind: declared(controller) for kind, controller in cl.CONTROLLERS.items()},
+    "sweep": OF_SWEEP,
+    "sampling": declared(draw),
+    "axis": {
+        key: replace(one, default=None if one.needed else one.default)
+        for source in (*reversed(WAYS[False]), *reversed(WAYS[True]), AxisKeys)
+        for key, one in declared(source).items()
+    },
 }
 MODULES = ("stability", "torsion", "control_systems", "traction", "figures")
 LOGGER = logging.getLogger(__name__)
@@ -71,29 +60,18 @@ LOGGER = logging.getLogger(__name__)
 
 def meanings(documented: Any) -> dict[str, str]:
     """Meaning of every parameter and attribute that a numpydoc docstring describes."""
-    lines = (inspect.getdoc(documented) or "").splitlines()
-    found: dict[str, list[str]] = {}
-    names: list[str] = []
-    inside = False
-    for line, below in zip(lines, [*lines[1:], ""], strict=True):
-        if re.fullmatch(r"-{3,}", below):
-            inside, names = line in ("Parameters", "Attributes"), []
-        elif inside and re.match(r"\w.* : ", line):
-            names = [name.strip() for name in line.split(" : ")[0].split(",")]
-            found.update({name: [] for name in names})
-        elif inside and line.startswith("    "):
-            for name in names:
-                found[name].append(line.strip())
-    return {name: " ".join(text) for name, text in found.items()}
+    parsed = NumpyDocString(inspect.getdoc(documented) or "")
+    return {
+        name.strip(): " ".join(line.strip() for line in one.desc)
+        for one in (*parsed["Parameters"], *parsed["Attributes"])
+        for name in one.name.split(",")
+    }
 
 
 def limits_in_words(limits: Limits) -> str:
     """Bounds as a reader writes them."""
-    low = f"> {limits.above:g}" if limits.above > -float("inf") else ""
-    low = low or (f"\u2265 {limits.at_least:g}" if limits.at_least > -float("inf") else "")
-    high = f"< {limits.below:g}" if limits.below < float("inf") else ""
-    high = high or (f"\u2264 {limits.at_most:g}" if limits.at_most < float("inf") else "")
-    return f"{low}, {high}".strip(", ").replace(" ", "\u00a0")
+    words = str(limits).replace("finite", "").replace(" and ", ", ").removeprefix(", ")
+    return words.replace(">=", "\u2265").replace("<=", "\u2264").replace(" ", "\u00a0")
 
 
 def usual_in_words(quantity: Quantity) -> str:
@@ -115,63 +93,41 @@ def default_in_words(default: object) -> str:
         return "required"
     if default in (None, ()):
         return ""
-    return f"{default:g}" if isinstance(default, float) else str(default)
-
-
-# What is not a section of quantities: its keys with unit, limits and default.
-COUNT = f"whole, 1 to {MOST_RUNS}"
-OTHERS: dict[str, dict[str, tuple[str, str, str]]] = {
-    "sweep": {
-        **dict.fromkeys(NEEDED, ("", "", "required")),
-        **dict.fromkeys(OPTIONAL, ("", "", "")),
-        "noise": ("", " or ".join(NOISES), f"{NOISES[0]} on a grid, else {NOISES[1]}"),
-        "redesign": ("", "true or false", "false"),
-        "step": (STEP.unit, limits_in_words(STEP), ""),
-        "tolerance": (TOLERANCE.unit, limits_in_words(TOLERANCE), f"{DEFAULT_TOLERANCE:g}"),
-    },
-    "sampling": {
-        "kind": ("", ", ".join(KINDS), "grid"),
-        "runs": ("", COUNT, "required for samples"),
-        "seed": ("", "whole, at least 0", "required for samples"),
-    },
-    "axis": {
-        **dict.fromkeys((*COMMON, *KEYS[True], *KEYS[False]), ("", "", "")),
-        "spacing": ("", ", ".join(SPACINGS), next(iter(SPACINGS))),
-        "distribution": ("", ", ".join(DISTRIBUTIONS), next(iter(DISTRIBUTIONS))),
-        "count": ("", "whole, at least 1", ""),
-    },
-}
+    return f"{default:g}" if isinstance(default, float) else str(default).lower()
 
 
 def key_rows(section: str) -> list[tuple[str, str, str, str, str, str]]:
     """Key, unit, limits, usual range, default and meaning of all keys; parts may be empty."""
-    if section in OTHERS:
-        return [
-            (key, unit, limits, "", default, "")
-            for key, (unit, limits, default) in OTHERS[section].items()
-        ]
-    kind, others = SECTIONS[section]
-    said: dict[str, str] = {}
-    for documented in (*reversed(others), *reversed(kind.__mro__)):
-        said.update(meanings(documented))
-    quantities, lists = kind.quantities(), kind.list_names()
-    rows = []
     designed = section in cl.CONTROLLERS
-    for field in fields(kind):
-        needed = field.default is MISSING
-        quantity = quantities.get(field.name)
-        unit = "text" if quantity is None else units_in_words(quantity.unit)
+    rows = []
+    for key, one in SECTIONS[section].items():
+        quantity, limits = one.quantity, ", ".join(map(str, one.choices)).lower()
+        unit = "" if one.choices else "text"
+        if quantity is not None:
+            whole = "whole" if quantity.whole else "" if quantity is ANY else None
+            unit = units_in_words(quantity.unit) if whole is None else whole
+            limits = limits_in_words(quantity)
         rows.append(
             (
-                field.name,
-                f"list of {unit}" if field.name in lists else unit,
-                "" if quantity is None else limits_in_words(quantity),
+                key,
+                f"list of {unit or 'numbers'}" if one.many else unit,
+                limits,
                 "" if quantity is None else usual_in_words(quantity),
-                "designed" if needed and designed else default_in_words(field.default),
-                tidy(said.get(field.name, "")),
+                "designed" if one.needed and designed else default_in_words(one.default),
+                tidy(meaning_of(one)),
             )
         )
     return rows
+
+
+def meaning_of(one: Parameter) -> str:
+    """Meaning of a parameter in the first docstring that says it, also of the class's bases."""
+    for source in one.said_by:
+        for documented in getattr(source, "__mro__", (source,)):
+            said = meanings(documented)
+            if one.name in said:
+                return said[one.name]
+    return ""
 
 
 # ---- directives -----------------------------------------------------------------------------
@@ -202,69 +158,45 @@ class Generated(SphinxDirective):
         """Markdown."""
         raise NotImplementedError
 
-    def typed(self) -> dict[str, str]:
-        """Meanings in the directive's content."""
-        found: dict[str, str] = {}
-        key = ""
-        for line in self.content:
-            name, colon, meaning = line.partition(": ")
-            if colon and name.replace(".", "").isidentifier():
-                key, line = name, meaning
-            found[key] = f"{found.get(key, '')} {line}".strip()
-        return found
-
-    def keys(self, section: str, typed: dict[str, str]) -> str:
-        """Table of a section's keys; takes the meanings that it uses out of `typed`."""
+    def keys(self, section: str) -> str:
+        """Table of a section's keys."""
         rows: list[tuple[str, ...]] = []
         said: dict[str, str] = {}
         for key, *columns, meaning in key_rows(section):
-            meaning = typed.pop(key, meaning)
+            place = self.get_location()
             if not meaning:
-                LOGGER.warning(
-                    "no docstring says what %s.%s means", section, key, location=self.get_location()
-                )
+                LOGGER.warning("no docstring says what %s.%s means", section, key, location=place)
             elif meaning in said:
-                LOGGER.warning(
-                    "%s.%s and .%s have one meaning: %s",
-                    section,
-                    said[meaning],
-                    key,
-                    meaning,
-                    location=self.get_location(),
-                )
+                both = said[meaning], key
+                LOGGER.warning("%s: %s and %s have one meaning", section, *both, location=place)
             said[meaning] = key
             rows.append((f"`{key}`", *columns, meaning))
         return table(("key", "unit", "limits", "usual", "default", "meaning"), rows)
 
 
-class Keys(Generated):
+class KeysOfSection(Generated):
     """Keys of a section of a file."""
 
     def text(self) -> str:
         """Markdown of the table."""
-        section, typed = self.arguments[0], self.typed()
-        text = self.keys(section, typed)
-        for key in typed:
-            LOGGER.warning("%s has no key %s", section, key, location=self.get_location())
-        return text
+        return self.keys(self.arguments[0])
 
 
 class Controllers(Generated):
-    """Every kind of controller with its keys; meanings in the content hold for all kinds."""
+    """Every kind of controller with its keys."""
 
     def text(self) -> str:
         """Markdown of a heading, a sentence and a table for each kind."""
         parts = []
         for kind, controller in cl.CONTROLLERS.items():
             summary = (inspect.getdoc(controller) or "").splitlines()[0]
-            keys = self.keys(kind, self.typed())
-            parts.append(f'### kind = "{kind}"\n\n{summary}\n\n{keys}')
+            parts.append(f'### kind = "{kind}"\n\n{summary}\n\n{self.keys(kind)}')
         return "\n\n".join(parts)
 
 
 def tidy(meaning: str) -> str:
     """A docstring's words in a table, where the unit has a column and code is Markdown's."""
-    words = re.sub(r" ?\[[^\]]{1,24}\](?=[.;,]|$)", "", meaning).strip(" .")
+    words = re.sub(r" ?\[[^\]]{1,24}\](_|(?=[.:;,]|$))", "", meaning).strip(" .")
     return re.sub(r"``([^`]+)``", r"`\1`", f"{words}." if words else "")
 
 
@@ -275,7 +207,7 @@ class Laws(Generated):
         """Markdown of the table."""
         rows = [
             (f"`{kind}`", ", ".join(f"`{key}`" for key in law.keys), law.meaning)
-            for kind, law in sections.LAWS.items()
+            for kind, law in LAWS.items()
         ]
         return table(("kind", "takes", "meaning"), rows)
 
@@ -349,6 +281,17 @@ class Names(Generated):
 
     Data, which have no docstring, are a line ``name: what it is``.
     """
+
+    def typed(self) -> dict[str, str]:
+        """Meanings in the directive's content."""
+        found: dict[str, str] = {}
+        key = ""
+        for line in self.content:
+            name, colon, meaning = line.partition(": ")
+            if colon and name.replace(".", "").isidentifier():
+                key, line = name, meaning
+            found[key] = f"{found.get(key, '')} {line}".strip()
+        return found
 
     def text(self) -> str:
         """Markdown that holds autodoc's directives."""
@@ -446,7 +389,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Register all of it."""
     for name, kind in (
         ("controllers", Controllers),
-        ("keys", Keys),
+        ("keys", KeysOfSection),
         ("laws", Laws),
         ("outcomes", Outcomes),
         ("variables", Variables),

@@ -22,10 +22,16 @@ from contactlib.traction.design import (
     sticking,
     total_delay,
 )
-from contactlib.traction.interface import Measurement, plausible
+from contactlib.traction.interface import (
+    FILTER_TIME,
+    LOW_SPEED,
+    SAMPLE_TIME,
+    Measurement,
+    plausible,
+)
 from contactlib.traction.observers import Tracked, track, tracker_gains
 from contactlib.traction.search import Ranges, around_design
-from contactlib.traction.sensors import Sensors
+from contactlib.traction.sensors import SPEED_NOISE, Sensors
 from contactlib.traction.zero_point import ZeroPoint, learn, start_zero_point
 from contactlib.vehicle.drivetrain import Drivetrain
 
@@ -141,15 +147,15 @@ class SlipLimiter(Parameters):
         Creepage / torque of the sticking wheel [1/(N.m)].
     """
 
-    sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
+    sample_time: Annotated[float, SAMPLE_TIME] = 0.01
     proportional_gain: Annotated[float, Quantity("N.s", above=0.0, usual=(1.0, 1e8))]
     integral_gain: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e10))]
-    low_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.01, 20.0))] = 2.0
-    least_slip: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
-    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.25
+    low_speed: Annotated[float, LOW_SPEED] = 2.0
+    least_slip: Annotated[float, SPEED_NOISE] = 0.0
+    speed_filter_time: Annotated[float, FILTER_TIME] = 0.25
     recovery_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-3, 20.0))] = 0.35
     creepage_error: Annotated[float, Quantity("1", at_least=0.0, at_most=0.1, percent=True)] = 0.01
-    speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    speed_noise: Annotated[float, SPEED_NOISE] = 0.0
     stick_torque: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
     stick_compliance: Annotated[float, Quantity("1/(N.m)", at_least=0.0)] = 0.0
 

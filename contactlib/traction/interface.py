@@ -20,6 +20,9 @@ from contactlib.base.quantities import (
 from contactlib.traction.sensors import Sensors
 from contactlib.vehicle.drivetrain import Drivetrain
 
+SAMPLE_TIME = Quantity("s", above=0.0, usual=(1e-5, 1.0))
+FILTER_TIME = Quantity("s", at_least=0.0, usual=(0.0, 5.0))
+LOW_SPEED = Quantity("m/s", above=0.0, usual=(0.01, 20.0))
 FASTEST = 300.0  # limit of measured speeds [m/s]
 STRONGEST = 1e7  # limit of demand and torque [N.m]
 
@@ -164,7 +167,7 @@ class OpenLoop(Parameters):
         Sample time [s].
     """
 
-    sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
+    sample_time: Annotated[float, SAMPLE_TIME] = 0.01
 
     @classmethod
     def for_drivetrain(

@@ -26,7 +26,11 @@ from typing import Annotated, Any, NamedTuple
 
 from contactlib.base.elementwise import maximum, minimum
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
-from contactlib.traction.sensors import Sensors
+from contactlib.contact.element import RADIUS
+from contactlib.traction.interface import SAMPLE_TIME
+from contactlib.traction.sensors import DELAY, Sensors
+from contactlib.vehicle.drivetrain import LAG
+from contactlib.vehicle.wheelset import INERTIA
 
 UNMOVED = 0.125  # variance / expected variance below which the creepage counts as not moved
 DOUBT = 0.04  # weight of the stiff contact that an unmoved creepage indicates / expected variance
@@ -98,11 +102,11 @@ class LoadObserver(Parameters):
         Time constant of the filter [s].
     """
 
-    sample_time: Annotated[float, Quantity("s", above=0.0)]
-    radius: Annotated[float, Quantity("m", above=0.0)]
-    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
-    delay: Annotated[float, Quantity("s", at_least=0.0)]
-    motor_lag: Annotated[float, Quantity("s", at_least=0.0)]
+    sample_time: Annotated[float, SAMPLE_TIME]
+    radius: Annotated[float, RADIUS]
+    inertia: Annotated[float, INERTIA]
+    delay: Annotated[float, DELAY]
+    motor_lag: Annotated[float, LAG]
     filter_time: Annotated[float, Quantity("s", above=0.0)]
 
     @cached_property

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import (
     POSITIVE,
+    SEED,
     Limits,
     Parameters,
     Quantity,
@@ -21,6 +22,8 @@ from contactlib.base.quantities import (
     shown,
 )
 
+SPEED_NOISE = Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))
+DELAY = Quantity("s", at_least=0.0, usual=(0.0, 1.0))
 COUNTED = Limits(at_least=1e-6, at_most=1e6)  # of an encoder's radius [m] and sample time [s]
 AHEAD = 256  # samples of noise drawn at once
 COUNTS = Limits(at_least=1.0, at_most=1e6)
@@ -69,7 +72,7 @@ class Sensors(Parameters):
     wheel_speed_noise : float, optional
         Standard deviation of the measured wheel speed [m/s].
     vehicle_speed_noise : float, optional
-        Standard deviation of the measured vehicle speed [m/s].
+        Standard deviation of the measured vehicle speed [m/s]; 0 if it is estimated.
     acceleration_limit : float, optional
         Largest acceleration a of the estimated vehicle speed in the direction of slip [m/s2]: what
         no train exceeds. Default: the vehicle speed has a sensor.
@@ -94,21 +97,19 @@ class Sensors(Parameters):
     wheel_diameter_error: Annotated[
         float, Quantity("1", at_least=-0.5, at_most=0.5, percent=True, usual=(-0.1, 0.1))
     ] = 0.0
-    encoder_pulses: Annotated[float, Quantity("1", at_least=0.0, at_most=1e6, usual=(0.0, 1e5))] = (
-        0.0
-    )
-    wheel_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
-    vehicle_speed_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    encoder_pulses: Annotated[
+        float, Quantity("1", at_least=0.0, at_most=1e6, usual=(0.0, 1e5), whole=True)
+    ] = 0.0
+    wheel_speed_noise: Annotated[float, SPEED_NOISE] = 0.0
+    vehicle_speed_noise: Annotated[float, SPEED_NOISE] = 0.0
     acceleration_limit: Annotated[
         float | None, Quantity("m/s2", above=0.0, at_most=1e3, usual=(0.05, 5.0))
     ] = None
-    delay: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
-    seed: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0**53)] = 0.0
+    delay: Annotated[float, DELAY] = 0.0
+    seed: Annotated[float, SEED] = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("seed", "encoder_pulses"):
-            checked_whole(f"Sensors.{name}", getattr(self, name), self.quantities()[name])
         for name in ("vehicle_speed_bias", "vehicle_speed_drift", "vehicle_speed_noise"):
             value = getattr(self, name)
             if self.acceleration_limit is not None and value != 0.0:

@@ -22,6 +22,7 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import FloatArray, Quantity
+from contactlib.contact.element import RADIUS
 from contactlib.traction.creep_pi import LimiterMemory, SlipLimiter
 from contactlib.traction.design import least_slip, slip_gains, sticking
 from contactlib.traction.interface import Measurement, plausible
@@ -34,8 +35,9 @@ from contactlib.traction.observers import (
     slip_noise,
 )
 from contactlib.traction.search import Ranges, around_design
-from contactlib.traction.sensors import Sensors
-from contactlib.vehicle.drivetrain import Drivetrain
+from contactlib.traction.sensors import DELAY, SPEED_NOISE, Sensors
+from contactlib.vehicle.drivetrain import LAG, Drivetrain
+from contactlib.vehicle.wheelset import INERTIA
 
 HELD = 0.3  # largest deviation of the creepage / reference at which the slope is used
 RANGE = (0.7, 10.0)  # limits of the compliance / first compliance; see `for_drivetrain`
@@ -117,10 +119,10 @@ class SlopeSeeking(SlipLimiter):
         Standard deviation of the slip from the load observer [m/s].
     """
 
-    radius: Annotated[float, Quantity("m", above=0.0, usual=(0.01, 2.0))]
-    inertia: Annotated[float, Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))]
-    delay: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
-    motor_lag: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 1.0))] = 0.0
+    radius: Annotated[float, RADIUS]
+    inertia: Annotated[float, INERTIA]
+    delay: Annotated[float, DELAY] = 0.0
+    motor_lag: Annotated[float, LAG] = 0.0
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
     least_load: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
     largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.08
@@ -130,7 +132,7 @@ class SlopeSeeking(SlipLimiter):
     dither_period: Annotated[float, Quantity("s", above=0.0, usual=(1e-2, 20.0))] = 0.58
     memory_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-3, 20.0))] = 0.2
     observer_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.034
-    slip_noise: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
+    slip_noise: Annotated[float, SPEED_NOISE] = 0.0
 
     @property
     def search_ranges(self) -> Ranges:

@@ -20,10 +20,16 @@ from numpy.typing import NDArray
 
 from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
-from contactlib.traction.interface import Measurement, plausible
+from contactlib.traction.interface import (
+    FILTER_TIME,
+    LOW_SPEED,
+    SAMPLE_TIME,
+    Measurement,
+    plausible,
+)
 from contactlib.traction.observers import Tracked, track, tracked_variance, tracker_gains
 from contactlib.traction.search import Ranges, around_design
-from contactlib.traction.sensors import Sensors
+from contactlib.traction.sensors import SPEED_NOISE, Sensors
 from contactlib.vehicle.drivetrain import Drivetrain
 
 CLEAR = 5.0  # standard deviations below the thresholds: one false cut in hours
@@ -92,7 +98,7 @@ class ThresholdControl(Parameters):
         Time constant of the filter on the wheel's acceleration [s].
     """
 
-    sample_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-5, 1.0))] = 0.01
+    sample_time: Annotated[float, SAMPLE_TIME] = 0.01
     slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.11
     slip_release: Annotated[float, Quantity("1", above=0.0)] = 0.07
     acceleration_threshold: Annotated[float, Quantity("m/s2", above=0.0, usual=(0.01, 100.0))] = 3.4
@@ -101,10 +107,10 @@ class ThresholdControl(Parameters):
     reapply_fraction: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.84
     reapply_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.008
     ramp_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-2, 60.0))] = 3.0
-    low_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.01, 20.0))] = 2.0
-    least_slip: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 5.0))] = 0.0
-    speed_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.25
-    slip_filter_time: Annotated[float, Quantity("s", at_least=0.0, usual=(0.0, 5.0))] = 0.04
+    low_speed: Annotated[float, LOW_SPEED] = 2.0
+    least_slip: Annotated[float, SPEED_NOISE] = 0.0
+    speed_filter_time: Annotated[float, FILTER_TIME] = 0.25
+    slip_filter_time: Annotated[float, FILTER_TIME] = 0.04
     acceleration_filter_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.022
 
     @property

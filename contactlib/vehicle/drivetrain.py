@@ -15,7 +15,7 @@ from contactlib.contact import kernel
 from contactlib.vehicle.wheelset import Wheelset
 
 RELAXATION_LENGTH = Quantity("m", at_least=0.0, usual=(0.0, 0.2))
-LARGEST_LAG = 10.0  # of a motor [s]
+LAG = Quantity("s", at_least=0.0, at_most=10.0, usual=(0.0, 1.0))  # of a motor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +60,7 @@ class Motor(Parameters):
         torque until the wheels are slower and the driver's demand is zero. Default: no protection.
     """
 
-    lag: Annotated[float, Quantity("s", at_least=0.0, at_most=LARGEST_LAG, usual=(0.0, 1.0))] = 0.0
+    lag: Annotated[float, LAG] = 0.0
     power: Annotated[float | None, Quantity("W", above=0.0, usual=(100.0, 1e7))] = None
     torque_rate: Annotated[float | None, Quantity("N.m/s", above=0.0, usual=(10.0, 1e8))] = None
     trip_speed: Annotated[float | None, Quantity("m/s", above=0.0, usual=(0.5, 300.0))] = None
@@ -79,7 +79,8 @@ class Drivetrain(Parameters):
     motor : Motor, optional
         Lag and limits of the drive. Default: neither.
     relaxation_length : float, optional
-        Distance over which the creep force follows the creepage [m]. Default: 0, no relaxation.
+        Distance rolled in which the creep force follows the creepage, typically 1.5 semi-widths
+        [m]. Default: 0, no relaxation.
     """
 
     wheelset: Wheelset

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,12 +15,16 @@ from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
     FloatArray,
-    Parameters,
+    Quantity,
     checked,
     checked_number,
+    checks_call,
     shown,
 )
 from contactlib.contact.kernel import NativeTrack
+
+Values = tuple[float, ...]
+TIME = Quantity("s", at_least=0.0)  # of a breakpoint
 
 
 @dataclass(frozen=True)
@@ -44,8 +49,8 @@ class Profile:
     (5.0, 5.0)
     """
 
-    at: tuple[float, ...]
-    value: tuple[float, ...]
+    at: Values
+    value: Values
 
     def __post_init__(self) -> None:
         at, value = checked("at", self.at, FINITE), checked("value", self.value, FINITE)
@@ -78,9 +83,9 @@ class Profile:
         return at_start, 2.0 * at_middle - at_start
 
 
-def profile_of(section: Parameters, places: str, values: str) -> Profile:
-    """Profile from two lists of a section; errors name the lists."""
-    at, value = getattr(section, places), getattr(section, values)
+def profile_of(**lists: Values) -> Profile:
+    """Profile from two lists, of places and of values there; errors name the lists."""
+    (places, at), (values, value) = lists.items()
     if len(at) != len(value):
         raise ValueError(
             f"{places} has {len(at)} and {values} {len(value)} entries: both must have as many"
@@ -91,7 +96,9 @@ def profile_of(section: Parameters, places: str, values: str) -> Profile:
         raise ValueError(f"{places}{str(error).removeprefix('at')}") from None
 
 
+LISTS = ("friction", "friction_left", "friction_right", "slope")  # over distance
 UNCHANGED = Profile((0.0,), (1.0,))
+FACTOR = Quantity("1", above=0.0, usual=(0.01, 10.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,6 +148,58 @@ class Track:
         if self.friction_right is not None:
             checked("Track.friction_right", self.friction_right.value, POSITIVE)
         checked("Track.slope", self.slope.value, POSITIVE)
+
+    @classmethod
+    @checks_call
+    def from_breakpoints(
+        cls,
+        *,
+        distance: Annotated[Values, Quantity("m")] = (),
+        friction: Annotated[Values, FACTOR] = (),
+        friction_left: Annotated[Values, FACTOR] = (),
+        friction_right: Annotated[Values, FACTOR] = (),
+        time: Annotated[Values, TIME] = (),
+        friction_over_time: Annotated[Values, FACTOR] = (),
+        slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
+    ) -> Track:
+        """Make the track from lists of places and of factors there, which are as of the class.
+
+        Parameters
+        ----------
+        distance : tuple of float, optional
+            Breakpoints along the track, from where the run starts [m].
+        friction : tuple of float, optional
+            Factor on friction at these, under both wheels [1].
+        time : tuple of float, optional
+            Breakpoints of the factor over time [s].
+
+        Raises
+        ------
+        ValueError
+            If a value is out of range, a list lacks its places, or their lengths differ.
+        """
+        lists = dict(zip(LISTS, (friction, friction_left, friction_right, slope), strict=True))
+        along = {key: values for key, values in lists.items() if values}
+        together = tuple(key for key in along if key != "slope") in ((), LISTS[:1], LISTS[1:3])
+        if not together or bool(distance) != bool(along):
+            given = [*(["distance"] if distance else []), *along]
+            raise ValueError(
+                "distance must go with slope, friction, or friction_left and friction_right; "
+                f"given are {' and '.join(given)}"
+            )
+        factors = {
+            "friction_left" if key == "friction" else key: profile_of(
+                distance=distance, **{key: values}
+            )
+            for key, values in along.items()
+        }
+        over_time = {"time": time, "friction_over_time": friction_over_time}
+        given = [key for key, values in over_time.items() if values]
+        if len(given) == 1:
+            raise ValueError(f"time and friction_over_time must go together; given is {given[0]}")
+        if given:
+            factors["friction_over_time"] = profile_of(**over_time)
+        return cls(**factors)
 
     @property
     def lowest(self) -> tuple[float, float]:

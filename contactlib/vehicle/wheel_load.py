@@ -11,20 +11,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import (
+    SEED,
     FloatArray,
     Limits,
     Parameters,
     Quantity,
     checked,
-    checked_whole,
-    shown,
 )
-from contactlib.vehicle.track import Profile, profile_of
+from contactlib.vehicle.track import TIME, Profile, Values, profile_of
 
 WAVES = 100  # of a random load: their sum is nearly Gaussian
 STREAM = 2**63  # of random numbers, which no run's sensors use
-TIME = Limits(at_least=-1e12, at_most=1e12)
-Values = tuple[float, ...]
+MOMENT = Limits(at_least=-1e12, at_most=1e12)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,29 +61,22 @@ class WheelLoad(Parameters):
     [0.782, 1.215, 1.238]
     """
 
-    time: Annotated[Values, Quantity("s", at_least=0.0)] = ()
+    time: Annotated[Values, TIME] = ()
     factor: Annotated[Values, Quantity("1", at_least=0.0, usual=(0.0, 3.0))] = ()
     frequency: Annotated[Values, Quantity("Hz", at_least=0.0, at_most=1e4, usual=(0.0, 200.0))] = ()
     density: Annotated[Values, Quantity("1/Hz", at_least=0.0, at_most=1e4, usual=(0.0, 1.0))] = ()
-    seed: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0**53)] = 0.0
+    seed: Annotated[float, SEED] = 0.0
 
     def __post_init__(self) -> None:
-        names = ("time", "factor", "frequency", "density")
-        for name in names:
-            values = checked(f"WheelLoad.{name}", getattr(self, name), self.quantities()[name])
-            if values.ndim != 1:
-                given = shown(getattr(self, name))
-                raise ValueError(f"WheelLoad.{name} = {given} must be one row of numbers")
-            object.__setattr__(self, name, tuple(values.tolist()))
         super().__post_init__()
-        checked_whole("WheelLoad.seed", self.seed, self.quantities()["seed"])
+        names = ("time", "factor", "frequency", "density")
         pair = tuple(name for name in names if getattr(self, name))
         if pair not in (names[:2], names[2:]):
             raise ValueError(
                 "time and factor, or frequency and density: give exactly one of these pairs, not "
                 f"{' and '.join(pair) or 'nothing'}"
             )
-        profile_of(self, *pair)
+        profile_of(**{name: getattr(self, name) for name in pair})
         if self.frequency and not self._power[-1] > 0.0:
             raise ValueError(f"density = {self.density!r} must have a part above zero")
 
@@ -121,7 +112,7 @@ class WheelLoad(Parameters):
 
     def __call__(self, time: ArrayLike) -> FloatArray:
         """Factors at any times [s]."""
-        time = checked("time", time, TIME, copy=False)
+        time = checked("time", time, MOMENT, copy=False)
         if self.time:
             return Profile(self.time, self.factor)(time)
         frequency, phase, amplitude = self._waves

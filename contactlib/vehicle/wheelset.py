@@ -24,6 +24,7 @@ from contactlib.base.quantities import (
     Quantity,
     checked,
     checked_number,
+    checks_call,
     derived,
 )
 from contactlib.base.units import STANDARD_GRAVITY
@@ -41,6 +42,7 @@ from contactlib.vehicle.conditions import (
 if TYPE_CHECKING:
     from control import NonlinearIOSystem, StateSpace
 
+INERTIA = Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))
 NO_RESISTANCE = Resistance()
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
@@ -57,7 +59,7 @@ class Wheelset(Parameters):
     inertia : float
         J about the axle, with the drive's inertia [kg.m2].
     mass : float, optional
-        M moved by this wheelset [kg]. Default: the speed is held, as on a roller rig.
+        Mass M that this wheelset moves [kg]. Default: the speed is held, as on a roller rig.
     damping : float, optional
         b, drive torque lost per angular velocity [N.m.s/rad]. Default: 0.
     resistance : Resistance, optional
@@ -66,9 +68,9 @@ class Wheelset(Parameters):
 
     element: ForceElement
     _: KW_ONLY
-    inertia: Annotated[float, Quantity("kg.m2", above=0.0)]
-    mass: Annotated[float | None, Quantity("kg", above=0.0)] = None
-    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0)] = 0.0
+    inertia: Annotated[float, INERTIA]
+    mass: Annotated[float | None, Quantity("kg", above=0.0, usual=(200.0, 3e6))] = None
+    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e5))] = 0.0
     resistance: Resistance = NO_RESISTANCE
 
     @property
@@ -363,6 +365,43 @@ class Wheelset(Parameters):
             outputs=list(SIGNALS_OUT),
             params={"speed": checked_number("speed", speed, FINITE)} if speed is not None else {},
         )
+
+
+@checks_call
+def geared_inertia(
+    *,
+    inertia: Annotated[float, INERTIA],
+    rotor_inertia: Annotated[
+        float | None, Quantity("kg.m2", above=0.0, at_most=1e6, usual=(1e-6, 200.0))
+    ] = None,
+    gear_ratio: Annotated[
+        float | None, Quantity("1", above=0.0, at_most=1e3, usual=(0.5, 20.0))
+    ] = None,
+) -> float:
+    """Moment of inertia about the axle with a rotor that turns faster [kg.m2].
+
+    Parameters
+    ----------
+    inertia : float
+        Moment of inertia J about the axle, with the drive's, geared; without the rotor's if the
+        next two are given [kg.m2].
+    rotor_inertia : float, optional
+        Moment of inertia of the motor's rotor about its own shaft [kg.m2]. With `gear_ratio` n, the
+        wheelset has J = inertia + n^2 rotor_inertia.
+    gear_ratio : float, optional
+        Speed of the rotor / speed of the wheelset [1].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or only one of the last two is given.
+    """
+    if (rotor_inertia is None) != (gear_ratio is None):
+        given = "rotor_inertia" if gear_ratio is None else "gear_ratio"
+        raise ValueError(f"rotor_inertia and gear_ratio go together; given is {given}")
+    if rotor_inertia is None or gear_ratio is None:
+        return inertia
+    return inertia + gear_ratio * gear_ratio * rotor_inertia
 
 
 def checked_torque(value: ArrayLike) -> float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 import pytest
@@ -10,7 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
 
-from contactlib.base.quantities import FINITE, Limits, checked
+from contactlib.base.quantities import (
+    FINITE,
+    Limits,
+    Parameters,
+    Quantity,
+    checked,
+    checks_call,
+    declared,
+)
 
 BOUND = st.sampled_from([-1.0, 0.0, 1.0])
 
@@ -40,3 +50,34 @@ def test_what_is_checked_is_copied_unless_only_read() -> None:
 def test_the_first_offender_is_named() -> None:
     with pytest.raises(ValueError, match=r"^values = nan is out of range: must be finite and > 0$"):
         checked("values", [1.0, math.nan, -1.0], Limits(above=0.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rod(Parameters):
+    """A class that declares its fields and another way to be made."""
+
+    length: Annotated[float, Quantity("m", above=0.0)]
+    end: Literal["free", "fixed"] = "free"
+
+    @classmethod
+    @checks_call
+    def of_mass(
+        cls, *, from_: Annotated[float, Quantity("kg", at_least=1.0)], length: float = 2.0
+    ) -> float:
+        return from_ / length
+
+
+def test_what_a_method_does_not_declare_is_as_of_its_class() -> None:
+    keys = declared(Rod.of_mass)
+    assert list(keys) == ["from", "length"]  # `from` is a word that Python keeps for itself
+    assert keys["length"].quantity is Rod.quantities()["length"]
+    assert (keys["length"].default, declared(Rod)["length"].needed) == (2.0, True)
+    assert Rod.of_mass(from_=3) == 1.5
+    with pytest.raises(ValueError, match=r"^from = 0\.5 is out of range: must be finite and >= 1$"):
+        Rod.of_mass(from_=0.5)
+    with pytest.raises(
+        ValueError, match=r"^length = 0\.0 is out of range: must be finite and > 0$"
+    ):
+        Rod.of_mass(from_=1.0, length=0.0)
+    with pytest.raises(ValueError, match=r"^Rod\.end = 'loose' must be one of: free, fixed$"):
+        Rod(length=1.0, end="loose")  # type: ignore[arg-type]

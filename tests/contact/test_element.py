@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from falling_friction import falling
@@ -135,7 +137,8 @@ def test_one_point_has_the_bits_of_an_array(element: cl.ForceElement) -> None:
 
 def test_k_hat_beyond_the_table_is_refused(table: cl.CreepForceTable) -> None:
     contact = cl.LineContact(normal_load_per_length=4.5e6, radius=0.5, contact_modulus=115e9)
-    friction = cl.friction_with_k_hat(contact, k_hat=2.5, static=0.9, kinetic=0.21)
+    friction = cl.friction_with_k_hat(contact, k_hat=1.25, static=0.9, kinetic=0.21)
+    friction = replace(friction, weakening_length=4.0 * friction.weakening_length)
     with pytest.raises(ValueError, match=r"k_hat = 2\.\d+.*<= 2\.0"):
         cl.ForceElement(contact, friction, table=table, radius=0.5)
 

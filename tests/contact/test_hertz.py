@@ -12,6 +12,7 @@ from scipy.integrate import quad
 from scipy.special import elliprd
 
 import contactlib as cl
+from contactlib.contact.hertz import Theory
 
 STEEL = cl.Material(youngs_modulus=210e9, poisson_ratio=0.3)
 
@@ -60,7 +61,7 @@ def test_semi_width_given_or_found() -> None:
 
 
 def ellipse(
-    radius_x: float, radius_y: float, load: float = 1e5, theory: str = "half_space"
+    radius_x: float, radius_y: float, load: float = 1e5, theory: Theory = "half_space"
 ) -> cl.EllipticContact:
     return cl.EllipticContact(
         normal_load=load,

@@ -11,12 +11,13 @@ from half_space_cases import contact_cases
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
+from contactlib.contact.hertz import Theory
 
 RATIOS = (0.33, 0.45)  # f_s of the cases of CONTACT, each with f_d = 0.21
 SHEAR_MODULUS, SIDE, LOAD = 82e9, 6e-3, 75e3
 
 
-def ellipse(a_over_b: float, nu: float, theory: str, load: float = LOAD) -> cl.EllipticContact:
+def ellipse(a_over_b: float, nu: float, theory: Theory, load: float = LOAD) -> cl.EllipticContact:
     return cl.EllipticContact.from_semi_axes(
         semi_axis_x=SIDE * a_over_b**0.5,
         semi_axis_y=SIDE / a_over_b**0.5,
@@ -122,7 +123,7 @@ def cohesive(static: float) -> cl.CreepForceTable:
     return cl.cohesive_table("elliptic", static / 0.21)
 
 
-def weakening(a_over_b: float, static: float, k_hat: float, table: Any, theory: str) -> Any:
+def weakening(a_over_b: float, static: float, k_hat: float, table: Any, theory: Theory) -> Any:
     """CONTACT's cases along the rolling direction, and the element in them."""
     rows = contact_cases(
         "slip_weakening", a_over_b=a_over_b, f_s=static, k_hat=k_hat, ceta=0.0, cphi=0.0

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import math
+import re
 import tomllib
 import warnings
 from contextlib import suppress
@@ -24,8 +26,13 @@ from hypothesis import strategies as st
 from strategies import examples
 
 import contactlib as cl
-from contactlib.files.reading import shipped_files
+from contactlib.base.quantities import Parameter, declared
+from contactlib.files.reading import loading, read_section, shipped_files
+from contactlib.files.scenario import SECTIONS as OF_SCENARIO
+from contactlib.files.sections import RUNS, VEHICLE_SECTIONS, Keys
 from contactlib.runs.sweep.ensemble import read_dataset, write_dataset
+from contactlib.runs.sweep.loading import KEYS as OF_SWEEP
+from contactlib.runs.sweep.sampling import draw, points, sample, values_of
 
 FILES = sorted((*MODELS.glob("*.toml"), *MODELS.glob("*.csv")))
 IDS = [path.name for path in FILES]
@@ -54,11 +61,6 @@ VALUES = st.recursive(
     ),
     max_leaves=6,
 )
-
-
-def test_shipped_files_are_read() -> None:
-    for path in FILES:
-        assert refusal(kind_of(path), path) is None
 
 
 @few
@@ -128,6 +130,63 @@ def test_any_columns(rows: list[list[str]], head: str, tmp_path: Path) -> None:
     refusal("csv", path)
 
 
+# ---- every key ------------------------------------------------------------------------------
+
+
+SECTIONS: dict[str, Keys] = {
+    **{f"model {name}": declared(kind) for name, kind in RUNS.items()},
+    **VEHICLE_SECTIONS,
+    **OF_SCENARIO,
+    **{kind: declared(controller) for kind, controller in cl.CONTROLLERS.items()},
+    "sweep": OF_SWEEP,
+    **{make.__name__: declared(make) for make in (values_of, points, sample, draw)},
+}
+EVERY = [
+    pytest.param(key, one, id=f"{name}.{key}")
+    for name, keys in SECTIONS.items()
+    for key, one in keys.items()
+]
+
+
+@pytest.mark.parametrize(("key", "one"), EVERY)
+def test_every_key_is_held_to_what_is_declared_of_it(key: str, one: Parameter) -> None:
+    def said(table: dict[str, object]) -> str:
+        with pytest.raises(cl.ModelError) as caught:
+            read_section("it", {key: one}, table)
+        return str(caught.value)
+
+    misspelt = f"it.{key}x is not a known key; did you mean {key!r}? known: {key}"
+    assert said({f"{key}x": 1}) == misspelt  # and not that the right one is missing
+    if one.needed:
+        assert said({}) == f"it.{key} is missing"
+    if one.quantity is None:
+        assert re.match(rf"it\.{key} = 3 must be (a string|a list|true or false)", said({key: 3}))
+        if one.choices and True not in one.choices:
+            known = ", ".join(one.choices)
+            assert said({key: "no such"}) == f"it.{key} = 'no such' must be one of: {known}"
+        return
+    limits = one.quantity
+    ends = [limits.above, limits.below]
+    ends += [math.nextafter(limits.at_least, -math.inf), math.nextafter(limits.at_most, math.inf)]
+    for bad in (math.nan, *ends):
+        refused = f"it.{key} = {bad!r} is out of range: must be {limits}"
+        assert said({key: [bad] if one.many else bad}) == refused
+    for wrong in (True, "1 furlong"):
+        refused = f"it.{key} = {wrong!r} must be a number in {limits.unit}"
+        assert said({key: [wrong] if one.many else wrong}).startswith(refused)
+    if limits.whole:
+        assert said({key: 2.5}) == f"it.{key} = 2.5 must be a whole number"
+    low, high = limits.usual or (0.0, 0.0)
+    for unusual in (1e-3 * low, 1e3 * high):
+        if limits.allow(unusual) and not limits.is_usual(unusual):
+            doubt = re.escape(f"my.toml: it.{key} = {unusual:g}")
+            usual = re.escape(f" is implausible: {low:g} to {high:g}")
+            with pytest.warns(cl.InputWarning, match=f"^{doubt}.*{usual}"), loading("my.toml"):
+                read_section("it", {key: one}, {key: [unusual] if one.many else unusual})
+    of_list = said({key: 1.0 if one.many else [1.0]})
+    assert of_list.startswith(f"it.{key} = {1.0 if one.many else [1.0]} must be a ")
+
+
 # ---- sizes ---------------------------------------------------------------------------------
 
 
@@ -140,7 +199,7 @@ def sweep_with(**axis: object) -> str:
 
 
 MANY = {
-    "counts": (sweep_with(count=10**9), "count = 1000000000 must be a whole number"),
+    "counts": (sweep_with(count=10**9), "count = 1000000000 is out of range: must be"),
     "points": (sweep_with(count=10**6), "the grid has 1000000000000 points: at most 10000000"),
     "deep lists": (f"x = {'[' * 100_000}", "nested too deeply"),
     "deep tables": (f"x = {'{a=' * 100_000}", "nested too deeply"),

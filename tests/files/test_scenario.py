@@ -38,21 +38,6 @@ def limit(scenario: cl.Scenario, speed: float, scale: float = 1.0) -> float:
 # ---- the shipped ones -----------------------------------------------------------------------
 
 
-def test_all_situations_are_shipped() -> None:
-    assert set(SHIPPED) == {
-        "torque_step",
-        "torque_ramp",
-        "dry_wet_dry",
-        "soft_patch",
-        "speed_sweep",
-        "sanding",
-        "standstill",
-        "braking",
-        "split_friction",
-        "torsion",
-    }
-
-
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenarios_load(name: str) -> None:
     scenario = load(name)
@@ -367,34 +352,24 @@ ADDED = [
         r"vehicle_changes\.friction\.slip_rat_decay is not .*mean 'slip_rate_decay'",
     ),
     (
-        "[vehicle_changes.friction]\nslip_rate_decay = -3",
-        r"vehicle_changes\.friction\.slip_rate_decay = -3 .*>= 0",
-    ),
-    (
         "[vehicle_changes.friction]\nstatic = 0.1",
         r"vehicle locomotive\.toml changed: friction\.static = 0\.1 .*>= kinetic",
     ),
     ("[held_speed]\ntime=[0.0]\nspeed=[1.0]", r"held_speed needs .*rig"),
     ("[axle]", r"axle\.stiffness is missing"),
-    ("[axle]\nstiffness = '1 kN.m'", r"axle\.stiffness = .*N\.m/rad"),
-    ("[axle]\nstiffness = 1e6\ndrive_share = 2", r"axle\.drive_share = 2 "),
-    ("[motor]\nlag = -1", r"motor\.lag = -1 .*>= 0"),
     ("[contact_relaxation]\nlenth = 1", r"did you mean 'length'"),
-    ("[sensors]\ndelay = -1", r"sensors\.delay = -1 .*>= 0"),
-    ("[track]\ndistance = [0.0]", r"track\.distance goes with slope, friction"),
+    ("[track]\ndistance = [0.0]", r"track\.distance must go with slope, friction"),
     (
         "[track]\ndistance = [0.0]\nfriction_left = [1.0]",
-        r"track\.distance goes with .*given are distance and friction_left",
+        r"track\.distance must go with .*given are distance and friction_left",
     ),
     ("[track]\ntime = [0.0]", r"track\.time and .* go together"),
-    ("[track]\nslope = [0.5]", r"track\.distance goes .*given are slope"),
-    ("[track]\ndistance = [0.0]\nfriction = [0.0]", r"track\.friction = 0\.0 .*> 0"),
+    ("[track]\nslope = [0.5]", r"track\.distance must go .*given are slope"),
     (
         "[track]\ndistance = [0.0, 1.0]\nfriction = [1.0]",
         r"track\.distance has 2 and friction 1 entries",
     ),
     ("[wheel_load]\ntime = [0.0]", r"wheel_load\.time and factor, or"),
-    ("[wheel_load]\ntime = [0.0]\nfactor = [-1.0]", r"wheel_load\.factor = -1\.0 .*>= 0"),
     ("[axes.x]\nvalues = [1.0]", r"is a sweep"),
 ]
 
@@ -410,9 +385,6 @@ ADDED = [
         ("locomotive.toml", "no.toml", r"vehicle no\.toml: no such file, neither beside"),
         ("locomotive.toml", "../x.toml", r"vehicle must lie beside the scenario or below"),
         ("locomotive.toml", "torsion.toml", r"vehicle torsion\.toml: is a scenario"),
-        ('duration = "1 min"', "", r"run\.duration is missing"),
-        ('"1 min"', "0.0", r"run\.duration = 0\.0 .*> 0"),
-        ('"1 min"', '"1 m"', r"run\.duration = '1 m' must be a number in s.*min"),
         ('initial_speed = "36 km/h"', "", r"run\.initial_speed and held_speed: give one"),
         (
             '"36 km/h"',
@@ -428,11 +400,6 @@ ADDED = [
         ('kind = "open_loop"', "", r"controllers\.first\.kind is missing; it is one of: open_loop"),
         ("open_loop", "opn_loop", r"controllers\.first\.kind = 'opn_loop' .*mean 'open_loop'"),
         ('"open_loop"', '"open_loop"\nkin = 1', r"controllers\.first\.kin is .*mean 'kind'"),
-        (
-            '"open_loop"',
-            '"open_loop"\nsample_time = 0',
-            r"controllers\.first\.sample_time = 0 .*> 0",
-        ),
         ('"36 km/h"', f"1{400 * '0'}", r"run\.initial_speed is out of range"),
         (
             "[controllers.first]",

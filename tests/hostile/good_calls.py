@@ -384,6 +384,15 @@ OVERRIDES: dict[str, dict[str, Any]] = {
         "least_load": 6e3,
         "largest_reference": 0.05,
     },
+    "Track.from_breakpoints": {
+        "distance": XI,
+        "friction": None,
+        "friction_left": SPEEDS,
+        "friction_right": SPEEDS,
+        "time": SPEEDS.cumsum(),
+        "friction_over_time": SPEEDS,
+        "slope": SPEEDS,
+    },
     "TractionData": {**PAIRS, "speed": 1.0 + CREEPAGES},
     "WheelLoad": {"time": (), "frequency": (0.5, 9.0), "density": (0.02, 0.01)},
     "basin free": FREE,
@@ -437,7 +446,8 @@ OVERRIDES: dict[str, dict[str, Any]] = {
 # Functions whose arrays must be rows, of one length where there are several.
 ROWS = {
     *("Friction.from_samples", "FitResult.traction_coefficient", "MeasuredCurve", "Profile"),
-    *("Softening", "TractionData", "WheelLoad", "control_systems.growth_rate"),
+    *("Softening", "Track.from_breakpoints", "TractionData", "WheelLoad"),
+    "control_systems.growth_rate",
     *("traction.SensorReader", "traction.SensorReader.read"),
 }
 # What a function takes as it is.
@@ -460,20 +470,11 @@ INFINITE = {
     *("stability.proportional_window", "stability.slip_away_estimate"),
 }
 NOT_A_NUMBER = {"fit", "run_many", "sensor_errors"}
-EVERY_SAMPLE = "asked at every sample, of any numbers: hostile/test_dynamics_properties.py"
 EVERY_STEP = "asked at every step of an integrator: checks nothing"
 
 # Public names that take numbers and have no call, and why.
 EXEMPT: dict[str, str] = {
     **dict.fromkeys(("FitResult", "OperatingPoint", "Tuning"), "what an analysis answers"),
-    **dict.fromkeys(
-        (
-            *(f"{kind}.start" for kind in ("CreepPI", "SlopeSeeking", "OpenLoop")),
-            *(f"{kind}.start_limiter" for kind in ("CreepPI", "SlopeSeeking")),
-            *("ThresholdControl.start", "traction.SlipLimiter.start_limiter"),
-        ),
-        EVERY_SAMPLE,
-    ),
     **dict.fromkeys(
         (
             "CreepControl.start",

@@ -16,7 +16,6 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from numbers import Real
 from typing import Annotated, Any
 
 import good_calls
@@ -33,6 +32,7 @@ from contactlib.base.quantities import (
     checked,
     checked_number,
     checked_whole,
+    declared,
     records,
     shown,
 )
@@ -278,8 +278,7 @@ def test_a_validator_takes_the_number_that_is_meant_or_refuses_it(validator: str
         found = outcome(validator, value)
         if isinstance(found, ValueError):
             array = np.asarray(value)  # of objects, if no type of numpy's holds the number
-            one = array.ndim == 0 and (validator != "Parameters" or isinstance(value, Real))
-            fine = (one or validator in OF_ARRAYS) and array.dtype.kind in "iuf"
+            fine = (array.ndim == 0 or validator in OF_ARRAYS) and array.dtype.kind in "iuf"
             if fine and validator == "checked_whole":
                 fine = bool((array == np.round(array)).all())
             assert not (fine and MODERATE.allows(array).all()), shown(value)
@@ -294,8 +293,8 @@ DECLARED = [
     (call, key, quantity)
     for call in CALLS
     if isinstance(kind := public()[call.covers], type) and issubclass(kind, Parameters)
-    for key, quantity in kind.quantities().items()
-    if key not in kind.list_names() and call.name == call.covers
+    for key, one in declared(public()[call.covers]).items()
+    if (quantity := one.quantity) and not one.many and call.name == call.covers
 ]
 
 

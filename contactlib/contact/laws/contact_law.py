@@ -20,6 +20,7 @@ from contactlib.base.quantities import (
 )
 
 LATERAL = Limits(at_least=-1.0, at_most=1.0)
+K_HAT = Quantity("1", at_least=0.0, at_most=2.0)
 
 
 class Peak(NamedTuple):
@@ -33,15 +34,8 @@ class Peak(NamedTuple):
 class ContactLaw(Parameters, ABC):
     """Traction ratio q = Q/(f_d P) against normalized creepage x = zeta/zeta0 at one `k_hat`."""
 
-    k_hat: Annotated[float, Quantity("1", at_least=0.0, at_most=2.0)]
+    k_hat: Annotated[float, K_HAT]
     contact: Literal["line", "elliptic"] = "line"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.contact not in ("line", "elliptic"):
-            raise ValueError(
-                f"{type(self).__name__}.contact = {self.contact!r} must be 'line' or 'elliptic'"
-            )
 
     @abstractmethod
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from contactlib.base.quantities import Quantity
+from contactlib.base.quantities import Parameters, declared
 from contactlib.base.text import known_names
 from contactlib.contact.element import RangeWarning
 from contactlib.files.mistakes import Mistakes
@@ -22,9 +22,9 @@ from contactlib.files.reading import (
     in_file,
     loading,
     model_path,
-    number,
     parse_text,
-    subsection,
+    read_section,
+    read_value,
     text,
     title,
 )
@@ -37,14 +37,14 @@ from contactlib.files.scenario import (
     read_controllers,
 )
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
-from contactlib.runs.plant import TOLERANCE, timing
+from contactlib.runs.plant import timing
 from contactlib.runs.scenario_runs import (
     DEFAULT_TOLERANCE,
     FAILED,
     Metric,
     checked_metrics,
 )
-from contactlib.runs.sweep.axes import choice, read_axes, whole
+from contactlib.runs.sweep.axes import read_axes
 from contactlib.runs.sweep.plan import (
     PLACEHOLDER,
     Plan,
@@ -53,13 +53,41 @@ from contactlib.runs.sweep.plan import (
     law_tables,
     table_axes,
 )
-from contactlib.runs.sweep.sampling import KINDS, MOST_RUNS, draw, extreme_runs
+from contactlib.runs.sweep.sampling import draw, extreme_runs
 from contactlib.traction.interface import Controller, checked_controller
 
-NEEDED = ("name", "source", "scenario", "outcomes", "axes")
-OPTIONAL = ("controllers", "sampling", "noise", "redesign", "step", "tolerance")
-NOISES = ("common", "independent")
-STEP = Quantity("s", above=0.0)
+Names = tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source(Parameters):
+    """What a sweep file says of its scenario.
+
+    Parameters
+    ----------
+    scenario : str
+        A scenario file beside the sweep, below its folder, or shipped.
+    controllers : list of str, optional
+        Those of the scenario's controllers that run. Default: all.
+    redesign : bool, optional
+        Whether controllers are designed for each run. Normally they are those designed for the
+        file as it stands, as a designer does not know what varies.
+    """
+
+    scenario: str
+    controllers: Names | None = None
+    redesign: bool = False
+
+
+OF_SWEEP, OF_PLAN = declared(Sweep), declared(Plan)
+KEYS = {
+    **{key: OF_SWEEP[key] for key in ("name", "source")},
+    **declared(Source),
+    "outcomes": OF_PLAN["outcomes"],
+    **{key: replace(OF_PLAN[key], default=None) for key in ("noise", "step")},
+    "tolerance": replace(OF_PLAN["tolerance"], default=DEFAULT_TOLERANCE),
+}
+NEEDED = [*(key for key, one in KEYS.items() if one.needed), "axes"]
 
 
 def load_sweep(
@@ -118,38 +146,31 @@ def _build_sweep(
             f"is a {what}, not a sweep: the command 'contactlib simulate' runs it; a sweep names "
             "a scenario and the axes along which it varies"
         )
-    read: Any = None
-    kind = "grid"
+    found: Any = None
     with Mistakes(data) as mistakes:
         of = mistakes.of
-        of(check_keys, "", data, [*NEEDED, *OPTIONAL], NEEDED)
-        for key, read_text in (("name", title), ("source", text)):
-            of(read_text, key, data.get(key, ""))
-        outcomes = of(_names, "outcomes", data.get("outcomes", ["slip_work"]), SWEEP_OUTCOMES)
-        redesign = of(_switch, "redesign", data.get("redesign", False))
-        sampling = of(_sampling, data.get("sampling", {}))
-        if sampling:
-            kind, runs, seed = sampling
-        # Common noise keeps maps free of speckle.
-        noise = of(choice, "noise", data.get("noise", NOISES[kind != "grid"]), NOISES)
-        step = of(number, "step", data["step"], STEP) if "step" in data else None
-        tolerance = of(number, "tolerance", data.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE)
-        if "scenario" in data:
-            read = of(_read_scenario, data["scenario"], file.parent)
-        if read and outcomes:
-            chosen = of(_controllers, data, read[1], outcomes)
-        if read and "axes" in data:
-            of(partial(read_axes, grid=kind == "grid"), data["axes"], read[0], None)
-    contents = read[0]
+        of(check_keys, "", data, [*KEYS, "axes", "sampling"], NEEDED)
+        given = {key: of(read_value, key, data[key], KEYS[key]) for key in KEYS if key in data}
+        of(title, "name", data.get("name", ""))
+        outcomes = of(_names, "outcomes", given.get("outcomes") or (), SWEEP_OUTCOMES)
+        sampling = of(_sampling, data.get("sampling", {})) or {}
+        grid = sampling.get("kind", "grid") == "grid"
+        if given.get("scenario"):
+            found = of(_read_scenario, given["scenario"], file.parent)
+        if found and outcomes:
+            chosen = of(_controllers, given.get("controllers"), found[1], outcomes)
+        if found and "axes" in data:
+            of(partial(read_axes, grid=grid), data["axes"], found[0], None)
+    contents = found[0]
     with Mistakes(data) as mistakes:
         with in_file(f"scenario {data['scenario']}"):
             wheelset = contents.build_vehicle(None, progress)
             scenario = build_scenario(contents.data, wheelset, chosen or PLACEHOLDER)
-        controllers: dict[str, Controller | ControllerDesign] = {
-            name: chosen[name] if redesign else scenario.controller(name) for name in chosen
-        }
-        axes = read_axes(data["axes"], contents, controllers, grid=kind == "grid")
-        values = draw(kind, [axis.spread for axis in axes], runs, seed)
+        controllers: dict[str, Controller | ControllerDesign] = dict(chosen)
+        if not given.get("redesign"):
+            controllers = {name: scenario.controller(name) for name in chosen}
+        axes = read_axes(data["axes"], contents, controllers, grid=grid)
+        values = draw([axis.spread for axis in axes], **sampling)
         for axis, column in zip(axes, values.T, strict=True):
             mistakes.of(axis.check, np.unique(column))
     plan = Plan(
@@ -157,15 +178,16 @@ def _build_sweep(
         axes=axes,
         controllers=controllers,
         outcomes=outcomes,
-        noise=noise,
-        step=step,
-        tolerance=tolerance,
+        # Common noise keeps maps free of speckle.
+        noise=given.get("noise") or ("common" if grid else "independent"),
+        step=given.get("step"),
+        tolerance=given.get("tolerance", DEFAULT_TOLERANCE),
         table_axes=table_axes(axes, contents),
         tables={},
     )
     plan = replace(plan, tables=law_tables(plan, values, wheelset.element.table, progress))
     described = data["name"], data["source"], file.stem, content
-    sweep = Sweep(*described, kind, seed, scenario, plan, values)
+    sweep = Sweep(*described, sampling["kind"], sampling["seed"], scenario, plan, values)
     _check_ends(sweep)
     return sweep
 
@@ -214,19 +236,19 @@ def with_own(
     return made
 
 
-def _read_scenario(
-    name: object, folder: Path
-) -> tuple[ScenarioContents, dict[str, ControllerDesign]]:
-    file = text("scenario", name)
+def _read_scenario(file: str, folder: Path) -> tuple[ScenarioContents, dict[str, ControllerDesign]]:
     with in_file(f"scenario {file}"):
         contents = read_contents(file_beside("scenario", file, folder, "the sweep"))
         return contents, read_controllers(contents.data["controllers"])
 
 
-def _switch(key: str, value: object) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(f"{key} = {value!r} must be true or false")
-    return value
+def _sampling(section: object) -> dict[str, Any]:
+    """Kind, number of runs and seed."""
+    keys = declared(draw)
+    given = {"kind": keys["kind"].default, **read_section("sampling", keys, section)}
+    needed = [] if given["kind"] == "grid" else ["runs", "seed"]
+    check_keys("sampling.", given, ["kind", *needed], needed)
+    return {**given, **{key: int(given.get(key, 0)) for key in ("runs", "seed")}}
 
 
 def _check_ends(sweep: Sweep) -> None:
@@ -250,40 +272,23 @@ def _check_ends(sweep: Sweep) -> None:
         )
 
 
-def _names(what: str, found: object, known: Collection[str]) -> tuple[str, ...]:
-    if not isinstance(found, list) or not found:
-        raise ValueError(f"{what} = {found!r} must be a list of at least one name")
-    names = tuple(text(what, name) for name in found)
+def _names(what: str, names: Names, known: Collection[str]) -> Names:
     for name in names:
-        if name not in known:
+        if text(what, name) not in known:
             raise ValueError(f"{what}: {name!r} is not known; {known_names(name, known)}")
     if len(set(names)) < len(names):
-        raise ValueError(f"{what} = {found!r} has a name twice")
+        raise ValueError(f"{what} = {list(names)!r} has a name twice")
     return names
 
 
 def _controllers(
-    data: Mapping[str, Any], designs: Mapping[str, ControllerDesign], outcomes: Sequence[str]
+    names: Names | None, designs: Mapping[str, ControllerDesign], outcomes: Names
 ) -> dict[str, ControllerDesign]:
     """Designs of the controllers that run. Default: all controllers of the scenario."""
     if not of_runs(outcomes):
-        if "controllers" in data:
+        if names is not None:
             raise ValueError(
                 "controllers: none runs, as all outcomes come from the analysis of the wheelset"
             )
         return {}
-    if "controllers" not in data:
-        return dict(designs)
-    return {name: designs[name] for name in _names("controllers", data["controllers"], designs)}
-
-
-def _sampling(section: object) -> tuple[str, int, int]:
-    """Kind, number of runs and seed."""
-    table = subsection("sampling", section)
-    kind = choice("sampling.kind", table.get("kind", "grid"), KINDS)
-    if kind == "grid":
-        check_keys("sampling.", table, ["kind"], [])
-        return kind, 0, 0
-    check_keys("sampling.", table, ["kind", "runs", "seed"], ["runs", "seed"])
-    runs = whole("sampling.runs", table["runs"], 1, MOST_RUNS)
-    return kind, runs, whole("sampling.seed", table["seed"], 0, 2**53)
+    return {name: designs[name] for name in _names("controllers", names or (), designs) or designs}

@@ -12,11 +12,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray, Parameters
+from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.base.text import version
 from contactlib.contact import kernel
 from contactlib.contact.table import CreepForceTable
@@ -25,9 +25,9 @@ from contactlib.files.reading import in_file
 from contactlib.files.scenario import ControllerDesign, Scenario, ScenarioContents, build_scenario
 from contactlib.files.sections import LAWS
 from contactlib.runs.analysis import ANALYSES
-from contactlib.runs.plant import common_step, default_step
+from contactlib.runs.plant import TOLERANCE, common_step, default_step
 from contactlib.runs.scenario_runs import FAILED, LONGEST_STEP, Metric
-from contactlib.runs.sweep.axes import Axis, Target, change
+from contactlib.runs.sweep.axes import Axis, Target
 from contactlib.runs.sweep.sampling import Spread, grid_shape
 from contactlib.traction import OpenLoop
 from contactlib.traction.interface import Controller
@@ -58,14 +58,18 @@ class Plan:
         Controllers by name, designed for the scenario of the file, or designs that each run
         designs again. Empty if none runs.
     outcomes : tuple of str
-        Outcomes to report.
+        Outcomes to report, from the tables below.
     noise : str
-        ``common`` if all runs have the sensors' noise of index 0 of their seed, ``independent`` if
-        each has that of its own index.
+        ``common`` if all runs have the sensors' noise of index 0 of their seed, so that they differ
+        by their parameters alone, ``independent`` if each has that of its own index. A file's
+        default: common on a grid.
     step : float or None
-        Longest time between rows [s].
+        Longest time between rows [s]. Default: 10 ms, or less: a twentieth of the axle's vibration
+        period, a tenth of the shortest period of the wheel load. It is shortened to a fraction that
+        the sample times of all controllers have in common, so that the rows of all are equally far
+        apart.
     tolerance : float
-        Tolerance of the integrator [1].
+        Relative error of each of the integrator's substeps [1].
     table_axes : tuple of int
         Axes on which the law's table depends.
     tables : dict
@@ -82,9 +86,9 @@ class Plan:
     axes: tuple[Axis, ...]
     controllers: dict[str, Controller | ControllerDesign]
     outcomes: tuple[str, ...]
-    noise: str
-    step: float | None
-    tolerance: float
+    noise: Literal["common", "independent"]
+    step: Annotated[float | None, Quantity("s", above=0.0)]
+    tolerance: Annotated[float, TOLERANCE]
     table_axes: tuple[int, ...]
     tables: dict[tuple[float, ...], bytes]
     made_with: str = dataclasses.field(default_factory=this_contactlib)
@@ -225,19 +229,13 @@ class ScenarioBuilder:
 
     def _section(self, section: tuple[str, str], known: Any, *values: float) -> Any:
         """Section of a file, or controller, with the values of its axes."""
-        new = [
-            (target, target.scale(value) if self._plan.axes[i].factor else value)
-            for (i, target), value in zip(self._changed[section], values, strict=True)
-        ]
-        fields = {target.key: value for target, value in new}
+        of_controller = section[0] == "controllers"
+        table = {} if of_controller else dict(known or {})
+        for (i, target), value in zip(self._changed[section], values, strict=True):
+            target.put(table, value, factor=self._plan.axes[i].factor)
         if isinstance(known, ControllerDesign):
-            return dataclasses.replace(known, given={**known.given, **fields})
-        if section[0] == "controllers":
-            return dataclasses.replace(known, **fields)
-        table = dict(known or {})
-        for target, value in new:
-            change(table, target, value)
-        return table
+            return dataclasses.replace(known, given={**known.given, **table})
+        return dataclasses.replace(known, **table) if of_controller else table
 
 
 def _same(one: object, other: object) -> bool:
@@ -252,8 +250,10 @@ class Sweep:
 
     Attributes
     ----------
-    name, source : str
-        Title, and the origin of the numbers.
+    name : str
+        Title, in one line.
+    source : str
+        Where the numbers come from.
     stem : str
         Name of the sweep file without its suffix, which the results share.
     text : str

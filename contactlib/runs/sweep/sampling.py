@@ -9,14 +9,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice, product
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import SEED, FloatArray, Quantity, checks_call
 
-KINDS = ("grid", "latin_hypercube", "monte_carlo")
+ANY = Quantity("1")  # in a file, unit and limits are those of the numbers that an axis sets
 MOST_RUNS = 10_000_000  # their values are held in memory
 
 
@@ -60,22 +60,112 @@ class Spread:
         return np.asarray(np.clip(found.ppf(inside), start, end))  # against rounding
 
 
+@checks_call
+def values_of(*, values: Annotated[tuple[float, ...], ANY]) -> Spread:
+    """Values one by one.
+
+    Parameters
+    ----------
+    values : list of float
+        Values, all different.
+    """
+    if len(set(values)) < len(values):
+        raise ValueError(f"values = {list(values)!r} has a number twice")
+    return Spread("values", values)
+
+
+@checks_call
+def points(
+    *,
+    from_: Annotated[float, ANY],
+    to: Annotated[float, ANY],
+    count: Annotated[float, Quantity("1", at_least=1.0, at_most=1e6, whole=True)],
+    spacing: Literal["linear", "log"] = "linear",
+) -> Spread:
+    """Points of a grid.
+
+    Parameters
+    ----------
+    from_ : float
+        Least value.
+    to : float
+        Largest value.
+    count : float
+        Number of points of a grid [1].
+    spacing : str, optional
+        How the points of a grid are spaced.
+    """
+    if spacing == "log" and min(from_, to) <= 0.0:
+        raise ValueError(f"from = {from_!r}, to = {to!r}: log spacing needs both above zero")
+    if count > 1 and from_ == to:
+        raise ValueError(f"from = to = {from_!r}: {count:g} points would be the same")
+    space = np.geomspace if spacing == "log" else np.linspace
+    return Spread("values", tuple(space(from_, to, int(count)).tolist()))
+
+
+@checks_call
+def sample(
+    *,
+    distribution: Literal["uniform", "log_uniform", "whole", "normal"] = "uniform",
+    from_: Annotated[float | None, ANY] = None,
+    to: Annotated[float | None, ANY] = None,
+    mean: Annotated[float | None, ANY] = None,
+    standard_deviation: Annotated[float | None, Quantity("1", above=0.0)] = None,
+) -> Spread:
+    """Values of a random sample.
+
+    Parameters
+    ----------
+    distribution : str, optional
+        Distribution of a sample.
+    from_, to : float
+        Ends of the distribution; of a normal one, where it is cut.
+    mean : float
+        Mean of a normal distribution.
+    standard_deviation : float
+        Standard deviation of a normal distribution before `from` and `to` cut it.
+    """
+    shape = {"mean": mean, "standard_deviation": standard_deviation}
+    ends = {"from": from_, "to": to}
+    normal = distribution == "normal"
+    for key in [key for key, value in (shape if normal else ends).items() if value is None]:
+        raise ValueError(f"{key} is missing")
+    for key in [key for key, value in shape.items() if value is not None and not normal]:
+        raise ValueError(f"{key} is for a normal distribution, not for {distribution!r}")
+    start, end = (-np.inf if from_ is None else from_), (np.inf if to is None else to)
+    if start >= end:
+        raise ValueError(f"from = {start!r} must be < to = {end!r}")
+    if distribution == "whole" and (start != int(start) or end != int(end)):
+        raise ValueError(f"from = {start!r}, to = {end!r} must be whole numbers")
+    if distribution == "log_uniform" and start <= 0.0:
+        raise ValueError(f"from = {start!r} must be > 0: log_uniform is of ratios")
+    first = (value for value in shape.values() if value is not None)
+    return Spread(distribution, (*first, start, end))
+
+
 def grid_shape(spreads: Sequence[Spread]) -> tuple[int, ...]:
     """Number of points along each axis of a grid."""
     return tuple(len(spread.numbers) for spread in spreads)
 
 
-def draw(kind: str, spreads: Sequence[Spread], runs: int, seed: int) -> FloatArray:
+def draw(
+    spreads: Sequence[Spread],
+    kind: Literal["grid", "latin_hypercube", "monte_carlo"] = "grid",
+    runs: Annotated[int, Quantity("1", at_least=1.0, at_most=MOST_RUNS, whole=True)] = 0,
+    seed: Annotated[int, SEED] = 0,
+) -> FloatArray:
     """Draw the values of the axes in each run.
 
     Parameters
     ----------
-    kind : str
-        One of `KINDS`.
     spreads : sequence of Spread
         Distribution of each axis; on a grid each is of values.
-    runs, seed : int
-        Number of runs, and seed; a grid ignores both.
+    kind : str
+        How the runs cover the axes.
+    runs : int
+        Number of samples; not of a grid.
+    seed : int
+        Seed of the random numbers; not of a grid.
 
     Returns
     -------

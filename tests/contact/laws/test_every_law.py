@@ -134,5 +134,5 @@ def test_bad_creepages_and_places_are_refused(law: CarterGriffith | CohesiveZone
         law.stick_boundary(0.5, 1.5)
     with pytest.raises(ValueError, match=r"position = inf .*finite"):
         law.shear_traction(np.inf, 0.5)
-    with pytest.raises(ValueError, match=r"\.contact = 'round' .*'line' or 'elliptic'"):
+    with pytest.raises(ValueError, match=r"\.contact = 'round' .*one of: line, elliptic"):
         replace(law, contact="round")  # type: ignore[arg-type]

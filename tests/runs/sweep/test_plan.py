@@ -46,15 +46,13 @@ def built_anew(sweep: cl.Sweep, run: int) -> cl.Scenario:
     }
     for axis, value in zip(sweep.plan.axes, sweep.values[run].tolist(), strict=True):
         for target in axis.targets:
-            new = target.scale(value) if axis.factor else value
             where, name = target.section
-            part = parts[where]
-            if where == "controllers":
-                part[name] = dataclasses.replace(part[name], **{target.key: new})
-            elif target.index is None:
-                part.setdefault(name, {})[target.key] = new
-            else:
-                part[name][target.key][target.index] = new
+            given: dict[str, Any] = {}
+            of_controller = where == "controllers"
+            table = given if of_controller else parts[where].setdefault(name, {})
+            target.put(table, value, factor=axis.factor)
+            if of_controller:
+                parts[where][name] = dataclasses.replace(parts[where][name], **given)
     law = sweep.scenario.drivetrain.wheelset.element.table
     wheelset = build_wheelset(parts["vehicle"], Path(), law, print)
     return build_scenario(parts[""], wheelset, parts["controllers"])

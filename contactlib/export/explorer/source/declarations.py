@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING, fields
 from typing import Any
 
-from contactlib.base.quantities import Parameters
+from contactlib.base.quantities import declared
 from contactlib.base.units import SPELLINGS, UNITS
 from contactlib.contact import kernel
-from contactlib.files.model import RUNS, VEHICLE_SECTIONS
+from contactlib.files.sections import RUNS, VEHICLE_SECTIONS, Keys
 
-SECTIONS: dict[str, type[Parameters]] = {
-    **{n: s for n, s in VEHICLE_SECTIONS.items() if n != "law"},
-    **RUNS,
+SECTIONS: dict[str, Keys] = {
+    **{name: keys for name, keys in VEHICLE_SECTIONS.items() if name != "law"},
+    **{name: declared(kind) for name, kind in RUNS.items()},
 }
 BOUNDS = ("above", "at_least", "below", "at_most")
 
 
-def _keys(section: type[Parameters]) -> dict[str, dict[str, Any]]:
+def _keys(section: Keys) -> dict[str, dict[str, Any]]:
     """Of each number: unit, finite bounds, whether it is a list, and its default if it has one."""
     keys: dict[str, dict[str, Any]] = {}
-    defaults = {field.name: field.default for field in fields(section)}  # type: ignore[arg-type]
-    for name, quantity in section.quantities().items():
-        bounds = {bound: getattr(quantity, bound) for bound in BOUNDS}
-        keys[name] = {"unit": quantity.unit, "list": name in section.list_names()}
-        keys[name] |= {bound: limit for bound, limit in bounds.items() if math.isfinite(limit)}
-        if defaults[name] is not MISSING:
-            keys[name]["default"] = defaults[name]
+    for name, one in section.items():
+        if one.quantity is not None:
+            bounds = {bound: getattr(one.quantity, bound) for bound in BOUNDS}
+            keys[name] = {"unit": one.quantity.unit, "list": one.many}
+            keys[name] |= {bound: limit for bound, limit in bounds.items() if math.isfinite(limit)}
+            if not one.needed:
+                keys[name]["default"] = one.default
     return keys
 
 
