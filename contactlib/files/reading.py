@@ -234,9 +234,13 @@ def read_value(where: str, value: object, one: Parameter) -> Any:
     if not one.many:
         if one.quantity is not None:
             return number(where, value, one.quantity)
-        if one.choices == (True, False):
-            return switch(where, value)
-        return choice(where, value, one.choices) if one.choices else text(where, value)
+        if True not in one.choices:
+            word = text(where, value)
+            if one.choices and word not in one.choices:
+                raise ValueError(f"{where} = {value!r} must be one of: {', '.join(one.choices)}")
+        elif not isinstance(value, bool):
+            raise ValueError(f"{where} = {value!r} must be true or false")
+        return value
     of = "name" if one.quantity is None else "number"
     if not isinstance(value, list) or not value:
         raise ValueError(f"{where} = {value!r} must be a list of at least one {of}")
@@ -267,20 +271,6 @@ def text(where: str, value: object) -> str:
     """Return a TOML value if it is a string, or raise."""
     if not isinstance(value, str):
         raise ValueError(f"{where} = {value!r} must be a string")
-    return value
-
-
-def choice(where: str, value: object, known: Collection[str]) -> str:
-    """Return a TOML value if it is one of the known words, or raise."""
-    if text(where, value) not in known:
-        raise ValueError(f"{where} = {value!r} must be one of: {', '.join(known)}")
-    return str(value)
-
-
-def switch(where: str, value: object) -> bool:
-    """Return a TOML value if it is a truth value, or raise."""
-    if not isinstance(value, bool):
-        raise ValueError(f"{where} = {value!r} must be true or false")
     return value
 
 

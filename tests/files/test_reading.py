@@ -163,6 +163,7 @@ def test_every_key_is_held_to_what_is_declared_of_it(key: str, one: Parameter) -
         assert re.match(rf"it\.{key} = 3 must be (a string|a list|true or false)", said({key: 3}))
         if one.choices and True not in one.choices:
             known = ", ".join(one.choices)
+            assert said({key: ""}) == f"it.{key} = '' must be one of: {known}"
             assert said({key: "no such"}) == f"it.{key} = 'no such' must be one of: {known}"
         return
     limits = one.quantity
