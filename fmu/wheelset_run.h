@@ -80,7 +80,7 @@ typedef struct {
 enum { RUN_GOES_ON, RUN_AT_END, RUN_STOPPED, RUN_FAILED };
 typedef struct wheelset_run wheelset_run;
 
-/* Begin a run from a row, of which time and torque are not used; NULL without memory. */
+/* Begin a run from a row, whose time and torque are not used; NULL if memory is lacking. */
 CONTACTLIB_API wheelset_run *wheelset_run_begin(const drivetrain_member *member,
                                                 const run_stretch *given, const run_row *first);
 CONTACTLIB_API void wheelset_run_free(wheelset_run *run);

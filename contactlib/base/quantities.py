@@ -402,7 +402,7 @@ def declared(source: Any) -> Mapping[str, Parameter]:
     return MappingProxyType({name.rstrip("_"): one for name, one in found.items()})
 
 
-PLAIN = {float, str, str | int, ...}  # of which a list may be
+PLAIN = {float, str, str | int, ...}  # what a list may hold
 
 
 def _is(hint: Any, *origins: Any) -> bool:

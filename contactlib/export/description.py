@@ -2,7 +2,7 @@
 
 The kernel's list of variables gives names, units, limits and value references, and the model gives
 start values. This module adds causalities, nominal values and dependencies: everything, as FMI's
-default is, but where a tool would see an algebraic loop that is none.
+default is, but where a tool would see a false algebraic loop.
 """
 
 from __future__ import annotations
@@ -368,7 +368,7 @@ class Description:
         return [Unknown(variable=v, dependencies=self._dependencies(v, known)) for v in variables]
 
     def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str]:
-        """Parameters, and the inputs and states of which a variable may be made."""
+        """Parameters, and the inputs and states from which a variable may be computed."""
         needed = {v.name for v in known}
         if variable.role == "state":
             needed = {variable.name}

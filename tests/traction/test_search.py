@@ -28,7 +28,7 @@ class Mine(cl.SampledController):
 
 
 def ranging(ranges: Any) -> Mine:
-    """Controller of which only what it declares matters."""
+    """Controller that only declares its settings."""
 
     class Ranged(Mine):
         search_ranges: ClassVar[Any] = ranges

@@ -16,7 +16,7 @@ from contactlib.traction import stacked
 
 
 def answering(answer: Callable[[cl.Measurement[float]], Any]) -> cl.SampledController:
-    """Controller of which only the answer matters."""
+    """Controller that only answers."""
 
     class Asked(cl.SampledController):
         sample_time = 0.01

@@ -15,7 +15,7 @@ from contactlib.base.writing import package_folder, write_whole
 from contactlib.contact import kernel
 
 SOURCE = Path(__file__).resolve().parent
-OPAQUE = ("creep_table", "drivetrain_member", "patch")  # of which the page needs the size alone
+OPAQUE = ("creep_table", "drivetrain_member", "patch")  # the page needs their sizes alone
 OF_DOUBLES = (
     "force_element_parameters",
     "force_element_input",

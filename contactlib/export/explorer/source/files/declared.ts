@@ -46,8 +46,8 @@ const DECLARED: ByName<Limit> = Object.fromEntries(
   ),
 );
 
-// What the page allows of numbers that no model file has, and of those of which it allows less: far
-// beyond any vehicle, and less than what no run can be computed with.
+// Limits of numbers that no model file has, and narrower limits than a file's: far beyond any vehicle,
+// but such that a run can be computed.
 const OWN: ByName<[unit: string, at_least: number, at_most: number]> = {
   semi_width: ["m", 1e-6, 1],
   peak_pressure: ["Pa", 1e6, 1e11],
