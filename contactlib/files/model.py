@@ -59,6 +59,10 @@ class BuildCache:
     def __init__(self) -> None:
         self._built: dict[Hashable, tuple[tuple[Any, ...], Any]] = {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy or a pickle begins empty: what is built can be built again."""
+        return {"_built": {}}
+
     def __call__(self, name: Hashable, build: Callable[..., Made], *inputs: Any) -> Made:
         """Object of this name: the last one, or ``build(*inputs)``."""
         last = self._built.get(name)

@@ -126,7 +126,7 @@ def test_each_run_is_what_it_would_be_by_itself(
 def test_one_run_has_the_metrics_of_its_rows(scenarios: list[cl.Scenario], controller: str) -> None:
     for one in scenarios:
         many = run_many([one], controller, list(OUTCOMES), step=0.01, tolerance=1e-8)
-        run = cl.run_scenario(one, controller, step=0.01)
+        run = cl.run_scenario(one, controller, step=0.01, tolerance=1e-8)
         for name, value in cl.metrics(run, one.drivetrain)._asdict().items():
             assert same(many[name], np.array([value])), name
         assert many["final_speed"] == run["speed"][-1]

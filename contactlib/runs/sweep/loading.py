@@ -155,7 +155,7 @@ def _build_sweep(
         outcomes = of(_names, "outcomes", given.get("outcomes") or (), SWEEP_OUTCOMES)
         sampling = of(_sampling, data.get("sampling", {})) or {}
         grid = sampling.get("kind", "grid") == "grid"
-        if given.get("scenario"):
+        if given.get("scenario") is not None:
             found = of(_read_scenario, given["scenario"], file.parent)
         if found and outcomes:
             chosen = of(_controllers, given.get("controllers"), found[1], outcomes)
