@@ -10,24 +10,24 @@
 #define OPENED
 #include "fmi.h"
 
-enum { MOST_REFERENCES = 64, VALUES = 4096 };
+enum { MAX_REFERENCES = 64, VALUES = 4096 };
 
 static const double LENGTH = 1e-3;
 static double now, values[VALUES];
-static unsigned inputs[MOST_REFERENCES], outputs[MOST_REFERENCES];
+static unsigned inputs[MAX_REFERENCES], outputs[MAX_REFERENCES];
 static size_t input_count, output_count;
 
-static size_t references(char *text, unsigned found[MOST_REFERENCES]) {
+static size_t references(char *text, unsigned found[MAX_REFERENCES]) {
     size_t n = 0;
     for (char *cell = strtok(text, ","); cell != NULL; cell = strtok(NULL, ",")) {
-        if (n == MOST_REFERENCES) fail(cell, "is one value reference too many");
+        if (n == MAX_REFERENCES) fail(cell, "is one value reference too many");
         found[n++] = (unsigned)strtoul(cell, NULL, 10);
     }
     return n;
 }
 
 static void run(const fmi *v, void *c, size_t calls) {
-    double in[MOST_REFERENCES], out[MOST_REFERENCES];
+    double in[MAX_REFERENCES], out[MAX_REFERENCES];
     FINE(v->get(c, inputs, input_count, in));
     for (size_t i = 0; i < calls; i++) {
         in[0] = values[i % VALUES];

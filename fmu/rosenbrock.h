@@ -59,7 +59,7 @@ typedef struct {
 } equations;
 
 /* Factorize a = l u in place, with an inverted diagonal. Rows are not exchanged: the diagonal holds
- * 2/h, and if a growing mode cancels it, the error control takes a shorter substep. */
+ * 1/(gamma h), and if a growing mode cancels it, the error control takes a shorter substep. */
 static inline void factorize(int n, lanes a[MOST_STATES][MOST_STATES]) {
     for (int k = 0; k < n; k++) {
         EACH_LANE (l) a[k][k][l] = 1.0 / a[k][k][l];
@@ -87,11 +87,11 @@ static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST
 
 /* A method: stage s solves (1/(gamma h) - J) k_s = f(y + sum a_sj k_j) + sum c_sj k_j/h. The last
  * stage is the error, and completes the solution. */
-enum { MOST_STAGES = 8 };
+enum { MAX_STAGES = 8 };
 typedef struct {
     int stages;
     double gamma;
-    double a[MOST_STAGES][MOST_STAGES], c[MOST_STAGES][MOST_STAGES];
+    double a[MAX_STAGES][MAX_STAGES], c[MAX_STAGES][MAX_STAGES];
 } rosenbrock_method;
 
 static const rosenbrock_method RODAS3 = {
@@ -149,7 +149,7 @@ static void stage(factors *s, double gamma, rows b, rows k) {
 }
 
 /* Weighted sum of the stages before one. Its number and the weights are constants where this is
- * called, so nothing of the branches is left. */
+ * called, so compilers remove the branches. */
 ALWAYS_INLINE double stage_sum(int at, const double *w, rows *k, int i, int l) {
     double sum = 0.0;
     if (at > 0 && w[0] != 0.0) sum += w[0] * k[0][i][l];
@@ -251,7 +251,7 @@ static inline int is_hopeless(const integration *s, int l, double step) {
 
 /* Try one substep in each lane and accept it if its error is within the tolerance. */
 static inline void rosenbrock_substep(const equations *p, integration *s, double tolerance) {
-    rows f, next, error, k[MOST_STAGES];
+    rows f, next, error, k[MAX_STAGES];
     lanes pieces, ratio, taken;
     factors one;
     one.problem = p;

@@ -54,7 +54,7 @@ struct wheelset_run {
 enum { MAX_STEPS = 1000000 };
 
 /* The solution within a step of Rodas5P, of fourth order: weights of the stages in its bends. */
-static const double BEND[3][MOST_STAGES] = {
+static const double BEND[3][MAX_STAGES] = {
     {25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204,
      0.524948541321073, 1.1241088310450404, 0.4272876194431874, -0.17202221070155493},
     {-9.91568850695171, -0.9689944594115154, 3.0438037242978453, -24.495224566215796,
@@ -149,22 +149,22 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
 static double relative_size(const wheelset_run *run, rows y, rows change) {
     const double *scale = (const double *)&run->given.scale;
     double radius = run->member.drivetrain->body.radius, sum = 0.0;
+    double saturation = wheel_now(run)->saturation * (fabs(y[ROW_SPEED][0]) + scale[ROW_SPEED]);
     for (int i = 0; i < RUN_ROWS; i++) {
-        double size = fabs(y[i][0]) + scale[i], part = i == ROW_TIME ? 0.0 : change[i][0] / size;
+        if (i == ROW_TIME) continue;
+        double size = fabs(y[i][0]) + scale[i], part = change[i][0];
         if (i == ROW_OMEGA) {
-            double saturation =
-                wheel_now(run)->saturation * (fabs(y[ROW_SPEED][0]) + scale[ROW_SPEED]);
-            double slip = radius * change[ROW_OMEGA][0] - change[ROW_SPEED][0];
-            part = slip / (fabs(radius * y[ROW_OMEGA][0] - y[ROW_SPEED][0]) + saturation);
+            size = fabs(radius * y[ROW_OMEGA][0] - y[ROW_SPEED][0]) + saturation;
+            part = radius * change[ROW_OMEGA][0] - change[ROW_SPEED][0];
         }
-        sum += part * part;
+        sum += part / size * (part / size);
     }
     return sqrt(sum / (RUN_ROWS - 1));
 }
 
 /* Take one step towards the end; returns whether the tolerance is met. */
 static int take_step(wheelset_run *run) {
-    rows f, rates, error, next, k[MOST_STAGES];
+    rows f, rates, error, next, k[MAX_STAGES];
     matrix j;
     factors one = {.problem = &run->problem, .j = &j};
     double time = run->now[ROW_TIME][0], left = run->given.end - time, h = run->next;
@@ -189,7 +189,7 @@ static int take_step(wheelset_run *run) {
             run->now[ROW_TIME][0] = last ? run->given.end : time + h;
             memset(run->bend, 0, sizeof run->bend);
             for (int d = 0; d < 3; d++)
-                for (int at = 0; at < MOST_STAGES; at++)
+                for (int at = 0; at < MAX_STAGES; at++)
                     for (int i = 0; i < RUN_ROWS; i++)
                         run->bend[d][i][0] += BEND[d][at] * k[at][i][0];
             run->h = h;

@@ -71,8 +71,9 @@ typedef struct {
     double start, end; /* the run begins at the start; an end before it runs backward [s] */
     run_input from, to;
     double interval;  /* a row at each multiple of it, beside those at the steps [s]; 0: none */
-    double tolerance; /* relative error of a step in each number of a row but time and torque */
-    run_row scale;    /* added to their sizes there */
+    double tolerance; /* relative error of a step in each number of a row but time and torque; in
+                       * place of omega that of the slip, relative to slip plus saturation slip */
+    run_row scale;    /* added to the sizes of the other numbers there */
     int crossings;
     run_crossing crossing[RUN_CROSSINGS];
 } run_stretch;

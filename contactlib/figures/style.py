@@ -267,7 +267,7 @@ def labelled(
     steps : tuple of float, optional
         Labels of each decade there.
     legend : mapping, optional
-        Options of a legend. Default: there is none.
+        Options of a legend. Default: no legend.
     **settings
         Others of `Axes.set`, such as ``xlim``.
     """

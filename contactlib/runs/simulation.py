@@ -92,10 +92,11 @@ def simulate(
     stop_at : collection of str, optional
         Names of the events that end the run.
     output_interval : float, optional
-        Interval of the output rows, which are added to the solver's own steps [s]. Default: a
+        Interval of the output rows, which are added to the integrator's own steps [s]. Default: a
         thousandth of `duration`.
     tolerance : float, optional
-        Relative error tolerance of the solver [1].
+        Relative error of each of the integrator's steps [1]; that of the slip is relative to slip
+        plus saturation slip.
     progress : callable, optional
         Called with the fraction of `duration` that is done, from 0 to 1.
 
@@ -104,7 +105,7 @@ def simulate(
     ValueError
         If a value is out of range, or no stable operating point gives the first torque.
     RuntimeError
-        If the solver cannot meet the tolerance.
+        If the integrator cannot meet the tolerance.
 
     Warns
     -----
@@ -159,10 +160,9 @@ def simulate(
     omega = (initial_speed + creepage * max(abs(initial_speed), slowest)) / wheelset.radius
     # Size of each state, to which the tolerance is relative.
     least = max(abs(initial_speed), slowest)
-    turning = least / wheelset.radius
-    stored = 0.5 * wheelset.inertia * turning**2
+    stored = 0.5 * wheelset.inertia * (least / wheelset.radius) ** 2
     memory = max(abs(torque), 1.0)
-    scale = {"speed": least, "omega": turning, "memory": memory, "distance": least}
+    scale = {"speed": least, "memory": memory, "distance": least}
     scale |= dict.fromkeys(WORKS, stored)
     passing: dict[str, dict[str, float]] = {
         PEAK_PASSED: {"fall": 1.0, "direction": 1},
@@ -206,7 +206,6 @@ def simulate(
         for name in ("time", "omega", "speed", "drive_torque", "distance", *WORKS)
     }
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
-    events.sort(key=lambda event: event.time)
     result = continuous_result(wheelset, controller, columns, tuple(events))
     warn_of_damage(result)
     return result

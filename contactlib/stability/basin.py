@@ -96,7 +96,7 @@ def move_until(
         "friction_scale": at.friction_scale,
         "resistance_force": at.resistance_force,
     }
-    scale = {"speed": at.speed, "omega": abs(omega), "distance": at.speed * abs(horizon)}
+    scale = {"speed": at.speed, "distance": at.speed * abs(horizon)}
     works = "drive_work", "creep_work", "resistance_work", "loss_work"
     scale |= dict.fromkeys(("memory", *works), math.inf)  # they do not matter
     run = kernel.run_wheelset(

@@ -49,7 +49,7 @@ CLEAR = (-0.1, 0.7)  # elasticity below and above which the slope is clear
 FAST = 4.0  # rate of the search where it is clear / rate elsewhere
 BEYOND = (1.5, 3.5)  # creepage / reference from which, and up to which, it lowers the compliance
 LOWERING = 0.9  # relative rate of that for every reference of creepage [1/s]
-LEAST_TORQUE = 1e-9  # of any least load [N.m]: the reference must not be zero
+MIN_TORQUE = 1e-9  # of any least load [N.m]: the reference must not be zero
 LEAST = 0.06  # traction coefficient of the least load: half of that of very slippery rails
 
 
@@ -239,7 +239,7 @@ class SlopeSeeking(SlipLimiter):
         )
         load, creepage = slip.sign * load, slipped / slip.scale
         # What the noise allows at least is not below the reference: else the gain would wind up.
-        least_load = maximum(self.least_load, LEAST_TORQUE)
+        least_load = maximum(self.least_load, MIN_TORQUE)
         first = self.first_compliance * maximum(load, least_load)
         audible = minimum(self.least_slip / (slip.scale * first), 1.0)
         gain = maximum(memory.gain, audible)

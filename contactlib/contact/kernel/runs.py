@@ -67,7 +67,8 @@ def run_wheelset(
     interval : float, optional
         Time between rows that are added to the integrator's steps [s]. Default: none.
     tolerance : float
-        Relative error of a step in each member of `run_row` but the time.
+        Relative error of a step in each member of `run_row` but the time; that of the slip stands
+        in place of omega's.
     scale : mapping
         Sizes of these members, which are added to theirs there.
 
