@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from functools import cache
+from typing import Any, cast
 
 import contactlib as cl
 
@@ -34,3 +35,12 @@ def wet_patch(sensors: cl.Sensors | Mapping[str, Any] | None = None, **changes: 
     if not isinstance(sensors, cl.Sensors):
         sensors = replace(shipped.sensors, **(sensors or {}))
     return replace(shipped, sensors=sensors, **changes)
+
+
+@cache
+def controls(name: str) -> tuple[cl.TorqueControl, cl.CreepControl]:
+    """Continuous controllers of the shipped scenarios, for the rig or the locomotive."""
+    shipped = {"rig": "torque_or_creep_rig.toml", "locomotive": "torque_or_creep.toml"}
+    scenario = cl.load_scenario(shipped[name])
+    found = [scenario.any_controller(one) for one in ("torque", "creep")]
+    return cast(tuple[cl.TorqueControl, cl.CreepControl], tuple(found))

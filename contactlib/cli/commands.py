@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -25,8 +26,7 @@ from contactlib.cli.exports import EXPORTS
 def main() -> None:
     """Creep force element for vehicle dynamics: from the creep law to a running FMU.
 
-    MODEL is a TOML file or the name of a shipped one: a model, or for `simulate` also a scenario.
-    SWEEP is the TOML file of a sweep or the name of a shipped one.
+    MODEL, SCENARIO and SWEEP are TOML files or the names of shipped ones.
     """
 
 
@@ -49,13 +49,13 @@ def demo(output: Path) -> None:
 
 
 @main.command()
-@click.argument("model")
+@click.argument("scenario")
 @click.option("--control", help="Name of a controller in the file. Default: the first.")
 @click.option(
     "--controller",
     metavar="FILE.py:NAME",
-    help="Run FILE.py, and a scenario under the controller of your own that it calls NAME, a class "
-    "or an object.",
+    help="Run FILE.py, and the scenario under the controller of your own that it calls NAME, a "
+    "class or an object.",
 )
 @click.option("--compare", is_flag=True, help="Run all controllers and compare them.")
 @click.option("--seed", type=Whole(0), help="Seed of the sensor noise. Default: the file's.")
@@ -67,7 +67,7 @@ def demo(output: Path) -> None:
     help="Folder for metrics, time series and figures. Default: contactlib-NAME, for NAME.toml.",
 )
 def simulate(
-    model: str,
+    scenario: str,
     control: str | None,
     controller: str | None,
     compare: bool,
@@ -75,12 +75,10 @@ def simulate(
     output: Path | None,
     formats: tuple[str, ...],
 ) -> None:
-    """Run MODEL, a scenario or a model, and write a report.
-
-    The controllers of a model are its two runs, torque and creep.
-    """
+    """Run SCENARIO under one of its controllers, or all, and write a report."""
+    from contactlib.cli.own_controller import load_controller, with_controllers
     from contactlib.cli.report import write_report
-    from contactlib.runs.study import open_study
+    from contactlib.files.scenario import load_scenario
 
     if compare and control is not None:
         raise ValueError(f"--control {control} cannot be combined with --compare, which runs all")
@@ -88,16 +86,18 @@ def simulate(
         raise ValueError("--control cannot be combined with --controller; --compare runs all")
     own = {}
     if controller is not None:
-        from contactlib.cli.own_controller import load_controller
-
         control, found = load_controller(controller)
         own = {control: found}
-    study = with_progress(
-        lambda progress: open_study(model, seed=seed, controllers=own, progress=progress)
-    )
-    runs = study.chosen(control, every=compare)
-    folder = output or Path(f"contactlib-{Path(model).stem}")
-    write_report(study, runs, folder, ConsoleReporter(), formats)
+    loaded = with_progress(lambda progress: load_scenario(scenario, progress=progress))
+    if seed is not None:
+        loaded = replace(loaded, sensors=replace(loaded.sensors, seed=float(seed)))
+    loaded = with_controllers(scenario, loaded, own)
+    names = list(loaded.controllers)
+    if control is not None and control not in names:
+        raise ValueError(f"control = {control!r} must be one of: {', '.join(names)}")
+    names = names if compare else [control or names[0]]
+    folder = output or Path(f"contactlib-{Path(scenario).stem}")
+    write_report(loaded, names, folder, ConsoleReporter(), formats)
     say(f"Metrics, time series and figures are in {folder}")
 
 
@@ -248,14 +248,12 @@ def tune(
     as a controller is tuned, its settings go into settings.toml, as a section of a scenario file;
     errors.csv has the force that every controller uses with them while friction limits.
     """
+    from contactlib.cli.own_controller import load_controller, with_controllers
     from contactlib.cli.report import write_tuning
     from contactlib.files.scenario import load_scenario
-    from contactlib.runs.study import with_controllers
 
     own = {}
     if controller is not None:
-        from contactlib.cli.own_controller import load_controller
-
         name, found = load_controller(controller)
         own, controllers = {name: found}, (*controllers, name)
     loaded = with_progress(

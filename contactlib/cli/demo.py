@@ -21,14 +21,15 @@ from contactlib.contact.scales import process_zone_ratio
 from contactlib.contact.table import CreepForceTable
 from contactlib.export import export_fmu
 from contactlib.export.explorer import write_explorer
-from contactlib.files.model import Model, load_model
+from contactlib.files.model import load_model
+from contactlib.files.scenario import Scenario, load_scenario
 from contactlib.runs.cosimulation import FmuSource, KernelSource, cosimulate
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
 from contactlib.stability import creep_control_gain, find_fold
-from contactlib.vehicle.continuous_control import ContinuousController
 
 RIG, LOCOMOTIVE = "roller_rig", "locomotive"
+SCENARIOS = {RIG: "torque_or_creep_rig.toml", LOCOMOTIVE: "torque_or_creep.toml"}
 STEP = 1e-3  # communication step of the co-simulation [s]
 
 
@@ -72,24 +73,22 @@ def run_demo(output: str | os.PathLike[str], reporter: ConsoleReporter) -> Path:
 
     tables = {RIG: carter_griffith_table("line"), LOCOMOTIVE: table}
     models = {n: load_model(f"models/{n}.toml", table=its) for n, its in tables.items()}
+    scenarios = {n: load_scenario(SCENARIOS[n], table=its) for n, its in tables.items()}
     held: dict[str, Result] = {}
-    for name, model in models.items():
-        with reporter.step(f"{model.name}: ramping the torque") as progress:
-            away = _run(
-                folder / f"{name}_torque_control.csv", model, model.torque_control, progress
-            )
-        with reporter.step(f"{model.name}: controlling the creepage") as progress:
-            held[name] = _run(
-                folder / f"{name}_creep_control.csv", model, model.creep_control, progress
-            )
-        report(name, model.name, _run_numbers(model, away, held[name]))
-        with reporter.step(f"{model.name}: drawing"):
-            _draw(folder, name, model, away, held[name])
+    for name, scenario in scenarios.items():
+        title = models[name].name
+        with reporter.step(f"{title}: ramping the torque") as progress:
+            away = _run(folder / f"{name}_torque_control.csv", scenario, "torque", progress)
+        with reporter.step(f"{title}: controlling the creepage") as progress:
+            held[name] = _run(folder / f"{name}_creep_control.csv", scenario, "creep", progress)
+        report(name, title, _run_numbers(scenario, away, held[name]))
+        with reporter.step(f"{title}: drawing"):
+            _draw(folder, name, title, scenario, away, held[name])
 
-    model = models[LOCOMOTIVE]
+    model, scenario = models[LOCOMOTIVE], scenarios[LOCOMOTIVE]
     fmu = export_fmu(model, folder / "CreepForceElement.fmu")
     with reporter.step(f"{model.name}: the force from {fmu.name}, run by FMPy") as progress:
-        numbers = list(_fmu_numbers(folder, fmu, model, held[LOCOMOTIVE], progress))
+        numbers = list(_fmu_numbers(folder, fmu, scenario, held[LOCOMOTIVE], progress))
     report("fmu", "The FMU as the force of the locomotive wheelset", numbers)
 
     page = write_explorer(folder / "explorer.html")
@@ -99,13 +98,13 @@ def run_demo(output: str | os.PathLike[str], reporter: ConsoleReporter) -> Path:
     return write_whole(folder / "summary.json", json.dumps(summary, indent=2).encode() + b"\n")
 
 
-def _run(
-    csv: Path, model: Model, control: ContinuousController, progress: Callable[[float], object]
-) -> Result:
+def _run(csv: Path, scenario: Scenario, name: str, progress: Callable[[float], object]) -> Result:
+    """Run the wheelset under a continuous controller, to the end of the controller's reference."""
+    control: Any = scenario.any_controller(name)
     result = simulate(
-        model.wheelset,
+        scenario.drivetrain.wheelset,
         control,
-        initial_speed=model.initial_speed,
+        initial_speed=scenario.initial_speed,
         progress=progress,
     )
     result.to_csv(csv)
@@ -128,13 +127,13 @@ def _table_numbers(table: CreepForceTable) -> Iterator[Number]:
     yield Number("peak_ratio", "peak at k_hat 0.3: Q/(f_d P)", law.peak.traction_ratio, "1")
 
 
-def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterator[Number]:
-    wheelset = model.wheelset
+def _run_numbers(scenario: Scenario, torque_run: Result, creep_run: Result) -> Iterator[Number]:
+    wheelset = scenario.drivetrain.wheelset
     element = wheelset.element
     passed = torque_run.first("peak_passed")
     away = torque_run.first("slip_away")
     if passed is None or away is None:
-        raise RuntimeError(f"{model.name}: the torque ramp did not pass the fold")
+        raise RuntimeError(f"{scenario.name}: the torque ramp did not pass the fold")
     fold = find_fold(wheelset, speed=passed.speed)
     at_peak = wheelset.balanced(creepage=passed.creepage, speed=passed.speed)
     held = wheelset.radius * at_peak.creep_force + wheelset.damping * at_peak.omega
@@ -217,7 +216,8 @@ def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterato
     yield Number(
         "smallest_gain", "smallest gain that holds it", creep_control_gain(wheelset, point), "N.m"
     )
-    yield Number("gain", "gain used", model.creep_control.proportional_gain, "N.m")
+    control: Any = scenario.any_controller("creep")
+    yield Number("gain", "gain used", control.proportional_gain, "N.m")
     yield Number(
         "process_zone_ratio",
         "process zone ratio (the law needs less than 0.5)",
@@ -227,15 +227,16 @@ def _run_numbers(model: Model, torque_run: Result, creep_run: Result) -> Iterato
 
 
 def _fmu_numbers(
-    folder: Path, fmu: Path, model: Model, stiff: Result, progress: Callable[[float], object]
+    folder: Path, fmu: Path, scenario: Scenario, stiff: Result, progress: Callable[[float], object]
 ) -> Iterator[Number]:
     settings: dict[str, Any] = {
         "duration": float(stiff.time[-1]),
         "step": STEP,
-        "initial_speed": model.initial_speed,
+        "initial_speed": scenario.initial_speed,
         "initial_creepage": float(stiff["creepage"][0]),
     }
-    body, control = model.wheelset, model.creep_control
+    body = scenario.drivetrain.wheelset
+    control: Any = scenario.any_controller("creep")
     with FmuSource(fmu, wheels=2) as source:
         with_fmu = cosimulate(body, source, control, **settings, progress=progress)
     kernel = cosimulate(body, KernelSource(body.element), control, **settings)
@@ -261,15 +262,21 @@ def _fmu_numbers(
     )
 
 
-def _draw(folder: Path, name: str, model: Model, torque_run: Result, creep_run: Result) -> None:
+def _draw(
+    folder: Path,
+    name: str,
+    title: str,
+    scenario: Scenario,
+    torque_run: Result,
+    creep_run: Result,
+) -> None:
     passed = torque_run.first("peak_passed")
-    speed = model.initial_speed if passed is None else passed.speed
+    speed = scenario.initial_speed if passed is None else passed.speed
+    wheelset, runs = scenario.drivetrain.wheelset, (torque_run, creep_run)
     drawn = {
-        "creep_curve": figures.creep_curve(model.wheelset, speed=speed),
-        "time_histories": figures.time_histories(torque_run, creep_run, title=model.name),
-        "fold_diagram": figures.fold_diagram(
-            model.wheelset, torque_run, creep_run, speed=speed, title=model.name
-        ),
+        "creep_curve": figures.creep_curve(wheelset, speed=speed),
+        "time_histories": figures.time_histories(*runs, title=title),
+        "fold_diagram": figures.fold_diagram(wheelset, *runs, speed=speed, title=title),
     }
     for kind, figure in drawn.items():
         figures.save_pictures(figure, folder, f"{name}_{kind}")

@@ -88,7 +88,7 @@ class _Version(click.Choice[str]):
 def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     """Write a commented file to start from, ready to run.
 
-    KIND is model (a wheelset and two runs, the default), force (only a wheel's creep force, for an
+    KIND is model (a wheelset, the default), force (only a wheel's creep force, for an
     FMU or a table), scenario or sweep; a name such as my_wheelset.toml writes a model there.
     """
     from contactlib.cli.new_files import say_shipped, write_template

@@ -19,7 +19,7 @@ from contactlib.files.model import Model
 from contactlib.files.reading import model_path, parse, shipped_files
 
 TEMPLATES = Path(__file__).parents[1] / "files" / "templates"
-NEXT = {"force": "fmu", "model": "simulate", "scenario": "simulate", "sweep": "sweep"}
+NEXT = {"force": "fmu", "model": "explore", "scenario": "simulate", "sweep": "sweep"}
 
 
 def write_template(kind: str, output: Path | None, overwrite: bool) -> None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 from contactlib.base.text import USERS_ERRORS, explained, known_names
+from contactlib.files.scenario import Scenario, check_names
 from contactlib.traction.interface import Controller, checked_controller
 
 
@@ -44,6 +47,23 @@ def load_controller(place: str) -> tuple[str, Controller]:
             line = explained(f"--controller {place}", error)
             raise RuntimeError(f"{line}; or name an object that the file makes of it") from error
     return name, checked_controller(f"--controller {place}", found)
+
+
+def with_controllers(
+    path: str, scenario: Scenario, controllers: Mapping[str, Controller]
+) -> Scenario:
+    """Add controllers of the user's own to the scenario of a file.
+
+    Raises
+    ------
+    ValueError
+        If the scenario has a controller of such a name.
+    """
+    if taken := set(controllers) & set(scenario.controllers):
+        raise ValueError(f"{path} has a controller {min(taken)} itself: take another name")
+    every = {**scenario.controllers, **controllers}
+    check_names(every)
+    return replace(scenario, controllers=every)
 
 
 STEM = "contactlib_own_controller"  # name under which the file's module is known

@@ -1,4 +1,4 @@
-"""Reports in a folder: of a study metrics, time series and figures; of a search its settings."""
+"""Reports in a folder: metrics, time series and figures of runs; settings that a search found."""
 
 from __future__ import annotations
 
@@ -15,9 +15,11 @@ from contactlib.figures import run_name
 from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import OUTCOMES, Metrics, comparison_table, metrics, write_comparison
 from contactlib.runs.result import Result
-from contactlib.runs.study import Run, Study
+from contactlib.runs.scenario_runs import run_scenario
 from contactlib.runs.sweep.store import locked
 from contactlib.runs.tuning import OBJECTIVE, Tuning, check_distinct, searched, sensor_errors, tune
+from contactlib.stability import controllability, worst_pole
+from contactlib.vehicle.continuous_control import ContinuousController
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,20 +36,20 @@ class Reporter(Protocol):
 
 
 def write_report(
-    study: Study,
-    runs: Mapping[str, Run],
+    scenario: Scenario,
+    names: Sequence[str],
     folder: str | os.PathLike[str],
     reporter: Reporter,
     formats: Sequence[str] = ("png", "svg"),
 ) -> dict[str, Metrics]:
-    """Run, show the metrics, and write metrics, time series and figures to a folder.
+    """Run a scenario, show the metrics, and write metrics, time series and figures to a folder.
 
     Parameters
     ----------
-    study : Study
-        Gives name, drivetrain and caption.
-    runs : mapping
-        The wanted runs of the study, by name.
+    scenario : Scenario
+        Gives runs, name and caption.
+    names : sequence of str
+        Controllers to run it under.
     folder : path
         Created after the runs if missing. It gets metrics.txt, .csv and .json, a CSV file and a
         figure for each run, and for more than one run a figure that compares them.
@@ -67,14 +69,14 @@ def write_report(
         If the folder cannot be created or written.
     """
     output = Path(folder)
-    for line in study.outlook:
+    for line in outlook(scenario):
         reporter.line(line)
     results: dict[str, Result] = {}
     found: dict[str, Metrics] = {}
-    for name, run in runs.items():
-        with reporter.step(f"{study.name}: {name.replace('_', ' ')}") as progress:
-            results[name] = run(progress)
-        found[name] = metrics(results[name], study.drivetrain)
+    for name in names:
+        with reporter.step(f"{scenario.name}: {name.replace('_', ' ')}") as progress:
+            results[name] = run_scenario(scenario, name, progress=progress)
+        found[name] = metrics(results[name], scenario.drivetrain)
         for event in results[name].events:
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
@@ -84,28 +86,89 @@ def write_report(
     output.mkdir(parents=True, exist_ok=True)
     for name, result in results.items():
         result.to_csv(output / f"{name}.csv")
-    caption = f"{figures.drivetrain_setting(study.drivetrain)} {study.measured}".rstrip()
+    caption = f"{figures.drivetrain_setting(scenario.drivetrain)} {sensors_text(scenario)}".rstrip()
     write_comparison(output, found)
-    with reporter.step(f"{study.name}: drawing"):
+    with reporter.step(f"{scenario.name}: drawing"):
         drawn = {
             name: figures.scenario_run(
                 results[name],
                 found[name],
-                title=f"{study.name}: {figures.run_name(name)}",
+                title=f"{scenario.name}: {figures.run_name(name)}",
                 caption=caption,
             )
-            for name in runs
+            for name in names
         }
-        if len(runs) > 1:
+        if len(names) > 1:
             drawn["comparison"] = figures.comparison(
-                results, found, title=study.name, caption=caption
+                results, found, title=scenario.name, caption=caption
             )
-        if len(runs) == 1:
+        if len(names) == 1:
             for suffix in formats:
                 (output / f"comparison.{suffix}").unlink(missing_ok=True)  # from earlier runs
         for name, figure in drawn.items():
             figures.save_pictures(figure, output, name, formats)
     return found
+
+
+def sensors_text(scenario: Scenario) -> str:
+    """Sentences about the sensors; empty if no controller has any."""
+    if not sample_times(scenario):
+        return ""
+    sensors = scenario.sensors
+    errors = {
+        f"bias of the vehicle speed {100 * sensors.vehicle_speed_bias:.3g} %": (
+            sensors.vehicle_speed_bias
+        ),
+        f"its drift {sensors.vehicle_speed_drift:.3g} m/s2": sensors.vehicle_speed_drift,
+        f"error of the wheel diameter {100 * sensors.wheel_diameter_error:.3g} %": (
+            sensors.wheel_diameter_error
+        ),
+        f"encoder with {sensors.encoder_pulses:g} pulses": sensors.encoder_pulses,
+    }
+    found = ", ".join(text for text, value in errors.items() if value)
+    return (
+        f"Sensors: delay {1e3 * sensors.delay:.3g} ms, noise {sensors.wheel_speed_noise:.2g} "
+        f"and {sensors.vehicle_speed_noise:.2g} m/s on wheel and vehicle speed."
+        + (f" {found[0].upper()}{found[1:]}." if found else "")
+    )
+
+
+def sample_times(scenario: Scenario) -> list[float]:
+    """Sample times of the scenario's controllers, sorted; continuous ones have none."""
+    every = map(scenario.any_controller, scenario.controllers)
+    return sorted({one.sample_time for one in every if not isinstance(one, ContinuousController)})
+
+
+def outlook(scenario: Scenario) -> list[str]:
+    """Say for each sample time, on the worst and best friction, if the falling branch can be held.
+
+    A line names the steepest point of the falling branch at the design speed, its pole, and the
+    gains that hold it with the delays of the loop.
+    """
+    drivetrain, speed = scenario.drivetrain, scenario.design_speed
+    lines = []
+    for sample_time in sample_times(scenario):
+        for friction, slope in sorted({scenario.track.lowest, scenario.track.highest}):
+            wheelset = drivetrain.wheelset.with_slope(slope)
+            worst = worst_pole(wheelset, speed=speed, friction_scale=friction)
+            where = f"at {speed:g} m/s, friction factor {friction:g}"
+            where += "" if slope == 1.0 else f", slope factor {slope:g}"
+            if worst.pole <= 0.0:
+                lines.append(f"{where}: no branch on which a constant torque runs away")
+                continue
+            verdict = controllability(
+                worst.pole,
+                delay=scenario.sensors.delay,
+                lag=drivetrain.motor.lag,
+                relaxation=drivetrain.relaxation_length / speed,
+                sample_time=sample_time,
+            )
+            stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
+            lines.append(
+                f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %: "
+                f"{verdict.text}{stay}"
+            )
+    return lines
 
 
 def write_tuning(

@@ -1,4 +1,4 @@
-"""Model files: a wheelset, and the two runs of the demonstration."""
+"""Model files: a wheelset, or a wheel's creep force."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import os
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn, TypeVar, cast
+from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, cast
 
-from contactlib.base.quantities import declared
+from contactlib.base.quantities import Parameters, Quantity, declared
 from contactlib.base.text import harmless_line
 from contactlib.contact.element import ForceElement
 from contactlib.contact.friction import Friction
@@ -29,7 +29,6 @@ from contactlib.files.reading import (
     title,
 )
 from contactlib.files.sections import (
-    RUNS,
     VEHICLE_SECTIONS,
     Given,
     Keys,
@@ -39,9 +38,9 @@ from contactlib.files.sections import (
     friction_of,
     law_table,
     measured_table,
+    without,
 )
 from contactlib.vehicle.conditions import Resistance
-from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.wheelset import Wheelset, geared_inertia
 
 Made = TypeVar("Made")
@@ -113,8 +112,8 @@ class Missing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Model:
-    """A wheelset and the runs that its file describes.
+class Model(Parameters):
+    """A wheelset, as its file describes it.
 
     Attributes
     ----------
@@ -123,18 +122,17 @@ class Model:
     wheelset : Wheelset
         Contact, friction, table and body. If the file describes a creep force only, it has only
         `element` and `radius`, and any other use raises a `ModelError`.
-    torque_control, creep_control : TorqueControl, CreepControl
-        Continuous controllers of the two runs of the demonstration; as above.
     initial_speed : float
-        Speed at the start of both runs, and of an FMU [m/s]. Default: 10.
+        Speed at which an FMU of the wheelset starts [m/s].
     """
 
     name: str
     source: str
     wheelset: Wheelset
-    torque_control: TorqueControl
-    creep_control: CreepControl
-    initial_speed: float
+    initial_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.0, 170.0))] = 10.0
+
+
+RUN: Keys = without(declared(Model), "name", "source")  # keys of [run]
 
 
 def load_model(
@@ -198,24 +196,14 @@ def read_model(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
             "contactlib.load_scenario reads it and the command 'contactlib simulate' runs it"
         )
     with Mistakes(data) as mistakes:
-        mistakes.of(check_keys, "", data, ["name", "source", *VEHICLE_SECTIONS, *RUNS], [])
+        mistakes.of(check_keys, "", data, ["name", "source", *VEHICLE_SECTIONS, "run"], [])
         given: dict[str, Any] = {
             "name": mistakes.of(title, "name", data.get("name", "Unnamed")),
             "source": mistakes.of(text, "source", data.get("source", "not stated")),
         }
-        for key in ("torque_control", "creep_control"):
-            given[key] = Missing(f"[{key}] is missing: a run of the model needs it")
-            if key in data:
-                given[key] = mistakes.of(_read_run, key, data[key])
-        run = mistakes.of(_read_run, "run", data.get("run", EMPTY))
+        given |= mistakes.of(cache.section, "run", RUN, data) or {}
         mistakes.of(_read_vehicle, data, cache)
-    return {**given, "initial_speed": run.initial_speed}
-
-
-def _read_run(name: str, table: object) -> Any:
-    section: Any = _section(name, declared(RUNS[name]), table, RUNS[name])
-    with named(name):
-        return section.build() if hasattr(section, "build") else section
+    return given
 
 
 class _Vehicle(NamedTuple):

@@ -1,6 +1,7 @@
 """Scenario files: a vehicle (a model file with changes), its demand, track and controllers.
 
-The controllers are the sampled ones of `contactlib.traction`.
+The controllers are the sampled ones of `contactlib.traction` and, where nothing acts between them
+and the wheels, the continuous ones of `contactlib.vehicle`.
 """
 
 from __future__ import annotations
@@ -35,6 +36,12 @@ from contactlib.files.reading import (
 from contactlib.files.sections import VEHICLE_SECTIONS, Keys, optional, without
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
+from contactlib.vehicle.continuous_control import (
+    ContinuousController,
+    CreepControl,
+    TorqueControl,
+    creepage_over_time,
+)
 from contactlib.vehicle.drivetrain import Axle, Drivetrain, Motor
 from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
 from contactlib.vehicle.wheel_load import WheelLoad
@@ -43,16 +50,22 @@ from contactlib.vehicle.wheelset import Wheelset
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
 SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
 NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
+# Keys of the continuous controllers by kind. Torque control follows the demand.
+CONTINUOUS: Mapping[str, Keys] = {
+    "torque_control": {},
+    "creep_control": {**declared(creepage_over_time), **declared(CreepControl)},
+}
+KINDS = {**{kind: declared(controller) for kind, controller in CONTROLLERS.items()}, **CONTINUOUS}
 
 
 @dataclass(frozen=True)
 class ControllerDesign:
-    """A traction controller with some fields given; the others are designed for a drivetrain.
+    """A controller with some fields given; those of a sampled one are else designed.
 
     Attributes
     ----------
     kind : str
-        One of `contactlib.traction.CONTROLLERS`.
+        One of `contactlib.traction.CONTROLLERS`, ``"torque_control"`` or ``"creep_control"``.
     given : mapping
         Fields that are not designed.
     """
@@ -60,16 +73,28 @@ class ControllerDesign:
     kind: str
     given: Mapping[str, Any]
 
-    def build(self, drivetrain: Drivetrain, speed: float, sensors: Sensors) -> TractionController:
-        """Design the controller for a drivetrain, a speed [m/s] and sensors.
+    def build(self, scenario: Scenario) -> TractionController | ContinuousController:
+        """Design the controller for a scenario's drivetrain, design speed and sensors.
 
         Raises
         ------
         ValueError
             If a value is out of range, or the design has no solution.
         """
-        kind = CONTROLLERS[self.kind]
-        return kind.for_drivetrain(drivetrain, speed=speed, sensors=sensors, **self.given)
+        if self.kind == "torque_control":
+            return TorqueControl(scenario.demand)
+        if self.kind == "creep_control":
+            lists = declared(creepage_over_time)
+            reference = creepage_over_time(**{key: self.given[key] for key in lists})
+            return CreepControl(
+                reference=reference, **{k: v for k, v in self.given.items() if k not in lists}
+            )
+        return CONTROLLERS[self.kind].for_drivetrain(
+            scenario.drivetrain,
+            speed=scenario.design_speed,
+            sensors=scenario.sensors,
+            **self.given,
+        )
 
 
 def check_names(names: Collection[str]) -> None:
@@ -98,12 +123,12 @@ def read_controllers(sections: object) -> dict[str, ControllerDesign]:
 def _read_design(where: str, section: object) -> ControllerDesign:
     table = subsection(where, section)
     if "kind" not in table:
-        raise ValueError(f"{where}.kind is missing; it is one of: {', '.join(CONTROLLERS)}")
+        raise ValueError(f"{where}.kind is missing; it is one of: {', '.join(KINDS)}")
     kind = text(f"{where}.kind", table["kind"])
-    if kind not in CONTROLLERS:
-        raise ValueError(f"{where}.kind = {kind!r} is not known; {known_names(kind, CONTROLLERS)}")
-    keys = declared(CONTROLLERS[kind])
-    return ControllerDesign(kind, read_section(where, keys, table, ("kind",), whole=False))
+    if kind not in KINDS:
+        raise ValueError(f"{where}.kind = {kind!r} is not known; {known_names(kind, KINDS)}")
+    whole = kind in CONTINUOUS  # nothing of it is designed
+    return ControllerDesign(kind, read_section(where, KINDS[kind], table, ("kind",), whole=whole))
 
 
 def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[str, Any], Path]:
@@ -159,7 +184,9 @@ class Scenario(Parameters):
     sensors : Sensors
         Delay and noise of the speeds that the controllers see.
     controllers : mapping
-        Traction controllers, or designs of them, by name in the order of the file.
+        Controllers, or designs of them, by name in the order of the file. A continuous one gives
+        its torque to the wheels and sees their true state, so that it needs a scenario without
+        axle, motor, contact relaxation, track and wheel load, and with a constant held speed.
 
     Raises
     ------
@@ -184,8 +211,8 @@ class Scenario(Parameters):
     design_speed: Annotated[float, replace(SPEED, above=0.0, at_least=-math.inf)]
     duration: Annotated[float, Quantity("s", above=0.0, at_most=1e6)]
     sensors: Sensors
-    controllers: Mapping[str, Controller | ControllerDesign]
-    _designed: Mapping[str, Controller] = field(
+    controllers: Mapping[str, Controller | ContinuousController | ControllerDesign]
+    _designed: Mapping[str, Controller | ContinuousController] = field(
         init=False, repr=False, compare=False, default_factory=dict
     )
 
@@ -201,26 +228,55 @@ class Scenario(Parameters):
             )
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
-        designed: dict[str, Controller] = {}
+        designed: dict[str, Controller | ContinuousController] = {}
         for name, found in self.controllers.items():
-            if not isinstance(found, ControllerDesign):
+            if not isinstance(found, ControllerDesign | ContinuousController):
                 found = checked_controller(f"controllers.{name}", found)
             with named(f"controllers.{name}"):
                 if isinstance(found, ControllerDesign):
-                    found = found.build(self.drivetrain, self.design_speed, self.sensors)
-                self.sensors.samples_of_delay(found.sample_time)
+                    found = found.build(self)
+                if not isinstance(found, ContinuousController):
+                    self.sensors.samples_of_delay(found.sample_time)
+            if isinstance(found, ContinuousController):
+                self.check_continuous(f"controllers.{name}")
             designed[name] = found
         object.__setattr__(self, "controllers", ReadOnly(self.controllers))
         object.__setattr__(self, "_designed", ReadOnly(designed))
 
+    def check_continuous(self, name: str) -> None:
+        """Refuse a continuous controller where something acts between it and the wheels."""
+        between = {
+            "axle": self.drivetrain.axle is not None,
+            "motor": self.drivetrain.motor != Motor(),
+            "contact_relaxation": self.drivetrain.relaxation_length > 0.0,
+            "track": self.track != Track(),
+            "wheel_load": self.wheel_load is not None,
+            "held_speed": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
+        }
+        if found := [f"[{name}]" for name, stands in between.items() if stands]:
+            raise ValueError(
+                f"{name} is continuous and acts on the wheels themselves: the scenario must not "
+                f"have {' or '.join(found)}"
+            )
+
     def controller(self, name: str) -> Controller:
-        """Return the controller of this name, designed for this scenario.
+        """Return the sampled controller of this name, designed for this scenario.
 
         Raises
         ------
         ValueError
-            If the name is unknown.
+            If the name is unknown, or of a continuous controller.
         """
+        found = self.any_controller(name)
+        if isinstance(found, ContinuousController):
+            raise ValueError(
+                f"controller = {name!r} is continuous: run_scenario runs it; this needs a sampled "
+                "one"
+            )
+        return found
+
+    def any_controller(self, name: str) -> Controller | ContinuousController:
+        """Return the controller of this name, sampled or continuous; as `controller`."""
         if name not in self.controllers:
             known = ", ".join(self.controllers)
             raise ValueError(f"controller = {name!r} must be one of the scenario's: {known}")
@@ -387,7 +443,7 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
     if "vehicle" not in data and "contact" in data:
         raise ValueError(
             "is a model, not a scenario: contactlib.load_model reads it; a scenario names its "
-            "model file with the key 'vehicle'"
+            "model file with the key 'vehicle', and 'contactlib new scenario' writes one"
         )
     with Mistakes(data) as mistakes:
         mistakes.of(check_keys, "", data, [*NEEDED, *KEYS], NEEDED)
@@ -410,7 +466,7 @@ def _check_vehicle(label: str, vehicle: dict[str, Any]) -> None:
 def build_scenario(
     data: Mapping[str, Any],
     wheelset: Wheelset,
-    controllers: Mapping[str, Controller | ControllerDesign] | None = None,
+    controllers: Mapping[str, Controller | ContinuousController | ControllerDesign] | None = None,
     cache: BuildCache | None = None,
 ) -> Scenario:
     """Build a scenario from a file's contents, with its own controllers or the given ones.

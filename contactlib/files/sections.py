@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
-from contactlib.base.quantities import Parameter, Parameters, Quantity, declared
+from contactlib.base.quantities import Parameter, Parameters, declared
 from contactlib.contact.element import ForceElement
 from contactlib.contact.friction import Friction
 from contactlib.contact.hertz import Contact, EllipticContact, LineContact, Material
@@ -23,8 +23,6 @@ from contactlib.contact.table import CreepForceTable
 from contactlib.contact.traction_data import TractionData
 from contactlib.files.reading import doubt, file_beside, in_file
 from contactlib.vehicle.conditions import Resistance
-from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
-from contactlib.vehicle.track import profile_of
 from contactlib.vehicle.wheelset import Wheelset, geared_inertia
 
 Keys = Mapping[str, Parameter]
@@ -215,82 +213,3 @@ def law_table(
     if shape == "line":
         raise ValueError(f"kind = 'polach' is the law of an ellipse: [contact] needs {ELLIPSE}")
     return CreepForceTable.from_law(Polach(**arguments(Polach, given)))
-
-
-# ---- runs of a model ------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, kw_only=True)
-class TorqueSection(Parameters):
-    """``[torque_control]``: breakpoints of the drive torque.
-
-    Parameters
-    ----------
-    time : tuple of float
-        Breakpoints of the torque [s].
-    torque : tuple of float
-        Drive torque at the breakpoints [N.m].
-    """
-
-    time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
-    torque: Annotated[tuple[float, ...], Quantity("N.m", usual=(-3e5, 3e5))]
-
-    def build(self) -> TorqueControl:
-        """Build the controller."""
-        return TorqueControl(profile_of(time=self.time, torque=self.torque))
-
-
-@dataclass(frozen=True, kw_only=True)
-class CreepSection(Parameters):
-    """``[creep_control]``: breakpoints of the creepage, gains and torque limits.
-
-    Parameters
-    ----------
-    time : tuple of float
-        Breakpoints of the reference [s].
-    creepage : tuple of float
-        Reference creepage at the breakpoints [1].
-    proportional_gain : float
-        Kp [N.m].
-    integral_gain : float
-        Ki [N.m/s].
-    torque_min : float
-        Lowest drive torque [N.m].
-    torque_max : float
-        Highest drive torque [N.m].
-    """
-
-    time: Annotated[tuple[float, ...], Quantity("s", at_least=0.0)]
-    creepage: Annotated[
-        tuple[float, ...], Quantity("1", above=-1.0, percent=True, usual=(-1.0, 1.0))
-    ]
-    proportional_gain: Annotated[float, Quantity("N.m", above=0.0, usual=(1.0, 1e8))]
-    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0, usual=(0.0, 1e10))]
-    torque_min: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
-    torque_max: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
-
-    def build(self) -> CreepControl:
-        """Build the controller."""
-        return CreepControl(
-            reference=profile_of(time=self.time, creepage=self.creepage),
-            proportional_gain=self.proportional_gain,
-            integral_gain=self.integral_gain,
-            torque_min=self.torque_min,
-            torque_max=self.torque_max,
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunSection(Parameters):
-    """``[run]``: initial state of both runs of a model.
-
-    Parameters
-    ----------
-    initial_speed : float, optional
-        Forward speed at the start of both runs [m/s].
-    """
-
-    initial_speed: Annotated[float, Quantity("m/s", above=0.0, usual=(0.0, 170.0))] = 10.0
-
-
-RUNS = {"run": RunSection, "torque_control": TorqueSection, "creep_control": CreepSection}

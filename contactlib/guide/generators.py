@@ -31,18 +31,20 @@ import contactlib as cl
 import contactlib.figures
 from contactlib.base.quantities import Limits, Parameter, Quantity, declared
 from contactlib.base.units import UNITS
+from contactlib.files.model import RUN
 from contactlib.files.reading import shipped_files
+from contactlib.files.scenario import CONTINUOUS, KINDS
 from contactlib.files.scenario import SECTIONS as OF_SCENARIO
-from contactlib.files.sections import LAWS, RUNS, VEHICLE_SECTIONS, Keys
+from contactlib.files.sections import LAWS, VEHICLE_SECTIONS, Keys
 from contactlib.runs.sweep.axes import WAYS, AxisKeys
 from contactlib.runs.sweep.loading import KEYS as OF_SWEEP
 from contactlib.runs.sweep.sampling import ANY, draw
 
 SECTIONS: dict[str, Keys] = {
     **VEHICLE_SECTIONS,
-    **{f"model {name}" if name == "run" else name: declared(kind) for name, kind in RUNS.items()},
+    "model run": RUN,
     **OF_SCENARIO,
-    **{kind: declared(controller) for kind, controller in cl.CONTROLLERS.items()},
+    **KINDS,
     "sweep": OF_SWEEP,
     "sampling": declared(draw),
     "axis": {
@@ -188,9 +190,11 @@ class Controllers(Generated):
     def text(self) -> str:
         """Markdown of a heading, a sentence and a table for each kind."""
         parts = []
-        for kind, controller in cl.CONTROLLERS.items():
+        continuous = zip(CONTINUOUS, (cl.TorqueControl, cl.CreepControl), strict=True)
+        for kind, controller in (*cl.CONTROLLERS.items(), *continuous):
             summary = (inspect.getdoc(controller) or "").splitlines()[0]
-            parts.append(f'### kind = "{kind}"\n\n{summary}\n\n{self.keys(kind)}')
+            keys = self.keys(kind) if KINDS[kind] else ""
+            parts.append(f'### kind = "{kind}"\n\n{summary}\n\n{keys}'.rstrip())
         return "\n\n".join(parts)
 
 

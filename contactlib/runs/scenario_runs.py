@@ -25,9 +25,12 @@ from contactlib.runs.outcomes import OUTCOMES, observers
 from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
 from contactlib.runs.signals import UNITS, Block
+from contactlib.runs.simulation import simulate
 from contactlib.traction import stacked, structure
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.traction.sensors import INDEX, checked_indices
+from contactlib.vehicle.available_force import available_force
+from contactlib.vehicle.continuous_control import ContinuousController
 
 DEFAULT_TOLERANCE = 1e-4
 LONGEST_STEP = 10e-3  # default limit of the time between rows of many runs [s]
@@ -61,7 +64,7 @@ class Kept:
 
 def run_scenario(
     scenario: Scenario,
-    controller: str | Controller,
+    controller: str | Controller | ContinuousController,
     *,
     initial_creepage: float | None = None,
     index: int = 0,
@@ -69,15 +72,15 @@ def run_scenario(
     tolerance: float = 1e-7,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Result:
-    """Run a scenario under one traction controller.
+    """Run a scenario under one controller.
 
     Parameters
     ----------
     scenario : Scenario
         Vehicle, track, demand and sensors.
-    controller : str, SampledController or TractionController
-        Name of one of the scenario's controllers, or an object of your own, of which the run works
-        on a copy; for the continuous `TorqueControl` and `CreepControl` see `simulate`.
+    controller : str, SampledController, TractionController, TorqueControl or CreepControl
+        Name of one of the scenario's controllers, or an object of your own; the run works on a copy
+        of it. The last two are continuous: `simulate` runs them, with its own rows.
     initial_creepage : float, optional
         Creepage at the start [1]. Default: steady under the first demand; zero at standstill and
         backward.
@@ -86,7 +89,8 @@ def run_scenario(
     step : float, optional
         Time between rows, over which friction and wheel load are held [s]; rounded down to a whole
         fraction of the sample time. Default: 5 ms, or less: a twentieth of the axle's vibration
-        period, a tenth of the shortest period of the wheel load.
+        period, a tenth of the shortest period of the wheel load. For a continuous controller: the
+        output interval of `simulate`.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].
     progress : callable, optional
@@ -96,7 +100,8 @@ def run_scenario(
     -------
     Result
         Signals of `contactlib.runs.signals.UNITS`, to the last whole step of the duration. Rows
-        are `step` apart; torques are those of the following step.
+        are `step` apart; torques are those of the following step. Of a continuous controller also
+        the signals and events of `simulate`, in its rows.
 
     Raises
     ------
@@ -112,6 +117,11 @@ def run_scenario(
     InputWarning
         If no vehicle survives the run's rim speed, slip work or creepage.
     """
+    given = controller
+    if isinstance(given, str) and isinstance(scenario, Scenario):
+        given = scenario.any_controller(given)
+    if isinstance(given, ContinuousController):
+        return _continuous_run(scenario, given, initial_creepage, step, tolerance, progress)
     control = _chosen(scenario, controller)
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     index = checked_whole("index", index, INDEX)
@@ -135,12 +145,45 @@ def run_scenario(
     return result
 
 
-def _chosen(scenario: object, controller: object) -> Controller:
-    """Return the scenario's controller of a name, or the given one."""
+def _continuous_run(
+    scenario: Scenario,
+    controller: ContinuousController,
+    creepage: float | None,
+    step: float | None,
+    tolerance: float,
+    progress: Callable[[float], object],
+) -> Result:
+    """Run a scenario under a continuous controller, with the signals of other runs and more."""
+    _check_scenario(scenario)
+    scenario.check_continuous("controller")
+    wheelset = scenario.drivetrain.wheelset
+    found = simulate(
+        wheelset,
+        controller,
+        initial_speed=scenario.initial_speed,
+        duration=scenario.duration,
+        initial_creepage=creepage,
+        output_interval=step,
+        tolerance=tolerance,
+        progress=progress,
+    )
+    conditions = {name: found[name] for name in ("speed", "normal_load", "friction_scale")}
+    known = {**found.signals, "available_force": available_force(wheelset.element, **conditions)}
+    units = {**UNITS, **found.units}
+    return Result(found.time, {name: known[name] for name in units}, units, found.events)
+
+
+def _check_scenario(scenario: object) -> None:
     if not isinstance(scenario, Scenario):
         raise ValueError(
-            f"scenario = {shown(scenario)} is none: contactlib.load_scenario reads one from a file"
+            f"scenario: expected a Scenario, got {shown(scenario)}; contactlib.load_scenario reads "
+            "one from a file"
         )
+
+
+def _chosen(scenario: Scenario, controller: object) -> Controller:
+    """Return the scenario's controller of a name, or the given one."""
+    _check_scenario(scenario)
     if isinstance(controller, str):
         return scenario.controller(controller)
     return checked_controller("controller", controller)

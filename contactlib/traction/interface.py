@@ -199,8 +199,8 @@ def checked_controller(name: str, found: object) -> Controller:
         raise ValueError(f"{name} is the class {kind}: give an object of it, such as {kind}()")
     if hasattr(found, "asks_for"):
         raise ValueError(
-            f"{name} is a {kind}, a continuous controller, which simulate runs; a scenario needs a "
-            "sampled one"
+            f"{name} is a {kind}, a continuous controller, which run_scenario and simulate run; "
+            "expected a sampled one"
         )
     lacking = [key for key in ("start", "sample") if not callable(getattr(found, key, None))]
     if lacking and not sampled:

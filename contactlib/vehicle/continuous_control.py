@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from contactlib.base.quantities import Parameters, Quantity
+from contactlib.base.quantities import Parameters, Quantity, checks_call
 from contactlib.contact import kernel
-from contactlib.vehicle.track import Profile
+from contactlib.vehicle.track import TIME, Profile, Values, profile_of
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,10 @@ class CreepControl(Parameters):
     asks_for: ClassVar[Literal["drive_torque", "creepage"]] = "creepage"
 
     reference: Profile
-    proportional_gain: Annotated[float, Quantity("N.m", above=0.0)]
-    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0)] = 0.0
-    torque_min: Annotated[float, Quantity("N.m")]
-    torque_max: Annotated[float, Quantity("N.m")]
+    proportional_gain: Annotated[float, Quantity("N.m", above=0.0, usual=(1.0, 1e8))]
+    integral_gain: Annotated[float, Quantity("N.m/s", at_least=0.0, usual=(0.0, 1e10))] = 0.0
+    torque_min: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
+    torque_max: Annotated[float, Quantity("N.m", usual=(-3e5, 3e5))]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -94,3 +94,21 @@ class CreepControl(Parameters):
 
 
 ContinuousController = TorqueControl | CreepControl
+
+
+@checks_call
+def creepage_over_time(
+    *,
+    time: Annotated[Values, TIME],
+    creepage: Annotated[Values, Quantity("1", above=-1.0, percent=True, usual=(-1.0, 1.0))],
+) -> Profile:
+    """Reference of creep control.
+
+    Parameters
+    ----------
+    time : tuple of float
+        Breakpoints of the reference [s].
+    creepage : tuple of float
+        Reference creepage at the breakpoints [1].
+    """
+    return profile_of(time=time, creepage=creepage)

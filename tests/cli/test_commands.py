@@ -86,7 +86,7 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
     name = "b\na\x1bd.toml" if os.name == "posix" else "bad.toml"
     path, shown = tmp_path / name, tmp_path / harmless_line(name)
     path.write_text('name = "x"\nsource = "y"\n')
-    for command in ("simulate", "table", "fmu"):
+    for command in ("table", "fmu"):
         result = call(command, path, "-o", tmp_path / "out")
         assert result.exit_code == 2
         assert result.stderr.splitlines() == [  # all mistakes at once
@@ -245,7 +245,7 @@ def test_figures_command_draws_a_models_stability(
     "command",
     [
         ["figures", "--stability"],
-        ["simulate", "roller_rig.toml", "--control", "creep"],
+        ["simulate", "torque_or_creep_rig.toml", "--control", "creep"],
         ["sweep", "SWEEP", "--workers", "1"],
     ],
     ids=lambda command: command[0],

@@ -48,7 +48,7 @@ def test_an_inverse_mass_that_is_assumed_is_warned_of_where_it_must_be_set() -> 
 
 def test_a_file_may_be_named_instead_of_a_kind() -> None:
     said = done("new", "my_wheelset.toml").stdout
-    assert said == "my_wheelset.toml: to try it, contactlib simulate my_wheelset.toml\n"
+    assert said == "my_wheelset.toml: to try it, contactlib explore my_wheelset.toml\n"
     assert cl.load_model("my_wheelset.toml").wheelset.mass == 60e3
     said = refused("new", "mine.toml", "-o", "yours.toml")
     assert said == "contactlib: new: give one file to write, not mine.toml and yours.toml\n"
@@ -76,10 +76,10 @@ def test_the_measured_alternative_of_a_force_runs_too() -> None:
 
 def test_the_model_runs_and_slips_away() -> None:
     model = cl.load_model(written("model"))
-    for control in (model.torque_control, model.creep_control):
-        run = cl.simulate(model.wheelset, control, initial_speed=model.initial_speed)
-        names = [event.name for event in run.events]
-        assert names == ["peak_passed", "slip_away"][: 2 if control is model.torque_control else 1]
+    fold = cl.find_fold(model.wheelset, speed=model.initial_speed)
+    ramp = cl.Profile((0.0, 20.0), (0.5 * fold.drive_torque, 1.1 * fold.drive_torque))
+    run = cl.simulate(model.wheelset, cl.TorqueControl(ramp), initial_speed=model.initial_speed)
+    assert [event.name for event in run.events] == ["peak_passed", "slip_away"]
 
 
 def test_the_scenario_runs_with_all_its_controllers() -> None:
@@ -100,7 +100,7 @@ def test_every_kind_has_a_template_that_the_command_names() -> None:
     for kind in ("force", "model", "scenario", "sweep"):
         assert file_kind(written(kind)) == (kind if kind != "force" else "model")
     done("new", "-o", "other.toml")
-    assert Path("other.toml").read_text().count("simulate other.toml") == 2
+    assert Path("other.toml").read_text().count("explore other.toml") == 1
 
 
 def test_nothing_is_overwritten_unless_asked() -> None:

@@ -11,8 +11,8 @@ import pytest
 from command_line import call, done, refused
 from sweep_files import SCENARIO
 
-from contactlib.cli.own_controller import load_controller
-from contactlib.runs.study import open_study
+import contactlib as cl
+from contactlib.cli.own_controller import load_controller, with_controllers
 
 FILE = """
 import sys
@@ -95,9 +95,9 @@ def test_a_controller_of_a_file_runs() -> None:
 def test_a_class_or_an_object_stands_beside_the_scenario_s_own() -> None:
     for given, share in (("Mine", 0.5), ("quarter", 0.25)):
         name, found = load_controller(f"mine.py:{given}")
-        study = open_study("s.toml", controllers={name: found})
-        assert list(study.runs) == ["open_loop", "threshold", "creep_pi", name]
-        run = study.runs[name](lambda part: None)
+        scenario = with_controllers("s.toml", cl.load_scenario("s.toml"), {name: found})
+        assert list(scenario.controllers) == ["open_loop", "threshold", "creep_pi", name]
+        run = cl.run_scenario(scenario, name)
         assert run["commanded_torque"][-1] == share * 23e3
 
 
@@ -141,7 +141,7 @@ def test_what_cannot_be_combined_is_told() -> None:
     said = refused("simulate", "s.toml", *own, "--control", "creep_pi")
     assert "--control cannot be combined with --controller" in said
     said = refused("simulate", "roller_rig.toml", *own)
-    assert "roller_rig.toml is no scenario: a controller of your own runs in one" in said
+    assert "roller_rig.toml: is a model, not a scenario" in said
     Path("s.toml").write_text(SCENARIO.replace("controllers.creep_pi", "controllers.Mine"))
     said = refused("simulate", "s.toml", *own)
     assert said == "contactlib: s.toml has a controller Mine itself: take another name\n"

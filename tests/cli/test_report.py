@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 from command_line import call, done, refused
 from matplotlib.figure import Figure
-from plain_scenario import wet_patch
+from plain_scenario import controls, wet_patch
 
 import contactlib as cl
 from contactlib.cli import report
 from contactlib.cli.commands import main
+from contactlib.cli.report import outlook
 from contactlib.runs import tuning
 from contactlib.runs.outcomes import OUTCOMES
-from contactlib.runs.study import as_scenario_run, open_study, outlook
 from contactlib.traction import OpenLoop, Sensors
 
 OPEN = {"open_loop": OpenLoop()}
@@ -158,13 +158,14 @@ def test_one_run_has_no_comparison(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> None:
-    shown = done("simulate", "roller_rig.toml", "--control", "creep", "-o", tmp_path)
+def test_runs_under_continuous_controllers_are_reported_too(rig: cl.Model, tmp_path: Path) -> None:
+    name = "torque_or_creep_rig.toml"
+    shown = done("simulate", name, "--control", "creep", "-o", tmp_path)
     assert "peak_passed" in shown.output
     assert {p.name for p in tmp_path.iterdir()} >= {"creep.csv", "creep.png", "creep.svg"}
-    study = open_study("roller_rig.toml")
-    run = study.runs["torque"](lambda part: None)
-    other = cl.simulate(rig.wheelset, rig.torque_control, initial_speed=10.0)
+    scenario, (ramp, held) = cl.load_scenario(name), controls("rig")
+    run = cl.run_scenario(scenario, "torque", tolerance=1e-9)
+    other = cl.simulate(rig.wheelset, ramp, initial_speed=10.0)
     np.testing.assert_allclose(run["creep_force"], other["creep_force"], rtol=1e-12)
     halves = run["creep_force_left"] + run["creep_force_right"]
     np.testing.assert_allclose(halves, run["creep_force"], rtol=1e-15)
@@ -172,10 +173,9 @@ def test_a_model_s_own_runs_are_reported_too(rig: cl.Model, tmp_path: Path) -> N
     assert run["available_force"].max() == pytest.approx(
         element.friction.kinetic * element.normal_load * 1.1350256, rel=1e-6
     )
-    held = as_scenario_run(other, study.drivetrain.wheelset)
-    assert np.array_equal(held["demand"], other["drive_torque"])
-    creep = study.runs["creep"](lambda part: None)
-    assert (creep["demand"] == rig.creep_control.torque_max).all()  # what it would like to have
+    assert np.array_equal(run["demand"], other["drive_torque"])
+    creep = cl.run_scenario(scenario, "creep")
+    assert (creep["demand"] == held.torque_max).all()  # what it would like to have
 
 
 @pytest.mark.parametrize(

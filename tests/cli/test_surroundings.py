@@ -168,7 +168,7 @@ def test_no_home_no_screen_no_folder(tmp_path: Path) -> None:
     gone, output = tmp_path / "gone", tmp_path / "out"
     gone.mkdir()
     nothing = {"HOME": None, "DISPLAY": None, "MPLCONFIGDIR": None, "XDG_CACHE_HOME": None}
-    command = [*MAIN, "simulate", "roller_rig.toml", "-o", str(output)]
+    command = [*MAIN, "simulate", "torque_or_creep_rig.toml", "-o", str(output)]
     done = subprocess.run(
         ["sh", "-c", 'rmdir ../gone; HOME=/nowhere; export HOME; exec "$@"', "sh", *command],
         cwd=gone, capture_output=True, text=True, check=False,

@@ -22,6 +22,7 @@ from exported_fmu import exported
 from falling_friction import with_falling
 from fmpy.fmi1 import FMICallException
 from fmu_instance import EXPORTS, Instance
+from plain_scenario import controls
 
 import contactlib as cl
 from contactlib.contact import kernel
@@ -634,7 +635,7 @@ def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Pat
 def test_same_trajectory_as_the_kernel(fmu: Path, rig: cl.Model, control: str) -> None:
     # Under torque control the run-away would magnify the slightest difference.
     if control == "creep":
-        controller: Any = rig.creep_control
+        controller: Any = controls("rig")[1]
     else:
         controller = cl.TorqueControl(cl.Profile((0.0, 6.0), (2.6e4, 2.9e4)))
     settings: dict[str, Any] = {
@@ -676,7 +677,7 @@ def test_only_the_implicit_mode_takes_a_millisecond_at_one_metre_per_second(
 
 
 def test_exchange_converges_to_the_stiff_solver_with_first_order(rig: cl.Model) -> None:
-    body, control = rig.wheelset, rig.creep_control
+    body, control = rig.wheelset, controls("rig")[1]
     exact = cl.simulate(body, control, duration=8.0, initial_speed=10.0)
     steps = np.array([2e-3, 1e-3, 5e-4])
     errors = []

@@ -9,20 +9,22 @@ import numpy as np
 import pytest
 from falling_friction import with_falling
 from matplotlib.figure import Figure
+from plain_scenario import controls
 
 import contactlib as cl
 from contactlib import figures
 from contactlib.figures.style import AT_CONSTANT_TORQUE
 
 
-def told(model: cl.Model, slower: float = 1.0) -> str:
+def told(model: cl.Model, name: str, slower: float = 1.0) -> str:
     """What the fold diagram says where the ramp comes back, with a fall that is so much slower."""
-    ramp = model.torque_control.reference
+    torque, creep = controls(name)
+    ramp = torque.reference
     top = int(np.argmax(ramp.value)) + 1  # end of the highest torque
     fall = [ramp.at[top] + slower * (at - ramp.at[top]) for at in ramp.at[top:]]
     control = cl.TorqueControl(cl.Profile((*ramp.at[:top], *fall), ramp.value))
-    run = cl.simulate(model.wheelset, control, initial_speed=model.initial_speed)
-    held = cl.simulate(model.wheelset, model.creep_control, initial_speed=model.initial_speed)
+    run = cl.simulate(model.wheelset, control, initial_speed=10.0)
+    held = cl.simulate(model.wheelset, creep, initial_speed=10.0)
     figure = figures.fold_diagram(model.wheelset, run, held, speed=10.0, title="")
     texts = [text.get_text().replace("\n", " ") for text in figure.axes[0].texts]
     return next((text for text in texts if "lags" in text), "").replace("\N{NO-BREAK SPACE}", " ")
@@ -32,10 +34,10 @@ def told(model: cl.Model, slower: float = 1.0) -> str:
 def test_a_fast_ramp_says_why_it_returns_late(name: str, request: pytest.FixtureRequest) -> None:
     """Below the return by J domega/dt, with which the slowing wheel drives the contact too."""
     model: cl.Model = request.getfixturevalue(name)
-    said, body = told(model), model.wheelset
+    said, body = told(model, name), model.wheelset
     found = re.match(r"grip at ([\d.]+) kN m: the spinning wheel lags behind the ramp", said)
     assert found is not None
-    run = cl.simulate(body, model.torque_control, initial_speed=model.initial_speed)
+    run = cl.simulate(body, controls(name)[0], initial_speed=10.0)
     spins = run.time > run.time[run["creepage"].argmax()]
     fold = cl.find_fold(body, speed=10.0)
     at = np.flatnonzero(spins & (run["creepage"] < fold.creepage))[0]
@@ -47,14 +49,14 @@ def test_a_fast_ramp_says_why_it_returns_late(name: str, request: pytest.Fixture
 
 @pytest.mark.filterwarnings("ignore:the run reaches")  # a slip work that the rig cannot cool
 def test_a_slow_ramp_returns_at_the_return(rig: cl.Model) -> None:
-    assert told(rig, slower=10.0) == ""
+    assert told(rig, "rig", slower=10.0) == ""
 
 
-def fold_diagram(wheelset: cl.Wheelset, model: cl.Model, *torque: float) -> Figure:
+def fold_diagram(wheelset: cl.Wheelset, *torque: float) -> Figure:
     """Of a ramp through these torques [N.m], one each second."""
     ramp = cl.TorqueControl(cl.Profile(tuple(map(float, range(len(torque)))), torque))
     run = cl.simulate(wheelset, ramp, initial_speed=10.0)
-    held = cl.simulate(wheelset, model.creep_control, initial_speed=10.0, duration=1.0)
+    held = cl.simulate(wheelset, controls("rig")[1], initial_speed=10.0, duration=1.0)
     return figures.fold_diagram(wheelset, run, held, speed=10.0, title="Mine")
 
 
@@ -70,15 +72,15 @@ def fold_diagram(wheelset: cl.Wheelset, model: cl.Model, *torque: float) -> Figu
 def test_the_legend_tells_where_the_torque_went(
     rig: cl.Model, torque: tuple[float, ...], label: str
 ) -> None:
-    axes = fold_diagram(rig.wheelset, rig, *torque).axes[0]
+    axes = fold_diagram(rig.wheelset, *torque).axes[0]
     assert label in [line.get_label() for line in axes.lines]
 
 
 def test_a_title_says_that_the_speed_changes(rig: cl.Model) -> None:
     steady = "Mine: steady creepage at $V$ = 10 m/s"
-    assert fold_diagram(rig.wheelset, rig, 24e3, 24e3).axes[0].get_title(loc="left") == steady
+    assert fold_diagram(rig.wheelset, 24e3, 24e3).axes[0].get_title(loc="left") == steady
     light = replace(rig.wheelset, mass=5e3)
-    title = fold_diagram(light, rig, 24e3, 24e3).axes[0].get_title(loc="left")
+    title = fold_diagram(light, 24e3, 24e3).axes[0].get_title(loc="left")
     first, second = title.splitlines()
     assert first == steady
     found = re.fullmatch(r"runs at \$V\$ = 10 to ([\d.]+) m/s", second)
@@ -88,7 +90,7 @@ def test_a_title_says_that_the_speed_changes(rig: cl.Model) -> None:
 
 def test_the_held_point_lies_on_the_curve_of_its_own_speed(locomotive: cl.Model) -> None:
     damped = replace(locomotive.wheelset, damping=100.0)
-    held = cl.simulate(damped, locomotive.creep_control, initial_speed=10.0)
+    held = cl.simulate(damped, controls("locomotive")[1], initial_speed=10.0)
     ramp = cl.TorqueControl(cl.Profile((0.0, 1.0), (20e3, 21e3)))
     run = cl.simulate(damped, ramp, initial_speed=10.0)
     figure = figures.fold_diagram(damped, run, held, speed=10.0, title="")
@@ -115,7 +117,7 @@ def test_without_damping_a_note_says_below_which_torque_it_returns(rig: cl.Model
     sliding = undamped.radius * undamped.element.friction.kinetic * undamped.element.normal_load
     note = f"above {1e-3 * sliding:.4g} kN m"
     drawn = (
-        fold_diagram(undamped, rig, 24e3, 24e3),
+        fold_diagram(undamped, 24e3, 24e3),
         figures.STABILITY_FIGURES["s_curve"].draw(undamped, 10.0),
     )
     for figure in drawn:

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation, Text
+from plain_scenario import controls
 
 import contactlib as cl
 from contactlib import figures
@@ -38,8 +39,8 @@ def written(figure: Figure) -> list[Text]:
 
 
 def runs_of(model: cl.Model) -> list[cl.Result]:
-    controls = (model.torque_control, model.creep_control)
-    return [cl.simulate(model.wheelset, control, initial_speed=10.0) for control in controls]
+    name = "rig" if model.wheelset.speed_held else "locomotive"
+    return [cl.simulate(model.wheelset, one, initial_speed=10.0) for one in controls(name)]
 
 
 OF_MODEL: dict[str, Callable[[cl.Model], Figure]] = {

@@ -27,9 +27,10 @@ from strategies import examples
 
 import contactlib as cl
 from contactlib.base.quantities import Parameter, declared
+from contactlib.files.model import RUN
 from contactlib.files.reading import loading, read_section, shipped_files
 from contactlib.files.scenario import SECTIONS as OF_SCENARIO
-from contactlib.files.sections import RUNS, VEHICLE_SECTIONS, Keys
+from contactlib.files.sections import VEHICLE_SECTIONS, Keys
 from contactlib.runs.sweep.ensemble import read_dataset, write_dataset
 from contactlib.runs.sweep.loading import KEYS as OF_SWEEP
 from contactlib.runs.sweep.sampling import draw, points, sample, values_of
@@ -134,7 +135,7 @@ def test_any_columns(rows: list[list[str]], head: str, tmp_path: Path) -> None:
 
 
 SECTIONS: dict[str, Keys] = {
-    **{f"model {name}": declared(kind) for name, kind in RUNS.items()},
+    "model run": RUN,
     **VEHICLE_SECTIONS,
     **OF_SCENARIO,
     **{kind: declared(controller) for kind, controller in cl.CONTROLLERS.items()},

@@ -44,6 +44,8 @@ def test_shipped_scenarios_load(name: str) -> None:
     element = scenario.drivetrain.wheelset.element
     assert scenario.source
     assert scenario.controllers
+    if name.startswith("torque_or_creep"):  # the plain vehicle
+        return
     # Polach 2005, dry; CONTACT finds relaxation over 1.3 to 1.8 semi-widths.
     friction = element.friction  # at high slip speed it is Polach's A times that at rest
     assert friction.slip_rate_residual * friction.kinetic == pytest.approx(
@@ -413,6 +415,51 @@ def test_a_mistake_is_one_clear_line(old: str, new: str, message: str, tmp_path:
     with pytest.raises(cl.ModelError, match=rf"mine\.toml: .*{message}") as caught:
         cl.load_scenario(write(tmp_path, TEXT.replace(old, new, 1)))
     assert "\n" not in str(caught.value)
+
+
+CREEP = """
+[controllers.creep]
+kind = "creep_control"
+time = [0.0, 2.0]
+creepage = ["1 %", "2 %"]
+proportional_gain = 1e6
+torque_min = 0.0
+torque_max = "35 kN.m"
+"""
+TORQUE = '[controllers.torque]\nkind = "torque_control"\n'
+
+
+def test_continuous_controllers_are_read(tmp_path: Path) -> None:
+    scenario = cl.load_scenario(write(tmp_path, TEXT + CREEP + TORQUE))
+    assert scenario.any_controller("torque") == cl.TorqueControl(scenario.demand)
+    assert scenario.any_controller("creep") == cl.CreepControl(
+        reference=cl.Profile((0.0, 2.0), (0.01, 0.02)),
+        proportional_gain=1e6,
+        torque_min=0.0,
+        torque_max=35e3,
+    )
+    assert isinstance(scenario.controller("first"), cl.OpenLoop)
+    for name in ("creep", "torque"):
+        with pytest.raises(ValueError, match=f"controller = '{name}' is continuous"):
+            scenario.controller(name)
+
+
+@pytest.mark.parametrize(
+    ("added", "message"),
+    [
+        (CREEP.replace("[0.0, 2.0]", "[2.0, 0.0]"), r"controllers\.creep\.time = .* must rise"),
+        (CREEP.replace("[0.0, 2.0]", "[0.0]"), r"creep\.time has 1 and creepage 2 entries"),
+        (CREEP.replace("torque_min = 0.0", "torque_min = 4e4"), r"torque_min = 40000\.0 .*< torq"),
+        (CREEP.replace("torque_min = 0.0", ""), r"controllers\.creep\.torque_min is missing"),
+        (f"{TORQUE}torque = [0.0]", r"controllers\.torque\.torque is not a known key"),
+        (f"{TORQUE}[motor]\nlag = 0.01", r"torque is continuous .* must not have \[motor\]$"),
+        (f"{TORQUE}[axle]\nstiffness = 6e6", r"torque is continuous .* must not have \[axle\]$"),
+        (f"{CREEP}[track]\ndistance = [0.0]\nfriction = [0.5]", r"creep is .* have \[track\]$"),
+    ],
+)
+def test_continuous_controllers_act_on_the_wheels(tmp_path: Path, added: str, message: str) -> None:
+    with pytest.raises(cl.ModelError, match=message):
+        cl.load_scenario(write(tmp_path, TEXT + added))
 
 
 def test_a_scenario_made_in_python_is_checked_too() -> None:

@@ -75,7 +75,7 @@ def commands(folder: Path) -> dict[str, Writer]:
         "command.fmu": command("fmu", "roller_rig.toml"),
         "command.ssp": command("fmu", "roller_rig.toml", "--ssp"),
         "command.html": command("explore", "--no-open"),
-        "torque.csv": to_folder("simulate", "roller_rig.toml"),
+        "torque.csv": to_folder("simulate", "torque_or_creep_rig.toml"),
         "stability_poles.png": to_folder("figures", "--stability"),
         "quick_sweep.nc": to_folder("sweep", str(sweep), "--restart", "--no-maps"),
         "creep_table.bin": to_folder("demo"),

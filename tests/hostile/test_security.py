@@ -279,7 +279,7 @@ def test_a_message_is_one_line_without_orders(
 
 
 @pytest.mark.parametrize(
-    ("command", "text"), [("simulate", RIG), ("simulate", SCENARIO), ("sweep", SWEEP)]
+    ("command", "text"), [("fmu", RIG), ("simulate", SCENARIO), ("sweep", SWEEP)]
 )
 def test_a_name_that_heads_a_report_is_one_line(tmp_path: Path, command: str, text: str) -> None:
     path = tmp_path / "sent.toml"

@@ -56,14 +56,7 @@ def _model(rig: cl.Model, element: cl.ForceElement) -> cl.Model:
         damping=50.0,
         resistance=cl.Resistance(constant=1800.0, linear=66.0, quadratic=3.1, grade=0.01),
     )
-    return cl.Model(
-        name=rig.name,
-        source=rig.source,
-        wheelset=wheelset,
-        torque_control=rig.torque_control,
-        creep_control=rig.creep_control,
-        initial_speed=10.0,
-    )
+    return cl.Model(name=rig.name, source=rig.source, wheelset=wheelset)
 
 
 def random_points(description: Description, count: int, seed: int) -> Iterator[dict[str, float]]:

@@ -25,7 +25,6 @@ from contactlib.runs.outcomes import (
     write_comparison,
 )
 from contactlib.runs.result import WORKS
-from contactlib.runs.study import as_scenario_run
 
 BOTH = ("omega", "creepage", "friction_scale")
 ENERGIES = (*WORKS, "stored_energy", "energy_defect")
@@ -144,9 +143,9 @@ def test_damping_takes_its_part_of_the_demand(rig: cl.Model) -> None:
 def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model) -> None:
     wheelset = locomotive.wheelset
     step = cl.TorqueControl(cl.Profile((0.0, 2.0, 2.0), (15e3, 15e3, 22e3)))
-    found = cl.simulate(wheelset, step, initial_speed=10.0, duration=6.0)
-    drivetrain = cl.Drivetrain(wheelset)
-    made = metrics(as_scenario_run(found, drivetrain.wheelset), drivetrain)
+    scenario = plain_scenario(wheelset, duration=6.0)
+    found = cl.run_scenario(scenario, step)
+    made = metrics(found, scenario.drivetrain)
     assert made.adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
     assert made.recovery_time < 0.05
     assert made.largest_slip_speed == pytest.approx(np.abs(found["slip_velocity"]).max())

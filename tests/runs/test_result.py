@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas
 import pytest
-from plain_scenario import wet_patch
+from plain_scenario import controls, wet_patch
 from sweep_files import write_sweep
 
 import contactlib as cl
@@ -44,7 +44,7 @@ def test_a_wheelset_travels_after_it_was_used(way: Callable[[Any], Any], name: s
     before = cl.find_fold(model.wheelset, speed=10.0)  # keeps structs of the kernel
     there = way(model)
     assert cl.find_fold(there.wheelset, speed=10.0) == before
-    assert (there.name, there.torque_control) == (model.name, model.torque_control)
+    assert (there.name, there.source) == (model.name, model.source)
     assert dataclasses.replace(there.wheelset, damping=1.0).damping == 1.0
 
 
@@ -71,7 +71,7 @@ def test_a_sweep_travels_after_it_was_run(way: Callable[[Any], Any], tmp_path: P
 
 @WAYS
 def test_a_result_travels(way: Callable[[Any], Any], run: cl.Result, rig: cl.Model) -> None:
-    other = cl.simulate(rig.wheelset, rig.torque_control, initial_speed=10.0, duration=1.0)
+    other = cl.simulate(rig.wheelset, controls("rig")[0], initial_speed=10.0, duration=1.0)
     for one in (run, other):
         there = way(one)
         assert there == one
@@ -107,7 +107,7 @@ def test_pandas_and_xarray_have_every_signal_by_name(run: cl.Result) -> None:
 
 
 def test_xarray_labels_every_signal_of_each_kind_of_run(run: cl.Result, rig: cl.Model) -> None:
-    other = cl.simulate(rig.wheelset, rig.torque_control, initial_speed=10.0, duration=0.1)
+    other = cl.simulate(rig.wheelset, controls("rig")[0], initial_speed=10.0, duration=0.1)
     for one in (run, other):
         data = one.to_xarray()
         names = {name: data[name].attrs["long_name"] for name in one.signals}

@@ -238,7 +238,7 @@ def test_an_answer_of_a_controller_of_many_is_checked(scenarios: list[cl.Scenari
         ({"index": range(3)}, r"index = .* must have 10 entries"),
         ({"step": [0.01, 0.005]}, r"step = .* must have 10 entries"),
         ({"scenarios": cl.load_scenario("dry_wet_dry.toml")}, r"a list, such as \[scenario\]"),
-        ({"scenarios": ["x.toml"]}, "'x.toml' is none: contactlib.load_scen"),
+        ({"scenarios": ["x.toml"]}, "expected a Scenario, got 'x.toml'; contactlib.load_scen"),
     ],
 )
 def test_refusals(scenarios: list[cl.Scenario], given: dict[str, Any], message: str) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plain_scenario import controls
 from scipy.integrate import solve_ivp, trapezoid
 
 import contactlib as cl
@@ -51,8 +52,7 @@ def test_slow_ramp_finds_the_critical_torque(rig: cl.Model) -> None:
 
 
 def test_demonstration_ramps_meet_the_fold(rig: cl.Model, locomotive: cl.Model) -> None:
-    for model in (rig, locomotive):
-        control = model.torque_control
+    for model, (control, _) in ((rig, controls("rig")), (locomotive, controls("locomotive"))):
         run = cl.simulate(model.wheelset, control, initial_speed=model.initial_speed)
         passed, away = run.first("peak_passed"), run.first("slip_away")
         assert passed is not None
@@ -65,8 +65,7 @@ def test_demonstration_ramps_meet_the_fold(rig: cl.Model, locomotive: cl.Model) 
 
 
 def test_creep_control_stays_on_the_falling_branch(rig: cl.Model, locomotive: cl.Model) -> None:
-    for model in (rig, locomotive):
-        control = model.creep_control
+    for model, (_, control) in ((rig, controls("rig")), (locomotive, controls("locomotive"))):
         run = cl.simulate(model.wheelset, control, duration=40.0, initial_speed=model.initial_speed)
         late = run.time > 20.0
         target = control.reference.value[-1]
@@ -243,7 +242,7 @@ def test_braking_to_standstill(locomotive: cl.Model) -> None:
     ],
 )
 def test_bad_settings_are_refused(rig: cl.Model, given: dict[str, Any], message: str) -> None:
-    settings = {"controller": rig.torque_control, "duration": 1.0, "initial_speed": 10.0, **given}
+    settings = {"controller": controls("rig")[0], "duration": 1.0, "initial_speed": 10.0, **given}
     with pytest.raises(ValueError, match=message):
         cl.simulate(rig.wheelset, **settings)
 

@@ -14,6 +14,7 @@ from typing import Any
 import control
 import numpy as np
 import pytest
+from plain_scenario import controls
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -211,7 +212,7 @@ def test_describing_function_is_the_first_harmonic(locomotive: cl.Model) -> None
 def test_wheels_swing_with_the_amplitude_of_the_describing_function(
     locomotive: cl.Model, creepage: float, control_of_mean: str
 ) -> None:
-    body, control = replace(locomotive.wheelset, mass=None), locomotive.creep_control
+    body, (_, control) = replace(locomotive.wheelset, mass=None), controls("locomotive")
     drivetrain, point = on_axle(body), body.balanced(creepage=creepage, speed=SPEED)
     state = torsion.torsional_state(drivetrain, point)
     *edges, cycle = state.limit_cycles

@@ -143,7 +143,7 @@ def torque_of(measurement: cl.Measurement[float]) -> float:
         (torque_of, r" = torque_of is no controller: .* derived from contactlib.SampledController"),
         (3.0, r" = 3.0 is no controller"),
         (None, r" = None is no controller"),
-        (cl.TorqueControl(cl.Profile.of(1e4)), r" is a TorqueControl, .* which simulate runs"),
+        (cl.TorqueControl(cl.Profile.of(1e4)), r" is (a TorqueControl, a )?continuous"),
         (NoTime(), r": NoTime.sample_time is missing: .* as in sample_time = 0.01"),
         (timed(0.0), r"SlipPI.sample_time = 0.0 is out of range"),
         (timed("10 ms"), r"SlipPI.sample_time = '10 ms' is not a number"),

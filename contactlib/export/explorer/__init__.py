@@ -69,9 +69,8 @@ def _checked_text(model: str | os.PathLike[str]) -> str:
         if isinstance(kind, str) and kind != "carter_griffith":
             raise ValueError(f"law.kind = {kind!r}: the page shows 'carter_griffith' only")
     loaded = load_model(model)
-    for part in (loaded.wheelset, loaded.torque_control, loaded.creep_control):
-        if isinstance(part, Missing):
-            raise ModelError(f"{os.fspath(model)}: {part.lacking}")
+    if isinstance(loaded.wheelset, Missing):
+        raise ModelError(f"{os.fspath(model)}: {loaded.wheelset.lacking}")
     return file.read_text(encoding="utf-8-sig")
 
 

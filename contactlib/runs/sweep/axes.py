@@ -18,11 +18,10 @@ from contactlib.files.reading import (
     subsection,
     text,
 )
-from contactlib.files.scenario import SECTIONS, ControllerDesign, ScenarioContents
+from contactlib.files.scenario import KINDS, SECTIONS, ControllerDesign, ScenarioContents
 from contactlib.files.sections import VEHICLE_SECTIONS, Keys
 from contactlib.runs.analysis import SWEEP_OUTCOMES
 from contactlib.runs.sweep.sampling import Spread, points, sample, values_of
-from contactlib.traction import CONTROLLERS
 from contactlib.traction.interface import Controller
 
 PATH = re.compile(r"([A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)+)(?:\[([0-9]+)\])?")
@@ -174,7 +173,7 @@ def _section(
         if name not in controllers:
             raise _unknown(path, name, controllers)
         table = subsection(f"controllers.{name}", controllers[name])
-        return declared(CONTROLLERS[text(f"controllers.{name}.kind", table.get("kind"))]), table
+        return KINDS[text(f"controllers.{name}.kind", table.get("kind"))], table
     if not where and name.split(".")[0] == "vehicle_changes":
         meant = path.replace("vehicle_changes", "vehicle", 1)
         raise ValueError(f"{path}: say {meant}, which includes the scenario's changes")

@@ -54,6 +54,7 @@ from contactlib.runs.sweep.plan import (
     table_axes,
 )
 from contactlib.runs.sweep.sampling import draw, extreme_runs
+from contactlib.traction import CONTROLLERS
 from contactlib.traction.interface import Controller, checked_controller
 
 Names = tuple[str, ...]
@@ -141,10 +142,11 @@ def _build_sweep(
     data: Mapping[str, Any], content: str, file: Path, progress: Callable[[float], object]
 ) -> Sweep:
     if "axes" not in data and {"vehicle", "contact"} & set(data):
-        what = "scenario" if "vehicle" in data else "model"
+        what = "model"
+        if "vehicle" in data:
+            what = "scenario, which the command 'contactlib simulate' runs"
         raise ValueError(
-            f"is a {what}, not a sweep: the command 'contactlib simulate' runs it; a sweep names "
-            "a scenario and the axes along which it varies"
+            f"is a {what}; a sweep names a scenario and the axes along which it varies"
         )
     found: Any = None
     with Mistakes(data) as mistakes:
@@ -284,11 +286,12 @@ def _names(what: str, names: Names, known: Collection[str]) -> Names:
 def _controllers(
     names: Names | None, designs: Mapping[str, ControllerDesign], outcomes: Names
 ) -> dict[str, ControllerDesign]:
-    """Designs of the controllers that run. Default: all controllers of the scenario."""
+    """Designs of the controllers that run. Default: all sampled controllers of the scenario."""
     if not of_runs(outcomes):
         if names is not None:
             raise ValueError(
                 "controllers: none runs, as all outcomes come from the analysis of the wheelset"
             )
         return {}
-    return {name: designs[name] for name in _names("controllers", names or (), designs) or designs}
+    sampled = {name: one for name, one in designs.items() if one.kind in CONTROLLERS}
+    return {name: sampled[name] for name in _names("controllers", names or (), sampled) or sampled}

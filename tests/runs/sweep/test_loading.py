@@ -64,8 +64,8 @@ def test_each_kind_of_file_names_its_command() -> None:
     for command, name, said in (
         ("simulate", SHIPPED[0], "'contactlib sweep' runs it"),
         ("table", SHIPPED[0], "'contactlib sweep' runs it"),
-        ("sweep", "roller_rig.toml", "is a model, not a sweep: the command 'contactlib simulate'"),
-        ("sweep", "sanding.toml", "is a scenario, not a sweep: the command 'contactlib simulate'"),
+        ("sweep", "roller_rig.toml", "is a model; a sweep names a scenario"),
+        ("sweep", "sanding.toml", "is a scenario, which the command 'contactlib simulate' runs"),
     ):
         assert said in refused(command, name)
 

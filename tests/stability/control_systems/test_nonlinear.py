@@ -7,6 +7,7 @@ from typing import Any
 import control
 import numpy as np
 import pytest
+from plain_scenario import controls
 
 import contactlib as cl
 from contactlib.stability import control_systems
@@ -71,7 +72,7 @@ def test_nonlinear_loop_runs_as_the_simulation_does(
     name: str, request: pytest.FixtureRequest
 ) -> None:
     model = request.getfixturevalue(name)
-    body, rule = model.wheelset, model.creep_control
+    body, (_, rule) = model.wheelset, controls(name)
     wet = cl.Profile((1.0, 1.0, 2.0), (1.0, 0.8, 1.0))
     run = cl.simulate(
         body, rule, initial_speed=SPEED, duration=3.0, friction_scale=wet, output_interval=2e-3
