@@ -210,13 +210,13 @@ def control(run: Any, memory: FloatArray, wheel_speed: float, vehicle_speed: flo
     demand = run.demand
     integral = min(memory[2], demand) if memory[3] > 0.0 else demand
     error = target - (wheel_speed - memory[0])
-    wanted = run.proportional_gain * error + integral
+    requested = run.proportional_gain * error + integral
     part = error / target
     ease = max(min(part, 1.0), BAND) - BAND - CUT * max(min(-part, 4.0) - 3.0, 0.0)
     integral += run.sample_time * (run.integral_gain * error + demand * ease / run.recovery_time)
     memory[2] = min(max(integral, 0.0), demand)
-    memory[3] = 1.0 if wanted < demand else 0.0
-    return float(min(max(wanted, 0.0), demand))
+    memory[3] = 1.0 if requested < demand else 0.0
+    return float(min(max(requested, 0.0), demand))
 
 
 @compiled

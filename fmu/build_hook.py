@@ -195,5 +195,5 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["--check"]:
         check_sources()
     else:
-        for wanted in named(sys.argv[1:] or [host()]):
-            print(build_library(wanted))
+        for target in named(sys.argv[1:] or [host()]):
+            print(build_library(target))

@@ -100,7 +100,7 @@ static int is_in_range(const model_variable *v, double value) {
 }
 
 /* The first parameter, input or state whose value a tool could not have set, in an instance with
- * these start values; NULL if there is none. */
+ * these start values; NULL if nothing is. */
 static const model_variable *misplaced(const model *m, const model_values *start,
                                        const model_values *values) {
     for (size_t i = 0; i < m->count; i++) {
@@ -122,11 +122,11 @@ static int states_in_range(const component *self) {
  * truth values are Booleans. */
 static const char *read_start_values(const model *m, model_values *values, double *booleans,
                                      const void *bytes, size_t size) {
-    size_t wanted = 1, at = CHECKED_FILE_FRAME;
+    size_t expected = 1, at = CHECKED_FILE_FRAME;
     const char *error = checked_file_error(bytes, size, "CREEPVAL", START_VALUES_VERSION);
     if (error != NULL) return error;
-    for (size_t i = 0; i < m->count; i++) wanted += (size_t)model_is_given(&m->variables[i]);
-    if (size != at + wanted * sizeof(double)) return "the number of values is not the model's";
+    for (size_t i = 0; i < m->count; i++) expected += (size_t)model_is_given(&m->variables[i]);
+    if (size != at + expected * sizeof(double)) return "the number of values is not the model's";
     for (size_t i = 0; i < m->count; i++) {
         if (!model_is_given(&m->variables[i])) continue;
         double value;
@@ -224,7 +224,7 @@ result component_set_up(component *self, double start, int has_stop, double stop
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-/* The variable of a value reference, if it is part of the model and has the wanted type. */
+/* The variable of a value reference, if it is part of the model and has the expected type. */
 static const model_variable *find(component *self, unsigned reference, int boolean) {
     const model *m = self->model;
     if (reference < m->count) {
@@ -370,7 +370,7 @@ static const char *advice(const component *self, const model_variable *v, char *
                  SHOWN(last->step), SHOWN(last->stable));
     if (v->role == STATE && (RUNNING >> self->now.stage & 1u) && self->model->has_contact)
         snprintf(text, MESSAGE_SIZE,
-                 "; an explicit solver runs off if its steps are longer than %s s: take shorter "
+                 "; an explicit solver diverges if its steps are longer than %s s: take shorter "
                  "steps or an implicit solver",
                  SHOWN(model_explicit_step(self->model, &self->table, &self->now.values)));
     return text;
@@ -482,9 +482,10 @@ size_t component_indicators(const component *self) {
     return self->model->has_contact ? FLAG_COUNT : 0;
 }
 
-static result check_count(component *self, const char *what, size_t count, size_t wanted) {
-    if (count == wanted) return RESULT_OK;
-    return component_log(self, RESULT_ERROR, "number of %s = %zu must be %zu", what, count, wanted);
+static result check_count(component *self, const char *what, size_t count, size_t expected) {
+    if (count == expected) return RESULT_OK;
+    return component_log(self, RESULT_ERROR, "number of %s = %zu must be %zu", what, count,
+                         expected);
 }
 
 result component_set_time(component *self, double time) {

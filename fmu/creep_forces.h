@@ -6,16 +6,15 @@
 #include "plane_law.h"
 
 typedef struct {
-    double shear_modulus;      /* G of both bodies [Pa] */
-    double poisson_ratio;      /* nu [1] */
-    double static_friction;    /* f_s [1] */
-    double kinetic_friction;   /* f_d [1] */
-    double weakening_length;   /* Delta [m] */
-    double slip_rate_residual; /* A, part of friction that high slip speed leaves [1] */
-    double slip_rate_decay;    /* B, rate at which friction falls with slip speed [s/m] */
-    double
-        softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 if there is none */
-    double thermal_effusivity; /* e of both bodies [W s^0.5/(m^2 K)] */
+    double shear_modulus;         /* G of both bodies [Pa] */
+    double poisson_ratio;         /* nu [1] */
+    double static_friction;       /* f_s [1] */
+    double kinetic_friction;      /* f_d [1] */
+    double weakening_length;      /* Delta [m] */
+    double slip_rate_residual;    /* A, part of friction that high slip speed leaves [1] */
+    double slip_rate_decay;       /* B, rate at which friction falls with slip speed [s/m] */
+    double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
+    double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
 } creep_forces_parameters;
 
 /* Creepages are those of the wheel against the rail in Kalker's signs, so the longitudinal one is

@@ -128,9 +128,9 @@ static fmi3Status derivative(component *core, int adjoint, const fmi3ValueRefere
                              size_t known_count, const fmi3Float64 seed[], size_t seed_count,
                              fmi3Float64 sensitivity[], size_t sensitivity_count) {
     size_t given = adjoint ? unknown_count : known_count;
-    size_t wanted = adjoint ? known_count : unknown_count;
+    size_t expected = adjoint ? known_count : unknown_count;
     if (check_count(core, given, seed_count) != fmi3OK ||
-        check_count(core, wanted, sensitivity_count) != fmi3OK)
+        check_count(core, expected, sensitivity_count) != fmi3OK)
         return fmi3Error;
     return (fmi3Status)component_derivative(core, adjoint, unknowns, unknown_count, knowns,
                                             known_count, seed, sensitivity);

@@ -6,25 +6,24 @@
 #include "export.h"
 
 typedef struct {
-    double radius;             /* rolling radius [m] */
-    double static_friction;    /* f_s [1] */
-    double kinetic_friction;   /* f_d [1] */
-    double weakening_length;   /* Delta [m] */
-    double slope_reduction;    /* initial slope over the elastic one, as by a third body [1] */
-    double semi_width;         /* a at nominal load [m] */
-    double peak_pressure;      /* p0 at nominal load [Pa] */
-    double contact_modulus;    /* E* of rolling: an ellipse on a half-space is stiffer [Pa] */
-    double softening;          /* part of that stiffness lost as its stick area shrinks [1] */
-    double nominal_load;       /* P [N] */
-    double load_exponent;      /* a and p0 grow like the load to this power [1] */
-    double minimum_speed;      /* below it the creepage's reference speed is regularised [m/s] */
-    double slip_rate_residual; /* A of the factor (1 - A) exp(-B w) + A on friction [1] */
-    double slip_rate_decay;    /* B, w being the slip speed [s/m] */
-    double
-        softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 if there is none */
-    double thermal_effusivity; /* e of both bodies [W s^0.5/(m^2 K)] */
-    double elliptic;           /* 1 if the contact is an ellipse, 0 if it is a line; for T */
-    double relaxation_length;  /* sigma [m]; 0 if the force follows the creepage at once */
+    double radius;                /* rolling radius [m] */
+    double static_friction;       /* f_s [1] */
+    double kinetic_friction;      /* f_d [1] */
+    double weakening_length;      /* Delta [m] */
+    double slope_reduction;       /* initial slope over the elastic one, as by a third body [1] */
+    double semi_width;            /* a at nominal load [m] */
+    double peak_pressure;         /* p0 at nominal load [Pa] */
+    double contact_modulus;       /* E* of rolling: an ellipse on a half-space is stiffer [Pa] */
+    double softening;             /* part of that stiffness lost as its stick area shrinks [1] */
+    double nominal_load;          /* P [N] */
+    double load_exponent;         /* a and p0 grow like the load to this power [1] */
+    double minimum_speed;         /* below it the creepage's reference speed is regularised [m/s] */
+    double slip_rate_residual;    /* A of the factor (1 - A) exp(-B w) + A on friction [1] */
+    double slip_rate_decay;       /* B, w being the slip speed [s/m] */
+    double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
+    double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
+    double elliptic;              /* 1 if the contact is an ellipse, 0 if it is a line; for T */
+    double relaxation_length;     /* sigma [m]; 0 if the force follows the creepage at once */
 } force_element_parameters;
 
 typedef struct {

@@ -67,11 +67,11 @@ static double followed_inverse_mass(const slip_memory *memory) {
     return -memory->products[1] / memory->products[0];
 }
 
-/* The memory at the start of a step, with the last step judged. Both hypotheses of which force
- * acted in it, the last one or the one before, give a slip acceleration by everything else. What
- * drives the slip does not know of our steps: if it follows their swings under the declared
- * hypothesis and not under the other one, the declaration is wrong. A drive that swings by itself,
- * at any frequency, makes both rough. */
+/* The memory at the start of a step, with the last step judged. Either the last force or the one
+ * before may have acted in it; each hypothesis gives a slip acceleration by everything else. The
+ * drive is independent of our steps: if it follows their swings under the declared hypothesis and
+ * not under the other one, the declaration is wrong. A drive that swings by itself, at any
+ * frequency, makes both rough. */
 static slip_memory judged(const model_values *v) {
     static const double FADING = 0.8, LEAST_SWING = 0.1, LEAST_CONTRAST = 30.0;
     slip_memory memory = v->memory;

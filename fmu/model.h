@@ -80,8 +80,8 @@ typedef struct {
                            double tolerance);
 } model;
 
-/* The model of a kind ("force_element", "wheelset", "wheelset_body", "creep_forces"); NULL if there
- * is none. */
+/* The model of a kind ("force_element", "wheelset", "wheelset_body", "creep_forces"); NULL for
+ * another name. */
 CONTACTLIB_API const model *model_of(const char *kind);
 
 /* Whether the variable is part of the model with these values. */

@@ -275,8 +275,8 @@ static inline void rosenbrock_substep(const equations *p, integration *s, double
         double shorter = one.h[l] * smaller(factor, 0.8);
         double after = factor < 1.0 ? one.h[l] * factor : longer;
         double rest = pieces[l] > 1.0 ? s->left[l] - one.h[l] : 0.0;
-        double wanted = taking ? after : shorter;
-        s->h[l] = runs ? wanted : s->h[l];
+        double next_step = taking ? after : shorter;
+        s->h[l] = runs ? next_step : s->h[l];
         s->left[l] = taking ? rest : s->left[l];
         s->count[l] += 1.0;
         taken[l] = taking ? 1.0 : 0.0;

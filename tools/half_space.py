@@ -1,7 +1,7 @@
-"""Steady rolling contact of elliptic half-spaces, solved on a grid: the witness of the plane law.
+"""Steady rolling contact of elliptic half-spaces, solved on a grid: the reference of the plane law.
 
 Two bodies of equal material touch in a Hertzian ellipse and roll steadily. The creepages are
-given; wanted are the tangential tractions, which nowhere exceed friction times pressure and
+given; unknown are the tangential tractions, which nowhere exceed friction times pressure and
 oppose the slip where they reach it. Nothing is assumed about strips, so the solver shows what a
 law in strips leaves out. It never runs in a simulation.
 

@@ -3,7 +3,7 @@
 The kernel's force in the plane (`fmu/plane_formula.h`) is a closed form without spin plus splines
 for what spin adds, and for the moment: one without weakening, and two terms of what friction that
 weakens adds to it. `python tools/plane_table_building.py` solves rolling contact with the
-half-space witness at many creepages and fits the splines to what the closed form leaves.
+half-space solver at many creepages and fits the splines to what the closed form leaves.
 
 Coordinates. The normalized creepages l = (along, across, spin) have the sign of their forces, and
 for each 3 pi/4 is about the force that it would make if nothing slipped. All of space is put into
@@ -123,7 +123,7 @@ def samples(
 def weakening_length(
     a_over_b: float, poisson_ratio: float, k_hat: float, static_ratio: float = STATIC_RATIO
 ) -> float:
-    """Delta in the witness's variables at a k_hat of longitudinal creepage: Eq. (17)."""
+    """Delta in the half-space solver's variables at a k_hat of longitudinal creepage: Eq. (17)."""
     stiffness = kernel.half_space_scales(a_over_b, poisson_ratio).stiffness_x
     line = 1.5 * np.sqrt(a_over_b) * (1.0 - poisson_ratio) / (static_ratio - 1.0)
     return float(line * k_hat**2 / stiffness)
@@ -178,15 +178,15 @@ def weakening_coefficients(
     """
     table = cohesive_table("elliptic", STATIC_RATIO).native
     without, small = _sliding(), 1e-4 * np.eye(3)
-    places, wanted, powers = [], [], []
+    places, target, powers = [], [], []
     for k_hat, u, forces in cases:
         law, _ = kernel.plane_forces(table, a_over_b, POISSON_RATIO, _creepages(u), k_hat, of_spin)
         part = 1.0 / (1.0 + 0.157 / (STATIC_RATIO - 1.0))
         places.append(np.concatenate((u, 0.9999 * without, small)))
-        wanted.append(np.concatenate(((forces - law) / part, np.zeros((len(without) + 3, 3)))))
+        target.append(np.concatenate(((forces - law) / part, np.zeros((len(without) + 3, 3)))))
         w = k_hat**2 / (k_hat**2 + 0.2)
         powers.append(np.full((len(places[-1]), 2), (w, w**2)))
-    weighted = np.concatenate(wanted)
+    weighted = np.concatenate(target)
     shape = stored_shapes()[1]
     return _fitted(np.concatenate(places), weighted, np.concatenate(powers), shape)
 
@@ -200,7 +200,7 @@ def _sliding() -> FloatArray:
 
 
 def _fitted(
-    u: FloatArray, wanted: FloatArray, factors: FloatArray, shape: tuple[int, ...]
+    u: FloatArray, target: FloatArray, factors: FloatArray, shape: tuple[int, ...]
 ) -> FloatArray:
     """Halves of the coefficients of a sum of splines at u, each with a factor at each place.
 
@@ -222,7 +222,7 @@ def _fitted(
             alone = alone + NO_SPIN * (added.T @ added)
         every = sparse.hstack([factors[:, [term]] * at_samples for term in terms], format="csr")
         normal = every.T @ every + sparse.block_diag([alone for _ in terms])
-        solved = np.linalg.solve(normal.toarray(), every.T @ (weights * wanted)[:, k])
+        solved = np.linalg.solve(normal.toarray(), every.T @ (weights * target)[:, k])
         for term, part in zip(terms, np.split(solved, terms.size), strict=True):
             cube = (free @ part).reshape(shape[1], shape[1], shape[1])
             halves[..., term, k] = cube[cells // 2 :, :, cells // 2 :]

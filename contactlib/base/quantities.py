@@ -241,7 +241,7 @@ def checked_row(name: str, value: ArrayLike, limits: Limits) -> tuple[float, ...
 def checked_samples(
     limits: Limits, *, apart: float = math.ulp(0.0), **given: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return two rows of one length, of which the first begins with 0 and rises, or raise.
+    """Return two rows of one length, the first strictly increasing from 0, or raise.
 
     Its values are at least `apart`. A ValueError names the rows as the keywords do.
     """

@@ -22,7 +22,7 @@ def package_folder(name: str) -> Path:
 
 
 def read_small(path: Path) -> bytes:
-    """Contents of a file, of which no more is read than a file may have.
+    """Contents of a file, read up to the file size limit.
 
     Raises
     ------

@@ -264,20 +264,20 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
 
     if not paper and model is None:
         raise ValueError("figures: pass --paper or --stability, or both")
-    wanted: dict[str, tuple[Callable[[], Any], str]] = {}
+    chosen: dict[str, tuple[Callable[[], Any], str]] = {}
     if paper:
         named = {f"paper_figure_{number}": figure for number, figure in PAPER_FIGURES.items()}
         for name, figure in {**named, "contact_patch": CONTACT_PATCH}.items():
-            wanted[name] = figure.draw, figure.title
+            chosen[name] = figure.draw, figure.title
     if model is not None:
         loaded = _load(model)
         given = loaded.wheelset, loaded.initial_speed
         find_fold(loaded.wheelset, speed=loaded.initial_speed)  # without which there is nothing
         for name, figure_of in STABILITY_FIGURES.items():
-            wanted[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
+            chosen[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
     output.mkdir(parents=True, exist_ok=True)
     failed = False
-    for name, (draw, title) in wanted.items():
+    for name, (draw, title) in chosen.items():
         try:
             figure = draw()
         except (ValueError, RuntimeError) as error:

@@ -57,7 +57,7 @@ class AspectWarning(RangeWarning):
 
 
 RADIUS = Quantity("m", above=0.0, usual=(0.01, 2.0))  # of a wheel
-NUMBERS = frozenset((float, int, np.float64))  # types of which no array is made
+NUMBERS = frozenset((float, int, np.float64))  # types that need no array
 REFERENCE_SPEED = "max(|initial_speed|, minimum_speed)"  # for the initial creepage of a run
 
 

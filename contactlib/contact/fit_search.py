@@ -48,9 +48,9 @@ class Axis(NamedTuple):
 
 
 def axis_of(
-    name: str, limits: Quantity, data: TractionData, wanted: tuple[float, float] | None
+    name: str, limits: Quantity, data: TractionData, given: tuple[float, float] | None
 ) -> Axis:
-    """Range of a parameter: the wanted one, or what its limits and the data suggest."""
+    """Range of a parameter: the given one, or what its limits and the data suggest."""
     zeta = np.abs(data.creepage[data.creepage != 0.0])
     largest = float(np.abs(data.traction_coefficient).max()) or 1.0
     low, high = max(limits.at_least, limits.above), min(limits.at_most, limits.below)
@@ -73,8 +73,8 @@ def axis_of(
         assert data.speed is not None  # noqa: S101 (for mypy; fit has checked it)
         high = 100.0 / float(np.abs(data.creepage * data.speed).max())
         start = (1e-3, 0.05)
-    if wanted is not None:
-        low, high = (checked_number(f"ranges[{name!r}]", end, limits) for end in wanted)
+    if given is not None:
+        low, high = (checked_number(f"ranges[{name!r}]", end, limits) for end in given)
         start = (0.05, 0.95)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(f"{name} has no range to search: give its value, or ranges[{name!r}]")

@@ -71,7 +71,7 @@ def kalker_coefficients(a_over_b: ArrayLike, poisson_ratio: ArrayLike) -> Kalker
         M_z =  G (a b)**1.5 c23 eta - G (a b)**2 c33 phi
 
     The error is below 1e-4 of each value. With g = a/b, the limit of a short contact, g -> 0, is
-    that of strips, which in c23 feel each other:
+    that of strips, which c23 couples:
 
         c11 = pi**2/(4 (1-nu)),    c23 = pi sqrt(g)/(3 (1-nu)) (1 + nu (ln(16/g) - 5)),
         c22 = pi**2/4,             c33 = pi**2/(16 (1-nu) g)

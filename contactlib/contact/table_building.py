@@ -111,9 +111,9 @@ class _Sampler:
         self._law, self._options, self._progress = law, options, progress
         self.one_axis = not callable(law)
         kind = type(law).__name__ if self.one_axis else getattr(law, "__name__", "law")
-        told = options or getattr(law, "scales", {})
+        stated = options or getattr(law, "scales", {})
         self.name = " ".join(
-            [kind, *(f"{key}={getattr(value, 'name', value)}" for key, value in told.items())]
+            [kind, *(f"{key}={getattr(value, 'name', value)}" for key, value in stated.items())]
         )
         some = self.at(1.0)
         corner: Corner | None = getattr(some, "corner", None)
@@ -277,7 +277,7 @@ def _corner_terms(t: ArrayLike, inverse_place: float, power: float) -> FloatArra
 def _h_at(
     sampler: _Sampler, samples: CornerSamples | None, k_hat: float
 ) -> tuple[Callable[[FloatArray], FloatArray], float]:
-    """H of fmu/creep_table.h as a function of u, and the corner's t, infinite if there is none."""
+    """H of fmu/creep_table.h as a function of u, and the corner's t, infinite without a corner."""
     if samples is not None and np.sqrt(k_hat) >= corner_sampling.LOWEST:
         row, decay = samples.at(np.sqrt(k_hat)), 0.5 * sampler.shape["twice_decay"]
 

@@ -360,7 +360,7 @@ def _numbers(
     places: Sequence[int],
     names: Sequence[str],
 ) -> FloatArray:
-    """Numbers of the wanted columns, a row for each line."""
+    """Numbers of the chosen columns, a row for each line."""
     table = np.empty((len(body), len(places)))
     signs: dict[str, int] = {}  # line of the first decimal sign of each kind
     for i, (line, cells) in enumerate(body):

@@ -69,7 +69,7 @@ class Variable:
     type : Type or None
         Physical type; None for a Boolean.
     minimum, maximum : float or None
-        Limits; None if there is none.
+        Limits; None without any.
     start : float, bool or None
         Start value; None if it is calculated.
     nominal : float or None

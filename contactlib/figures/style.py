@@ -109,7 +109,7 @@ class _Paint:
 
     @property
     def three(self) -> tuple[tuple[str, float], ...]:
-        """Colour and width of three lines, so that they can be told apart in grey."""
+        """Colour and width of three lines, so that they differ in grey."""
         return ((self.blue, 1.2), (self.orange, 2.0), (self.green, 2.9))
 
     @property
@@ -345,7 +345,7 @@ def arrow(axes: Axes, tail: tuple[Any, Any], tip: tuple[Any, Any], **look: Any) 
 
 
 def line_length(figure: Figure, per_inch: float) -> int:
-    """Characters in a line across a figure, of which an inch holds so many in the usual size."""
+    """Characters in a line across a figure; an inch holds so many in the usual size."""
     return int(per_inch * figure.get_figwidth() / sized(1.0))
 
 

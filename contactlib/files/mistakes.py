@@ -1,4 +1,4 @@
-"""The mistakes of a file: collected while it is read, and told all at once."""
+"""The mistakes of a file: collected while it is read, and reported together."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any, Self, TypeVar, cast
 
 Made = TypeVar("Made")
-MOST_LINES = 50  # of mistakes that are told
+MOST_LINES = 50  # of mistakes in one report
 
 
 class ModelError(ValueError):
@@ -25,7 +25,7 @@ class ModelError(ValueError):
 
 
 def lines_of(error: ValueError) -> tuple[str, ...]:
-    """Mistakes of which an error tells; a text of several lines is one mistake."""
+    """Mistakes that an error reports; a text of several lines is one mistake."""
     return error.lines if isinstance(error, ModelError) else (str(error),)
 
 
@@ -44,7 +44,7 @@ class Mistakes:
 
     def of(self, function: Callable[..., Made], *given: Any, **named: Any) -> Made:
         """Result of a function; without one it is None, and leaving the block raises."""
-        if len(self._lines) > MOST_LINES:  # enough is told; a stranger's file takes no longer
+        if len(self._lines) > MOST_LINES:  # enough: an untrusted file must not take longer
             return cast(Made, None)
         try:
             return function(*given, **named)

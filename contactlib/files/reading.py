@@ -40,7 +40,7 @@ MOST_DEEP_KEYS = 10_000
 
 
 def model_path(name: str | os.PathLike[str]) -> Path:
-    """Path of a file or, if there is none, of a shipped one: ``x.toml`` or ``models/x.toml``.
+    """Path of a file or, if it does not exist, of a shipped one: ``x.toml`` or ``models/x.toml``.
 
     Raises
     ------

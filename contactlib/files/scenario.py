@@ -98,7 +98,7 @@ class ControllerDesign:
 
 
 def check_names(names: Collection[str]) -> None:
-    """Refuse names of controllers of which results could not be written to files."""
+    """Refuse names of controllers that cannot be names of files."""
     for name in names:
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", name) or name.lower() in RESERVED:
             raise ValueError(

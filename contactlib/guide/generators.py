@@ -126,9 +126,9 @@ def meaning_of(one: Parameter) -> str:
     """Meaning of a parameter in the first docstring that says it, also of the class's bases."""
     for source in one.said_by:
         for documented in getattr(source, "__mro__", (source,)):
-            said = meanings(documented)
-            if one.name in said:
-                return said[one.name]
+            known = meanings(documented)
+            if one.name in known:
+                return known[one.name]
     return ""
 
 
@@ -163,15 +163,15 @@ class Generated(SphinxDirective):
     def keys(self, section: str) -> str:
         """Table of a section's keys."""
         rows: list[tuple[str, ...]] = []
-        said: dict[str, str] = {}
+        known: dict[str, str] = {}
         for key, *columns, meaning in key_rows(section):
             place = self.get_location()
             if not meaning:
                 LOGGER.warning("no docstring says what %s.%s means", section, key, location=place)
-            elif meaning in said:
-                both = said[meaning], key
+            elif meaning in known:
+                both = known[meaning], key
                 LOGGER.warning("%s: %s and %s have one meaning", section, *both, location=place)
-            said[meaning] = key
+            known[meaning] = key
             rows.append((f"`{key}`", *columns, meaning))
         return table(("key", "unit", "limits", "usual", "default", "meaning"), rows)
 

@@ -71,7 +71,7 @@ class FmuSource:
     path : path
         The FMU.
     wheels : int, optional
-        Number of equal wheels of which the FMU is one. Default: 1.
+        Number of equal wheels; the FMU is one of them. Default: 1.
 
     Raises
     ------
@@ -134,8 +134,8 @@ class FmuSource:
         try:
             result = function(*args, **named)
         except FMICallException as error:
-            said = "; ".join(self._messages) or str(error)
-            raise RuntimeError(f"{self._path}: {said}") from None
+            reason = "; ".join(self._messages) or str(error)
+            raise RuntimeError(f"{self._path}: {reason}") from None
         while self._messages:
             warnings.warn(f"{self._path}: {self._messages.pop(0)}", RuntimeWarning, stacklevel=3)
         return result

@@ -125,8 +125,8 @@ class Seen:
         # F/M = Q/M - dV/dt; 1/M is zero if the speed is held.
         left = left + turning * (force * v.inverse_mass - self["acceleration"])
         demanded = left / (v.radius + turning * v.inverse_mass)
-        wanted = np.minimum(self["available_force"], np.abs(demanded))
-        return np.sign(demanded) * force, wanted
+        possible = np.minimum(self["available_force"], np.abs(demanded))
+        return np.sign(demanded) * force, possible
 
 
 Quantity = Callable[[Seen], FloatArray]
@@ -326,9 +326,9 @@ class Recovery:
 
     def see(self, rows: Seen) -> None:
         """Take in the next rows."""
-        force, wanted = rows.transmittable
-        surplus = np.maximum((1.0 - RECOVERED) * wanted, self._negligible)
-        surplus -= np.where(rows["demand"] != 0.0, np.maximum(wanted - force, 0.0), 0.0)
+        force, possible = rows.transmittable
+        surplus = np.maximum((1.0 - RECOVERED) * possible, self._negligible)
+        surplus -= np.where(rows["demand"] != 0.0, np.maximum(possible - force, 0.0), 0.0)
         lacks = np.concatenate([self._lacks, surplus < 0.0])
         time = np.concatenate([self._time, rows.time])
         surplus, when = self._joint(surplus, rows.time)

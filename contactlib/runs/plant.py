@@ -114,12 +114,12 @@ class Drives:
             return demand
         return _within(demand, self._power * self._radius / maximum(abs(speed), STANDING))
 
-    def command(self, wanted: Any, last: Any, demand: Any, omega: Any) -> Any:
+    def command(self, requested: Any, last: Any, demand: Any, omega: Any) -> Any:
         """Torque that the drive is commanded until the next sample [N.m].
 
         Parameters
         ----------
-        wanted, last : ndarray, or float of one wheelset
+        requested, last : ndarray, or float of one wheelset
             Torque that the controller asks for now, and the one commanded at the last sample [N.m].
         demand : ndarray or float
             The driver's demand [N.m].
@@ -127,10 +127,10 @@ class Drives:
             Mean angular velocity of the wheels [rad/s].
         """
         if not self._limited:
-            return wanted + 0.0 * demand
+            return requested + 0.0 * demand
         over = self._radius * abs(omega) >= self._trip
         self._tripped = over | (self._tripped & (demand != 0.0))
-        held = where(self._tripped, 0.0, wanted)
+        held = where(self._tripped, 0.0, requested)
         torque = _within(held, self._power / maximum(abs(omega), STANDING))
         return minimum(maximum(torque, last - self._change), last + self._change)
 
@@ -369,12 +369,12 @@ class Plant:
         RuntimeError
             If the integrator of a plant of one wheelset gives up.
         """
-        wanted = checked("torque", torque, TORQUE)
-        if wanted.shape not in ((), (len(self.trains),)):
+        requested = checked("torque", torque, TORQUE)
+        if requested.shape not in ((), (len(self.trains),)):
             raise ValueError(
-                f"torque has the shape {wanted.shape}: must be () or ({len(self.trains)},)"
+                f"torque has the shape {requested.shape}: must be () or ({len(self.trains)},)"
             )
-        self._command(self._one(wanted))
+        self._command(self._one(requested))
         first, count = self._row, self._timing.per_sample
         demands, held = self._ahead(first, count + 1)
         for i in range(count):
@@ -456,9 +456,9 @@ class Plant:
         left, right = self._states["omega_left"], self._states["omega_right"]
         return 0.5 * (self._one(left) + self._one(right))
 
-    def _command(self, wanted: Any) -> None:
+    def _command(self, requested: Any) -> None:
         """Command the drives a torque until the next sample [N.m]."""
-        self._torque = self._drives.command(wanted, self._torque, self._demand, self._turning())
+        self._torque = self._drives.command(requested, self._torque, self._demand, self._turning())
 
     def _given(self, measured: Measurement[Any]) -> Measurement[Any]:
         """The measurement as arrays of its own, or as numbers of one wheelset."""
@@ -531,7 +531,7 @@ class Runs(Plant):
         self._begin(index)
 
     def blocks(self) -> Iterator[Block]:
-        """Yield all rows in blocks, each of which is valid until the next."""
+        """Yield all rows in blocks; each is valid until the next."""
         inputs, rows = self._inputs, self._timing.rows
         states = np.empty(inputs.shape, self._states.dtype)
         # Views as plain numbers, as numpy copies records field by field.
@@ -576,8 +576,8 @@ class Runs(Plant):
                 f"{type(self._control).__name__}.sample returned {shown(answer)}: it must "
                 f"return the torques, an array of the shape {shape}, and the memory"
             )
-        wanted, self._memory = answer
-        self._command(wanted if type(wanted) is float else self._one(np.asarray(wanted)))
+        requested, self._memory = answer
+        self._command(requested if type(requested) is float else self._one(np.asarray(requested)))
 
     def _asked(self, method: str, row: int, *given: Any) -> Any:
         """Answer of a method of the controller at a row."""

@@ -1,4 +1,4 @@
-"""Runs of scenarios: one with all of its rows, or many of which only outcomes are kept."""
+"""Runs of scenarios: one with all of its rows, or the outcomes of many."""
 
 from __future__ import annotations
 

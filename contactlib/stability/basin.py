@@ -258,7 +258,7 @@ def _ahead(
 def _searched(
     wheelset: Wheelset, torque: float, grip: float, creepage: float, at: Conditions
 ) -> float:
-    """Border found by motions forward in time; infinite if there is none within reach."""
+    """Border found by motions forward in time; infinite without one within reach."""
     side, distance = math.copysign(1.0, creepage), abs(creepage - grip)
     middle, far = 0.5 * (grip + creepage), grip + side * AWAY * distance
     horizon = LONGEST / float(CreepCurve(wheelset, at).pole(creepage))

@@ -110,7 +110,7 @@ def _time(name: str, value: float) -> float:
 
 
 def _continuous(pole: float, delay: float, lag: float, relaxation: float) -> float:
-    """Largest g Kp [1/s], or `pole` if there is none."""
+    """Largest g Kp [1/s], or `pole` if no gain does."""
     if pole * (delay + lag - relaxation) >= 1.0:
         return pole
     if delay == 0.0:  # the phase never reaches -180 degrees
@@ -182,7 +182,7 @@ def sampled_loop(
 
 
 def _sampled(pole: float, delay: float, lag: float, relaxation: float, sample_time: float) -> float:
-    """Largest g Kp [1/s], or `pole` if there is none."""
+    """Largest g Kp [1/s], or `pole` if no gain does."""
     # No gain stabilises from p delay = 1 on, except with relaxation; and the window's ends are at
     # most a factor coth(p sample_time/2) apart, which rounding turns into 1 beyond 40.
     growth = pole

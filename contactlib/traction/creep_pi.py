@@ -220,9 +220,9 @@ class SlipLimiter(Parameters):
         integral = where(limiting, minimum(memory.integral, demand), demand)
         target = maximum(reference * slip.scale, self.least_slip)
         error = target - slip.speed
-        wanted = self.proportional_gain * error + integral
+        requested = self.proportional_gain * error + integral
         most = where(slip.zero.looking, minimum(self.stick_torque, demand), demand)
-        size = minimum(maximum(wanted, 0.0), most)
+        size = minimum(maximum(requested, 0.0), most)
         # The rising branch is stiff: torque changes the creepage little there, and Ki alone would
         # take seconds to restore the torque. Beyond four times the reference the wheel spins; to
         # cut earlier, while it passes the peak and returns, would make it hunt.
@@ -238,7 +238,7 @@ class SlipLimiter(Parameters):
         return torque, LimiterMemory(
             vehicle,
             minimum(maximum(integral, 0.0), most),
-            (wanted < demand) | slip.zero.looking,
+            (requested < demand) | slip.zero.looking,
             slip.braking,
             torque,
             slip.zero,

@@ -133,7 +133,7 @@ class TractionController(Protocol):
         Parameters
         ----------
         drivetrain : Drivetrain
-            The drivetrain, of which at most constants and linearisation are used.
+            The drivetrain; a design uses at most its constants and linearisation.
         speed : float
             Speed for which the gains are designed [m/s].
         sensors : Sensors

@@ -28,7 +28,7 @@ COUNTED = Limits(at_least=1e-6, at_most=1e6)  # of an encoder's radius [m] and s
 AHEAD = 256  # samples of noise drawn at once
 COUNTS = Limits(at_least=1.0, at_most=1e6)
 INDEX = Limits(at_least=0.0, below=2.0**63)  # of a run, for its noise
-LONGEST_DELAY = 10_000  # samples, all of which are stored
+LONGEST_DELAY = 10_000  # samples, which are all stored
 TOGETHER = 64  # wheelsets whose noise is written at once
 
 

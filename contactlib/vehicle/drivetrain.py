@@ -100,8 +100,8 @@ class Drivetrain(Parameters):
     def torsional_damping_ratio(self) -> float:
         """D of that vibration without creep forces [1]; zero for a rigid axle.
 
-        2 D omega_t = (2 d + b/2)/(J/2) with the wheelset's drive damping b and inertia J, of which
-        each wheel has half.
+        2 D omega_t = (2 d + b/2)/(J/2) with the wheelset's drive damping b and inertia J; each
+        wheel has half of both.
         """
         if self.axle is None:
             return 0.0

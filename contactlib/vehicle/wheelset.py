@@ -246,8 +246,8 @@ class Wheelset(Parameters):
         """
         drive_torque = checked_torque(drive_torque)
         if (speed is None) == self.speed_held:
-            wanted = "is needed: the speed is held" if speed is None else "is found, not given"
-            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
+            state = "is needed: the speed is held" if speed is None else "is found, not given"
+            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {state}")
 
         at = self.conditions(speed=self.element.minimum_speed if speed is None else speed, **given)
         curve = self.native_curve(at, balanced=not self.speed_held)
@@ -338,8 +338,8 @@ class Wheelset(Parameters):
         import control
 
         if (speed is None) == self.speed_held:
-            wanted = "is needed: the speed is held" if speed is None else "is a state, not given"
-            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {wanted}")
+            state = "is needed: the speed is held" if speed is None else "is a state, not given"
+            raise ValueError(f"speed = {speed!r}: the speed of this wheelset {state}")
         limits = kernel.force_input_limits()
 
         def at(x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> tuple[Any, Any, float]:

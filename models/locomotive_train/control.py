@@ -66,8 +66,8 @@ class Motors:
         measured = Measurement(demand, *seen, self._command)
         if self._memory is None:
             self._memory = self._control.start(measured, self._command)
-        wanted, self._memory = self._control.sample(measured, self._memory)
-        self._command = self._drives.command(wanted, self._command, demand, turning)
+        requested, self._memory = self._control.sample(measured, self._memory)
+        self._command = self._drives.command(requested, self._command, demand, turning)
 
     def step(self, step: float) -> FloatArray:
         """Mean torque of each axle's motor over the next step [N.m]."""

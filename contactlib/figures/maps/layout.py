@@ -38,7 +38,7 @@ class Case(NamedTuple):
     controller : str or None
         None for an outcome that needs no controller.
     further : str
-        Name and value of the further axis; empty if there is none.
+        Name and value of the further axis; empty without one.
     values : array
         Values over the axes of the layout in reverse order, in SI units.
     failed : array of bool
@@ -66,7 +66,7 @@ class Layout(NamedTuple):
     further : DataArray or None
         The axis each of whose values has a line or a map of its own.
     note : str
-        The other parameters of the sweep, with the values shown; empty if there are none.
+        The other parameters of the sweep, with the values shown; may be empty.
     cases : tuple of Case
         Lines or maps; the controllers of one value of the further axis are adjacent.
     """
@@ -83,9 +83,9 @@ def layout(dataset: Dataset, outcome: str) -> Layout:
 
     An axis on which the outcome does not depend is omitted.
     """
-    wanted = set(dataset[outcome].dims)
+    needed = set(dataset[outcome].dims)
     there = [name for name in (FAILED, MARGIN) if name in dataset and name != outcome]
-    beside = [name for name in there if set(dataset[name].dims) <= wanted]
+    beside = [name for name in there if set(dataset[name].dims) <= needed]
     data = dataset[[outcome, *beside]]
     names = [str(name) for name in dataset[outcome].dims if name != CONTROLLER]
     data = data.sortby(names)
@@ -100,7 +100,7 @@ def layout(dataset: Dataset, outcome: str) -> Layout:
             held.append(_at(data[name]))
     idle = [words(data[n]).name for n in names if n not in matters and dataset.sizes[n] > 1]
     if rest:
-        most = PANELS if len(axes) == 2 and CONTROLLER not in wanted else FEW - 1
+        most = PANELS if len(axes) == 2 and CONTROLLER not in needed else FEW - 1
         data = data.isel({rest[0]: _spread(data.sizes[rest[0]], most)})
     parts = (("Shown at", held), ("Does not depend on", idle))
     return Layout(

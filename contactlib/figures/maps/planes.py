@@ -108,15 +108,15 @@ def best(outcome: DataArray) -> DataArray | None:
     Logarithms are compared where the map's scale is logarithmic. Returns None for an outcome
     without a preferred direction, for a single controller, or if all are alike everywhere.
     """
-    wanted, names = meaning(outcome.name).wanted, controllers(outcome)
+    better, names = meaning(outcome.name).better, controllers(outcome)
     known = finite(outcome.values)
-    if not wanted or not known.size or not 2 <= len(names) < len(SHADES):
+    if not better or not known.size or not 2 <= len(names) < len(SHADES):
         return None
     outcome = outcome.transpose(CONTROLLER, ...)
     level, ends = outcome.values, np.array([known.min(), known.max()])
     if wide(known):
         level, ends = np.log(level), np.log(ends)
-    gains = np.where(np.isnan(level), -np.inf, wanted * level)
+    gains = np.where(np.isnan(level), -np.inf, better * level)
     second, first = np.sort(gains, axis=0)[-2:]
     runs = np.isfinite(first)
     lead = np.subtract(first, second, where=runs, out=np.zeros(runs.shape))
@@ -202,7 +202,7 @@ def _winners(
     axes: Axes, edges: list[FloatArray], first: FloatArray, outcome: DataArray
 ) -> dict[str, Any]:
     """Draw which controller does best in each cell."""
-    most = "most" if meaning(outcome.name).wanted > 0 else "least"
+    most = "most" if meaning(outcome.name).better > 0 else "least"
     axes.set_title(f"controller with the {most}", fontsize=sized(10))
     texts = [f"best two within {100.0 * ALIKE:g} % of the scale"]
     texts += [f"{most}: {run_name(name)}" for name in controllers(outcome)]

@@ -39,7 +39,7 @@ class Group(NamedTuple):
     name : str
         Name of the controller; empty for an outcome that needs no controller.
     values : array, shape (n,)
-        Values in the unit of the axis; nan where there is none.
+        Values in the unit of the axis; nan where the sample has none.
     failed : int
         Number of failed runs.
     """

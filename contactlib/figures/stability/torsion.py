@@ -205,5 +205,5 @@ def _means(
 
 
 def _size(cycles: Any, stable: bool) -> float:
-    """Amplitude of the largest stable or unstable limit cycle; nan if there is none."""
+    """Amplitude of the largest stable or unstable limit cycle; nan without any."""
     return max((c.amplitude for c in cycles if c.stable == stable), default=float("nan"))

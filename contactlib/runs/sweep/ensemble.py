@@ -218,9 +218,9 @@ def ensemble(
         Controllers of your own by name, beside those of the sweep or in place of one. Processes
         and clusters need a class that they can import, from a module or a script.
     metrics : mapping, optional
-        Outcomes of your own by name: functions of a `Result` that return one number, nan if there
-        is none. A metric's unit is the function's attribute `units`, if it has one. The rows of
-        a run are equally far apart under all controllers, whatever their sample times: 10 ms, or
+        Outcomes of your own by name: functions of a `Result` that return one number, nan if it
+        does not apply. A metric's unit is the function's attribute `units`, if it has one. The rows
+        of a run are equally far apart under all controllers, whatever their sample times: 10 ms, or
         the sweep's `step`, or the longest shorter fraction that all sample times have in common.
     executor : concurrent.futures.Executor or Workers, optional
         Executor of the chunks, such as ``distributed.Client(address).get_executor()``, or the
@@ -257,7 +257,7 @@ def ensemble(
         If a file is not valid.
     ValueError
         If the folder has results of another plan, a number is out of range, or a controller or
-        metric is none, or returns what it must not.
+        metric is invalid, or returns what it must not.
     RuntimeError
         If a worker died, a controller or metric raises an error, or another process is running the
         sweep to the same folder.

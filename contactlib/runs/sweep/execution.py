@@ -245,7 +245,7 @@ def cluster_workers(
         ) from None
     waits = False
     for name in logging.root.manager.loggerDict:
-        if name.split(".")[0] in ("distributed", "tornado"):  # what is lost is told by `tell`
+        if name.split(".")[0] in ("distributed", "tornado"):  # `tell` reports what is lost
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with Client(address) as client:  # type: ignore[no-untyped-call]
 

@@ -109,7 +109,7 @@ def operating_point(
 ) -> OperatingPoint:
     """Operating point near a guess, from `control.find_operating_point` and checked.
 
-    Beyond the fold, where there is none, that function may return the state closest to one.
+    Beyond the fold, where none exists, that function may return the state closest to one.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def operating_point(
     drive_torque : float
         Constant torque [N.m].
     creepage : float
-        Guess on the wanted branch [1].
+        Guess on the branch to find [1].
     at, **given
         Conditions, as for `Wheelset.conditions`.
 

@@ -44,7 +44,7 @@ typedef struct {
                                  wheel swings too often on a relaxed contact to be followed */
 } contactlib_element;
 
-/* Relative tolerance of the slip over an implicit step, as an FMU has it unless told otherwise. */
+/* Relative tolerance of the slip over an implicit step, the default of an FMU. */
 #define CONTACTLIB_TOLERANCE @tolerance@
 
 /* Fill in parameters and inputs of the model; parameters may then be changed within their limits. */
