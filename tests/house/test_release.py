@@ -25,7 +25,7 @@ def test_the_version_stands_in_one_place() -> None:
     kinds = {".py", ".md", ".c", ".h", ".cff", ".toml", ".txt"}
     allowed = {Path("pyproject.toml"), Path("CHANGELOG.md")}
     quoted = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
-    names = ("benchmarks", "contactlib", "fmu", "models", "tests", "tools")
+    names = ("benchmarks", "contactlib", "examples", "fmu", "models", "tests", "tools")
     folders = [ROOT / name for name in names]
     files = [*ROOT.glob("*"), *(path for folder in folders for path in folder.rglob("*"))]
     found = {
