@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 GUIDE = Path(__file__).parent
-sys.path.insert(0, str(GUIDE))  # for `generators`
+sys.path.insert(0, str(GUIDE))  # for `generators` and `notebooks`
 os.environ["MATPLOTLIBRC"] = str(GUIDE / "matplotlibrc")  # one look of all figures
 
 project = "contactlib"
@@ -20,6 +20,7 @@ extensions = [
     "numpydoc",
     "sphinx_click",
     "generators",
+    "notebooks",
 ]
 exclude_patterns = ["**/.ipynb_checkpoints"]
 
