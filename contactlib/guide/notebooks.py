@@ -1,4 +1,4 @@
-"""Sphinx extension: every page with code cells can be downloaded as a notebook of the same source."""
+"""Sphinx extension: every page with code cells is also a notebook of the same source."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def write_notebooks(app: Sphinx, error: Exception | None) -> None:
             source = Path(app.env.doc2path(page)).read_text(encoding="utf-8")
             path = Path(app.outdir, FOLDER, f"{page}.ipynb")
             path.parent.mkdir(parents=True, exist_ok=True)
-            nbformat.write(notebook_of(source), path)
+            path.write_text(nbformat.writes(notebook_of(source)), encoding="utf-8")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
