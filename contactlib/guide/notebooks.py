@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
 
-import nbformat
 from myst_nb.core.read import read_myst_markdown_notebook
 from myst_parser.config.main import MdParserConfig
 from sphinx.application import Sphinx
@@ -46,7 +46,7 @@ def write_notebooks(app: Sphinx, error: Exception | None) -> None:
             source = Path(app.env.doc2path(page)).read_text(encoding="utf-8")
             path = Path(app.outdir, FOLDER, f"{page}.ipynb")
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(nbformat.writes(notebook_of(source)), encoding="utf-8")
+            path.write_text(json.dumps(notebook_of(source), indent=1), encoding="utf-8")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
