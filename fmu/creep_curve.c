@@ -7,6 +7,7 @@
 #include "wheelset_law.h"
 
 enum { INTERVALS = 24, HALVINGS = 5, ITERATIONS = 200 }; /* intervals of a decade, at first */
+enum { MOST_TURNS = 64 };                                /* that decide on branches */
 static const double FASTEST = 1e3;                       /* of balanced speeds [m/s] */
 static const double FARTHEST = 1e8; /* last creepage over the saturation creepage [1] */
 
@@ -106,9 +107,28 @@ static double pole_of(const curve *c, const traction *q, const wheelset_rates *r
     return first > 0.0 ? first : last;
 }
 
+/* The larger of the bounds from the determinant and from the trace of the closed loop. */
+static double least_gain(const curve *c, double creepage, double speed, const traction *q,
+                         const wheelset_rates *rates) {
+    const wheelset_parameters *b = c->body;
+    double r = b->radius, fall = r * -q->by_creepage, square = r * r;
+    if (b->inverse_mass == 0.0) return fall - b->damping * speed / r;
+    const force_element_parameters *friction = &c->contact;
+    int falls =
+        is_hot(friction) || (friction->slip_rate_decay > 0.0 && friction->slip_rate_residual < 1.0);
+    double slope = rates->resistance_slope, growth = slope;
+    if (falls) growth -= q->by_speed; /* which otherwise is rounding */
+    double stretch = 1.0 + creepage, mass_ratio = b->inertia * b->inverse_mass;
+    double trace = fall * (1.0 + mass_ratio * stretch / square) -
+                   speed / r * (b->damping + mass_ratio * growth);
+    double loss = fall * (slope + b->damping * stretch / square) - b->damping * speed / r * growth;
+    if (growth > 0.0) return fmax(loss / growth, trace);
+    return growth * trace >= loss ? trace : INFINITY;
+}
+
 static creep_point point_at(const curve *c, double creepage) {
     double speed = c->at.speed;
-    creep_point p = {creepage, NAN, NAN, NAN, NAN, NAN, NAN};
+    creep_point p = {creepage, NAN, NAN, NAN, NAN, NAN, NAN, NAN};
     if (c->body && c->at.balanced != 0.0) {
         speed = balanced_speed(c, creepage);
         if (isnan(speed)) return p;
@@ -117,7 +137,7 @@ static creep_point point_at(const curve *c, double creepage) {
     p.force = p.torque = q.force;
     p.slope = q.by_creepage;
     p.speed = speed;
-    p.acceleration = p.pole = 0.0;
+    p.acceleration = p.pole = p.least_gain = 0.0;
     if (!c->body) return p;
     const wheelset_parameters *b = c->body;
     wheelset_rates rates = rates_at(c, creepage, speed, &q);
@@ -125,6 +145,7 @@ static creep_point point_at(const curve *c, double creepage) {
     regularized_speed(speed, c->contact.minimum_speed, &reference, &reference_slope);
     double omega_by = reference / b->radius, turning = b->inertia / b->radius;
     p.pole = pole_of(c, &q, &rates);
+    p.least_gain = least_gain(c, creepage, speed, &q, &rates);
     p.acceleration = rates.speed_rate;
     p.torque = -b->inertia * rates.omega_rate;
     p.slope = b->radius * q.by_creepage + b->damping * omega_by;
@@ -348,6 +369,27 @@ size_t creep_curve_steady(const creep_table *table, const force_element_paramete
     return steady_of(&c, torque, side, room, points);
 }
 
+size_t creep_curve_fold(const creep_table *table, const force_element_parameters *contact,
+                        const wheelset_parameters *body, const creep_conditions *at,
+                        creep_point points[2]) {
+    creep_point turns[MOST_TURNS];
+    curve c = curve_of(table, contact, body, at);
+    size_t count = turns_of(&c, 1.0, MOST_TURNS, turns), landing = 1;
+    if (count == 1) return 0;
+    creep_point end = turns[(count < MOST_TURNS ? count : MOST_TURNS) - 1];
+    /* The run-away ends where the torque reaches the fold's again; a falling torque then follows
+     * this branch to its minimum. */
+    while (turns[landing].creepage != end.creepage && turns[landing].torque <= turns[0].torque)
+        landing++;
+    points[0] = turns[0];
+    points[1] = turns[landing - 1];
+    if (landing > 1 && turns[landing].torque > points[1].torque) return 2;
+    points[1] = end;
+    points[1].creepage = INFINITY;
+    points[1].torque = fmax(0.0, end.torque);
+    return 2;
+}
+
 void creep_curve_worst(const creep_table *table, const force_element_parameters *contact,
                        const wheelset_parameters *body, const creep_conditions *at,
                        creep_point *point) {
@@ -372,8 +414,7 @@ void creep_curve_worst(const creep_table *table, const force_element_parameters 
 double creep_curve_grip(const creep_table *table, const force_element_parameters *contact,
                         const wheelset_parameters *body, const creep_conditions *at, double torque,
                         double *limit) {
-    enum { ROOM = 64 };
-    creep_point turns[ROOM], found;
+    creep_point turns[MOST_TURNS], found;
     curve c = curve_of(table, contact, body, at);
     double side = point_at(&c, 0.0).torque <= torque ? 1.0 : -1.0, reach = 0.0;
     for (int wheel = 0; wheel < c.wheels; wheel++) {
@@ -387,21 +428,20 @@ double creep_curve_grip(const creep_table *table, const force_element_parameters
     if (steady_of(&c, torque, side, 1, &found) && fabs(found.creepage) <= reach)
         return found.creepage;
     *limit = point_at(&c, side * reach).torque;
-    size_t count = turns_of(&c, side, ROOM, turns);
-    for (size_t k = 0; k < count && k < ROOM && fabs(turns[k].creepage) <= reach; k++)
+    size_t count = turns_of(&c, side, MOST_TURNS, turns);
+    for (size_t k = 0; k < count && k < MOST_TURNS && fabs(turns[k].creepage) <= reach; k++)
         if (side * (turns[k].torque - *limit) > 0.0) *limit = turns[k].torque;
     return NAN;
 }
 
 double creep_curve_peak(const creep_table *table, const force_element_parameters *contact,
                         const creep_conditions *at, double *creepage) {
-    enum { ROOM = 64 };
-    creep_point turns[ROOM];
+    creep_point turns[MOST_TURNS];
     curve c = curve_of(table, contact, NULL, at);
-    size_t count = turns_of(&c, 1.0, ROOM, turns);
+    size_t count = turns_of(&c, 1.0, MOST_TURNS, turns);
     double largest = 0.0;
     *creepage = NAN;
-    for (size_t k = 0; k < count && k < ROOM; k++)
+    for (size_t k = 0; k < count && k < MOST_TURNS; k++)
         if (turns[k].force > largest) {
             largest = turns[k].force;
             *creepage = k + 1 < count ? turns[k].creepage : INFINITY;

@@ -30,6 +30,8 @@ typedef struct {
     double speed;        /* [m/s] */
     double acceleration; /* dV/dt [m/s2]; 0 without a body */
     double pole;         /* real part of the eigenvalue of the creepage [1/s]; 0 without a body */
+    double least_gain; /* smallest Kp of T = T0 + Kp (reference - creepage) that holds the point if
+                          outer forces balance it [N.m]; infinite: none; 0 without a body */
 } creep_point;
 
 /* Points at n creepages. Without a body (NULL) the curve is that of the creep force. A point whose
@@ -54,6 +56,15 @@ CONTACTLIB_API size_t creep_curve_steady(const creep_table *table,
                                          const wheelset_parameters *body,
                                          const creep_conditions *at, double torque, double side,
                                          size_t room, creep_point *points);
+
+/* The fold of traction, which is the first maximum of the torque, and the point at which a falling
+ * torque leaves the branch that it runs away to. Where the torque falls to its end without a
+ * minimum, the second creepage is infinite, and its torque that of the end but not below 0. Returns
+ * the number of points: 2, or 0 if the torque never falls. */
+CONTACTLIB_API size_t creep_curve_fold(const creep_table *table,
+                                       const force_element_parameters *contact,
+                                       const wheelset_parameters *body, const creep_conditions *at,
+                                       creep_point points[2]);
 
 /* Point of traction with the largest pole. */
 CONTACTLIB_API void creep_curve_worst(const creep_table *table,

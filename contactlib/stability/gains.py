@@ -7,7 +7,6 @@ g = r/(J V) and p the fast pole.
 
 from __future__ import annotations
 
-import math
 from typing import Literal, NamedTuple, Unpack
 
 import numpy as np
@@ -25,6 +24,7 @@ from contactlib.base.quantities import (
 from contactlib.stability.delay import Window, proportional_window, sampled_delay
 from contactlib.stability.poles import fast_pole
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
+from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
 
 
@@ -64,17 +64,10 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     2.59
     7.43
     """
-    r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
-    fall, speed, stretch = -point.creep_force_slope, point.speed, 1.0 + point.creepage
-    if wheelset.mass is None:
-        return r * fall - b * speed / r
-    m, slope = wheelset.mass, point.resistance_slope
-    growth = slope - point.creep_force_speed_slope
-    trace = r * fall * (1.0 + j * stretch / (m * r**2)) - speed / r * (b + j * growth / m)
-    loss = r * fall * (slope + b * stretch / r**2) - b * speed / r * growth
-    if growth > 0.0:
-        return max(loss / growth, trace)  # the determinant is growth Kp - loss, up to a factor
-    return trace if growth * trace >= loss else math.inf
+    at = wheelset.conditions(
+        speed=point.speed, normal_load=point.normal_load, friction_scale=point.friction_scale
+    )
+    return float(CreepCurve(wheelset, at).least_gain(point.creepage))
 
 
 class ReducedPlant(NamedTuple):

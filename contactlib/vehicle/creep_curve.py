@@ -159,13 +159,20 @@ class CreepCurve:
         """Vehicle acceleration dV/dt at creepages [m/s2]: zero if the speed is held."""
         return np.asarray(self._points(creepage)["acceleration"])
 
+    def least_gain(self, creepage: ArrayLike) -> FloatArray:
+        """Smallest proportional gain of creep control that holds creepages [N.m].
+
+        See `contactlib.stability.creep_control_gain`.
+        """
+        return np.asarray(self._points(creepage)["least_gain"])
+
     @cached_property
     def turns(self) -> FloatArray:
         """Creepages of traction at which the torque has a maximum or a minimum [1].
 
         Of a plateau, its beginning.
         """
-        return np.asarray(self._turns["creepage"][:-1])
+        return np.asarray(self._native.turns(1.0)["creepage"][:-1])
 
     @cached_property
     def turns_in_braking(self) -> FloatArray:
@@ -186,8 +193,8 @@ class CreepCurve:
         ValueError
             If the torque has no maximum: the law does not fall, or damping outweighs its fall.
         """
-        turns = self._turns
-        if turns.size == 1:
+        points = self._native.fold()
+        if points.size == 0:
             friction, at = self.wheelset.element.friction, self.at
             level = friction.ratio == 1.0 and not friction.falls_with_slip_speed
             raise ValueError(
@@ -196,16 +203,8 @@ class CreepCurve:
                 "torque has no maximum over creepage, so there is no fold"
                 f"{f'; friction does not fall, as static = kinetic = {friction.kinetic!r}' * level}"
             )
-        highest = float(turns["torque"][0])
-        # The run-away ends where the torque reaches the fold's again; a falling torque then follows
-        # this branch to its minimum.
-        higher = np.flatnonzero(turns["torque"] > highest)
-        landing = int(higher[0]) if higher.size else turns.size - 1
-        rises = turns["torque"][landing] > turns["torque"][landing - 1]
-        creepage, returns = math.inf, max(0.0, float(turns["torque"][-1]))
-        if rises and landing > 1:
-            creepage, returns = turns["creepage"][landing - 1], turns["torque"][landing - 1]
-        return Fold(float(turns["creepage"][0]), highest, float(creepage), float(returns))
+        fold, back = (points[["creepage", "torque"]][i].item() for i in range(2))
+        return Fold(*fold, *back)
 
     def steady(self, drive_torque: float) -> SteadyStates:
         """All states, on all branches, in which a torque [N.m] holds the creepage."""
@@ -235,11 +234,6 @@ class CreepCurve:
     def states(self, creepage: ArrayLike) -> SteadyStates:
         """States at increasing creepages."""
         return self._states(self._points(creepage))
-
-    @cached_property
-    def _turns(self) -> NDArray[np.void]:
-        """Turns of traction, and the end of the search."""
-        return self._native.turns(1.0)
 
     def _points(self, creepage: ArrayLike) -> NDArray[np.void]:
         limits = creepage_limits(self.wheelset.element, self.at.speed)

@@ -72,8 +72,8 @@ def test_a_function_is_that_of_python(page: ExplorerPage, name: str) -> None:
         assert bits(its) == bits(native(*case)), case
 
 
-def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers, Numbers]:
-    """Contact of a random wheelset, its parameters, an input of its force element, and its body."""
+def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers]:
+    """Contact of a random wheelset, its parameters, and an input of its force element."""
     wheelset = random_wheelset(rng)
     parameters = {**wheelset.element.parameters}
     parameters["relaxation_length"] = float(rng.choice([0.0, rng.uniform(1e-3, 1e-2)]))
@@ -91,43 +91,37 @@ def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers, Numb
         "spin_velocity": 0.0,
     }
     shape: Shape = "line" if parameters["load_exponent"] == 0.5 else "elliptic"
-    return shape, parameters, given, wheelset.parameters
+    return shape, parameters, given
 
 
 FORCES = """async (cases) => {
   const { kernel } = await contactlib.ready, { module } = kernel;
-  return cases.map(([contact, parameters, input, body]) => {
+  return cases.map(([contact, parameters, input]) => {
     const given = (name, values) => kernel.given(name, values);
     const element = () => given("force_element_parameters", parameters);
     const output = kernel.filled("force_element_output", (to) => module.force_element_evaluate(
       kernel.tables[contact], element(), given("force_element_input", input), to));
     const scales = kernel.filled("contact_scales", (to) =>
       module.force_element_scales(element(), parameters.nominal_load * 1.1, 0.7, to));
-    const rates = kernel.filled("wheelset_rates", (to) => module.wheelset_motion(
-      given("wheelset_parameters", body), input.omega, input.speed, 2e4, 0,
-      given("force_element_output", output), to));
-    return [output, scales, rates].map((struct) => Object.values(struct));
+    return [output, scales].map((struct) => Object.values(struct));
   });
 }"""
 
 
 @pytest.mark.parametrize("points", [400, pytest.param(2000, marks=pytest.mark.slow)])
-def test_forces_scales_and_rates_are_those_of_python(page: ExplorerPage, points: int) -> None:
+def test_forces_and_scales_are_those_of_python(page: ExplorerPage, points: int) -> None:
     rng = np.random.default_rng(73)
     cases = [random_case(rng) for _ in range(points)]
     found = page.call(FORCES, cases)
     tables = {shape: native_table(shape) for shape in SHAPES}
-    assert {force[FALLING] for force, _, _ in found} == {0.0, 1.0}
-    for (shape, parameters, given, body), its in zip(cases, found, strict=True):
+    assert {force[FALLING] for force, _ in found} == {0.0, 1.0}
+    for (shape, parameters, given), its in zip(cases, found, strict=True):
         element = kernel.NativeForceElement(tables[shape], parameters)
         output = element.evaluate(
             np.array([tuple(given.values())], kernel.struct_dtype("force_element_input"))
         )
         scales = kernel.contact_scales(parameters, parameters["nominal_load"] * 1.1, 0.7)
-        struct = kernel.ffi.from_buffer("force_element_output *", output)
-        place = given["omega"], given["speed"], 2e4, 0.0
-        rates = kernel.NativeWheelset(body).motion(*place, struct)
-        expected = output.view(np.float64), doubles(scales), doubles(rates)
+        expected = output.view(np.float64), doubles(scales)
         assert [*map(bits, its)] == [*map(bits, expected)], given
 
 

@@ -13,12 +13,10 @@ from explorer_vehicle import changed, random_wheelset, vehicle_of
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.contact.scales import saturation_creepage
 from contactlib.stability import (
     Clearing,
     Fold,
     clearing,
-    creep_control_gain,
     delay_limit,
     find_fold,
     proportional_window,
@@ -82,37 +80,7 @@ def say(
     return page.call(PLACES.replace("SAY", what), given)
 
 
-def test_parameters_and_least_gains_are_those_of_python(
-    page: ExplorerPage, places: list[Place]
-) -> None:
-    zeta = np.geomspace(1e-4, 10.0, 30)
-    found = say(
-        page,
-        places,
-        """(plant, { vehicle, speed, friction, zeta }, { stability, vehicle: of }) => ({
-          contact: plant.contact, body: plant.body,
-          scale: plant.saturation, modulus: of.contactModulus(vehicle),
-          slope: zeta.map((z) => plant.at(z, speed, friction).slope),
-          least: zeta.map((z) => stability.creepControlGain(plant, z, speed, friction)) })""",
-        [{"zeta": zeta.tolist()}] * len(places),
-    )
-    for at, its in zip(places, found, strict=True):
-        element = at.wheelset.element
-        contact = {**element.parameters, "relaxation_length": 0.0}
-        for name, expected in (("contact", contact), ("body", at.wheelset.parameters)):
-            assert {key: its[name][key] for key in expected} == pytest.approx(expected, rel=1e-13)
-        assert its["modulus"] == pytest.approx(element.contact.contact_modulus, rel=1e-14)
-        zeta0 = saturation_creepage(
-            element.contact, element.friction, slope_reduction=element.slope_reduction
-        )
-        assert its["scale"] == pytest.approx(zeta0, rel=1e-13)
-        points = [at.wheelset.balanced(creepage=float(z), **at.inputs) for z in zeta]
-        least = [creep_control_gain(at.wheelset, point) for point in points]
-        steepest = float(np.abs(its["slope"]).max())  # what cancels is of this size
-        assert_allclose(its["least"], least, rtol=1e-9, atol=1e-12 * steepest)
-
-
-def test_curves_and_folds_are_those_of_python(
+def test_parameters_and_steady_creep_are_those_of_python(
     page: ExplorerPage, places: list[Place], rig: cl.Model
 ) -> None:
     wheelsets = [
@@ -121,25 +89,33 @@ def test_curves_and_folds_are_those_of_python(
         for damping in (0.0, 1e-3, 0.1, 10.0, 1e3, 1e4, 1e5)
     ]
     places = [*places, *map(Place, wheelsets)]
+    zeta = np.geomspace(1e-4, 10.0, 30)
     found = say(
         page,
         places,
-        """(plant, at, { stability }) => {
-          const { fold, states } = stability.sCurve(plant, at.speed, at.friction);
-          return { fold, zeta: [...states.creepage], torque: [...states.torque] };
+        """(plant, { vehicle, speed, friction, zeta }, { vehicle: of }) => {
+          const points = zeta.map((z) => plant.at(z, speed, friction));
+          return { contact: plant.contact, body: plant.body, modulus: of.contactModulus(vehicle),
+            fold: plant.fold(speed), peak: Object.values(plant.peak(speed)), points };
         }""",
+        [{"zeta": zeta.tolist()}] * len(places),
     )
     for at, its in zip(places, found, strict=True):
-        expected, fold, zeta = fold_of(at), its["fold"], np.array(its["zeta"])
-        assert (fold is None) == (expected is None)
-        assert zeta[0] == 0.0
-        assert np.all(np.diff(zeta) > 0.0)
-        if expected is None:
-            continue
-        assert fold == pytest.approx(expected._asdict(), rel=1e-9)
-        assert fold["creepage"] in zeta
-        assert fold["drive_torque"] in its["torque"]
-        assert math.isinf(fold["return_creepage"]) or fold["return_creepage"] in zeta
+        element = at.wheelset.element
+        contact = {**element.parameters, "relaxation_length": 0.0}
+        for name, expected in (("contact", contact), ("body", at.wheelset.parameters)):
+            assert {key: its[name][key] for key in expected} == pytest.approx(expected, rel=1e-13)
+        assert its["modulus"] == pytest.approx(element.contact.contact_modulus, rel=1e-14)
+        curve = cl.CreepCurve(at.wheelset, **at.inputs)
+        for name in ("torque", "slope", "least_gain"):
+            values, expected = [p[name] for p in its["points"]], getattr(curve, name)(zeta)
+            steepest = float(np.abs(curve.slope(zeta)).max())  # what cancels is of this size
+            assert_allclose(values, expected, rtol=1e-9, atol=1e-12 * steepest)
+        dry = at._replace(friction=1.0)
+        fold = fold_of(dry)
+        assert its["fold"] == (fold and pytest.approx(fold._asdict(), rel=1e-9))
+        peak = cl.CreepCurve(at.wheelset, **dry.inputs).peak
+        assert its["peak"] == pytest.approx(peak, rel=1e-9)
     folds = [its["fold"] for its in found]
     assert 5 < folds.count(None) < len(folds) - 5
     assert sum(fold is not None and math.isfinite(fold["return_creepage"]) for fold in folds) > 3

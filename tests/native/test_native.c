@@ -273,6 +273,11 @@ static void test_curve(const creep_table *table, const force_element_parameters 
         CHECK(isnan(creepage) || creepage <= 0.0 || (n > 0 && creepage == steady[0].creepage));
         CHECK(isnan(creep_curve_grip(table, parameters, &body, &at, 1e12, &limit)));
         CHECK(limit < 1e12 || at.balanced != 0.0); /* where a speed may be missing */
+        creep_point fold[2];
+        size_t folds = creep_curve_fold(table, parameters, &body, &at, fold);
+        n = creep_curve_turns(table, parameters, &body, &at, 1.0, ROOM, turns);
+        CHECK(folds == (n > 1 ? 2 : 0));
+        if (folds) CHECK(fold[0].creepage == turns[0].creepage && fold[1].torque >= 0.0);
         largest = creep_curve_peak(table, parameters, &at, &creepage);
         CHECK(largest > 0.0 ? creepage > 0.0 : isnan(creepage));
         creep_curve_worst(table, parameters, &body, &at, &worst);

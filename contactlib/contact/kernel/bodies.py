@@ -182,6 +182,11 @@ class NativeCurve:
         force = library().creep_curve_peak(table, contact, at, creepage)
         return creepage[0], force
 
+    def fold(self) -> NDArray[np.void]:
+        """Records of the fold and of the return to grip; none if the torque never falls."""
+        points = np.empty(2, struct_dtype("creep_point"))
+        return points[: library().creep_curve_fold(*self._given, pointer(points, "creep_point"))]
+
     def worst(self) -> Any:
         """Struct of the point with the largest pole."""
         point = ffi.new("creep_point *")

@@ -21,7 +21,7 @@ from contactlib.base.writing import package_folder, write_whole
 from contactlib.contact.law_tables import shipped_path
 from contactlib.export.explorer.source.bundle import bundle, check_types, install, licences
 from contactlib.export.explorer.source.declarations import declarations
-from contactlib.export.explorer.source.structs import write_types
+from contactlib.export.explorer.source.structs import struct_fields, write_types
 from contactlib.export.explorer.source.wasm import FUNCTIONS, compile_kernel
 
 SOURCE = Path(__file__).resolve().parent
@@ -82,6 +82,7 @@ def data_elements() -> str:
     """All that the script reads by its id; the command puts a model file into the last one."""
     elements = [
         json_element("declarations", declarations()),
+        json_element("structs", struct_fields()),
         json_element("models", model_texts()),
         binary_element("kernel", compile_kernel()),
         binary_element("table-line", shipped_path("line").read_bytes()),

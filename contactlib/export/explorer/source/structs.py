@@ -1,13 +1,10 @@
-"""What the page knows of the C structs: names for its compiler, offsets from its module.
-
-The names come from the C headers. Only the module knows where it has put what they name.
-"""
+"""What the page knows of the C structs, all of whose members are doubles: their names, in order."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +12,6 @@ from contactlib.base.writing import package_folder, write_whole
 from contactlib.contact import kernel
 
 SOURCE = Path(__file__).resolve().parent
-OPAQUE = ("creep_table", "drivetrain_member", "patch")  # the page needs their sizes alone
 OF_DOUBLES = (
     "force_element_parameters",
     "force_element_input",
@@ -25,11 +21,12 @@ OF_DOUBLES = (
     "creep_conditions",
     "creep_point",
     "wheelset_parameters",
-    "wheelset_rates",
     "drivetrain_parameters",
     "drivetrain_state",
     "drivetrain_input",
     "drivetrain_output",
+    "run_input",
+    "run_row",
 )
 
 
@@ -47,27 +44,21 @@ def _doubles(path: str, kind: Any) -> Iterator[str]:
         raise TypeError(f"{path} is a {kind.cname}, which the page cannot read")
 
 
-def members() -> str:
-    """Lines of module.c's table: sizes of structs, and offsets of their doubles."""
+def struct_fields() -> dict[str, list[str]]:
+    """Last names of the doubles of each struct, such as ``radius`` of ``body.radius``."""
     kernel.library()
-    lines = [f'{{"{name}", sizeof({name})}},' for name in (*OPAQUE, *OF_DOUBLES)]
-    for name in OF_DOUBLES:
-        for path in _doubles("", kernel.ffi.typeof(name)):
-            field = path.removeprefix(".")
-            lines.append(f'{{"{name}.{field}", offsetof({name}, {field})}},')
-    return "\n".join(lines) + "\n"
+    paths = {name: _doubles("", kernel.ffi.typeof(name)) for name in OF_DOUBLES}
+    return {name: [path.split(".")[-1] for path in found] for name, found in paths.items()}
 
 
-def write_types(functions: tuple[str, ...], sections: Mapping[str, Mapping[str, object]]) -> None:
+def write_types(functions: tuple[str, ...], sections: Mapping[str, Iterable[str]]) -> None:
     """Tell the compiler of the script structs of doubles, functions and sections of a model."""
-    kernel.library()
-    lines = ["// Written by build.py from the kernel's C.", "export interface Fields {"]
-    for name in OF_DOUBLES:
-        paths = _doubles("", kernel.ffi.typeof(name))
-        lines.append(f"  {name}: {' | '.join(json.dumps(path.split('.')[-1]) for path in paths)};")
-    lines += ["}", "export interface Functions {", *map(_function, functions), "}"]
-    keys = {name: " | ".join(map(json.dumps, section)) for name, section in sections.items()}
-    lines += ["export interface Sections {", *(f"  {n}: {k};" for n, k in keys.items()), "}"]
+    lines = ["// Written by build.py from the kernel's C and Python's declarations."]
+    for name, members in (("Fields", struct_fields()), ("Sections", sections)):
+        keys = {key: " | ".join(map(json.dumps, names)) for key, names in members.items()}
+        lines += [f"export interface {name} {{", *(f"  {k}: {names};" for k, names in keys.items())]
+        lines.append("}")
+    lines += ["export interface Functions {", *map(_function, functions), "}"]
     write_whole(SOURCE / "kernel" / "structs.d.ts", "\n".join(lines).encode() + b"\n")
 
 
@@ -77,7 +68,7 @@ def _function(name: str) -> str:
         text = path.read_text(encoding="ascii")
         found = re.search(rf"(\w+) \*?{name}\(([^)]*)\)", text)
         if found:
-            arguments = re.findall(r"(\w+)(?=,|$)", found[2].replace("void", ""))
+            arguments = re.findall(r"(\w+)(?:\[\d*\])?(?=,|$)", found[2].replace("void", ""))
             result = "void" if found[1] == "void" else "number"
             return f"  {name}({', '.join(f'{each}: number' for each in arguments)}): {result};"
     raise LookupError(f"no header declares {name}")

@@ -7,7 +7,6 @@ import tempfile
 from pathlib import Path
 
 from contactlib.base.writing import package_folder
-from contactlib.export.explorer.source.structs import members
 
 SOURCE = Path(__file__).resolve().parent
 FMU = package_folder("fmu")
@@ -21,27 +20,29 @@ C_SOURCES = (
     "force_in_plane.c",
     "half_space.c",
     "hertz.c",
-    "wheelset.c",
+    "wheelset_run.c",
 )
 FUNCTIONS = (
     "creep_table_open",
     "creep_table_place",
     "force_element_evaluate",
     "force_element_scales",
-    "wheelset_motion",
     "creep_curve_points",
     "creep_curve_turns",
     "creep_curve_steady",
+    "creep_curve_fold",
     "creep_curve_grip",
+    "creep_curve_peak",
     "half_space_scales_of",
     "hertz_semi_axes",
-    "drivetrain_advance_many_in_turn",
-    "drivetrain_evaluate_many_in_turn",
-    "member_name",  # from here on module.c's
-    "member_bytes",
-    "drivetrain_member_set",
-    "patch_lay",
-    "patch_take",
+    "new_doubles",  # from here on module.c's
+    "new_table",
+    "new_train",
+    "train_configure",
+    "train_lay_patch",
+    "train_advance",
+    "train_evaluate",
+    "train_pass",
 )
 STACK = 65536  # bytes, from address 0 up: what overflows it is a trap
 
@@ -50,12 +51,11 @@ def compile_kernel() -> bytes:
     """The module, by the compiler and the flags of the native library."""
     hook = runpy.run_path(str(FMU / "build_hook.py"))
     flags = [*hook["compiler_flags"](), "-Werror", f"-I{FMU}", "-s", "-mexec-model=reactor"]
-    exports = (f"--export={name}" for name in (*FUNCTIONS, "__heap_base"))
+    exports = (f"--export={name}" for name in FUNCTIONS)
     link = ["--no-entry", f"-z,stack-size={STACK}", *exports]
     sources = [SOURCE / "module.c", *(FMU / name for name in C_SOURCES)]
     with tempfile.TemporaryDirectory() as scratch:
         built = Path(scratch) / "kernel.wasm"
-        (Path(scratch) / "members.h").write_text(members(), encoding="ascii")
-        arguments = [*flags, f"-I{scratch}", *(f"-Wl,{part}" for part in link), *map(str, sources)]
+        arguments = [*flags, *(f"-Wl,{part}" for part in link), *map(str, sources)]
         hook["zig_cc_target"]("wasm32-wasi", *arguments, "-o", str(built))
         return built.read_bytes()

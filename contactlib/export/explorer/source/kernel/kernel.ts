@@ -21,6 +21,9 @@ export interface Patch {
   friction: number;
 }
 
+/** Fills points, for creepages at an address or as many as it finds and says. */
+type PointsCall = (to: number, room: number, creepage: number) => number | void;
+
 const ROOM = 512; // points of a curve at most
 
 /** The kernel with both tables. */
@@ -50,8 +53,7 @@ export class Kernel {
   }
 
   private open(file: Uint8Array): number {
-    const bytes = this.memory.allocate(file.length);
-    const address = this.memory.allocateStruct("creep_table");
+    const bytes = this.memory.allocateDoubles(Math.ceil(file.length / 8)), address = this.module.new_table();
     this.memory.bytesAt(bytes, file.length).set(file);
     const error = this.module.creep_table_open(address, bytes, file.length);
     if (error !== 0) throw new Error(this.memory.text(error));
@@ -81,13 +83,23 @@ export class Kernel {
 
   /** The points that a C function fills at an address for some creepages [1], or as many as it
    * says that it has found. */
-  points(
-    call: (to: number, room: number, creepage: number) => number | void,
-    creepage?: ArrayLike<number>,
-  ): Point[] {
-    if (creepage !== undefined) this.memory.at(this.doubles, creepage.length).set(creepage);
-    const found = call(this.places[0]!.address, ROOM, this.doubles);
-    return this.places.slice(0, found ?? creepage?.length).map((point) => ({ ...point }));
+  points(call: PointsCall, creepage?: ArrayLike<number>): Point[] {
+    return this.places.slice(0, this.fillPoints(call, creepage)).map((point) => ({ ...point }));
+  }
+
+  /** The same, as an array for each of their numbers. */
+  columns(call: PointsCall, creepage: ArrayLike<number>): Record<keyof Point, Float64Array> {
+    const count = this.fillPoints(call, creepage), names = Object.keys(this.places[0]!);
+    const rows = this.memory.at(this.places[0]!.address, count * names.length);
+    const column = (j: number): Float64Array =>
+      new Float64Array(count).map((_, i) => rows[i * names.length + j]!);
+    return Object.fromEntries(names.map((name, j) => [name, column(j)])) as
+      Record<keyof Point, Float64Array>;
+  }
+
+  private fillPoints(call: PointsCall, creepage: ArrayLike<number> = []): number {
+    this.memory.at(this.doubles, creepage.length).set(creepage);
+    return call(this.places[0]!.address, ROOM, this.doubles) ?? creepage.length;
   }
 
   /** Semi-axes along and across rolling [m] by Hertz, from radii [m] and P/(pi E*) [m2]. */
@@ -110,18 +122,11 @@ export async function startKernel(): Promise<Kernel> {
 /** One drivetrain of the kernel, stepped in time; its memory stays in use for good. */
 export class Drivetrain {
   private readonly module = kernel.module;
-  private readonly memory = kernel.memory;
+  private readonly train = this.module.new_train(); // before what follows, which finds its memory
   /** What is held over a step. */
-  readonly input = this.memory.struct("drivetrain_input");
+  readonly input = kernel.memory.struct("drivetrain_input");
   /** What is stepped. */
-  readonly state = this.memory.struct("drivetrain_state");
-  private readonly contact = this.memory.struct("force_element_parameters");
-  private readonly parameters = this.memory.struct("drivetrain_parameters");
-  private readonly outputs = this.memory.struct("drivetrain_output");
-  private readonly member = this.memory.allocateStruct("drivetrain_member");
-  private readonly patch = this.memory.allocateStruct("patch");
-  private readonly substep = this.memory.allocateDoubles(1);
-  private readonly failed = this.memory.allocate(1);
+  readonly state = kernel.memory.struct("drivetrain_state");
 
   /** Take these parameters from now on; the state stays. */
   configure(
@@ -129,34 +134,44 @@ export class Drivetrain {
     contact: Structs["force_element_parameters"],
     parameters: Structs["drivetrain_parameters"],
   ): void {
-    fill(this.contact, contact);
-    fill(this.parameters, parameters);
-    this.module.drivetrain_member_set(
-      this.member, table, this.contact.address, this.parameters.address);
+    this.module.train_configure(this.train, table, kernel.given("force_element_parameters", contact),
+      kernel.given("drivetrain_parameters", parameters));
   }
 
   /** Lay a patch in place of one that is there; null: the input alone says what friction there is. */
   layPatch(patch: Patch | null): void {
-    if (patch === null) this.module.patch_take(this.member);
-    else this.module.patch_lay(this.patch, patch.begins, patch.ends, patch.friction, this.member);
+    const { begins, ends, friction } = patch ?? { begins: 0, ends: 0, friction: 1 };
+    this.module.train_lay_patch(this.train, begins, ends, friction);
   }
 
   /** Step from a time on [s], to a relative tolerance [1]; an Error if that is not met. */
   advance(time: number, step: number, tolerance = 1e-6): void {
-    this.module.drivetrain_advance_many_in_turn(this.member, 1, this.input.address,
-      this.state.address, time, step, tolerance, this.substep, this.failed);
-    const failed = this.memory.bytesAt(this.failed, 1);
-    if (failed[0] !== 0) {
-      failed[0] = 0; // another attempt is free to begin
-      this.memory.at(this.substep, 1)[0] = 0;
+    const failed = this.module.train_advance(
+      this.train, this.input.address, this.state.address, time, step, tolerance);
+    if (failed !== 0) {
       throw new Error("the tolerance is not met within the largest number of substeps");
     }
   }
 
   /** Forces, creepages and energies at the state under the input. */
   output(): Structs["drivetrain_output"] {
-    this.module.drivetrain_evaluate_many_in_turn(
-      this.member, 1, 1, this.input.address, this.state.address, this.outputs.address);
-    return { ...this.outputs };
+    return kernel.filled("drivetrain_output", (to) =>
+      this.module.train_evaluate(this.train, this.input.address, this.state.address, to));
+  }
+
+  /**
+   * Move on from a row under held inputs until the creepage passes base + slope times the speed; null
+   * if it does not within a time [s], or before the vehicle stands.
+   */
+  pass(
+    from: Partial<Structs["run_row"]>, held: Structs["run_input"], base: number, slope: number,
+    longest: number,
+  ): Structs["run_row"] | null {
+    const row = kernel.shared("run_row");
+    for (const name of Object.keys(row) as (keyof Structs["run_row"])[]) row[name] = from[name] ?? 0;
+    const passed = this.module.train_pass(
+      this.train, kernel.given("run_input", held), base, slope, longest, 1e-9, row.address);
+    kernel.memory.refresh();
+    return passed === 0 ? null : { ...row };
   }
 }

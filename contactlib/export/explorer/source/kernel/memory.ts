@@ -1,6 +1,7 @@
-// Memory of the WebAssembly module: given out from the end of its data upward and never taken back.
-// The module itself says how large its structs are and where their doubles lie.
+// Memory of the WebAssembly module, which its own allocator gives out. Every struct that the page
+// reads or writes is a row of doubles, whose names the build lists.
 
+import { embeddedData } from "./embedded";
 import type { Fields, Functions } from "./structs";
 
 /** The kernel's structs of doubles, by their C names. */
@@ -9,72 +10,55 @@ export type Structs = { [Name in keyof Fields]: Record<Fields[Name], number> };
 /** A struct in the memory: its fields are the module's own, to read and to write. */
 export type View<Name extends keyof Fields> = Structs[Name] & { readonly address: number };
 
-const PAGE = 65536; // bytes
-const DOUBLE = Float64Array.BYTES_PER_ELEMENT;
-
 /** The module; every number that a function takes or returns is an address unless it is named. */
 export interface Module extends Functions {
   memory: WebAssembly.Memory;
-  __heap_base: WebAssembly.Global<"i32">;
 }
 
-export class Memory {
-  private free: number;
-  private doubles: Float64Array;
-  private readonly sizes = new Map<string, number>(); // of structs [bytes]
-  private readonly offsets = new Map<string, [string, number][]>(); // of a struct's doubles [bytes]
+const FIELDS = embeddedData("structs") as Record<keyof Fields, string[]>;
+const DOUBLE = Float64Array.BYTES_PER_ELEMENT;
 
-  constructor(private readonly module: Module) {
-    this.free = module.__heap_base.value;
-    this.doubles = new Float64Array(module.memory.buffer);
-    for (let i = 0, name = 0; (name = module.member_name(i)) !== 0; i++) {
-      const path = this.text(name).split(".");
-      const struct = path[0]!, bytes = module.member_bytes(i);
-      if (path.length === 1) this.sizes.set(struct, bytes);
-      else this.offsets.set(struct, [...(this.offsets.get(struct) ?? []), [path.at(-1)!, bytes]]);
-    }
+export class Memory {
+  private doubles = new Float64Array(0);
+
+  constructor(private readonly module: Module) {}
+
+  /** Find the memory again where it has grown, as it may when something is allocated. */
+  refresh(): void {
+    const { buffer } = this.module.memory;
+    if (this.doubles.buffer !== buffer) this.doubles = new Float64Array(buffer);
   }
 
-  /** Address of so many new bytes, which are zero. */
-  allocate(bytes: number): number {
-    const address = Math.ceil(this.free / 16) * 16;
-    this.free = address + bytes;
-    const { memory } = this.module, missing = this.free - memory.buffer.byteLength;
-    if (missing > 0) {
-      memory.grow(Math.ceil(missing / PAGE)); // which leaves the old buffer without memory
-      this.doubles = new Float64Array(memory.buffer);
-    }
+  /** Address of new structs side by side; all their numbers are zero. */
+  allocateStruct(name: keyof Fields, count = 1): number {
+    return this.allocateDoubles(count * FIELDS[name].length);
+  }
+
+  /** Address of new doubles. */
+  allocateDoubles(count: number): number {
+    const address = this.module.new_doubles(count);
+    this.refresh();
     return address;
   }
 
-  /** Address of a new array of doubles. */
-  allocateDoubles(count: number): number {
-    return this.allocate(count * DOUBLE);
-  }
-
-  /** Address of a new struct, or of some side by side. */
-  allocateStruct(name: string, count = 1): number {
-    return this.allocate(count * this.sizes.get(name)!);
-  }
-
-  /** A struct of doubles: a new one, or one of those that begin at an address. */
+  /** A struct: a new one, or one of those that begin at an address. */
   struct<Name extends keyof Fields>(
     name: Name, first = this.allocateStruct(name), i = 0,
   ): View<Name> {
-    const address = first + i * this.sizes.get(name)!;
+    const fields = FIELDS[name], address = first + i * fields.length * DOUBLE;
     const view = Object.defineProperty({}, "address", { value: address });
-    for (const [field, offset] of this.offsets.get(name)!) {
-      const place = (address + offset) / DOUBLE; // among all doubles of the memory
+    fields.forEach((field, j) => {
+      const place = address / DOUBLE + j;
       Object.defineProperty(view, field, {
         enumerable: true,
         get: () => this.doubles[place],
         set: (value: number) => (this.doubles[place] = value),
       });
-    }
+    });
     return view as View<Name>;
   }
 
-  /** The doubles at an address, to read or to write before the next allocation. */
+  /** The doubles at an address, to read or to write before the next call. */
   at(address: number, count: number): Float64Array {
     return this.doubles.subarray(address / DOUBLE, address / DOUBLE + count);
   }

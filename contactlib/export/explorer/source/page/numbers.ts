@@ -1,6 +1,6 @@
 /* The numbers above the charts. */
 
-import { creepControlGain, largestGain, longestDelay } from "../physics/stability";
+import { largestGain, longestDelay } from "../physics/stability";
 import type { Clearing } from "../physics/clearing";
 import { type Control, SAMPLE } from "../physics/run";
 import { PROCESS_ZONE_LIMIT } from "../files/declared";
@@ -22,10 +22,10 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const { plant, fold } = shown;
   const held = control.mode === "creep";
   const at = held ? control.creepage : run.now.creepage;
-  const pole = plant.at(at, run.now.speed, run.now.friction).pole;
+  const { pole, least_gain } = plant.at(at, run.now.speed, run.now.friction);
   const gain = plant.gain(run.now.speed);
   const highest = largestGain(pole, gain, Math.round(control.delay / SAMPLE), SAMPLE);
-  const lowest = Math.max(0, creepControlGain(plant, at, run.now.speed, run.now.friction));
+  const lowest = Math.max(0, least_gain);
   const longest = longestDelay(pole, gain, lowest, SAMPLE);
   const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
   const where = held ? "at the reference" : "here";

@@ -1,8 +1,7 @@
 /* What the charts show: the curves, which change with a parameter only, and the moment. */
 
 import type { Control, Run } from "../physics/run";
-import { type Fold, sCurve } from "../physics/stability";
-import type { Curves, Plant, Point } from "../physics/plant";
+import type { Curves, Fold, Plant, Point } from "../physics/plant";
 
 /** Curves at one speed. */
 export interface Picture {
@@ -31,30 +30,42 @@ export interface Moment {
 }
 
 const POINTS = 260;
+const NEAR_POINTS = 220, FAR_POINTS = 180; // of the S-curve
+const BEYOND = 1.15; // torque at its end over the fold's [1]
 
 /** Curves of a plant at one speed, on good friction and, if it differs, on that of a patch. */
 export function picture(plant: Plant, speed: number, wetFriction: number): Picture {
-  const { fold, states } = sCurve(plant, speed);
-  const saturation = plant.scales().saturation_creepage;
+  const fold = plant.fold(speed), saturation = plant.scales().saturation_creepage;
   const far = Math.max(3 * saturation, 2.6 * (fold?.creepage ?? 0));
   const creepage = Float64Array.from({ length: POINTS }, (_, i) => (far * i) / (POINTS - 1));
   const dry = plant.curves(creepage, speed);
   const wet = wetFriction === 1 ? null : plant.curves(creepage, speed, wetFriction);
-  const most = {
-    torque: fold?.drive_torque ?? Math.max(...dry.torque), force: Math.max(...dry.force),
-  };
-  const peak = (topOf(dry.force) * far) / (POINTS - 1);
-  const scale = fold?.creepage ?? saturation;
+  const { creepage: highest, force } = plant.peak(speed);
+  const most = { torque: fold?.drive_torque ?? Math.max(...dry.torque), force };
+  const peak = Math.min(highest, far), scale = fold?.creepage ?? saturation;
   const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
+  const states = plant.curves(sCurve(plant, speed, saturation, fold), speed);
   return { plant, speed, fold, most, peak, far, ends, dry, wet, wetFriction, states };
 }
 
-/** Place of the highest of even points, by the parabola through it and its neighbours [points]. */
-function topOf(values: Float64Array): number {
-  const i = values.indexOf(Math.max(...values));
-  const [a, b, c] = [values[i - 1], values[i], values[i + 1]];
-  if (a === undefined || b === undefined || c === undefined || a - 2 * b + c === 0) return i;
-  return i + (0.5 * (a - c)) / (a - 2 * b + c);
+/**
+ * Creepages from zero through the fold and along the return branch until the torque is higher than
+ * at the fold; up to a hundred times zeta0 if there is no return branch.
+ */
+function sCurve(plant: Plant, speed: number, saturation: number, fold: Fold | null): Float64Array {
+  const near = 3 * Math.max(saturation, fold?.creepage ?? 0);
+  let end = 100 * saturation;
+  if (fold !== null && fold.return_creepage === Infinity) end = Math.max(end, 10 * fold.creepage);
+  else if (fold !== null) {
+    const again = plant.steady(BEYOND * fold.drive_torque, speed)
+      .find(({ creepage }) => creepage > fold.return_creepage);
+    end = again?.creepage ?? Math.max(end, 10 * fold.return_creepage);
+  }
+  end = Math.max(end, 2 * near);
+  const marks = fold === null ? [] : [fold.creepage, fold.return_creepage].filter(Number.isFinite);
+  for (let i = 0; i < NEAR_POINTS; i++) marks.push((near * i) / NEAR_POINTS);
+  for (let i = 0; i <= FAR_POINTS; i++) marks.push(near * (end / near) ** (i / FAR_POINTS));
+  return Float64Array.from(marks).sort();
 }
 
 /** The least number of 1 and 3 times powers of ten that is not below a number. */

@@ -3,7 +3,8 @@
 import { clearing } from "../physics/clearing";
 import { FASTEST_RIM } from "../physics/motion";
 import { SAMPLE } from "../physics/run";
-import { creepControlGain, type Fold, isStable } from "../physics/stability";
+import type { Fold } from "../physics/plant";
+import { isStable } from "../physics/stability";
 import type { App, Step, Story } from "./app";
 import { digits, duration, percent } from "./format";
 
@@ -180,7 +181,7 @@ export const STORIES: Story[] = [
     steps: [
       step(0.6, "Creep control sets the torque so that the creepage follows its reference.", (app) => {
         const { control, shown, run } = app, { creepage } = critical(app);
-        const needed = creepControlGain(shown.plant, 1.2 * creepage, run.now.speed);
+        const { least_gain: needed } = shown.plant.at(1.2 * creepage, run.now.speed);
         creepMode(app);
         control.delay = 0;
         control.creepage = 0.75 * creepage;

@@ -1,6 +1,6 @@
 /** The wheelset on its rail: state, parameters and wet patch in the kernel's drivetrain. */
 import { Drivetrain, type Patch } from "../kernel/kernel";
-import { Plant } from "./plant";
+import { configureRigid, Plant } from "./plant";
 import type { Row, RunEvent } from "./recorder";
 import type { Vehicle } from "./vehicle";
 
@@ -20,10 +20,7 @@ export class Motion {
   /** Take these parameters and this load [N]; the state stays. */
   configure(vehicle: Vehicle, normalLoad: number): void {
     this.plant = new Plant({ ...vehicle }, normalLoad);
-    const { table, contact, body } = this.plant;
-    this.drivetrain.configure(table, contact, {
-      ...body, axle_stiffness: 0, axle_damping: 0, drive_share: 0.5, motor_lag: 0, // a rigid axle
-    });
+    configureRigid(this.drivetrain, this.plant);
     Object.assign(this.drivetrain.input, {
       resistance_force: 0, acceleration: 0, load_left: 0.5 * normalLoad,
       load_right: 0.5 * normalLoad, slope: 1,

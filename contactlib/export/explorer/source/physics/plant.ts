@@ -1,5 +1,5 @@
 /** A wheelset under one load: its contact, and the drive torques that hold its creepages. */
-import { kernel, type Point, type Structs } from "../kernel/kernel";
+import { type Drivetrain, kernel, type Point, type Structs } from "../kernel/kernel";
 import { demand } from "./limits";
 import { forceParameters, scalesOf, type Vehicle, wheelsetParameters } from "./vehicle";
 
@@ -7,8 +7,14 @@ export type { Point } from "../kernel/kernel";
 
 const TRACTION = 1; // the side of the curve
 
-/** Steady creep over a common grid of creepages. */
-export type Curves = Record<"creepage" | "force" | "torque" | "pole", Float64Array>;
+/** Steady creep over a grid of creepages. */
+export type Curves = Record<keyof Point, Float64Array>;
+
+/** The fold, at the first maximum of the torque [1, N.m], and the end of the run-away branch under a
+ * falling torque; its creepage may be infinite. */
+export type Fold = Record<
+  "creepage" | "drive_torque" | "return_creepage" | "return_torque", number
+>;
 
 export class Plant {
   readonly table: number;
@@ -39,18 +45,9 @@ export class Plant {
         kernel.given("force_element_input", input), to));
   }
 
-  /** The kernel's rates there without any drive torque. */
-  rates(creepage: number, speed: number, friction = 1): Structs["wheelset_rates"] {
-    const contact = kernel.given("force_element_output", this.force(creepage, speed, friction));
-    return kernel.filled("wheelset_rates", (to) =>
-      kernel.module.wheelset_motion(
-        kernel.given("wheelset_parameters", this.body), this.omega(creepage, speed), speed, 0, 0,
-        contact, to));
-  }
-
   /** Steady creep at a creepage. */
   at(creepage: number, speed: number, friction = 1): Point {
-    return this.points([creepage], speed, friction)[0]!;
+    return kernel.points(this.pointsCall(1, speed, friction), [creepage])[0]!;
   }
 
   /** Drive torque that holds a creepage [N.m]. */
@@ -58,17 +55,27 @@ export class Plant {
     return this.at(creepage, speed, friction).torque;
   }
 
-  curves(creepage: Float64Array, speed: number, friction = 1): Curves {
-    const points = this.points(creepage, speed, friction);
-    const column = (name: keyof Point): Float64Array =>
-      Float64Array.from(points, (point) => point[name]);
-    return { creepage, force: column("force"), torque: column("torque"), pole: column("pole") };
+  /** Steady creep at creepages. */
+  curves(creepage: ArrayLike<number>, speed: number, friction = 1): Curves {
+    return kernel.columns(this.pointsCall(creepage.length, speed, friction), creepage);
   }
 
-  /** Where the torque turns in traction, by rising creepage; last comes the end of the search. */
-  turns(speed: number, friction = 1): Point[] {
-    return kernel.points((to, room) =>
-      kernel.module.creep_curve_turns(...this.given(speed, friction), TRACTION, room, to));
+  /** Where a slow torque ramp leaves the stable branch, and where it returns; null: it never does. */
+  fold(speed: number): Fold | null {
+    const [fold, back] = kernel.points((to) =>
+      kernel.module.creep_curve_fold(...this.given(speed, 1), to));
+    return fold === undefined ? null : {
+      creepage: fold.creepage, drive_torque: fold.torque,
+      return_creepage: back!.creepage, return_torque: back!.torque,
+    };
+  }
+
+  /** Largest creep force [N], and the creepage with it, which may be infinite. */
+  peak(speed: number): { creepage: number; force: number } {
+    const { address } = kernel.shared("creep_point"); // whose first member is the creepage
+    const [table, contact, , at] = this.given(speed, 1);
+    const force = kernel.module.creep_curve_peak(table, contact, at, address);
+    return { creepage: kernel.shared("creep_point").creepage, force };
   }
 
   /** Steady states in traction under a torque [N.m], by rising creepage. */
@@ -99,10 +106,9 @@ export class Plant {
     return scalesOf(this.contact, this.normalLoad, friction);
   }
 
-  private points(creepage: ArrayLike<number>, speed: number, friction: number): Point[] {
-    return kernel.points((to, _, from) =>
-      kernel.module.creep_curve_points(
-        ...this.given(speed, friction), creepage.length, from, to), creepage);
+  private pointsCall(count: number, speed: number, friction: number) {
+    return (to: number, _room: number, from: number): void =>
+      kernel.module.creep_curve_points(...this.given(speed, friction), count, from, to);
   }
 
   /** What all functions of steady creep take first. */
@@ -121,4 +127,11 @@ export class Plant {
   private omega(creepage: number, speed: number): number {
     return ((1 + creepage) * speed) / this.vehicle.radius;
   }
+}
+
+/** Give a drivetrain with a rigid axle the plant's parameters. */
+export function configureRigid(train: Drivetrain, { table, contact, body }: Plant): void {
+  train.configure(table, contact, {
+    ...body, axle_stiffness: 0, axle_damping: 0, drive_share: 0.5, motor_lag: 0,
+  });
 }
