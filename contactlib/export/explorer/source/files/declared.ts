@@ -12,7 +12,6 @@ export interface Limit extends Limits {
 
 /** A key of a model file; without a default it is needed. */
 export interface Key extends Limit {
-  list: boolean;
   default?: number | null;
 }
 
@@ -41,7 +40,7 @@ export function vehicleField(key: string): string {
 
 // Where a name occurs twice the last one is meant: a vehicle's radius is the wheelset's.
 const DECLARED: ByName<Limit> = Object.fromEntries(
-  ["contact", "creep_control", ...OF_VEHICLE].flatMap((section) =>
+  ["contact", ...OF_VEHICLE].flatMap((section) =>
     Object.entries(SECTIONS[section]!).map(([key, limit]) => [vehicleField(key), limit]),
   ),
 );
@@ -81,6 +80,8 @@ const SETTING_LIMITS: ByName<Limit> = {
   ...DECLARED,
   ...Object.fromEntries(Object.entries(OWN).map(([key, [unit, at_least, at_most]]) =>
     [key, { unit, at_least, at_most }])),
+  proportional_gain: { unit: "N.m", above: 0 },
+  integral_gain: { unit: "N.m/s", at_least: 0 },
   speed: { unit: "m/s", above: 0, at_most: 100 },
   playback: { unit: "1", above: 0, at_most: 10 },
 };

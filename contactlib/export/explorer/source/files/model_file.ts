@@ -2,7 +2,6 @@
 
 import { stringify } from "smol-toml";
 
-import type { Control } from "../physics/control";
 import { outOfRange } from "../physics/limits";
 import {
   atLoad, contactModulus, forceParameters, lateralSemiAxis, scalesOf, type Vehicle, weakenedOver,
@@ -10,21 +9,10 @@ import {
 import { brokenTogether, OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
 import { kernel } from "../kernel/kernel";
 import {
-  checkKeys, type Numbers, oneOf, parseToml, readProfile, readSection, refuse, shown, type Table,
-  tableOf, textOf,
+  checkKeys, type Numbers, oneOf, parseToml, readSection, refuse, shown, type Table, tableOf, textOf,
 } from "./reading";
 
-/** A model file: the vehicle, and what the page takes from the file's two runs. */
-export interface Model {
-  vehicle: Vehicle;
-  /** The first torque and the last creepage of the runs, and the file's creep control. */
-  control: Pick<
-    Control, "drive_torque" | "creepage" | "proportional_gain" | "integral_gain" | "torque_max"
-  >;
-}
-
-const NEEDED = ["contact", "friction", "wheelset", "torque_control", "creep_control"];
-const HOLD = 20; // length of the runs of a file that is written [s]
+const NEEDED = ["contact", "friction", "wheelset"];
 const LAW = "carter_griffith"; // the law whose tables the page has
 const SHOWN = "this page shows models";
 // Keys that a vehicle does not have, as others say it.
@@ -38,12 +26,12 @@ const PAIRS = [
 ];
 
 /** Read a model file. Throws a ModelError of one line that names key, value and limit. */
-export function readModel(text: string): Model {
+export function readModel(text: string): Vehicle {
   const { data, theory } = withoutTheory(parseToml(text));
   refuseOthers(data);
   checkKeys("", data, ["name", "source", "law", ...Object.keys(SECTIONS)], NEEDED);
   checkLaw(data);
-  const sections = OF_VEHICLE.map((name) => readSection(name, data).numbers);
+  const sections = OF_VEHICLE.map((name) => readSection(name, data));
   const [friction, wheelset] = sections as [Numbers, Numbers];
   oneOf("friction", friction, "weakening_length", "k_hat");
   if (wheelset["saturation_creepage"] !== null) {
@@ -53,7 +41,7 @@ export function readModel(text: string): Model {
   const vehicle = {
     name: textOf("name", data["name"] ?? "Unnamed"),
     source: textOf("source", data["source"] ?? "not stated"),
-    ...contactOf(readSection("contact", data).numbers, theory),
+    ...contactOf(readSection("contact", data), theory),
     theory: theory ?? THEORIES[0],
     ...Object.fromEntries(keys.map(([key, value]) => [vehicleField(key), value])),
     k_hat: 0,
@@ -71,7 +59,7 @@ export function readModel(text: string): Model {
     refuse(`friction: ${problem.replaceAll("_friction", "")}`);
   }
   vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
-  return { vehicle, control: readRuns(data) };
+  return vehicle;
 }
 
 /** A file's contents, and the only text of [contact], taken out of it. */
@@ -150,30 +138,14 @@ function slopeReductionOf(vehicle: Vehicle, section: Numbers): number {
     `${clean.toPrecision(6)}, that of clean surfaces`);
 }
 
-function readRuns(data: Table): Model["control"] {
-  const torque = readProfile("torque_control", "torque", data);
-  const { value, numbers } = readProfile("creep_control", "creepage", data);
-  const { torque_min, torque_max, proportional_gain, integral_gain } =
-    numbers as Record<string, number> & Model["control"];
-  if (torque_min! >= torque_max) {
-    refuse(`creep_control.torque_min = ${torque_min} is out of range: must be < torque_max = ` +
-      `${torque_max}`);
-  }
-  const [drive_torque, creepage] = [torque.value[0]!, value.at(-1)!];
-  return { drive_torque, creepage, proportional_gain, integral_gain, torque_max };
-}
-
 /**
  * A file that contactlib.load_model reads to this vehicle, whose nominal load is `normalLoad` [N].
- *
- * Its runs hold the control's torque and creepage. Throws a ModelError where Python would refuse
- * the file.
+ * Throws a ModelError where Python would refuse the file.
  */
-export function writeModel(vehicle: Vehicle, normalLoad: number, control: Control): string {
+export function writeModel(vehicle: Vehicle, normalLoad: number): string {
   const v = atLoad(vehicle, normalLoad), fields = new Map(Object.entries(v));
   const { semi_width: a, peak_pressure: p0, youngs_modulus, poisson_ratio } = v;
   const normal_load = v.normal_load / v.wheels;
-  const { drive_torque, creepage, proportional_gain, integral_gain, torque_max } = control;
   const shape = v.contact === "line"
     ? { semi_width: a, radius: (a * contactModulus(v)) / (2 * p0) } // Eq. (5)
     : { semi_axis_x: a, semi_axis_y: lateralSemiAxis(v), theory: v.theory };
@@ -181,17 +153,11 @@ export function writeModel(vehicle: Vehicle, normalLoad: number, control: Contro
     const known = Object.keys(SECTIONS[name]!).map((key) => [key, fields.get(vehicleField(key))]);
     return Object.fromEntries(known.filter(([, value]) => value != null));
   };
-  const time = [0, HOLD];
   const data = {
     name: v.name,
     source: v.source,
     contact: { ...shape, normal_load, youngs_modulus, poisson_ratio },
     ...Object.fromEntries(OF_VEHICLE.map((name) => [name, section(name)])),
-    torque_control: { time, torque: [drive_torque, drive_torque] },
-    creep_control: {
-      time, creepage: [creepage, creepage], proportional_gain, integral_gain, torque_min: 0,
-      torque_max,
-    },
   };
   const text = `# In SI units\n${stringify(data)}`;
   readModel(text);

@@ -114,42 +114,13 @@ function numberOf(where: string, value: unknown, limit: Limit): number {
   return problem === null ? found : refuse(problem);
 }
 
-/** Numbers of a section, and its lists of numbers. */
-export function readSection(
-  name: string, data: Table,
-): { numbers: Numbers; lists: Record<string, number[]> } {
+/** Numbers of a section. */
+export function readSection(name: string, data: Table): Numbers {
   const declared = SECTIONS[name]!, table = tableOf(name, data[name] ?? {}), known = Object.keys(declared);
   checkKeys(`${name}.`, table, known, known.filter((key) => declared[key]!.default === undefined));
-  const numbers: Numbers = {}, lists: Record<string, number[]> = {};
-  for (const [key, limit] of Object.entries(declared)) {
-    const where = `${name}.${key}`, value = table[key];
-    if (value === undefined) {
-      numbers[key] = limit.default!;
-    } else if (!limit.list) {
-      numbers[key] = numberOf(where, value, limit);
-    } else if (Array.isArray(value) && value.length > 0) {
-      lists[key] = value.map((entry: unknown) => numberOf(where, entry, limit));
-    } else {
-      refuse(`${where} = ${shown(value)} must be a list of at least one number`);
-    }
-  }
-  return { numbers, lists };
-}
-
-/** Breakpoints of a control's demand over time [s], and the other numbers of its section. */
-export function readProfile(
-  section: string, values: string, data: Table,
-): { time: number[]; value: number[]; numbers: Numbers } {
-  const { numbers, lists } = readSection(section, data);
-  const time = lists["time"]!, value = lists[values]!;
-  if (time.length !== value.length) {
-    refuse(`${section}.time has ${time.length} and ${values} ${value.length} entries: both must have ` +
-      "as many");
-  }
-  if (time.some((at, i) => at < (time[i - 1] ?? -Infinity) || at === time[i - 2])) {
-    refuse(`${section}.time = ${shown(time)} must rise, and repeat a place at most once`);
-  }
-  return { time, value, numbers };
+  const numbers = known.map((key) => [key, table[key] === undefined ? declared[key]!.default!
+    : numberOf(`${name}.${key}`, table[key], declared[key]!)]);
+  return Object.fromEntries(numbers) as Numbers;
 }
 
 /** Refuse a section that gives none of the keys, or more than one. */

@@ -5,9 +5,10 @@
 import { embeddedData } from "../kernel/embedded";
 import type { Control } from "../physics/control";
 import { outOfRange } from "../physics/limits";
+import { Plant } from "../physics/plant";
 import type { Vehicle } from "../physics/vehicle";
 import { brokenTogether, settingLimit } from "./declared";
-import { type Model, readModel } from "./model_file";
+import { readModel } from "./model_file";
 import { decimal, shown } from "./reading";
 
 /** All that a visitor can set [SI units]. */
@@ -25,48 +26,41 @@ export interface Settings {
   playback: number;
 }
 
-// The gain holds the falling branch of both shipped models at 10 m/s, where poles reach 70 1/s and
-// g = 2e-4 1/(N.m.s): it takes 3.8e5 N.m anywhere, and at a creepage of 0.024 at most 1.4e6 N.m
-// behind a delay of 5 ms, but 4.9e5 N.m behind 12 ms.
-const GAINS = { proportional_gain: 6e5, integral_gain: 6e5 };
+/** A number to so many significant digits. */
+const rounded = (value: number, digits = 2): number => Number(value.toPrecision(digits));
 
-// At the first torque in the rig's file the wheelset survives every wet patch, because no unstable
-// state has that torque. At this one a patch of half the friction may last 8 ms.
-const CHOSEN: Readonly<Record<string, Partial<Control>>> = {
-  roller_rig: { ...GAINS, drive_torque: 24.6e3 },
-  locomotive: GAINS,
-};
-
-/** Settings that a model begins with: those of its file, in traction, and what is `chosen`. */
-export function settingsOf(
-  { vehicle, control }: Model, preset: string, chosen: Partial<Control> = {},
-): Settings {
-  const { drive_torque, creepage, torque_max } = control;
+/**
+ * The control that a vehicle begins with at a speed: a torque that grips, but so close to the fold
+ * that a wet patch takes the grip away, and creep control that may use more than the fold's torque and
+ * holds a creepage on the falling branch.
+ */
+function controlFor(vehicle: Vehicle, speed: number): Control {
+  const plant = new Plant(vehicle, vehicle.normal_load), fold = plant.fold(speed);
+  const peak = fold?.creepage ?? plant.saturation;
+  const critical = fold?.drive_torque ?? plant.torque(peak, speed);
+  const drive_torque = rounded(0.9 * critical, 3), creepage = rounded(1.41 * peak);
+  const { least_gain, pole } = plant.at(creepage, speed);
+  const least = Number.isFinite(least_gain) ? least_gain : pole / plant.gain(speed);
+  const proportional_gain = rounded(least > 0 ? 3 * least : critical / creepage);
   return {
-    preset,
-    vehicle,
-    normalLoad: vehicle.normal_load,
-    speed: Math.max(vehicle.initial_speed, vehicle.minimum_speed),
-    control: {
-      mode: "torque",
-      drive_torque: Math.max(0, drive_torque),
-      torque_rate: 1e3,
-      creepage: Math.max(0, creepage),
-      proportional_gain: control.proportional_gain,
-      integral_gain: control.integral_gain,
-      torque_max: Math.max(0, torque_max),
-      delay: 0,
-      ...chosen,
-    },
-    patch: { friction: 0.5, length: 0.1 },
-    playback: 1,
+    mode: "torque", drive_torque, torque_rate: 1e3, creepage, proportional_gain,
+    integral_gain: rounded(2 * proportional_gain), torque_max: rounded(1.3 * critical), delay: 0,
+  };
+}
+
+/** Settings that a model begins with. */
+export function settingsOf(vehicle: Vehicle, preset: string): Settings {
+  const speed = Math.max(vehicle.initial_speed, vehicle.minimum_speed);
+  return {
+    preset, vehicle, normalLoad: vehicle.normal_load, speed, control: controlFor(vehicle, speed),
+    patch: { friction: 0.5, length: 0.1 }, playback: 1,
   };
 }
 
 /** Settings of the shipped models, by the names of their files. */
 export const PRESETS: Readonly<Record<string, Settings>> = Object.fromEntries(
   Object.entries(embeddedData("models") as Record<string, string>).map(
-    ([name, text]) => [name, settingsOf(readModel(text), name, CHOSEN[name])],
+    ([name, text]) => [name, settingsOf(readModel(text), name)],
   ),
 );
 

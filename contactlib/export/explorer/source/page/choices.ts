@@ -72,11 +72,11 @@ export async function open(app: App, file: File): Promise<void> {
 
 /** Save the present model as a file, or say why no file can hold it. */
 export function save(app: App): void {
-  const { vehicle, normalLoad, speed, control } = app.settings;
+  const { vehicle, normalLoad, speed } = app.settings;
   const file = choice !== "given" && choice !== "link" ? choice.replace(/\.toml$/, "")
     : vehicle.name.toLowerCase().replace(/[^a-z0-9]+/g, "_");
   try {
-    const text = writeModel({ ...vehicle, initial_speed: speed }, normalLoad, control);
+    const text = writeModel({ ...vehicle, initial_speed: speed }, normalLoad);
     const link = made("a", {
       href: URL.createObjectURL(new Blob([text], { type: "application/toml" })),
       download: `${file}_explored.toml`,
