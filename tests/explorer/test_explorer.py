@@ -53,12 +53,16 @@ def test_page_is_one_file_that_asks_for_nothing() -> None:
     assert not re.search(r"<(script|link|img)[^>]*\s(src|href)=|@import|url\(http", text)
 
 
-def test_command_writes_and_opens_the_page(tmp_path: Path, opened: list[str]) -> None:
+def test_command_writes_and_opens_the_page(
+    tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     path = tmp_path / "a page.html"
     explore("--no-open", "-o", str(path))
     assert opened == []
     assert explore("-o", str(path)) == f"The page is {path}\n"
-    assert opened == [path.as_uri()]
+    explore()
+    assert opened == [path.as_uri(), (tmp_path / "contactlib-explorer.html").as_uri()]
     assert path.read_bytes() == PAGE.read_bytes()
     assert given_model(path) is None
 
@@ -75,18 +79,13 @@ def test_page_that_cannot_be_written_is_one_line(tmp_path: Path, name: str, said
     assert list(tmp_path.iterdir()) == []
 
 
-def test_page_has_a_name_if_none_is_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opened: list[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    explore()
-    assert opened == [(tmp_path / "contactlib-explorer.html").as_uri()]
-
-
 @pytest.mark.parametrize("name", ["DISPLAY", "WAYLAND_DISPLAY", "BROWSER"])
-def test_no_screen_is_no_error(
+def test_no_screen_and_no_browser_are_no_error(
     tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
+    def fail(_: str) -> bool:
+        raise webbrowser.Error("could not locate runnable browser")
+
     monkeypatch.setattr("sys.platform", "linux")
     for other in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(other, raising=False)
@@ -95,15 +94,6 @@ def test_no_screen_is_no_error(
     assert opened == []
     monkeypatch.setenv(name, "x")
     assert open_in_browser(path)
-
-
-def test_no_browser_is_no_error(
-    tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(_: str) -> bool:
-        raise webbrowser.Error("could not locate runnable browser")
-
-    path = tmp_path / "page.html"
     for broken in (fail, lambda _: False):
         monkeypatch.setattr(webbrowser, "open", broken)
         shown = explore("-o", str(path))

