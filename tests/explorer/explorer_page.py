@@ -13,6 +13,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from outside_tools import missing, module
@@ -33,6 +34,22 @@ ARGUMENTS = (
     "--disable-sync",
 )
 LONG_OPEN = 600e3  # more than any opening takes [ms]
+
+
+class Found(SimpleNamespace):
+    """What a script found; of a run its events, and the rows of its history by column."""
+
+    def __getitem__(self, name: str) -> Any:
+        return self.rows[name]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the events."""
+        return [event["name"] for event in self.events]
+
+    def first(self, name: str) -> dict[str, Any]:
+        """First event of a name."""
+        return next(event for event in self.events if event["name"] == name)
 
 
 class ExplorerPage:

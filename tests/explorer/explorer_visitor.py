@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
-from typing import Any, NamedTuple
+from typing import Any
 
-from explorer_page import ExplorerPage
+from explorer_page import ExplorerPage, Found
 
 # Some simulated time in short pieces, at most until something happens.
 GO_ON = """async (duration, until, piece) => {
@@ -20,33 +20,13 @@ GO_ON = """async (duration, until, piece) => {
     lowest = Math.min(lowest, app.run.now.creepage);
     highest = Math.max(highest, app.run.now.creepage);
   }
-  const { time, creepage, speed, drive_torque: driveTorque } = app.run.now;
-  return { events, lowest, highest, time, creepage, speed, driveTorque };
+  return { events, lowest, highest, ...app.run.now };
 }"""
 
 STALE = "async () => { (await contactlib.ready).app.advance(0); }"
 PAUSE = "async () => { const { app } = await contactlib.ready; if (app.playing) app.play(false); }"
 SELDOM = 400  # longer than between any two updates of the page [ms]
 FRAME = 20  # longer than a frame [ms]
-
-
-class Passed(NamedTuple):
-    """What happened in some simulated time, and where it ended."""
-
-    events: list[dict[str, Any]]
-    lowest: float
-    highest: float
-    time: float
-    creepage: float
-    speed: float
-    driveTorque: float  # noqa: N815
-
-    @property
-    def names(self) -> list[str]:
-        return [event["name"] for event in self.events]
-
-    def first(self, name: str) -> dict[str, Any]:
-        return next(event for event in self.events if event["name"] == name)
 
 
 class Visitor:
@@ -78,9 +58,12 @@ class Visitor:
 
     # ---- time
 
-    def simulate(self, duration: float, until: str | None = None, piece: float = 0.01) -> Passed:
-        """Let simulated time pass [s], at most until an event; nothing is drawn."""
-        return Passed(**self.call(GO_ON, duration, until, piece))
+    def simulate(self, duration: float, until: str | None = None, piece: float = 0.01) -> Found:
+        """Let simulated time pass [s], at most until an event; nothing is drawn.
+
+        Returns events, lowest and highest creepage, and the row at the end.
+        """
+        return Found(**self.call(GO_ON, duration, until, piece))
 
     def wait(self, duration: int = FRAME) -> None:
         """Let the page's clock pass [ms]: a frame is drawn, and what is due is done."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from explorer_page import explorer_page
+from explorer_page import Found, explorer_page
 from explorer_vehicle import SAMPLE, SPEED, changed, fold_of
 from explorer_visitor import SELDOM, Visitor, assert_shows
 
@@ -330,29 +330,17 @@ TELL = """async (after) => {
     pass(app.settings.playback / 60);
   }
   for (let time = 0; time < after; time += 1e-3) pass(1e-3);
-  const { creepage, drive_torque: driveTorque, speed } = app.run.now, { stopped } = app.run;
-  return { said, steps, creepage, driveTorque, speed, stopped, stories: app.story.steps.length };
+  const { stopped, now } = app.run, { name } = app.story;
+  return { said, steps, ...now, stopped, name, last };
 }"""
 
 
-class Told(NamedTuple):
-    """A story: texts, what happened under each, and the end."""
-
-    said: list[str]
-    steps: list[dict[str, Any]]
-    creepage: float
-    driveTorque: float  # noqa: N815
-    speed: float
-    stopped: str | None
-    stories: int
-
-
-def tell(visitor: Visitor, setting: Setting, story: str, after: float) -> Told:
+def tell(visitor: Visitor, setting: Setting, story: str, after: float) -> Found:
     setting.set_up(visitor)
     visitor.wait()
     visitor.press(story)
-    told = Told(**visitor.call(TELL, after))
-    assert len(told.said) == told.stories
+    told = Found(**visitor.call(TELL, after))
+    assert len(told.said) == told.last
     assert told.stopped is None
     button = visitor.page.get_by_role("button", name=story, exact=True)
     assert button.get_attribute("aria-pressed") == "true"
@@ -422,8 +410,8 @@ def test_the_experiment_of_the_wet_patch_finds_a_torque(visitor: Visitor) -> Non
     """Where nine tenths of the critical torque are less than that of the return."""
     told = tell(visitor, Setting("rig", entries={"k_hat": 0.15}), "Wet patch", 2.0)
     fold = visitor.state("shown.fold")
-    assert 0.9 * fold["drive_torque"] < fold["return_torque"] < told.driveTorque
-    assert told.driveTorque < fold["drive_torque"]
+    assert 0.9 * fold["drive_torque"] < fold["return_torque"] < told.drive_torque
+    assert told.drive_torque < fold["drive_torque"]
     assert "patch_ends" in told.steps[1]["events"]
     assert told.creepage > fold["creepage"]
 
@@ -433,6 +421,7 @@ def test_an_experiment_that_cannot_begin_leaves_a_wheel_that_grips(visitor: Visi
     Setting("rig", entries={"wet_friction": 1.0}).set_up(visitor)
     visitor.press("Kick it")
     visitor.call(TELL, 2.0)
+    visitor.wait(10_000)  # until what is told of a test before is gone
     visitor.press("Wet patch")
     assert advice in visitor.text("story")
     assert visitor.state("run.now.creepage") < visitor.state("shown.fold")["creepage"]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from explorer_page import ExplorerPage
-from explorer_vehicle import changed, random_wheelset, vehicle_of
+from explorer_vehicle import SAMPLE, changed, random_wheelset, vehicle_of
 from numpy.testing import assert_allclose
 
 import contactlib as cl
@@ -123,31 +124,35 @@ def test_parameters_and_steady_creep_are_those_of_python(
 # ---- gains and delays -----------------------------------------------------------------------
 
 
-def gains(page: ExplorerPage, function: str, asked: list[tuple[float, ...]]) -> list[float]:
-    call = f"async (asked) => asked.map((given) => contactlib.stability.{function}(...given))"
+def of_loop(page: ExplorerPage, function: str, asked: Sequence[tuple[float, ...]]) -> list[float]:
+    call = f"(asked) => asked.map(([p, g, x]) => new contactlib.stability.Loop(p, g).{function}(x))"
     return list(page.call(call, asked))
 
 
 def test_largest_gain_of_a_sampled_loop(page: ExplorerPage) -> None:
     poles = [-300.0, -30.0, -1e-3, 0.0, 1e-3, 0.5, 7.0, 70.0, 500.0, 3000.0]
-    asked = [(p, 2e-4, n, 2e-4) for p in poles for n in (0, 1, 2, 5, 20, 71, 300)]
+    asked = [(p, 2e-4, n) for p in poles for n in (0, 1, 2, 5, 20, 71, 300)]
     expected = [
-        proportional_window(p, g, delay=samples * step, sample_time=step).highest
-        for p, g, samples, step in asked
+        proportional_window(p, g, delay=n * SAMPLE, sample_time=SAMPLE).highest for p, g, n in asked
     ]
-    assert gains(page, "largestGain", [*asked]) == pytest.approx(expected, rel=1e-7)
+    assert of_loop(page, "largestGain", asked) == pytest.approx(expected, rel=1e-7)
 
 
 def test_longest_delay_is_the_last_that_leaves_a_gain(page: ExplorerPage) -> None:
-    step, g = 2e-4, 2e-4
-    asked = [(p, g, m * p / g, step) for p in (0.5, 20.0, 65.0, 900.0) for m in (1.0, 1.4)]
-    for (p, _, least, _), delay in zip(asked, gains(page, "longestDelay", [*asked]), strict=True):
+    g = 2e-4
+    asked = [(p, g, m * p / g) for p in (0.5, 20.0, 65.0, 900.0) for m in (1.0, 1.4)]
+    asked += [(-30.0, g, 40.0 / g), (-1e-3, g, 5.0 / g)]  # of a free wheelset
+    for (p, _, least), delay in zip(asked, of_loop(page, "longestDelay", asked), strict=True):
         last, beyond = (
-            proportional_window(p, g, delay=delay + more * step, sample_time=step).highest
+            proportional_window(p, g, delay=delay + more * SAMPLE, sample_time=SAMPLE).highest
             for more in (0, 1)
         )
         assert last > least * (1.0 + 1e-12) >= beyond * (1.0 - 1e-9)
         assert delay <= delay_limit(p)
+    none = [(-30.0, g, 20.0 / g), (-30.0, g, 0.0), (70.0, g, 1e5 / g)]
+    assert of_loop(page, "longestDelay", none) == pytest.approx(
+        [math.inf, math.inf, math.nan], nan_ok=True
+    )
 
 
 # ---- clearing -------------------------------------------------------------------------------

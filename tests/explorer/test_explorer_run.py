@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
-from explorer_page import ExplorerPage
+from explorer_page import ExplorerPage, Found
 from explorer_vehicle import SAMPLE, SPEED, fold_of, vehicle_of
 from numpy.testing import assert_allclose
 
@@ -48,28 +47,6 @@ DRIVE = """async ({ vehicle, load, speed, control, fold, interval, steps }) => {
 }"""
 
 
-@dataclass(frozen=True)
-class Driven:
-    """A run of the page."""
-
-    rows: dict[str, FloatArray]
-    events: list[dict[str, Any]]
-    stopped: str | None
-    state: dict[str, float]
-    patch: dict[str, float] | None
-    sample: float
-
-    def __getitem__(self, name: str) -> FloatArray:
-        return self.rows[name]
-
-    @property
-    def names(self) -> list[str]:
-        return [event["name"] for event in self.events]
-
-    def first(self, name: str) -> dict[str, Any]:
-        return next(event for event in self.events if event["name"] == name)
-
-
 def drive(
     page: ExplorerPage,
     wheelset: cl.Wheelset,
@@ -78,7 +55,7 @@ def drive(
     fold: float | None = None,
     interval: float = 2e-3,
     **changes: Any,
-) -> Driven:
+) -> Found:
     """A run under a control, with what is done one after another.
 
     A number lets some time pass [s], a mapping changes the control, and a list names a method of
@@ -95,7 +72,7 @@ def drive(
     }
     found = page.call(DRIVE, given)
     found["rows"] = {name: np.array(values) for name, values in found["rows"].items()}
-    return Driven(**found)
+    return Found(**found)
 
 
 @pytest.mark.parametrize("model", ["rig", "locomotive"])

@@ -1,6 +1,6 @@
 /* The numbers above the charts. */
 
-import { largestGain, longestDelay } from "../physics/stability";
+import { Loop } from "../physics/stability";
 import type { Clearing } from "../physics/clearing";
 import { type Control, SAMPLE } from "../physics/run";
 import { PROCESS_ZONE_LIMIT } from "../files/declared";
@@ -23,10 +23,9 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const held = control.mode === "creep";
   const at = held ? control.creepage : run.now.creepage;
   const { pole, least_gain } = plant.at(at, run.now.speed, run.now.friction);
-  const gain = plant.gain(run.now.speed);
-  const highest = largestGain(pole, gain, Math.round(control.delay / SAMPLE), SAMPLE);
-  const lowest = Math.max(0, least_gain);
-  const longest = longestDelay(pole, gain, lowest, SAMPLE);
+  const loop = new Loop(pole, plant.gain(run.now.speed));
+  const highest = loop.largestGain(Math.round(control.delay / SAMPLE));
+  const lowest = Math.max(0, least_gain), longest = loop.longestDelay(lowest);
   const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
   const where = held ? "at the reference" : "here";
   const empty = !(lowest < highest);

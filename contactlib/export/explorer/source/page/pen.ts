@@ -149,10 +149,13 @@ export class Pen {
     c.stroke();
   }
 
-  private triangle(ink: Colour, ...corners: Place[]): void {
-    const c = this.context;
+  /** An arrow head about a place [px] that points in a direction. */
+  private arrow(x: number, y: number, dx: number, dy: number, ink: Colour, size: number): void {
+    const c = this.context, long = size / Math.hypot(dx, dy), ux = long * dx, uy = long * dy;
     c.beginPath();
-    for (const corner of corners) c.lineTo(...corner);
+    c.moveTo(x + ux, y + uy);
+    c.lineTo(x - 0.7 * ux + 0.8 * uy, y - 0.7 * uy - 0.8 * ux);
+    c.lineTo(x - 0.7 * ux - 0.8 * uy, y - 0.7 * uy + 0.8 * ux);
     c.fillStyle = colour(ink);
     c.fill();
   }
@@ -172,25 +175,18 @@ export class Pen {
     const cy = Math.min(Math.max(py, r + 2), this.height - r - 2);
     this.disc(cx, cy, r, ink, "card", 2.5);
     if (beyondX === 0 && beyondY === 0) return;
-    this.arrow(cx, cy, beyondX, -beyondY);
+    this.arrow(cx, cy, beyondX, -beyondY, "card", 5);
     const below = cy < 40;
     this.words(outside, cx - beyondX * 14, cy + (below ? 22 : -14), ink,
       beyondX > 0 ? "right" : beyondX < 0 ? "left" : cx > this.width - 60 ? "right" : "left", true);
     this.texts.unshift(this.texts.pop()!);
   }
 
-  /** Triangle inside a dot [px] that points in a direction. */
-  private arrow(x: number, y: number, dx: number, dy: number): void {
-    const size = Math.hypot(dx, dy) || 1, ux = dx / size, uy = dy / size;
-    this.triangle("card", [x + 5 * ux, y + 5 * uy],
-      [x - 3 * ux + 4 * uy, y - 3 * uy - 4 * ux], [x - 3 * ux - 4 * uy, y - 3 * uy + 4 * ux]);
-  }
-
-  /** A solid arrow head at a point, along the horizontal axis. */
-  head(x: number, y: number, way: 1 | -1, ink: Colour, size = 6): void {
-    const px = this.across(x), py = this.up(y), back = px - way * size * 0.7;
+  /** An arrow head at a point, along the horizontal axis. */
+  head(x: number, y: number, way: 1 | -1, ink: Colour, size: number): void {
+    const px = this.across(x), py = this.up(y);
     this.taken.push({ x: px, y: py, wide: size, high: size });
-    this.triangle(ink, [px + way * size, py], [back, py - size * 0.8], [back, py + size * 0.8]);
+    this.arrow(px, py, way, 0, ink, size);
   }
 
   /** A handle at the upper end of a vertical line. */
@@ -201,9 +197,7 @@ export class Pen {
     c.roundRect(x - 11, y - 8, 22, 16, 6);
     c.fillStyle = colour(ink);
     c.fill();
-    for (const way of [-1, 1]) {
-      this.triangle("card", [x + way * 8, y], [x + way * 3, y - 4], [x + way * 3, y + 4]);
-    }
+    for (const way of [-1, 1]) this.arrow(x + 5 * way, y, way, 0, "card", 3.5);
   }
 
   /** Text at a point, shifted by so many px. */

@@ -30,8 +30,10 @@ export interface Moment {
 }
 
 const POINTS = 260;
-const NEAR_POINTS = 220, FAR_POINTS = 180; // of the S-curve
-const BEYOND = 1.15; // torque at its end over the fold's [1]
+const STATES = 460; // of the S-curve
+
+/** Creepage that the S-curve ends at [1]. */
+export const MOST = 10;
 
 /** Curves of a plant at one speed, on good friction and, if it differs, on that of a patch. */
 export function picture(plant: Plant, speed: number, wetFriction: number): Picture {
@@ -44,28 +46,10 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
   const most = { torque: fold?.drive_torque ?? Math.max(...dry.torque), force };
   const peak = Math.min(highest, far), scale = fold?.creepage ?? saturation;
   const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
-  const states = plant.curves(sCurve(plant, speed, saturation, fold), speed);
+  const marks = [fold?.creepage, fold?.return_creepage].filter((at) => at !== undefined && at < MOST);
+  for (let i = 0; i <= STATES; i++) marks.push(ends[0] * (MOST / ends[0]) ** (i / STATES));
+  const states = plant.curves(Float64Array.from(marks as number[]).sort(), speed);
   return { plant, speed, fold, most, peak, far, ends, dry, wet, wetFriction, states };
-}
-
-/**
- * Creepages from zero through the fold and along the return branch until the torque is higher than
- * at the fold; up to a hundred times zeta0 if there is no return branch.
- */
-function sCurve(plant: Plant, speed: number, saturation: number, fold: Fold | null): Float64Array {
-  const near = 3 * Math.max(saturation, fold?.creepage ?? 0);
-  let end = 100 * saturation;
-  if (fold !== null && fold.return_creepage === Infinity) end = Math.max(end, 10 * fold.creepage);
-  else if (fold !== null) {
-    const again = plant.steady(BEYOND * fold.drive_torque, speed)
-      .find(({ creepage }) => creepage > fold.return_creepage);
-    end = again?.creepage ?? Math.max(end, 10 * fold.return_creepage);
-  }
-  end = Math.max(end, 2 * near);
-  const marks = fold === null ? [] : [fold.creepage, fold.return_creepage].filter(Number.isFinite);
-  for (let i = 0; i < NEAR_POINTS; i++) marks.push((near * i) / NEAR_POINTS);
-  for (let i = 0; i <= FAR_POINTS; i++) marks.push(near * (end / near) ** (i / FAR_POINTS));
-  return Float64Array.from(marks).sort();
 }
 
 /** The least number of 1 and 3 times powers of ten that is not below a number. */

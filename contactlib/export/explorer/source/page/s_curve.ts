@@ -3,10 +3,9 @@
 import { View } from "./chart";
 import { digits, percent } from "./format";
 import { trail } from "./pen";
-import { byStability, type Moment, type Picture } from "./picture";
+import { byStability, type Moment, MOST, type Picture } from "./picture";
 
 const FINGER = 32; // distance at which a finger takes hold of the handle [px]
-const MOST = 10; // creepage that the axis ends at [1]
 
 /** Told of the torque [N.m] and creepage [1] to which a visitor drags. */
 type Dragged = (driveTorque: number, creepage: number) => void;
@@ -43,10 +42,9 @@ export class SteadyStates extends View {
   }
 
   override show({ states, fold, most: { torque }, ends: [least] }: Picture): void {
-    const creepage = states.creepage.map((z) => Math.max(z, 1e-3 * least));
     const back = fold?.return_torque ?? 0.75 * torque;
     const low = Math.min(0.84 * torque, back - 0.4 * (torque - back));
-    this.chart.show([creepage, ...byStability(states.torque, states.pole)], [least, MOST],
+    this.chart.show([states.creepage, ...byStability(states.torque, states.pole)], [least, MOST],
       [Math.max(0, low), torque + 0.2 * (torque - low)]);
   }
 

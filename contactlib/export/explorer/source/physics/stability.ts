@@ -1,21 +1,23 @@
 /** Gains and delays of creep control about a state that a torque cannot hold. */
+import { SAMPLE } from "./control";
 import type { Point } from "./plant";
 
 /** Whether a state holds under a constant torque. */
 export const isStable = ({ pole }: Point): boolean => pole < 0;
 
 /**
- * Sampled every `step` [s] and used n samples later, u = -K y holds y = g/(s - p) u while all roots of
- * z^n (z - a) + g K b = 0 are within the unit circle, with a = exp(p step) and b = (a - 1)/p. A root
- * exp(i phi) asks for n phi + arg(exp(i phi) - a) = pi and g K b = |exp(i phi) - a|.
+ * The loop of y = g/(s - p) u and u = -K y, where y is sampled and used n samples later, for a pole p
+ * [1/s] and a gain g [1/(N.m.s)]. It is stable while all roots of z^n (z - a) + g K b = 0 are within the
+ * unit circle, with a = exp(p step) and b = (a - 1)/p. A root exp(i phi) asks for
+ * n phi + arg(exp(i phi) - a) = pi and g K b = |exp(i phi) - a|.
  */
-class Loop {
+export class Loop {
   private readonly growth: number; // a - 1
   private readonly perGain: number; // g b
 
-  constructor(private readonly pole: number, private readonly gain: number, step: number) {
-    this.growth = Math.expm1(pole * step);
-    this.perGain = gain * (pole === 0 ? step : this.growth / pole);
+  constructor(private readonly pole: number, private readonly gain: number) {
+    this.growth = Math.expm1(pole * SAMPLE);
+    this.perGain = gain * (pole === 0 ? SAMPLE : this.growth / pole);
   }
 
   /** Size and turn of exp(i phi) - a. */
@@ -24,12 +26,12 @@ class Loop {
     return { size: Math.hypot(im, re), turned: Math.atan2(im, re) };
   }
 
-  /** Largest K for n samples; p/g if none holds. */
+  /** Largest K that holds for n samples [N.m]; p/g if none does. */
   largestGain(samples: number): number {
     if (samples === 0) return (2 + this.growth) / this.perGain;
     const beyond = (phi: number): boolean => samples * phi + this.at(phi).turned >= Math.PI;
-    let low = 1e-6 / samples, high = Math.PI;
     const least = this.pole / this.gain;
+    let low = 1e-6 / samples, high = Math.PI;
     if (beyond(low)) return least; // with a small gain the root already moves the wrong way
     for (let middle; (middle = 0.5 * (low + high)) > low && middle < high;) {
       if (beyond(middle)) high = middle;
@@ -38,30 +40,14 @@ class Loop {
     return Math.max(least, this.at(high).size / this.perGain);
   }
 
-  /** The most samples with which some K above the least one holds; NaN if none does without delay. */
-  mostSamples(least: number): number {
+  /** Longest delay [s] in whole samples with which some K above a least one [N.m] holds; infinite if
+   * no gain is needed, NaN if none holds even without delay. */
+  longestDelay(least: number): number {
     const size = this.perGain * least;
     if (size >= 2 + this.growth) return NaN;
     const square = (size ** 2 - this.growth ** 2) / (4 * (1 + this.growth)); // of sin(phi/2)
-    if (square < 0 && this.pole <= 0) return Infinity;
+    if (this.pole <= 0 && (least <= 0 || square < 0)) return Infinity;
     const phi = 2 * Math.asin(Math.sqrt(Math.max(square, 1e-16)));
-    return Math.ceil((Math.PI - this.at(phi).turned) / phi) - 1;
+    return (Math.ceil((Math.PI - this.at(phi).turned) / phi) - 1) * SAMPLE;
   }
-}
-
-/**
- * Largest gain [N.m] with which u = -Kp y holds y = g/(s - p) u, for a pole p [1/s] and a gain g
- * [1/(N.m.s)]; p/g if none does. y is sampled every `step` [s] and used `samples` steps later.
- */
-export function largestGain(pole: number, gain: number, samples: number, step: number): number {
-  return new Loop(pole, gain, step).largestGain(samples);
-}
-
-/**
- * Longest delay [s] in whole samples with which a gain above the least one [N.m] holds a pole [1/s];
- * infinite if no gain is needed, NaN if none holds it even without delay.
- */
-export function longestDelay(pole: number, gain: number, least: number, step: number): number {
-  if (least <= 0 && pole <= 0) return Infinity;
-  return new Loop(pole, gain, step).mostSamples(least) * step;
 }
