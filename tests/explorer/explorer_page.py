@@ -16,9 +16,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from outside_tools import missing, module
 
 import contactlib
+from contactlib.base.quantities import FloatArray
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, Route
@@ -39,8 +41,8 @@ LONG_OPEN = 600e3  # more than any opening takes [ms]
 class Found(SimpleNamespace):
     """What a script found; of a run its events, and the rows of its history by column."""
 
-    def __getitem__(self, name: str) -> Any:
-        return self.rows[name]
+    def __getitem__(self, name: str) -> FloatArray:
+        return np.array(self.rows[name])
 
     @property
     def names(self) -> list[str]:

@@ -70,9 +70,7 @@ def drive(
         "interval": interval,
         "steps": steps,
     }
-    found = page.call(DRIVE, given)
-    found["rows"] = {name: np.array(values) for name, values in found["rows"].items()}
-    return Found(**found)
+    return Found(**page.call(DRIVE, given))
 
 
 @pytest.mark.parametrize("model", ["rig", "locomotive"])

@@ -16,7 +16,7 @@ const LOOK_BACK = 8; // visitor's time that the charts show [s]
 const ROWS = 1500; // rows of the history in that time
 const LONGEST_FRAME = 0.05; // of the visitor's time: a page that was hidden does not catch up [s]
 const AHEAD = 0.3; // of the visitor's time, until the wheel meets a patch that is laid [s]
-const OFTEN = 100, SELDOM = 300; // between updates of numbers, and of texts [ms]
+const OFTEN = 100, SELDOM = 300; // between updates of curves and numbers, and of texts [ms]
 const MOVED = 2e-3; // relative change of the speed after which the curves are drawn again [1]
 
 /** One step of a guided experiment. */
@@ -65,8 +65,7 @@ export class App {
   private stale = true; // the charts are out of date
   private unshown = true; // the charts do not have the curves yet
   private last = 0; // time of the last frame [ms]
-  private redrawn = 0; // ... at which curves, ...
-  private looked = 0; // ... numbers ...
+  private looked = 0; // ... at which curves and numbers ...
   private lookedSeldom = 0; // ... and texts were last updated
 
   constructor(public settings: Settings, private readonly stage: Stage) {
@@ -308,19 +307,13 @@ export class App {
 
   private draw(now: number): void {
     const { run, stage } = this;
+    if (this.unshown) this.lookAgain();
+    const often = now - this.looked > OFTEN, late = now - this.lookedSeldom > SELDOM;
     const moved = Math.abs(run.now.speed / this.shown.speed - 1) > MOVED;
     const other = this.shown.wetFriction !== this.wetFriction;
-    const due = other || (moved && now - this.redrawn > OFTEN);
-    if (due) this.show(this.newPicture(run.now.speed));
-    else if (this.unshown) this.lookAgain();
-    if (this.unshown) {
-      for (const view of stage.views) view.show(this.shown);
-      this.unshown = false;
-      this.redrawn = now;
-    }
-    // Curves, numbers and texts cost time, so that each comes in a frame of its own.
-    const often = !due && now - this.looked > OFTEN;
-    const late = now - this.lookedSeldom > SELDOM, seldom = !due && !often && late;
+    if (other || (moved && often)) this.show(this.newPicture(run.now.speed));
+    if (this.unshown) for (const view of stage.views) view.show(this.shown);
+    this.unshown = false;
     if (often) {
       this.looked = now;
       this.rests = this.shown.plant.steady(run.now.drive_torque, run.now.speed, run.now.friction);
@@ -336,12 +329,12 @@ export class App {
       write(find("warning"), warnings(moment));
       write(find("clock"), `t = ${digits(run.now.time, 4)} s`);
     }
-    if (seldom) {
+    if (late && !often) { // texts cost time, so that they come in a frame of their own
       this.lookedSeldom = now;
       for (const view of stage.views) view.place.setAttribute("aria-label", view.describe(moment));
       this.predict();
     }
-    this.stale = due || (often && late);
+    this.stale = often && late;
   }
 
   /** Show what a wet patch would do to the wheel now. */
