@@ -383,7 +383,7 @@ UNUSABLE = {
 }
 
 
-def test_address_that_cannot_be_used_is_told_of_and_the_rest_is_kept(page: ExplorerPage) -> None:
+def test_what_an_address_cannot_say_is_named_and_the_rest_is_kept(page: ExplorerPage) -> None:
     rig = presets_of(page)["roller_rig"]
     found = ask_all(page, "fromAddress", [(f"{a}&playback=0.5",) for a in UNUSABLE])
     for (address, told), its in zip(UNUSABLE.items(), found, strict=True):

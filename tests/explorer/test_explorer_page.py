@@ -151,7 +151,7 @@ def test_a_paused_page_shows_what_is_entered(visitor: Visitor, rig: cl.Model) ->
 # ---- the wet patch --------------------------------------------------------------------------
 
 
-def test_the_patch_is_told_before_it_comes(visitor: Visitor) -> None:
+def test_the_page_says_what_a_patch_will_do(visitor: Visitor) -> None:
     RIG.set_up(visitor)
     visitor.look()
     said = visitor.text("clearing")

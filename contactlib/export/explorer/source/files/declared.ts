@@ -93,43 +93,26 @@ export function settingLimit(key: string): Limit {
   return limit;
 }
 
-type Values = Record<string, number>;
-
-/** Conditions on several numbers. */
-const TOGETHER: { keys: string[]; must: string; holds(v: Values): boolean }[] = [
-  {
-    keys: ["static_friction", "kinetic_friction"],
-    must: "static_friction >= kinetic_friction",
-    holds: (v) => v["static_friction"]! >= v["kinetic_friction"]!,
-  },
-  {
-    keys: ["k_hat", "static_friction", "kinetic_friction"],
-    must: "static_friction > kinetic_friction, or k_hat = 0",
-    holds: (v) => v["k_hat"] === 0 || v["static_friction"]! > v["kinetic_friction"]!,
-  },
-  {
-    keys: ["softening_temperature"],
-    must: "softening_temperature = 0 or >= 1",
-    holds: (v) => v["softening_temperature"] === 0 || v["softening_temperature"]! >= 1,
-  },
-  {
-    keys: ["softening_temperature", "slip_rate_decay"],
-    must: "softening_temperature = 0 or slip_rate_decay = 0",
-    holds: (v) => v["softening_temperature"] === 0 || v["slip_rate_decay"] === 0,
-  },
-  {
-    keys: ["speed", "minimum_speed"],
-    must: "speed >= minimum_speed",
-    holds: (v) => v["speed"]! >= v["minimum_speed"]!,
-  },
+/** Conditions on several numbers: their keys, what must hold, and whether it does. */
+const TOGETHER: [keys: string[], must: string, holds: (...values: number[]) => boolean][] = [
+  [["static_friction", "kinetic_friction"], "static_friction >= kinetic_friction",
+    (held: number, sliding: number) => held >= sliding],
+  [["k_hat", "static_friction", "kinetic_friction"], "static_friction > kinetic_friction, or k_hat = 0",
+    (kHat: number, held: number, sliding: number) => kHat === 0 || held > sliding],
+  [["softening_temperature"], "softening_temperature = 0 or >= 1",
+    (melting: number) => melting === 0 || melting >= 1],
+  [["softening_temperature", "slip_rate_decay"], "softening_temperature = 0 or slip_rate_decay = 0",
+    (melting: number, decay: number) => melting === 0 || decay === 0],
+  [["speed", "minimum_speed"], "speed >= minimum_speed",
+    (speed: number, least: number) => speed >= least],
 ];
 
 /** The conditions that some values break, one after another: their keys, and a line for each. */
 export function* brokenTogether(values: object): Generator<{ keys: string[]; problem: string }> {
-  for (const { keys, must, holds } of TOGETHER) {
-    const now = values as Values;
-    if (holds(now)) continue;
-    const given = keys.map((key) => `${key} = ${now[key]}`).join(", ");
+  for (const [keys, must, holds] of TOGETHER) {
+    const now = keys.map((key) => (values as Record<string, number>)[key]!);
+    if (holds(...now)) continue;
+    const given = keys.map((key, i) => `${key} = ${now[i]}`).join(", ");
     yield { keys, problem: `${given}: must be ${must}` };
   }
 }

@@ -30,7 +30,7 @@ export interface Moment {
 }
 
 const POINTS = 260;
-const STATES = 460; // of the S-curve
+const STATES = 300; // of the S-curve
 
 /** Creepage that the S-curve ends at [1]. */
 export const MOST = 10;
