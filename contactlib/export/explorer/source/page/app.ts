@@ -60,7 +60,6 @@ export class App {
   private step = 0; // of the story
   private since = 0; // simulated time at which the step began [s]
   private before: Settings | null = null; // the visitor's, before the story
-  private given = 0; // drive torque of the model, as it was chosen [N.m]
   private rests: Point[] = [];
   private stale = true; // the charts are out of date
   private unshown = true; // the charts do not have the curves yet
@@ -85,7 +84,6 @@ export class App {
     this.endStory();
     const before = { ...this.settings, control: { ...this.control } };
     try {
-      this.given = settings.control.drive_torque;
       this.take(settings);
     } catch (error) {
       if (before.vehicle !== settings.vehicle) this.take(before);
@@ -122,12 +120,10 @@ export class App {
       this.run.start(vehicle, normalLoad, speed);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
-      const critical = next.most.torque, grips = this.given < critical;
       this.control.mode = "torque";
-      this.control.drive_torque = grips ? this.given : 0.9 * critical;
+      this.control.drive_torque = 0.9 * next.most.torque;
       this.run.start(vehicle, normalLoad, speed);
-      toast("No grip holds that torque: the run starts at " +
-        `${grips ? "the model's" : "nine tenths of the critical one"}.`);
+      toast("No grip holds that torque: the run starts at nine tenths of the critical one.");
     }
     this.playing = true;
     this.show(next);
