@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from contactlib.base.units import SPELLINGS, UNITS
+from contactlib.base.units import SPELLINGS, STANDARD_GRAVITY, UNITS
 from contactlib.contact import kernel
+from contactlib.contact.hertz import ROLLING
 from contactlib.files.model import RUN
-from contactlib.files.sections import VEHICLE_SECTIONS, Keys
+from contactlib.files.sections import CONTACTS, VEHICLE_SECTIONS, Keys
 
 SECTIONS: dict[str, Keys] = {
     **{name: keys for name, keys in VEHICLE_SECTIONS.items() if name != "law"},
@@ -31,10 +32,14 @@ def _keys(section: Keys) -> dict[str, dict[str, Any]]:
 
 
 def declarations() -> dict[str, Any]:
-    """Values of the units, keys of the sections that every model file has, and the law's limit."""
+    """Values of the units, keys of the sections of a model file, and limits of contact and law."""
     return {
         "units": UNITS,
         "spellings": SPELLINGS,
         "sections": {name: _keys(section) for name, section in SECTIONS.items()},
+        "contacts": list(CONTACTS),
+        "theories": VEHICLE_SECTIONS["contact"]["theory"].choices,
+        "longest_ellipse": ROLLING.at_most,
+        "gravity": STANDARD_GRAVITY,
         "process_zone_limit": kernel.process_zone_limit(),
     }

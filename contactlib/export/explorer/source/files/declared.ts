@@ -18,7 +18,8 @@ export interface Key extends Limit {
 type ByName<Value> = Readonly<Record<string, Value>>;
 
 export const {
-  units: UNITS, spellings: SPELLINGS, sections: SECTIONS, process_zone_limit: PROCESS_ZONE_LIMIT,
+  units: UNITS, spellings: SPELLINGS, sections: SECTIONS, contacts: CONTACTS, theories: THEORIES,
+  longest_ellipse: LONGEST_ELLIPSE, process_zone_limit: PROCESS_ZONE_LIMIT,
 } = embeddedData("declarations") as {
   /** Values of units in SI units, by the SI unit. */
   units: ByName<ByName<number>>;
@@ -26,6 +27,11 @@ export const {
   spellings: readonly (readonly [string, string])[];
   /** Keys of a model file by their section. */
   sections: ByName<ByName<Key>>;
+  /** Pairs of keys of which a contact gives one. */
+  contacts: readonly (readonly [string, string])[];
+  theories: readonly string[];
+  /** Largest ratio of the semi-axes, along over across rolling, on a half-space [1]. */
+  longest_ellipse: number;
   /** Largest weakening zone over the semi-width for which the limit law is good [1]. */
   process_zone_limit: number;
 };

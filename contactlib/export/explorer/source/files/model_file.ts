@@ -6,7 +6,9 @@ import { outOfRange } from "../physics/limits";
 import {
   atLoad, contactModulus, forceParameters, lateralSemiAxis, scalesOf, type Vehicle, weakenedOver,
 } from "../physics/vehicle";
-import { brokenTogether, OF_VEHICLE, SECTIONS, vehicleField } from "./declared";
+import {
+  brokenTogether, CONTACTS, LONGEST_ELLIPSE, OF_VEHICLE, SECTIONS, THEORIES, vehicleField,
+} from "./declared";
 import { kernel } from "../kernel/kernel";
 import {
   checkKeys, type Numbers, oneOf, parseToml, readSection, refuse, shown, type Table, tableOf, textOf,
@@ -17,13 +19,6 @@ const LAW = "carter_griffith"; // the law whose tables the page has
 const SHOWN = "this page shows models";
 // Keys that a vehicle does not have, as others say it.
 const ALTERNATIVES = ["weakening_length", "saturation_creepage", "rotor_inertia", "gear_ratio"];
-const LONGEST = 20; // a/b of an ellipse on a half-space
-const THEORIES = ["half_space", "strips"];
-const PAIRS = [
-  ["semi_width", "radius"],
-  ["radius_x", "radius_y"],
-  ["semi_axis_x", "semi_axis_y"],
-];
 
 /** Read a model file. Throws a ModelError of one line that names key, value and limit. */
 export function readModel(text: string): Vehicle {
@@ -88,9 +83,9 @@ function checkLaw(data: Table): void {
 
 /** The contact of the one pair of keys that [contact] gives. */
 function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicle> {
-  const given = PAIRS.flat().filter((key) => section[key] !== null);
-  if (!PAIRS.some((pair) => pair.join() === given.join())) {
-    const pairs = PAIRS.map((pair) => pair.join(" and ")).join(", or ");
+  const given = CONTACTS.flat().filter((key) => section[key] !== null);
+  if (!CONTACTS.some((pair) => pair.join() === given.join())) {
+    const pairs = CONTACTS.map((pair) => pair.join(" and ")).join(", or ");
     refuse(`contact.${pairs}: give exactly one of these pairs, not ${given.join(" and ") || "nothing"}`);
   }
   const { normal_load, youngs_modulus, poisson_ratio } = section as Record<string, number>;
@@ -105,8 +100,8 @@ function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicl
     refuse(`contact.${given.join(" and ")} = ${first} and ${second} give a semi-width of ${a} m and ` +
       `a pressure of ${pressure} Pa: must be finite and > 0`);
   }
-  if (theory !== "strips" && !isLine && a / b > LONGEST) {
-    refuse(`contact.semi_axis_x/semi_axis_y on a half-space = ${a / b}: must be <= ${LONGEST}`);
+  if (theory !== "strips" && !isLine && a / b > LONGEST_ELLIPSE) {
+    refuse(`contact.semi_axis_x/semi_axis_y on a half-space = ${a / b}: must be <= ${LONGEST_ELLIPSE}`);
   }
   const contact = isLine ? "line" : "elliptic";
   return { ...elastic, contact, semi_width: a, peak_pressure: pressure };

@@ -7,7 +7,7 @@ import type { Control } from "../physics/control";
 import { outOfRange } from "../physics/limits";
 import { Plant } from "../physics/plant";
 import type { Vehicle } from "../physics/vehicle";
-import { brokenTogether, settingLimit } from "./declared";
+import { brokenTogether, settingLimit, THEORIES } from "./declared";
 import { readModel } from "./model_file";
 import { decimal, shown } from "./reading";
 
@@ -70,9 +70,9 @@ export function givenModel(): string | null {
 }
 
 const TEXTS = ["name", "source"]; // of a vehicle
-const CHOICES: Readonly<Record<string, string[]>> = {
+const CHOICES: Readonly<Record<string, readonly string[]>> = {
   contact: ["line", "elliptic"],
-  theory: ["half_space", "strips"],
+  theory: THEORIES,
   mode: ["torque", "creep"],
 };
 const LONGEST = 4000; // characters of an address

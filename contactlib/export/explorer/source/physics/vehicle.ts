@@ -1,8 +1,9 @@
 /** A wheelset as a model file describes it, and the kernel's parameters that follow from it. */
+import { embeddedData } from "../kernel/embedded";
 import { type Contact, kernel, type Structs } from "../kernel/kernel";
 import type { Sections } from "../kernel/structs";
 
-const GRAVITY = 9.80665; // standard gravity [m/s2]
+const { gravity } = embeddedData("declarations") as { gravity: number }; // standard gravity [m/s2]
 
 type Key<Section extends keyof Sections> = Sections[Section];
 
@@ -87,7 +88,7 @@ export function wheelsetParameters(v: Vehicle): Structs["wheelset_parameters"] {
     constant_resistance: v.constant,
     linear_resistance: v.linear,
     quadratic_resistance: v.quadratic,
-    grade_acceleration: GRAVITY * v.grade,
+    grade_acceleration: gravity * v.grade,
   };
 }
 
