@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -92,38 +92,25 @@ class ExplorerPage:
             self.errors.append(message.text)
 
 
-class _Browser:
-    """Chromium, which runs while any page of it is open."""
+_running: list[Browser] = []
 
-    def __init__(self) -> None:
-        self._users = 0
-        self._running: Browser | None = None
-        self._stack = ExitStack()
 
-    @contextmanager
-    def __call__(self) -> Iterator[Browser]:
-        self._users += 1
+@contextmanager
+def _browser() -> Iterator[Browser]:
+    """Chromium, which runs as long as the first page is open."""
+    if _running:
+        yield _running[0]
+        return
+    program = os.environ.get("CONTACTLIB_CHROMIUM") or shutil.which("chromium")
+    playwright = module("playwright.sync_api")
+    if program is None:
+        missing("chromium is not installed, and CONTACTLIB_CHROMIUM does not name it")
+    with playwright.sync_playwright() as driver:
+        _running.append(driver.chromium.launch(executable_path=program, args=[*ARGUMENTS]))
         try:
-            self._running = self._running or self._start()
-            yield self._running
+            yield _running[0]
         finally:
-            self._users -= 1
-            if self._users == 0:
-                self._running = None
-                self._stack.close()
-
-    def _start(self) -> Browser:
-        program = os.environ.get("CONTACTLIB_CHROMIUM") or shutil.which("chromium")
-        playwright = module("playwright.sync_api")
-        if program is None:
-            missing("chromium is not installed, and CONTACTLIB_CHROMIUM does not name it")
-        driver = self._stack.enter_context(playwright.sync_playwright())
-        browser: Browser = driver.chromium.launch(executable_path=program, args=[*ARGUMENTS])
-        self._stack.callback(browser.close)
-        return browser
-
-
-_browser = _Browser()
+            _running.pop().close()
 
 
 @contextmanager
