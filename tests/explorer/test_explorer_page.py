@@ -285,7 +285,7 @@ RANDOM_WHEELS = """async (count) => {
 }"""
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(120, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [12, pytest.param(60, marks=pytest.mark.slow)])
 def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor, count: int) -> None:
     RIG.set_up(visitor)
     assert visitor.opened.call(RANDOM_WHEELS, count) == []

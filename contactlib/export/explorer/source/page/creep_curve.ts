@@ -48,15 +48,14 @@ export class CreepCurve extends View {
       }
       // Force with which the contact would balance the torque: the wheel rests where it meets the
       // curve.
-      const { plant } = shown, { creepage, speed, friction } = run.now;
-      const excess = run.now.drive_torque - plant.torque(creepage, speed, friction);
-      const balancing = run.now.creep_force + excess / plant.vehicle.radius;
+      const { plant } = shown, { creepage, creep_force, creepage_rate, speed } = run.now;
+      const balancing = creep_force + creepage_rate / (plant.gain(speed) * plant.vehicle.radius);
       pen.rule("up", balancing, "torque", 1.5);
       pen.words("drive", pen.width - 5, pen.up(balancing) - 10, "torque", "right", true);
       if (creepage <= shown.far) { // else the wheel's mark at the edge needs the room
         pen.words("sliding f_d P", pen.width - 4, pen.up(sliding) + 11, "soft", "right");
       }
-      pen.wheel(creepage, run.now.creep_force, "ink", percent(creepage));
+      pen.wheel(creepage, creep_force, "ink", percent(creepage));
     });
   }
 }
