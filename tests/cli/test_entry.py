@@ -57,7 +57,7 @@ def interrupted(command: list[str], folder: Path, after: float) -> tuple[int, st
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_ctrl_c_is_one_line_at_most(tmp_path: Path, name: str) -> None:
-    count = int(os.environ.get("CONTACTLIB_MOMENTS", "5"))
+    count = int(os.environ.get("CONTACTLIB_MOMENTS", "2"))
     command, takes = COMMANDS[name]
     if name in ("sweep", "processes"):
         write_sweep(tmp_path).rename(tmp_path / "quick.toml")

@@ -177,8 +177,8 @@ def test_weakening_adds_nothing_to_spin_where_friction_does_not_fall() -> None:
 @pytest.mark.slow
 def test_spline_of_few_samples() -> None:
     """Made again on another ellipse than the file's it gives the same forces."""
-    u, forces = samples(1.4, 0.28, 300)
-    assert len(u) >= 298
+    u, forces = samples(1.4, 0.28, 200)
+    assert len(u) >= 198
     of_weakening = np.zeros(plane_table.stored_shapes()[1])
     own = plane_table.coefficient_sets(coefficients(u, forces, 1.4, 0.28), of_weakening)
     creepages = u / (1.0 - np.sum(u**2, axis=1, keepdims=True))
@@ -216,7 +216,7 @@ def test_damaged_file_is_named(
 )
 def test_agreement_with_the_witness_between_the_knots(a_over_b: float, nu: float) -> None:
     """Ellipses and Poisson's ratios from which no coefficient was made."""
-    creepages = random_creepages(300, 0.05, 5.0)
+    creepages = random_creepages(100, 0.05, 5.0)
     true = rolling_forces(
         -creepages / plane_scales(a_over_b, nu), a_over_b=a_over_b, poisson_ratio=nu
     )
@@ -253,7 +253,7 @@ def error_with_weakening(
 @pytest.mark.slow
 def test_agreement_with_the_witness_if_friction_weakens() -> None:
     """The law of a short process zone adds an error of its own, also without spin."""
-    error = error_with_weakening(2.0, 0.35, 11.0 / 7.0, 40)
+    error = error_with_weakening(2.0, 0.35, 11.0 / 7.0, 25)
     assert np.all(np.abs(error).max(axis=0) < (0.05, 0.08, 0.04))
     assert np.all(np.sqrt(np.mean(error**2, axis=0)) < (0.018, 0.022, 0.012))
 

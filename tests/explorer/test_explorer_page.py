@@ -285,10 +285,9 @@ RANDOM_WHEELS = """async (count) => {
 }"""
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(60, marks=pytest.mark.slow)])
-def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor, count: int) -> None:
+def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor) -> None:
     RIG.set_up(visitor)
-    assert visitor.opened.call(RANDOM_WHEELS, count) == []
+    assert visitor.opened.call(RANDOM_WHEELS, 12) == []
 
 
 @pytest.mark.parametrize(("ratio", "warned"), [(2.1, False), (2.0, True)])

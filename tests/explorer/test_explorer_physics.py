@@ -199,26 +199,24 @@ def test_clearing_of_a_held_speed(page: ExplorerPage, rig: cl.Model, places: lis
     assert len(asked) - len(deviations) > 2  # survived at any length
 
 
-@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.slow)])
-def test_clearing_of_a_free_speed(page: ExplorerPage, locomotive: cl.Model, every: int) -> None:
+def test_clearing_of_a_free_speed(page: ExplorerPage, locomotive: cl.Model) -> None:
     asked = [
         (Place(locomotive.wheelset, speed, load), share * 26.5e3 * load / 220e3, patch)
         for speed in (3.0, 30.0)
         for load in (150e3, 220e3)
         for share in (0.92, 0.96)
         for patch in (0.4, 0.8)
-    ][::every]
+    ][::3]
     deviations = deviations_of(page, asked)
-    assert len(deviations) > 7 / every
+    assert len(deviations) > 2
     assert max(deviations) < 1e-4
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(16, marks=pytest.mark.slow)])
-def test_clearing_of_light_vehicles(page: ExplorerPage, count: int) -> None:
+def test_clearing_of_light_vehicles(page: ExplorerPage) -> None:
     """The speed changes while the border is approached: good to half a per cent, as a rule."""
     rng = np.random.default_rng(8)
     asked: list[Patch] = []
-    while len(asked) < count:
+    while len(asked) < 6:
         wheelset = random_wheelset(rng)
         load = wheelset.element.normal_load * float(rng.uniform(0.3, 1.3))
         at = Place(wheelset, float(10.0 ** rng.uniform(0.5, 1.8)), load)
@@ -226,7 +224,7 @@ def test_clearing_of_light_vehicles(page: ExplorerPage, count: int) -> None:
         if fold is not None and not wheelset.speed_held:
             asked.append((at, between(rng, fold, 0.2, 0.9), float(rng.uniform(0.3, 0.9))))
     deviations = deviations_of(page, asked)
-    assert len(deviations) > count / 3
+    assert len(deviations) > 2
     assert float(np.quantile(deviations, 0.9)) < 5e-3
     assert max(deviations) < 5e-2
 

@@ -15,7 +15,6 @@ from fmu_instance import EXPORTS, Instance, Subject
 import contactlib as cl
 
 BEFORE, AFTER = 330, 200  # steps before and after a state is saved, as the wheel passes the peak
-LONG = [4_000, pytest.param(20_000, marks=pytest.mark.slow)]  # steps in two threads
 
 
 @pytest.fixture(
@@ -75,9 +74,8 @@ def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) ->
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["wheelset-relaxed", "force_element-implicit"])
 @pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("steps", LONG)
 def test_two_threads_do_not_disturb_each_other(
-    name: str, version: int, steps: int, locomotive: cl.Model, tmp_path: Path
+    name: str, version: int, locomotive: cl.Model, tmp_path: Path
 ) -> None:
     folder = exported(locomotive, tmp_path, name, version)
     phases = (0.0, 1.0)
@@ -85,7 +83,7 @@ def test_two_threads_do_not_disturb_each_other(
     def run(phase: float) -> list[str]:
         with Instance(folder).start() as instance:
             start.wait()  # instances of one library, at the same time
-            return fmu_run.run(instance, 0, steps, every=10, phase=phase)
+            return fmu_run.run(instance, 0, 4_000, every=10, phase=phase)
 
     start = Barrier(1)
     alone = {phase: run(phase) for phase in phases}

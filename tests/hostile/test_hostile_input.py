@@ -362,8 +362,8 @@ def test_layout_of_an_array_does_not_count(call: Call) -> None:
 def test_extreme_numbers(call: Call) -> None:
     # python-control's arithmetic overflows at large gains.
     numbers = [name for name in call.numbers if name != "gains"]
+    # Other types and layouts are a matter of the validators, which each argument has.
+    extremes = [value for value in EXTREMES if isinstance(value, float)]
     for name in numbers:
-        row = call.arguments.get(name)
-        values = [*EXTREMES, None] if name in call.optional else EXTREMES
-        more = layouts(row.astype(np.float64)) if isinstance(row, np.ndarray) else ()
-        hold_all(check, product([call], [name], [*values, *more]))
+        values = [*extremes, None] if name in call.optional else extremes
+        hold_all(check, product([call], [name], values))

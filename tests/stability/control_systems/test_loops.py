@@ -180,7 +180,7 @@ def assert_margins(loop: Any, exact: BruteForce) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("free", [True, False])
-@examples(50)
+@examples(20)
 @given(
     made=BODIES,
     speed=number(2.0, 40.0),
