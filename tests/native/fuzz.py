@@ -4,9 +4,6 @@ Each target is compiled with libFuzzer under the address and the undefined-behav
 started from the inputs of seeds.py. Printed are executions, how many per second, and edges of the
 program that were reached. An input that breaks the program is kept in the folder and named; then
 the command ends with an error.
-
-The functions of many points and drivetrains are left out: they take no bytes, and the same formulas
-are in here for one point at a time.
 """
 
 from __future__ import annotations
@@ -14,36 +11,25 @@ from __future__ import annotations
 import argparse
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 import zipfile
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
 import contactlib as cl
-from contactlib.base.writing import package_folder
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
 from fmu_instance import EXPORTS
-from native_programs import NATIVE, flags, run
+from native_programs import SANITIZED, Build, compiler
 from seeds import write_seeds
 
-# Sources of the targets, and how a target is made of one.
-TARGETS = {
-    "table": ("fuzz_table.c",),
-    "start_values": ("fuzz_start_values.c",),
-    "fmi2": ("fuzz_program.c", "-DFMI_VERSION=2"),
-    "fmi3": ("fuzz_program.c", "-DFMI_VERSION=3"),
-}
-LONGEST = {"table": 8192, "start_values": 1024, "fmi2": 1024, "fmi3": 1024}  # input [bytes]
-SANITIZERS = ("-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all")
-# What reads bytes: of these the fuzzer is told what is compared with what, of arithmetic it is not.
-READERS = {"checked_file", "component", "creep_table", "resource"}
+LONGEST = {"table": 8192, "start_values": 1024, "fmi": 1024}  # input of each target [bytes]
+TARGETS = tuple(LONGEST)
+FUZZER = "-fsanitize=fuzzer"  # for the linker
 
 
 class Found(NamedTuple):
@@ -56,60 +42,17 @@ class Found(NamedTuple):
     log: str
 
 
-def tool(name: str) -> str | None:
-    """A program of LLVM, by its plain name or that with a version."""
-    names = [name, *(f"{name}-{version}" for version in range(21, 12, -1))]
-    return next(filter(None, map(shutil.which, names)), None)
-
-
 def can_fuzz(folder: Path) -> bool:
     """Whether there is a clang here that has the runtimes."""
-    if (clang := tool("clang")) is None:
-        return False
     source = folder / "nothing.c"
     source.write_text("int LLVMFuzzerTestOneInput(void) { return 0; }")
-    command = [clang, *SANITIZERS, str(source), "-o", str(folder / "nothing")]
+    name, *way = SANITIZED
+    command = [compiler(name), *way, FUZZER, str(source), "-o", str(folder / "nothing")]
     return subprocess.run(command, capture_output=True).returncode == 0
 
 
-def sources() -> list[Path]:
-    """The kernel and the shells without the functions of many points or drivetrains."""
-    paths = sorted(package_folder("fmu").glob("*.c"))
-    return [path for path in paths if not path.name.startswith(("wide", "drivetrain"))]
-
-
-def compiled(source: Path, made: Path, *way: str) -> Path:
-    """Object file of one source."""
-    way = tuple(flag.replace("=fuzzer", "=fuzzer-no-link") for flag in way)
-    if source.parent != NATIVE and source.stem not in READERS:
-        way = (*way, "-fno-sanitize-coverage=trace-cmp")
-    run(tool("clang"), *flags(), "-O1", *way, "-c", source, "-o", made)
-    return made
-
-
-def link(objects: Iterable[Path], program: Path, *way: str) -> Path:
-    """Program of these object files."""
-    run(tool("clang"), *way, *objects, "-lm", "-o", program)
-    return program
-
-
-def build(targets: Iterable[str], folder: Path) -> dict[str, Path]:
-    """Compile and link the targets; the object files of the kernel stay in the folder."""
-    way = SANITIZERS
-
-    def target(name: str) -> Path:
-        source, *options = TARGETS[name]
-        return compiled(NATIVE / source, folder / f"fuzz_{name}.o", *way, *options)
-
-    def part(source: Path) -> Path:
-        return compiled(source, folder / f"{source.stem}.o", *way)
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        kernel_objects = list(pool.map(part, sources()))
-        return {
-            name: link([made, *kernel_objects], folder / name, *way)
-            for name, made in zip(targets, pool.map(target, targets), strict=True)
-        }
+def programs(build: Build, targets: Iterable[str] = TARGETS) -> dict[str, Path]:
+    return {target: build.program(f"fuzz_{target}", FUZZER) for target in targets}
 
 
 def export_resources(folder: Path) -> Path:
@@ -158,13 +101,10 @@ def fuzzed(program: Path, resources: Path, *arguments: str) -> Found:
     )
 
 
-def fuzz(target: str, seconds: int, corpus: Path, scratch: Path) -> bool:
+def fuzz(target: str, program: Path, seconds: int, corpus: Path, scratch: Path) -> bool:
     """Fuzz one target and print what came of it; whether nothing broke it."""
-    folder = scratch / target
-    folder.mkdir()
     corpus.mkdir(parents=True, exist_ok=True)
     resources, seeds = scratch / "resources", scratch / "seeds" / target
-    program = build([target], folder)[target]
     crashes = corpus.parent / f"{target}-crashes"
     found = fuzzed(
         program,
@@ -203,8 +143,8 @@ def main() -> int:
         (scratch / "resources").mkdir()
         write_seeds(scratch / "seeds", export_resources(scratch / "resources"))
         fine = [
-            fuzz(target, given.seconds, (given.corpus / target).resolve(), scratch)
-            for target in targets
+            fuzz(target, program, given.seconds, (given.corpus / target).resolve(), scratch)
+            for target, program in programs(Build(scratch, SANITIZED), targets).items()
         ]
     return 0 if all(fine) else 1
 

@@ -1,8 +1,9 @@
-"""The C sources compiled by gcc in several ways, and the programs of tests/native with them."""
+"""The C sources compiled in several ways, and the programs of tests/native with them."""
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 from collections.abc import Iterable
@@ -19,54 +20,70 @@ from contactlib.contact import kernel
 
 NATIVE = Path(__file__).parent
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-g1")
-# Ways to compile. The vectors' files cost gcc five times as much with -O1 under the sanitizers.
-SANITIZED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-THREADED = ("-O1", "-fsanitize=thread")
-PLAIN = ("-O1",)
-COUNTED = ("-O0", "--coverage", "-fPIC")
+# Ways to compile, the compiler first; libFuzzer's targets are linked to what is SANITIZED too.
+STRICT = "-fno-sanitize-recover=all"
+SANITIZED = ("clang", "-O1", "-fsanitize=fuzzer-no-link,address,undefined", STRICT)
+INITIALIZED = ("clang", "-O1", "-fsanitize=memory", STRICT)
+THREADED = ("gcc", "-O1", "-fsanitize=thread")
+COUNTED = ("gcc", "-O0", "--coverage", "-fPIC")
 # What the linker needs for test_allocation.c.
 WRAPPED = tuple(f"-Wl,--wrap={name}" for name in ("malloc", "calloc", "realloc", "free"))
 
 
-def gcc() -> str:
-    """The compiler; without it the test is skipped, but not in CI."""
-    found = shutil.which("gcc")
+# Loops over many points: with the sanitizers' checks in them an optimizing compiler takes a minute.
+LOOPS = re.compile("wide_|drivetrain_|force_in_plane|creep_forces|wheelset_run")
+# What reads bytes: of these the fuzzer is told what is compared with what, of arithmetic it is not.
+READERS = {"checked_file", "component", "creep_table", "resource"}
+
+
+def compiler(name: str) -> str:
+    """A compiler, by its plain name or that with a version; without it the test is skipped, but
+    not in CI."""
+    names = [name, *(f"{name}-{version}" for version in range(21, 12, -1))]
+    found = next(filter(None, map(shutil.which, names)), None)
     if found is None:
-        missing("there is no gcc")
+        missing(f"there is no {name}")
     return found
+
+
+def compiled(source: Path, made: Path, way: tuple[str, ...], *options: str) -> Path:
+    """Object file of one source."""
+    if "-fsanitize" in " ".join(way) and LOOPS.match(source.stem):
+        options = (*options, "-O0")
+    if "fuzzer" in " ".join(way) and source.parent != NATIVE and source.stem not in READERS:
+        options = (*options, "-fno-sanitize-coverage=trace-cmp")
+    run(compiler(way[0]), *flags(), *way[1:], *options, "-c", source, "-o", made)
+    return made
 
 
 class Build:
     """The sources compiled in one way, once, in a folder; programs are linked to them."""
 
     def __init__(self, folder: Path, way: tuple[str, ...]) -> None:
-        self.folder, self.way, self.flags = folder, way, flags()
-        with ThreadPoolExecutor(2) as pool:
+        self.folder, self.way = folder, way
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
             sources = sorted(package_folder("fmu").glob("*.c"))
-            self.objects = list(pool.map(self._compiled, sources))
-
-    def _compiled(self, source: Path) -> Path:
-        made = self.folder / f"{source.stem}.o"
-        way = self.way
-        if source.stem.startswith("wide_") and way == SANITIZED:
-            way = ("-O0", *way[1:])
-        run(gcc(), *self.flags, *way, "-c", source, "-o", made)
-        return made
+            objects = pool.map(lambda path: compiled(path, folder / f"{path.stem}.o", way), sources)
+            self.objects = list(objects)
 
     def program(self, name: str, *flags: str) -> Path:
         """A program of tests/native with all of the sources; `flags` are of the linker."""
         made = self.folder / name
         if made.exists():
             return made
-        source = (NATIVE / f"{name}.c", *self.objects)
-        run(gcc(), *self.flags, *self.way, "-pthread", *source, *flags, "-lm", "-o", made)
+        program = compiled(NATIVE / f"{name}.c", self.folder / f"{name}.o", self.way)
+        self.link(made, program, *self.objects, "-pthread", *flags)
         return made
 
     def library(self) -> Path:
         """The sources as a library like an FMU's."""
         made = self.folder / "library.so"
-        run(gcc(), *self.way, "-shared", *self.objects, "-lm", "-o", made)
+        self.link(made, "-shared", *self.objects)
         return made
+
+    def link(self, made: Path, *parts: object) -> None:
+        name, *options = self.way
+        run(compiler(name), *options, *parts, "-lm", "-o", made)
 
 
 def flags() -> tuple[str, ...]:
@@ -79,7 +96,8 @@ def flags() -> tuple[str, ...]:
 def alone(source: Path, folder: Path, *way: str) -> Path:
     """A program without the sources: it opens an FMU's library by itself, or needs none."""
     made = folder / source.stem
-    run(gcc(), *flags(), *(way or ("-O2",)), source, "-pthread", "-ldl", "-lm", "-o", made)
+    name, *options = way or ("gcc", "-O2")
+    run(compiler(name), *flags(), *options, source, "-pthread", "-ldl", "-lm", "-o", made)
     return made
 
 

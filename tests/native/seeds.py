@@ -16,7 +16,7 @@ from fmu_instance import EXPORTS
 from contactlib import CarterGriffith, CreepForceTable
 from contactlib.contact import kernel
 
-PROGRAM = Path(__file__).with_name("fuzz_program.c")
+PROGRAM = Path(__file__).with_name("fuzz_fmi.c")
 POINTS = bytes([200, 12, 30, 0, 201, 10, 90, 255, 200, 8, 0, 40, 7, 0, 10, 255]) + bytes(
     [204, 14, 100, 128, 202, 9, 250, 1, 8, 80]
 )
@@ -134,7 +134,7 @@ def as_bytes(program: object, numbers: dict[str, int]) -> bytes:
 
 def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
     """Contents of every seed, by target and name; `resources` are those of the exported FMUs."""
-    found: dict[str, dict[str, bytes]] = {"table": {}, "start_values": {}, "fmi2": {}, "fmi3": {}}
+    found: dict[str, dict[str, bytes]] = {"table": {}, "start_values": {}, "fmi": {}}
     for name, data in tables().items():
         for mended in (0, 1):
             found["table"][f"{name}{'_mended' * mended}"] = bytes([mended]) + POINTS + data
@@ -146,22 +146,21 @@ def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
     found["start_values"]["table"] = bytes([3, 3, len(place)]) + place + cell
     found["start_values"]["unmended"] = bytes([0, 0, 3]) + b"%2x" + data[:-1]
     numbers = operations()
-    for name, program in programs().items():
-        for number in (0, 1, 2, 4):
-            flags = 6 | (name == "exchange")
-            data = bytes([number, flags]) + as_bytes(program, numbers)
-            for target in ("fmi2", "fmi3"):
-                found[target][f"{name}_{number}"] = data
-    # Much torque on little inertia, so that the speed leaves its range.
-    for number, inertia, torque in ((3, 15, 22), (5, 3, 10)):
-        program = [up(), "SET_REAL", 2, inertia, torque, 14, 13, "EXIT_INITIALIZATION"]
-        data = bytes([number, 6]) + as_bytes([*program, "STEP", 1, 1, 0], numbers)
-        for target in ("fmi2", "fmi3"):
-            found[target][f"runaway_{number}"] = data
-    for target in ("fmi2", "fmi3"):
-        found[target]["wrong_token"] = bytes([0, 0xFE, 3]) + b"abc" + bytes(9)
-        found[target]["wrong_place"] = bytes([0, 0xF6, 3]) + b"%zz" + bytes(9)
-        found[target]["long_token"] = bytes([0, 0xEE, 63]) + b"a" * 63
+    calls = found["fmi"]
+    for version, first in ((2, 0), (3, len(EXPORTS))):  # the FMUs' numbers in each version
+        for name, program in programs().items():
+            for number in (0, 1, 2, 4):
+                flags = 6 | (name == "exchange")
+                data = bytes([first + number, flags]) + as_bytes(program, numbers)
+                calls[f"{name}_{number}_{version}"] = data
+        # Much torque on little inertia, so that the speed leaves its range.
+        for number, inertia, torque in ((3, 15, 22), (5, 3, 10)):
+            program = [up(), "SET_REAL", 2, inertia, torque, 14, 13, "EXIT_INITIALIZATION"]
+            data = as_bytes([*program, "STEP", 1, 1, 0], numbers)
+            calls[f"runaway_{number}_{version}"] = bytes([first + number, 6]) + data
+        calls[f"wrong_token_{version}"] = bytes([first, 0xFE, 3]) + b"abc" + bytes(9)
+        calls[f"wrong_place_{version}"] = bytes([first, 0xF6, 3]) + b"%zz" + bytes(9)
+        calls[f"long_token_{version}"] = bytes([first, 0xEE, 63]) + b"a" * 63
     return found
 
 

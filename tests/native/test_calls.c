@@ -549,7 +549,7 @@ static void test_table_headers(void) {
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         double words[HEADER / 8 + 4] = {0.0}; /* one axis, one cell, four coefficients */
         char *bytes = (char *)words;
-        uint32_t one = 1, whole = (uint32_t)wrong[i].value;
+        uint32_t one = 1, whole = wrong[i].size == 4 ? (uint32_t)wrong[i].value : 0;
         creep_table table;
         memcpy(bytes + 24, &one, 4);
         memcpy(bytes + 28, &one, 4);

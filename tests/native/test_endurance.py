@@ -6,20 +6,20 @@ from pathlib import Path
 
 import endurance
 import pytest
-from native_programs import gcc
+from native_programs import compiler
 
 import contactlib as cl
 
-pytestmark = [pytest.mark.tools, pytest.mark.usefixtures("compiler")]
+pytestmark = [pytest.mark.tools, pytest.mark.usefixtures("gcc")]
 
 
 @pytest.fixture(scope="module")
-def compiler() -> str:
-    return gcc()
+def gcc() -> str:
+    return compiler("gcc")
 
 
 def test_instances_that_come_and_go_leave_nothing(locomotive: cl.Model, tmp_path: Path) -> None:
-    for subject, growth in endurance.growths(locomotive, tmp_path, 1000):
+    for subject, growth in endurance.growths(locomotive, tmp_path, 300):
         assert growth.allocated == 0, subject
         assert growth.files == 0, subject
         assert growth.pages <= 64, subject  # the system counts them in lots

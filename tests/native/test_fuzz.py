@@ -10,29 +10,27 @@ from pathlib import Path
 
 import fuzz
 import pytest
-from outside_tools import missing
+from native_programs import SANITIZED, Build, compiled
 from seeds import write_seeds
 
 from contactlib.base.writing import package_folder
 
 pytestmark = pytest.mark.tools
-RUNS = {"table": 20_000, "start_values": 1_000, "fmi2": 1_000, "fmi3": 1_000}
+RUNS = {"table": 20_000, "start_values": 500, "fmi": 1_000}
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the programs are built, seeds and the resources of FMUs; crashes land there too."""
-    made = tmp_path_factory.mktemp("fuzz")
-    if not fuzz.can_fuzz(made):
-        missing("there is no clang with libFuzzer and the sanitizers' runtimes")
+def folder(sanitized: Build) -> Path:
+    """Seeds and the resources of FMUs beside the programs; crashes land there too."""
+    made = sanitized.folder
     (made / "resources").mkdir()
     write_seeds(made / "seeds", fuzz.export_resources(made / "resources"))
     return made
 
 
 @pytest.fixture(scope="module")
-def programs(folder: Path) -> dict[str, Path]:
-    return fuzz.build(fuzz.TARGETS, folder)
+def programs(sanitized: Build) -> dict[str, Path]:
+    return fuzz.programs(sanitized)
 
 
 def short_run(program: Path, target: str, folder: Path, corpus: Path) -> fuzz.Found:
@@ -75,13 +73,13 @@ DEFECTS = {
         "return values != NULL ? NULL",
     ),
     "contents of a saved state": (
-        "fmi3",
+        "fmi",
         "component.c",
         "if (!is_possible(self, &state))",
         "if (!is_possible(self, &state) && size == 0)",
     ),
     "several values are set or none": (
-        "fmi2",
+        "fmi",
         "fmi_calls.h",
         "status = component_check(core, references[i], boolean, to_double);",
         "if ((status = component_check(core, references[i], boolean, to_double)) == "
@@ -92,20 +90,20 @@ DEFECTS = {
 
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_check_that_is_gone_is_found(
-    defect: str, programs: dict[str, Path], folder: Path, tmp_path: Path
+    defect: str, sanitized: Build, programs: dict[str, Path], folder: Path, tmp_path: Path
 ) -> None:
     target, name, check, instead = DEFECTS[defect]
     text = (package_folder("fmu") / name).read_text(encoding="utf-8")
     assert text.count(check) == 1
     (tmp_path / name).write_text(text.replace(check, instead), encoding="utf-8")
-    source = name if name.endswith(".c") else f"{target}.c"
+    source = name if name.endswith(".c") else "fmi2.c"
     if source != name:  # which takes the header beside it
         shutil.copy(package_folder("fmu") / source, tmp_path)
-    way = (*fuzz.SANITIZERS, "-Wno-unused-function")
-    broken = fuzz.compiled(tmp_path / source, tmp_path / f"{source}.o", *way)
-    others = [folder / f"{path.stem}.o" for path in fuzz.sources() if path.name != source]
-    objects = [broken, *others, folder / f"fuzz_{target}.o"]
-    program = fuzz.link(objects, tmp_path / target, *fuzz.SANITIZERS)
+    replaced = f"{Path(source).stem}.o"
+    broken = compiled(tmp_path / source, tmp_path / replaced, SANITIZED, "-Wno-unused-function")
+    others = [path for path in sanitized.objects if path.name != replaced]
+    program = tmp_path / target
+    sanitized.link(program, broken, *others, folder / f"fuzz_{target}.o", fuzz.FUZZER)
     corpus = tmp_path / "corpus"
     corpus.mkdir()
     found = short_run(program, target, folder, corpus)
@@ -120,7 +118,8 @@ def test_the_command_says_what_it_found(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     # Which takes a while.
-    monkeypatch.setattr(fuzz, "build", lambda targets, folder: programs)
+    monkeypatch.setattr(fuzz, "Build", lambda *_: None)
+    monkeypatch.setattr(fuzz, "programs", lambda _, targets: {t: programs[t] for t in targets})
     command = ["fuzz.py", "table", "--seconds", "1", "--corpus", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", command)
     assert fuzz.main() == 0

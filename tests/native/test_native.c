@@ -18,7 +18,9 @@
 #include "wheelset_step.h"
 #include "wide.h"
 
-static int points; /* at which each law is asked */
+enum { CONTACTS = 3 }; /* a line; an ellipse whose force follows; a hot ellipse */
+static int points;     /* at which each law is asked */
+
 /* Every finite creepage and every k_hat: finite, odd, bounded by the law's own maximum. */
 static void test_table(const creep_table *table) {
     static const double edges[] = {
@@ -229,9 +231,10 @@ static void test_hertz(void) {
 
 /* Turns and steady states lie in order on their side of the curve; a search with less room finds
  * the first of them; the grip and the peak are among them. */
-static void test_curve(const creep_table *table, const force_element_parameters *parameters) {
+static void test_curve(const creep_table *table, const force_element_parameters *contacts) {
     enum { ROOM = 64 };
-    for (int i = 0; i < 12; i++) {
+    for (int i = 0; i < 4 * CONTACTS; i++) {
+        const force_element_parameters *parameters = &contacts[i / 4];
         wheelset_parameters body = SOME_BODY;
         body.damping = i % 3 == 0 ? 0.0 : random_exponent(-1.0, 3.0);
         if (i % 4 == 0) body.inverse_mass = 0.0;
@@ -352,10 +355,10 @@ static size_t all_rows(const drivetrain_member *member, const run_stretch *given
 
 /* A run balances its energy, passes each row of its grid, comes back when it runs backward for a
  * moment, and gives up where no step meets the tolerance. */
-static void test_run(const creep_table *table, const force_element_parameters *parameters) {
+static void test_run(const creep_table *table, const force_element_parameters *contacts) {
     static run_row rows[ROWS];
-    for (int i = 0; i < 12; i++) {
-        some_drivetrain d = {.contact = *parameters, .train = {.body = SOME_BODY}};
+    for (int i = 0; i < 4 * CONTACTS; i++) {
+        some_drivetrain d = {.contact = contacts[i / 4], .train = {.body = SOME_BODY}};
         d.contact.relaxation_length = 0.0;
         d.train.drive_share = 0.5;
         drivetrain_member member = member_of(table, &d, NULL);
@@ -583,42 +586,42 @@ int main(int count, char **arguments) {
         printf("%s\n", error);
         return 2;
     }
-    force_element_parameters parameters = SOME_CONTACT;
-    CHECK(process_zone_limit() > 0.0);
+    force_element_parameters contacts[CONTACTS] = {SOME_CONTACT}, *parameters = contacts;
     test_table(&table);
-    test_force(&table, &parameters);
-    test_steps(&table, &parameters);
+    test_force(&table, parameters);
+    test_steps(&table, parameters);
     test_creep_forces(&table);
-    test_curve(&table, &parameters);
-    test_run(&table, &parameters);
-    parameters.load_exponent = 1.0 / 3.0; /* an ellipse */
-    parameters.softening = 0.1;
-    parameters.slip_rate_residual = 0.4;
-    parameters.slip_rate_decay = 0.6;
-    test_force(&table, &parameters);
-    parameters.load_exponent = 0.4; /* as a tool may set it */
-    test_force(&table, &parameters);
-    parameters.load_exponent = 0.5;
-    parameters.relaxation_length = 8e-3;
-    test_force(&table, &parameters);
-    test_steps(&table, &parameters);
-    test_drivetrains(&table, &parameters);
-    test_curve(&table, &parameters);
-    test_run(&table, &parameters);
-    test_widths(&table, &parameters);
-    parameters.softening_temperature = 600.0; /* and with the fall with slip speed, as a tool may */
-    parameters.thermal_effusivity = 13e3;
-    test_force(&table, &parameters);
-    parameters.relaxation_length = parameters.slip_rate_decay = 0.0;
-    parameters.elliptic = 1.0;
-    test_force(&table, &parameters);
-    test_drivetrains(&table, &parameters);
-    test_curve(&table, &parameters);
-    test_run(&table, &parameters);
-    test_widths(&table, &parameters);
+    parameters++;
+    *parameters = contacts[0];
+    parameters->load_exponent = 1.0 / 3.0; /* an ellipse */
+    parameters->softening = 0.1;
+    parameters->slip_rate_residual = 0.4;
+    parameters->slip_rate_decay = 0.6;
+    test_force(&table, parameters);
+    parameters->load_exponent = 0.4; /* as a tool may set it */
+    test_force(&table, parameters);
+    parameters->load_exponent = 0.5;
+    parameters->relaxation_length = 8e-3;
+    test_force(&table, parameters);
+    test_steps(&table, parameters);
+    test_drivetrains(&table, parameters);
+    test_widths(&table, parameters);
+    parameters++;
+    *parameters = contacts[1];
+    parameters->softening_temperature =
+        600.0; /* and with the fall with slip speed, as a tool may */
+    parameters->thermal_effusivity = 13e3;
+    test_force(&table, parameters);
+    parameters->relaxation_length = parameters->slip_rate_decay = 0.0;
+    parameters->elliptic = 1.0;
+    test_force(&table, parameters);
+    test_drivetrains(&table, parameters);
+    test_widths(&table, parameters);
+    test_tangent(&table, parameters);
+    test_curve(&table, contacts);
+    test_run(&table, contacts);
     test_hertz();
     test_hot_friction();
-    test_tangent(&table, &parameters);
     free(bytes);
     return verdict();
 }

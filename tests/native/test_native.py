@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import line_coverage
 import pytest
 from fmu_instance import EXPORTS
 from native_programs import (
+    INITIALIZED,
     NATIVE,
-    PLAIN,
     SANITIZED,
     THREADED,
     WRAPPED,
@@ -19,38 +18,19 @@ from native_programs import (
     Fmu,
     alone,
     clean,
-    gcc,
+    compiler,
+    flags,
     run,
 )
-from outside_tools import missing
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
 
 pytestmark = pytest.mark.tools
-PLANTED = NATIVE / "planted.c"  # faults that the tools must find
-
-
-@pytest.fixture(scope="module")
-def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    """Address, leaks, undefined behaviour."""
-    return Build(tmp_path_factory.mktemp("sanitized"), SANITIZED)
-
-
-@pytest.fixture(scope="module")
-def plain(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    return Build(tmp_path_factory.mktemp("plain"), PLAIN)
-
-
-@pytest.fixture(scope="module")
-def valgrind() -> list[str]:
-    if shutil.which("valgrind") is None:
-        missing("needs valgrind")
-    return ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full"]
 
 
 @pytest.mark.parametrize("version", ["2", "3"])
-def test_types_are_those_of_the_standard(plain: Build, tmp_path: Path, version: str) -> None:
+def test_types_are_those_of_the_standard(tmp_path: Path, version: str) -> None:
     text = (package_folder("fmu") / f"fmi{version}_types.h").read_text()
     text = "\n".join(text[text.index("#elif") :].split("\n")[1:]).rsplit("#endif", 2)[0]
     text = text.replace(f"fmi{version}", f"own{version}")
@@ -72,7 +52,7 @@ def test_types_are_those_of_the_standard(plain: Build, tmp_path: Path, version: 
     asserted = "".join(f'_Static_assert({each}, "{each}");\n' for each in checks)
     header = f'#include "fmi{version}Functions.h"\n'
     source.write_text(f"{header}{text}\n{asserted}int main(void) {{ return 0; }}\n")
-    run(gcc(), *plain.flags, "-std=c11", "-c", source, "-o", tmp_path / "types.o")
+    run(compiler("gcc"), *flags(), "-std=c11", "-c", source, "-o", tmp_path / "types.o")
 
 
 def test_kernel_and_shells_are_clean_under_sanitizers(
@@ -83,7 +63,7 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
     tables = [rig.wheelset.element.table, *line_coverage.shapes(cohesive_table)]
     for table in tables:
         table.save(fmu.resources / "creep_table.bin")
-        clean([program, "100000", fmu.location, fmu.token])
+        clean([program, "10000", fmu.location, fmu.token])
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -95,7 +75,8 @@ def test_every_function_of_fmi_is_clean_under_sanitizers(
     kind = EXPORTS[name]["kind"]
     location = fmu.resources.as_uri()
     clean([sanitized.program("test_calls"), location, fmu.token, kind, fmu.resources.parent])
-    clean([sanitized.program("test_native"), "0", location, fmu.token, kind])
+    if version == 3:  # any values, by the calls of FMI 3
+        clean([sanitized.program("test_native"), "0", location, fmu.token, kind])
 
 
 def test_memory_that_is_refused_is_an_error_and_no_leak(
@@ -107,13 +88,12 @@ def test_memory_that_is_refused_is_an_error_and_no_leak(
     clean([sanitized.program("test_allocation", *WRAPPED), fmu.location, fmu.token])
 
 
-def test_memory_is_initialized_and_freed(
-    plain: Build, valgrind: list[str], locomotive: cl.Model, tmp_path: Path
-) -> None:
+def test_no_memory_is_read_before_it_is_written(locomotive: cl.Model, tmp_path: Path) -> None:
+    build = Build(tmp_path, INITIALIZED)
     fmu = Fmu(locomotive, tmp_path / "x")
-    clean([*valgrind, plain.program("test_native"), "100", fmu.location, fmu.token])
+    clean([build.program("test_native"), "100", fmu.location, fmu.token])
     kind = (fmu.location, fmu.token, "force_element", fmu.resources.parent)
-    clean([*valgrind, plain.program("test_calls"), *kind])
+    clean([build.program("test_calls"), *kind])
 
 
 def test_threads_with_instances_of_their_own_do_not_meet(
@@ -122,20 +102,20 @@ def test_threads_with_instances_of_their_own_do_not_meet(
     build = Build(tmp_path, THREADED)
     fmu = Fmu(locomotive, tmp_path / "x", kind="wheelset")
     clean([build.program("test_threads"), "4", "5", fmu.location, fmu.token])
-    with pytest.raises(AssertionError, match="data race"):
-        clean([alone(PLANTED, tmp_path, *THREADED), "race"])
 
 
-def test_a_planted_leak_is_found(tmp_path: Path) -> None:
-    program = alone(PLANTED, tmp_path, *SANITIZED)
+@pytest.mark.parametrize(
+    ("way", "fault", "found"),
+    [
+        (SANITIZED, "leak", "LeakSanitizer: detected memory leaks"),
+        (INITIALIZED, "uninitialized", "use-of-uninitialized-value"),
+        (THREADED, "race", "data race"),
+    ],
+)
+def test_a_planted_fault_is_found(
+    tmp_path: Path, way: tuple[str, ...], fault: str, found: str
+) -> None:
+    program = alone(NATIVE / "planted.c", tmp_path, *way)
     clean([program])
-    with pytest.raises(AssertionError, match="LeakSanitizer: detected memory leaks"):
-        clean([program, "leak"])
-
-
-@pytest.mark.parametrize("fault", ["leak", "uninitialized"])
-def test_valgrind_finds_a_planted_fault(tmp_path: Path, valgrind: list[str], fault: str) -> None:
-    program = alone(PLANTED, tmp_path, *PLAIN)
-    clean([*valgrind, program])
-    with pytest.raises(AssertionError, match=r"definitely lost|uninitialised"):
-        clean([*valgrind, program, fault])
+    with pytest.raises(AssertionError, match=found):
+        clean([program, fault])

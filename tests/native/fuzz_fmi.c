@@ -1,5 +1,5 @@
 /* A tool that calls an FMU's functions in any order with any values: the fuzzer's bytes are its
- * program. FMI_VERSION is 2 or 3.
+ * program.
  *
  * After each call: the status is one that there is, what was got is finite, a call that was refused
  * changed nothing, and every value is still within its limits. */
@@ -285,15 +285,15 @@ static void run_program(fuzz_input *in) {
     program p = {0};
     int said = 0;
     char location[PATH_LENGTH], token[PATH_LENGTH], text[64];
-    const char *name = FMU_NAMES[take_byte(in) % FMUS];
-    unsigned flags = take_byte(in);
+    unsigned which_fmu = take_byte(in), flags = take_byte(in);
+    const char *name = FMU_NAMES[which_fmu % FMUS];
     location_of(name, location);
     token_of(name, token);
     /* Seldom a token or a place that is none. */
     if (flags >= 0xF8u) snprintf(token, sizeof token, "%s", take_text(in, text));
     else if (flags >= 0xF0u) snprintf(location, sizeof location, "%s", take_text(in, text));
     else if (flags >= 0xE8u) strcat(token, take_text(in, text));
-    v = fmi_of(FMI_VERSION);
+    v = fmi_of(2 + (int)(which_fmu / FMUS % 2));
     p.instance = v->open(flags & 1, token, location, (flags & 2) != 0, flags & 4 ? &said : NULL);
     const component *core = p.instance; /* the first member of an instance */
     while (in->left > 0) {
