@@ -18,6 +18,19 @@ from contactlib.contact import table_building as table_module
 from contactlib.contact.table import CreepForceTable
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    text = "of each test with many cases run the first: another version of a library fails them all"
+    parser.addoption("--one-case", action="store_true", help=text)
+
+
+@pytest.hookimpl(trylast=True)  # of those that the markers leave
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("one_case"):
+        first = {item.nodeid.partition("[")[0]: item for item in reversed(items)}
+        config.hook.pytest_deselected(items=[one for one in items if one not in first.values()])
+        items[:] = reversed(first.values())
+
+
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
     """One process for a single test module; as many as there are cores for more."""
     if len(config.args) == 1 and Path(config.args[0].partition("::")[0]).is_file():

@@ -92,9 +92,8 @@ def runaways(locomotive: Locomotive, simulate: Simulate) -> dict[str, Run]:
     }
 
 
-@pytest.mark.parametrize("once", [False, True])
 def test_stiff_and_equally_loaded_it_is_one_wheelset(
-    locomotive: Locomotive, simulate: Simulate, once: bool
+    locomotive: Locomotive, simulate: Simulate
 ) -> None:
     own = cl.simulate(
         locomotive.wheelset,
@@ -125,7 +124,7 @@ def test_stiff_and_equally_loaded_it_is_one_wheelset(
         drawbar_damping=2e6,
     )
     four = replace(locomotive, vehicle=stiff)
-    run = simulate(four, Torques(THERE_AND_BACK), duration=DURATION, step=1e-3, once=once)
+    run = simulate(four, Torques(THERE_AND_BACK), duration=DURATION, step=1e-3, once=True)
     assert own["creepage"].max() > 2.0  # it ran away
     assert own["creepage"][-1] < 0.01  # and came back
     expected = np.interp(run.time, own.time, own["omega"])
@@ -145,7 +144,7 @@ def test_order_of_the_coupling(
         simulate(
             locomotive,
             Torques(cl.Profile.of(20e3)),
-            duration=0.5,
+            duration=0.25,
             step=step,
             speed=20.0,
             once=once,
