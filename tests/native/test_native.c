@@ -233,8 +233,8 @@ static void test_hertz(void) {
  * the first of them; the grip and the peak are among them. */
 static void test_curve(const creep_table *table, const force_element_parameters *contacts) {
     enum { ROOM = 64 };
-    for (int i = 0; i < 4 * CONTACTS; i++) {
-        const force_element_parameters *parameters = &contacts[i / 4];
+    for (int i = 0; i < 6 * CONTACTS; i++) {
+        const force_element_parameters *parameters = &contacts[i / 2 % CONTACTS];
         wheelset_parameters body = SOME_BODY;
         body.damping = i % 3 == 0 ? 0.0 : random_exponent(-1.0, 3.0);
         if (i % 4 == 0) body.inverse_mass = 0.0;
@@ -547,12 +547,12 @@ static double any_value(void) {
  * call all functions in any order. */
 static void test_any_values(const char *location, const char *token, const model *m) {
     const fmi *v = fmi_of(3);
-    for (int life = 0; life < 20; life++) {
+    for (int life = 0; life < 60; life++) {
         int said = 0;
         void *c = v->open(0, token, location, 1, &said);
         double time = 0.0, found;
         start(v, c, 0.0);
-        for (int i = 0; i < 400; i++) {
+        for (int i = 0; i < 200; i++) {
             unsigned r[2] = {(unsigned)(random_unit() * (double)(m->count + 1)),
                              (unsigned)(random_unit() * (double)(m->count + 1))};
             double value = any_value(), seed = random_exponent(-6.0, 6.0);
