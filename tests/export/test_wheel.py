@@ -2,6 +2,7 @@
 
 CONTACTLIB_WHEEL names the wheel to examine; `pytest -m slow tests/export/test_wheel.py` builds one
 from the tree, and another from the source distribution, which must be the same to the last byte.
+CONTACTLIB_DIST names a new folder for the one of the tree.
 """
 
 from __future__ import annotations
@@ -79,7 +80,8 @@ def wheel(request: pytest.FixtureRequest) -> Wheel:
 @pytest.fixture(scope="module")
 def wheel_of_the_tree(tmp_path_factory: pytest.TempPathFactory) -> Wheel:
     folder = tmp_path_factory.mktemp("wheel")
-    return opened(built(copied_tree(folder / "tree"), folder), folder, ROOT)
+    output = Path(os.environ.get("CONTACTLIB_DIST", folder / "dist"))
+    return opened(built(copied_tree(folder / "tree"), output), folder, ROOT)
 
 
 def opened(path: Path, *folders: Path) -> Wheel:
