@@ -6,16 +6,21 @@ import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # each worker has one core
 
 import pytest
 from explorer_page import ExplorerPage, explorer_page
+from outside_tools import missing
 
 import contactlib as cl
 from contactlib.contact import law_tables
 from contactlib.contact import table_building as table_module
 from contactlib.contact.table import CreepForceTable
+
+if TYPE_CHECKING:
+    from native_programs import Build
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -59,6 +64,18 @@ def page() -> Iterator[ExplorerPage]:
     """The explorer in a browser."""
     with explorer_page() as opened:
         yield opened
+
+
+@pytest.fixture(scope="session")
+def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """The C sources under the sanitizers, compiled once for all programs and fuzz targets."""
+    import fuzz
+    from native_programs import SANITIZED, Build
+
+    folder = tmp_path_factory.mktemp("sanitized")
+    if not fuzz.can_fuzz(folder):
+        missing("there is no clang with libFuzzer and the sanitizers' runtimes")
+    return Build(folder, SANITIZED)
 
 
 @pytest.fixture(scope="session")

@@ -220,8 +220,9 @@ def test_it_compiles_without_a_warning(
 ) -> None:
     flags = [flag for flag in compiler_flags() if not flag.startswith("-std")]
     made = ("-c", "-o", tmp_path / "o")  # some warnings come only with optimisation
-    for source in ("contactlib.c", "example.c"):  # in other folders other numbers stand in them
-        run(*compiler(name), *language, *flags, *WARNINGS, folders["locomotive"] / source, *made)
+    for folder in (folders["locomotive"], folders["rig"]):  # with a table's numbers and without
+        for source in ("contactlib.c", "example.c"):
+            run(*compiler(name), *language, *flags, *WARNINGS, folder / source, *made)
 
 
 @pytest.mark.tools

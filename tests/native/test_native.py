@@ -66,17 +66,15 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
         clean([program, "10000", fmu.location, fmu.token])
 
 
-@pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("name", EXPORTS)
 def test_every_function_of_fmi_is_clean_under_sanitizers(
-    sanitized: Build, locomotive: cl.Model, tmp_path: Path, name: str, version: int
+    sanitized: Build, locomotive: cl.Model, tmp_path: Path, name: str
 ) -> None:
-    fmu = Fmu(locomotive, tmp_path / "x", fmi_version=version, **EXPORTS[name])
+    fmu = Fmu(locomotive, tmp_path / "x", **EXPORTS[name])
     kind = EXPORTS[name]["kind"]
     location = fmu.resources.as_uri()
     clean([sanitized.program("test_calls"), location, fmu.token, kind, fmu.resources.parent])
-    if version == 3:  # any values, by the calls of FMI 3
-        clean([sanitized.program("test_native"), "0", location, fmu.token, kind])
+    clean([sanitized.program("test_native"), "0", location, fmu.token, kind])
 
 
 def test_memory_that_is_refused_is_an_error_and_no_leak(

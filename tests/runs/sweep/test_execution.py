@@ -429,8 +429,10 @@ def test_a_sweep_that_its_cluster_leaves_says_so_and_goes_on(
     known: bytes,
     tmp_path: Path,
     dask: Callable[..., subprocess.Popen[str]],
+    monkeypatch: pytest.MonkeyPatch,
     end: str,
 ) -> None:
+    monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "5s")  # of one that has gone
     file = tmp_path / "scheduler.json"
     host = ("--host", "127.0.0.1", "--no-dashboard")
     scheduler = dask("scheduler", *host, "--port", "0", "--scheduler-file", str(file))
