@@ -54,7 +54,7 @@ def run_all(
     for name, options in EXPORTS.items():
         fmu = Fmu(model, folder / name, fmi_version=2, **options)
         clean([calls, fmu.location, fmu.token, options["kind"], fmu.resources.parent])
-        clean([tests, "100", fmu.location, fmu.token, options["kind"]])
+        clean([tests, "60", fmu.location, fmu.token, options["kind"]])
         if name == "wheelset":
             clean([build.program("test_threads"), "2", "1", fmu.location, fmu.token])
     fmu = Fmu(model, folder / "tables", fmi_version=2)

@@ -3,7 +3,7 @@
  *     test_native POINTS RESOURCES TOKEN [KIND]
  *
  * POINTS says at how many points each law is evaluated; RESOURCES is a URI. With the kind of the
- * FMU, variables are set to any values, and that is all. */
+ * FMU, variables of so many instances are set to any values, and that is all. */
 #include <float.h>
 
 #include "checks.h"
@@ -547,7 +547,7 @@ static double any_value(void) {
  * call all functions in any order. */
 static void test_any_values(const char *location, const char *token, const model *m) {
     const fmi *v = fmi_of(3);
-    for (int life = 0; life < 60; life++) {
+    for (int life = 0; life < points; life++) {
         int said = 0;
         void *c = v->open(0, token, location, 1, &said);
         double time = 0.0, found;

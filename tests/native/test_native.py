@@ -74,7 +74,7 @@ def test_every_function_of_fmi_is_clean_under_sanitizers(
     kind = EXPORTS[name]["kind"]
     location = fmu.resources.as_uri()
     clean([sanitized.program("test_calls"), location, fmu.token, kind, fmu.resources.parent])
-    clean([sanitized.program("test_native"), "0", location, fmu.token, kind])
+    clean([sanitized.program("test_native"), "20", location, fmu.token, kind])
 
 
 def test_memory_that_is_refused_is_an_error_and_no_leak(
