@@ -54,35 +54,6 @@ def test_derivatives_are_those_of_the_forces(friction: cl.Friction, within: floa
 
 
 @pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
-def test_mirror_images_are_exact(friction: cl.Friction) -> None:
-    pair, given = pair_of(friction), cases(200)
-    here = pair.evaluate(**given)
-    back = {name: -given[name] for name in ("creepage_x", "creepage_y", "spin")}
-    side = {name: back[name] for name in ("creepage_y", "spin")}
-    for changed, signs in ((back, (-1, -1, -1)), (side, (1, -1, -1))):
-        there = pair.evaluate(**{**given, **changed})
-        for force, sign in zip(FORCES, signs, strict=True):
-            np.testing.assert_array_equal(there[force], sign * here[force])
-
-
-@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
-def test_power_is_lost_and_force_is_bounded(friction: cl.Friction) -> None:
-    given = cases(5000)
-    found = pair_of(friction).evaluate(**given)
-    power = (
-        found["force_x"] * given["creepage_x"]
-        + found["force_y"] * given["creepage_y"]
-        + found["spin_moment"] * given["spin"]
-    )
-    assert (power < 0.0).all()  # Kalker's creepages are against the force
-    size = np.hypot(found["force_x"], found["force_y"])
-    assert (size <= friction.static * given["normal_load"] * (1.0 + 1e-12)).all()
-    np.testing.assert_allclose(
-        found["utilisation"], size / (friction.static * given["normal_load"]), rtol=1e-12
-    )
-
-
-@pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
 def test_a_contact_alone_gives_the_same_bits_as_among_many(friction: cl.Friction) -> None:
     pair, given = pair_of(friction), cases(40)
     given["spin"][::3] = 0.0

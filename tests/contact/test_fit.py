@@ -132,23 +132,6 @@ def test_an_end_of_a_profile_is_where_the_sum_of_squares_says(
     assert rise == pytest.approx(1.0 + f_distribution.ppf(0.95, 1, n - 3) / (n - 3), abs=2e-4)
 
 
-def test_a_profile_of_a_linear_parameter_is_students_interval() -> None:
-    # The saturation creepage may not leave a range that holds its estimate at an end.
-    data = made_up(1)
-    held = fit(CarterGriffith, data, saturation_creepage=0.011, **CARTER)
-    at_end = fit(CarterGriffith, data, ranges={"saturation_creepage": (0.001, 0.0110)}, **CARTER)
-    assert at_end.profiled
-    assert at_end.values["saturation_creepage"] == 0.011
-    assert not at_end.estimates["saturation_creepage"].identifiable
-    # Above the estimate the bound holds, so the interval there is that of the held fit, but for
-    # one degree of freedom less.
-    factor = t_distribution.ppf(0.975, 38) / t_distribution.ppf(0.975, 39) * np.sqrt(39.0 / 38.0)
-    reach = held.estimates["kinetic"].interval[1] - held.values["kinetic"]
-    assert at_end.estimates["kinetic"].interval[1] - at_end.values["kinetic"] == pytest.approx(
-        factor * reach, rel=0.01
-    )
-
-
 @pytest.mark.parametrize("runs", [20, pytest.param(80, marks=pytest.mark.slow)])
 def test_intervals_hold_the_truth_as_often_as_they_say(runs: int) -> None:
     held = np.zeros(2)
@@ -252,16 +235,6 @@ def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     other = fit(Polach, locomotive, heat=ContactHeat(contact=wheel), **POLACH)
     assert other.values["softening_temperature"] < softening.interval[0]
     assert other.bic < hot.bic
-
-
-@pytest.mark.slow
-def test_k_hat_is_not_seen_beside_heat(locomotive: TractionData) -> None:
-    line = LineContact.from_semi_width(
-        semi_width=6.304e-3, radius=0.56, contact_modulus=82e9 / 0.72, normal_load=106.7e3
-    )
-    found = fit(CarterGriffith, locomotive, heat=ContactHeat(contact=line), contact="line")
-    assert found.values["k_hat"] < 0.01
-    assert 0.05 < found.estimates["k_hat"].interval[1] < 0.1
 
 
 @pytest.mark.parametrize("k_hat", [0.0, 0.25])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from typing import Any
 
@@ -13,7 +12,6 @@ from half_space import Grid, rolling_forces
 from half_space_cases import contact_cases, creepages_of, forces_of, side_of
 from scipy.integrate import quad
 
-import contactlib as cl
 from contactlib.base.quantities import FloatArray
 
 QUICK = ((15, 6), (23, 6))
@@ -41,55 +39,6 @@ def test_full_slip_strains_like_the_closed_form(a_over_b: float, nu: float) -> N
         strains = (of.influence_ahead @ tractions.ravel()).reshape(2, -1)
         ahead = of.rigid_ahead[2, of.hertz.size :]
         assert strains[direction] == pytest.approx(edge * ahead / math.sqrt(a_over_b), abs=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("a_over_b", "nu"), [(0.3, 0.5), (1.0, 0.28), (3.0, 0.0)])
-def test_small_creepages_converge_to_kalkers_coefficients(a_over_b: float, nu: float) -> None:
-    """To first order only: the traction of full stick is singular at the trailing edge."""
-    c11, c22, c23, c33 = cl.kalker_coefficients(a_over_b, nu)
-    expected = np.array([[-c11, 0, 0], [0, -c22, c23], [0, -c23, -c33]])
-    coarse, fine = (
-        [
-            1e4 * of.solve(case).forces - slope
-            for case, slope in zip(1e-4 * np.eye(3), expected, strict=True)
-        ]
-        for of in (Grid(a_over_b, nu, 7, 4), Grid(a_over_b, nu, 15, 8))
-    )
-    for k in range(3):
-        assert np.linalg.norm(fine[k]) < 0.03 * np.linalg.norm(expected[k])
-        assert np.linalg.norm(fine[k]) < 0.7 * np.linalg.norm(coarse[k])
-
-
-@pytest.mark.slow
-def test_order_in_the_interval() -> None:
-    """Between 3/2, for the root at the edge of stick, and 2; from much stick to full slip."""
-    cases = [
-        (-0.8, 0.0, 0.4),
-        (-0.15, 0.05, 0.0),
-        (-0.3, 0.1, 0.15),
-        (0.0, 0.0, 0.3),
-        (0.2, 0.3, 0.0),
-    ]
-    forces = [[grid(columns).solve(c).forces for c in cases] for columns in (9, 19, 39)]
-    coarse, fine = (np.linalg.norm(np.subtract(*pair)) for pair in itertools.pairwise(forces))
-    assert 1.4 < math.log2(coarse / fine) < 2.5
-
-
-@pytest.mark.parametrize("static_ratio", [1.0, 1.6])
-def test_mirror_images(static_ratio: float) -> None:
-    """Mirrored across the rolling direction, and turned round."""
-    mirror = np.array([1, -1, -1])
-    forces = rolling_forces(
-        SPIN_AND_CREEPAGES * [[1, 1, 1], mirror, [-1, -1, -1]],
-        a_over_b=2.0,
-        poisson_ratio=0.28,
-        static_ratio=static_ratio,
-        weakening_length=0.1,
-        grids=QUICK,
-    )
-    assert forces[1] == pytest.approx(forces[0] * mirror, abs=1e-6)
-    assert forces[2] == pytest.approx(-forces[0], abs=1e-6)
 
 
 @pytest.mark.parametrize("static_ratio", [1.0, 1.6])

@@ -53,10 +53,6 @@ def hot(contact: Any, **others: Any) -> cl.HotContact:
     return cl.HotContact(heat=cl.ContactHeat(contact=contact), **given | others)
 
 
-def order(x: Any, y: Any) -> float:
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
 # ---- the source ----
 
 
@@ -132,19 +128,6 @@ def test_mean_over_an_ellipse_is_that_of_its_places() -> None:
     assert MEANS["elliptic"] / MEAN == pytest.approx(0.838698, abs=1e-6)
 
 
-def test_softening_speed_grows_like_the_root_of_speed_and_falls_with_pressure() -> None:
-    def softening_speed(speed: float, pressure: float) -> float:
-        heat = cl.ContactHeat(contact=line(pressure))
-        return float(800.0 * 1e-6 * speed / (0.3 * heat.mean_rise(1e-6, speed)))
-
-    speeds, pressures = np.array([1.0, 5.0, 20.0, 80.0]), np.array([0.3e9, 0.7e9, 1.5e9])
-    assert order(speeds, [softening_speed(v, 0.8e9) for v in speeds]) == pytest.approx(0.5)
-    assert order(pressures, [softening_speed(9.0, p) for p in pressures]) == pytest.approx(-1.0)
-    a, v, p0 = 6e-3, 9.0, 0.8e9
-    expected = 800.0 * 2.0 * STEEL.effusivity * np.sqrt(np.pi * v / a) / (0.3 * p0 * MEAN)
-    assert softening_speed(v, p0) == pytest.approx(expected, rel=1e-6)
-
-
 # ---- the local solution ----
 
 STATES = [(0.4, 0.0), (0.97, 0.0), (1.7, 0.0), (12.0, 0.0), (0.7, 0.3), (1.6, 0.3), (9.0, 0.3)]
@@ -194,23 +177,6 @@ def test_full_slip_has_the_known_forces() -> None:
     assert 300 * soft.traction_ratio == pytest.approx(4 * np.sqrt(2) * MEAN / np.pi**2, rel=0.01)
 
 
-def test_full_slip_is_that_of_cells() -> None:
-    def force(cells: int, r: float) -> float:
-        edges = np.linspace(1.0, -1.0, cells + 1)
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        pressure = np.sqrt(1.0 - middle**2)
-        gap = np.maximum(edges[:, np.newaxis] - middle, 0.0)
-        kernel = 2.0 * (np.sqrt(gap[:-1]) - np.sqrt(gap[1:])).T
-        matrix = np.eye(cells) + r / MEAN * kernel * pressure
-        return float(pressure @ np.linalg.solve(matrix, np.ones(cells)) / pressure.sum())
-
-    exact = solve_hot_zone(1e8, rise=1e-8, fall=linear).traction_ratio
-    cells = np.array([50, 100, 200, 400])
-    errors = np.abs([force(int(n), 1.0) - exact for n in cells])
-    assert order(cells, errors) < -1.2
-    assert errors[-1] < 2e-4
-
-
 @pytest.mark.parametrize(("x", "k_hat"), [(0.5, 0.0), (1.3, 0.0), (0.9, 0.3)])
 def test_partial_slip_satisfies_its_equations(x: float, k_hat: float) -> None:
     rise = 0.3
@@ -258,18 +224,6 @@ def test_partial_slip_satisfies_its_equations(x: float, k_hat: float) -> None:
         expected = rise / MEAN * quad(source, 0.0, end, args=(end,), limit=200)[0]
         assert zone.temperature[i] == pytest.approx(expected, abs=2e-7)
         assert zone.fraction[i] == pytest.approx(1.0 - expected, abs=2e-7)
-
-
-@pytest.mark.parametrize(("x", "k_hat"), [(0.6, 0.0), (3.0, 0.0), (1.2, 0.3)])
-def test_errors_fall_like_the_fifth_power_of_the_nodes(x: float, k_hat: float) -> None:
-    def force(nodes: int) -> float:
-        zone = solve_hot_zone(x, rise=0.2, fall=linear, k_hat=k_hat, nodes=nodes)
-        return zone.traction_ratio
-
-    nodes, exact = np.array([6, 9, 13, 19]), force(96)
-    errors = [abs(force(int(n)) - exact) for n in nodes]
-    assert order(nodes, errors) < -4.3
-    assert abs(force(32) - exact) < 2e-8
 
 
 def test_full_slip_follows_partial_slip_without_a_step() -> None:
@@ -336,57 +290,12 @@ def test_closed_form_in_full_slip(shape: str, largest: float) -> None:
     assert np.abs(mean_field).max() == pytest.approx(expected, abs=0.0006)
 
 
-@pytest.mark.parametrize(("shape", "late"), [("line", 0.1754), ("elliptic", 0.1603)])
-def test_slip_that_elastic_strain_takes_up_at_first(shape: str, late: float) -> None:
-    x = 1.5
-    factor = friction_factor(x, 1e-6, contact=shape)
-    assert x - float(1.0 - factor) / 1e-6 == pytest.approx(late, abs=1e-4)
-    if shape == "line":
-        lost = (1.0 - local(x, 1e-6, shape)) / 1e-6
-    else:  # strips, in units of their own
-        w, weight = nodes_of_strips()
-        lost = float(weight @ (w**2.5 * (x / w - 0.1754)) * MEAN / MEANS[shape])
-    assert x - lost == pytest.approx(late, abs=2e-4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("shape", "number", "largest"),
-    [
-        ("line", 0.002, 0.0006),
-        ("line", 0.02, 0.0006),
-        ("line", 0.1, 0.0015),
-        ("line", 0.2, 0.0024),
-        ("elliptic", 0.002, 0.0008),
-        ("elliptic", 0.02, 0.0008),
-        ("elliptic", 0.1, 0.0015),
-        ("elliptic", 0.2, 0.0021),
-    ],
-)
-def test_closed_form_between_stick_and_full_slip(shape: str, number: float, largest: float) -> None:
-    x = np.concatenate([np.linspace(0.1, 1.5, 29), np.geomspace(2.0, 300.0, 7)])
-    error = closed(x, number, shape) - [local(float(v), number, shape) for v in x]
-    assert np.abs(error).max() < largest + 5e-5
-
-
 @pytest.mark.parametrize("shape", ["line", "elliptic"])
 @pytest.mark.parametrize(("k_hat", "number"), [(0.1, 0.1), (0.3, 0.075), (0.5, 0.03)])
 def test_closed_form_with_weakening_over_microns(shape: str, k_hat: float, number: float) -> None:
     x = np.concatenate([np.linspace(0.2, 2.4, 12), [4.0, 10.0, 100.0]])
     exact = [local(float(v), number, shape, k_hat) for v in x]
     np.testing.assert_allclose(closed(x, number, shape, k_hat), exact, atol=0.004)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("make", [line, ellipse])
-def test_closed_form_over_speed_and_pressure(make: Callable[[float], Any]) -> None:
-    zeta = np.array([5e-4, 2e-3, 4e-3, 8e-3, 0.03, 0.15, 1.0])
-    for pressure in (0.3e9, 0.8e9, 1.5e9):
-        contact = hot(make(pressure))
-        speed = np.array([[1.0], [12.0], [80.0]])
-        exact = contact.local_traction_coefficient(zeta, speed)
-        found = contact.traction_coefficient(zeta, speed)
-        np.testing.assert_allclose(found, exact, atol=0.004 * 0.3)
 
 
 # ---- the force element ----
@@ -418,18 +327,6 @@ def test_element_is_the_local_solution(k_hat: float, pressures: tuple[float, ...
             np.testing.assert_allclose(found["traction_coefficient"], exact, atol=0.004 * 0.3)
             closed_form = solved.mean_temperature(zeta, speed)
             np.testing.assert_allclose(found["contact_temperature"], closed_form, atol=0.01)
-
-
-@pytest.mark.parametrize("make", [line, ellipse])
-def test_element_is_warmed_as_a_contact_of_constant_friction(make: Callable[[], Any]) -> None:
-    late = {"line": 0.1754, "elliptic": 0.1603}
-    contact, zeta, speed = make(), np.array([0.03, -0.1, 0.8]), 25.0
-    warm = element(contact, softening_temperature=1e6, thermal_effusivity=STEEL.effusivity)
-    heat = cl.ContactHeat(contact=contact)
-    x = np.abs(zeta) / warm.saturation_creepage
-    expected = 0.3 * heat.mean_rise(zeta, speed) * (1.0 - late[heat.shape] / x)
-    found = warm.at_creepage(zeta, speed=speed)["contact_temperature"]
-    np.testing.assert_allclose(found, expected * (1.0 - expected / 1e6), rtol=3e-4)
 
 
 @pytest.mark.parametrize("make", [line, ellipse])
@@ -475,19 +372,6 @@ def test_samples_on_a_line_are_linear_softening() -> None:
     for name in ("traction_coefficient", "mean_temperature", "local_traction_coefficient"):
         first, second = (getattr(one, name)(zeta, 15.0) for one in (two, four))
         np.testing.assert_allclose(first, second, rtol=1e-9)
-
-
-def test_nothing_is_warmed_at_zero_creepage() -> None:
-    for contact in (hot(line()), hot(ellipse())):
-        assert contact.traction_coefficient(0.0, 20.0) == 0.0
-        assert contact.local_traction_coefficient(0.0, 20.0) == 0.0
-        assert contact.mean_temperature(0.0, 20.0) == pytest.approx(0.0, abs=1e-12)
-        zeta = np.array([1e-4, 1e-5, 1e-6])
-        assert contact.mean_temperature(zeta, 20.0)[-1] < 1e-2
-        # The slope at zero creepage is that of cold friction.
-        cold = hot(contact.heat.contact, softening=cl.Softening.linear(1e6))
-        slopes = [one.traction_coefficient(1e-7, 20.0) for one in (contact, cold)]
-        assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
 
 
 def test_warm_bodies_are_a_contact_of_less_friction() -> None:

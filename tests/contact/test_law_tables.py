@@ -260,22 +260,6 @@ def test_the_warning_is_for_the_limit_only(
     cl.ForceElement(contact, long, table=cohesive_table, radius=0.5)  # warnings are errors here
 
 
-def test_fmu_of_a_cohesive_law_refuses_another_friction_ratio(
-    cohesive_table: cl.CreepForceTable, tmp_path: Path
-) -> None:
-    import fmpy
-
-    model = cl.load_model("models/roller_rig.toml", table=cohesive_table)
-    fmu = cl.export_fmu(model, tmp_path / "cohesive.fmu")
-    arguments = {"stop_time": 1e-3, "output": ["creep_force"]}
-    start = {"omega": 20.4, "speed": 10.0}
-    result = fmpy.simulate_fmu(str(fmu), start_values=start, **arguments)
-    expected = model.wheelset.element.force(omega=20.4, speed=10.0)
-    assert 2.0 * result["creep_force"][-1] == pytest.approx(float(expected), rel=1e-12)
-    with pytest.raises(Exception, match="fmi2"):
-        fmpy.simulate_fmu(str(fmu), start_values={**start, "static_friction": 0.5}, **arguments)
-
-
 @pytest.mark.parametrize(
     "law",
     [

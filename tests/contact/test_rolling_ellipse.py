@@ -73,17 +73,6 @@ def test_coulomb_friction_against_contact(a_over_b: float, gain: float) -> None:
     assert error["strips"] > gain * error["half_space"]
 
 
-@pytest.mark.parametrize("a_over_b", [0.5, 1.0, 2.0])
-def test_polachs_formula_against_contact(a_over_b: float) -> None:
-    """Without its reductions it has the ellipse's slope, and another shape."""
-    rows = contact_cases("coulomb", group="long", a_over_b=a_over_b)
-    table = cl.CreepForceTable.from_law(cl.Polach(adhesion_reduction=1.0, slip_reduction=1.0))
-    of = element(ellipse(a_over_b, 0.28, "half_space", rows["N"][0]), COULOMB, table)
-    error = np.abs(traction_ratio(of, -rows["cksi"]) - rows["fx"])
-    assert error[0] < 0.025
-    assert 0.05 < error.max() < 0.06
-
-
 WITNESSED = [(0.3, 0.0), (0.3, 0.5), (3.0, 0.0), (3.0, 0.5)]
 BEYOND = [(g, nu) for g in (0.5, 1.0, 2.0) for nu in (0.0, 0.5)]
 

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 import contactlib as cl
 from contactlib import CarterGriffith, CreepForceTable
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
 from contactlib.contact.table_building import GRIDS
 
 
@@ -80,24 +79,6 @@ def test_one_point_in_many_threads(table: CreepForceTable) -> None:
     np.testing.assert_array_equal(found, table.traction_ratio(x, 0.3))
 
 
-@pytest.mark.parametrize(
-    ("x", "k_hat", "message"),
-    [
-        (1.0, np.nan, r"k_hat = nan .*finite"),
-        (1.0, 2.1, r"k_hat = 2.1 .*>= 0 and <= 2"),
-        (np.nan, 0.3, r"normalized_creepage = nan .*finite"),
-        (np.inf, 0.3, r"normalized_creepage = inf"),
-        (1.0, -0.1, r"k_hat = -0.1 .*>= 0 and <= 2"),
-        (1.0, [0.1, 2.5], r"k_hat = 2.5"),
-    ],
-)
-def test_bad_arguments_are_refused(
-    table: CreepForceTable, x: float, k_hat: ArrayLike, message: str
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        table.traction_ratio(x, k_hat)
-
-
 class Stickier:
     """A law that is not the line contact's: its ratio, raised by a tenth of the stick share s."""
 
@@ -144,22 +125,6 @@ def test_spline_converges_with_fourth_order() -> None:
         errors.append(np.abs(made.traction_ratio(x, 0.9) - law.traction_ratio(x)).max())
     order = -np.polyfit(np.log(cells), np.log(errors), 1)[0]
     assert order > 3.5
-
-
-def test_second_derivative_is_continuous_over_cell_borders(spline_table: CreepForceTable) -> None:
-    k_hat, (cells_u, _) = 0.4, spline_table.cells
-    borders = kernel.table_nodes(
-        np.arange(2, cells_u - 2) / cells_u, k_hat, one_axis=0, twice_decay=8
-    ).normalized_creepage
-    h = 1e-5 * borders
-
-    def one_sided(side: float) -> FloatArray:
-        at = [spline_table.slope(borders + side * i * h, k_hat) for i in range(3)]
-        return side * (-3.0 * at[0] + 4.0 * at[1] - at[2]) / (2.0 * h)
-
-    left, right = one_sided(-1.0), one_sided(1.0)
-    scale = np.abs(spline_table.slope(borders, k_hat)).max()
-    np.testing.assert_allclose(left, right, atol=1e-4 * scale, rtol=1e-3)
 
 
 @pytest.mark.parametrize(

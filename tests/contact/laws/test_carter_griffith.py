@@ -113,10 +113,3 @@ def test_shear_traction_is_that_of_sliding_outside_the_stick_zone() -> None:
     np.testing.assert_allclose(law.shear_traction(xi, 0.8), np.sqrt(1.0 - xi**2))
     np.testing.assert_array_equal(law.shear_traction([-1.5, 1.0, 1.5], 0.8), 0.0)
     np.testing.assert_array_equal(law.shear_traction(xi, -0.8), -law.shear_traction(xi, 0.8))
-
-
-def test_stick_boundary_grows_from_trailing_to_leading_edge() -> None:
-    c = CarterGriffith(k_hat=0.3).stick_boundary(np.geomspace(1e-9, 1e4, 2000))
-    assert (np.diff(c) >= 0.0).all()
-    assert c[0] == pytest.approx(-1.0)
-    assert c[-1] == pytest.approx(1.0)

@@ -13,12 +13,11 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from contactlib import EXPONENTIAL, CarterGriffith, CohesiveZone, ConvergenceError, Friction
+from contactlib import CarterGriffith, CohesiveZone, ConvergenceError, Friction
 from contactlib.base.quantities import FloatArray
-from contactlib.contact.friction import Weakening
 from contactlib.contact.laws import slip_zone
-from contactlib.contact.laws.cohesive import SMALLEST_K_HAT, find_state
-from contactlib.contact.laws.slip_zone import enough_nodes, solve_slip_zones, weakening_length
+from contactlib.contact.laws.cohesive import SMALLEST_K_HAT
+from contactlib.contact.laws.slip_zone import solve_slip_zones, weakening_length
 
 RATIO = 0.33 / 0.21
 CONTACT = np.genfromtxt(
@@ -30,15 +29,6 @@ CONTACT = np.genfromtxt(
 # (k_hat, static_to_kinetic): zones much shorter and much longer than the contact
 STATES = [(0.01, RATIO), (0.06, 3.0), (0.3, RATIO), (1.0, 1.5), (1.0, 6.0), (2.0, 1.05)]
 EITHER = CarterGriffith | CohesiveZone
-
-
-@pytest.fixture(scope="module")
-def ellipse() -> CohesiveZone:
-    return CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, contact="elliptic")
-
-
-def carter(x: FloatArray) -> FloatArray:
-    return np.where(x < 1.0, 1.0 - (1.0 - np.minimum(x, 1.0)) ** 2, 1.0)
 
 
 def order(size: FloatArray | list[float], error: FloatArray | list[float]) -> float:
@@ -99,36 +89,6 @@ def test_contact_converges_to_the_law_with_its_own_first_order() -> None:
 # --- limits ----------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_the_papers_limit_is_reached_like_the_square_of_the_process_zone() -> None:
-    x = np.array([0.4, 0.6, 0.8, 1.0, 1.2])
-    limit = CarterGriffith(k_hat=0.3)
-    ratios = np.array([3.0, 6.0, 12.0, 24.0])
-    zones = 2.0 * np.pi * (0.3 / (ratios - 1.0)) ** 2  # 0.14 to 0.001 of a
-    laws = [CohesiveZone(k_hat=0.3, static_to_kinetic=r) for r in ratios]
-    distance = np.array([law.traction_ratio(x) - limit.traction_ratio(x) for law in laws])
-    assert (distance < 0.0).all()  # the singularity's release is the larger one
-    assert np.abs(distance[0]).max() < 0.003
-    orders = np.array([order(zones[i : i + 2], np.abs(distance[i : i + 2, 2])) for i in range(3)])
-    assert (np.diff(orders) > 0.0).all()  # 1.56, 1.84, 1.95
-    np.testing.assert_allclose([order(zones[2:], e) for e in distance[2:].T], 2.0, atol=0.08)
-    peaks = [law.peak.traction_ratio - limit.peak.traction_ratio for law in laws]
-    assert order(zones[2:], peaks[2:]) == pytest.approx(2.0, abs=0.07)
-
-
-@pytest.mark.parametrize(
-    ("ratio", "rising", "lacking"), [(0.45 / 0.21, 0.006, 0.018), (0.33 / 0.21, 0.015, 0.024)]
-)
-def test_the_papers_limit_errs_most_on_the_falling_branch(
-    ratio: float, rising: float, lacking: float
-) -> None:
-    law, limit = CohesiveZone(k_hat=0.3, static_to_kinetic=ratio), CarterGriffith(k_hat=0.3)
-    x = np.linspace(0.0, 1.4, 141)
-    assert np.abs(law.traction_ratio(x) - limit.traction_ratio(x)).max() < rising
-    left = float(law.traction_ratio(2.0) - limit.traction_ratio(2.0))
-    assert left == pytest.approx(lacking, abs=5e-4)
-
-
 def test_small_k_hat_tends_to_the_papers_limit() -> None:
     k_hats = [1e-2, 1e-3, 1e-4]
     near, whole = np.linspace(1.1, 1.6, 20), np.linspace(0.05, 2.0, 400)
@@ -148,22 +108,6 @@ def test_small_k_hat_tends_to_the_papers_limit() -> None:
     assert order(k_hats[1:], distance(near)[1:]) == pytest.approx(3.0, abs=0.03)
     # Before it the process zone counts, of the order k_hat**2: k_hat times its square.
     assert 4.5 < order(k_hats[:2], distance(0.5)[:2]) < 5.0
-
-
-def test_long_weakening_is_coulomb_friction_with_the_static_coefficient() -> None:
-    def distance(k_hat: float, ratio: float) -> float:
-        x = np.linspace(0.05, ratio, 50)
-        law = CohesiveZone(k_hat=k_hat, static_to_kinetic=ratio)
-        below = ratio * carter(x / ratio) - law.traction_ratio(x)
-        assert (below > -1e-12).all()
-        return float(below.max())
-
-    drops = np.array([0.1, 0.05, 0.025, 0.0125])
-    first = [distance(2.0, 1.0 + drop) for drop in drops]
-    assert first[1] < 3e-4
-    assert order(drops, first) == pytest.approx(2.0, abs=0.05)
-    k_hats = np.array([0.5, 1.0, 2.0])
-    assert order(k_hats, [distance(k, 1.05) for k in k_hats]) == pytest.approx(-2.0, abs=0.05)
 
 
 @pytest.mark.parametrize("contact", ["line", "elliptic"])
@@ -229,50 +173,6 @@ def test_stick_ends_without_a_step(k_hat: float, ratio: float) -> None:
     top = law.peak
     assert law.slope(top.normalized_creepage) == pytest.approx(0.0, abs=1e-9)
     assert top.traction_ratio < ratio
-
-
-def test_creepage_grows_from_state_to_state() -> None:
-    for k_hat, ratio in STATES:
-        size = float(weakening_length(np.array(k_hat), ratio)) ** (2.0 / 3.0)
-        stick = np.append(np.linspace(1.99, 0.1, 20), np.geomspace(0.09, 1e-4 * size, 40))
-        edge = np.geomspace(1e-4 * size, 4.0, 40)
-        sticks = np.concatenate([stick, np.zeros(1 + edge.size)])
-        edges = np.concatenate([np.zeros(1 + stick.size), edge])
-        zones = solve_slip_zones(
-            sticks,
-            2.0 - sticks,
-            edges,
-            k_hat=np.full(sticks.size, k_hat),
-            static_to_kinetic=ratio,
-            weakening=EXPONENTIAL,
-        )
-        x = 1.0 - 0.5 * sticks + edges + zones.release
-        assert (np.diff(x) > 0.0).all()
-        q = 1.0 - 0.25 * sticks**2 + sticks * zones.release + zones.excess
-        law = CohesiveZone(k_hat=k_hat, static_to_kinetic=ratio)
-        np.testing.assert_allclose(law.traction_ratio(x), q, atol=2e-9)
-
-
-@pytest.mark.slow
-def test_twice_the_nodes_change_nothing() -> None:
-    rng = np.random.default_rng(1)
-    for i in range(240):
-        k_hat, ratio = float(np.exp(rng.uniform(np.log(1e-6), np.log(2.0)))), rng.uniform(1.05, 6.0)
-        length = min(1.0, float(weakening_length(np.array(k_hat), ratio)))
-        size = float(np.exp(rng.uniform(np.log(0.01 * length), np.log(1.999))))
-        state = ((2.0 - size, size, 0.0), (size, 2.0 - size, 0.0), (0.0, 2.0, 5.0 * size))[i % 3]
-        n, q = enough_nodes(k_hat, ratio, EXPONENTIAL), []
-        for used in (n, 2 * n):
-            zones = solve_slip_zones(
-                *(np.array([v]) for v in state),
-                k_hat=np.array([k_hat]),
-                static_to_kinetic=ratio,
-                weakening=EXPONENTIAL,
-                nodes=used,
-            )
-            stick = state[0]
-            q.append(float((1.0 - 0.25 * stick**2 + stick * zones.release + zones.excess)[0]))
-        assert q[0] == pytest.approx(q[1], abs=1e-9), (k_hat, ratio, state)
 
 
 # --- along the contact ---------------------------------------------------------------------------
@@ -394,45 +294,6 @@ def cubic(u: float) -> float:
 SAMPLES = Friction.from_samples([0.0, 1e-6, 2e-6, 5e-6], [0.33, 0.26, 0.22, 0.21])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("weakening", "k_hat", "x", "within"),
-    [
-        (EXPONENTIAL, 0.3, 0.6, 1e-8),
-        (EXPONENTIAL, 0.3, 1.5, 1e-8),
-        (Friction.from_function(cubic).weakening, 0.5, 1.5, 1e-8),
-        pytest.param(SAMPLES.weakening, 1.0, 1.5, 3e-6, marks=pytest.mark.reference),
-    ],
-)
-def test_ellipse_is_the_sum_of_its_strips(
-    weakening: Weakening, k_hat: float, x: float, within: float
-) -> None:
-    ellipse = CohesiveZone(
-        k_hat=k_hat, static_to_kinetic=RATIO, contact="elliptic", weakening=weakening
-    )
-    place, weight = np.polynomial.legendre.leggauss(24)
-    total = 0.0
-    for low, high in pairwise([0.0, first_to_slip(ellipse, x), 0.5 * np.pi]):
-        for angle, share in zip(
-            0.5 * (high + low) + 0.5 * (high - low) * place,
-            0.5 * (high - low) * weight,
-            strict=True,
-        ):
-            if high == low:
-                continue
-            w = float(np.cos(angle))
-            material = {"static_to_kinetic": RATIO, "weakening": weakening}
-            stick, edge = find_state(x / w, k_hat=ellipse.k_hat / w, **material)  # type: ignore[arg-type]
-            zones = solve_slip_zones(
-                *(np.array([v]) for v in (stick, 2.0 - stick, edge)),
-                k_hat=np.array([ellipse.k_hat / w]),
-                **material,  # type: ignore[arg-type]
-            )
-            q = 1.0 - 0.25 * stick**2 + stick * zones.release[0] + zones.excess[0]
-            total += 1.5 * share * w**3 * q  # Eq. (24)
-    assert total == pytest.approx(float(ellipse.traction_ratio(x)), abs=within)
-
-
 @pytest.mark.parametrize(
     ("law", "x", "nodes", "within"),
     [
@@ -493,22 +354,6 @@ def test_shape_matters_in_the_tail(function: Callable[[float], float]) -> None:
     moment = quad(lambda s: 2.0 * s * s * float(weakening.fraction(np.array(s * s))), 0.0, 400.0)[0]
     assert abs(moment / gamma(1.5) - 1.0) > 0.15
     assert tails[-1] == pytest.approx(moment / gamma(1.5), abs=5e-4)
-
-
-@pytest.mark.slow
-def test_shape_does_not_matter_where_the_zone_is_short() -> None:
-    x = np.array([0.2, 0.5, 0.8])
-    weakening = Friction.from_function(gaussian, kinetic=0.21).weakening
-    apart = [
-        np.abs(
-            CohesiveZone(k_hat=k, static_to_kinetic=RATIO, weakening=weakening).traction_ratio(x)
-            - CohesiveZone(k_hat=k, static_to_kinetic=RATIO).traction_ratio(x)
-        ).max()
-        for k in (0.3, 0.1, 0.01)
-    ]
-    assert apart[0] > 1e-3
-    assert apart[-1] < 2e-8
-    assert order([0.3, 0.1, 0.01], apart) > 3.0
 
 
 # --- refusals ------------------------------------------------------------------------------------

@@ -36,24 +36,6 @@ def test_sum_of_strips(k_hat: float, x: float) -> None:
         assert 1.5 * total == pytest.approx(float(value), abs=2e-11)
 
 
-def test_small_k_hat_tends_to_coulomb_friction() -> None:
-    x = np.linspace(0.02, 3.0, 400)
-    carter = CarterGriffith(k_hat=0.0, contact="elliptic")
-    k_hats = np.array([1e-2, 1e-3, 1e-4, 1e-5])
-    distance = [
-        np.abs(
-            CarterGriffith(k_hat=k, contact="elliptic").traction_ratio(x) - carter.traction_ratio(x)
-        ).max()
-        for k in k_hats
-    ]
-    # The excess of a strip at its creepage is (k_hat t)**2: second order, but for a thin layer.
-    assert np.polyfit(np.log(k_hats), np.log(distance), 1)[0] == pytest.approx(2.0, abs=0.05)
-    # The closed form of no k_hat is the quadrature's limit.
-    smallest = CarterGriffith(k_hat=1e-12, contact="elliptic")
-    np.testing.assert_allclose(smallest.traction_ratio(x), carter.traction_ratio(x), atol=3e-12)
-    np.testing.assert_allclose(smallest.slope(x), carter.slope(x), atol=1e-9)
-
-
 @pytest.mark.parametrize("x", [0.4, 1.1])
 def test_shear_traction_integrates_to_the_force(x: float) -> None:
     law = CarterGriffith(k_hat=0.3, contact="elliptic")
