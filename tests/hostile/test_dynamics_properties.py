@@ -11,13 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from strategies import examples, magnitude, number
 
 import contactlib as cl
 from contactlib import stability
 from contactlib.files.scenario import ControllerDesign
-from contactlib.stability import torsion
 from contactlib.traction import stacked
 
 
@@ -154,43 +152,6 @@ def test_the_border_of_light_and_slow_vehicles_is_that_of_runs(
         assert reaches_grip(body, torque, start, basin.creepage, border, **inputs) == back
 
 
-@pytest.mark.slow
-@examples(25)
-@given(
-    body=wheelsets(held=False, lightest=3e3),  # lighter ones hardly ever have a border
-    speed=magnitude(0.15, 8.0),
-    part=st.one_of(number(0.5, 0.999), number(-0.98, -0.5), st.just(0.0)),
-    outer=st.integers(-4, 8).map(lambda i: 5e3 * i),
-    patch=number(0.1, 0.9),
-)
-def test_clearing_answers_or_says_of_its_own_arguments_why_not(
-    body: cl.Wheelset, speed: float, part: float, outer: float, patch: float
-) -> None:
-    case = border_case(body, speed, part, outer)
-    if case is None:
-        return
-    torque, basin = case
-    inputs: dict[str, Any] = {
-        "drive_torque": torque,
-        "speed": speed,
-        "friction_scale": patch,
-        "resistance_force": outer,
-    }
-    try:
-        found = cl.clearing(body, **inputs)
-    except ValueError as error:
-        if f"speed = {speed!r}, friction_scale = {patch!r}" not in str(error):
-            raise
-        return
-    assert found.border == basin
-    assert found.time > 0.0
-    assert found.distance > 0.0
-    finite = math.isfinite(found.time)
-    assert finite == math.isfinite(found.distance)
-    if part == 0.0:
-        assert not finite  # nothing drives the wheel out of grip
-
-
 def test_zero_demand_comes_back_from_any_creepage() -> None:
     # A wheel that spins backward at four times a light vehicle's speed: it brakes the vehicle to
     # standstill as fast as it comes back itself, which once was taken for a border.
@@ -209,10 +170,6 @@ def test_zero_demand_comes_back_from_any_creepage() -> None:
 
 
 # ---- runs -----------------------------------------------------------------------------------
-
-
-def states_of(run: cl.Result) -> NDArray[np.float64]:
-    return np.array([run["omega"], run["speed"], run["creep_force"], run["drive_torque"]])
 
 
 @st.composite
@@ -243,43 +200,6 @@ def test_energy_is_kept_and_friction_takes_it(body: cl.Wheelset, run: dict[str, 
     assert np.diff(result["creep_work"]).min() > -1e-7 * max(works)
     most = body.element.friction.static * result["friction_scale"] * result["normal_load"]
     assert (np.abs(result["creep_force"]) <= most * (1.0 + 1e-14)).all()
-
-
-@pytest.mark.slow
-@examples(4)
-@given(body=wheelsets(lightest=1e3), run=torque_runs())
-def test_backward_is_the_mirror_image_to_the_last_bit(
-    body: cl.Wheelset, run: dict[str, Any]
-) -> None:
-    body = dataclasses.replace(body, resistance=cl.Resistance(linear=500.0, quadratic=3.0))
-    forward = driven(body, **run)
-    torque = cl.Profile(run["torque"].at, tuple(-t for t in run["torque"].value))
-    # The creepage counts from the speed's size: that of the mirror image has the other sign.
-    mirrored = {
-        "initial_speed": -run["initial_speed"],
-        "initial_creepage": -run["initial_creepage"],
-    }
-    backward = driven(body, **{**run, "torque": torque, **mirrored})
-    assert np.array_equal(forward.time, backward.time)
-    assert np.array_equal(states_of(forward), -states_of(backward))
-    assert np.array_equal(forward["drive_work"], backward["drive_work"])
-
-
-@pytest.mark.slow
-@examples(3)
-@given(body=wheelsets(lightest=1e3), run=torque_runs())
-def test_a_finer_tolerance_changes_no_more_than_the_coarse_one_allows(
-    body: cl.Wheelset, run: dict[str, Any]
-) -> None:
-    # Short of the chaos of runs that pass the peak: with the friction high and the torque low.
-    torque = cl.Profile(run["torque"].at, tuple(0.3 * t for t in run["torque"].value))
-    given = {**run, "torque": torque, "friction_scale": 1.0, "initial_creepage": 0.0}
-    coarse, fine, finest = (
-        driven(body, **given, tolerance=tolerance)["speed"][-1] for tolerance in (1e-5, 1e-7, 1e-10)
-    )
-    scale = max(abs(finest), 0.1)
-    assert abs(coarse - finest) < 1e-3 * scale
-    assert abs(fine - finest) < 1e-5 * scale
 
 
 # ---- scenarios ------------------------------------------------------------------------------
@@ -352,17 +272,6 @@ def test_torque_is_between_zero_and_the_demand_whatever_is_measured(
 
 
 # ---- torsion --------------------------------------------------------------------------------
-
-
-@examples(8)
-@given(x=number(0.3, 4.0), small=magnitude(1e-300, 1e-4), speed=magnitude(1.0, 40.0))
-def test_what_a_small_amplitude_feels_is_the_slope(x: float, small: float, speed: float) -> None:
-    # Of two forces a tiny amplitude apart rounding leaves no difference.
-    scale = train().element.saturation_creepage
-    point = train().balanced(creepage=x * scale, speed=speed)
-    felt = torsion.AntiphaseForce(train(), point).describing_function(small * scale)
-    initial = train().element.at_creepage(0.0, speed=speed)["force_gradient"] * speed
-    assert felt == pytest.approx(0.5 * point.creep_force_slope, abs=1e-5 * float(initial))
 
 
 # ---- refusals -------------------------------------------------------------------------------

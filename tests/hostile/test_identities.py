@@ -146,23 +146,6 @@ def test_small_k_hat_is_coulomb_friction(shape: Any, x: float, k: float) -> None
 
 
 @examples(40)
-@given(
-    shape=shapes,
-    x=st.one_of(st.just(1.0), creepages),
-    k_hat=k_hats | number(1e-12, 2.0),
-)
-def test_tables_hold_their_certificate(shape: Any, x: float, k_hat: float) -> None:
-    table = cl.carter_griffith_table(shape)
-    ratio, slope = cl.CarterGriffith(k_hat=k_hat, contact=shape).evaluate(x)
-    found, found_slope = table.evaluate(x, k_hat)
-    # The certificate is of some 30 000 points, of which none need be the worst, and none is between
-    # zero and 1e-12 in k_hat, where the slope's error at x = 1 is larger.
-    beyond = 2.0 if k_hat == 0.0 or k_hat >= 1e-12 else 4.0
-    assert abs(found - ratio) <= beyond * table.max_error + 1e-15
-    assert abs(found_slope - slope) <= beyond * table.max_slope_error + 1e-14
-
-
-@examples(40)
 @given(wheel=wheels, speed=speeds, x=creepages, near=magnitude(1e-12, 1e-7))
 def test_force_has_no_step_at_rest_at_the_minimum_speed_or_anywhere(
     wheel: Wheel, speed: float, x: float, near: float
@@ -181,27 +164,6 @@ def test_force_has_no_step_at_rest_at_the_minimum_speed_or_anywhere(
     by_speed += 3.0 * whole / (zeta0 * element.minimum_speed) * (gap / element.minimum_speed)
     steps = np.abs(np.diff(ends["creep_force"]))
     assert steps.max() <= 4.0 * by_speed * gap + 1e-11 * whole
-
-
-@examples(40)
-@given(wheel=wheels, speed=magnitude(0.1, 100.0), near=magnitude(1e-14, 1e-7))
-def test_force_has_no_step_where_it_is_cut_at_static_friction(
-    wheel: Wheel, speed: float, near: float
-) -> None:
-    friction = {**wheel.friction, "static": 1.01 * wheel.friction["kinetic"], "k_hat": 1.0}
-    element = Wheel(wheel.contact, friction).element()
-    inside, outside = 0.0, 1.5 * element.saturation_creepage
-    omega = (1.0 + outside) * speed / element.radius
-    assume(element.evaluate(omega=omega, speed=speed)["force_limited"] == 1.0)
-    for _ in range(60):
-        middle = 0.5 * (inside + outside)
-        limited = element.at_creepage(middle, speed=speed)["force_limited"]
-        inside, outside = (inside, middle) if limited else (middle, outside)
-    ends = element.at_creepage([inside * (1.0 - near), outside * (1.0 + near)], speed=speed)
-    whole = element.friction.static * wheel.contact.normal_load
-    # Rounding of omega is a creepage of some 1e-16.
-    steep = 4.0 * near + 4e-15 / element.saturation_creepage
-    assert np.ptp(ends["creep_force"]) <= steep * whole + 1e-13 * whole
 
 
 @examples(40)
@@ -228,43 +190,6 @@ def test_load_scales_the_contact_as_hertz_says(
     found_force = float(element.force(omega=omega, speed=speed, normal_load=loaded.normal_load))
     slack = 1e-9 * other.friction.static * loaded.normal_load
     assert found_force == pytest.approx(force, rel=1e-8, abs=slack)
-
-
-@examples(40)
-@given(wheel=wheels, factor=factors, x=creepages, speed=magnitude(0.1, 100.0))
-def test_size_does_not_matter_at_one_pressure(
-    wheel: Wheel, factor: float, x: float, speed: float
-) -> None:
-    element, contact = wheel.element(), wheel.contact
-    lengths = {
-        "normal_load_per_length": 1,
-        "normal_load": 2,
-        "contact_modulus": 0,
-        "poisson_ratio": 0,
-    }
-    larger: Any = dataclasses.replace(
-        contact,
-        **{
-            field.name: getattr(contact, field.name) * factor ** lengths.get(field.name, 1)
-            for field in dataclasses.fields(contact)
-            if field.name != "theory"
-        },
-    )
-    assume(larger.normal_load < 1e12)
-    assert larger.peak_pressure == pytest.approx(contact.peak_pressure, rel=1e-9)
-    friction = dataclasses.replace(
-        element.friction, weakening_length=factor * element.friction.weakening_length
-    )
-    other = element_of(larger, friction, radius=factor * RADIUS)
-    assert other.k_hat == pytest.approx(element.k_hat, rel=1e-9)
-    omega = omega_at(element, x, speed)
-    assume(abs(omega) < 1e8 * min(factor, 1.0))
-    force = float(element.force(omega=omega, speed=speed))
-    found = float(other.force(omega=omega / factor, speed=speed)) / factor**2
-    bound = element.friction.static * contact.normal_load
-    # Rounding of omega is a creepage of some 1e-16.
-    slack = 1e-9 + 1e-15 * (1.0 + abs(omega * RADIUS / speed)) / element.saturation_creepage
-    assert found == pytest.approx(force, rel=1e-8, abs=4.0 * slack * bound)
 
 
 @examples(40)
@@ -318,28 +243,3 @@ def test_polach_never_exceeds_its_peak(adhesion: float, slip: float, x: float) -
     if math.isfinite(peak.normalized_creepage):
         top = float(law.traction_ratio(peak.normalized_creepage))
         assert top == pytest.approx(peak.traction_ratio, rel=1e-12)
-
-
-@examples(10)
-@given(wheel=wheels, speed=magnitude(0.1, 100.0), x=magnitude(1e-3, 1e3), scale=number(0.1, 1.0))
-def test_available_force_is_the_largest(wheel: Wheel, speed: float, x: float, scale: float) -> None:
-    element = wheel.element()
-    omega = omega_at(element, x, speed)
-    assume(abs(omega) < 1e9)
-    largest = float(cl.available_force(element, speed=speed, friction_scale=scale))
-    force = float(element.force(omega=omega, speed=speed, friction_scale=scale))
-    assert force <= largest * (1.0 + 2e-8)
-    assert largest <= scale * element.friction.static * wheel.contact.normal_load * (1.0 + 1e-15)
-
-
-@pytest.mark.slow  # for the table's half minute
-@examples(40)
-@given(k_hat=number(0.05, 2.0), near=magnitude(1e-12, 1e-4))
-def test_cohesive_table_has_no_step_at_its_corner(k_hat: float, near: float) -> None:
-    table = cl.cohesive_table("line", 0.45 / 0.21)  # the fine one: the fixture's is coarse
-    corner = cl.CohesiveZone(k_hat=k_hat, static_to_kinetic=0.45 / 0.21).sliding_creepage
-    ratio, slope = table.evaluate([corner * (1.0 - near), corner * (1.0 + near)], k_hat)
-    assert abs(ratio[1] - ratio[0]) <= 4.0 * corner * near + 2.0 * table.max_error
-    # The slope's own derivative grows like a logarithm there.
-    drop = 40.0 * corner * near * (1.0 + abs(math.log(near)))
-    assert abs(slope[1] - slope[0]) <= drop + 2.0 * table.max_slope_error
