@@ -544,15 +544,6 @@ def test_wrong_token_is_refused(unpacked: Path) -> None:
 # ---- steps and states ---------------------------------------------------------------------------
 
 
-def test_time_may_differ_in_the_last_bits(tool: Instance) -> None:
-    tool.start(time=100.0)
-    time = 100.0
-    for i in range(1, 2001):
-        tool.step(time, 0.1)
-        time = 100.0 + 0.1 * i
-    assert tool.get("time") == [pytest.approx(300.0)]
-
-
 @pytest.mark.parametrize(("step", "count"), [(0.1, 1000000), (0.01, 360000), (1e-5, 10000000)])
 def test_summed_steps_may_pass_the_stop_time_by_their_rounding(
     tool: Instance, step: float, count: int
@@ -564,20 +555,6 @@ def test_summed_steps_may_pass_the_stop_time_by_their_rounding(
     tool.step(time, step)
     with tool.refused("after the stop time"):
         tool.step(time + step, step)
-
-
-def test_steps_of_any_length_lead_to_the_same_place(locomotive: cl.Model, tmp_path: Path) -> None:
-    folder = exported(locomotive, tmp_path, "wheelset", 3)
-    ends = []
-    for steps in ([1.0], [0.1] * 10, [0.5, 1e-6, 0.3, 0.2 - 1e-6]):
-        with Instance(folder).initialize(tolerance=1e-9) as tool:
-            tool.fmu.exitInitializationMode()
-            tool.set(drive_torque=29e3)
-            for time, step in zip(np.cumsum([0.0, *steps]).tolist(), steps, strict=False):
-                tool.step(time, step)
-            ends.append(tool.get("omega", "speed"))
-    assert ends[1] == pytest.approx(ends[0], rel=1e-7)
-    assert ends[2] == pytest.approx(ends[0], rel=1e-7)
 
 
 def test_state_of_another_fmu_is_refused(
@@ -629,29 +606,6 @@ def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Pat
 
 
 # ---- in the loop --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("control", ["creep", "torque"])
-def test_same_trajectory_as_the_kernel(fmu: Path, rig: cl.Model, control: str) -> None:
-    # Under torque control the run-away would magnify the slightest difference.
-    if control == "creep":
-        controller: Any = controls("rig")[1]
-    else:
-        controller = cl.TorqueControl(cl.Profile((0.0, 6.0), (2.6e4, 2.9e4)))
-    settings: dict[str, Any] = {
-        "duration": 12.0,
-        "step": 1e-3,
-        "initial_speed": 10.0,
-        "initial_creepage": 0.01,
-    }
-    with cl.FmuSource(fmu, wheels=2) as source:
-        with_fmu = cl.cosimulate(rig.wheelset, source, controller, **settings)
-    without = cl.cosimulate(
-        rig.wheelset, cl.KernelSource(rig.wheelset.element), controller, **settings
-    )
-    for name in ("omega", "creep_force", "drive_torque"):
-        np.testing.assert_allclose(with_fmu[name], without[name], rtol=1e-9)
-    assert (with_fmu["creepage"].max() > 0.15) == (control == "torque")
 
 
 @pytest.mark.parametrize("implicit", [False, True])

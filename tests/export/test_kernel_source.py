@@ -326,18 +326,6 @@ def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.M
 
 
 @pytest.mark.tools
-def test_without_friction_or_load_there_is_no_force(library: Library) -> None:
-    scales, loads = [{"friction_scale": v} for v in (0.0, -1e-8)], [0.0, -1e3]
-    for none in (*scales, *({"normal_load": v} for v in loads)):
-        library.start()
-        library.set(omega=30.0, **none)
-        assert library.force() == ""
-        assert library.get("creep_force", "wheel_torque") == [0.0, 0.0]
-        assert library.step(1e-3) == ""
-        assert library.get("creep_force", "wheel_torque") == [0.0, 0.0]
-
-
-@pytest.mark.tools
 @pytest.mark.parametrize(
     ("values", "step", "message"),
     [

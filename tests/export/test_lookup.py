@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 import xarray
 from command_line import done
 from falling_friction import falling
-from scipy.integrate import quad_vec
 from scipy.interpolate import CubicHermiteSpline, RegularGridInterpolator
 from scipy.io import loadmat
 
@@ -37,25 +35,6 @@ def test_interpolation_keeps_the_error(rig: cl.Model, interpolation: str, error:
     worst = np.abs(interpolated(found, FINE) - law).max() / law.max()
     assert 0.5 * error < worst <= error * (1.0 + 1e-6)
     assert found.attrs["largest_error_found"] == pytest.approx(worst, rel=0.02)
-
-
-def test_few_points_do_it(rig: cl.Model) -> None:
-    # Where the curve bends by f'', a chord of the length h errs by f'' h**2/8.
-    error = 1e-5
-    found = cl.lookup_table(rig, error=error)
-    element, top = rig.wheelset.element, float(found.creep_force.max())
-
-    def density(zeta: float) -> Any:
-        slope = [
-            element.at_creepage(x, speed=10.0)["force_gradient"] * 10.0
-            for x in (zeta * (1.0 - 1e-5), zeta * (1.0 + 1e-5))
-        ]
-        return np.sqrt(abs(slope[1] - slope[0]) / (2e-5 * zeta * 8.0 * error * top))
-
-    needed = sum(
-        quad_vec(density, *cell, epsrel=1e-3)[0] for cell in pairwise([1e-6, 0.03, 0.2, 1])
-    )
-    assert needed < found.sizes["creepage"] < 1.05 * needed + 5
 
 
 def test_peak_and_end_of_sticking_are_points(rig: cl.Model) -> None:

@@ -12,7 +12,6 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from exported_fmu import exported
 from fmu_instance import Subject
 
 import contactlib as cl
@@ -149,28 +148,3 @@ def test_first_event_is_when_python_passes_the_peak(exchanged: Any, in_python: c
     assert peak is not None
     falling = exchanged["time"][exchanged["falling_branch"].astype(bool)]
     assert falling[0] == pytest.approx(peak.time, abs=1e-6)
-
-
-@pytest.mark.parametrize("version", [2, 3])
-def test_force_element_is_a_function_of_its_inputs(
-    version: int, locomotive: cl.Model, tmp_path: Path
-) -> None:
-    # Without a state there is nothing to solve; what remains are events of the falling branch.
-    fmu = exported(locomotive, tmp_path, version=version)
-    csv = fmu / "documentation" / "reference_run.csv"
-    golden: Any = np.genfromtxt(csv, delimiter=",", names=True, dtype=np.float64)
-    inputs = Description(locomotive, "force_element").of_role("input")
-    names = ["time", *(v.name for v in inputs)]
-    result = fmpy.simulate_fmu(
-        str(fmu),
-        fmi_type="ModelExchange",
-        solver="CVode",
-        input=golden[names],
-        output_interval=golden["time"][1],
-    )
-    last = np.append(np.diff(result["time"]) > 0.0, True)
-    found = result[last & np.isin(result["time"], golden["time"])]
-    assert found.size == golden.size
-    for name in ("creep_force", "force_gradient", "falling_branch"):
-        np.testing.assert_allclose(found[name], golden[name], rtol=1e-12, atol=0.0)
-    assert np.count_nonzero(np.diff(result["falling_branch"].astype(int))) >= 4

@@ -16,7 +16,6 @@ from fmu_instance import EXPORTS
 from native_models import native
 
 import contactlib as cl
-from contactlib.contact import kernel
 from contactlib.export.description import Description
 from contactlib.export.package import experiment, reference_run
 
@@ -76,26 +75,6 @@ def test_explicit_solver_follows_the_reference_run_in_the_same_steps(
         y = y + step * np.array(model.get(*rates))
     for name, values in zip(states, np.array(rows).T, strict=True):
         assert np.abs(values - run[name]).max() < 0.1 * np.ptp(run[name]), name
-
-
-def test_explicit_solver_with_its_own_wheelset_takes_the_step(locomotive: cl.Model) -> None:
-    # In model exchange the implicit mode is not at work, so its step is that of a held force.
-    wheelset = locomotive.wheelset
-    description = Description(locomotive, "force_element", implicit=True)
-    step = experiment(description).step
-    held = Description(locomotive, "force_element")
-    assert experiment(held).step == step
-    wheels = wheelset.element.wheels
-    torque = 0.9 * wheelset.radius * wheelset.element.friction.kinetic * 220e3
-    omega, speed, model, forces = 20.0, 10.0, native(held), []
-    for _ in range(400):
-        model.set(omega=omega, speed=speed)
-        model.evaluate()
-        forces += model.get("creep_force")
-        contact = kernel.contact_with_force(wheels * forces[-1])
-        rates = wheelset.native.motion(omega, speed, torque, 0.0, contact)
-        omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
-    assert np.ptp(forces[200:]) < 1e-2 * forces[-1]
 
 
 @pytest.mark.parametrize("name", [name for name in EXPORTS if "body" not in name])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-import struct
 from dataclasses import replace
 from html.parser import HTMLParser
 from importlib import metadata
@@ -22,7 +21,7 @@ from contactlib.base.text import version
 from contactlib.export import page as documentation
 from contactlib.export.curve_svg import sample_curve
 from contactlib.export.description import MODEL_NAMES, Description
-from contactlib.export.page import ASSETS, TITLES, index_page, licence_text, readable_table
+from contactlib.export.page import TITLES, index_page, readable_table
 from contactlib.files.model import Missing
 
 HTML = "{http://www.w3.org/1999/xhtml}"
@@ -294,38 +293,6 @@ def test_readable_table_is_the_table(table: cl.CreepForceTable) -> None:
     assert np.allclose(slope, table.slope(x, k_hat), rtol=1e-8, atol=1e-300)
 
 
-def test_readable_table_of_one_curve_has_no_k_hat() -> None:
-    polach = cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4)
-    table = cl.CreepForceTable.from_law(polach)
-    rows = list(csv.DictReader(io.StringIO(readable_table(table).decode())))
-    assert {row["k_hat"] for row in rows} == {""}
-    x, ratio = (
-        np.array([float(r[n]) for r in rows]) for n in ("normalized_creepage", "traction_ratio")
-    )
-    assert np.allclose(ratio, polach.traction_ratio(x), atol=1e-7)
-
-
-def test_icon_is_a_transparent_png_of_256_pixels() -> None:
-    data = (ASSETS / "icon.png").read_bytes()
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    width, height, depth, colour = struct.unpack(">IIBB", data[16:26])
-    assert (width, height, depth) == (256, 256, 8)
-    assert colour == 6  # red, green, blue and alpha
-
-
-def test_licence_is_the_project_s() -> None:
-    text = licence_text().decode()
-    assert text.startswith("MIT License")
-    assert "WITHOUT WARRANTY OF ANY KIND" in text
-
-
-def test_fragments_are_ascii() -> None:
-    paths = [p for p in ASSETS.rglob("*.*") if p.suffix != ".png"]
-    assert paths
-    for path in paths:
-        path.read_text(encoding="ascii")
-
-
 def test_an_installed_package_brings_its_licence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -368,30 +335,3 @@ def test_the_page_of_a_measured_curve_speaks_of_it_alone(rig: cl.Model) -> None:
     assert facts == {"wheel radius", "contact of", "nominal load", "law", "effective inverse mass"}
     assert text.count("assumed") == 2  # the effective inverse mass, and its steps
     assert "assumed" not in text_of(tree_of(page_of(rig)))
-
-
-def test_the_page_of_a_measured_curve_names_the_plane_that_the_fmu_answers(
-    locomotive: cl.Model,
-) -> None:
-    text = text_of(tree_of(page_of(measured(locomotive))))
-    assert "The force for lateral_velocity and spin_velocity is an assumption" in text
-
-
-def test_the_page_of_one_curve_has_no_weakening_over_microns(rig: cl.Model) -> None:
-    polach = cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4)
-    contact, friction = rig.wheelset.element.contact, rig.wheelset.element.friction
-    table = cl.CreepForceTable.from_law(polach)
-    element = cl.ForceElement(contact, friction, table=table, radius=0.5)
-    model = with_element(rig, element)
-    sentence = "within microns of slip"
-    assert sentence in text_of(tree_of(page_of(rig)))
-    assert sentence not in text_of(tree_of(page_of(model)))
-
-
-@pytest.mark.parametrize("contact", ["line", "elliptic"])
-def test_equations_tell_of_the_half_space_for_an_ellipse(
-    rig: cl.Model, locomotive: cl.Model, contact: str
-) -> None:
-    element = (rig if contact == "line" else locomotive).wheelset.element
-    text = documentation.equations(element, "force_element", False)
-    assert ("<code>softening</code>" in text) == (contact == "elliptic")

@@ -73,24 +73,6 @@ def test_model_exchange_gives_our_run(guide: dict[str, Any], locomotive: cl.Mode
     assert error(locomotive, guide["time"], guide["omega"], RISING) < 2e-5
 
 
-def test_implicit_solver_finds_the_jacobian(guide: dict[str, Any], locomotive: cl.Model) -> None:
-    solver = module("pathsim.solvers").ESDIRK43
-    fmu = guide["pathsim_fmi"].ModelExchangeFMU("wheelset.fmu")
-    settings = {"Solver": solver, "tolerance_lte_rel": 1e-8}
-    time, omega, _ = guide["run"](fmu, RISING, **settings)
-    assert error(locomotive, time, omega, RISING) < 2e-5
-
-
-def test_cosimulation_errs_by_the_torque_that_it_holds(
-    guide: dict[str, Any], locomotive: cl.Model
-) -> None:
-    coarse, fine = (
-        error(locomotive, *stepped(guide, step, RISING), RISING) for step in (1e-3, 5e-4)
-    )
-    assert coarse < 0.025
-    assert coarse / fine == pytest.approx(2.0, rel=0.01)
-
-
 def test_cosimulation_gives_our_run_under_held_inputs_also_without_friction(
     guide: dict[str, Any], locomotive: cl.Model
 ) -> None:

@@ -494,15 +494,6 @@ def test_system_holds_the_rising_branch(
     np.testing.assert_allclose(settled, wanted, rtol=0.01)
 
 
-def test_explicit_exchange_leaves_the_rising_branch(locomotive: cl.Model) -> None:
-    peak = cl.find_fold(locomotive.wheelset, speed=10.0).creepage
-    for speed, step in ((10.0, 1e-2), (1.0, 1e-2), (1.0, 1e-3)):
-        model = replace(locomotive, initial_speed=speed)
-        made = parts(model, implicit=False)
-        rows = exchange(*made, step=step, count=round(2.0 / step))
-        assert rows[:, 3].max() > 2.0 * peak
-
-
 # ---- page, errors, command ----------------------------------------------------------------------
 
 
