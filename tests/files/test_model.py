@@ -321,17 +321,6 @@ def test_bad_laws_are_refused(tmp_path: Path, section: str, message: str) -> Non
         load_changed(tmp_path, None, {"\n[run]": f"\n[law]\n{section}\n\n[run]", FRICTION: ""})
 
 
-@pytest.mark.parametrize("given", ["k_hat = 0.3", 'weakening_length = "1 um"'])
-def test_friction_may_fall_with_slip_speed(
-    given: str, tmp_path: Path, table: cl.CreepForceTable
-) -> None:
-    rates = 'slip_rate_residual = "40 %"\nslip_rate_decay = "0.1 h/km"'
-    element = load_changed(tmp_path, table, {"k_hat = 0.3": f"{given}\n{rates}"}).wheelset.element
-    friction = element.friction
-    assert friction.slip_rate_residual == pytest.approx(0.4)
-    assert friction.slip_rate_decay == pytest.approx(0.36)
-
-
 @pytest.mark.parametrize("name", ["elsewhere/roller_rig.toml", "no_such.toml"])
 def test_no_shipped_model_stands_in_for_a_missing_file(name: str) -> None:
     with pytest.raises(FileNotFoundError, match=re.escape(name)):

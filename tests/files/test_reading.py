@@ -36,7 +36,6 @@ from contactlib.runs.sweep.loading import KEYS as OF_SWEEP
 from contactlib.runs.sweep.sampling import draw, points, sample, values_of
 
 FILES = sorted((*MODELS.glob("*.toml"), *MODELS.glob("*.csv")))
-IDS = [path.name for path in FILES]
 TOML = [path for path in FILES if path.suffix == ".toml"]
 few = examples(60, [HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 
@@ -111,24 +110,6 @@ def test_any_bytes(kind: str, data: bytes, tmp_path: Path) -> None:
     path.write_bytes(data)
     said = refusal(kind, path)
     assert said is not None or kind == "csv"
-
-
-@few
-@given(
-    rows=st.lists(
-        st.lists(
-            st.sampled_from(["0.1", "-1", "1e999", "nan", "x\r", "", '"1"', "\x0c1"]), max_size=4
-        ),
-        max_size=4,
-    ),
-    head=st.sampled_from(
-        ["creepage,traction_coefficient", "speed,creepage,traction_coefficient", "x", "creepage"]
-    ),
-)
-def test_any_columns(rows: list[list[str]], head: str, tmp_path: Path) -> None:
-    path = tmp_path / "made.csv"
-    path.write_text("\n".join([head, *map(",".join, rows)]), encoding="utf-8", newline="")
-    refusal("csv", path)
 
 
 # ---- every key ------------------------------------------------------------------------------
@@ -237,15 +218,6 @@ def test_long_profile_is_read(tmp_path: Path) -> None:
 
 
 # ---- tables and datasets --------------------------------------------------------------------
-
-
-def test_tables_are_refused_with_their_name(table: cl.CreepForceTable, tmp_path: Path) -> None:
-    path = tmp_path / "made.bin"
-    for size in range(0, len(table.data), 7):
-        path.write_bytes(table.data[:size])
-        assert refusal("table", path) is not None
-        with pytest.raises(ValueError, match=r"file|table"):
-            cl.CreepForceTable(table.data[:size])
 
 
 def test_broken_datasets(tmp_path: Path) -> None:
