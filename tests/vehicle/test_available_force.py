@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from falling_friction import falling
 
 import contactlib as cl
 
@@ -24,14 +23,6 @@ def test_it_is_the_laws_peak_where_friction_does_not_fall(
         element, speed=[-3.0, 0.0, 0.01, 20.0], normal_load=weight, friction_scale=scale
     )
     np.testing.assert_allclose(found, expected, rtol=1e-9)
-
-
-def test_faster_is_less_if_friction_falls_with_slip_speed(locomotive: cl.Model) -> None:
-    for residual in (0.4, 0.0):
-        element = falling(locomotive.wheelset.element, residual)
-        found = cl.available_force(element, speed=np.array([[0.1, 1.0], [10.0, 40.0]]))
-        assert found.shape == (2, 2)
-        assert (np.diff(found.ravel()) < 0.0).all()
 
 
 def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:

@@ -275,29 +275,6 @@ def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
     assert states[0] != before[0]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_from_standstill_to_forty_and_back(locomotive: cl.Model, variant: str) -> None:
-    options, held = VARIANTS[variant]
-    light = dataclasses.replace(locomotive.wheelset, mass=22.5e3)
-    train = cl.Drivetrain(light, **options)  # type: ignore[arg-type]
-    held = {**EVEN, **{k: v for k, v in held.items() if k.startswith("load")}}
-
-    def torque(t: float) -> float:
-        return 2.1e4 if t < 28.0 else -2.1e4
-
-    run = drive(train, torque, speed=0.0, duration=56.0, step=5e-3, tolerance=1e-6, **held)
-    speed = run.states["speed"]
-    assert speed.max() > 40.0
-    assert speed[-1] < -0.5
-    for side in ("left", "right"):
-        assert run.outputs[f"creepage_{side}"].max() > 0.0 > run.outputs[f"creepage_{side}"].min()
-    for name in run.states.dtype.names:
-        assert np.isfinite(run.states[name]).all()
-    turnover = np.abs(np.diff(run.states["drive_work"])).sum()
-    assert np.abs(run.energy_defect).max() < 1e-6 * turnover
-
-
 def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: cl.Model) -> None:
     axle = cl.Axle(stiffness=6.0e6, damping=300.0)
     train = cl.Drivetrain(locomotive.wheelset, axle=axle)

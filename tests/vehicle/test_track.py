@@ -39,9 +39,3 @@ def test_extremes_are_of_any_wheel_and_time() -> None:
     assert track.lowest == (0.4, 0.3)
     assert track.highest == (1.2, 1.5)
     assert cl.Track().lowest == cl.Track().highest == (1.0, 1.0)
-
-
-@pytest.mark.parametrize("name", ["friction_left", "friction_right", "friction_over_time", "slope"])
-def test_friction_is_above_zero(name: str) -> None:
-    with pytest.raises(ValueError, match=rf"Track\.{name} = 0\.0 .*> 0"):
-        cl.Track(**{name: cl.Profile((0.0, 1.0), (1.0, 0.0))})
