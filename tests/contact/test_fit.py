@@ -283,10 +283,6 @@ def test_heat_is_for_its_own_contact_and_takes_the_place_of_slip_rate() -> None:
     ("options", "message"),
     [
         ({"slip_rate": True}, "slip_rate needs data with a speed"),
-        ({"level": 1.0}, r"level = 1\.0"),
-        ({"kinetic": 0.0}, r"kinetic = 0\.0"),
-        ({"k_hat": 3.0}, r"k_hat = 3\.0"),
-        ({"contact": "round"}, "contact = 'round'"),
         ({"ranges": {"k_hat": (0.0, 3.0)}}, r"ranges\['k_hat'\] = 3\.0"),
         ({"ranges": {"k_hat": (0.5, 0.5)}}, "k_hat has no range"),
         ({"ranges": {"k_hats": (0.0, 1.0)}}, "k_hats is not a free parameter"),

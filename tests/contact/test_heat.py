@@ -238,14 +238,6 @@ def test_full_slip_follows_partial_slip_without_a_step() -> None:
     assert before.stick_boundary < 1.0 == after.stick_boundary
     for name in ("traction_ratio", "heat", "temperature", "slip_rate"):
         np.testing.assert_allclose(getattr(after, name), getattr(before, name), atol=1e-6)
-    slopes = [state(v + 1e-6).traction_ratio - state(v - 1e-6).traction_ratio for v in (low, high)]
-    # The slope has a logarithm's steepness there, but no step.
-    edges = [
-        (state(at + 1e-4).traction_ratio - state(at).traction_ratio) / 1e-4
-        for at in (low - 2e-4, high + 1e-4)
-    ]
-    assert edges[0] == pytest.approx(edges[1], abs=0.02)
-    assert slopes[0] == pytest.approx(slopes[1], abs=1e-7)
 
 
 # ---- the closed form ----

@@ -136,34 +136,11 @@ def test_scales_are_those_of_the_paper() -> None:
     assert cl.process_zone_ratio(line, coulomb) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: cl.Friction(static=-0.1, kinetic=0.2, weakening_length=0.0), "static = -0.1"),
-        (lambda: cl.Friction(static=0.1, kinetic=0.2, weakening_length=0.0), ">= kinetic = 0.2"),
-        (lambda: cl.Friction(static=0.3, kinetic=math.nan, weakening_length=0.0), "kinetic = nan"),
-        (lambda: cl.Friction(static=0.3, kinetic="a", weakening_length=0.0), "not a number"),  # type: ignore[arg-type]
-        (lambda: cl.Material(youngs_modulus=1e9, poisson_ratio=0.6), "<= 0.5"),
-        (lambda: contact(0.0), r"normal_load_per_length = 0.0 .* > 0"),
-        (lambda: ellipse(3.039706942284076e221, 0.3), "radius_y/radius_x = .* given radius_x = 3"),
-        (lambda: ellipse(0.5, -1.0), r"EllipticContact.radius_y = -1.0 .* > 0"),
-        (
-            lambda: cl.EllipticContact.from_semi_axes(
-                semi_axis_x=1e-3, semi_axis_y=0.0, normal_load=1.0, contact_modulus=1.0
-            ),
-            "semi_axis_y = 0.0",
-        ),
-        (
-            lambda: cl.LineContact.from_semi_width(
-                semi_width=-1.0, radius=1.0, contact_modulus=1.0, normal_load=1.0
-            ),
-            "semi_width = -1.0",
-        ),
-    ],
-)
-def test_bad_values_are_refused(make: object, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        make()  # type: ignore[operator]
+def test_values_that_do_not_fit_each_other_are_refused() -> None:
+    with pytest.raises(ValueError, match=r">= kinetic = 0\.2"):
+        cl.Friction(static=0.1, kinetic=0.2, weakening_length=0.0)
+    with pytest.raises(ValueError, match=r"radius_y/radius_x = .* given radius_x = 3"):
+        ellipse(3.039706942284076e221, 0.3)
 
 
 def test_parameters_are_frozen_and_keyword_only() -> None:

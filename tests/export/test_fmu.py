@@ -19,7 +19,6 @@ import fmpy
 import numpy as np
 import pytest
 from exported_fmu import exported
-from falling_friction import with_falling
 from fmpy.fmi1 import FMICallException
 from fmu_instance import EXPORTS, Instance
 from plain_scenario import controls
@@ -173,30 +172,6 @@ def test_friction_is_tunable_while_it_runs(tool: Instance) -> None:
         tool.get("creep_force")
     tool.set(static_friction=0.9)
     assert tool.get("creep_force")[0] == pytest.approx(2.0 * sliding, rel=1e-3)
-
-
-@pytest.mark.parametrize("version", VERSIONS)
-def test_contact_that_slip_warms(locomotive: cl.Model, tmp_path: Path, version: int) -> None:
-    wheelset = with_falling(locomotive.wheelset, 0.0)
-    warm = replace(locomotive, wheelset=wheelset)
-    names = "traction_coefficient", "contact_temperature"
-
-    def at(omega: float, element: cl.ForceElement) -> list[float]:
-        warmed.set(omega=omega, speed=30.0)
-        found = element.evaluate(omega=omega, speed=30.0)
-        assert warmed.get(*names) == [float(found[name]) for name in names]
-        return warmed.get(*names)
-
-    heat: dict[str, Any] = {"softening_temperature": 1200.0, "thermal_effusivity": 2e4}
-    with Instance(exported(warm, tmp_path, version=version)).initialize() as warmed:
-        cold, hot = at(60.0, wheelset.element), at(66.0, wheelset.element)
-        assert cold[1] == 0.0 < 100.0 < hot[1]
-        warmed.set(**heat)
-        friction = replace(wheelset.element.friction, **heat)
-        better = at(66.0, replace(wheelset.element, friction=friction))
-        assert better[0] > hot[0]
-    known = {v.name for v in Description(locomotive, "force_element").variables}
-    assert not known & {"contact_temperature", *heat}
 
 
 def test_cohesive_table_holds_its_friction_ratio(
@@ -820,7 +795,6 @@ def test_source_tells_what_the_fmu_logged(fmu: Path) -> None:
         ({"fmi_version": 1}, "fmi_version = 1 must be 2 or 3"),
         ({"platforms": ["pdp11-unix"]}, "'pdp11-unix' must be one of x86_64-linux"),
         ({"relaxation_length": 0.0}, "relaxation_length = 0.0 is out of range"),
-        ({"relaxation_length": -1.0}, "relaxation_length = -1.0"),
         ({"kind": "car"}, "kind = 'car' must be one of"),
         ({"relaxation_length": 8e-3, "kind": "wheelset_body"}, "needs a contact"),
         ({"implicit": True, "kind": "wheelset"}, "implicit = True needs"),
@@ -843,48 +817,17 @@ def test_kinds_of_model() -> None:
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_creep_forces_of_an_ellipse_are_those_of_the_element(
+def test_an_ellipse_beyond_the_checked_range_is_said_once(
     locomotive: cl.Model, tmp_path: Path, version: int
 ) -> None:
-    # The element knows its ellipse and takes velocities; the other one is told all of it.
-    whole = locomotive.wheelset.element
-    element = replace(whole, wheels=1, minimum_speed=1e-3)
-    contact, speed, load = element.contact, -7.0, 60e3
-    assert isinstance(contact, cl.EllipticContact)
-    growth = np.cbrt(load / contact.normal_load)
-    slip = speed * element.saturation_creepage
-    ours = element.evaluate(
-        omega=(speed + 0.6 * slip) / element.radius,
-        speed=speed,
-        normal_load=load,
-        friction_scale=0.8,
-        lateral_velocity=0.3 * slip,
-        spin_velocity=0.4 * slip / contact.semi_width,
-    )
-    given = {
-        "semi_axis_x": contact.semi_axis_x * growth,
-        "semi_axis_y": contact.semi_axis_y * growth,
-        "normal_load": load,
-        "friction_scale": 0.8,
-        "creepage_x": 0.6 * element.saturation_creepage,
-        "creepage_y": -0.3 * element.saturation_creepage,
-        "spin": 0.4 * element.saturation_creepage / contact.semi_width,
-    }
     with Instance(exported(locomotive, tmp_path, "creep_forces", version)).start() as tool:
-        tool.set(**given)
-        found = tool.get("force_x", "force_y", "spin_moment", "utilisation")
+        tool.get("force_x")
         assert tool.log == []
         tool.set(semi_axis_y=1e-4)
-        for _ in range(2):  # said once
+        for _ in range(2):
             tool.get("force_x")
             tool.set(semi_axis_x=1.1e-2)
         warns(tool, "semi_axis_x / semi_axis_y = ")
-    moment = -ours["spin_moment"]  # rolling backwards
-    for value, name in zip(found, ("creep_force", "lateral_force"), strict=False):
-        assert value == pytest.approx(ours[name].item(), abs=1e-6 * load)
-    assert found[2] == pytest.approx(moment.item(), abs=1e-6 * load * contact.semi_width)
-    size = np.hypot(found[0], found[1])
-    assert found[3] == pytest.approx(size / (0.8 * 0.45 * load), rel=1e-6)
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -904,7 +847,8 @@ def test_creep_forces_take_the_speed_where_friction_falls_with_it(
         sizes = {n: tool.get(n)[0] for n in ("semi_axis_x", "semi_axis_y", "normal_load")}
         expected = cl.CreepForces.of(element).evaluate(**sizes, **given)
         names = ["force_x", "force_y", "spin_moment"]
-        assert tool.get(*names) == [expected[name] for name in names]
+        known = [*names, "utilisation"]
+        assert tool.get(*known) == [expected[name] for name in known]
         assert set(fall) <= set(tool.references)
         slopes = tool.derivative(names, ["speed"], [1.0])
         ends = []

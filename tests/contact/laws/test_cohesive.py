@@ -320,27 +320,6 @@ def gaussian(u: float) -> float:
     return 0.21 + 0.12 * float(np.exp(-((0.5 * np.sqrt(np.pi) * u / 1e-6) ** 2)))
 
 
-def exponential(u: float) -> float:
-    return 0.21 + 0.12 * float(np.exp(-u / 1e-6))
-
-
-@pytest.mark.slow
-def test_a_function_that_is_the_exponential_gives_its_law() -> None:
-    x = np.array([0.2, 0.5, 0.8, 1.0, 1.2, 1.6, 3.0, 10.0])
-    expected = CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO).traction_ratio(x)
-    friction = Friction.from_function(exponential, kinetic=0.21)
-    law = CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, weakening=friction.weakening)
-    np.testing.assert_allclose(law.traction_ratio(x), expected, atol=1e-12)
-    # Samples of it: to what the cubics between them leave out.
-    slip = 40e-6 * np.linspace(0.0, 1.0, 401) ** 2
-    sampled = Friction.from_samples(slip, 0.21 + 0.12 * np.exp(-slip / 1e-6))
-    v = np.linspace(0.0, 30.0, 4000)
-    left_out = np.abs(sampled.weakening.fraction(v) - np.exp(-v)).max()
-    assert left_out < 3e-7
-    law = CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, weakening=sampled.weakening)
-    assert np.abs(law.traction_ratio(x) - expected).max() < left_out
-
-
 @pytest.mark.parametrize("function", [gaussian, cubic])
 def test_shape_matters_in_the_tail(function: Callable[[float], float]) -> None:
     friction = Friction.from_function(function, kinetic=0.21)
