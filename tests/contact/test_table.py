@@ -79,6 +79,12 @@ def test_one_point_in_many_threads(table: CreepForceTable) -> None:
     np.testing.assert_array_equal(found, table.traction_ratio(x, 0.3))
 
 
+@pytest.mark.parametrize("k_hat", [-0.1, 2.1, [0.1, 2.5]])
+def test_k_hat_beyond_the_table_is_refused(table: CreepForceTable, k_hat: ArrayLike) -> None:
+    with pytest.raises(ValueError, match=r"k_hat = .*>= 0 and <= 2$"):
+        table.traction_ratio(1.0, k_hat)
+
+
 class Stickier:
     """A law that is not the line contact's: its ratio, raised by a tenth of the stick share s."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from threading import Barrier, Thread
 
 import fmu_run
 import pytest
@@ -69,30 +68,3 @@ def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) ->
         other = fmu_run.run(fresh, BEFORE, AFTER)
     hidden = ("force_element-implicit", "wheelset", "wheelset-relaxed")
     assert (one != other) == (subject.name in hidden)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["wheelset-relaxed", "force_element-implicit"])
-@pytest.mark.parametrize("version", [2, 3])
-def test_two_threads_do_not_disturb_each_other(
-    name: str, version: int, locomotive: cl.Model, tmp_path: Path
-) -> None:
-    folder = exported(locomotive, tmp_path, name, version)
-    phases = (0.0, 1.0)
-
-    def run(phase: float) -> list[str]:
-        with Instance(folder).start() as instance:
-            start.wait()  # instances of one library, at the same time
-            return fmu_run.run(instance, 0, 4_000, every=10, phase=phase)
-
-    start = Barrier(1)
-    alone = {phase: run(phase) for phase in phases}
-    start = Barrier(len(phases))
-    together: dict[float, list[str]] = {}
-    threads = [Thread(target=lambda p=p: together.update({p: run(p)})) for p in phases]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert together == alone
-    assert alone[0.0] != alone[1.0]

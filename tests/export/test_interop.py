@@ -236,35 +236,6 @@ def test_tool_gives_the_same_trajectory(
     assert {name: error for name, error, most in rows if not error <= most} == {}
 
 
-def test_two_fmus_in_one_system_keep_their_parameters(rig: cl.Model, tmp_path: Path) -> None:
-    # A system unpacks what has the guid of an FMU before once, and takes that one's resources.
-    cosim = module("libcosimpy.CosimExecution").CosimExecution
-    observers = module("libcosimpy.CosimObserver").CosimObserver
-    text = cl.model_path("roller_rig.toml").read_text(encoding="utf-8")
-    (tmp_path / "light.toml").write_text(text.replace('"110.325 kN"', '"100 kN"'), encoding="utf-8")
-    light = cl.load_model(tmp_path / "light.toml", table=rig.wheelset.element.table)
-    fmus = [cl.export_fmu(m, tmp_path / f"{i}.fmu") for i, m in enumerate((rig, light))]
-    simulators = "".join(f'<Simulator name="s{fmu.stem}" source="{fmu.name}"/>' for fmu in fmus)
-    (tmp_path / "OspSystemStructure.xml").write_text(
-        '<OspSystemStructure version="0.1" '
-        'xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure">'
-        "<BaseStepSize>0.001</BaseStepSize><Algorithm>fixedStep</Algorithm>"
-        f"<Simulators>{simulators}</Simulators>"
-        "</OspSystemStructure>"
-    )
-    execution = cosim.from_osp_config_file(str(tmp_path))
-    observer = observers.create_last_value()
-    assert execution.add_observer(observer)
-    assert execution.step()
-    variables = fmpy.read_model_description(str(fmus[0])).modelVariables
-    (reference,) = (v.valueReference for v in variables if v.name == "normal_load")
-    loads = {
-        info.name.decode(): observer.last_real_values(info.index, [reference])[0]
-        for info in execution.slave_infos()
-    }
-    assert loads == {"s0": 110325.0, "s1": 100000.0}
-
-
 # ---- platforms ----------------------------------------------------------------------------------
 
 

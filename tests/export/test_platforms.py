@@ -13,7 +13,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import fmpy
 import platformdirs
 import pytest
 from fmu_proof import FOLDERS, SUFFIXES
@@ -73,14 +72,6 @@ def test_fmi_2_for_arm_alone_is_also_where_importers_look(
     found = binaries([name], 2, "Wheel")
     assert {path.split("/")[1] for path in found} == {name, f"{system}64"}
     assert set(found.values()) == {libraries[name].read_bytes()}
-
-
-@pytest.mark.parametrize("version", [2, 3])
-def test_this_machine_s_library_is_where_fmpy_looks(version: int) -> None:
-    folder = fmpy.platform if version == 2 else fmpy.platform_tuple
-    path = f"binaries/{folder}/Wheel{fmpy.sharedLibraryExtension}"
-    library = kernel.library_path(kernel.platform_name()).read_bytes()
-    assert binaries(None, version, "Wheel")[path] == library
 
 
 def test_universal_file_holds_each_library_whole_and_aligned() -> None:
@@ -170,16 +161,6 @@ def test_libraries_of_other_sources_or_flags_are_compiled_again(
         path.write_bytes(b"of another release")
     binaries([name], 3, "Wheel")
     assert compiler.read_text().split() == [name] * 3
-
-
-def test_cache_that_cannot_be_written_costs_time_alone(
-    libraries: dict[str, Path], compiler: Path
-) -> None:
-    libraries["x86_64-windows"].unlink()
-    (compiler.parent / "cache").write_text("a file where the folder should be")
-    for _ in range(2):
-        assert len(binaries("all", 3, "Wheel")) == len(PLATFORMS)
-    assert compiler.read_text().split() == ["x86_64-windows"] * 2
 
 
 def test_without_the_extra_one_command_is_named(

@@ -252,18 +252,14 @@ def test_package_says_who_made_what(locomotive: cl.Model, tmp_path: Path) -> Non
         assert fmpy.read_model_description(str(fmu)).author == "A. B."
 
 
-@pytest.mark.parametrize("law", ["carter_griffith", "falling_friction", "polach", "measured"])
+@pytest.mark.parametrize("law", ["carter_griffith", "falling_friction", "polach"])
 def test_start_is_steady_and_on_the_rising_branch(
     locomotive: cl.Model, tmp_path: Path, law: str
 ) -> None:
     text = cl.model_path("locomotive.toml").read_text(encoding="ascii")
     table = locomotive.wheelset.element.table
     if law == "polach":
-        wet = cl.Polach.wet()
-        table = cl.CreepForceTable.from_law(wet)
-    elif law == "measured":
-        path = cl.model_path("eurosprinter_engel1998.csv")
-        table = cl.CreepForceTable.from_law(cl.MeasuredCurve.from_csv(path, kinetic=0.21))
+        table = cl.CreepForceTable.from_law(cl.Polach.wet())
     elif law == "falling_friction":
         text = text.replace(
             "k_hat = 0.3", "k_hat = 0.3\nslip_rate_residual = 0.1\nslip_rate_decay = 5"
@@ -286,18 +282,12 @@ def test_start_is_steady_and_on_the_rising_branch(
 # ---- runs ---------------------------------------------------------------------------------------
 
 
-def parts(
-    model: cl.Model,
-    *,
-    implicit: bool = True,
-    relaxation_length: float | None = None,
-    **starts: float,
-) -> list[kernel.NativeModel]:
+def parts(model: cl.Model, *, relaxation_length: float | None = None) -> list[kernel.NativeModel]:
     """Contact and body as the FMUs of the package hold them."""
-    table, given = model.wheelset.element.native_contact, {**operating_point(model), **starts}
+    table, given = model.wheelset.element.native_contact, operating_point(model)
     made = []
     for kind, length in (("force_element", relaxation_length), ("wheelset_body", None)):
-        mode = implicit and kind == "force_element"
+        mode = kind == "force_element"
         description = replace(
             describe(model, kind, length, mode, mode), starts=given, whole_wheelset=True
         )

@@ -121,19 +121,6 @@ def late_rows(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", [0.5, 1.0])
-def test_slope_seeking_finds_the_peak_it_is_not_told(locomotive: cl.Model, share: float) -> None:
-    nominal = designed("slope_seeking", locomotive)
-    assert isinstance(nominal, cl.SlopeSeeking)
-    controller = replace(nominal, first_compliance=share * nominal.first_compliance)
-    factors = [1.0, 0.7, 0.4]
-    used, creepage = np.transpose([late_rows(locomotive, controller, f, 10.0) for f in factors])
-    assert (used > 0.93).all()
-    # Each friction has a peak of its own, in proportion to it.
-    assert creepage / creepage[0] == pytest.approx(factors, abs=0.15)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("target", [0.0, 0.2, 0.4])
 def test_slope_seeking_finds_the_elasticity_of_another_law(
     locomotive: cl.Model, target: float

@@ -62,20 +62,6 @@ def test_the_other_way_is_the_mirror_image_within_the_demand(
     assert (there * demand >= 0.0).all()
 
 
-@pytest.mark.parametrize("name", cl.CONTROLLERS)
-def test_braking_mirrors_traction(name: str, locomotive: cl.Model) -> None:
-    # At a steady vehicle speed: slip the other way, demand the other way.
-    controller, rng = designed(name, locomotive), np.random.default_rng(6)
-    slip = np.cumsum(rng.standard_normal((400, 5)), axis=0) * 0.01
-
-    def found(sign: float) -> np.ndarray:
-        steady = cl.Measurement(np.full(5, sign * 24e3), slip, np.full(5, 10.0), np.zeros(5))
-        rows = [steady._replace(wheel_speed=10.0 + sign * row) for row in slip]
-        return np.array(torques(controller, rows))
-
-    np.testing.assert_allclose(found(1.0), -found(-1.0), rtol=1e-6, atol=1e-3)
-
-
 @pytest.mark.parametrize("name", LIMITED)
 def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> None:
     # Also when the demand jumps or turns round.

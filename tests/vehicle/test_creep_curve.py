@@ -9,53 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 from falling_friction import with_falling
+from strategies import random_wheelset
 
 import contactlib as cl
 from contactlib.contact import kernel
 
 RNG = np.random.default_rng(5)
-TABLES = [
-    cl.CreepForceTable.from_law(law)
-    for law in (cl.CarterGriffith, cl.Polach(adhesion_reduction=0.9, slip_reduction=0.4))
-]
-
-
-def random_wheelset(body: cl.Wheelset) -> cl.Wheelset:
-    """A wheelset of either law, with any kind of friction, with or without mass and damping."""
-    kinetic = RNG.uniform(0.05, 0.4)
-    fall: dict[str, Any] = [
-        {},
-        {
-            "slip_rate_residual": RNG.uniform(0.2, 0.9),
-            "slip_rate_decay": 10.0 ** RNG.uniform(-2.0, 2.0),
-        },
-        {"softening_temperature": RNG.uniform(300.0, 1200.0)},
-    ][RNG.integers(3)]
-    friction = cl.friction_with_k_hat(
-        body.element.contact,
-        k_hat=RNG.uniform(0.02, 0.6),
-        static=kinetic * RNG.uniform(1.1, 2.5),
-        kinetic=kinetic,
-    )
-    element = replace(
-        body.element,
-        table=TABLES[RNG.integers(2)],
-        friction=replace(friction, **fall),
-        slope_reduction=RNG.uniform(0.1, 1.0),
-    )
-    damping = float(RNG.choice([0.0, 5.0, 50.0, 500.0]))
-    mass = [None, 22.5e3][RNG.integers(2)]
-    return replace(body, element=element, damping=damping, mass=mass)
-
-
-def random_curve(body: cl.Wheelset, **given: Any) -> cl.CreepCurve:
-    return cl.CreepCurve(random_wheelset(body), speed=RNG.uniform(0.5, 50.0), **given)
 
 
 @pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
 def test_the_search_finds_every_turn_of_a_dense_grid(locomotive: cl.Model) -> None:
     for _ in range(40):
-        curve = cl.CreepCurve(random_wheelset(locomotive.wheelset), speed=RNG.uniform(0.5, 50.0))
+        body = random_wheelset(locomotive.wheelset, RNG)
+        curve = cl.CreepCurve(body, speed=RNG.uniform(0.5, 50.0))
         scale = curve.wheelset.element.saturation_creepage
         zeta = scale * np.geomspace(1e-3, 1e4, 50_001)
         for side, turns in ((1.0, curve.turns), (-1.0, curve.turns_in_braking)):
@@ -100,7 +66,8 @@ def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> N
             "friction_scale": RNG.uniform(0.2, 1.5),
             "resistance_force": RNG.uniform(-2e4, 4e4),
         }
-        curve = random_curve(locomotive.wheelset, **inputs)
+        body = random_wheelset(locomotive.wheelset, RNG)
+        curve = cl.CreepCurve(body, speed=RNG.uniform(0.5, 50.0), **inputs)
         scale = curve.wheelset.element.saturation_creepage
         zeta = scale * np.geomspace(1e-3, 1e4, 50_001)
         check_fold(curve, zeta)

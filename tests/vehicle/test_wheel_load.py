@@ -22,16 +22,6 @@ def test_a_history_is_its_profile() -> None:
 
 
 @pytest.mark.slow
-def test_the_variance_is_the_integral_of_the_density() -> None:
-    time = np.arange(0.0, 4000.0, 0.02)
-    found = cl.WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=1)(time)
-    assert found.mean() == pytest.approx(1.0, abs=1e-3)
-    assert found.var() == pytest.approx(VARIANCE, rel=5e-3)
-    # Nearly Gaussian: a sum of N equal waves has the kurtosis 3 - 3/(2 N).
-    assert np.mean((found - 1.0) ** 4) / found.var() ** 2 == pytest.approx(3.0, abs=0.1)
-
-
-@pytest.mark.slow
 def test_the_power_lies_where_the_density_does() -> None:
     time = np.arange(0.0, 400.0, 0.02)
     power = np.zeros(513)
