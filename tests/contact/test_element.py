@@ -133,54 +133,33 @@ def test_slip_speed_scales_force_creepage_and_k_hat(
 
 @pytest.mark.parametrize(("residual", "decay"), [NO_FALL, *SLIP_RATES])
 @pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, -0.02, 0.0])
+@pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
 def test_partial_derivatives(speed: float, residual: float, decay: float) -> None:
-    table = cl.carter_griffith_table("elliptic")
     # Low static friction and a wide range of loads: both limits are met, and the elastic range.
     contact = cl.EllipticContact.from_semi_axes(
         semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=1e5, contact_modulus=115e9
     )
-    friction = cl.friction_with_k_hat(
-        contact,
-        k_hat=0.7,
-        static=0.33,
-        kinetic=0.21,
-        slip_rate_residual=residual,
-        slip_rate_decay=decay,
-    )
-    with pytest.warns(cl.ProcessZoneWarning):
-        element = cl.ForceElement(contact, friction, table=table, radius=0.5)
-    random = np.random.default_rng(9)
-    n = 3000
-    reference = max(abs(speed), 0.1)
-    zeta = 10.0 ** random.uniform(-4.0, 1.0, n) * random.choice([-1.0, 1.0], n)
-    slip = zeta * reference
-    inputs = {
-        "slip": slip,
-        "omega": (speed + slip) / 0.5,
-        "speed": np.full(n, speed),
-        "normal_load": 10.0 ** random.uniform(0.0, 6.0, n),
-    }
-    here = element.evaluate(**{k: inputs[k] for k in ("omega", "speed", "normal_load")})
+    friction = cl.friction_with_k_hat(contact, k_hat=0.7, static=0.33, kinetic=0.21)
+    table = cl.carter_griffith_table("elliptic")
+    element = cl.ForceElement(contact, friction, table=table, radius=0.5)
+    element, random, n = falling(element, residual, decay), np.random.default_rng(9), 3000
+    slip = 10.0 ** random.uniform(-4.0, 1.0, n) * random.choice([-1.0, 1.0], n)
+    slip *= max(abs(speed), 0.1)
+    load = 10.0 ** random.uniform(0.0, 6.0, n)
+    given = {"omega": (speed + slip) / 0.5, "speed": np.full(n, speed), "normal_load": load}
+    here = element.evaluate(**given)
     assert {0.0, 1.0} == set(here["k_hat_limited"]) == set(here["force_limited"])
-    unit = {"slip": slip, "omega": slip / 0.5, "speed": slip, "normal_load": inputs["normal_load"]}
-    force = np.maximum(np.abs(here["creep_force"]), 1e-3 * 0.21 * inputs["normal_load"])
-    for name, field in (
-        ("omega", "force_by_omega"),
-        ("speed", "force_by_speed"),
-        ("normal_load", "force_by_load"),
-    ):
-        h = 1e-4 * np.abs(unit[name])
-        sides = []
-        for i in (-2.0, -1.0, 1.0, 2.0):
-            at = {k: inputs[k] for k in ("omega", "speed", "normal_load")}
-            at[name] = at[name] + i * h
-            sides.append(element.evaluate(**at))
+    force = np.maximum(np.abs(here["creep_force"]), 1e-3 * 0.21 * load)
+    for name, size in (("omega", slip / 0.5), ("speed", slip), ("normal_load", load)):
+        h = 1e-4 * np.abs(size)
+        sides = [element.evaluate(**{**given, name: given[name] + i * h}) for i in (-2, -1, 1, 2)]
         f = [side["creep_force"] for side in sides]
         difference = (f[0] - 8.0 * f[1] + 8.0 * f[2] - f[3]) / (12.0 * h)
         smooth = np.ones(n, bool)  # neither limit begins nor ends between the points
         for flag in ("k_hat_limited", "force_limited"):
             smooth &= (sides[0][flag] == here[flag]) & (sides[-1][flag] == here[flag])
-        error = np.abs(here[field] - difference) * h / (1e-4 * force)
+        found = here[f"force_by_{name.removeprefix('normal_')}"]
+        error = np.abs(found - difference) * h / (1e-4 * force)
         assert smooth.mean() > 0.95
         assert error[smooth].max() < 1e-6
     np.testing.assert_allclose(here["force_by_omega"], 0.5 * here["force_gradient"], rtol=1e-14)

@@ -36,32 +36,6 @@ def test_columns_come_in_any_order_and_with_comments(tmp_path: Path) -> None:
         TractionData.from_csv(path, speed=10.0)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "line 1: the file is empty"),
-        ("# only\ncreepage,force\n1,2\n", "line 2: no column 'traction_coef.*: creepage, force"),
-        ("creepage,traction_coefficient\n", "line 1: no data"),
-        ("creepage,traction_coefficient\n1,2\n#\n1,2,3\n", "line 4: 3 values for 2 columns"),
-        ("creepage,traction_coefficient\n1,two\n", "line 2: traction_coefficient = 'two' is not"),
-        ("creepage,traction_coefficient\n1,2\nnan,2\n", "line 3: creepage = nan is out of range"),
-        ("creepage,traction_coefficient,speed\n1,2,0\n", "line 2: speed = 0.0 .* > 0"),
-        (
-            "creepage,traction_coefficient\n0,0.1\n1,0.3\n2,-0.3\n",
-            "line 4: traction_coefficient = -0.3 is against creepage = 2.0: both are positive in",
-        ),
-        ("creepage,traction_coefficient\n1,\xb5\n", "line 2: traction_coefficient = "),
-    ],
-)
-def test_a_bad_file_is_one_line_with_its_place(tmp_path: Path, text: str, message: str) -> None:
-    path = tmp_path / "curve.csv"
-    path.write_bytes(text.encode("latin-1"))
-    with pytest.raises(ValueError, match=message) as info:
-        TractionData.from_csv(path)
-    assert str(info.value).startswith(f"{path}: ")
-    assert "\n" not in str(info.value)
-
-
 NAMES = "slip_percent;mu;v\n"
 AS_IT_IS: dict[str, tuple[str, dict[str, Any]]] = {
     "percent": ("slip_percent,mu,v\n1.5,0.25,36\n3,0.2,36\n", {}),
@@ -127,60 +101,65 @@ def test_a_file_is_read_as_it_is(name: str, encoding: str, tmp_path: Path) -> No
     assert data.speed.tolist() == pytest.approx([speed, speed], rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            "slip_per_cent;mu\n1;2\n",
-            r"line 1: no column 'slip_percent'; did you mean 'slip_per_cent'",
-        ),
-        ("slip_percent,mu\n1,5,0,25\n", "line 2: 4 values for 2 columns; are there decimal commas"),
-        ("slip_percent;mu\n1;0.2\n1,5;0.2\n", "line 3: slip_percent = '1,5', but line 2 has anoth"),
-        ("slip_percent;mu;mu\n1;0.2;3\n", "line 1: 2 columns 'mu': take one by its number"),
-        ("1,0.2\n2,0.1\n", r"line 1: the first row holds numbers.* columns = \[1, 2\]"),
-        (
-            "slip_percent [km],mu\n1,0.2\n",
-            "line 1: slip_percent .km. is in 'km', but creepage_unit",
-        ),
-        (
-            "slip_percent,mu [kN]\n1,0.2\n",
-            "line 1: mu .kN. is in 'kN', .* not a unit in 1: divide by the load, with load = ",
-        ),
-        ("slip_percent;mu\n%;kN\n1;0.2\n", "line 1: mu is in 'kN', .* divide by the load, with lo"),
-        ('slip_percent,mu\n1,"0.2\n', "line 2: unexpected end of data"),
-        ("slip_percent,mu\n1,\n", "line 2: mu = '' is not a number"),
-    ],
-)
-def test_a_mistake_names_line_and_column(tmp_path: Path, text: str, message: str) -> None:
-    path = tmp_path / "rig.csv"
-    path.write_text(text)
+# Mistakes in files that are read as they are, and in others with columns and unit of their own.
+MISTAKES = [
+    ("", "line 1: the file is empty"),
+    ("# only\ncreepage,force\n1,2\n", "line 2: no column 'traction_coef.*: creepage, force"),
+    ("creepage,traction_coefficient\n", "line 1: no data"),
+    ("creepage,traction_coefficient\n1,2\n#\n1,2,3\n", "line 4: 3 values for 2 columns"),
+    ("creepage,traction_coefficient\n1,two\n", "line 2: traction_coefficient = 'two' is not"),
+    ("creepage,traction_coefficient\n1,2\nnan,2\n", "line 3: creepage = nan is out of range"),
+    ("creepage,traction_coefficient,speed\n1,2,0\n", "line 2: speed = 0.0 .* > 0"),
+    (
+        "creepage,traction_coefficient\n0,0.1\n1,0.3\n2,-0.3\n",
+        "line 4: traction_coefficient = -0.3 is against creepage = 2.0: both are positive in",
+    ),
+    ("creepage,traction_coefficient\n1,\xb5\n", "line 2: traction_coefficient = "),
+]
+IN_COLUMNS = [
+    (
+        "slip_per_cent;mu\n1;2\n",
+        r"line 1: no column 'slip_percent'; did you mean 'slip_per_cent'",
+    ),
+    ("slip_percent,mu\n1,5,0,25\n", "line 2: 4 values for 2 columns; are there decimal commas"),
+    ("slip_percent;mu\n1;0.2\n1,5;0.2\n", "line 3: slip_percent = '1,5', but line 2 has anoth"),
+    ("slip_percent;mu;mu\n1;0.2;3\n", "line 1: 2 columns 'mu': take one by its number"),
+    ("1,0.2\n2,0.1\n", r"line 1: the first row holds numbers.* columns = \[1, 2\]"),
+    (
+        "slip_percent [km],mu\n1,0.2\n",
+        "line 1: slip_percent .km. is in 'km', but creepage_unit",
+    ),
+    (
+        "slip_percent,mu [kN]\n1,0.2\n",
+        "line 1: mu .kN. is in 'kN', .* not a unit in 1: divide by the load, with load = ",
+    ),
+    ("slip_percent;mu\n%;kN\n1;0.2\n", "line 1: mu is in 'kN', .* divide by the load, with lo"),
+    ('slip_percent,mu\n1,"0.2\n', "line 2: unexpected end of data"),
+    ("slip_percent,mu\n1,\n", "line 2: mu = '' is not a number"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), [*MISTAKES, *IN_COLUMNS])
+def test_a_mistake_is_one_line_with_its_place(tmp_path: Path, text: str, message: str) -> None:
+    path, options = tmp_path / "rig.csv", dict[str, Any]()
+    if (text, message) in IN_COLUMNS:
+        options = {"columns": ("slip_percent", "mu"), "creepage_unit": "%"}
+    path.write_bytes(text.encode("latin-1"))
     with pytest.raises(ValueError, match=message) as info:
-        TractionData.from_csv(path, columns=("slip_percent", "mu"), creepage_unit="%")
+        TractionData.from_csv(path, **options)
     assert str(info.value).startswith(f"{path}: line ")
+    assert "\n" not in str(info.value)
 
 
-@pytest.mark.parametrize(
-    ("force", "load", "message"),
-    [
-        (
-            "mu\n1,440\n2,400",
-            220.0,
-            "traction_coefficient = 2, .* load = 220 N carry as many wheels",
-        ),
-        (
-            "mu\n1,55\n2,50",
-            220e3,
-            r"largest force is 0\.00025 of load = 220000 N.* lack the force's u",
-        ),
-    ],
-)
-def test_a_load_that_does_not_fit_the_force_is_warned_of(
-    force: str, load: float, message: str, tmp_path: Path
-) -> None:
+def test_a_load_that_does_not_fit_the_force_is_warned_of(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
-    path.write_text(f"slip_percent,{force}\n")
-    with pytest.warns(cl.InputWarning, match=message):
-        TractionData.from_csv(path, columns=(1, 2), creepage_unit="%", load=load)
+    given: dict[str, Any] = {"columns": (1, 2), "creepage_unit": "%"}
+    path.write_text("slip_percent,mu\n1,440\n2,400\n")
+    with pytest.warns(cl.InputWarning, match="= 2, .* load = 220 N carry as many wheels"):
+        TractionData.from_csv(path, load=220.0, **given)
+    path.write_text("slip_percent,mu\n1,55\n2,50\n")
+    with pytest.warns(cl.InputWarning, match=r"is 0\.00025 of load = 220000 N.* lack the force"):
+        TractionData.from_csv(path, load=220e3, **given)
 
 
 def test_options_are_checked(tmp_path: Path) -> None:

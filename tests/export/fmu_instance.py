@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import c_double, c_uint32
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -144,24 +143,9 @@ class Instance:
         """Directional derivative, or adjoint one."""
         of = [self.references[name] for name in unknowns]
         to = [self.references[name] for name in knowns]
-        if self.version == 2:
-            return list(self.fmu.getDirectionalDerivative(of, to, seed))
-        function = (
-            self.fmu.fmi3GetAdjointDerivative if adjoint else self.fmu.fmi3GetDirectionalDerivative
-        )
-        result = (c_double * len(knowns if adjoint else unknowns))()
-        function(
-            self.fmu.component,
-            (c_uint32 * len(of))(*of),
-            len(of),
-            (c_uint32 * len(to))(*to),
-            len(to),
-            (c_double * len(seed))(*seed),
-            len(seed),
-            result,
-            len(result),
-        )
-        return list(result)
+        if adjoint:
+            return list(self.fmu.getAdjointDerivative(of, to, seed, len(knowns)))
+        return list(self.fmu.getDirectionalDerivative(of, to, seed))
 
     def saved(self) -> bytes:
         """Its state as bytes."""

@@ -50,21 +50,3 @@ def test_saved_state_goes_on_here_and_in_another_process(folder: Path, tmp_path:
     )
     assert other.stdout.splitlines() == expected
     assert len(set(expected)) > AFTER // 2
-
-
-def test_saved_state_holds_what_cannot_be_set(subject: Subject, folder: Path) -> None:
-    # Else the test above would show little. The integrator goes on with its substep, the implicit
-    # element with its last force; all that the others remember is among their variables.
-    with Instance(folder).start() as fmu, Instance(folder) as fresh:
-        fmu_run.run(fmu, 0, BEFORE)
-        settable = [
-            v.name
-            for v in fmu.description.modelVariables
-            if v.start is not None and v.type != "Boolean"
-        ]
-        values = dict(zip(settable, fmu.get(*settable), strict=True))
-        fresh.start(fmu_run.STEP * BEFORE, **values)
-        one = fmu_run.run(fmu, BEFORE, AFTER)
-        other = fmu_run.run(fresh, BEFORE, AFTER)
-    hidden = ("force_element-implicit", "wheelset", "wheelset-relaxed")
-    assert (one != other) == (subject.name in hidden)

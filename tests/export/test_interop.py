@@ -154,23 +154,6 @@ def test_fmu_gives_the_run_that_python_wrote_to_the_last_bit(case: Case, run: Ru
 # ---- tools --------------------------------------------------------------------------------------
 
 
-def run_fmpy(case: Case) -> FloatArray:
-    signals = np.empty(
-        case.time.size, dtype=[(name, np.float64) for name in ("time", *case.inputs)]
-    )
-    for name, values in {"time": case.time, **case.inputs}.items():
-        signals[name] = values
-    result = fmpy.simulate_fmu(
-        str(case.fmu),
-        fmi_type="CoSimulation",
-        stop_time=float(case.time[-1]),
-        output_interval=case.step,
-        input=signals,
-        output=case.outputs,
-    )
-    return np.array([result[name][1:] for name in case.outputs], dtype=np.float64).T
-
-
 def run_ecos(case: Case) -> FloatArray:
     ecos = module("ecospy")
     rows = []
@@ -224,7 +207,7 @@ def run_libcosim(case: Case) -> FloatArray:
 
 
 @pytest.mark.parametrize("case", LOCOMOTIVE, ids=case_name, indirect=True, scope="module")
-@pytest.mark.parametrize("tool", [run_fmpy, run_ecos, run_libcosim])
+@pytest.mark.parametrize("tool", [run_ecos, run_libcosim])
 def test_tool_gives_the_same_trajectory(
     case: Case, run: Run, tool: Callable[[Case], FloatArray]
 ) -> None:

@@ -273,19 +273,3 @@ def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
         fleet.advance(inputs, states, 0.0, 1e-3, 1e-6, np.zeros(2))
     assert states[1] == before[1]
     assert states[0] != before[0]
-
-
-def test_torsional_mode_is_what_a_rigid_contact_free_axle_swings_at(locomotive: cl.Model) -> None:
-    axle = cl.Axle(stiffness=6.0e6, damping=300.0)
-    train = cl.Drivetrain(locomotive.wheelset, axle=axle)
-    states = made_rows("state", 1, speed=10.0, omega_left=20.1, omega_right=19.9)
-    inputs = made_rows("input", 1, friction_left=1.0, friction_right=1.0)  # no load: no contact
-    substep, differences = np.zeros(1), []
-    for _ in range(2000):
-        train.native.advance(inputs, states, 0.0, 1e-4, 1e-10, substep)
-        differences.append(states["omega_left"][0] - states["omega_right"][0])
-    time = 1e-4 * np.arange(1, 2001)
-    w, d = train.torsional_frequency, train.torsional_damping_ratio
-    wd = w * np.sqrt(1.0 - d**2)
-    free = 0.2 * np.exp(-d * w * time) * (np.cos(wd * time) - d * w / wd * np.sin(wd * time))
-    np.testing.assert_allclose(differences, free, atol=1e-6)

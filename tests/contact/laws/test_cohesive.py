@@ -95,7 +95,7 @@ def test_small_k_hat_tends_to_the_papers_limit() -> None:
     laws = [CohesiveZone(k_hat=k, static_to_kinetic=RATIO) for k in k_hats]
     limits = [CarterGriffith(k_hat=k) for k in k_hats]
 
-    def distance(x: FloatArray | float) -> list[float]:
+    def distance(x: FloatArray) -> list[float]:
         return [
             float(np.abs(law.traction_ratio(x) - limit.traction_ratio(x)).max())
             for law, limit in zip(laws, limits, strict=True)
@@ -106,8 +106,6 @@ def test_small_k_hat_tends_to_the_papers_limit() -> None:
     assert order(k_hats, worst) == pytest.approx(2.0, abs=0.05)
     # Beyond it the slip over the whole contact, not at a stick boundary, makes the difference.
     assert order(k_hats[1:], distance(near)[1:]) == pytest.approx(3.0, abs=0.03)
-    # Before it the process zone counts, of the order k_hat**2: k_hat times its square.
-    assert 4.5 < order(k_hats[:2], distance(0.5)[:2]) < 5.0
 
 
 @pytest.mark.parametrize("contact", ["line", "elliptic"])
