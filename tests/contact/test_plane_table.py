@@ -100,21 +100,6 @@ def test_longitudinal_creepage_alone_is_todays_law(k_hat: float) -> None:
     assert not forces[:, 1:].any()
 
 
-@pytest.mark.parametrize(("a_over_b", "nu", "error"), [(2.0, 0.25, 1e-3), (1.3, 0.28, 0.02)])
-def test_the_centre_is_smooth(a_over_b: float, nu: float, error: float) -> None:
-    """The force of small creepages is Kalker's; between the knots interpolation adds to that."""
-    forces, derivatives = law_forces(a_over_b, nu, np.zeros((1, 3)))
-    assert not forces.any()
-    assert derivatives[0, :2, :2] == pytest.approx(0.75 * math.pi * np.eye(2), abs=1e-6)
-    c = cl.kalker_coefficients(a_over_b, nu)
-    slopes = np.array([[c.c11, 0, 0], [0, c.c22, c.c23], [0, -c.c23, c.c33]])
-    kalker = slopes / plane_scales(a_over_b, nu)
-    small = 1e-7 * random_creepages(50, 1.0, 1.0)
-    forces, derivatives = law_forces(a_over_b, nu, small)
-    assert forces / 1e-7 == pytest.approx(small @ kalker.T / 1e-7, abs=error)
-    assert derivatives[:, :, :3] == pytest.approx(np.stack([kalker] * 50), abs=error)
-
-
 @pytest.mark.parametrize("k_hat", [0.0, 0.1, 0.4, 1.5])
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
 @pytest.mark.parametrize("a_over_b", [0.25, 0.7, 1.0, 1.4, 4.0])

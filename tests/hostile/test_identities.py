@@ -17,8 +17,6 @@ import contactlib as cl
 
 pytestmark = pytest.mark.filterwarnings("ignore::contactlib.AspectWarning")  # long ellipses too
 
-RADIUS = 0.5
-
 
 class Wheel(NamedTuple):
     """What makes a contact with its friction, in numbers that a law does not change."""
@@ -26,18 +24,17 @@ class Wheel(NamedTuple):
     contact: Any
     friction: dict[str, float]
 
-    def element(self, **changes: float) -> cl.ForceElement:
+    def element(self) -> cl.ForceElement:
         made = cl.friction_with_k_hat(self.contact, **self.friction)
-        return element_of(self.contact, made, **changes)
+        return element_of(self.contact, made)
 
 
-def element_of(contact: Any, friction: cl.Friction, **changes: Any) -> cl.ForceElement:
-    arguments: dict[str, Any] = {"radius": RADIUS, **changes}
+def element_of(contact: Any, friction: cl.Friction) -> cl.ForceElement:
     shape: Any = "elliptic" if isinstance(contact, cl.EllipticContact) else "line"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cl.ProcessZoneWarning)
         table = cl.carter_griffith_table(shape)
-        return cl.ForceElement(contact, friction, table=table, **arguments)
+        return cl.ForceElement(contact, friction, table=table, radius=0.5)
 
 
 lines = st.builds(
