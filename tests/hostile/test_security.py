@@ -11,13 +11,13 @@ import tomllib
 import zipfile
 from base64 import b64encode
 from collections.abc import Callable
-from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
 
 import click
 import pytest
 from click.testing import CliRunner
+from lxml import html
 
 import contactlib as cl
 from contactlib.base.text import harmless, harmless_line
@@ -257,26 +257,13 @@ def test_the_reporter_shows_names_as_they_are(
 MARKUP = "<img src=x onerror=alert(1)> \"'&lt; ]]> --> </script><script>alert(1)</script> {version}"
 
 
-class Elements(HTMLParser):
+class Elements:
     """Elements and attributes of a page, and its text."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.found: list[tuple[str, dict[str, str | None]]] = []
-        self.text: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.found.append((tag, dict(attrs)))
-
-    def handle_data(self, data: str) -> None:
-        self.text.append(data)
-
-
-def elements(page: str) -> Elements:
-    read = Elements()
-    read.feed(page)
-    read.close()
-    return read
+    def __init__(self, page: str) -> None:
+        root = html.document_fromstring(page)
+        self.found = [(e.tag, dict(e.attrib)) for e in root.iter() if isinstance(e.tag, str)]
+        self.text = root.text_content()
 
 
 def assert_inert(page: Elements) -> None:
@@ -295,11 +282,11 @@ def test_a_model_s_text_is_text_in_what_an_fmu_carries(rig: cl.Model) -> None:
     plain = dataclasses.replace(rig, name="x", source="x")
     for kind in ("force_element", "wheelset"):
         made, known = (package.describe(m, kind, None, False, False) for m in (sent, plain))
-        page, usual = (elements(documentation.index_page(d).decode()) for d in (made, known))
+        page, usual = (Elements(documentation.index_page(d).decode()) for d in (made, known))
         assert [tag for tag, _ in page.found] == [tag for tag, _ in usual.found]
         assert "script" not in {tag for tag, _ in page.found}
         assert_inert(page)
-        assert MARKUP in "".join(page.text)
+        assert MARKUP in page.text
         ElementTree.fromstring(documentation.index_page(made))
         for found in (
             fmi2.model_description(made, [], 1.0, 0.1),
@@ -334,7 +321,7 @@ def page_parts() -> tuple[Elements, list[str], str]:
     """Elements, scripts that run, and the policy of the page."""
     text = PAGE.read_text(encoding="utf-8")
     scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
-    page = elements(text)
+    page = Elements(text)
     (policy,) = (
         attributes["content"] or ""
         for tag, attributes in page.found
@@ -367,6 +354,6 @@ def test_a_model_s_text_ends_no_element_of_the_page(tmp_path: Path) -> None:
     model, path = tmp_path / "model.toml", tmp_path / "page.html"
     model.write_text(f"# {MARKUP} \u2028 <!-- <script>\n{RIG}", encoding="utf-8")
     cl.write_explorer(path, model)
-    before, after = (elements(p.read_text(encoding="utf-8")) for p in (PAGE, path))
+    before, after = (Elements(p.read_text(encoding="utf-8")) for p in (PAGE, path))
     assert [tag for tag, _ in before.found] == [tag for tag, _ in after.found]
     assert MARKUP[:4] not in path.read_text(encoding="utf-8")
