@@ -81,27 +81,6 @@ def test_changed_models_scenarios_and_sweeps(data: st.DataObject, tmp_path: Path
         refusal(kind, made)
 
 
-@few
-@given(data=st.data())
-def test_changed_lines(data: st.DataObject, tmp_path: Path) -> None:
-    path = data.draw(st.sampled_from(FILES))
-    lines = path.read_bytes().splitlines(keepends=True)
-    for _ in range(data.draw(st.integers(1, 4))):
-        place, other = (data.draw(st.integers(0, len(lines) - 1)) for _ in range(2))
-        how = data.draw(st.sampled_from(["twice", "swap", "cut", "bytes"]))
-        if how == "twice":
-            lines.insert(place, lines[other])
-        elif how == "swap":
-            lines[place], lines[other] = lines[other], lines[place]
-        elif how == "cut":
-            lines[place] = lines[place][: len(lines[place]) // 2]
-        else:
-            lines[place] += data.draw(st.binary(max_size=8))
-    made = tmp_path / "made.toml"
-    made.write_bytes(b"".join(lines))
-    refusal(kind_of(path), made)
-
-
 @pytest.mark.parametrize("kind", READERS)
 @few
 @given(data=st.binary(max_size=200))
