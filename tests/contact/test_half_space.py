@@ -42,6 +42,22 @@ def test_full_slip_strains_like_the_closed_form(a_over_b: float, nu: float) -> N
 
 
 @pytest.mark.parametrize("static_ratio", [1.0, 1.6])
+def test_mirror_images(static_ratio: float) -> None:
+    """Mirrored across the rolling direction, and turned round."""
+    mirror = np.array([1, -1, -1])
+    forces = rolling_forces(
+        SPIN_AND_CREEPAGES * [[1, 1, 1], mirror, [-1, -1, -1]],
+        a_over_b=2.0,
+        poisson_ratio=0.28,
+        static_ratio=static_ratio,
+        weakening_length=0.1,
+        grids=QUICK,
+    )
+    assert forces[1] == pytest.approx(forces[0] * mirror, abs=1e-6)
+    assert forces[2] == pytest.approx(-forces[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("static_ratio", [1.0, 1.6])
 def test_isotropy_without_poissons_effect(static_ratio: float) -> None:
     """At nu = 0 displacement is parallel to traction, on any ellipse."""
     angle = np.linspace(0, math.pi, 5)

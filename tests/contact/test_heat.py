@@ -53,6 +53,10 @@ def hot(contact: Any, **others: Any) -> cl.HotContact:
     return cl.HotContact(heat=cl.ContactHeat(contact=contact), **given | others)
 
 
+def order(x: Any, y: Any) -> float:
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
 # ---- the source ----
 
 
@@ -177,6 +181,23 @@ def test_full_slip_has_the_known_forces() -> None:
     assert 300 * soft.traction_ratio == pytest.approx(4 * np.sqrt(2) * MEAN / np.pi**2, rel=0.01)
 
 
+def test_full_slip_is_that_of_cells() -> None:
+    def force(cells: int, r: float) -> float:
+        edges = np.linspace(1.0, -1.0, cells + 1)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        pressure = np.sqrt(1.0 - middle**2)
+        gap = np.maximum(edges[:, np.newaxis] - middle, 0.0)
+        kernel = 2.0 * (np.sqrt(gap[:-1]) - np.sqrt(gap[1:])).T
+        matrix = np.eye(cells) + r / MEAN * kernel * pressure
+        return float(pressure @ np.linalg.solve(matrix, np.ones(cells)) / pressure.sum())
+
+    exact = solve_hot_zone(1e8, rise=1e-8, fall=linear).traction_ratio
+    cells = np.array([50, 100, 200, 400])
+    errors = np.abs([force(int(n), 1.0) - exact for n in cells])
+    assert order(cells, errors) < -1.2
+    assert errors[-1] < 2e-4
+
+
 @pytest.mark.parametrize(("x", "k_hat"), [(0.5, 0.0), (1.3, 0.0), (0.9, 0.3)])
 def test_partial_slip_satisfies_its_equations(x: float, k_hat: float) -> None:
     rise = 0.3
@@ -224,6 +245,18 @@ def test_partial_slip_satisfies_its_equations(x: float, k_hat: float) -> None:
         expected = rise / MEAN * quad(source, 0.0, end, args=(end,), limit=200)[0]
         assert zone.temperature[i] == pytest.approx(expected, abs=2e-7)
         assert zone.fraction[i] == pytest.approx(1.0 - expected, abs=2e-7)
+
+
+@pytest.mark.parametrize(("x", "k_hat"), [(0.6, 0.0), (3.0, 0.0), (1.2, 0.3)])
+def test_errors_fall_like_the_fifth_power_of_the_nodes(x: float, k_hat: float) -> None:
+    def force(nodes: int) -> float:
+        zone = solve_hot_zone(x, rise=0.2, fall=linear, k_hat=k_hat, nodes=nodes)
+        return zone.traction_ratio
+
+    nodes, exact = np.array([6, 9, 13, 19]), force(96)
+    errors = [abs(force(int(n)) - exact) for n in nodes]
+    assert order(nodes, errors) < -4.3
+    assert abs(force(32) - exact) < 2e-8
 
 
 def test_full_slip_follows_partial_slip_without_a_step() -> None:

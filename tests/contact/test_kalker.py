@@ -46,6 +46,47 @@ def test_across_is_along_at_another_poissons_ratio() -> None:
         assert across == pytest.approx(along / (1.0 - nu), rel=1e-10)
 
 
+def strips(g: float, nu: float) -> tuple[float, float, float, float]:
+    """Limit of the coefficients for a/b -> 0."""
+    c11 = math.pi**2 / (4.0 * (1.0 - nu))
+    neighbours = 1.0 + nu * (math.log(16.0 / g) - 5.0)
+    return (
+        c11,
+        c11 * (1.0 - nu),
+        math.pi * math.sqrt(g) / (3.0 * (1.0 - nu)) * neighbours,
+        c11 / (4.0 * g),
+    )
+
+
+def needle(g: float, nu: float) -> tuple[float, float, float, float]:
+    """Limit for a/b -> infinity; 0.157 was found with the solver."""
+    big = math.log(16.0 * g * g)
+
+    def along(at: float) -> float:
+        at -= 3.0 - math.log(4.0)
+        return 2.0 * math.pi * g / (at + 0.157 / at)
+
+    below = (1.0 - nu) * big - 2.0 + 4.0 * nu
+    return (
+        along(big - 2.0 * nu),
+        along(big + 2.0 * nu / (1.0 - nu)) / (1.0 - nu),
+        2.0 * math.pi * g**1.5 / (3.0 * below),
+        0.25 * math.pi * (((1.0 - 2.0 * nu) * big - 2.0 + 8.0 * nu) / below) ** 2,
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("limit", "g", "degree"), [(strips, 1e-3, 10), (needle, 1e3, 8)])
+def test_closed_limits(
+    limit: Callable[[float, float], tuple[float, ...]], g: float, degree: int
+) -> None:
+    on_ellipse = influence(g, degree)
+    for nu in (0.0, 0.25, 0.5):
+        c = stick_coefficients(on_ellipse, nu)
+        found = (c.c11, c.c22, 0.5 * (c.c23 + c.c32), c.c33)
+        assert found == pytest.approx(limit(g, nu), rel=2e-4)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("a_over_b", "nu"), [(0.05, 0.5), (0.33, 0.1), (1.3, 0.3), (20.0, 0.0)])
 def test_shipped_coefficients_are_what_the_solver_gives(a_over_b: float, nu: float) -> None:

@@ -566,6 +566,29 @@ def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Pat
 # ---- in the loop --------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("control", ["creep", "torque"])
+def test_same_trajectory_as_the_kernel(fmu: Path, rig: cl.Model, control: str) -> None:
+    # Under torque control the run-away would magnify the slightest difference.
+    if control == "creep":
+        controller: Any = rig.creep_control
+    else:
+        controller = cl.TorqueControl(cl.Profile((0.0, 6.0), (2.6e4, 2.9e4)))
+    settings: dict[str, Any] = {
+        "duration": 12.0,
+        "step": 1e-3,
+        "initial_speed": 10.0,
+        "initial_creepage": 0.01,
+    }
+    with cl.FmuSource(fmu, wheels=2) as source:
+        with_fmu = cl.cosimulate(rig.wheelset, source, controller, **settings)
+    without = cl.cosimulate(
+        rig.wheelset, cl.KernelSource(rig.wheelset.element), controller, **settings
+    )
+    for name in ("omega", "creep_force", "drive_torque"):
+        np.testing.assert_allclose(with_fmu[name], without[name], rtol=1e-9)
+    assert (with_fmu["creepage"].max() > 0.15) == (control == "torque")
+
+
 @pytest.mark.parametrize("implicit", [False, True])
 def test_only_the_implicit_mode_takes_a_millisecond_at_one_metre_per_second(
     rig: cl.Model, tmp_path: Path, implicit: bool

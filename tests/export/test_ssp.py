@@ -409,6 +409,34 @@ def test_contact_may_lag(
     assert expected[-1, 3] == pytest.approx(held, rel=1e-9)
 
 
+def stiff_solution(model: cl.Model, duration: float) -> FloatArray:
+    """Omega and speed at the end, by the solver of the package."""
+    start = operating_point(model)
+    torque = start["drive_torque"]
+    run = cl.simulate(
+        model.wheelset,
+        cl.TorqueControl(cl.Profile((0.0, duration), (torque, torque))),
+        initial_speed=model.initial_speed,
+        initial_creepage=start["omega"] * model.wheelset.radius / model.initial_speed - 1.0,
+    )
+    return np.array([run["omega"][-1], run["speed"][-1]])
+
+
+@pytest.mark.parametrize("speed", [1.0, 10.0])
+def test_system_converges_to_the_stiff_solver_with_first_order(
+    locomotive: cl.Model, speed: float
+) -> None:
+    model = replace(locomotive, initial_speed=speed)
+    exact = stiff_solution(model, 2.0)
+    errors = []
+    for step in (4e-3, 2e-3, 1e-3):
+        rows = exchange(*parts(model), step=step, count=round(2.0 / step))
+        errors.append(np.abs(rows[-1, :2] - exact))
+    orders = np.log2(errors[:-1]) - np.log2(errors[1:])
+    assert ((orders > 0.9) & (orders < 1.25)).all()
+    assert (errors[-1] < 1e-5 * exact).all()
+
+
 # ---- page, errors, command ----------------------------------------------------------------------
 
 

@@ -62,7 +62,7 @@ def check_fold(curve: cl.CreepCurve, zeta: np.ndarray) -> None:
 @pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
 def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> None:
     for _ in range(40):
-        inputs = {
+        inputs: dict[str, Any] = {
             "friction_scale": RNG.uniform(0.2, 1.5),
             "resistance_force": RNG.uniform(-2e4, 4e4),
         }

@@ -13,11 +13,12 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from contactlib import CarterGriffith, CohesiveZone, ConvergenceError, Friction
+from contactlib import EXPONENTIAL, CarterGriffith, CohesiveZone, ConvergenceError, Friction
 from contactlib.base.quantities import FloatArray
+from contactlib.contact.friction import Weakening
 from contactlib.contact.laws import slip_zone
-from contactlib.contact.laws.cohesive import SMALLEST_K_HAT
-from contactlib.contact.laws.slip_zone import solve_slip_zones, weakening_length
+from contactlib.contact.laws.cohesive import SMALLEST_K_HAT, find_state
+from contactlib.contact.laws.slip_zone import enough_nodes, solve_slip_zones, weakening_length
 
 RATIO = 0.33 / 0.21
 CONTACT = np.genfromtxt(
@@ -29,6 +30,11 @@ CONTACT = np.genfromtxt(
 # (k_hat, static_to_kinetic): zones much shorter and much longer than the contact
 STATES = [(0.01, RATIO), (0.06, 3.0), (0.3, RATIO), (1.0, 1.5), (1.0, 6.0), (2.0, 1.05)]
 EITHER = CarterGriffith | CohesiveZone
+
+
+@pytest.fixture(scope="module")
+def ellipse() -> CohesiveZone:
+    return CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, contact="elliptic")
 
 
 def order(size: FloatArray | list[float], error: FloatArray | list[float]) -> float:
@@ -89,13 +95,30 @@ def test_contact_converges_to_the_law_with_its_own_first_order() -> None:
 # --- limits ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
+def test_the_papers_limit_is_reached_like_the_square_of_the_process_zone() -> None:
+    x = np.array([0.4, 0.6, 0.8, 1.0, 1.2])
+    limit = CarterGriffith(k_hat=0.3)
+    ratios = np.array([3.0, 6.0, 12.0, 24.0])
+    zones = 2.0 * np.pi * (0.3 / (ratios - 1.0)) ** 2  # 0.14 to 0.001 of a
+    laws = [CohesiveZone(k_hat=0.3, static_to_kinetic=r) for r in ratios]
+    distance = np.array([law.traction_ratio(x) - limit.traction_ratio(x) for law in laws])
+    assert (distance < 0.0).all()  # the singularity's release is the larger one
+    assert np.abs(distance[0]).max() < 0.003
+    orders = np.array([order(zones[i : i + 2], np.abs(distance[i : i + 2, 2])) for i in range(3)])
+    assert (np.diff(orders) > 0.0).all()  # 1.56, 1.84, 1.95
+    np.testing.assert_allclose([order(zones[2:], e) for e in distance[2:].T], 2.0, atol=0.08)
+    peaks = [law.peak.traction_ratio - limit.peak.traction_ratio for law in laws]
+    assert order(zones[2:], peaks[2:]) == pytest.approx(2.0, abs=0.07)
+
+
 def test_small_k_hat_tends_to_the_papers_limit() -> None:
     k_hats = [1e-2, 1e-3, 1e-4]
     near, whole = np.linspace(1.1, 1.6, 20), np.linspace(0.05, 2.0, 400)
     laws = [CohesiveZone(k_hat=k, static_to_kinetic=RATIO) for k in k_hats]
     limits = [CarterGriffith(k_hat=k) for k in k_hats]
 
-    def distance(x: FloatArray) -> list[float]:
+    def distance(x: FloatArray | float) -> list[float]:
         return [
             float(np.abs(law.traction_ratio(x) - limit.traction_ratio(x)).max())
             for law, limit in zip(laws, limits, strict=True)
@@ -106,6 +129,8 @@ def test_small_k_hat_tends_to_the_papers_limit() -> None:
     assert order(k_hats, worst) == pytest.approx(2.0, abs=0.05)
     # Beyond it the slip over the whole contact, not at a stick boundary, makes the difference.
     assert order(k_hats[1:], distance(near)[1:]) == pytest.approx(3.0, abs=0.03)
+    # Before it the process zone counts, of the order k_hat**2: k_hat times its square.
+    assert 4.5 < order(k_hats[:2], distance(0.5)[:2]) < 5.0
 
 
 @pytest.mark.parametrize("contact", ["line", "elliptic"])
@@ -171,6 +196,28 @@ def test_stick_ends_without_a_step(k_hat: float, ratio: float) -> None:
     top = law.peak
     assert law.slope(top.normalized_creepage) == pytest.approx(0.0, abs=1e-9)
     assert top.traction_ratio < ratio
+
+
+@pytest.mark.slow
+def test_twice_the_nodes_change_nothing() -> None:
+    rng = np.random.default_rng(1)
+    for i in range(240):
+        k_hat, ratio = float(np.exp(rng.uniform(np.log(1e-6), np.log(2.0)))), rng.uniform(1.05, 6.0)
+        length = min(1.0, float(weakening_length(np.array(k_hat), ratio)))
+        size = float(np.exp(rng.uniform(np.log(0.01 * length), np.log(1.999))))
+        state = ((2.0 - size, size, 0.0), (size, 2.0 - size, 0.0), (0.0, 2.0, 5.0 * size))[i % 3]
+        n, q = enough_nodes(k_hat, ratio, EXPONENTIAL), []
+        for used in (n, 2 * n):
+            zones = solve_slip_zones(
+                *(np.array([v]) for v in state),
+                k_hat=np.array([k_hat]),
+                static_to_kinetic=ratio,
+                weakening=EXPONENTIAL,
+                nodes=used,
+            )
+            stick = state[0]
+            q.append(float((1.0 - 0.25 * stick**2 + stick * zones.release + zones.excess)[0]))
+        assert q[0] == pytest.approx(q[1], abs=1e-9), (k_hat, ratio, state)
 
 
 # --- along the contact ---------------------------------------------------------------------------
@@ -290,6 +337,45 @@ def cubic(u: float) -> float:
 
 
 SAMPLES = Friction.from_samples([0.0, 1e-6, 2e-6, 5e-6], [0.33, 0.26, 0.22, 0.21])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("weakening", "k_hat", "x", "within"),
+    [
+        (EXPONENTIAL, 0.3, 0.6, 1e-8),
+        (EXPONENTIAL, 0.3, 1.5, 1e-8),
+        (Friction.from_function(cubic).weakening, 0.5, 1.5, 1e-8),
+        pytest.param(SAMPLES.weakening, 1.0, 1.5, 3e-6, marks=pytest.mark.reference),
+    ],
+)
+def test_ellipse_is_the_sum_of_its_strips(
+    weakening: Weakening, k_hat: float, x: float, within: float
+) -> None:
+    ellipse = CohesiveZone(
+        k_hat=k_hat, static_to_kinetic=RATIO, contact="elliptic", weakening=weakening
+    )
+    place, weight = np.polynomial.legendre.leggauss(24)
+    total = 0.0
+    for low, high in pairwise([0.0, first_to_slip(ellipse, x), 0.5 * np.pi]):
+        for angle, share in zip(
+            0.5 * (high + low) + 0.5 * (high - low) * place,
+            0.5 * (high - low) * weight,
+            strict=True,
+        ):
+            if high == low:
+                continue
+            w = float(np.cos(angle))
+            material = {"static_to_kinetic": RATIO, "weakening": weakening}
+            stick, edge = find_state(x / w, k_hat=ellipse.k_hat / w, **material)  # type: ignore[arg-type]
+            zones = solve_slip_zones(
+                *(np.array([v]) for v in (stick, 2.0 - stick, edge)),
+                k_hat=np.array([ellipse.k_hat / w]),
+                **material,  # type: ignore[arg-type]
+            )
+            q = 1.0 - 0.25 * stick**2 + stick * zones.release[0] + zones.excess[0]
+            total += 1.5 * share * w**3 * q  # Eq. (24)
+    assert total == pytest.approx(float(ellipse.traction_ratio(x)), abs=within)
 
 
 @pytest.mark.parametrize(

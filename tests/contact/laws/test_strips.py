@@ -2,10 +2,38 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from contactlib import CarterGriffith
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("k_hat", [1e-3, 0.03, 0.3, 2.0])
+@pytest.mark.parametrize("x", [0.05, 0.5, 0.97, 1.0, 1.2, 4.0])
+def test_sum_of_strips(k_hat: float, x: float) -> None:
+    # Eqs. (23) and (24) strip by strip: here the root is sought, in the law the width is.
+    def strip(angle: float, slope: bool) -> float:
+        w = np.cos(angle)
+        line = CarterGriffith.__new__(CarterGriffith)  # strips at the rim exceed k_hat = 2
+        object.__setattr__(line, "k_hat", k_hat / w)
+        object.__setattr__(line, "contact", "line")
+        if slope:
+            return float(w**2 * line.slope(x / w))
+        return float(w**3 * line.traction_ratio(x / w))
+
+    law = CarterGriffith(k_hat=k_hat, contact="elliptic")
+    layer = np.arccos(min(x, 1.0))
+    ends = sorted({0.0, max(layer - 0.1, 0.0), layer, min(layer + 0.1, 1.55), np.pi / 2})
+    for slope, value in ((False, law.traction_ratio(x)), (True, law.slope(x))):
+        total = sum(
+            quad(strip, a, b, args=(slope,), epsabs=2e-12, epsrel=1e-12, limit=400)[0]
+            for a, b in pairwise(ends)
+        )
+        assert 1.5 * total == pytest.approx(float(value), abs=2e-11)
 
 
 @pytest.mark.parametrize("x", [0.4, 1.1])
