@@ -570,7 +570,7 @@ def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Pat
 def test_same_trajectory_as_the_kernel(fmu: Path, rig: cl.Model, control: str) -> None:
     # Under torque control the run-away would magnify the slightest difference.
     if control == "creep":
-        controller: Any = rig.creep_control
+        controller: Any = controls("rig")[1]
     else:
         controller = cl.TorqueControl(cl.Profile((0.0, 6.0), (2.6e4, 2.9e4)))
     settings: dict[str, Any] = {
