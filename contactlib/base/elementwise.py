@@ -1,7 +1,7 @@
 """Elementwise functions of numbers or of arrays.
 
-A formula that is written with them holds for one wheelset, given as numbers, and for many, given as
-arrays. NumPy's own functions take some ten times as long for a number.
+A formula that uses them applies to one wheelset, given as numbers, and to many, given as arrays.
+NumPy's own functions take some ten times as long for a number.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ ARRAY = np.ndarray
 
 
 def minimum(a: Any, b: Any) -> Any:
-    """Lesser of two values; nan if the first is nan."""
+    """Smaller of two values; nan if the first is nan."""
     if type(a) is ARRAY or type(b) is ARRAY:
         return np.minimum(a, b)
     return b if b < a else a
 
 
 def maximum(a: Any, b: Any) -> Any:
-    """Greater of two values; nan if the first is nan."""
+    """Larger of two values; nan if the first is nan."""
     if type(a) is ARRAY or type(b) is ARRAY:
         return np.maximum(a, b)
     return b if b > a else a

@@ -105,9 +105,9 @@ def _digits(bound: float) -> str:
 class Quantity(Limits):
     """Unit and limits of a number, for use in ``Annotated``.
 
-    `percent`: it is shown in per cent. `whole`: it has no fraction. `usual`: lowest and highest
-    value that a vehicle or a rig has; a file's value beyond them is allowed, and warned of with
-    `doubtful`, the probable mistake.
+    `percent`: reports show it in per cent. `whole`: it has no fraction. `usual`: minimum and
+    maximum value of real vehicles and rigs; a file's value beyond them is allowed, but causes a
+    warning with `doubtful`, the probable mistake.
     """
 
     unit: str
@@ -136,7 +136,7 @@ SEED = Quantity("1", at_least=0.0, at_most=2.0**53, whole=True)  # of random num
 
 
 class InputWarning(UserWarning):
-    """A file or a run has a number that no vehicle has, or a file a key that it does not use."""
+    """A file or run has an implausible number, or a file has a key that it does not use."""
 
 
 def warn(text: str) -> None:
@@ -324,7 +324,7 @@ def cached_names(kind: Any) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class Parameter:
-    """What a class or function declares of one of its parameters.
+    """Declaration of one parameter of a class or function.
 
     Attributes
     ----------
@@ -335,11 +335,11 @@ class Parameter:
     many : bool
         Whether it is a list.
     choices : tuple
-        What it may be, if it is not any number or text.
+        Allowed values, if not every number or text is allowed.
     default : object
-        Default; `dataclasses.MISSING` if it is needed.
+        Default; `dataclasses.MISSING` if it is required.
     said_by : tuple
-        Classes and functions whose docstrings say what it means, the first that does.
+        Classes and functions whose docstrings describe it; the first description is used.
     """
 
     name: str
@@ -373,8 +373,8 @@ class Parameter:
 def declared(source: Any) -> Mapping[str, Parameter]:
     """Quantities, texts and lists of them that a class or function declares as its parameters.
 
-    A parameter of a class method without limits of its own is the field of that name. What Python
-    must write as ``from_`` is ``from``.
+    A parameter of a class method without its own limits is the field of that name. Python's
+    ``from_`` is the key ``from``.
     """
     hints = get_type_hints(source, include_extras=True)
     inherited: Mapping[str, Parameter] = {}
@@ -402,7 +402,7 @@ def declared(source: Any) -> Mapping[str, Parameter]:
     return MappingProxyType({name.rstrip("_"): one for name, one in found.items()})
 
 
-PLAIN = {float, str, str | int, ...}  # what a list may hold
+PLAIN = {float, str, str | int, ...}  # allowed elements of a list
 
 
 def _is(hint: Any, *origins: Any) -> bool:
@@ -443,7 +443,7 @@ class Parameters:
             derived(f"{type(self).__name__}.{name}", partial(getattr, self, name), given, limits)
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a copy or a pickle keeps: not what is derived, such as structs of the kernel."""
+        """State for copies and pickles, without derived objects such as structs of the kernel."""
         kind: Any = type(self)
         left_out = cached_names(kind)
         return {name: value for name, value in vars(self).items() if name not in left_out}

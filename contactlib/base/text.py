@@ -11,8 +11,8 @@ from pathlib import PurePath
 from contactlib.base.writing import PACKAGE
 
 LONGEST_LINE = 1000  # characters
-# What a user's function may raise. After sys.exit the program would end with no message and the
-# status of success.
+# Exceptions that a user's function may raise. sys.exit would end the program without a message and
+# # with the status of success.
 USERS_ERRORS = (Exception, SystemExit)
 
 

@@ -1,7 +1,7 @@
-"""Units as people write them: which spellings are known, and what each is in SI.
+"""Units in common spellings, and their values in SI units.
 
 pint, tried for this, reads "24 kNm" as a textile unit, "1,5 %" as 0.15 and never returns from
-"9**9**9 m", so the units that the files need stand here.
+"9**9**9 m", so this module defines the units that the files need.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ UNITS = {
     "1/(N.m)": {"1/(kN.m)": 1e-3},
     "K": {"delta_degC": 1.0, "delta_degF": 5.0 / 9.0},  # of a rise, not of a temperature
 }
-# What turns other spellings into those above, in this order; Python and the explorer's page read
-# the expressions alike.
+# Substitutions of other spellings by those above, in this order; Python and the explorer page use #
+# the same regular expressions.
 SPELLINGS = (
     (r"[\u00b5\u03bc]", "u"),
     (r"\u00b2", "2"),
@@ -66,7 +66,7 @@ def unit_value(unit: str, si: str) -> float | None:
     known = {si: 1.0, **UNITS.get(si, {})}
     plain = unit.strip()
     for pattern, replacement in SPELLINGS:
-        if plain not in known and len(plain) < 100:  # they take the square of a row of spaces
+        if plain not in known and len(plain) < 100:  # quadratic in the number of spaces
             plain = re.sub(pattern, replacement, plain)
     return known.get(plain)
 

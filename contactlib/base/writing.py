@@ -37,7 +37,7 @@ def read_small(path: Path) -> bytes:
 
 
 def user_cache(name: str) -> Path:
-    """Folder of this user's cache for what takes long to make; it need not exist."""
+    """Folder of this user's cache for results of long computations; it need not exist."""
     return platformdirs.user_cache_path("contactlib", appauthor=False) / name
 
 
@@ -49,7 +49,7 @@ def keep_in_cache(path: Path, data: bytes) -> None:
 
 
 def write_whole(path: str | os.PathLike[str], data: bytes) -> Path:
-    """Write a file atomically: `path` holds either the complete old or the complete new bytes.
+    """Write a file atomically: `path` contains either the complete old or the complete new bytes.
 
     The data go to a temporary file in the same folder, which is then renamed. A symbolic link is
     kept and its target replaced; a pipe or a device is written directly. A killed process may

@@ -244,7 +244,7 @@ def tune(
     Default: all controllers of SCENARIO that declare settings. The search maximises the mean of
     limited utilisation (force used / available force, while friction limits) and adhesion
     utilisation (force used / force that could be transmitted, in the whole run). Every trial runs
-    with the sensors of the file, and with sensors that err as the controller does not know. As soon
+    with the sensors of the file, and with sensor errors that the controller cannot correct. As soon
     as a controller is tuned, its settings go into settings.toml, as a section of a scenario file;
     errors.csv has the force that every controller uses with them while friction limits.
     """

@@ -1,4 +1,4 @@
-"""What the commands show on a terminal: lines, progress bars, and a line for each mistake."""
+"""Output of the commands on a terminal: lines, progress bars, and a line for each mistake."""
 
 from __future__ import annotations
 

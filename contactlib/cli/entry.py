@@ -1,4 +1,4 @@
-"""Where the command begins: until it runs, and after it, Ctrl-C ends it at once and without a word.
+"""Entry point of the command: before and after its run, Ctrl-C ends it at once and silently.
 
 This module imports nothing that takes time.
 """

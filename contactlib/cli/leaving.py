@@ -1,4 +1,4 @@
-"""How a process ends at a signal while there is nothing to clean up: at once, without a word."""
+"""End of a process at a signal while there is nothing to clean up: at once and silently."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands `new` and `table` write: files to start from, and tables for other tools."""
+"""Output of the commands `new` and `table`: template files, and tables for other tools."""
 
 from __future__ import annotations
 

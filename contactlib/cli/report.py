@@ -140,7 +140,7 @@ def sample_times(scenario: Scenario) -> list[float]:
 
 
 def outlook(scenario: Scenario) -> list[str]:
-    """Say for each sample time, on the worst and best friction, if the falling branch can be held.
+    """Report for each sample time, at minimum and maximum friction, if a gain is stabilising.
 
     A line names the steepest point of the falling branch at the design speed, its pole, and the
     gains that hold it with the delays of the loop.
@@ -180,7 +180,7 @@ def write_tuning(
     trials: int,
     seeds: int,
 ) -> None:
-    """Search settings of controllers, run them with sensors that err, and write what was found.
+    """Search settings of controllers, run them with sensor errors, and write the results.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def _report_tuning(
     reporter: Reporter,
     formats: Sequence[str],
 ) -> None:
-    """Show and write what tuned controllers reach, also with sensors that err."""
+    """Show and write the utilisation of tuned controllers, also with sensor errors."""
     objective = [name.replace("_", " ") for name in OBJECTIVE]
     rows = [
         ["", "", *(cell for name in objective for cell in (name, ""))],
@@ -275,7 +275,7 @@ def _report_tuning(
 
 
 def errors_table(errors: xr.DataArray) -> str:
-    """Format limited utilisation with erring sensors: mean, and in brackets the least, over noise.
+    """Format limited utilisation with sensor errors: mean and, in brackets, minimum over noise.
 
     Parameters
     ----------

@@ -1,14 +1,14 @@
 """A law with a corner, sampled for a table once, whatever the table's grid is.
 
 At a corner, whose place u* in the table's coordinate u depends on k_hat, a law is not smooth. On
-either side it is, in
+both sides of it the law is smooth in
 
     p = sqrt(1 - u/u*) below the corner,    p = 1 - sqrt((1 - u)/(1 - u*)) beyond it,
 
-as the half powers and logarithms at the corner, and the half powers of the tail, become those of p
-of twice the order. At given p it is smooth in k_hat too. So Chebyshev series on a few panels of
-either side, and along a coordinate that is dense at small k_hat, give it everywhere; the table's
-certificate, which compares with the law itself, covers their error.
+because the half powers and logarithms at the corner, and the half powers of the tail, become powers
+and logarithms of p of twice the order. At given p it is smooth in k_hat too. So Chebyshev series on
+a few panels of both sides, and along a coordinate that is dense at small k_hat, approximate it
+everywhere; the table's certificate, which compares with the law itself, covers their error.
 """
 
 from __future__ import annotations

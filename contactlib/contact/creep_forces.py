@@ -1,8 +1,8 @@
-"""Creep forces as a vehicle tool asks for them: from the contact ellipse and Kalker's creepages.
+"""Creep forces as a vehicle tool needs them: from the contact ellipse and Kalker's creepages.
 
 The ellipse, the load and the friction may differ at every point, as they do when a wheel moves
-across a rail. The law is that of `ForceElement` for an ellipse on a half-space, with force across
-rolling and the moment of spin. `fmu/plane_law.h` says how, `fmu/creep_forces.h` with which signs.
+across a rail. The law is that of `ForceElement` for an ellipse on a half-space, with lateral force
+and spin moment. `fmu/plane_law.h` gives the formulas, `fmu/creep_forces.h` the signs.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class CreepForces(Parameters):
     poisson_ratio : float
         nu of both bodies [1], from 0 to 0.5.
     table : CreepForceTable, optional
-        Law of an elliptic contact, or one curve such as a measured one, which then holds for any
+        Law of an elliptic contact, or one curve such as a measured one, which then applies to any
         ellipse. Default: Carter and Griffith's.
 
     Raises
@@ -130,7 +130,7 @@ class CreepForces(Parameters):
 
     @property
     def data(self) -> bytes:
-        """What the kernel knows of any ellipse, as an FMU's resource."""
+        """The kernel's data for any ellipse, as an FMU's resource."""
         nu = np.array([self.poisson_ratio])
         return kernel.framed(b"CREEPAIR", 1, nu.tobytes() + plane_coefficients(nu.item()).tobytes())
 

@@ -85,8 +85,8 @@ class ForceElement(Parameters):
     slope_reduction : float, optional
         The initial slope over that of clean surfaces; zeta0 is divided by it [1]. A third-body
         layer makes it less than 1; a measured curve may be steeper than Hertz's contact predicts.
-        That k_hat stays is a choice: if a softer layer replaced E* by s E* in both scales, k_hat
-        would fall to sqrt(s) k_hat. Default: 1.
+        That k_hat does not change is an assumption: if a softer layer replaced E* by s E* in both
+        scales, k_hat would fall to sqrt(s) k_hat. Default: 1.
     minimum_speed : float, optional
         Speed below which the reference speed of the creepage is regularised and the output
         ``speed_regularized`` is 1 [m/s]. Default: 0.1.
@@ -114,14 +114,15 @@ class ForceElement(Parameters):
 
     Notes
     -----
-    The force never exceeds static friction times load. The Carter-Griffith law does not know f_s,
-    so its force is held there and the output ``force_limited`` is 1. The cohesive-zone law stays
-    below.
+    The force never exceeds static friction times load. The Carter-Griffith law does not contain
+    f_s, so the element limits its force to this value and sets the output ``force_limited`` to 1.
+    The force of the cohesive-zone law is always below it.
 
     The laws of an ellipse are sums of strips; the contact's `tangential_modulus` and `softening`
-    make them roll as on a half-space, with its `theory` "strips" they stay what they are. For a/b
-    from 0.5 to 2 and constant friction q is then right to 0.0015. At k_hat 0.3 the cohesive-zone
-    law is right to 0.006, the Carter-Griffith law to 0.04, since its weakening zone is not short.
+    correct them for a half-space; with its `theory` "strips" they are not corrected. For a/b from
+    0.5 to 2 and constant friction the error of the corrected q is 0.0015. At k_hat 0.3 the error of
+    the cohesive-zone law is 0.006, that of the Carter-Griffith law 0.04, because its weakening zone
+    is not short.
     """
 
     contact: Contact
@@ -239,7 +240,7 @@ class ForceElement(Parameters):
 
     @property
     def _softens(self) -> bool:
-        """Only the laws of strips feel how the half-space softens."""
+        """Only the laws of strips are corrected for the softening of the half-space."""
         return "contact" in self.table.options
 
     @property
@@ -266,7 +267,7 @@ class ForceElement(Parameters):
 
     @property
     def plane_data(self) -> bytes:
-        """What the contact adds to the table for force in the plane, as an FMU's resource."""
+        """Data of the contact for lateral and spin force, as an FMU's resource."""
         return plane_contact(self.contact, softens=self._softens)
 
     @cached_property
@@ -335,8 +336,8 @@ class ForceElement(Parameters):
         Raises
         ------
         ValueError
-            If a value is not finite or out of range, such as a negative load, or the contact does
-            not know spin.
+            If a value is not finite or out of range, such as a negative load, or spin is given for
+            a contact without spin.
         """
         given = {
             "omega": omega,

@@ -1,10 +1,9 @@
 """Fit the parameters of a creep force law to measured traction.
 
 The model is mu(zeta) = f_d g q(x), x = zeta/(zeta0 g), where q is a law of `contact.laws` and g is
-the fraction of friction left at the slip speed w = |zeta| V: (1 - A) exp(-B w) + A, or what heat
-leaves of it, `contact.hot_contact.friction_factor`. A law's k_hat becomes k_hat/sqrt(g). Data often
-leave some parameters undetermined, so each estimate comes with the set of values that the data
-allow.
+the factor on friction at the slip speed w = |zeta| V: (1 - A) exp(-B w) + A, or for thermal
+softening `contact.hot_contact.friction_factor`. A law's k_hat becomes k_hat/sqrt(g). Data often do
+not determine some parameters, so each estimate comes with its confidence interval.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ class Estimate:
         From the Jacobian; nan if the data do not define it: at an end of the range, or in a
         direction that they do not determine.
     interval : tuple of float
-        Confidence interval; an end of the range where the data set no bound.
+        Confidence interval; it ends at the range searched where the data give no bound.
     range : tuple of float
         Ends of the range that was searched.
     """
@@ -97,7 +96,7 @@ class FitResult:
     profiled : bool
         True if the intervals are from the profile likelihood, False if from the standard errors.
     heat : ContactHeat or None
-        What warms the contact, if heat lowers the friction.
+        Thermal model of the contact, if friction softens thermally.
     """
 
     law: Law
@@ -121,16 +120,16 @@ class FitResult:
 
     @property
     def aic(self) -> float:
-        """Akaike's criterion; of fits to the same points the one with the least predicts best."""
+        """Akaike's criterion; of fits to the same points, the minimum predicts best."""
         return self._criterion(2.0)
 
     @property
     def bic(self) -> float:
-        """Schwarz's criterion, as `aic`; it costs a parameter more, the logarithm of the points."""
+        """Schwarz's criterion, as `aic`; the penalty is ln(number of points) per parameter."""
         return self._criterion(math.log(self.residuals.size))
 
     def _criterion(self, cost: float) -> float:
-        """-2 ln(likelihood) of normal errors, but for a constant, and the cost of parameters."""
+        """-2 ln(likelihood) of normal errors, up to a constant, plus the penalty of parameters."""
         variance = max(self.rmse**2, float(np.finfo(np.float64).tiny))
         return self.residuals.size * math.log(variance) + cost * (len(self.estimates) + 1)
 
@@ -203,8 +202,8 @@ def fit(
     slip_rate : bool
         Whether friction falls with slip speed.
     heat : ContactHeat, optional
-        What warms the contact, whose friction f_d (1 - T/T_m) then falls with its temperature.
-        kinetic and T_m count from the temperature at which the surfaces enter.
+        Thermal model of the contact; its friction f_d (1 - T/T_m) falls with its temperature.
+        kinetic and T_m refer to the temperature at which the surfaces enter.
     level : float
         Confidence level of the intervals [1], between 0 and 1.
     ranges : mapping of str to (float, float), optional
@@ -226,20 +225,20 @@ def fit(
         a speed, no point has a creepage, there are no more points than free parameters, `heat`
         comes with `slip_rate`, or with a law for another shape of contact.
     TypeError
-        If the law does not know an option.
+        If the law does not have an option.
 
     Notes
     -----
     Where the Jacobian is regular and the intervals stay inside the ranges, intervals are the
-    estimate plus and minus Student's t times the standard error. Otherwise all intervals are
-    those of the profile likelihood: the values at which the sum of squares, at its minimum over
-    the other parameters, is at most 1 + F(level; 1, n - p)/(n - p) times the overall minimum. A
-    parameter is called not identifiable if its interval reaches an end of its range or is wider
-    than ten times the estimate, or if the Jacobian is singular in its direction: other parameters
-    can then compensate any change of it, and only their ranges bound the interval. Parameters whose
-    estimate is at an end of its range are not in the Jacobian; standard errors treat them as known.
-    All this takes the law as true, and the errors of the points as independent and of one size. An
-    interval says nothing about whether another law fits better: compare `FitResult.rmse`.
+    estimate plus and minus Student's t times the standard error. Otherwise all intervals are those
+    of the profile likelihood: the values at which the sum of squares, at its minimum over the other
+    parameters, is at most 1 + F(level; 1, n - p)/(n - p) times the overall minimum. A parameter is
+    called not identifiable if its interval reaches an end of its range or is wider than ten times
+    the estimate, or if the Jacobian is singular in its direction: other parameters can then
+    compensate any change of it, and only their ranges bound the interval. Parameters whose estimate
+    is at an end of its range are not in the Jacobian; standard errors treat them as known. All this
+    assumes that the law is true and that the errors of the points are independent and of equal
+    variance. An interval does not show whether another law fits better: compare `FitResult.rmse`.
 
     Polach's law depends on kA and kS only through kA/zeta0 and kS/zeta0. Hold
     ``saturation_creepage`` to fit it; for another zeta0, kA and kS change in proportion. If all

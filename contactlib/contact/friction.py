@@ -1,4 +1,4 @@
-"""Slip-weakening friction: a static value that drops to a kinetic one over microns of slip."""
+"""Slip-weakening friction: it drops from a static to a kinetic value over microns of slip."""
 
 from __future__ import annotations
 
@@ -153,10 +153,10 @@ class Friction(Parameters):
         Root of conductivity, density and heat capacity of wheel and rail, for T
         [W s^0.5/(m^2 K)]. Default: that of steel.
     slip_rate_residual : float, optional
-        The other way to say how friction falls: A of the factor (1 - A) exp(-B w) + A, w being the
-        slip speed [1]. Default: no fall. Polach's A belongs to his one coefficient mu0, whose fall
-        contains that from `static` to `kinetic`. Here A times static/kinetic is consistent with
-        it: friction at high slip speed is then A `static`; 0.40 becomes 0.857 with 0.45 and 0.21.
+        The alternative to thermal softening: A of the factor (1 - A) exp(-B w) + A, with the slip
+        speed w [1]. Default: no fall. Polach's A applies to his single coefficient mu0 and includes
+        the fall from `static` to `kinetic`. Use A times static/kinetic here: friction at high slip
+        speed is then A `static`; 0.40 becomes 0.857 with 0.45 and 0.21.
     slip_rate_decay : float, optional
         B of the same factor [s/m]. Default: 0, no fall.
 
@@ -267,8 +267,8 @@ class Friction(Parameters):
         Parameters
         ----------
         slip, coefficient : array_like
-            Slips [m], rising from 0, and the coefficients there [1]. The last one is the kinetic
-            coefficient and holds for larger slips.
+            Slips [m], strictly increasing from 0, and the coefficients there [1]. The last one is
+            the kinetic coefficient and applies to larger slips.
         name, **others
             As in `from_function`.
 
@@ -310,7 +310,7 @@ class Friction(Parameters):
 
     @property
     def softens_with_heat(self) -> bool:
-        """Whether friction falls with the flash temperature that slip makes."""
+        """Whether friction falls with flash temperature (thermal softening)."""
         return self.softening_temperature > 0.0
 
     def coefficient(self, slip: ArrayLike) -> FloatArray:

@@ -1,21 +1,21 @@
 """Flash temperature of a sliding contact, and how friction falls with temperature.
 
-Each surface runs through the contact with its own speed v and thermal effusivity
-e = sqrt(lambda rho c). It is fast (v a/(2 kappa) >> 1), so that heat has time to flow into the
-body but not along it, and each strip of a contact is on its own. What entered at the leading edge
-is warmed by the flux q on its way; with xi = x/a and both bodies at one temperature T,
+Each surface runs through the contact with its own speed v and thermal effusivity e = sqrt(lambda
+rho c). The speed is high (v a/(2 kappa) >> 1), so conduction along the surface is negligible, and
+the strips of a contact are independent. The flux q warms the surface from the leading edge on; with
+xi = x/a and both bodies at one temperature T,
 
     e_i sqrt(v_i) T(xi) = sqrt(a/pi) int_xi^1 q_i(eta)/sqrt(eta - xi) d eta,    q_1 + q_2 = q.
 
 The kernel is the same for both bodies, so they share the heat as e sqrt(v) everywhere in the
-contact. Surfaces that enter with different temperatures take their mean with these weights at once,
-and exchange a flux ~ 1/sqrt(1 - xi) that leaves this mean as it is. In full slip
-q = f p0 sqrt(1 - eta**2) w, which gives Blok's
+contact. Surfaces that enter with different temperatures immediately reach their mean with these
+weights, and exchange a flux ~ 1/sqrt(1 - xi) that does not change this mean. In full slip q = f p0
+sqrt(1 - eta**2) w, which gives Blok's
 
     T = f p0 w sqrt(a/pi) Theta(xi)/(e_1 sqrt(v_1) + e_2 sqrt(v_2)),
     Theta = (4 sqrt(2)/3) ((2 m - 1) E(m) + (1 - m) K(m)),    m = (1 - xi)/2.
 
-What friction that falls with it does is the matter of `contact.hot_contact`.
+`contact.hot_contact` computes the creep force with thermal softening.
 """
 
 from __future__ import annotations
@@ -129,10 +129,10 @@ class Softening:
     Parameters
     ----------
     temperature : array_like
-        Temperatures above ambient [K], rising from 0.
+        Temperatures above ambient [K], strictly increasing from 0.
     coefficient : array_like
-        Friction coefficients there [1], falling; only their ratio to the first one enters. The
-        last one holds for higher temperatures, the first one for lower ones.
+        Friction coefficients there [1], decreasing; only their ratio to the first one matters. The
+        last one applies to higher temperatures, the first one to lower ones.
 
     Raises
     ------
@@ -180,7 +180,7 @@ class Softening:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactHeat(Parameters):
-    """How much the slip of a wheel on a rail warms the contact at its nominal load.
+    """Flash temperature of a contact at its nominal load, from the slip of the wheel.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class ContactHeat(Parameters):
     -----
     The theory is that of a fast source. Jaeger's solution for any speed has a mean rise higher by
     2.8 % at a Peclet number of 5, 1.5 % at 10 and 0.16 % at 100; steel in a contact 12 mm long is
-    at 10 at 0.05 m/s. A body at rest takes no heat.
+    at 10 at 0.05 m/s. A body at rest absorbs no heat.
 
     Examples
     --------

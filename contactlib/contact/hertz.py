@@ -194,9 +194,9 @@ class EllipticContact(Parameters):
         nu of both bodies [1], from 0 to 0.5; it enters the stiffness against creepage only.
         Default: 0.3, steel's.
     theory : str, optional
-        Of an ellipse. ``"half_space"``: it rolls as on an elastic half-space, see
-        `half_space_scales`. ``"strips"``: its strips along the rolling direction do not feel each
-        other, as in the paper; the ratio of its axes then does not enter.
+        Theory of an ellipse. ``"half_space"``: stiffness of an elastic half-space, see
+        `half_space_scales`. ``"strips"``: uncoupled strips along the rolling direction, as in the
+        paper; the ratio of the axes then has no effect.
 
     Notes
     -----

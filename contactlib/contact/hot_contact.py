@@ -1,4 +1,4 @@
-"""Friction that falls with the temperature that slip makes: in closed form, and solved locally."""
+"""Creep force with thermal softening of friction: closed form and local solution."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def friction_factor(
 ) -> FloatArray:
     """Fraction g of the friction that a hot contact keeps, in closed form: the kernel's.
 
-    It holds for friction f0 (1 - T/T_m). The heat number n is V zeta0/w_T with the softening speed
-    w_T, the slip speed that would warm the contact by T_m if friction stayed f0. The formula and
-    where it comes from stand in ``fmu/heat.h``.
+    It applies to friction f0 (1 - T/T_m). The heat number n is V zeta0/w_T with the softening speed
+    w_T, the slip speed that would warm the contact by T_m at constant friction f0. ``fmu/heat.h``
+    contains the formula and its derivation.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def friction_factor(
 
 
 class HotStrip(NamedTuple):
-    """What `HotContact.strip` finds; arrays (n,)."""
+    """Result of `HotContact.strip`; arrays (n,)."""
 
     position: FloatArray
     temperature: FloatArray
@@ -99,12 +99,12 @@ class HotStrip(NamedTuple):
 class HotContact(Parameters):
     """Creep force of a contact whose friction falls with its own flash temperature.
 
-    Both friction coefficients fall alike. The Carter-Griffith law says how stick turns to slip.
+    Both friction coefficients fall alike. Slip weakening follows the Carter-Griffith law.
 
     Parameters
     ----------
     heat : ContactHeat
-        The contact and what warms it.
+        The contact and its thermal model.
     friction : Friction
         Friction at ambient temperature. It must not fall with slip speed.
     softening : Softening

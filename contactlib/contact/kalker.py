@@ -1,4 +1,4 @@
-"""Kalker's creep coefficients of an elliptic contact, and what they make of the strips' scales.
+"""Kalker's creep coefficients of an elliptic contact, and its scales relative to strip theory.
 
 The coefficients are those of `tools/stick_rolling.py`, which solves the problem to about
 3e-5. The kernel has them as polynomials in ln(a/b) and Poisson's ratio, accurate to 3e-6.
@@ -29,7 +29,7 @@ class KalkerCoefficients(NamedTuple):
 
 
 class HalfSpaceScales(NamedTuple):
-    """What an ellipse on a half-space changes of strip theory, in rolling direction and across it.
+    """Corrections of strip theory for an ellipse on a half-space, longitudinal and lateral.
 
     Stiffness is the initial slope of the force over that of strips; softening is c in
     x_eff = s x (1 - c s x), the creepage at which strips give the force, with s the stiffness.
@@ -98,7 +98,7 @@ def kalker_coefficients(a_over_b: ArrayLike, poisson_ratio: ArrayLike) -> Kalker
 
 
 def half_space_scales(a_over_b: float, poisson_ratio: float) -> HalfSpaceScales:
-    """Stiffness and softening of an ellipse against strips; `fmu/half_space.c` has the formulas.
+    """Stiffness and softening of an ellipse relative to strips, by `fmu/half_space.c`.
 
     Below a/b = 0.05 they are those of 0.05, whose stiffness is that of strips to 0.2 %.
     """

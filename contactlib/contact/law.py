@@ -1,4 +1,4 @@
-"""What a table and a fit need of a law."""
+"""Interface of a law for tables and fits."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ class Law(Protocol):
     """A law at given parameters, as a table and a fit need it; for a fit it is a dataclass.
 
     Optional attributes: `tail_decay`, if the law tends to 1 like another power of 1/x than the
-    third; `corner`, if its second derivative is not continuous; ``evaluate(x)``, if it finds ratio
-    and slope together.
+    third; `corner`, if its second derivative is not continuous; ``evaluate(x)``, if it computes
+    ratio and slope together.
     """
 
     def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:

@@ -73,7 +73,7 @@ def cohesive_table(
         )
         if weakening is EXPONENTIAL:
             _cohesive[key] = _kept(f"cohesive_{contact}_{static_to_kinetic!r}", build)
-        else:  # a function has no name under which to keep its table
+        else:  # a function has no name for its table in the cache
             target, slope_target = (3e-5, 1e-2) if weakening.kinks else (1e-6, 1e-4)
             _cohesive[key] = build(weakening=weakening, target=target, slope_target=slope_target)
     return _cohesive[key]
@@ -96,7 +96,7 @@ def _kept(name: str, build: Callable[[], CreepForceTable]) -> CreepForceTable:
 
 @cache
 def _sources() -> str:
-    """Digest of what a table is made of: the laws, the grids and the kernel."""
+    """Digest of the inputs of a table: the laws, the grids and the kernel."""
     digest = hashlib.sha256(kernel.token().encode())
     for path in sorted((PACKAGE / "contact").rglob("*.py")):
         digest.update(path.read_bytes())

@@ -1,4 +1,4 @@
-"""What the contact of a force element adds to its table for force in the plane.
+"""Data of a force element's contact for lateral and spin force.
 
 `fmu/plane_law.h` names the numbers, and `fmu/force_in_plane.c` uses them.
 """
@@ -19,13 +19,13 @@ SPINNING = "an ellipse on the half-space with a/b from 1/8 to 8"
 
 
 def plane_contact(contact: Contact, *, softens: bool) -> bytes:
-    """Contents of an FMU's resource: stiffness across rolling, and what spin does.
+    """Contents of an FMU's resource: lateral stiffness, and the effect of spin.
 
     Parameters
     ----------
     contact : LineContact or EllipticContact
     softens : bool
-        Whether the table's law is one of strips, which feel how the half-space softens.
+        Whether the table's law is one of strips, to which the softening of the half-space applies.
     """
     softening = contact.lateral_softening if softens else 0.0
     numbers = [contact.lateral_stiffness_ratio, softening]
@@ -36,7 +36,7 @@ def plane_contact(contact: Contact, *, softens: bool) -> bytes:
 
 
 def spinning_aspect(contact: Contact) -> float | None:
-    """The ratio a/b of a contact that knows spin, else None."""
+    """The ratio a/b of a contact with spin, else None."""
     if not isinstance(contact, EllipticContact) or contact.theory != "half_space":
         return None
     aspect = contact.semi_axis_x / contact.semi_axis_y

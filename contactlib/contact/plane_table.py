@@ -1,7 +1,7 @@
-"""What spin adds to the force in the plane, as the kernel's splines over three creepages.
+"""Contribution of spin to forces and moment, as the kernel's splines over three creepages.
 
 The file holds the splines' coefficients for some ellipses and, without weakening, for some of
-Poisson's ratios; `tools/plane_table_building.py` makes it and has the theory.
+Poisson's ratios; `tools/plane_table_building.py` computes it and describes the theory.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def stored_shapes() -> tuple[tuple[int, ...], tuple[int, ...]]:
 
 
 def coefficient_sets(of_spin: FloatArray, of_weakening: FloatArray) -> FloatArray:
-    """Sets of coefficients as the kernel wants them, of any number of ellipses.
+    """Sets of coefficients in the kernel's layout, of any number of ellipses.
 
     Parameters
     ----------

@@ -147,7 +147,7 @@ def layer_reduction(
     contact, friction : LineContact or EllipticContact, Friction
         Clean surfaces at the nominal load.
     saturation_creepage : float, optional
-        Creepage zeta0 at the nominal load [1]. Default, and the least: that of clean surfaces.
+        Creepage zeta0 at the nominal load [1]. Default and minimum: that of clean surfaces.
     slope_reduction : float, optional
         The initial slope over that of clean surfaces; zeta0 is divided by it [1].
 

@@ -1,7 +1,7 @@
-"""The table, which stands between a contact law and everything that runs.
+"""The table of a contact law, which all simulations evaluate.
 
-A table is one checked block of bytes that the kernel evaluates. This module knows no contact
-mechanics: it takes any factory ``law_type(k_hat=..., **options)`` whose objects have
+A table is one checked block of bytes that the kernel evaluates. This module contains no contact
+mechanics: it accepts any factory ``law_type(k_hat=..., **options)`` whose objects have
 ``traction_ratio`` and ``slope``, or one such object that does not depend on k_hat.
 """
 
@@ -50,7 +50,7 @@ class CreepForceTable:
     data : bytes
         The table as `save` writes it.
     note : str
-        The law's `summary`, if it has one: how far a measured curve is from its points.
+        The law's `summary`, if it has one: the fit residual of a measured curve.
     points : TractionData or None
         Those points. Neither they nor `note` are part of the file.
 
@@ -96,7 +96,7 @@ class CreepForceTable:
         law : callable or Law
             ``law(k_hat=k, **options)`` is the law at one k_hat; or a law without k_hat.
         target, slope_target : float
-            Largest accepted errors of the traction ratio and of its slope [1].
+            Maximum accepted errors of the traction ratio and of its slope [1].
         progress : callable
             Called with the fraction done, from 0 to 1.
         **options
@@ -136,17 +136,17 @@ class CreepForceTable:
 
     @property
     def static_to_kinetic(self) -> float | None:
-        """Friction ratio f_s/f_d for which the law holds; None means any."""
+        """Friction ratio f_s/f_d to which the law applies; None means any."""
         return float(self.native.struct.static_to_kinetic) or None
 
     @property
     def max_error(self) -> float:
-        """Certificate: largest error of the traction ratio found [1]."""
+        """Certificate: maximum error of the traction ratio found [1]."""
         return float(self.native.struct.max_error)
 
     @property
     def max_slope_error(self) -> float:
-        """Certificate: largest error of the slope found [1]."""
+        """Certificate: maximum error of the slope found [1]."""
         return float(self.native.struct.max_slope_error)
 
     @property

@@ -26,7 +26,7 @@ from contactlib.contact.law import Corner, Law
 
 HEADER_SIZE, NAME_SIZE = 192, 104  # of a table file; the name ends the header
 K_MAX, MIN_K_MAX = 2.0, 0.1
-LONGEST_WEAKENING = 12.0  # over f_d a^2/R: over one as long, friction in a contact hardly falls
+LONGEST_WEAKENING = 12.0  # over f_d a^2/R: with a longer one, friction in a contact hardly falls
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
 CORNER_GRIDS = {  # by twice the corner's power
     4: ((512, 204), (512, 232)),
@@ -64,7 +64,7 @@ def build(
     reference = _reference_values(sampler)
     samples, done = _corner_samples(sampler, 0.5, 0.9)
     for cells in sampler.grids:
-        then = 0.5 * (1.0 + done)  # it is not known which grid will do
+        then = 0.5 * (1.0 + done)  # the required grid is not known in advance
         coefficients = _fit(sampler, samples, *cells, done, then)
         draft = kernel.NativeTable(_pack(sampler, cells, Certificate(0.0, 0.0, 0), coefficients))
         certificate = _certify(draft, reference)

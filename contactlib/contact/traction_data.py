@@ -109,11 +109,11 @@ class TractionData:
     ) -> TractionData:
         """Read a CSV file as it is.
 
-        The first line names the columns; a column that is not asked for is ignored. Commas,
-        semicolons, tabs or blanks separate the columns, numbers have a decimal point or a decimal
-        comma, and cells may be quoted. Empty lines and lines that begin with ``#`` are skipped. A
-        unit may stand behind a name, as in ``slip [%]``, or in a row of units below the names, in
-        which a cell may be empty.
+        The first line names the columns; other columns are ignored. Commas, semicolons, tabs or
+        blanks separate the columns, numbers have a decimal point or a decimal comma, and cells may
+        be quoted. Empty lines and lines that begin with ``#`` are skipped. A unit may follow a
+        name, as in ``slip [%]``, or be in a row of units below the names; cells of this row may be
+        empty.
 
         Parameters
         ----------
@@ -185,7 +185,7 @@ class TractionData:
 
 
 def _against(creepage: FloatArray, traction: FloatArray) -> int | None:
-    """First point whose traction coefficient is against its creepage, if there is one."""
+    """First point whose traction coefficient and creepage have opposite signs, if any."""
     bad = -traction * np.sign(creepage) > ABOUT_ZERO * np.abs(traction).max()
     return int(bad.argmax()) if bad.any() else None
 

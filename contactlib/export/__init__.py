@@ -52,14 +52,14 @@ def export_fmu(
         machine's.
     relaxation_length : float, optional
         Rolling distance over which the force follows the creepage [m]; it adds a state. Default:
-        the force follows at once.
-    implicit, parallel_exchange : bool, optional
+        the force has no lag.
+        implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of these names: whether the element solves
         its own slip over a step, and whether both sides of the coupling step in parallel. Default:
         False.
     booleans : bool, optional
-        Whether truth values are Booleans. If not, they are real numbers, 0 or 1, for tools that
-        read every output as one, as CasADi, CoFmuPy and PathSim do. Default: True.
+        Whether flags are Booleans. If not, they are real numbers, 0 or 1, for tools that read every
+        output as a real number, as CasADi, CoFmuPy and PathSim do. Default: True.
     author, version : str, optional
         Of the exported model, for its description. Default: not stated.
 

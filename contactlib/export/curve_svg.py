@@ -21,7 +21,7 @@ from contactlib.vehicle.wheelset import Wheelset
 WIDTH, HEIGHT = 640, 360  # in the picture's units
 LEFT, RIGHT, TOP, BOTTOM = 64, 20, 18, 52  # margins around the axes
 WORDS = 200.0  # more than the width of a text beside the curve
-FAR = 5.0  # least creepage at the end of the picture / creepage of the peak
+FAR = 5.0  # minimum creepage at the end of the picture / creepage of the peak
 
 
 class TractionCurve(NamedTuple):

@@ -1,8 +1,8 @@
 """Description of an FMU's variables and dependencies, independent of the version of FMI.
 
 The kernel's list of variables gives names, units, limits and value references, and the model gives
-start values. This module adds causalities, nominal values and dependencies: everything, as FMI's
-default is, but where a tool would see a false algebraic loop.
+start values. This module adds causalities, nominal values and dependencies: FMI's default (all
+inputs), except where it would create a false algebraic loop.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ ROLES = {
     "indicator": ("local", "continuous"),
 }
 
-# What the outputs are made of that need no force; and what no output of a contact is made of, as it
-# acts on the body.
+# Inputs of the outputs that need no force; and inputs that no output of a contact depends on,
+# because # they act on the body.
 KINEMATIC = {
     "creepage": ("omega", "speed"),
     "speed_regularized": ("speed",),
@@ -54,7 +54,7 @@ BODY_INPUTS = {"drive_torque", "resistance_force"}
 
 @dataclass(frozen=True, kw_only=True)
 class Variable:
-    """A variable as a simulation tool sees it.
+    """A variable in the modelDescription.xml.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class Unknown:
-    """An output, derivative or indicator, and the names of what it depends on."""
+    """An output, derivative or indicator, and the names of the variables it depends on."""
 
     variable: Variable
     dependencies: list[str]
@@ -188,7 +188,7 @@ class Description:
 
     @cached_property
     def pair(self) -> CreepForces | None:
-        """The bodies of an FMU that answers for any ellipse."""
+        """The pair of bodies of an FMU for any ellipse."""
         return CreepForces.of(self.element) if self.kind == "creep_forces" else None
 
     @cached_property
@@ -214,7 +214,7 @@ class Description:
 
     @property
     def spins(self) -> bool:
-        """Whether the contact knows spin."""
+        """Whether the contact has spin as an input."""
         return self.has_contact and spinning_aspect(self.element.contact) is not None
 
     @property

@@ -1,7 +1,7 @@
 """The kernel without FMI: one C file and its header, with a model's table and parameters in them.
 
-The C sources in ``fmu/`` stay the only ones. They are joined in the order of their inclusion,
-without what they keep from this file by ``ONE_FILE_KERNEL``, and their functions become static.
+The module joins the C sources in ``fmu/`` in the order of their inclusion, without the parts that
+``ONE_FILE_KERNEL`` excludes, and makes their functions static.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The creep curve as a table for other tools: few points, and a stated error between them.
 
-The points along an axis are those of a longest-step walk: from one point, the next lies as far
-away as the interpolation's error allows. No smaller number of points on the curve does it.
+The points along an axis are those of a longest-step walk: from one point, the next lies as far away
+as the interpolation error allows. This gives the minimum number of points on the curve.
 """
 
 from __future__ import annotations
@@ -354,7 +354,7 @@ def _walk(
         width = at[last] - at[first]
         t = ((at[inner] - at[first]) / width)[:, None]
         between = values[first] + t * (values[last] - values[first])
-        if slopes is not None:  # Hermite's cubic: the line, and what the slopes add to it
+        if slopes is not None:  # Hermite's cubic: the line, plus the terms of the slopes
             chord = values[last] - values[first]
             left, right = slopes[first] * width - chord, chord - slopes[last] * width
             between += t * (1.0 - t) * ((1.0 - t) * left + t * right)

@@ -51,8 +51,9 @@ class Experiment(NamedTuple):
 def experiment(description: Description) -> Experiment:
     """The default experiment: a step that is stable however the FMU is run.
 
-    It is half of what a held force and an explicit solver take at the start values, where the slip
-    is zero and stiffest. The implicit mode would take more, but not in model exchange.
+    It is half of the stable limit for a held force and an explicit solver at the start values,
+    where the slip is zero and the contact stiffest. The implicit mode allows more, but not in model
+    exchange.
     """
     contact, kind = description.native_contact, description.kind
     native = kernel.NativeModel(kind, contact, replace(description, implicit=False).start_values)
@@ -120,7 +121,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
 
 
 def reference_run(description: Description) -> bytes:
-    """documentation/reference_run.csv; the README.txt beside it says what its rows are."""
+    """documentation/reference_run.csv; the README.txt beside it describes its rows."""
     inputs = reference_inputs(description)
     time = inputs.pop("time")
     contact, start = description.native_contact, description.start_values

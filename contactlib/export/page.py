@@ -356,7 +356,7 @@ def readable_table(table: CreepForceTable) -> bytes:
 
 
 def reference_run_text(description: Description, count: int, step: float) -> bytes:
-    """What the rows of the reference run are, and how those of other tools compare."""
+    """Description of the rows of the reference run, and of the comparison with other tools."""
     states = [v.name for v in description.of_role("state")]
     if description.start_values.get("implicit"):
         outputs = "This element is implicit: from row 1 on its outputs are those of the last step."

@@ -2,12 +2,12 @@
 
 FMI 3 has one folder for each platform, named by the platform's tuple. FMI 2 (from 2.0.4 on) uses
 these tuples too, besides its older folders ``linux64``, ``win64`` and ``darwin64``, which mean
-x86_64. Most importers do not know the tuples and use the older folders on an Arm processor as well,
-so an Arm library is put into both folders where that is possible.
+x86_64. Most importers do not support the tuples and use the older folders on an Arm processor as
+well, so the export puts an Arm library into both folders where that is possible.
 
-An installation holds this machine's library, a release wheel those of all platforms. What is
-missing is compiled from the C sources in the installation, by the compiler that the extra
-``platforms`` brings, and kept in the user's cache.
+An installation contains this machine's library, a release wheel those of all platforms. The export
+compiles missing ones from the C sources in the installation, with the compiler of the extra
+``platforms``, and stores them in the user's cache.
 """
 
 from __future__ import annotations

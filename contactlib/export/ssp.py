@@ -150,7 +150,7 @@ def _values_path(name: str) -> str:
 
 
 def _metadata(part: Description) -> dict[str, str]:
-    """What a file says of itself: the version is that of the standard."""
+    """Metadata of a file: the version is that of the standard."""
     given = {"author": part.author, "fileversion": part.version}
     return {
         "version": "1.0",
@@ -234,7 +234,7 @@ def _add_units(parent: Element, variables: Iterable[Variable]) -> None:
 
 
 def _add_master(system: Element) -> None:
-    """Add what OMSimulator needs to know the kind of a system: a master that steps all at once.
+    """Add OMSimulator's annotation of the kind of a system: a master that steps all at once.
 
     It reads only the first annotation of a system.
     """

@@ -1,4 +1,4 @@
-"""Figures: the only room that imports matplotlib. Every function returns a `Figure`."""
+"""Figures: the only subpackage that imports matplotlib. Every function returns a `Figure`."""
 
 from contactlib.figures.errors import sensor_errors
 from contactlib.figures.files import save, save_pictures

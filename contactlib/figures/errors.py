@@ -1,4 +1,4 @@
-"""Figure of controllers with sensors that err."""
+"""Figure of controllers with sensor errors."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from matplotlib.transforms import ScaledTranslation
 from contactlib.base.writing import write_whole
 from contactlib.figures.style import sized, styled
 
-PICTURES = ("png", "svg")  # formats of the figures that commands write, if none are asked for
+PICTURES = ("png", "svg")  # default formats of the figures that commands write
 # Metadata that leaves the date out of a file: a figure always gives the same bytes.
 UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 PLACES: tuple[Any, ...] = (  # of a legend

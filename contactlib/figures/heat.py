@@ -1,4 +1,4 @@
-"""A contact that slip warms: along it, its creep curves and its stability at several speeds."""
+"""Contact with thermal softening: along it, its creep curves and stability at several speeds."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def hot_curves(
 
 
 def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[float]) -> Figure:
-    """Critical torque, time constant of a run-away and clearing time over speed.
+    """Critical torque, time constant of slip-away and clearing time over speed.
 
     The clearing time is that of a torque 5 % below the critical one, on half of the friction.
 
@@ -139,7 +139,7 @@ def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[flo
     wheelsets : mapping
         One to three wheelsets, by their names in the legend.
     speeds : sequence of float
-        V [m/s], each above 0 and rising.
+        V [m/s], above 0 and strictly increasing.
 
     Raises
     ------

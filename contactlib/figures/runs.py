@@ -38,7 +38,7 @@ from contactlib.vehicle.wheelset import Wheelset
 
 
 def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
-    """Traction coefficient over creepage; dashed where a constant torque cannot hold it.
+    """Traction coefficient over creepage; dashed where it is unstable at constant torque.
 
     A measured curve ends with the last of its points, which are shown; any other is shown beside
     Carter's.
@@ -131,10 +131,10 @@ def fold_diagram(
 ) -> Figure:
     """Creepage against drive torque: steady states, fold, hysteresis loop, and creep control.
 
-    A ramp that falls fast comes back below the return: the inertia of the wheel that slows down
-    drives the contact as well, J domega/dt beside the torque. The steady states are those at
-    `speed`; if the runs leave it, the title says so, and thin lines are the steady states at the
-    speed at which creep control holds its own.
+    In a ramp that falls fast the wheel re-adheres below the return: the inertia of the decelerating
+    wheel drives the contact as well, J domega/dt in addition to the torque. The steady states are
+    those at `speed`; if the runs leave it, the title states this, and thin lines are the steady
+    states at the speed at which creep control holds its own.
     """
     fold = find_fold(wheelset, speed=speed)
     bottom = 0.2 * min(wheelset.element.saturation_creepage, fold.creepage)
@@ -190,7 +190,7 @@ def _with_fold(zeta: FloatArray, fold: Fold) -> FloatArray:
 
 
 def _stable(zeta: FloatArray, fold: Fold) -> NDArray[np.bool_]:
-    """Whether a constant torque can hold a creepage: up to the fold, and again from the return on.
+    """Whether a creepage is stable at constant torque: up to the fold, and from the return on.
 
     Only damping stabilises the creepages above the return, as its torque rises with the speed.
     """
@@ -198,14 +198,14 @@ def _stable(zeta: FloatArray, fold: Fold) -> NDArray[np.bool_]:
 
 
 def _ramped(torque: FloatArray) -> str:
-    """Name of a run in the legend: the ways in which its torque went."""
+    """Name of a run in the legend: the directions of its torque."""
     ways = {"up": torque.max() > torque[0], "down": torque[-1] < torque.max()}
     there = " and ".join(way for way, gone in ways.items() if gone)
     return f"torque ramped {there}" if there else "constant torque"
 
 
 def _lag(axes: Axes, run: Result, fold: Fold, low: float) -> None:
-    """Say where a falling torque comes back to grip, if that is below the return."""
+    """Annotate where the wheel re-adheres under falling torque, if that is below the return."""
     farthest = int(run["creepage"].argmax())
     grips = farthest + int(np.argmax(run["creepage"][farthest:] < fold.creepage))
     torque = 1e-3 * float(run["drive_torque"][grips])

@@ -1,8 +1,8 @@
-"""Figures of a scenario: one run, or the controllers side by side.
+"""Figures of a scenario: one run, or a comparison of the controllers.
 
 Lines are solid where the creep force rises with creepage, and dashed on the falling branch, where
-a constant torque would not hold the wheelset. A signal that vibrates too fast to be seen as a line
-is drawn as the band that it fills.
+the wheelset is unstable at constant torque. A signal that vibrates too fast to be seen as a line is
+drawn as the band that it fills.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ def _speed(axes: Axes, result: Result) -> None:
 
 
 def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
-    """Keep a run that runs away from stretching the common creepage axis."""
+    """Limit the common creepage axis if only some runs slip away."""
     largest = [float(np.abs(result["creepage"]).max()) for result in results]
     if not min(largest) < MOST_CREEPAGE < max(largest):
         return
@@ -202,7 +202,7 @@ def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
 
 
 def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
-    """Write how far a line goes beyond the top of its axes, at the time when it leaves them."""
+    """Write the maximum of a line beyond the top of its axes, where it leaves them."""
     time = result.time
     early = time[beyond.argmax()] < 0.5 * (time[0] + time[-1])
     side, offset = ("left", (6, -4)) if early else ("right", (-6, -4))

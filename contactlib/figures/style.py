@@ -67,7 +67,7 @@ def _unchanged(name: Any) -> bool:
 
 @contextmanager
 def styled(more: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """The style of contactlib, and `more`, beneath what the user has changed of the defaults."""
+    """The style of contactlib, and `more`; settings that the user has changed have priority."""
     own = {**STYLE, "grid.color": paint.mixed(28), "axes.titlesize": sized(11)}
     if to_rgb(mpl.rcParams["grid.color"]) == to_rgb(paint.ink):
         own["grid.alpha"] = 0.2  # as in dark_background, which draws no grid by itself
@@ -159,7 +159,7 @@ class _Setting:
 class captions(_Setting):  # noqa: N801
     """Whether figures are drawn with their captions.
 
-    As a statement it holds from then on; in a ``with`` statement it holds inside only.
+    As a statement it applies from then on; in a ``with`` statement it applies inside only.
 
     Parameters
     ----------
@@ -226,10 +226,10 @@ def _inches(size: str) -> tuple[float, float]:
 
 
 def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
-    """Make a figure, so wide and high in inches where text has 10 points; return it and its axes.
+    """Make a figure of this size in inches at a text size of 10 points; return it and its axes.
 
-    It grows with the text, so that what fits beside each other fits in any size of text, unless a
-    `page_size` holds.
+    It grows with the text, so that texts do not overlap at any text size, unless a `page_size`
+    applies.
     """
     inches = page_size.now or (sized(width), sized(height))
     figure = Figure(figsize=inches, layout="constrained")

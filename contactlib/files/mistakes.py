@@ -16,7 +16,7 @@ class ModelError(ValueError):
     Attributes
     ----------
     lines : tuple of str
-        A line for each mistake, in the order of the file: where it is, and what is wrong.
+        A line for each mistake, in the order of the file, with its place and the reason.
     """
 
     def __init__(self, *lines: str) -> None:
@@ -70,7 +70,7 @@ class Mistakes:
 
 
 def _is_renamed(line: str, lines: Collection[str]) -> bool:
-    """Whether a line misses a key that another line takes for misspelt."""
+    """Whether a line reports a missing key that another line reports as misspelt."""
     where, missing, _ = line.partition(" is missing")
     key = re.split(r"[. ]", where)[-1]
     section, meant = where.removesuffix(key), f"did you mean {key!r}?"

@@ -59,7 +59,7 @@ class BuildCache:
         self._built: dict[Hashable, tuple[tuple[Any, ...], Any]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """A copy or a pickle begins empty: what is built can be built again."""
+        """A copy or a pickle begins empty: the objects can be built again."""
         return {"_built": {}}
 
     def __call__(self, name: Hashable, build: Callable[..., Made], *inputs: Any) -> Made:
@@ -97,7 +97,7 @@ def _differ(one: Any, other: Any) -> bool:
 
 
 class Missing:
-    """Stands for a part that a file does not describe: any use of it says what the file lacks."""
+    """Placeholder for a part that a file does not describe: any use of it raises an error."""
 
     def __init__(self, lacking: str, **known: object) -> None:
         self.__dict__.update(known, lacking=lacking)
@@ -166,7 +166,7 @@ def load_model(
     Warns
     -----
     InputWarning
-        If a number is allowed but no vehicle has it.
+        If a number is allowed but implausible for a vehicle.
     """
     with loading(path):
         file = model_path(path)

@@ -30,8 +30,8 @@ IS_SWEEP = (
     "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
     "'contactlib sweep' runs it"
 )
-# A key of 10 parts with dots between them. None begins after a backslash: so no quote inside a
-# string is taken for the beginning of another one, which would take the square of its length.
+# A key of 10 parts with dots between them. A key cannot begin after a backslash, so that a quote #
+# inside a string never begins another string, which would make the time quadratic in its length.
 PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 LONG_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{9}}")
 # Each part of a table's name costs tomllib 1 kB and 10 us: a file of long ones, 1 GB and 10 s.
@@ -112,7 +112,7 @@ def loading(path: str | os.PathLike[str]) -> Iterator[None]:
     Warns
     -----
     InputWarning
-        If nothing was wrong, but a number is not one that a vehicle has, or a key is not used.
+        If the file is valid, but a number is implausible for a vehicle, or a key is not used.
     """
     found: dict[str, str] = {}
     token = _DOUBTS.set(found)
@@ -137,7 +137,7 @@ def parse(file: Path) -> dict[str, Any]:
 
 def parse_text(text: str) -> dict[str, Any]:
     """Contents of TOML text."""
-    if LONG_KEY.search(text):  # tomllib takes the square of its length: hours for 0.2 MB
+    if LONG_KEY.search(text):  # tomllib's time is quadratic in its length: hours for 0.2 MB
         raise ValueError("its lists or tables are nested too deeply")
     if sum(1 for _ in DEEP_KEY.finditer(text)) > MOST_DEEP_KEYS:
         raise ValueError(f"more than {MOST_DEEP_KEYS} of its keys have three parts or more")
@@ -207,13 +207,13 @@ def read_section(
     name : str
         Name of the section; empty for the whole file.
     keys : mapping
-        What is declared of its keys.
+        Declarations of its keys.
     table : object
         The section as parsed.
     others : collection of str, optional
         Further keys that are allowed but not returned.
     whole : bool, optional
-        Whether a needed key may not be missing. Default: True.
+        Whether all required keys must be present. Default: True.
     """
     table = subsection(name, table)
     prefix, known = f"{name}." if name else "", [*others, *keys]
@@ -259,7 +259,7 @@ def subsection(name: str, table: object) -> dict[str, Any]:
 def check_keys(
     prefix: str, table: Mapping[str, Any], known: Collection[str], needed: Collection[str]
 ) -> None:
-    """Refuse all unknown keys, and the lack of needed ones."""
+    """Reject unknown keys and missing required ones."""
     unknown = [key for key in table if key not in known][: MOST_LINES + 1]
     lines = [f"{prefix}{key} is not a known key; {known_names(key, known)}" for key in unknown]
     lines += [f"{prefix}{key} is missing" for key in needed if key not in table]
@@ -316,8 +316,8 @@ def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
     name : str
         Relative path, with the separators of any system.
     folder : Path
-        Folder of the referring file; symbolic links must not lead out of it. A file that is not
-        there is looked for among the shipped ones.
+        Folder of the referring file; symbolic links must not lead out of it. If the folder lacks
+        the file, a shipped one of this name is used.
     of : str
         Name of the referring file, for messages.
 

@@ -173,19 +173,19 @@ class Scenario(Parameters):
     demand : Profile
         The driver's torque demand over time [N.m].
     held_speed : Profile or None
-        Speed over time that a roller rig holds [m/s]; None if, and only if, the wheelset is free.
+        Speed of the roller rig over time [m/s]; None if, and only if, the wheelset is free.
     initial_speed : float
-        Forward speed at the start [m/s]. A file leaves it out if, and only if, it gives
+        Forward speed at the start [m/s]. Omit it in a file if, and only if, the file gives
         `held_speed`.
     design_speed : float
         Speed at which the controllers are designed [m/s]. A file's default: the initial speed.
     duration : float
-        How long a run lasts [s].
+        Duration of a run [s].
     sensors : Sensors
-        Delay and noise of the speeds that the controllers see.
+        Delay and errors of the speeds that the controllers measure.
     controllers : mapping
-        Controllers, or designs of them, by name in the order of the file. A continuous one gives
-        its torque to the wheels and sees their true state, so that it needs a scenario without
+        Controllers, or designs of them, by name in the order of the file. A continuous one applies
+        its torque to the wheels directly and uses their true state, so it needs a scenario without
         axle, motor, contact relaxation, track and wheel load, and with a constant held speed.
 
     Raises
@@ -296,14 +296,14 @@ def demand_over_time(
     time : tuple of float
         Breakpoints of the demand [s].
     torque : tuple of float
-        Torque at the axle that the driver asks for; negative in braking [N.m].
+        Torque at the axle that the driver demands; negative in braking [N.m].
     """
     return profile_of(time=time, torque=torque)
 
 
 @checks_call
 def speed_over_time(*, time: Annotated[Values, TIME], speed: Annotated[Values, SPEED]) -> Profile:
-    """The speed that a roller rig holds.
+    """The speed of a roller rig.
 
     Parameters
     ----------
@@ -330,7 +330,7 @@ SECTIONS: Mapping[str, Keys] = {
     "contact_relaxation": {"length": declared(Drivetrain)["relaxation_length"]},
     **{name: declared(make) for name, make in MADE.items()},
 }
-ABSENT = ("axle", "wheel_load", "held_speed")  # sections without which there is no such thing
+ABSENT = ("axle", "wheel_load", "held_speed")  # sections that are optional parts of a scenario
 KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
 
 
@@ -390,7 +390,7 @@ def load_scenario(
     Warns
     -----
     InputWarning
-        If a number is allowed but no vehicle has it.
+        If a number is allowed but implausible for a vehicle.
     """
     with loading(path):
         found = read_contents(path)

@@ -63,7 +63,7 @@ LAWS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Law(Parameters):
-    """Which law gives the creep force.
+    """The law of the creep force.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def without(keys: Keys, *names: str) -> dict[str, Parameter]:
 
 
 def optional(keys: Keys, *names: str) -> dict[str, Parameter]:
-    """The keys; a file may leave out the named ones."""
+    """The keys; a file may omit the named ones."""
     return {**keys, **{name: replace(keys[name], default=None) for name in names}}
 
 
@@ -131,7 +131,7 @@ VEHICLE_SECTIONS: Mapping[str, Keys] = {
 
 
 def arguments(make: Any, given: Given, *others: str) -> dict[str, Any]:
-    """The values that a class or function takes, except the named ones."""
+    """The values that a class or function needs, except the named ones."""
     return {key: given[key] for key in given if key in declared(make) and key not in others}
 
 

@@ -1,4 +1,4 @@
-"""What the guide says of the code's declarations, read from them while Sphinx builds.
+"""Tables of the guide that Sphinx generates from the code's declarations.
 
 A directive in a page becomes a table: ``{keys}`` of a section of a file, ``{outcomes}`` of a sweep,
 ``{variables}`` of an FMU; ``{names}`` becomes the docstrings of Python names. Name, unit, limits
@@ -123,7 +123,7 @@ def key_rows(section: str) -> list[tuple[str, str, str, str, str, str]]:
 
 
 def meaning_of(one: Parameter) -> str:
-    """Meaning of a parameter in the first docstring that says it, also of the class's bases."""
+    """Description of a parameter in the first docstring that has one, also of the class's bases."""
     for source in one.said_by:
         for documented in getattr(source, "__mro__", (source,)):
             known = meanings(documented)
@@ -367,7 +367,7 @@ def is_word(app: Sphinx, domain: Any, node: Any) -> bool | None:
 def skip_fields(
     app: Sphinx, what: str, name: str, value: Any, skip: bool, options: Any
 ) -> bool | None:
-    """Leave out what a class's docstring describes already."""
+    """Omit members that a class's docstring describes already."""
     text = getattr(value, "__doc__", None) or ""
     return True if text.startswith("Alias for field number") else None
 

@@ -70,10 +70,10 @@ class Analysis:
 
     @cached_property
     def clearing(self) -> tuple[float, float]:
-        """Time and length of the longest patch that the torque survives.
+        """Time and length of the longest patch after which the wheel re-adheres.
 
         Zero if the torque is too large for good friction. Nan if it brakes, or if good friction
-        does not hold it, or has no border, at the speed that is reached on the patch.
+        cannot transmit it, or has no border, at the speed that is reached on the patch.
         """
         if self.torque < 0.0:
             return math.nan, math.nan
@@ -100,7 +100,7 @@ class Analysis:
 
     @property
     def gain(self) -> float:
-        """Smallest gain of creep control that holds the steepest point."""
+        """Minimum gain of creep control that stabilises the steepest point."""
         point = self.wheelset.balanced(creepage=self.worst.creepage, speed=self.speed)
         return max(0.0, creep_control_gain(self.wheelset, point))
 

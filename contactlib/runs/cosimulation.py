@@ -63,8 +63,8 @@ class KernelSource:
 class FmuSource:
     """The force element as an FMI 2.0 co-simulation FMU, run by FMPy.
 
-    A context manager: it unpacks and starts the FMU, and terminates and removes it. What the FMU
-    logs, as when its step is too long, becomes a RuntimeWarning.
+    A context manager: it unpacks and starts the FMU, and terminates and removes it. Log messages of
+    the FMU, such as that its step is too long, become a RuntimeWarning.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Runs that no vehicle survives: nothing in a wheelset's equations ends them.
+"""Warnings of runs that would destroy a vehicle, which the equations of motion do not prevent.
 
-Without limits of the drive a wheel that runs away goes on for as long as the torque lasts. So a
-warning after the run names what no vehicle survives, and what to change.
+Without limits of the drive a wheel slips for as long as the torque lasts. So a warning after the
+run names the excessive quantity and the parameter to change.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MAX_RIM_SPEED = 170.0
 # Slip work [J] beyond what cooling carries off. It heats the rims of both wheels, some 300 kg of
 # steel with 0.5 kJ/(kg.K), by 670 K: near the temperature at which the structure of steel changes.
 MAX_HEAT = 100e6
-COOLING = 100e3  # power that two wheels stand as lasting heat, as of tread brakes downhill [W]
+COOLING = 100e3  # continuous heating power that two wheels endure, as of tread brakes downhill [W]
 # Creepage [1] of a vehicle that moves. A drive with over-speed protection at 55 m/s (198 km/h) does
 # not reach it; near standstill any wheel that spins passes it.
 MAX_CREEPAGE, MOVES = 10.0, 5.0  # [1, m/s]
@@ -33,7 +33,7 @@ CURE = (
 
 
 def warn_of_damage(result: Result) -> None:
-    """Warn of a run whose rim speed, slip work or creepage no vehicle survives."""
+    """Warn of a run whose rim speed, slip work or creepage would destroy a vehicle."""
     if not result.time.size:
         return
     speed = result["speed"]
@@ -52,7 +52,7 @@ def warn_of_damage(result: Result) -> None:
 
 
 def warn_of_damaged_runs(dataset: Dataset, duration: float) -> None:
-    """Warn of runs of a sweep, of a mean duration [s], if its outcomes tell of any."""
+    """Warn of such runs of a sweep, of a mean duration [s], by its outcomes."""
     limits = {
         "largest_slip_speed": (MAX_RIM_SPEED, 1.0, "m/s"),
         "slip_work": (MAX_HEAT + COOLING * duration, 1e-6, "MJ"),

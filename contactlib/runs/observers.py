@@ -108,7 +108,7 @@ class Seen:
 
     @cached_property
     def limited(self) -> NDArray[np.bool_]:
-        """Whether the demand asks for more than the available force, shape (rows, n)."""
+        """Whether the demand exceeds the available force, shape (rows, n)."""
         limited = self.transmittable[1] >= self["available_force"]
         return np.asarray(limited & (self["demand"] != 0.0))
 
@@ -116,8 +116,8 @@ class Seen:
     def transmittable(self) -> tuple[FloatArray, FloatArray]:
         """Creep force in the demand's direction s Q, and transmittable force Q_t [N].
 
-        Q_t is the smaller of the available force and the size of the force that the demand asks
-        for; s is the sign of the latter.
+        Q_t is the smaller of the available force and the magnitude of the demanded force; s is the
+        sign of the latter.
         """
         v, force = self.vehicles, self["creep_force"]
         turning = v.inertia / v.radius
@@ -351,7 +351,7 @@ class Recovery:
     def _answered(self, lasts: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """Begin of a recovery not ended by the first kept rows, nan if none, and the longest one.
 
-        `lasts` tells for these rows whether there is no lack in the mean over the window.
+        `lasts` contains for these rows whether no force lacks in the mean over the window.
         """
         since, longest = self._since, self._longest
         for t, lacking, good in zip(self._time.tolist(), self._lacks, lasts, strict=False):

@@ -248,7 +248,7 @@ class Metrics(NamedTuple):
     """Numbers of one run, in the units of `UNITS`; nan where one does not apply.
 
     s Q is the creep force in the demand's direction, Q_t the force that could be transmitted: the
-    smaller of the available force and the force that the demand asks for.
+    smaller of the available force and the demanded force.
 
     Attributes
     ----------
@@ -256,8 +256,8 @@ class Metrics(NamedTuple):
         int min(s Q, Q_t) dt / int Q_t dt over the time in which the demand is not zero [1]. Force
         beyond Q_t, from a wheel that spins down, does not compensate for force that was lost.
     limited_utilisation : float
-        The same over the time in which the demand asks for more than the available force Q_a, so
-        that Q_t = Q_a: int min(s Q, Q_a) dt / int Q_a dt; nan if friction never limits [1].
+        The same over the time in which the demand exceeds the available force Q_a, so that Q_t =
+        Q_a: int min(s Q, Q_a) dt / int Q_a dt; nan if friction never limits [1].
     largest_creepage : float
         Largest |zeta| of a wheel [1].
     largest_slip_speed : float
@@ -269,8 +269,8 @@ class Metrics(NamedTuple):
         late in a run, over the last second. So a short dip of a limit cycle counts by itself.
         Infinite if the mean over the last second is beyond the limit.
     slip_work : float
-        int Q (r omega - V) dt, the heat from friction [J]. Of a wheel that runs away it is more
-        than any drive could do, unless `Motor` has limits: nothing else limits the rim speed.
+        int Q (r omega - V) dt, the heat from friction [J]. If a wheel slips away it may exceed the
+        work of any real drive, unless `Motor` has limits: only these limit the rim speed.
     slip_share : float
         Slip work / int |Q V| dt, the work exchanged with the vehicle; nan if that is zero [1].
     jerk : float

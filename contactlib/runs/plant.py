@@ -120,7 +120,7 @@ class Drives:
         Parameters
         ----------
         requested, last : ndarray, or float of one wheelset
-            Torque that the controller asks for now, and the one commanded at the last sample [N.m].
+            Torque that the controller requests now, and the one commanded at the last sample [N.m].
         demand : ndarray or float
             The driver's demand [N.m].
         omega : ndarray or float
@@ -236,10 +236,10 @@ def checked_creepage(scenarios: Sequence[Scenario], creepage: float | None) -> f
 
 
 class Plant:
-    """Wheelsets of scenarios, stepped from one sample to the next under torques of your own.
+    """Wheelsets of scenarios, stepped from one sample to the next under your own torques.
 
-    This is what `run_scenario` and `run_many` step. At every sample it gives a measurement; the
-    torque that you answer, within the limits of the drive, is held until the next one.
+    `run_scenario` and `run_many` use the same plant. At every sample it returns a measurement; it
+    holds your torque, within the limits of the drive, until the next one.
 
     Parameters
     ----------
@@ -561,7 +561,7 @@ class Runs(Plant):
                 )
 
     def _control_at(self, row: int, measured: Measurement[FloatArray]) -> None:
-        """Command what the controller answers to a measurement."""
+        """Command the torque that the controller returns for a measurement."""
         torque: Any = self._torque
         if len(self.trains) == 1 and not isinstance(self._control, (Parameters, Copies)):
             measured, torque = Measurement(*(np.full(1, x) for x in measured)), np.full(1, torque)

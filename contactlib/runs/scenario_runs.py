@@ -115,7 +115,7 @@ def run_scenario(
     Warns
     -----
     InputWarning
-        If no vehicle survives the run's rim speed, slip work or creepage.
+        If the run's rim speed, slip work or creepage would destroy a vehicle.
     """
     given = controller
     if isinstance(given, str) and isinstance(scenario, Scenario):

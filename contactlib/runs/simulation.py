@@ -110,7 +110,7 @@ def simulate(
     Warns
     -----
     InputWarning
-        If no vehicle survives the run's rim speed, slip work or creepage.
+        If the run's rim speed, slip work or creepage would destroy a vehicle.
     """
     end, interval = checked_rows(
         controller.reference.at[-1] if duration is None else duration, output_interval

@@ -1,12 +1,12 @@
-"""Settings that suit a controller to scenarios, and what is left of them with other sensors.
+"""Tuning of controllers for scenarios, and their performance with sensor errors.
 
-Comparing a controller that somebody has tuned with one that nobody has says little. So every
-controller is searched alike, with the same budget: the settings that it declares in `search_ranges`
-are multiplied by factors, which `scipy.optimize.differential_evolution` chooses. The design itself
+A comparison of a tuned controller with an untuned one is not fair. So `tune` searches the settings
+of every controller in the same way, with the same budget: it multiplies the settings in
+`search_ranges` by factors, which `scipy.optimize.differential_evolution` chooses. The design itself
 is one of the first trials.
 
-Controllers are designed for the sensors of the scenario's file. Settings are searched, and judged
-by `sensor_errors`, with these and with sensors that err as no controller knows.
+Controllers are designed for the sensors of the scenario's file. The search, and the assessment by
+`sensor_errors`, use these sensors and sensor errors that the controllers cannot correct.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Tuning:
     def section(self, name: str, design: object) -> str:
         """Section of a scenario file with these settings, to four digits.
 
-        A file cannot name a controller of your own: a comment tells how to make it.
+        A file cannot name your own controller: a comment describes how to create it.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class Tuning:
 
 
 def searched(scenarios: Sequence[Scenario], controller: str) -> list[Searched]:
-    """The controller of each scenario, and what may be searched of it.
+    """The controller of each scenario, and its settings to search.
 
     Raises
     ------
@@ -274,7 +274,7 @@ def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
 
 
 def check_distinct(scenarios: Sequence[Scenario]) -> None:
-    """Refuse scenarios that tables could not tell apart."""
+    """Reject scenarios with equal names."""
     twice = [name for name, n in Counter(one.name for one in scenarios).items() if n > 1]
     if twice:
         raise ValueError(f"two of the scenarios have the name {twice[0]!r}: give each its own")
@@ -287,7 +287,7 @@ def sensor_errors(
     noises: int = 10,
     progress: Callable[[float], object] = lambda part: None,
 ) -> xr.DataArray:
-    """Limited utilisation of controllers with sensors that err as the controllers do not know.
+    """Limited utilisation of controllers with sensor errors that they cannot correct.
 
     The sensors are those of `erring`, and then none of the vehicle speed, which is estimated from
     the wheels.

@@ -1,4 +1,4 @@
-"""Stability of a wheelset: run-away under torque control, and the control that prevents it."""
+"""Stability of a wheelset: slip-away under torque control, and its prevention by control."""
 
 from contactlib.stability.basin import Basin, basin, separatrix
 from contactlib.stability.clearing import Clearing, clearing

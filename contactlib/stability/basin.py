@@ -1,4 +1,4 @@
-"""Basin of attraction: the creepages from which a constant torque returns to grip.
+"""Basin of attraction: the creepages from which the wheel re-adheres at constant torque.
 
 With the speed held, the border is the unstable steady state. A free wheelset moves in the plane of
 creepage and speed, and the border is a curve, the separatrix. An accelerating train may have no
@@ -9,8 +9,8 @@ therefore approaches the separatrix at the rate of the unstable pole: twenty tim
 the initial error, which is small, to 2e-9 of its size. Where there is a saddle, the trace ends on
 its stable manifold.
 
-Where the branch ends sooner, as the vehicle's speed changes, motions forward in time tell the
-border: it lies between a creepage from which they return and one from which they do not.
+Where the branch ends sooner, because the vehicle's speed changes, motions forward in time bracket
+the border: it lies between a creepage from which they return and one from which they do not.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Longest stretch of low friction that a constant torque survives.
+"""Longest patch of low friction after which the wheel re-adheres at constant torque.
 
 On the patch the creepage rises from the gripping state of good friction. It returns if it has not
 passed the separatrix of good friction when the patch ends.
@@ -18,7 +18,7 @@ from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
 
 class Clearing(NamedTuple):
-    """The longest patch of low friction that a constant torque survives.
+    """The longest patch of low friction after which the wheel re-adheres at constant torque.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def clearing(
     Raises
     ------
     ValueError
-        If a value is out of range, or good friction does not hold the torque.
+        If a value is out of range, or good friction cannot transmit the torque.
     """
     torque, at = checked_torque(drive_torque), wheelset.conditions(at, **given)
     on_patch = wheelset.with_slope(slope)

@@ -1,4 +1,4 @@
-"""Gains of creep control that hold an operating point on the falling branch.
+"""Gains of creep control that stabilise an operating point on the falling branch.
 
 They follow from the linearisation in `contactlib.vehicle.wheelset`. From drive torque to creepage a
 wheelset is the reduced plant g/(s - p), up to the slow change of the vehicle's speed, with
@@ -29,13 +29,13 @@ from contactlib.vehicle.wheelset import Wheelset
 
 
 def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
-    """Smallest gain Kp of T = T0 + Kp (zeta_ref - zeta) that holds `point` [N.m].
+    """Minimum gain Kp of T = T0 + Kp (zeta_ref - zeta) that stabilises `point` [N.m].
 
     The larger of two bounds, from the determinant and the trace of the closed loop; zero or less
-    where a constant torque holds the point. Infinite where no gain does: with damping, and a
-    resistance that does not grow with speed, a faster vehicle gets less torque from the drive, has
-    less creepage, and on the falling branch thereby more force, which accelerates it further.
-    Without damping such a vehicle is indifferent to its speed, and the trace decides.
+    where the point is stable at constant torque. Infinite where no gain stabilises it: with
+    damping, and a resistance that does not grow with speed, a faster vehicle gets less torque from
+    the drive, has less creepage, and on the falling branch thereby more force, which accelerates it
+    further. Without damping such a vehicle is indifferent to its speed, and the trace decides.
 
     Where friction does not fall with slip speed the two bounds are, with F' = dF/dV,
 

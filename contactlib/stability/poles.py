@@ -33,7 +33,7 @@ from contactlib.vehicle.wheelset import Wheelset
 
 
 def slope_threshold(wheelset: Wheelset, point: OperatingPoint) -> float:
-    """Creep force slope Q' = dQ/dzeta below which a constant torque cannot hold `point` [N].
+    """Creep force slope Q' = dQ/dzeta below which `point` is unstable at constant torque [N].
 
     It is -V/(r**2/b + (1 + zeta)/F') for a free wheelset, -b V/r**2 for a held speed, and zero, the
     case of the paper, without damping or without a resistance that grows with speed. If friction

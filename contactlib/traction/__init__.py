@@ -1,11 +1,11 @@
 """Speed sensors and sampled traction controllers, as in a vehicle's computer.
 
-Traction controllers run in scenarios (`run_scenario`, `run_many`). They see a driver's demand, a
-measured wheel speed, a measured or estimated vehicle speed and what the drive was commanded last,
-and never the friction, the load or the true creepage. The shipped ones are pure functions of
-arrays, so that many wheelsets run side by side; one of your own is easier derived from
-`SampledController`. The continuous controllers for `simulate`, which see the true creepage, are in
-`vehicle.continuous_control`.
+Traction controllers run in scenarios (`run_scenario`, `run_many`). Their inputs are the driver's
+demand, a measured wheel speed, a measured or estimated vehicle speed and the last commanded torque,
+but not the friction, the load or the true creepage. The shipped ones are pure functions of arrays,
+so that many wheelsets run at once; for your own controller, derive a class from
+`SampledController`, which is easier. The continuous controllers for `simulate`, which use the true
+creepage, are in `vehicle.continuous_control`.
 """
 
 from collections.abc import Mapping

@@ -56,7 +56,7 @@ class LimiterMemory(NamedTuple):
     braking : ndarray of bool
         Whether the last demand was negative.
     torque : ndarray
-        Torque that was asked for last [N.m].
+        Torque that was requested last [N.m].
     zero : ZeroPoint
         Estimated error of the measured creepage.
     """
@@ -114,9 +114,9 @@ class SlipLimiter(Parameters):
     and faster where the creepage is far below the reference or beyond four times the reference. I
     does not rise while the drive gives less than was asked for, nor fall while it gives more.
 
-    The sensors show the creepage with an error, which `contactlib.traction.zero_point` estimates
-    and which is taken from w. If it is not known when the torque has to be limited, T is at most
-    `stick_torque` for some 0.2 s, until it is.
+    The measured creepage has an error, which `contactlib.traction.zero_point` estimates and which
+    is subtracted from w. If the error is unknown when the torque has to be limited, T is at most
+    `stick_torque` for some 0.2 s, until the error is known.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class SlipLimiter(Parameters):
     low_speed : float, optional
         Vehicle speed below which the reference is a slip speed [m/s].
     least_slip : float, optional
-        Smallest reference slip speed, above the noise [m/s].
+        Minimum reference slip speed, above the noise [m/s].
     speed_filter_time : float, optional
         Time constant of the filter on the vehicle speed [s].
     recovery_time : float, optional
@@ -138,7 +138,7 @@ class SlipLimiter(Parameters):
         reference it would be removed in four times this time [s].
     creepage_error : float, optional
         Standard deviation of the error of the measured creepage at the start [1]: bias of the
-        vehicle speed and of the wheel diameter. Zero: the sensors are believed. Default: 0.01.
+        vehicle speed and of the wheel diameter. Zero: no correction. Default: 0.01.
     speed_noise : float, optional
         Standard deviation of the difference of the measured speeds by noise [m/s].
     stick_torque : float, optional
@@ -263,8 +263,8 @@ class CreepPI(SlipLimiter):
         the peak is at half the creepage, as the initial slope of the creep force does not depend on
         friction. Default: the reference is constant, and right for one friction only.
     least_share : float, optional
-        Scheduled reference / given reference at least [1], so that a low torque does not lower the
-        reference, and the reference the torque, down to nothing.
+        Minimum of scheduled reference / given reference [1], so that torque and reference do not
+        lower each other to zero.
     """
 
     reference: Annotated[float, Quantity("1", above=0.0, percent=True)]

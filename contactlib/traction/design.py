@@ -51,7 +51,7 @@ def peak_creepage(wheelset: Wheelset, speed: float) -> float:
 
 
 def sticking(wheelset: Wheelset, speed: float, sensors: Sensors) -> dict[str, float]:
-    """Fields of `SlipLimiter` that tell how a sticking wheelset is seen at a speed [m/s].
+    """Fields of `SlipLimiter` for the measured creepage of a sticking wheelset at a speed [m/s].
 
     The compliance, creepage / load torque [1/(N.m)], does not depend on friction, to which zeta0
     and the largest force are both proportional.

@@ -43,8 +43,8 @@ class Measurement(NamedTuple, Generic[Number]):
     vehicle_speed : float or ndarray
         Measured or estimated vehicle speed [m/s].
     torque : float or ndarray
-        Torque that the drive has been commanded since the last sample [N.m]: what the controller
-        asked for then, within the limits of the drive.
+        Torque that the drive has been commanded since the last sample [N.m]: the controller's last
+        output, within the limits of the drive.
     """
 
     demand: Number
@@ -54,19 +54,18 @@ class Measurement(NamedTuple, Generic[Number]):
 
 
 class SampledController(ABC):
-    """Base class of a traction controller of your own: numbers in, a number out, state in `self`.
+    """Base class of your own traction controller: numbers in, a number out, state in `self`.
 
-    Every run works on a deep copy of the object, made when the run begins, with a copy of the lists
-    and the like that stand in its class: what one run leaves in `self` meets no other run, and not
-    the object itself.
+    Every run uses a deep copy of the object, made when the run begins, with copies of its mutable
+    class attributes: a run changes neither the object itself nor the state of other runs.
 
     Attributes
     ----------
     sample_time : float
         Time from one call of `torque` to the next [s]; of the class or of the object.
     search_ranges : mapping, optional
-        The settings that `tune` searches: by name the lowest and the highest value. A setting is an
-        argument of `__init__`, which keeps it under its name.
+        The settings that `tune` searches: by name the minimum and the maximum value. A setting is
+        an argument of `__init__`, which stores it under its name.
 
     Examples
     --------
@@ -86,7 +85,7 @@ class SampledController(ABC):
     search_ranges: ClassVar[Mapping[str, tuple[float, float]]]
 
     def reset(self, measurement: Measurement[float], torque: float) -> None:  # noqa: B027
-        """Begin a run; without this method it begins with what `__init__` has set.
+        """Begin a run; the default keeps the state that `__init__` has set.
 
         Parameters
         ----------
@@ -192,7 +191,7 @@ Controller = SampledController | TractionController
 
 
 def checked_controller(name: str, found: object) -> Controller:
-    """Return a sampled controller, or raise a ValueError that says what it lacks."""
+    """Return a sampled controller, or raise a ValueError that names its missing members."""
     kind = found.__name__ if isinstance(found, type) else type(found).__name__
     sampled = isinstance(found, SampledController)
     if isinstance(found, type):

@@ -1,7 +1,7 @@
-"""Which settings of a controller may be searched: it declares them in `search_ranges`.
+"""The settings of a controller that `tune` may search: it declares them in `search_ranges`.
 
-A controller with other settings is made anew from the arguments of its class, which it keeps under
-their names: what ``__init__`` derives from them follows.
+The search creates a controller with other settings from the arguments of its class, which it stores
+under their names; ``__init__`` then updates derived values.
 """
 
 from __future__ import annotations

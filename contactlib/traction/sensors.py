@@ -44,7 +44,7 @@ def checked_indices(index: Sequence[int]) -> list[int]:
 class Sensors(Parameters):
     """Speed sensors: systematic errors, white Gaussian noise on every sample, and one delay.
 
-    With the wheel's true speed r omega and the vehicle's V, they show at the time t of a run
+    With the wheel's true speed r omega and the vehicle's V, they measure at the time t of a run
 
         (1 + wheel_diameter_error) r omega + noise,
         (1 + vehicle_speed_bias) V + vehicle_speed_drift t + noise
@@ -74,8 +74,8 @@ class Sensors(Parameters):
     vehicle_speed_noise : float, optional
         Standard deviation of the measured vehicle speed [m/s]; 0 if it is estimated.
     acceleration_limit : float, optional
-        Largest acceleration a of the estimated vehicle speed in the direction of slip [m/s2]: what
-        no train exceeds. Default: the vehicle speed has a sensor.
+        Maximum acceleration a of the estimated vehicle speed in the direction of slip [m/s2], which
+        no train exceeds. Default: a sensor measures the vehicle speed.
     delay : float, optional
         Time from the measurement to the controller [s], a whole number of samples.
     seed : float, optional
@@ -249,7 +249,7 @@ class SensorReader:
     def read(self, wheel_speed: Any, vehicle_speed: Any, demand: Any) -> tuple[Any, Any]:
         """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,).
 
-        The sign of the demand [N.m] tells the direction of slip, for an estimated vehicle speed.
+        The sign of the demand [N.m] gives the direction of slip, for an estimated vehicle speed.
         """
         wheel, vehicle = wheel_speed + self._none, vehicle_speed + self._none  # as they may change
         if self._counts:

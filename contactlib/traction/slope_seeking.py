@@ -2,8 +2,9 @@
 
 Where only friction changes, the peak moves along a ray of constant creepage / creep force, as both
 zeta0 and f_d P are proportional to f_d. So the reference creepage, a compliance times the observed
-load torque, follows at once. Below a least load it stays, as a reference that is too small would
-otherwise lower the torque, and the torque the reference, down to nothing.
+load torque, follows without delay. It is constant below a minimum load: otherwise a reference that
+is too small would lower the torque, the torque would lower the reference, and both would tend to
+zero.
 
 Where a layer on the rail lowers the slope of the creep force as well, as Polach found on wet rails,
 the compliance of the peak is several times larger. It is found by climbing the slope of the creep
@@ -97,7 +98,7 @@ class SlopeSeeking(SlipLimiter):
     first_compliance : float
         Initial reference creepage / load torque [1/(N.m)].
     least_load : float, optional
-        Load torque below which the reference does not fall any further [N.m].
+        Load torque below which the reference is constant [N.m].
     largest_reference : float, optional
         Bound of the reference creepage [1].
     seeking_rate : float, optional

@@ -4,8 +4,8 @@ The classical scheme of locomotives, and the baseline here; P. Pichlik, J. Zdene
 control methods used in locomotives", Transactions on Electrical Engineering 3 (2014), compare it
 with others. It detects slip by slip speed and wheel acceleration, cuts the torque fast, waits until
 the wheel has recovered, restores a part of the torque fast, and continues with a ramp. It hunts
-about the peak. The defaults are, rounded, what ``contactlib tune dry_wet_dry.toml --also
-soft_patch.toml`` finds.
+about the peak. The defaults are rounded results of ``contactlib tune dry_wet_dry.toml --also
+soft_patch.toml``.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class ThresholdControl(Parameters):
     low_speed : float, optional
         Vehicle speed below which the thresholds are slip speeds [m/s].
     least_slip : float, optional
-        Smallest slip speed that starts a cut, above the noise [m/s].
+        Minimum slip speed that starts a cut, above the noise [m/s].
     speed_filter_time : float, optional
         Time constant of the filter on the vehicle speed [s].
     slip_filter_time : float, optional

@@ -1,15 +1,15 @@
-"""Estimate of the error with which sensors show the creepage, learnt while the wheel sticks.
+"""Estimate of the error of the measured creepage, while the wheel sticks.
 
 A bias of the vehicle speed and a wrong wheel diameter shift every measured creepage by their
-difference d, half a per cent easily, and the peak of the creep force is at about one: nothing can
-be held at a creepage as shown. Under little torque T the wheel sticks on any rail, and its creepage
-is c T with the compliance c of the sticking contact, so that its forward slip speed shows d:
+difference d, often half a per cent, and the peak of the creep force is at about one per cent: a
+controller cannot use the raw creepage. Under low torque T the wheel sticks on any rail, and its
+creepage is c T with the compliance c of the sticking contact, so the forward slip speed gives d:
 
     r omega - V = (d + c T sign V) |V|
 
-A Kalman filter with one state estimates d from samples of this kind, and its variance tells when d
-has to be looked at again. A controller that limits the torque with a d it does not know takes the
-torque away until it does.
+A Kalman filter with one state estimates d from such samples, and its variance determines when d has
+to be measured again. If d is unknown when a controller has to limit the torque, the controller
+removes the torque until d is known.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FORGETTING = 60.0  # time from known to forgotten [s]
 MODEL = 5e-4  # standard deviation of what else shifts a sample [1]
 SETTLING = 0.06  # time of calm slip before samples are used [s]
 CALM = 2.0  # acceleration of the slip that counts as calm, above the noise [m/s2]
-LARGEST = 0.05  # error that is believed at most [1]
+LARGEST = 0.05  # maximum error that is accepted [1]
 
 
 class ZeroPoint(NamedTuple):

@@ -1,1 +1,1 @@
-"""What the creep force moves: wheelset, drivetrain and track, and the force they can transmit."""
+"""Wheelset, drivetrain and track, and the force they can transmit."""

@@ -1,4 +1,4 @@
-"""The curve of steady creep: the drive torque that holds each creepage of a wheelset.
+"""The curve of steady creep: the drive torque that balances each creepage of a wheelset.
 
 With the speed frozen, the creepage of a wheelset under a drive torque T moves by
 
@@ -49,9 +49,9 @@ class Fold(NamedTuple):
         The fold [1, N.m]: above this torque there are operating points only far out in the tail.
         On a plateau, its beginning.
     return_creepage, return_torque : float
-        End of the run-away branch under a falling torque [1, N.m]; the creepage is infinite where
-        the torque falls to its limit without a minimum. A limit below 0 counts as 0: no torque that
-        drives brings the wheel back.
+        End of the slipping branch under a falling torque [1, N.m]; the creepage is infinite where
+        the torque falls to its limit without a minimum. A limit below 0 counts as 0: the wheel does
+        not re-adhere under any driving torque.
     """
 
     creepage: float
@@ -71,7 +71,7 @@ class WorstPole(NamedTuple):
     Attributes
     ----------
     pole : float
-        The pole [1/s]; zero or less if a constant torque holds every creepage.
+        The pole [1/s]; zero or less if every creepage is stable at constant torque.
     creepage : float
         Its creepage [1].
     """
@@ -90,7 +90,7 @@ class SteadyStates:
         Creepages [1], the torque that holds each [N.m], and the growth rate of a small deviation,
         `CreepCurve.pole` [1/s].
     stable : ndarray of bool, shape (n,)
-        Whether the pole is negative, so that a constant torque holds the creepage.
+        Whether the pole is negative, so that the creepage is stable at constant torque.
     """
 
     creepage: FloatArray

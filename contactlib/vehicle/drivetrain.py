@@ -51,8 +51,8 @@ class Motor(Parameters):
     lag : float, optional
         Time constant with which the drive torque follows its command [s]. Default: 0, no lag.
     power : float, optional
-        Largest power P at the axle [W]: the torque is at most P/|omega|, and the demand that
-        controllers see at most P r/|V|, what the vehicle's speed V allows. Default: no limit.
+        Largest power P at the axle [W]: the torque is at most P/|omega|, and the demand of the
+        controllers at most P r/|V|, by the vehicle's speed V. Default: no limit.
     torque_rate : float, optional
         Largest rate at which the drive changes its torque, up or down [N.m/s]. Default: no limit.
     trip_speed : float, optional

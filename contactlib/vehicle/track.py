@@ -1,4 +1,4 @@
-"""Piecewise linear profiles, and the track: what a rail does to friction and to the slope."""
+"""Piecewise linear profiles, and the track: factors on friction and on the slope."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ TIME = Quantity("s", at_least=0.0)  # of a breakpoint
 class Profile:
     """Piecewise linear function of time or distance, by breakpoints; constant beyond its ends.
 
-    A place given twice is a jump: the first value holds up to it, the second from it on.
+    A place given twice is a jump: the first value applies up to it, the second from it on.
 
     Parameters
     ----------
     at : sequence of float
-        Times [s] or distances [m], rising or repeated at most once.
+        Times [s] or distances [m], increasing; each may occur twice.
     value : sequence of float
         One value for each place.
 
@@ -116,8 +116,8 @@ class Track:
     slope : Profile, optional
         Factor on the initial slope of the creep force under both wheels over distance [m] [1]. A
         wet rail has 0.29 times the slope of a dry one [1]_. The saturation creepage is divided by
-        it, and k_hat stays as it is. That is a choice, the same as for the slope reduction of the
-        force element: a third-body layer shears, and does not change how friction weakens.
+        it, and k_hat does not change. This is an assumption, as for the slope reduction of the
+        force element: a third-body layer shears, and does not change the weakening of friction.
 
     Raises
     ------

@@ -31,8 +31,8 @@ class WheelLoad(Parameters):
 
     Give `time` and `factor`, or `frequency` and `density`. A random factor is one plus a sum of 100
     cosines of equal variance, each with a random phase and a frequency drawn from its share of the
-    spectrum, so it does not repeat. It depends on the seed alone. Where it would be negative it is
-    zero: the wheel lifts.
+    spectrum, so it does not repeat. It depends on the seed alone. Negative values are set to zero:
+    the wheel lifts off.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class WheelLoad(Parameters):
     ------
     ValueError
         If a value is out of range, neither or both pairs are given, a pair's lengths differ, its
-        places do not rise, or the spectrum is zero.
+        places are not increasing, or the spectrum is zero.
 
     Examples
     --------

@@ -122,7 +122,7 @@ class Wheelset(Parameters):
     ) -> Conditions:
         """Check and complete conditions for an analysis: those of `at`, with changes.
 
-        Every analysis of a wheelset takes such conditions, or these keyword arguments.
+        Every analysis of a wheelset accepts such conditions, or these keyword arguments.
 
         Parameters
         ----------
@@ -180,7 +180,7 @@ class Wheelset(Parameters):
         creepage: float,
         **given: Unpack[GivenConditions],
     ) -> OperatingPoint:
-        """Operating point at a creepage: the torque and outer resistance that hold it there.
+        """Operating point at a creepage: the torque and outer resistance that balance it.
 
         Parameters
         ----------
@@ -227,7 +227,7 @@ class Wheelset(Parameters):
         speed: float | None = None,
         **given: Unpack[GivenInputs],
     ) -> list[OperatingPoint]:
-        """All operating points of a drive torque, by rising creepage, on both branches.
+        """All operating points of a drive torque, by increasing creepage, on both branches.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
 """The only package that touches the native library.
 
-It passes numpy arrays and C structs to the library and knows no contact mechanics. cffi reads the
-declarations from the C headers, so no declaration stands twice.
+It passes numpy arrays and C structs to the library and contains no contact mechanics. cffi reads
+the declarations from the C headers, so each declaration exists once.
 """
 
 from contactlib.contact.kernel.bodies import NativeCreepForces as NativeCreepForces

@@ -21,8 +21,8 @@ def process_zone_limit() -> float:
     return float(library().process_zone_limit())
 
 
-# An FMU takes what a tool's solver passes through, such as the load of a wheel that lifts off. In
-# Python a load below zero, or no friction, is a mistake.
+# An FMU accepts all values that a tool's solver may try, such as the load of a wheel that lifts
+# off. # In Python a load below zero, or zero friction, is a mistake.
 LEAST = {"normal_load": 0.0, "friction_scale": 1e-6}
 
 
@@ -68,7 +68,7 @@ def contact_scales(
 def hot_friction(
     x: FloatArray, heat_number: FloatArray, k_hat: FloatArray, *, elliptic: bool
 ) -> FloatArray:
-    """Fraction of friction that a hot contact keeps; arguments broadcast, in `heat.h`'s words."""
+    """Factor on friction by thermal softening; arguments broadcast, named as in `heat.h`."""
     given = [np.array(a, order="C") for a in np.broadcast_arrays(x, heat_number, k_hat)]
     found = np.empty(given[0].shape)
     arrays = [pointer(a, "double") for a in (*given, found)]
@@ -163,20 +163,20 @@ class NativeCurve:
         return points
 
     def turns(self, side: float) -> NDArray[np.void]:
-        """Records of the turns of one side, and of the end of the search."""
+        """Records of the turning points of one side, and of the end of the search."""
         return self._found(library().creep_curve_turns, side)
 
     def steady(self, torque: float, side: float) -> NDArray[np.void]:
-        """Records of the points of one side that a torque holds."""
+        """Records of the points of one side that balance a torque."""
         return self._found(library().creep_curve_steady, torque, side)
 
     def grip(self, torque: float) -> tuple[float, float]:
-        """Creepage on the rising branch that a torque holds, nan beyond the limit; the limit."""
+        """Creepage on the rising branch that balances a torque, nan beyond the limit; the limit."""
         limit = ffi.new("double *")
         return library().creep_curve_grip(*self._given, torque, limit), limit[0]
 
     def peak(self) -> tuple[float, float]:
-        """Creepage and force of the largest creep force in traction."""
+        """Creepage and force of the maximum creep force in traction."""
         table, contact, _, at = self._given
         creepage = ffi.new("double *")
         force = library().creep_curve_peak(table, contact, at, creepage)
@@ -188,7 +188,7 @@ class NativeCurve:
         return points[: library().creep_curve_fold(*self._given, pointer(points, "creep_point"))]
 
     def worst(self) -> Any:
-        """Struct of the point with the largest pole."""
+        """Struct of the point with the maximum pole."""
         point = ffi.new("creep_point *")
         library().creep_curve_worst(*self._given, point)
         return point

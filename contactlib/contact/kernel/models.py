@@ -1,4 +1,4 @@
-"""The models that an FMU can hold, and their lists of variables."""
+"""The models that an FMU can contain, and their lists of variables."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class NativeModel:
 
     @property
     def held_tolerance(self) -> float:
-        """Tolerance of the last step, larger than that asked for if the wheel swings too often."""
+        """Tolerance of the last step, larger than requested if the wheel oscillates too often."""
         return float(self._values.held_tolerance)
 
     def explicit_step(self) -> float:

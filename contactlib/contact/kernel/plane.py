@@ -1,4 +1,4 @@
-"""The law of force in the plane, at many points."""
+"""The law of lateral and spin force, at many points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contactlib.contact.kernel.tables import NativeTable
 
 
 def plane_sizes() -> tuple[int, int]:
-    """Number of ratios a/b in the table of force in the plane, and of cells of its splines."""
+    """Number of ratios a/b in the table of lateral and spin force, and of cells of its splines."""
     lib = library()
     return lib.PLANE_ASPECTS, lib.PLANE_CELLS
 
@@ -29,7 +29,7 @@ def plane_forces(
     """Force and moment, and their derivatives by the three creepages and by ln(k_hat).
 
     `creepages` has the shape (points, 3), and the results have (points, 3) and (points, 3, 4).
-    Without `coefficients` spin adds nothing, and there is no moment; `static_ratio` is f_s/f_d.
+    Without `coefficients` spin has no effect, and the moment is zero; `static_ratio` is f_s/f_d.
     """
     scales = half_space_scales(a_over_b, poisson_ratio)
     shape = ffi.new("plane_shape *")

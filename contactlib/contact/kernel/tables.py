@@ -57,7 +57,7 @@ class NativeTable:
 
 
 class NativeContact:
-    """A table with what force in the plane needs: of one ellipse, or of a pair of bodies.
+    """A table with the data of lateral and spin force: of one ellipse, or of a pair of bodies.
 
     Raises
     ------

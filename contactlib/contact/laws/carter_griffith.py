@@ -40,8 +40,8 @@ class CarterGriffith(ContactLaw):
         Largest normalized stress-intensity factor, Eq. (17) [1], from 0 to 2. Zero is Carter's
         law for Coulomb friction.
     contact : {"line", "elliptic"}
-        Shape of the contact. The ellipse is a sum of uncoupled strips, so the
-        ratio of its axes does not enter; a `ForceElement` adds what a half-space changes.
+        Shape of the contact. The ellipse is a sum of uncoupled strips, so the ratio of its axes has
+        no effect; a `ForceElement` adds the corrections for a half-space.
 
     Raises
     ------

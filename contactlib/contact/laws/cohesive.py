@@ -1,9 +1,9 @@
 """The cohesive-zone law: friction that weakens over a finite slip, without the paper's limit.
 
 In the paper the weakening zone shrinks to a point with a singularity. Here the friction f(u) acts
-over the zone's true length. That bounds the traction by f_s p, keeps the force below f_s P, and
-gives the falling branch its true tail. The equations are those of `laws.slip_zone`; an ellipse
-consists of strips, as in `laws.strips`.
+over the zone's true length. This bounds the traction by f_s p and the force by f_s P, and gives the
+correct tail of the falling branch. The equations are those of `laws.slip_zone`; an ellipse consists
+of strips, as in `laws.strips`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Slip zone of a line contact whose friction falls with the temperature that its slip makes.
+"""Slip zone of a line contact with thermal softening of friction.
 
 Units are those of `laws.slip_zone`: lengths in a, tractions in f p0, creepage x in zeta0, where f
 is friction at the temperature at which the surfaces enter. Behind the stick boundary, at
@@ -14,14 +14,14 @@ The flux F p sigma makes the temperature rise
       = (k/m) Y int_0^(pi/2) 2 sqrt(1 - z**2) M(z) d theta,    z = tau sin(theta),
     M = F y sqrt(epsilon + y**2) sigma,
 
-with m = `MEAN`, so that k x is the mean rise in full slip with F = 1, far beyond saturation. What
-is no polynomial is the logarithm of T at the trailing edge: errors of q fall like the fifth power
+with m = `MEAN`, so that k x is the mean rise in full slip with F = 1, far beyond saturation. Only
+the logarithm of T at the trailing edge is not a polynomial: errors of q fall like the fifth power
 of the number of nodes.
 
 A `k_hat` adds the Carter-Griffith law's release k_hat t to A, t = ((1 + c)/(1 - c))**(1/4). Its
 fracture energy, k_hat**2 sqrt(1 - c**2) of the power q x, is spent at the stick boundary, where the
-surface is cold. It is in the force but not in the heat behind, as it would make a point infinitely
-hot; in the weakening zone of finite length it is heat as well.
+surface is cold. It contributes to the force but not to the heat, because it would make the
+temperature of a point infinite; in a weakening zone of finite length it is heat as well.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _rules(n: int) -> _Rules:
 
 
 class _Contact(NamedTuple):
-    """What a state is solved for."""
+    """Parameters of a state."""
 
     k_hat: float
     rise: float  # k [K]

@@ -1,8 +1,8 @@
 """A measured creep curve, smoothed to a curve with one peak.
 
 The curve is q = S(u), u = x/(1 + x), x = zeta/zeta0: a cubic B-spline on equal cells from zero to
-the largest measured creepage. Its coefficients rise up to one of them and fall after it. A B-spline
-changes direction no more often than its coefficients do, so the curve has one peak, whatever the
+the largest measured creepage. Its coefficients increase up to one of them and decrease after it. A
+B-spline changes direction no more often than its coefficients do, so the curve has one peak for any
 scatter. The coefficients minimize
 
     mean (S(u_i) - mu_i)**2 + smoothing cells**3 sum (second difference of the coefficients)**2,
@@ -10,9 +10,9 @@ scatter. The coefficients minimize
 which for a smooth curve is the mean square error plus smoothing times the integral of S''**2, with
 u over its largest value. The sum continues with a constant after the last coefficient, which equals
 the one before: beyond the points the curve levels off within one cell, by a sixth of its last
-change from coefficient to coefficient, and stays at that level. For a given place of the largest
-coefficient this is least squares in the coefficients' differences, each with a given sign; the best
-place is taken.
+change from coefficient to coefficient, and stays at that level. For a given place of the maximum
+coefficient this is least squares in the coefficients' differences, each with a given sign; the fit
+chooses the best place.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ from contactlib.contact.traction_data import TractionData
 
 CELLS = Limits(at_least=2, at_most=128)
 SMOOTHING = Limits(above=0.0, at_most=1e9)
-# A point is astray if it is this far off the curve through the others, over the largest traction
-# coefficient and over their scatter. Of fewer points the scatter is not known.
+# A point is an outlier if its distance from the curve through the others exceeds these fractions of
+# # the maximum traction coefficient and of the scatter. Fewer points do not determine the scatter.
 ASTRAY, SCATTERS, FEW = 0.1, 8.0, 10
 RISING = 0.005  # of a curve that has no peak yet, in its last cell
 
@@ -71,10 +71,10 @@ class MeasuredCurve:
     cells : int
         Number of the spline's cells, from 2 to 128.
     smoothing : float
-        Weight of the curve's bending against its mean square distance from the points [1], above
-        zero and at most 1e9.
+        Weight of the curve's bending relative to its mean square residual [1], above zero and at
+        most 1e9.
     name : str
-        What `summary` and warnings call the points.
+        Name of the points in `summary` and warnings.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class MeasuredCurve:
         The two scales: ``traction_ratio(x) * kinetic`` over ``x * saturation_creepage`` is the
         measured curve, `traction_coefficient`.
     summary : str
-        Number and range of the points, how far the curve is from them, and where it levels off.
+        Number and range of the points, fit residual, and level beyond the points.
     points : TractionData
         The points, with all creepages above zero.
 
@@ -96,7 +96,7 @@ class MeasuredCurve:
     Warns
     -----
     InputWarning
-        If one point is far off the curve through the others, or the points end before the peak.
+        If one point is an outlier, or the points end before the peak.
 
     Notes
     -----
@@ -263,7 +263,7 @@ class MeasuredCurve:
 
     @property
     def scales(self) -> dict[str, float]:
-        """What a table of this curve has to know of it: peak, kinetic coefficient and zeta0."""
+        """Parameters of the curve in its table: peak, kinetic coefficient and zeta0."""
         peak = self.kinetic * max(1.0, self.peak.traction_ratio)
         return {"peak": peak, "kinetic": self.kinetic, "zeta0": self.saturation_creepage}
 
@@ -322,7 +322,7 @@ def _smooth(u: FloatArray, mu: FloatArray, cells: int, smoothing: float) -> PPol
 def _stray(
     u: FloatArray, mu: FloatArray, miss: FloatArray, cells: int, smoothing: float
 ) -> tuple[int | None, float]:
-    """A point without which the others agree, if any, and its distance from their curve."""
+    """The outlier, if any, and its distance from the curve through the other points."""
     found = []
     for i in np.argsort(miss)[-3:].tolist():  # the curve may miss its neighbours by more
         rest = np.delete(u, i), np.delete(mu, i)

@@ -23,7 +23,7 @@ from contactlib.base.quantities import FINITE, FloatArray, Parameters, Quantity,
 from contactlib.contact.laws.contact_law import Peak
 
 GRADIENT = 3.0 / 16.0 * math.pi**2  # eps/x
-FAR = 1e150  # kA eps beyond which the area of adhesion changes no digit
+FAR = 1e150  # kA eps beyond which the area of adhesion has no effect in double precision
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -144,7 +144,7 @@ def solve_slip_zones(
     weakening: Weakening,
     nodes: int | None = None,
 ) -> SlipZones:
-    """Solve the slip zone at stick lengths epsilon, edge slip rates delta and k_hats, each (n,).
+    """Solve the slip zone at stick lengths epsilon, edge slip rates delta and k_hat, each (n,).
 
     The slip length 2 - epsilon is given as well, with all its digits where it is small.
 

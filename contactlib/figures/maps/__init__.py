@@ -1,7 +1,7 @@
 """Figures of a sweep: one for each outcome, of a kind that suits its axes.
 
 An outcome over one parameter is drawn as lines, over two as a map, over three as a row of maps;
-random samples are drawn as a distribution, with the parameters that matter most.
+random samples are drawn as a distribution, with the most influential parameters.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Layout of a sweep's figures: the axis that each parameter takes, panels, labels and legend."""
+"""Layout of a sweep's figures: assignment of parameters to axes, panels, labels and legend."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of the stability of one wheelset: why it runs away, and what it takes to hold it.
+"""Figures of the stability of one wheelset: slip-away and its control.
 
 Stable branches are solid and unstable ones dashed; a stable state is a filled dot, an unstable one
 a hollow dot.

@@ -1,4 +1,4 @@
-"""Creep control on the falling branch: gains that hold it, root locus and Nyquist curve."""
+"""Creep control on the falling branch: stabilising gains, root locus and Nyquist curve."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ GAINS = np.geomspace(0.2, 8.0, 400)  # gains of the locus / the loop's gain
 def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Window of stabilising gains over the delay, and over the creepage to be held.
 
-    If the resistance does not grow with speed, nothing brings the speed of a free vehicle back, so
-    that it is taken as constant.
+    If the resistance does not grow with speed, the speed of a free vehicle has no restoring force,
+    so the figure assumes that it is constant.
     """
     given = wheelset
     if not (wheelset.speed_held or wheelset.resistance.linear or wheelset.resistance.quadratic):
@@ -155,7 +155,8 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
 def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Closed-loop poles over the gain; Nyquist curve of one gain, with its margins.
 
-    A free vehicle hardly changes its speed in the time of the loop: it is taken as constant.
+    A free vehicle hardly changes its speed on the time scale of the loop: the speed is constant
+    here.
     """
     import control
 

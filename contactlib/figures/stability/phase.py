@@ -1,4 +1,4 @@
-"""The creepages from which a constant torque returns to grip: phase portraits and runs."""
+"""The creepages from which the wheel re-adheres at constant torque: phase portraits, runs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FAR = 3.0  # end of the creepage axis / creepage of the border
 
 
 def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
-    """Where a constant torque leads from each creepage (and speed), and simulated runs."""
+    """Phase portrait at constant torque over creepage (and speed), and simulated runs."""
     torque = LOAD * find_fold(wheelset, speed=speed).drive_torque
     border = basin(wheelset, drive_torque=torque, speed=speed)
     with styled(paint.hatched):

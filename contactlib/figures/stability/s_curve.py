@@ -1,4 +1,4 @@
-"""Steady creepage over drive torque (the S-curve), and how fast a wheelset runs away."""
+"""Steady creepage over drive torque (the S-curve), and growth rates of slip-away."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
 
     found = np.array([limit(float(v)) for v in speeds])
     sound = np.array([limit(float(v), robust=True) for v in speeds])
-    held = ~np.isfinite(found)  # where a constant torque holds every creepage
+    held = ~np.isfinite(found)  # where every creepage is stable at constant torque
     found[held], sound[held] = np.nan, np.nan
     low, high = 0.5e3 * float(np.nanmin(sound)), 2.5e3 * float(np.nanmax(found))
     axes.fill_between(speeds, 1e3 * found, high, color=paint.shade, lw=0.0, zorder=0)

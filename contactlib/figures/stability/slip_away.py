@@ -1,4 +1,4 @@
-"""How long a wheelset takes to run away above the fold, and how long a slippery patch may be.
+"""Slip-away time of a wheelset above the fold, and critical length of a slippery patch.
 
 Each time is computed by the analysis and found by simulation.
 """
@@ -167,7 +167,7 @@ def simulated_clearing(wheelset: Wheelset, speed: float, torque: float, friction
 
 
 def _frictions(wheelset: Wheelset, speed: float, torque: float) -> FloatArray:
-    """Frictions of a patch, closely spaced near the one that holds the torque for good."""
+    """Frictions of a patch, closely spaced near the one that carries the torque permanently."""
 
     def short(friction: float) -> float:
         return find_fold(wheelset, speed=speed, friction_scale=friction).drive_torque - torque

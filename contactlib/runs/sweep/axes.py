@@ -47,7 +47,7 @@ class AxisKeys(Parameters):
         Path of the number, or list of numbers, that the axis multiplies. Give exactly one of
         `parameter` and `factor_on`.
     label : str
-        What varies, in words for figures.
+        Label of the axis in figures.
     """
 
     parameter: str | None = None

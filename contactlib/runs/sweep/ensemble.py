@@ -213,7 +213,7 @@ def ensemble(
     Parameters
     ----------
     sweep : Sweep or path
-        A sweep that `load_sweep` has read, or the file that it shall read.
+        A sweep from `load_sweep`, or a sweep file.
     controllers : mapping, optional
         Controllers of your own by name, beside those of the sweep or in place of one. Processes
         and clusters need a class that they can import, from a module or a script.
@@ -230,9 +230,9 @@ def ensemble(
         Number of threads, or of workers of the executor, which gets twice as many chunks at a
         time. Default: one for each processor.
     output : path, optional
-        Folder for the NetCDF file and, until it is complete, for finished chunks: if the process
-        is killed, the same call continues from there; with controllers or metrics of another
-        `key` it refuses. Default: nothing is written.
+        Folder for the NetCDF file and, until it is complete, for finished chunks: if the process is
+        killed, the same call resumes; with controllers or metrics of another `key` it raises an
+        error. Default: nothing is written.
     key : str, optional
         Name of the version of your controllers and metrics. Default: their numbers and the text of
         the files that define them, but not of what these import; what a notebook defines is never
@@ -267,7 +267,7 @@ def ensemble(
     Warns
     -----
     InputWarning
-        If the outcomes have slip speeds or slip work that no vehicle survives.
+        If slip speeds or slip work of the outcomes would destroy a vehicle.
     """
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
     sweep = with_own(sweep, controllers or {}, metrics or {}, key)

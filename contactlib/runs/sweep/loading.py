@@ -62,7 +62,7 @@ Names = tuple[str, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class Source(Parameters):
-    """What a sweep file says of its scenario.
+    """Keys of a sweep file about its scenario.
 
     Parameters
     ----------
@@ -71,8 +71,8 @@ class Source(Parameters):
     controllers : list of str, optional
         Those of the scenario's controllers that run. Default: all.
     redesign : bool, optional
-        Whether controllers are designed for each run. Normally they are those designed for the
-        file as it stands, as a designer does not know what varies.
+        Whether controllers are designed for each run. By default they are designed for the nominal
+        values of the file, because a designer usually does not know the varied ones.
     """
 
     scenario: str
@@ -122,7 +122,7 @@ def load_sweep(
     Warns
     -----
     InputWarning
-        If a number is allowed but no vehicle has it.
+        If a number is allowed but implausible for a vehicle.
 
     Examples
     --------

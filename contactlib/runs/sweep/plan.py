@@ -152,7 +152,7 @@ class Plan:
         return json.dumps({"contactlib": self.made_with, **digests})
 
     def _told(self, one: Controller | ControllerDesign | Metric) -> object:
-        """What tells a controller or a metric from others: of the user's own the key.
+        """Identity of a controller or a metric: the key for the user's own.
 
         Without a key, its numbers and the text of the file that defines it; what has none, such as
         a function of a notebook, is never the same.
@@ -253,7 +253,7 @@ class Sweep:
     name : str
         Title, in one line.
     source : str
-        Where the numbers come from.
+        Source of the numbers.
     stem : str
         Name of the sweep file without its suffix, which the results share.
     text : str

@@ -87,9 +87,9 @@ def points(
     Parameters
     ----------
     from_ : float
-        Least value.
+        Minimum value.
     to : float
-        Largest value.
+        Maximum value.
     count : float
         Number of points of a grid [1].
     spacing : str, optional

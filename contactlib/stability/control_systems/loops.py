@@ -91,9 +91,9 @@ def growth_rate(poles: ArrayLike, sample_time: float = 0.0) -> float:
 def frequencies(loop: StateSpace) -> FloatArray:
     """Angular frequencies that cover the poles of a loop and of its closed loop [rad/s].
 
-    python-control's own choice misses slow poles, such as the speed of a free wheelset, and what
-    delays turn around. Put 0 in front of them for `control.nyquist_response`, which goes around
-    the pole of an integrator there.
+    python-control's own choice misses slow poles, such as the speed of a free wheelset, and the
+    phase of delays. Put 0 in front of them for `control.nyquist_response`, which goes around the
+    pole of an integrator there.
 
     Parameters
     ----------
