@@ -333,7 +333,7 @@ result component_start(component *self) {
     if (component_update_flags(self) != RESULT_OK) return RESULT_DISCARD;
     double zone = self->now.values.output.process_zone_ratio;
     self->now.stage = self->model_exchange ? EVENTS : STEPPING;
-    /* The limit does not apply to a cohesive law, which holds for one friction ratio. */
+    /* The limit does not apply to a cohesive law, which is for one friction ratio. */
     if (!(zone > process_zone_limit()) || self->table.static_to_kinetic > 0.0 ||
         self->table.one_axis)
         return RESULT_OK;
@@ -359,7 +359,7 @@ result component_get(component *self, unsigned reference, int boolean, double *v
     return RESULT_OK;
 }
 
-/* What to do if a step was so long that the value ran off; else nothing. */
+/* Advice if the value diverged because a step was too long; else an empty text. */
 static const char *advice(const component *self, const model_variable *v, char *text) {
     const slip_memory *last = &self->now.values.memory;
     text[0] = '\0';
@@ -401,7 +401,7 @@ void component_put(component *self, unsigned reference, double value) {
     self->now.stale = 1;
 }
 
-/* Say once what the force's swings from step to step tell to be wrong. */
+/* Log once the cause of oscillations of the force from step to step. */
 static void check_exchange(component *self) {
     const model_values *v = &self->now.values;
     const slip_memory *memory = &v->memory;
@@ -472,7 +472,7 @@ result component_step(component *self, double point, double step) {
                       SHOWN(step), SHOWN(point), SHOWN(self->now.tolerance),
                       SHOWN(values->held_tolerance));
     values->time = end;
-    if (self->states > 0) self->now.stale = 1; /* without states the outputs still hold */
+    if (self->states > 0) self->now.stale = 1; /* without states the outputs stay valid */
     return RESULT_OK;
 }
 

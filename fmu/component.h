@@ -35,7 +35,7 @@ typedef void component_logger(void *shell, result status, const char *category, 
 typedef struct {
     model_values values;
     double held_flags[FLAG_COUNT]; /* truth values between two events of model exchange */
-    double stop_time;              /* infinite if the tool named none */
+    double stop_time;              /* infinite if the tool gave no stop time */
     double tolerance;              /* of the integrator */
     int32_t stage;
     int32_t stale; /* 1 until the outputs are evaluated for the present inputs */
@@ -73,8 +73,8 @@ result component_called(component *self, const char *function, unsigned allowed_
 result component_log(component *self, result status, const char *format, ...);
 /* Log that the call needs what this pointer should point to. */
 result component_null(component *self, const char *function, const char *pointer);
-/* Log only these categories, or not these. Without a name all of them are logged, on or off: none
- * is for debugging, and tools switch off that by default. */
+/* Enable or disable logging of these categories. Without a name all of them stay enabled: there are
+ * no debugging messages, which tools disable by default. */
 result component_set_logging(component *self, int on, size_t count, const char *const names[]);
 
 result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,

@@ -1,4 +1,4 @@
-/* Creep forces of a wheel on a rail as a vehicle tool asks for them: from the ellipse, the load and
+/* Creep forces of a wheel on a rail as a vehicle tool needs them: from the ellipse, the load and
  * Kalker's creepages. */
 #ifndef CREEP_FORCES_H
 #define CREEP_FORCES_H
@@ -11,7 +11,7 @@ typedef struct {
     double static_friction;       /* f_s [1] */
     double kinetic_friction;      /* f_d [1] */
     double weakening_length;      /* Delta [m] */
-    double slip_rate_residual;    /* A, part of friction that high slip speed leaves [1] */
+    double slip_rate_residual;    /* A, fraction of friction at high slip speed [1] */
     double slip_rate_decay;       /* B, rate at which friction falls with slip speed [s/m] */
     double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
     double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
@@ -71,7 +71,7 @@ CONTACTLIB_API void creep_forces_prepare(creep_forces *pair, const creep_table *
 CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_table *table,
                                              const void *bytes, size_t size);
 
-/* Smaller loads [N] and friction coefficients [1] count as none. */
+/* Smaller loads [N] and friction coefficients [1] count as zero. */
 #define LEAST_LOAD 1e-30
 #define LEAST_FRICTION 1e-9
 

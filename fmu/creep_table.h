@@ -1,7 +1,7 @@
 /* Traction ratio of a creep force law, read from a table.
  *
- * A table of two axes holds what a law adds to the Carter-Griffith law of a line contact, as a
- * bicubic C2 spline over the line contact's own parameter t and the intensity k_hat:
+ * A table of two axes contains the difference of a law from the Carter-Griffith law of a line
+ * contact, as a bicubic C2 spline over the line contact's parameter t and the intensity k_hat:
  *
  *     x = m + k_hat t,   m = t^4 / (1 + t^4),   u = t / (1 + t)
  *     q(x, k_hat) = q_line(x, k_hat) + x (1 - u)^d (H(u, sqrt(k_hat)) + C)
@@ -13,7 +13,7 @@
  *
  *     C = y^4 z^p (c0 + c2 z + c4 z^2 + (c1 + c3 z + c5 z^2) ln z)
  *
- * A table of one axis holds q = u H(u) with u = x / (1 + x), for every k_hat.
+ * A table of one axis contains q = u H(u) with u = x / (1 + x), for every k_hat.
  */
 #ifndef CREEP_TABLE_H
 #define CREEP_TABLE_H
@@ -30,7 +30,7 @@ typedef struct {
     double max_error;           /* certificate: largest error of q found */
     double max_slope_error;     /* certificate: largest error of dq/dx found */
     double certificate_points;  /* number of points that the certificate compares */
-    double static_to_kinetic;   /* f_s/f_d that the law holds for; 0: any */
+    double static_to_kinetic;   /* f_s/f_d to which the law applies; 0: any */
     uint32_t one_axis;          /* 1 if the law does not depend on k_hat */
     uint32_t twice_decay;       /* 2 d */
     uint32_t twice_corner;      /* 2 p, 0 if there is no corner */
@@ -55,7 +55,7 @@ typedef struct {
 } creep_node;
 
 /* Open a table file in memory that is aligned to 8 bytes and must outlive the table. Returns NULL,
- * or a message that says what is wrong with the bytes. */
+ * or an error message. */
 CONTACTLIB_API const char *creep_table_open(creep_table *table, const void *bytes, size_t size);
 
 /* q and its derivatives at any finite x and at 0 <= k_hat <= k_max. */

@@ -29,8 +29,8 @@ typedef struct {
 typedef struct {
     double omega;            /* angular velocity [rad/s] */
     double speed;            /* forward velocity [m/s] */
-    double normal_load;      /* a negative load counts as none [N] */
-    double friction_scale;   /* multiplies f_s and f_d; none below LEAST_FRICTION_SCALE [1] */
+    double normal_load;      /* a negative load counts as zero [N] */
+    double friction_scale;   /* multiplies f_s and f_d; zero below LEAST_FRICTION_SCALE [1] */
     double relaxed_creepage; /* state, if there is a relaxation length [1] */
     double lateral_velocity; /* of the wheel's surface against the rail, to the left [m/s] */
     double spin_velocity;    /* likewise, about the vertical axis upwards [rad/s] */
@@ -71,7 +71,7 @@ typedef struct {
     double rate_by_relaxed;      /* [1/s] */
 } force_element_output;
 
-/* A smaller friction scale counts as none: the scales of its contact would overflow. */
+/* A smaller friction scale counts as zero: the scales of its contact would overflow. */
 #define LEAST_FRICTION_SCALE 1e-6
 
 /* Largest process zone ratio for which the law's limit of a vanishing weakening zone is good. */
@@ -91,7 +91,7 @@ CONTACTLIB_API void force_element_scales(const force_element_parameters *paramet
                                          double normal_load, double friction_scale,
                                          contact_scales *scales);
 
-/* Fractions of friction f0 (1 - T/T_m) that hot contacts keep at n normalized creepages x, numbers
+/* Factors on friction f0 (1 - T/T_m) by thermal softening at n normalized creepages x, numbers
  * n = V zeta0/w_T and k_hat; all not negative, and x and heat numbers at most 1e20. */
 CONTACTLIB_API void hot_friction_many(int elliptic, size_t n, const double *x,
                                       const double *heat_number, const double *k_hat,
@@ -103,7 +103,7 @@ CONTACTLIB_API void force_element_evaluate(const creep_table *table,
                                            const force_element_input *input,
                                            force_element_output *output);
 
-/* Least and largest values of omega, speed, normal load and friction scale that a caller takes. */
+/* Minimum and maximum of omega, speed, normal load and friction scale that a caller accepts. */
 typedef struct {
     double least[4], most[4];
 } force_ranges;

@@ -39,7 +39,7 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
     q.traction_ratio = s.law.force[0];
     q.slope = by[0];
     q.log_k_derivative = s.law.by_log_k[0];
-    at->place.x_by_x = 1.0; /* the law in the plane has softened already */
+    at->place.x_by_x = 1.0; /* the law of lateral and spin force contains the softening */
     at->place.log_k_by_x = 0.0;
     double growth = p->load_exponent, turning = s.slip.turning; /* it turns over a width */
     if (turning != 0.0)

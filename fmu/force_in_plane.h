@@ -1,4 +1,4 @@
-/* Creep force of a contact that slips across rolling or spins, too. */
+/* Creep force of a contact with lateral slip or spin. */
 #ifndef FORCE_IN_PLANE_H
 #define FORCE_IN_PLANE_H
 
@@ -24,7 +24,7 @@ ALWAYS_INLINE slip_speeds slip_of_parts(double along, double across, double turn
     return w;
 }
 
-/* Force in the plane of a contact, whose signs of creepages are those of the forces. */
+/* Lateral and spin force of a contact; creepages have the signs of the forces. */
 typedef struct {
     force_state at; /* along rolling */
     slip_speeds slip;
@@ -95,8 +95,7 @@ ALWAYS_INLINE slip_speeds slip_in_plane(const creep_table *table, const force_el
                          table->plane->slip_spread * width * in->spin_velocity);
 }
 
-/* Fall of friction without load or friction, and so without heat; in the plane if it slips there.
- */
+/* Fall of friction without load or friction, and so without heat, at the slip speed of all slip. */
 static inline friction_fall friction_without_grip(const creep_table *table,
                                                   const force_element_parameters *p,
                                                   const force_element_input *in) {

@@ -11,7 +11,7 @@
 #include "relaxation.h"
 #include "softening.h"
 
-/* A tiny load counts as none: the scales of its contact would overflow. */
+/* A tiny load counts as zero: the scales of its contact would overflow. */
 ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
     return !(load <= 1e-100 * p->nominal_load); /* true for NaN, so that it shows in the output */
 }
@@ -81,9 +81,9 @@ ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction, double in
     return s;
 }
 
-/* Where an ellipse on a half-space reads its table: it grows softer as the stick area shrinks, by
- * the softening times the creepage, up to saturation. zeta0 and k_hat know the modulus as in Eqs.
- * (15) and (17). Without softening the place is x and k_hat. */
+/* Arguments of the table for an ellipse on a half-space: its stiffness decreases as the stick area
+ * shrinks, by the softening times the creepage, up to saturation. zeta0 and k_hat contain the
+ * modulus as in Eqs. (15) and (17). Without softening the arguments are x and k_hat. */
 typedef struct {
     double x, k_hat; /* arguments of the table */
     held_creepage held;
@@ -135,7 +135,7 @@ typedef struct {
     double passing;        /* part of the factor by slip speed that vanishes at high slip speed */
     double temperature;    /* [K] */
     double by_slip;        /* by the magnitude w of the slip velocity [s/m] */
-    double hot_by_slip;    /* the part of it that heat makes */
+    double hot_by_slip;    /* the part of it by thermal softening */
     double by_rolling;     /* by omega r, as it carries heat, [s/m] */
     double by_speed;       /* and by the speed, both at fixed w [s/m] */
     double by_log_heating; /* by ln(1/w_T) [1] */
@@ -144,8 +144,8 @@ typedef struct {
 } friction_fall;
 
 /* g at the magnitude of the slip velocity; scales are those of friction scale 1, and hot is whether
- * friction falls with temperature. Rail and wheel run through the contact with the speeds V and
- * omega r, and the heat that they carry off grows like sqrt(V) + sqrt(omega r). */
+ * friction falls with temperature. Rail and wheel move through the contact at the speeds V and
+ * omega r, and the heat that they absorb is proportional to sqrt(V) + sqrt(omega r). */
 ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
                                              const force_element_parameters *p,
                                              contact_scales scales, const force_element_input *in,
@@ -281,7 +281,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     int k_limited = out->k_hat_margin > 0.0;
     out->k_hat_limited = k_limited ? 1.0 : 0.0;
 
-    /* The Carter-Griffith law does not know f_s: the force is held at f_s P. */
+    /* The Carter-Griffith law does not contain f_s: limit the force to f_s P. */
     out->force_margin = p->kinetic_friction * fabs(q.traction_ratio) - p->static_friction;
     int force_limited = out->force_margin > 0.0;
     double most = copysign(p->static_friction / p->kinetic_friction, q.traction_ratio);

@@ -166,7 +166,7 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     return NULL;
 }
 
-/* A held or relaxed force has nothing to solve: remember the step, to say what is wrong with it. */
+/* A held or relaxed force needs no solution: store the step, to detect instability. */
 static void remember(const creep_table *table, model_values *v, double step) {
     double force = v->output.creep_force;
     slip_memory memory = judged(v);

@@ -13,8 +13,8 @@ typedef struct {
     double stiffness_y;
     double softening_x; /* parts of them lost as the stick area shrinks, up to saturation [1] */
     double softening_y;
-    /* Normalized spin per spin in units of f_d N/(G (a b)^1.5): spin weighs as much as the mean of
-     * the creepages that it makes half a semi-axis away from the centre. */
+    /* Normalized spin per spin in units of f_d N/(G (a b)^1.5): the normalized spin is the
+     * mean of the creepages that spin causes half a semi-axis away from the centre. */
     double spin_scale;
 } half_space_scales;
 

@@ -331,13 +331,13 @@ int model_is_diagnostic(const model_variable *v) {
 /* Numbers of the values; from the first of these on `evaluate` sets them. */
 enum { FIRST_MADE = AT(output) / sizeof(double), NUMBERS = sizeof(model_values) / sizeof(double) };
 
-/* Whether a model's own tangent knows the derivatives by this variable. */
+/* Whether a model's own tangent contains the derivatives by this variable. */
 static int is_exact(const model_variable *v) {
     return (v->offset >= AT(input) && v->offset < AT(output.wheel_torque)) ||
            (v->offset >= AT(ellipse.creepage_x) && v->offset < AT(ellipse.speed));
 }
 
-/* How much of a variable makes a difference: velocities do by the slip that saturates. */
+/* Typical change of a variable: for velocities the slip velocity at saturation. */
 static double magnitude(const model *m, const model_values *values, const model_variable *v) {
     const force_element_parameters *p = &values->contact;
     const force_element_input *in = &values->input;

@@ -1,5 +1,6 @@
-/* The seam between physics and FMI: four models that a tool can step, each with one list of
- * variables. The sources above know no contact mechanics, the kernel below knows no FMI. */
+/* The interface between physics and FMI: four models that a tool can step, each with one list of
+ * variables. The sources above contain no contact mechanics, the kernel below is independent of
+ * FMI. */
 #ifndef MODEL_H
 #define MODEL_H
 
@@ -9,7 +10,7 @@
 #include "variable.h"
 #include "wheelset.h"
 
-/* What the force element keeps of the steps before. */
+/* Memory of the force element of the previous steps. */
 typedef struct {
     double known;    /* 1 after the first step */
     double slip;     /* slip velocity at the start of the last step, as the tool gave it [m/s] */
@@ -17,13 +18,13 @@ typedef struct {
     double applied;  /* creep force on the tool's body during the last step [N] */
     double force;    /* creep force of the last step; the mean one, if implicit [N] */
     double previous; /* that of the step before [N] */
-    double stable;   /* least of the largest stable steps so far; 0 if none was limited [s] */
+    double stable;   /* minimum of the maximum stable steps so far; 0: no limit so far [s] */
     /* Slip acceleration by everything but the creep force in the last step, if both sides of the
      * exchange step as parallel_exchange says and if they do not, and how it changes: sums of
      * squares in which older steps count less. */
     double external[2];  /* [m/s2] */
     double roughness[2]; /* [m2/s4] */
-    double doubtful;     /* steps in a row that say that parallel_exchange is wrong [1] */
+    double doubtful;     /* successive steps that indicate a wrong parallel_exchange [1] */
     double acting, rate; /* creep force and slip acceleration in the last step [N, m/s2] */
     /* Changes of both from step to step: force^2, force * acceleration, acceleration^2, sums in
      * which older steps count less. */
@@ -31,11 +32,11 @@ typedef struct {
     double rise;     /* last large change of the force [N] */
     double turns;    /* how often its sign has changed while the slip follows the force [1] */
     double steady;   /* steps since [1] */
-    double too_long; /* largest stable step, once a longer one made the force swing; else 0 [s] */
-    double misfit;   /* inverse mass found, once an implicit force swings with its own one [1/kg] */
+    double too_long; /* stable step, once a longer one made the force oscillate; else 0 [s] */
+    double misfit;   /* inverse mass found, once an implicit force oscillates [1/kg] */
 } slip_memory;
 
-/* So many of them are no accident. */
+/* Number of such steps beyond which chance is excluded. */
 #define DOUBTFUL_STEPS 12
 
 /* All numbers of all models. The states of the wheelset are the contact's input. */
@@ -55,7 +56,7 @@ typedef struct {
     slip_memory memory;
     double substep;               /* length that the integrator tries next [s] */
     double held_tolerance;        /* of the last step [1] */
-    double spins;                 /* 1 if the contact knows spin */
+    double spins;                 /* 1 if the contact has spin as an input */
     creep_forces_parameters pair; /* without Poisson's ratio, which is the prepared pair's */
     creep_forces_input ellipse;
     creep_forces_output forces;

@@ -1,4 +1,4 @@
-/* The formulas of force in the plane, with exact derivatives. */
+/* The formulas of lateral and spin force, with exact derivatives. */
 #ifndef PLANE_FORMULA_H
 #define PLANE_FORMULA_H
 
@@ -133,7 +133,7 @@ ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double 
                 at.by_u[i][k] += factor * (more.by_u[i][k] + w * more.by_u[i][3 + k]);
         }
     }
-    /* What is zero by symmetry is so to the last bit. */
+    /* Values that are zero by symmetry are exactly zero. */
     if (l[1] == 0.0 && l[2] == 0.0) at.value[2] = at.by_u[0][2] = by_log_k[2] = 0.0;
     for (int k = 0; k < 3; k++) {
         double by_u[3], stretch = 0.0;
@@ -150,7 +150,7 @@ ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double 
 
 static const double TINY = 1e-60; /* so that nothing is divided by zero */
 
-/* What is known before the law of longitudinal creepage is read, at place and k_hat. */
+/* State before the law of longitudinal creepage is evaluated, at place and k_hat. */
 typedef struct {
     double place, k_hat, size, per, share, left, left_by_size, left_by_share, stiffness;
 } plane_start;
@@ -220,8 +220,8 @@ ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[
     else add_spin(shape, 0, creepage, k_hat, value);
 }
 
-/* Hold the force below most f_d N in its direction, and return what it was: the law of a short
- * weakening zone does not know f_s, and splines have errors. */
+/* Limit the force to most f_d N in its direction, and return its previous value: the law of a short
+ * weakening zone does not contain f_s, and splines have errors. */
 ALWAYS_INLINE double plane_hold(plane_value *value, double most) {
     double *force = value->force;
     double size = sqrt(force[0] * force[0] + force[1] * force[1]), less = most / size;

@@ -1,5 +1,5 @@
-/* Force in the plane of a rolling ellipse on a half-space: along and across rolling, and the moment
- * of spin, from creepage along and across and spin. */
+/* Forces of a rolling ellipse on a half-space, longitudinal, lateral and spin moment, from
+ * longitudinal and lateral creepage and spin. */
 #ifndef PLANE_LAW_H
 #define PLANE_LAW_H
 
@@ -7,10 +7,10 @@
 #include "export.h"
 
 /* Splines have cubic cells of equal size over -1 <= u <= 1 in each of three directions, in halves
- * of the first and the last: what spin adds, and two terms of what friction that weakens adds to
- * that. A set of coefficients holds for each place those of force along and across rolling and of
- * the moment; then those of both terms; then what is left of all of them without spin: the moment,
- * and the slopes of both forces and the moment by u[2]. */
+ * of the first and the last: the contribution of spin, and two terms of weakening friction to it. A
+ * set of coefficients contains for each place those of longitudinal and lateral force and of the
+ * moment; then those of both terms; then all of them without spin: the moment, and the slopes of
+ * both forces and the moment by u[2]. */
 enum {
     PLANE_CELLS = 16,
     PLANE_FLAT_PLACES = (PLANE_CELLS / 2 + 3) * (PLANE_CELLS + 3),
@@ -21,7 +21,7 @@ enum {
     PLANE_COEFFICIENTS = PLANE_FLAT + 12 * PLANE_FLAT_PLACES
 };
 
-/* What an ellipse of one shape adds to the law of longitudinal creepage. */
+/* Data of an ellipse of one shape for lateral creepage and spin. */
 typedef struct {
     double stiffness_ratio;     /* c22/c11: stiffness across over that along rolling [1] */
     double softening_x;         /* see half_space.h [1] */
@@ -44,15 +44,15 @@ typedef struct {
  *
  * Without spin the forces are a closed form, and the splines give the moment. They were made for
  * a/b from 1/8 to 8, and those of weakening for nu 0.28, f_s/f_d 11/7 and k_hat up to 0.8. Power is
- * lost everywhere but at a/b 8 and nu 0.5 with weakening. Errors:
+ * dissipated everywhere except at a/b 8 and nu 0.5 with weakening. Errors:
  * contactlib/contact/creep_forces.py. */
 CONTACTLIB_API void plane_evaluate(const creep_table *table, const plane_shape *shape,
                                    const double creepage[3], double k_hat, plane_value *value);
 
-/* What the contact of a force element adds to its table for force in the plane. */
+/* Data of a force element's contact for lateral and spin force. */
 typedef struct plane_contact {
     plane_shape shape;  /* its softening along rolling is that of the element's parameters */
-    double axes_ratio;  /* b/a; 0 if the contact knows no spin [1] */
+    double axes_ratio;  /* b/a; 0 for a contact without spin [1] */
     double spin_arm;    /* creepage that weighs as much as a spin, over spin and a [1] */
     double slip_spread; /* root mean square distance from the centre over a [1] */
 } plane_contact;

@@ -2,8 +2,8 @@
  *
  * sigma_e dzeta'/dt = w - |v| zeta', with w the slip velocity. The length sigma_e is sigma while
  * |zeta'| stays below the saturation creepage, and shrinks like 1/|zeta'| beyond: a sliding patch
- * stores no more deflection, so a wheel that spins at standstill does not wind up a spring of
- * metres. */
+ * stores no further deflection, so a wheel that spins at standstill does not stretch the contact
+ * spring by metres. */
 #ifndef RELAXATION_H
 #define RELAXATION_H
 
@@ -21,7 +21,7 @@ ALWAYS_INLINE double sliding_decay(double slip, double speed, double limit) {
 }
 
 /* The relaxed creepage beyond which the patch slides. The saturation creepage vanishes with the
- * load; the lower limit keeps sigma_e from vanishing too. */
+ * load; the lower limit prevents sigma_e from vanishing. */
 ALWAYS_INLINE double sliding_limit(double saturation_creepage) {
     return larger(saturation_creepage, 1e-5);
 }

@@ -160,7 +160,7 @@ ALWAYS_INLINE void add_corners(const creep_table *table, size_t n, const double 
     }
 }
 
-/* What the spline adds to q = q_line + x w (H + C), with w = (1 + t)^-d, and to its derivatives, at
+/* Spline part of q = q_line + x w (H + C), with w = (1 + t)^-d, and of its derivatives, at
  * points of the line contact's law. */
 ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const double *x,
                                    const double *k_hat, const double *t, const double *stretch,

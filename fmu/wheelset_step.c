@@ -57,10 +57,10 @@ static void error_size(void *model, rows y, rows error, lanes size) {
         size[0] += fabs(error[2][0]) / (fabs(y[2][0]) + m->saturation_creepage);
 }
 
-/* The tolerance of the next substep. A relaxed wheel that hardly rolls swings on its contact almost
- * undamped, some hundred times in a second, and to follow each of them through a long step would
- * take any number of substeps. With a coarse tolerance the method damps the swings away and keeps
- * their mean, which is what remains of them for whoever makes such steps. */
+/* The tolerance of the next substep. A relaxed wheel at almost zero speed oscillates on its contact
+ * almost undamped, at some 100 Hz, and resolving these oscillations over a long step would need any
+ * number of substeps. With a coarse tolerance the method damps the oscillations and preserves their
+ * mean, which is sufficient for such long steps. */
 static double held_tolerance(double asked, double count) {
     return count < 0.4 * MOST_SUBSTEPS   ? asked
            : count < 0.6 * MOST_SUBSTEPS ? fmax(asked, 1e-4)
