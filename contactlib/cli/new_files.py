@@ -23,7 +23,7 @@ NEXT = {"force": "fmu", "model": "explore", "scenario": "simulate", "sweep": "sw
 
 
 def write_template(kind: str, output: Path | None, overwrite: bool) -> None:
-    """Write a commented file of a kind, and say what to do with it.
+    """Write a commented file of a kind, and print the next command.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def say_shipped() -> None:
 def write_table(
     load: Callable[[], Model], output: Path, rebuild: bool, options: dict[str, Any]
 ) -> None:
-    """Write the creep force as a table, or the table of the law, as the file's ending says."""
+    """Write the creep force as a table, or the table of the law, in the format of the ending."""
     given = {name: value for name, value in options.items() if value is not None}
     if output.suffix not in ("", ".bin"):
         known_format(output)

@@ -178,7 +178,7 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
 
 
 def _data(description: Description) -> str:
-    """The table, and what it needs for force in the plane, as constants."""
+    """The table, and its data for lateral and spin force, as constants."""
     element, struct = description.element, description.native_contact.struct
     numbers = {"TABLE_DATA": element.table.data[HEADER_SIZE:], "PLANE_DATA": b""}
     if description.spins:

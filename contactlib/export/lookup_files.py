@@ -79,7 +79,7 @@ def _csv(table: Dataset) -> bytes:
 
 def _mat(table: Dataset) -> bytes:
     buffer = io.BytesIO()
-    file: Any = buffer  # some versions of SciPy's types know only paths
+    file: Any = buffer  # some versions of SciPy's types accept only paths
     savemat(file, _arrays(table), oned_as="column")
     head = (
         b"MATLAB 5.0 MAT-file, by contactlib"  # without SciPy's date: the same table, the same file

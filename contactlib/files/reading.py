@@ -326,7 +326,7 @@ def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
     ValueError
         If there is no regular file of this name, or the path leads outside the folder.
     """
-    meant = PureWindowsPath(name)  # knows drives and both kinds of separator
+    meant = PureWindowsPath(name)  # handles drives and both kinds of separator
     if meant.anchor or ".." in meant.parts:
         raise ValueError(f"{what} must lie beside {of} or below: no absolute path, no '..'")
     for place in (folder, package_folder("models")):

@@ -182,7 +182,7 @@ def tune(
         for sensors in erring(scenario.sensors, design.control.sample_time).values()
     ]
 
-    def objective(logs: Any) -> Any:  # many at once, which SciPy's types do not know
+    def objective(logs: Any) -> Any:  # many at once, which SciPy's types do not cover
         nonlocal done
         found = _outcomes(cases, names, np.exp(logs.T), range(seeds))
         done += len(logs.T)

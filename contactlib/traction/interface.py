@@ -228,7 +228,7 @@ def checked_controller(name: str, found: object) -> Controller:
         except TypeError:
             form = f"{key}(self, {given})"
             raise ValueError(f"{name}: {kind}.{key} must be of the form {form}") from None
-        except ValueError:  # of a function in C, which does not tell its arguments
+        except ValueError:  # of a function in C, whose arguments are not available
             continue
     control: Controller = found  # type: ignore[assignment]
     return control

@@ -249,7 +249,7 @@ class SlopeSeeking(SlipLimiter):
         expected = self.dither * self.dither * reference * reference
         away = creepage - reference
         away = away * away
-        # A load that changes by more than the creepage does means other rails, not a slope.
+        # A load that changes more than the creepage indicates other rails, not a slope.
         change = (load - memory.moments.load) / maximum(memory.moments.load, least_load)
         moved = change * reference
         moments = add_sample(
@@ -269,7 +269,7 @@ class SlopeSeeking(SlipLimiter):
         limiting = memory.limiter.limiting
         near = HELD * HELD * reference * reference
         # A wheel that slows down towards the reference and takes the load along is on a rising
-        # branch: the reference is too small. The moments do not know, as they are of what is near.
+        # branch: the reference is too small. The moments exclude such samples.
         before = memory.moments.creepage
         slowing = before - creepage
         falling = (slowing > NOISES * self.slip_noise / slip.scale) & (creepage > reference)

@@ -6,8 +6,8 @@ give the curve of any strip of any ellipse by interpolation. Gauss's rule sums t
 parts that end where a panel ends and at the strip that just begins to slip entirely, where the
 law's second derivative is not continuous.
 
-At small k_hat the layers of the Carter-Griffith law are too thin for that. There its strips, whose
-sum `laws.strips` knows, are subtracted, and the rest is smooth and small.
+At small k_hat the layers of the Carter-Griffith law are too thin for that. There the strips of this
+law, whose sum `laws.strips` computes, are subtracted, and the rest is smooth and small.
 """
 
 from __future__ import annotations

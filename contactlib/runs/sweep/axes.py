@@ -28,7 +28,7 @@ PATH = re.compile(r"([A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)+)(?:\[([0-9]+)\])?")
 EXAMPLES = "vehicle.wheelset.inertia, track.friction[1] or controllers.creep_pi.reference"
 # Names that a dataset uses itself, and those of the dimensions of strings in its file.
 TAKEN = re.compile(r"controller|run|failed|string\d+")
-# Ways to say the values of an axis of a grid (True) and of a random sample (False).
+# Keys that define the values of an axis of a grid (True) and of a random sample (False).
 WAYS: dict[bool, tuple[Callable[..., Spread], ...]] = {
     True: (values_of, points),
     False: (values_of, sample),

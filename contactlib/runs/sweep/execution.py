@@ -227,8 +227,8 @@ def cluster_workers(
 ) -> Iterator[Workers]:
     """Workers of the Dask cluster with this scheduler address.
 
-    A sweep for which no worker is left waits for one. `tell` is called with a line that says so,
-    and with one when it goes on.
+    A sweep that has lost all workers waits for one. `tell` is called with a line about this, and
+    with another one when the sweep resumes.
 
     Raises
     ------

@@ -72,7 +72,7 @@ def phase_plane_system(
 ) -> NonlinearIOSystem:
     """A free wheelset at constant inputs, with the states ``creepage`` and ``speed``.
 
-    These states suit `control.phase_plane_plot`: in (omega, speed) all motions but the run-away
+    These states suit `control.phase_plane_plot`: in (omega, speed) all motions except slip-away
     stay within a few hundredths of omega = speed/radius.
 
     Raises
