@@ -11,6 +11,8 @@ from myst_nb.core.read import read_myst_markdown_notebook
 from myst_parser.config.main import MdParserConfig
 from sphinx.application import Sphinx
 
+from contactlib.base.writing import write_whole
+
 FOLDER = "notebooks"
 LINK = '<p class="notebook"><a href="{}" download>Download this page as a notebook</a></p>'
 ROLE = re.compile(r"\{py:\w+\}`~?([^`]+)`")  # which a notebook shows as it stands
@@ -46,7 +48,7 @@ def write_notebooks(app: Sphinx, error: Exception | None) -> None:
             source = Path(app.env.doc2path(page)).read_text(encoding="utf-8")
             path = Path(app.outdir, FOLDER, f"{page}.ipynb")
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps(notebook_of(source), indent=1), encoding="utf-8")
+            write_whole(path, json.dumps(notebook_of(source), indent=1).encode())
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import subprocess
 import sys
 from functools import cache
@@ -84,3 +85,13 @@ def test_site(tmp_path: Path) -> None:
             target = page.parent / name if name else page
             assert target.is_file(), f"{page} links to {link}"
             assert not anchor or anchor in read(target).anchors, f"{page} links to {link}"
+
+
+def test_tables_of_the_reference_are_those_of_the_code() -> None:
+    pytest.importorskip("numpydoc")
+    tables = runpy.run_path(str(GUIDE / "tables.py"))
+    pages = list(tables["pages"]())
+    assert len(pages) >= 4
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert tables["filled"](text) == text, f"python {GUIDE / 'tables.py'} writes it anew"
