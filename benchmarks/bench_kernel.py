@@ -27,9 +27,9 @@ from scipy.integrate import quad
 from timing import Case
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
-from contactlib.contact.plane_table import plane_scales
+from contactlib.table.lateral_spin_table import plane_scales
 
 POINTS = 10_000
 NU = 0.28  # of CONTACT's cases
@@ -171,7 +171,7 @@ def plane_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
 def plane_errors() -> dict[str, dict[str, FloatArray]]:
     """Errors of force along and across at all cases of CONTACT: by group and by who finds them."""
     tests = Path(__file__).parents[1] / "tests"
-    with open(tests / "contact" / "contact_3d_coulomb.csv") as file:
+    with open(tests / "laws" / "contact_3d_coulomb.csv") as file:
         table = list(csv.DictReader(line for line in file if not line.startswith("#")))
     columns = {name: np.array([float(row[name]) for row in table]) for name in list(table[0])[:-1]}
     a, b, g = columns["a"], columns["b"], columns["a_over_b"]

@@ -16,11 +16,10 @@ import numpy as np
 from cffi import FFI
 from numpy.typing import NDArray
 
-from contactlib import CreepForceTable, Polach
+from contactlib import CreepForceTable, Polach, kernel
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
-from contactlib.contact import kernel
-from contactlib.contact.laws.polach import GRADIENT
+from contactlib.laws.polach import GRADIENT
 
 HERE = Path(__file__).parent
 # The kernel's arithmetic and instructions, but the newest mathematical functions of this machine.

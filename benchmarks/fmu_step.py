@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.writing import package_folder
-from contactlib.contact import kernel
 
 sys.path += [str(Path(__file__).parents[1] / "tests" / name) for name in ("", "export", "native")]
 

@@ -13,8 +13,8 @@ import tempfile
 from pathlib import Path
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.writing import package_folder
-from contactlib.contact import kernel
 
 MODES = {
     "implicit": ("1", "0"),

@@ -17,7 +17,7 @@ import numpy as np
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
 from contactlib.traction.creep_pi import BAND, CUT, LARGEST_SHARE, CreepPI
-from contactlib.traction.observers import tracker_gains
+from contactlib.traction.filters import tracker_gains
 from contactlib.vehicle.creep_curve import CreepCurve
 
 numba: Any = None
@@ -117,7 +117,7 @@ def record(given: dict[str, float]) -> Any:
 def line_law(x: float, k_hat: float) -> tuple[float, float]:
     """Traction ratio and slope of the line contact at x > 0.
 
-    Eqs. (18) and (19) of Ciavarella, Romano & Barber, see contactlib/contact/laws/strips.py.
+    Eqs. (18) and (19) of Ciavarella, Romano & Barber, see contactlib/laws/strips.py.
     """
     low, high = 0.0, x / k_hat
     t = high / (1.0 + high)

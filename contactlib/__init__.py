@@ -19,37 +19,10 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib import stability as stability
     from contactlib import traction as traction
     from contactlib.base.quantities import InputWarning as InputWarning
-    from contactlib.contact.creep_forces import CreepForces as CreepForces
-    from contactlib.contact.element import AspectWarning as AspectWarning
-    from contactlib.contact.element import ForceElement as ForceElement
-    from contactlib.contact.element import ProcessZoneWarning as ProcessZoneWarning
-    from contactlib.contact.fit import FitResult as FitResult
-    from contactlib.contact.fit import fit as fit
-    from contactlib.contact.friction import EXPONENTIAL as EXPONENTIAL
-    from contactlib.contact.friction import Friction as Friction
-    from contactlib.contact.friction import Weakening as Weakening
-    from contactlib.contact.heat import ContactHeat as ContactHeat
-    from contactlib.contact.heat import Softening as Softening
-    from contactlib.contact.heat import ThermalMaterial as ThermalMaterial
-    from contactlib.contact.hertz import EllipticContact as EllipticContact
-    from contactlib.contact.hertz import LineContact as LineContact
-    from contactlib.contact.hertz import Material as Material
-    from contactlib.contact.hot_contact import HotContact as HotContact
-    from contactlib.contact.kalker import KalkerCoefficients as KalkerCoefficients
-    from contactlib.contact.kalker import kalker_coefficients as kalker_coefficients
-    from contactlib.contact.law_tables import carter_griffith_table as carter_griffith_table
-    from contactlib.contact.law_tables import cohesive_table as cohesive_table
-    from contactlib.contact.laws.carter_griffith import CarterGriffith as CarterGriffith
-    from contactlib.contact.laws.cohesive import CohesiveZone as CohesiveZone
-    from contactlib.contact.laws.measured import MeasuredCurve as MeasuredCurve
-    from contactlib.contact.laws.polach import Polach as Polach
-    from contactlib.contact.laws.slip_zone import ConvergenceError as ConvergenceError
-    from contactlib.contact.scales import friction_with_k_hat as friction_with_k_hat
-    from contactlib.contact.scales import k_hat as k_hat
-    from contactlib.contact.scales import process_zone_ratio as process_zone_ratio
-    from contactlib.contact.scales import saturation_creepage as saturation_creepage
-    from contactlib.contact.table import CreepForceTable as CreepForceTable
-    from contactlib.contact.traction_data import TractionData as TractionData
+    from contactlib.element.creep_forces import CreepForces as CreepForces
+    from contactlib.element.force_element import AspectWarning as AspectWarning
+    from contactlib.element.force_element import ForceElement as ForceElement
+    from contactlib.element.force_element import ProcessZoneWarning as ProcessZoneWarning
     from contactlib.export import export_fmu as export_fmu
     from contactlib.export import export_ssp as export_ssp
     from contactlib.export.explorer import write_explorer as write_explorer
@@ -61,6 +34,30 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.files.reading import model_path as model_path
     from contactlib.files.scenario import Scenario as Scenario
     from contactlib.files.scenario import load_scenario as load_scenario
+    from contactlib.laws.carter_griffith import CarterGriffith as CarterGriffith
+    from contactlib.laws.cohesive import CohesiveZone as CohesiveZone
+    from contactlib.laws.cohesive_zone import ConvergenceError as ConvergenceError
+    from contactlib.laws.fit import FitResult as FitResult
+    from contactlib.laws.fit import fit as fit
+    from contactlib.laws.friction import EXPONENTIAL as EXPONENTIAL
+    from contactlib.laws.friction import Friction as Friction
+    from contactlib.laws.friction import Weakening as Weakening
+    from contactlib.laws.heat import ContactHeat as ContactHeat
+    from contactlib.laws.heat import Softening as Softening
+    from contactlib.laws.heat import ThermalMaterial as ThermalMaterial
+    from contactlib.laws.hertz import EllipticContact as EllipticContact
+    from contactlib.laws.hertz import LineContact as LineContact
+    from contactlib.laws.hertz import Material as Material
+    from contactlib.laws.kalker import KalkerCoefficients as KalkerCoefficients
+    from contactlib.laws.kalker import kalker_coefficients as kalker_coefficients
+    from contactlib.laws.measured import MeasuredCurve as MeasuredCurve
+    from contactlib.laws.polach import Polach as Polach
+    from contactlib.laws.scales import friction_with_k_hat as friction_with_k_hat
+    from contactlib.laws.scales import k_hat as k_hat
+    from contactlib.laws.scales import process_zone_ratio as process_zone_ratio
+    from contactlib.laws.scales import saturation_creepage as saturation_creepage
+    from contactlib.laws.thermal_contact import ThermalContact as ThermalContact
+    from contactlib.laws.traction_data import TractionData as TractionData
     from contactlib.runs.cosimulation import FmuSource as FmuSource
     from contactlib.runs.cosimulation import KernelSource as KernelSource
     from contactlib.runs.cosimulation import cosimulate as cosimulate
@@ -77,26 +74,29 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.runs.simulation import simulate as simulate
     from contactlib.runs.sweep import ANALYSES as ANALYSES
     from contactlib.runs.sweep import Sweep as Sweep
-    from contactlib.runs.sweep import ensemble as ensemble
     from contactlib.runs.sweep import load_sweep as load_sweep
+    from contactlib.runs.sweep.ensemble import ensemble as ensemble
     from contactlib.runs.tuning import Tuning as Tuning
     from contactlib.runs.tuning import sensor_errors as sensor_errors
     from contactlib.runs.tuning import tune as tune
-    from contactlib.stability import basin as basin
-    from contactlib.stability import clearing as clearing
     from contactlib.stability import control_systems as control_systems
     from contactlib.stability import controllability as controllability
     from contactlib.stability import creep_control_gain as creep_control_gain
     from contactlib.stability import fast_pole as fast_pole
     from contactlib.stability import find_fold as find_fold
     from contactlib.stability import quasi_steady_torque as quasi_steady_torque
-    from contactlib.stability import s_curve as s_curve
     from contactlib.stability import separatrix as separatrix
     from contactlib.stability import slip_away_time as slip_away_time
     from contactlib.stability import slope_threshold as slope_threshold
     from contactlib.stability import steady_states as steady_states
     from contactlib.stability import torsion as torsion
     from contactlib.stability import worst_pole as worst_pole
+    from contactlib.stability.basin import basin as basin
+    from contactlib.stability.clearing import clearing as clearing
+    from contactlib.stability.s_curve import s_curve as s_curve
+    from contactlib.table.creep_force_table import CreepForceTable as CreepForceTable
+    from contactlib.table.law_tables import carter_griffith_table as carter_griffith_table
+    from contactlib.table.law_tables import cohesive_table as cohesive_table
     from contactlib.traction import CONTROLLERS as CONTROLLERS
     from contactlib.traction import CreepPI as CreepPI
     from contactlib.traction import Measurement as Measurement

@@ -1,7 +1,7 @@
 /* Thermal softening: friction that falls with flash temperature, f0 (1 - T/T_m), in closed form.
  *
  * If friction stayed f0, a slip speed w_T would warm the contact by T_m. At r = w/w_T the
- * mean-field balance gives the fraction g = 1/(1 + r) of f0. The local solution (laws/hot_zone.py)
+ * mean-field balance gives the fraction g = 1/(1 + r) of f0. The local solution (laws/thermal_zone.py)
  * is lower, because the contact is hottest where pressure is high; and higher, because elastic
  * strain accounts for part of the slip at first, and static friction dissipates part of the power
  * where the surface is cold. With x = w/(V zeta0), the heat number n = V zeta0/w_T and k_hat of

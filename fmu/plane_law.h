@@ -45,7 +45,7 @@ typedef struct {
  * Without spin the forces are a closed form, and the splines give the moment. They were made for
  * a/b from 1/8 to 8, and those of weakening for nu 0.28, f_s/f_d 11/7 and k_hat up to 0.8. Power is
  * dissipated everywhere except at a/b 8 and nu 0.5 with weakening. Errors:
- * contactlib/contact/creep_forces.py. */
+ * contactlib/element/creep_forces.py. */
 CONTACTLIB_API void plane_evaluate(const creep_table *table, const plane_shape *shape,
                                    const double creepage[3], double k_hat, plane_value *value);
 

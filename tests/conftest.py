@@ -15,9 +15,9 @@ from explorer_page import ExplorerPage, explorer_page
 from outside_tools import missing
 
 import contactlib as cl
-from contactlib.contact import law_tables
-from contactlib.contact import table_building as table_module
-from contactlib.contact.table import CreepForceTable
+from contactlib.table import building as table_module
+from contactlib.table import law_tables
+from contactlib.table.creep_force_table import CreepForceTable
 
 if TYPE_CHECKING:
     from native_programs import Build

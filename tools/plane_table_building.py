@@ -1,4 +1,4 @@
-"""Make the splines of what spin adds to the force in the plane: `contactlib.contact.plane_table`.
+"""Make the splines of what spin adds to the lateral force: `contactlib.table.lateral_spin_table`.
 
 The kernel's force in the plane (`fmu/plane_formula.h`) is a closed form without spin plus splines
 for what spin adds, and for the moment: one without weakening, and two terms of what friction that
@@ -49,12 +49,11 @@ from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.stats import qmc
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import write_whole
-from contactlib.contact import kernel
-from contactlib.contact.kalker import kalker_coefficients
-from contactlib.contact.law_tables import carter_griffith_table, cohesive_table
-from contactlib.contact.plane_table import (
+from contactlib.laws.kalker import kalker_coefficients
+from contactlib.table.lateral_spin_table import (
     ASPECTS,
     FILE,
     MAGIC,
@@ -65,6 +64,7 @@ from contactlib.contact.plane_table import (
     plane_scales,
     stored_shapes,
 )
+from contactlib.table.law_tables import carter_griffith_table, cohesive_table
 
 SAMPLES = 3000  # for each ellipse and Poisson's ratio
 WEAKENING_SAMPLES = 600  # for each ellipse and k_hat

@@ -14,19 +14,19 @@ import numpy as np
 from contactlib import figures
 from contactlib.base.writing import write_whole
 from contactlib.cli.console import ConsoleReporter
-from contactlib.contact.hertz import EllipticContact
-from contactlib.contact.law_tables import build_carter_griffith_table, carter_griffith_table
-from contactlib.contact.laws.carter_griffith import CarterGriffith
-from contactlib.contact.scales import process_zone_ratio
-from contactlib.contact.table import CreepForceTable
 from contactlib.export import export_fmu
 from contactlib.export.explorer import write_explorer
 from contactlib.files.model import load_model
 from contactlib.files.scenario import Scenario, load_scenario
+from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws.hertz import EllipticContact
+from contactlib.laws.scales import process_zone_ratio
 from contactlib.runs.cosimulation import FmuSource, KernelSource, cosimulate
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
 from contactlib.stability import creep_control_gain, find_fold
+from contactlib.table.creep_force_table import CreepForceTable
+from contactlib.table.law_tables import build_carter_griffith_table, carter_griffith_table
 
 RIG, LOCOMOTIVE = "roller_rig", "locomotive"
 SCENARIOS = {RIG: "torque_or_creep_rig.toml", LOCOMOTIVE: "torque_or_creep.toml"}

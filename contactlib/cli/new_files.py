@@ -11,12 +11,12 @@ from contactlib.base.text import fixed_width
 from contactlib.base.units import in_si
 from contactlib.base.writing import write_whole
 from contactlib.cli.console import ConsoleReporter, say
-from contactlib.contact.hertz import NORMAL_LOAD
-from contactlib.contact.law_tables import build_carter_griffith_table
 from contactlib.export.lookup import lookup_table
 from contactlib.export.lookup_files import known_format, write_lookup_table
 from contactlib.files.model import Model
 from contactlib.files.reading import model_path, parse, shipped_files
+from contactlib.laws.hertz import NORMAL_LOAD
+from contactlib.table.law_tables import build_carter_griffith_table
 
 TEMPLATES = Path(__file__).parents[1] / "files" / "templates"
 NEXT = {"force": "fmu", "model": "explore", "scenario": "simulate", "sweep": "sweep"}

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
-from contactlib.contact.element import ForceElement
-from contactlib.contact.traction_data import TractionData
+from contactlib.element.force_element import ForceElement
+from contactlib.laws.traction_data import TractionData
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
 

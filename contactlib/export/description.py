@@ -13,10 +13,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from contactlib.contact import kernel
-from contactlib.contact.creep_forces import CreepForces
-from contactlib.contact.element import ForceElement, RangeWarning
-from contactlib.contact.plane_contact import spinning_aspect
+from contactlib import kernel
+from contactlib.element.creep_forces import CreepForces
+from contactlib.element.force_element import ForceElement, RangeWarning
+from contactlib.element.lateral_spin import spinning_aspect
 from contactlib.export.units import Type, type_of
 from contactlib.files.model import Missing, Model
 
@@ -119,7 +119,7 @@ class Description:
     model : Model
         Gives table and start values.
     kind : str
-        One of `contactlib.contact.kernel.MODEL_KINDS`.
+        One of `contactlib.kernel.MODEL_KINDS`.
     relaxation_length : float, optional
         Relaxation length of the contact [m]; 0 if the force follows the creepage at once.
     implicit, parallel_exchange : bool, optional

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contactlib import kernel
 from contactlib.base.text import harmless_line, version
 from contactlib.base.writing import package_folder, write_whole
-from contactlib.contact import kernel
-from contactlib.contact.table_building import HEADER_SIZE
 from contactlib.export.description import Description
 from contactlib.export.package import describe
 from contactlib.export.page import ASSETS
 from contactlib.files.model import Missing
+from contactlib.table.building import HEADER_SIZE
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model

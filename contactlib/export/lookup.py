@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, RegularGridInterpolator
 from scipy.optimize import brentq
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Limits, checked, checked_number, shown
 from contactlib.base.text import version
-from contactlib.contact import kernel
-from contactlib.contact.element import ForceElement, creepage_limits
+from contactlib.element.force_element import ForceElement, creepage_limits
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
+from contactlib import kernel
 from contactlib.base.text import version
 from contactlib.base.writing import PACKAGE
-from contactlib.contact import kernel
-from contactlib.contact.element import ForceElement
-from contactlib.contact.table import CreepForceTable
+from contactlib.element.force_element import ForceElement
 from contactlib.export.curve_svg import curve_svg, sample_curve
 from contactlib.export.description import MODEL_NAMES, Description, Variable
 from contactlib.export.units import WEAKENING
 from contactlib.files.model import Missing
+from contactlib.table.creep_force_table import CreepForceTable
 
 ASSETS = PACKAGE / "export" / "assets"
 TITLES = {

@@ -22,8 +22,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from contactlib import kernel
 from contactlib.base.writing import keep_in_cache, package_folder, user_cache
-from contactlib.contact import kernel
 
 PLATFORMS = ("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
 FMI3_FOLDERS = {name: (name,) for name in PLATFORMS}

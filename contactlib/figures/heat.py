@@ -9,8 +9,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from contactlib.base.quantities import POSITIVE, checked
-from contactlib.contact.hot_contact import HotContact
-from contactlib.contact.traction_data import TractionData
 from contactlib.figures.style import (
     DASHED,
     add_caption,
@@ -20,6 +18,8 @@ from contactlib.figures.style import (
     percent,
     styled,
 )
+from contactlib.laws.thermal_contact import ThermalContact
+from contactlib.laws.traction_data import TractionData
 from contactlib.stability import clearing, find_fold, worst_pole
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -43,12 +43,12 @@ OVER_SPEED = (
 )
 
 
-def hot_strips(contact: HotContact, creepages: Sequence[float], *, speed: float) -> Figure:
+def hot_strips(contact: ThermalContact, creepages: Sequence[float], *, speed: float) -> Figure:
     """Shear traction and temperature along the middle strip, by the local solution.
 
     Parameters
     ----------
-    contact : HotContact
+    contact : ThermalContact
         The contact.
     creepages : sequence of float
         One to three creepages [1], not 0.
@@ -83,7 +83,7 @@ def hot_strips(contact: HotContact, creepages: Sequence[float], *, speed: float)
 
 
 def hot_curves(
-    contact: HotContact,
+    contact: ThermalContact,
     speeds: Sequence[float],
     *,
     data: TractionData | None = None,
@@ -93,7 +93,7 @@ def hot_curves(
 
     Parameters
     ----------
-    contact : HotContact
+    contact : ThermalContact
         The contact.
     speeds : sequence of float
         V [m/s], each above 0.

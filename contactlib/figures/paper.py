@@ -18,11 +18,6 @@ from scipy.optimize import brentq
 
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
-from contactlib.contact.fit import fit
-from contactlib.contact.laws.carter_griffith import CarterGriffith
-from contactlib.contact.laws.cohesive import CohesiveZone
-from contactlib.contact.laws.polach import Polach
-from contactlib.contact.traction_data import TractionData
 from contactlib.figures import patch
 from contactlib.figures.style import (
     DASHED,
@@ -34,6 +29,11 @@ from contactlib.figures.style import (
     paint,
     styled,
 )
+from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws.cohesive import CohesiveZone
+from contactlib.laws.fit import fit
+from contactlib.laws.polach import Polach
+from contactlib.laws.traction_data import TractionData
 
 # The paper's parameters; it does not give static friction, which is chosen.
 K_HAT, KINETIC, SATURATION = 0.3, 0.21, 0.015

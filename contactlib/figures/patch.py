@@ -12,9 +12,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from contactlib.base.quantities import POSITIVE, FloatArray, checked
-from contactlib.contact.laws.carter_griffith import CarterGriffith
-from contactlib.contact.laws.cohesive import CohesiveZone
 from contactlib.figures.style import add_caption, new_figure, paint, styled
+from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws.cohesive import CohesiveZone
 
 Law = CarterGriffith | CohesiveZone
 

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
-from contactlib.contact.element import ForceElement
+from contactlib.element.force_element import ForceElement
 from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
     DASHED,

@@ -20,7 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
-from contactlib.contact.element import ForceElement
+from contactlib.element.force_element import ForceElement
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
 

@@ -10,11 +10,7 @@ from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, cast
 
 from contactlib.base.quantities import Parameters, Quantity, declared
 from contactlib.base.text import harmless_line
-from contactlib.contact.element import ForceElement
-from contactlib.contact.friction import Friction
-from contactlib.contact.hertz import Contact
-from contactlib.contact.scales import layer_reduction
-from contactlib.contact.table import CreepForceTable
+from contactlib.element.force_element import ForceElement
 from contactlib.files.mistakes import Mistakes, ModelError
 from contactlib.files.reading import (
     IS_SWEEP,
@@ -40,6 +36,10 @@ from contactlib.files.sections import (
     measured_table,
     without,
 )
+from contactlib.laws.friction import Friction
+from contactlib.laws.hertz import Contact
+from contactlib.laws.scales import layer_reduction
+from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.vehicle.conditions import Resistance
 from contactlib.vehicle.wheelset import Wheelset, geared_inertia
 

@@ -16,7 +16,6 @@ from typing import Annotated, Any
 
 from contactlib.base.quantities import Parameters, Quantity, ReadOnly, checks_call, declared
 from contactlib.base.text import known_names
-from contactlib.contact.table import CreepForceTable
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import BuildCache, build_model, read_model
 from contactlib.files.reading import (
@@ -34,6 +33,7 @@ from contactlib.files.reading import (
     title,
 )
 from contactlib.files.sections import VEHICLE_SECTIONS, Keys, optional, without
+from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.vehicle.continuous_control import (

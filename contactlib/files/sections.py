@@ -12,16 +12,16 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from contactlib.base.quantities import Parameter, Parameters, declared
-from contactlib.contact.element import ForceElement
-from contactlib.contact.friction import Friction
-from contactlib.contact.hertz import Contact, EllipticContact, LineContact, Material
-from contactlib.contact.law_tables import Shape, carter_griffith_table, cohesive_table
-from contactlib.contact.laws.measured import MeasuredCurve
-from contactlib.contact.laws.polach import Polach
-from contactlib.contact.scales import friction_with_k_hat, layer_reduction
-from contactlib.contact.table import CreepForceTable
-from contactlib.contact.traction_data import TractionData
+from contactlib.element.force_element import ForceElement
 from contactlib.files.reading import doubt, file_beside, in_file
+from contactlib.laws.friction import Friction
+from contactlib.laws.hertz import Contact, EllipticContact, LineContact, Material
+from contactlib.laws.measured import MeasuredCurve
+from contactlib.laws.polach import Polach
+from contactlib.laws.scales import friction_with_k_hat, layer_reduction
+from contactlib.laws.traction_data import TractionData
+from contactlib.table.creep_force_table import CreepForceTable
+from contactlib.table.law_tables import Shape, carter_griffith_table, cohesive_table
 from contactlib.vehicle.conditions import Resistance
 from contactlib.vehicle.wheelset import Wheelset, geared_inertia
 

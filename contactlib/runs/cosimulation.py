@@ -18,11 +18,11 @@ from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
+from contactlib import kernel
 from contactlib.base.quantities import POSITIVE, checked_number
-from contactlib.contact import kernel
-from contactlib.contact.element import ForceElement, creepage_limits
+from contactlib.element.force_element import ForceElement, creepage_limits
+from contactlib.runs.derived_columns import continuous_result
 from contactlib.runs.result import Result
-from contactlib.runs.signals import continuous_result
 from contactlib.vehicle.continuous_control import ContinuousController
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset

@@ -1,4 +1,4 @@
-"""Outcomes of a run: unit, meaning and observer of each; and metrics of runs side by side."""
+"""Outcomes of a run: unit, meaning and accumulator of each; and metrics of runs side by side."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
-from contactlib.runs.observers import (
+from contactlib.runs.accumulators import (
+    Accumulator,
     Ends,
     Extremes,
     HeldIntegral,
     Integral,
     Jerk,
-    Observer,
     OneRun,
     Recovery,
     Seen,
@@ -44,7 +44,7 @@ class Outcome:
     unit, description : str
         SI unit, and one line of description.
     observe : callable or None
-        Makes the observer that reduces the rows of a run; None for an outcome of the analysis.
+        Makes the accumulator that reduces the rows of a run; None for an outcome of the analysis.
     analyse : callable or None
         Computes the number from a `contactlib.runs.analysis.Analysis`; None if controllers have
         to run for it.
@@ -65,7 +65,7 @@ class Outcome:
 
     unit: str
     description: str
-    observe: Callable[[Vehicles], Observer] | None = None
+    observe: Callable[[Vehicles], Accumulator] | None = None
     analyse: Callable[[Any], float] | None = None
     percent: bool = False
     better: int = 0
@@ -82,7 +82,7 @@ class Outcome:
         return {"units": self.unit, "long_name": self.description, **shown}
 
 
-def observers(names: Sequence[str], vehicles: Vehicles) -> dict[str, Observer]:
+def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumulator]:
     """Observers of outcomes of runs, by name.
 
     Raises
@@ -113,7 +113,7 @@ def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
     return np.asarray(np.divide(part, whole, out=nothing, where=whole > 0.0))
 
 
-def _utilisation(vehicles: Vehicles) -> Observer:
+def _utilisation(vehicles: Vehicles) -> Accumulator:
     return Together(
         lambda used, possible: _share(used.value(), possible.value()),
         Integral(lambda rows: np.minimum(*rows.transmittable), demanded=True),
@@ -121,7 +121,7 @@ def _utilisation(vehicles: Vehicles) -> Observer:
     )
 
 
-def _limited_utilisation(vehicles: Vehicles) -> Observer:
+def _limited_utilisation(vehicles: Vehicles) -> Accumulator:
     return Together(
         lambda used, possible: _share(used.value(), possible.value()),
         HeldIntegral(lambda rows: np.minimum(*rows.transmittable) * rows.limited),
@@ -129,7 +129,7 @@ def _limited_utilisation(vehicles: Vehicles) -> Observer:
     )
 
 
-def _largest_slip_speed(vehicles: Vehicles) -> Observer:
+def _largest_slip_speed(vehicles: Vehicles) -> Accumulator:
     def slip(rows: Seen) -> FloatArray:
         left, right = (
             np.abs(vehicles.radius * rows[f"omega_{side}"] - rows["speed"])
@@ -140,7 +140,7 @@ def _largest_slip_speed(vehicles: Vehicles) -> Observer:
     return Extremes(slip)
 
 
-def _slip_share(vehicles: Vehicles) -> Observer:
+def _slip_share(vehicles: Vehicles) -> Accumulator:
     return Together(
         lambda work, rail: _share(work.change(), rail.value()),
         Ends(_signal("creep_work")),
@@ -148,14 +148,14 @@ def _slip_share(vehicles: Vehicles) -> Observer:
     )
 
 
-def _torsional_peak(vehicles: Vehicles) -> Observer:
+def _torsional_peak(vehicles: Vehicles) -> Accumulator:
     return Together(
         lambda largest: np.where(vehicles.rigid, np.nan, largest.value()),
         Extremes(lambda rows: np.abs(rows["axle_torque"])),
     )
 
 
-def _energy_defect(vehicles: Vehicles) -> Observer:
+def _energy_defect(vehicles: Vehicles) -> Accumulator:
     def share(defect: Extremes, *energies: Extremes) -> FloatArray:
         largest = np.max(np.stack([energy.range() for energy in energies]), axis=0)
         return np.nan_to_num(_share(defect.value(), largest))
@@ -164,11 +164,11 @@ def _energy_defect(vehicles: Vehicles) -> Observer:
     return Together(share, Extremes(lambda rows: np.abs(rows["energy_defect"])), *energies)
 
 
-def _change(name: str) -> Callable[[Vehicles], Observer]:
+def _change(name: str) -> Callable[[Vehicles], Accumulator]:
     return lambda vehicles: Together(lambda ends: ends.change(), Ends(_signal(name)))
 
 
-def _mean(summed: type[Integral | HeldIntegral], name: str) -> Callable[[Vehicles], Observer]:
+def _mean(summed: type[Integral | HeldIntegral], name: str) -> Callable[[Vehicles], Accumulator]:
     return lambda vehicles: Together(
         lambda integral, time: integral.value() / time.change(),
         summed(_signal(name)),
@@ -312,10 +312,10 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
         The scenario's drivetrain.
     """
     vehicles = Vehicles.of([drivetrain])
-    rows, found = Seen(OneRun(result), vehicles), observers(Metrics._fields, vehicles)
-    for observer in found.values():
-        observer.see(rows)
-    return Metrics(**{name: float(observer.value()[0]) for name, observer in found.items()})
+    rows, found = Seen(OneRun(result), vehicles), accumulators(Metrics._fields, vehicles)
+    for accumulator in found.values():
+        accumulator.see(rows)
+    return Metrics(**{name: float(accumulator.value()[0]) for name, accumulator in found.items()})
 
 
 def comparison_table(metrics: Mapping[str, Metrics]) -> str:

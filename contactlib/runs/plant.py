@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib import kernel
 from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import (
     MOST_ROWS,
@@ -29,15 +30,14 @@ from contactlib.base.quantities import (
     shown,
 )
 from contactlib.base.text import USERS_ERRORS, explained
-from contactlib.contact import kernel
-from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
+from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
-from contactlib.runs.signals import UNITS, Block
-from contactlib.runs.start import start
+from contactlib.runs.derived_columns import UNITS, Block
+from contactlib.runs.initial_state import start
 from contactlib.traction import Measurement, SensorReader, TractionController
+from contactlib.traction.batching import Copies
 from contactlib.traction.interface import STRONGEST, Controller
 from contactlib.traction.sensors import INDEX
-from contactlib.traction.stacking import Copies
 from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.drivetrain import Motor
 from contactlib.vehicle.track import Profile

@@ -19,12 +19,12 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.files.scenario import Scenario
+from contactlib.runs.accumulators import Seen, Vehicles
 from contactlib.runs.damage import warn_of_damage
-from contactlib.runs.observers import Seen, Vehicles
-from contactlib.runs.outcomes import OUTCOMES, observers
+from contactlib.runs.derived_columns import UNITS, Block
+from contactlib.runs.outcomes import OUTCOMES, accumulators
 from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
-from contactlib.runs.signals import UNITS, Block
 from contactlib.runs.simulation import simulate
 from contactlib.traction import stacked, structure
 from contactlib.traction.interface import Controller, checked_controller
@@ -99,9 +99,9 @@ def run_scenario(
     Returns
     -------
     Result
-        Signals of `contactlib.runs.signals.UNITS`, to the last whole step of the duration. Rows
-        are `step` apart; torques are those of the following step. Of a continuous controller also
-        the signals and events of `simulate`, in its rows.
+        Signals of `contactlib.runs.derived_columns.UNITS`, to the last whole step of the duration.
+        Rows are `step` apart; torques are those of the following step. A continuous controller
+        also gives the signals and events of `simulate`, in its rows.
 
     Raises
     ------
@@ -259,7 +259,7 @@ def run_many(
     (array([0.91, 1.  ]), array([0., 0.]))
     """
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
-    observers(outcomes, Vehicles.of([]))
+    accumulators(outcomes, Vehicles.of([]))
     metrics = checked_metrics(metrics, (*OUTCOMES, FAILED))
     if isinstance(scenarios, Scenario):
         raise ValueError("scenarios must be a list, such as [scenario]")
@@ -345,16 +345,16 @@ def _watch(
 ) -> dict[str, FloatArray]:
     """Run to the end and return the outcomes."""
     vehicles = Vehicles.of(runs.trains)
-    watching = observers(outcomes, vehicles)
+    watching = accumulators(outcomes, vehicles)
     with np.errstate(all="ignore"):  # failed runs become nan anyway
         for block in runs.blocks():
             rows = Seen(block, vehicles)
-            for observer in watching.values():
-                observer.see(rows)
+            for accumulator in watching.values():
+                accumulator.see(rows)
             if kept is not None:
                 kept.see(block)
             report(block.time.size * len(runs.trains))
-    return {name: observer.value() for name, observer in watching.items()}
+    return {name: accumulator.value() for name, accumulator in watching.items()}
 
 
 def _groups(

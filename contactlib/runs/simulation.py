@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from contactlib import kernel
 from contactlib.base.quantities import (
     POSITIVE,
     FloatArray,
@@ -16,9 +17,9 @@ from contactlib.base.quantities import (
     checked_number,
     checked_rows,
 )
-from contactlib.contact import kernel
-from contactlib.contact.element import REFERENCE_SPEED, creepage_limits
+from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.runs.damage import warn_of_damage
+from contactlib.runs.derived_columns import continuous_result
 from contactlib.runs.result import (
     PEAK_PASSED,
     SLIP_AWAY,
@@ -27,7 +28,6 @@ from contactlib.runs.result import (
     Event,
     Result,
 )
-from contactlib.runs.signals import continuous_result
 from contactlib.vehicle.conditions import Conditions
 from contactlib.vehicle.continuous_control import ContinuousController
 from contactlib.vehicle.creep_curve import CreepCurve

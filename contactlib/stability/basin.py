@@ -23,8 +23,8 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib import kernel
 from contactlib.base.quantities import POSITIVE, FloatArray, checked
-from contactlib.contact import kernel
 from contactlib.vehicle.conditions import Conditions, GivenConditions, GivenInputs
 from contactlib.vehicle.continuous_control import TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve

@@ -16,6 +16,7 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contactlib import kernel
 from contactlib.base.quantities import (
     MODERATE,
     MODERATE_POSITIVE,
@@ -25,8 +26,7 @@ from contactlib.base.quantities import (
     checked_number,
     common_shape,
 )
-from contactlib.contact import kernel
-from contactlib.contact.element import creepage_limits
+from contactlib.element.force_element import creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.creep_curve import CreepCurve, WorstPole
 from contactlib.vehicle.wheelset import Wheelset

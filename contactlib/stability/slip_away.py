@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import quad
 
 from contactlib.base.quantities import FINITE, POSITIVE, checked_number, derived
-from contactlib.contact.element import creepage_limits
+from contactlib.element.force_element import creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset, checked_torque

@@ -45,9 +45,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Limits, checked, checked_number
-from contactlib.contact import kernel
-from contactlib.contact.element import creepage_limits
+from contactlib.element.force_element import creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.drivetrain import Axle, Drivetrain
 from contactlib.vehicle.wheelset import Wheelset

@@ -11,6 +11,7 @@ creepage, are in `vehicle.continuous_control`.
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from contactlib.traction.batching import stacked, structure
 from contactlib.traction.creep_pi import CreepPI, SlipLimiter
 from contactlib.traction.design import total_delay
 from contactlib.traction.interface import (
@@ -21,7 +22,6 @@ from contactlib.traction.interface import (
 )
 from contactlib.traction.sensors import SensorReader, Sensors
 from contactlib.traction.slope_seeking import SlopeSeeking
-from contactlib.traction.stacking import stacked, structure
 from contactlib.traction.threshold import ThresholdControl
 
 CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.stability import fast_pole, worst_pole
+from contactlib.traction.creepage_bias import CreepageBias, learn, start_creepage_bias
 from contactlib.traction.design import (
     least_slip,
     peak_creepage,
@@ -22,6 +23,7 @@ from contactlib.traction.design import (
     sticking,
     total_delay,
 )
+from contactlib.traction.filters import Tracked, track, tracker_gains
 from contactlib.traction.interface import (
     FILTER_TIME,
     LOW_SPEED,
@@ -29,10 +31,8 @@ from contactlib.traction.interface import (
     Measurement,
     plausible,
 )
-from contactlib.traction.observers import Tracked, track, tracker_gains
 from contactlib.traction.search import Ranges, around_design
 from contactlib.traction.sensors import SPEED_NOISE, Sensors
-from contactlib.traction.zero_point import ZeroPoint, learn, start_zero_point
 from contactlib.vehicle.drivetrain import Drivetrain
 
 BAND = 0.15  # lack of creepage / reference beyond which the creepage is far below the reference
@@ -57,7 +57,7 @@ class LimiterMemory(NamedTuple):
         Whether the last demand was negative.
     torque : ndarray
         Torque that was requested last [N.m].
-    zero : ZeroPoint
+    zero : CreepageBias
         Estimated error of the measured creepage.
     """
 
@@ -66,7 +66,7 @@ class LimiterMemory(NamedTuple):
     limiting: NDArray[np.bool_]
     braking: NDArray[np.bool_]
     torque: FloatArray
-    zero: ZeroPoint
+    zero: CreepageBias
 
 
 class Slip(NamedTuple):
@@ -86,7 +86,7 @@ class Slip(NamedTuple):
         Reference speed of the creepage: the vehicle's, at least `low_speed` [m/s].
     missing : ndarray
         Torque that was asked for last minus what the drive gave, in the demand's direction [N.m].
-    zero : ZeroPoint
+    zero : CreepageBias
         Estimated error of the measured creepage.
     """
 
@@ -96,7 +96,7 @@ class Slip(NamedTuple):
     speed: FloatArray
     scale: FloatArray
     missing: FloatArray
-    zero: ZeroPoint
+    zero: CreepageBias
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,8 +114,8 @@ class SlipLimiter(Parameters):
     and faster where the creepage is far below the reference or beyond four times the reference. I
     does not rise while the drive gives less than was asked for, nor fall while it gives more.
 
-    The measured creepage has an error, which `contactlib.traction.zero_point` estimates and which
-    is subtracted from w. If the error is unknown when the torque has to be limited, T is at most
+    The measured creepage has an error; `contactlib.traction.creepage_bias` estimates it, and w is
+    corrected by it. If the error is unknown when the torque has to be limited, T is at most
     `stick_torque` for some 0.2 s, until the error is known.
 
     Parameters
@@ -181,7 +181,7 @@ class SlipLimiter(Parameters):
             size < abs(measurement.demand),
             measurement.demand < 0.0,
             given,
-            start_zero_point(measurement.wheel_speed - vehicle, self.creepage_error),
+            start_creepage_bias(measurement.wheel_speed - vehicle, self.creepage_error),
         )
 
     def slip(

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from contactlib.stability import proportional_window, sampled_delay
-from contactlib.traction.observers import tracked_variance
+from contactlib.traction.filters import tracked_variance
 from contactlib.traction.sensors import Sensors
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.drivetrain import Drivetrain

@@ -11,7 +11,7 @@ the compliance of the peak is several times larger. It is found by climbing the 
 force, as in A. Kawamura, M. Cao et al., "Measurement of tractive force in the creep region and
 maximum adhesion control of high speed railway systems"; a small dither of the reference reveals the
 slope. The search is fast where the slope is clear, and a wheel that slips far beyond the reference
-lowers it. Load torque and slope are observed by `contactlib.traction.observers`.
+lowers it. Load torque and slope are observed by `contactlib.traction.filters`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,10 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import FloatArray, Quantity
-from contactlib.contact.element import RADIUS
+from contactlib.element.force_element import RADIUS
 from contactlib.traction.creep_pi import LimiterMemory, SlipLimiter
 from contactlib.traction.design import least_slip, slip_gains, sticking
-from contactlib.traction.interface import Measurement, plausible
-from contactlib.traction.observers import (
+from contactlib.traction.filters import (
     LoadObserver,
     Moments,
     Observed,
@@ -35,6 +34,7 @@ from contactlib.traction.observers import (
     elasticity,
     slip_noise,
 )
+from contactlib.traction.interface import Measurement, plausible
 from contactlib.traction.search import Ranges, around_design
 from contactlib.traction.sensors import DELAY, SPEED_NOISE, Sensors
 from contactlib.vehicle.drivetrain import LAG, Drivetrain

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
+from contactlib.traction.filters import Tracked, track, tracked_variance, tracker_gains
 from contactlib.traction.interface import (
     FILTER_TIME,
     LOW_SPEED,
@@ -27,7 +28,6 @@ from contactlib.traction.interface import (
     Measurement,
     plausible,
 )
-from contactlib.traction.observers import Tracked, track, tracked_variance, tracker_gains
 from contactlib.traction.search import Ranges, around_design
 from contactlib.traction.sensors import SPEED_NOISE, Sensors
 from contactlib.vehicle.drivetrain import Drivetrain

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray, checked, common_shape
-from contactlib.contact import kernel
-from contactlib.contact.element import ForceElement
+from contactlib.element.force_element import ForceElement
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile, Track
 

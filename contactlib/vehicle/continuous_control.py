@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
+from contactlib import kernel
 from contactlib.base.quantities import Parameters, Quantity, checks_call
-from contactlib.contact import kernel
 from contactlib.vehicle.track import TIME, Profile, Values, profile_of
 
 

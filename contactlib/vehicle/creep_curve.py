@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlib.base.quantities import FloatArray, checked
-from contactlib.contact.element import creepage_limits
+from contactlib.element.force_element import creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
 

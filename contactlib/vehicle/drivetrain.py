@@ -10,8 +10,8 @@ from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Annotated
 
+from contactlib import kernel
 from contactlib.base.quantities import Parameters, Quantity
-from contactlib.contact import kernel
 from contactlib.vehicle.wheelset import Wheelset
 
 RELAXATION_LENGTH = Quantity("m", at_least=0.0, usual=(0.0, 0.2))

@@ -21,7 +21,7 @@ from contactlib.base.quantities import (
     checks_call,
     shown,
 )
-from contactlib.contact.kernel import NativeTrack
+from contactlib.kernel import NativeTrack
 
 Values = tuple[float, ...]
 TIME = Quantity("s", at_least=0.0)  # of a breakpoint

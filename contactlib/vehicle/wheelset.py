@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib import kernel
 from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
@@ -28,9 +29,8 @@ from contactlib.base.quantities import (
     derived,
 )
 from contactlib.base.units import STANDARD_GRAVITY
-from contactlib.contact import kernel
-from contactlib.contact.element import ForceElement
-from contactlib.contact.scales import SLOPE_REDUCTION
+from contactlib.element.force_element import ForceElement
+from contactlib.laws.scales import SLOPE_REDUCTION
 from contactlib.vehicle.conditions import (
     Conditions,
     GivenConditions,

@@ -22,8 +22,7 @@ from outside_tools import missing
 from sweep_files import write_sweep
 
 import contactlib as cl
-from contactlib import figures
-from contactlib.contact import kernel
+from contactlib import figures, kernel
 from contactlib.figures.style import new_figure
 
 HERE = Path(__file__).parent

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 import contactlib as cl
-from contactlib.contact.element import RangeWarning
-from contactlib.contact.hertz import Contact
-from contactlib.contact.law_tables import Shape, carter_griffith_table
-from contactlib.contact.scales import friction_with_k_hat
+from contactlib.element.force_element import RangeWarning
+from contactlib.laws.hertz import Contact
+from contactlib.laws.scales import friction_with_k_hat
+from contactlib.table.law_tables import Shape, carter_griffith_table
 
 SPEED = 10.0  # that the shipped models begin at [m/s]
 SAMPLE = 2e-4  # of the page's control [s]

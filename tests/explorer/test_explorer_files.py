@@ -19,7 +19,7 @@ from explorer_vehicle import vehicle_of
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
-from contactlib.contact.element import RangeWarning
+from contactlib.element.force_element import RangeWarning
 
 pytestmark = pytest.mark.tools
 

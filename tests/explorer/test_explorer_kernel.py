@@ -13,9 +13,9 @@ from explorer_vehicle import random_wheelset
 from outside_tools import module
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.writing import PACKAGE
-from contactlib.contact import kernel
-from contactlib.contact.law_tables import Shape, shipped_path
+from contactlib.table.law_tables import Shape, shipped_path
 
 pytestmark = pytest.mark.tools
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
 from contactlib.export import MODEL_NAMES
 from contactlib.export.description import Description
 from contactlib.export.package import experiment, reference_inputs

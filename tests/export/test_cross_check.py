@@ -17,7 +17,7 @@ from cross_check import HOW, PLATFORMS, TOOL, write
 from fmpy.cross_check.validate_vendor_repo import validate_repo
 
 import contactlib as cl
-from contactlib.contact import kernel
+from contactlib import kernel
 from contactlib.export import MODEL_NAMES
 from contactlib.export.platforms import FMI2_FOLDERS
 

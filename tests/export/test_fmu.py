@@ -24,7 +24,7 @@ from fmu_instance import EXPORTS, Instance
 from plain_scenario import controls
 
 import contactlib as cl
-from contactlib.contact import kernel
+from contactlib import kernel
 from contactlib.export.description import Description
 
 VERSIONS = (2, 3)

@@ -13,7 +13,7 @@ from fmu_instance import EXPORTS
 from fmu_proof import faults, libraries
 
 import contactlib as cl
-from contactlib.contact import kernel
+from contactlib import kernel
 from contactlib.export.platforms import PLATFORMS
 
 Files = dict[str, bytes]

@@ -27,9 +27,9 @@ from fmu_instance import EXPORTS, Instance, Subject
 from outside_tools import missing, module
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
-from contactlib.contact import kernel
 from contactlib.export.platforms import FMI2_FOLDERS, FMI3_FOLDERS, PLATFORMS
 
 pytestmark = pytest.mark.tools

@@ -17,8 +17,8 @@ import platformdirs
 import pytest
 from fmu_proof import FOLDERS, SUFFIXES
 
+from contactlib import kernel
 from contactlib.base.writing import PACKAGE, package_folder
-from contactlib.contact import kernel
 from contactlib.export import platforms
 from contactlib.export.platforms import PLATFORMS, binaries, universal
 

@@ -22,8 +22,8 @@ from fmu_proof import faults
 from outside_tools import module
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
 from contactlib.export.package import describe
 from contactlib.export.ssp import operating_point
 

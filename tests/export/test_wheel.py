@@ -32,7 +32,7 @@ from fmu_proof import MACHINE, libraries
 from outside_tools import missing
 from packaging.requirements import Requirement
 
-from contactlib.contact import kernel
+from contactlib import kernel
 from contactlib.export.platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -150,7 +150,7 @@ def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     kinds = {
         "fmu": (".c", ".h", ".md", ".py"),
         "models": (".toml", ".csv", ".png", ".md", ".py"),
-        "contact/tables": (".bin",),
+        "table/data": (".bin",),
         "files/templates": (".toml",),
         "export/assets": (".html", ".css", ".svg", ".png", ".txt", ".c", ".h", ".mo"),
     }

@@ -1,6 +1,6 @@
 """The figures of the paper: what is drawn, read back from the lines, is the laws'.
 
-`tests/contact/laws` holds the laws against the paper's equations.
+`tests/laws` holds the laws against the paper's equations.
 """
 
 from __future__ import annotations

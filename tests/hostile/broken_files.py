@@ -13,7 +13,7 @@ from typing import Any
 import contactlib as cl
 from contactlib.base.text import LONGEST_LINE
 from contactlib.base.writing import package_folder
-from contactlib.contact.element import RangeWarning
+from contactlib.element.force_element import RangeWarning
 
 LONGEST = LONGEST_LINE + 200  # with a path before it
 MODELS = package_folder("models")

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import contactlib as cl
 from contactlib import traction
-from contactlib.contact.laws.polach import Polach
+from contactlib.laws.polach import Polach
 from contactlib.stability import control_systems, torsion
 
 SUBMODULES = ("control_systems", "stability", "torsion", "traction")
@@ -167,10 +167,10 @@ def heat(elliptic: bool = False) -> cl.ContactHeat:
 
 
 @cache
-def hot(elliptic: bool = False) -> cl.HotContact:
+def hot(elliptic: bool = False) -> cl.ThermalContact:
     softening = cl.Softening([0.0, 200.0, 700.0], [1.0, 0.9, 0.2])
     coulomb = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
-    return cl.HotContact(heat=heat(elliptic), friction=coulomb, softening=softening)
+    return cl.ThermalContact(heat=heat(elliptic), friction=coulomb, softening=softening)
 
 
 @cache
@@ -283,7 +283,7 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
         "short": lambda: cl.Friction(static=0.4, kinetic=0.3, weakening_length=5e-324),
         "samples": samples,
     },
-    "HotContact": {"": hot, "elliptic": partial(hot, True)},
+    "ThermalContact": {"": hot, "elliptic": partial(hot, True)},
     "MeasuredCurve": {"": measured},
     "Polach": {
         "": lambda: Polach(adhesion_reduction=1.0, slip_reduction=0.4),
@@ -368,7 +368,7 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     },
     "Friction.from_function level": {"level": 0.2},
     "Friction.from_samples": FALLING,
-    "HotContact": {"friction": lambda: friction(slip_rate_residual=1.0, slip_rate_decay=0.0)},
+    "ThermalContact": {"friction": lambda: friction(slip_rate_residual=1.0, slip_rate_decay=0.0)},
     "MeasuredCurve": {**PAIRS, "kinetic": 0.3, "saturation_creepage": 0.02},
     "Polach rising": {"adhesion_reduction": 0.2, "slip_reduction": 0.9},
     "Profile": {"at": CREEPAGES, "value": COEFFICIENTS},
@@ -485,10 +485,10 @@ EXEMPT: dict[str, str] = {
     ),
     "Conditions": "made and checked by Wheelset.conditions",
     "FmuSource": "has a file: export/test_interop.py",
-    "MeasuredCurve.from_csv": "has a file: contact/laws/test_measured.py",
+    "MeasuredCurve.from_csv": "has a file: laws/test_measured.py",
     "Model": "takes objects that are checked: made by load_model",
     "SampledController.reset": "of a base class: traction/test_stacking.py",
-    "TractionData.from_csv": "has a file: contact/test_traction_data.py",
+    "TractionData.from_csv": "has a file: laws/test_traction_data.py",
     "traction.SlipLimiter": "the base of CreepPI and SlopeSeeking, which are called",
     **dict.fromkeys(
         ("Sweep", "Sweep.describe", "Sweep.scenario_of", "ensemble"), "of a file: runs/sweep"

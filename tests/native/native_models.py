@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from contactlib.contact import kernel
+from contactlib import kernel
 from contactlib.export.description import Description
 
 SIGMA = 8e-3  # relaxation length [m]

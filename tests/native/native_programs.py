@@ -15,8 +15,8 @@ import fmpy
 from outside_tools import missing
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.writing import package_folder
-from contactlib.contact import kernel
 
 NATIVE = Path(__file__).parent
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-g1")

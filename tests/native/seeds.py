@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 from fmu_instance import EXPORTS
 
-from contactlib import CarterGriffith, CreepForceTable
-from contactlib.contact import kernel
+from contactlib import CarterGriffith, CreepForceTable, kernel
 
 PROGRAM = Path(__file__).with_name("fuzz_fmi.c")
 POINTS = bytes([200, 12, 30, 0, 201, 10, 90, 255, 200, 8, 0, 40, 7, 0, 10, 255]) + bytes(

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from native_programs import NATIVE, SANITIZED, alone
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
 
 ULP = 2.0**-52
 RANDOM = np.random.default_rng(11)

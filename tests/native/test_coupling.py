@@ -10,7 +10,7 @@ import pytest
 from native_models import SIGMA, native
 
 import contactlib as cl
-from contactlib.contact import kernel
+from contactlib import kernel
 from contactlib.export.description import Description
 
 

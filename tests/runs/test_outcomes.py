@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from plain_scenario import plain_scenario
 
 import contactlib as cl
-from contactlib.runs.observers import WINDOW as JERK_WINDOW
-from contactlib.runs.observers import OneRun, Recovery, Seen, Vehicles, _known
+from contactlib.runs.accumulators import WINDOW as JERK_WINDOW
+from contactlib.runs.accumulators import OneRun, Recovery, Seen, Vehicles, _known
 from contactlib.runs.outcomes import (
     UNITS,
     Metrics,

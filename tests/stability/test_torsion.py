@@ -19,7 +19,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import contactlib as cl
-from contactlib.contact import kernel
+from contactlib import kernel
 from contactlib.stability import torsion
 from contactlib.stability.torsion import AntiphaseForce
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contactlib.traction.observers import LoadObserver
+from contactlib.traction.filters import LoadObserver
 
 STEP, RADIUS, INERTIA = 0.01, 0.5, 250.0
 

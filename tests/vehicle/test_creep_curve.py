@@ -12,7 +12,7 @@ from falling_friction import with_falling
 from strategies import random_wheelset
 
 import contactlib as cl
-from contactlib.contact import kernel
+from contactlib import kernel
 
 RNG = np.random.default_rng(5)
 

@@ -11,8 +11,8 @@ import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
 
 AXLE = cl.Axle(stiffness=6.0e6, damping=500.0, drive_share=0.3)
 SPLIT = {"friction_left": 1.0, "friction_right": 0.6, "load_left": 1.2e5, "load_right": 1.0e5}

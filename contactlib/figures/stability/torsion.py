@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.contact import kernel
 from contactlib.figures.style import (
     DASHED,
     add_caption,

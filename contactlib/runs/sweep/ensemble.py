@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
 from contactlib.base.text import fixed_width, version
 from contactlib.base.writing import write_whole
-from contactlib.contact import kernel
-from contactlib.contact.element import RangeWarning
+from contactlib.element.force_element import RangeWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import ANALYSES, SWEEP_OUTCOMES
 from contactlib.runs.damage import warn_of_damaged_runs

@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
-from contactlib.contact.element import RangeWarning
+from contactlib.element.force_element import RangeWarning
 from contactlib.files.scenario import Scenario
 from contactlib.runs.analysis import analyse, of_runs
 from contactlib.runs.scenario_runs import FAILED, run_many

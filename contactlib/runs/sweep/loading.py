@@ -14,7 +14,7 @@ import numpy as np
 
 from contactlib.base.quantities import Parameters, declared
 from contactlib.base.text import known_names
-from contactlib.contact.element import RangeWarning
+from contactlib.element.force_element import RangeWarning
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.reading import (
     check_keys,

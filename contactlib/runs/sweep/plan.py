@@ -16,10 +16,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.base.text import version
-from contactlib.contact import kernel
-from contactlib.contact.table import CreepForceTable
 from contactlib.files.model import BuildCache, build_wheelset
 from contactlib.files.reading import in_file
 from contactlib.files.scenario import ControllerDesign, Scenario, ScenarioContents, build_scenario
@@ -29,6 +28,7 @@ from contactlib.runs.plant import TOLERANCE, common_step, default_step
 from contactlib.runs.scenario_runs import FAILED, LONGEST_STEP, Metric
 from contactlib.runs.sweep.axes import Axis, Target
 from contactlib.runs.sweep.sampling import Spread, grid_shape
+from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.traction import OpenLoop
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.wheelset import Wheelset

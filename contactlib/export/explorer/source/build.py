@@ -18,11 +18,11 @@ from html import escape
 from pathlib import Path
 
 from contactlib.base.writing import package_folder, write_whole
-from contactlib.contact.law_tables import shipped_path
 from contactlib.export.explorer.source.bundle import bundle, check_types, install, licences
 from contactlib.export.explorer.source.declarations import declarations
 from contactlib.export.explorer.source.structs import struct_fields, write_types
 from contactlib.export.explorer.source.wasm import FUNCTIONS, compile_kernel
+from contactlib.table.law_tables import shipped_path
 
 SOURCE = Path(__file__).resolve().parent
 ROOT = SOURCE.parents[3]

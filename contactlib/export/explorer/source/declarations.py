@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from contactlib import kernel
 from contactlib.base.units import SPELLINGS, STANDARD_GRAVITY, UNITS
-from contactlib.contact import kernel
-from contactlib.contact.hertz import ROLLING
 from contactlib.files.model import RUN
 from contactlib.files.sections import CONTACTS, VEHICLE_SECTIONS, Keys
+from contactlib.laws.hertz import ROLLING
 
 SECTIONS: dict[str, Keys] = {
     **{name: keys for name, keys in VEHICLE_SECTIONS.items() if name != "law"},

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from contactlib import kernel
 from contactlib.base.writing import package_folder, write_whole
-from contactlib.contact import kernel
 
 SOURCE = Path(__file__).resolve().parent
 OF_DOUBLES = (

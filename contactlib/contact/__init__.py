@@ -1,1 +1,0 @@
-"""The creep force of one contact: Hertz, friction, laws, table, kernel, force element."""

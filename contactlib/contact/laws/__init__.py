@@ -1,1 +1,0 @@
-"""Creep force laws, one module each: normalized creepage to traction ratio."""

@@ -1,0 +1,1 @@
+"""The force element: longitudinal creep force, and lateral force with spin."""

@@ -1,0 +1,249 @@
+"""Many drivetrains, stepped together along their tracks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlib.base.quantities import FloatArray
+from contactlib.kernel.library import (
+    checked_dtype,
+    ffi,
+    library,
+    pointer,
+    struct_dtype,
+)
+from contactlib.kernel.tables import NativeTable
+
+NativeProfile = tuple[Sequence[float], Sequence[float]]  # places and values
+NativeTrack = tuple[NativeProfile, NativeProfile, NativeProfile, NativeProfile]  # as struct track
+
+
+@cache
+def drivetrain_dtype(part: str) -> np.dtype[np.void]:
+    """Structured dtype of a drivetrain's ``input``, ``state`` or ``output``."""
+    return struct_dtype(f"drivetrain_{part}")
+
+
+class NativeMember(NamedTuple):
+    """Table, parameters and track of one drivetrain; without a track the input has its factors."""
+
+    table: NativeTable
+    contact: Mapping[str, float]
+    drivetrain: Mapping[str, float]
+    body: Mapping[str, float]
+    track: NativeTrack | None = None
+
+
+class NativeFleet:
+    """Drivetrains that are stepped together, each with its own parameters. Checks nothing.
+
+    Members that share an object share its copy. A member's results are the same to the last bit
+    whatever the other members are.
+
+    Attributes
+    ----------
+    members : array of C structs
+        The drivetrains.
+    """
+
+    def __init__(self, members: Sequence[NativeMember]) -> None:
+        lib = library()
+        self.size = len(members)
+        places = np.zeros(self.size, _place_dtype())
+        contacts, of_contact = _unique([member.contact for member in members])
+        bodies, of_body = _unique([(member.drivetrain, member.body) for member in members])
+        tracks, of_track = _unique([member.track for member in members])
+        contact = _records(contacts, struct_dtype("force_element_parameters"))
+        flat = [{**drivetrain, **body} for drivetrain, body in bodies]
+        drivetrain = _records(flat, _drivetrain_fields())
+        scales = np.zeros(len(contacts), struct_dtype("contact_scales"))
+        for i, load in enumerate(contact["nominal_load"].tolist()):
+            lib.force_element_scales(
+                pointer(contact[i : i + 1], "force_element_parameters"),
+                load,
+                1.0,
+                pointer(scales[i : i + 1], "contact_scales"),
+            )
+        rails, profiles = _track_records(tracks)
+        places["table"] = [int(ffi.cast("uintptr_t", m.table.struct)) for m in members]
+        places["contact"] = _addresses(contact)[of_contact]
+        places["drivetrain"] = _addresses(drivetrain)[of_body]
+        without = np.array([track is None for track in tracks])
+        places["rails"] = np.where(without, 0, _addresses(rails))[of_track]
+        for name in scales.dtype.names or ():
+            places[name] = scales[name][of_contact]
+        self._kept = [m.table for m in members], contact, drivetrain, rails, profiles, places
+        self.members = pointer(places, "drivetrain_member")
+
+    def stepping(
+        self,
+        inputs: NDArray[np.void],
+        states: NDArray[np.void],
+        substeps: FloatArray,
+        failed: NDArray[np.bool_],
+    ) -> Callable[[int, float, float, float], None]:
+        """Prepare to advance states and substeps in place.
+
+        Parameters
+        ----------
+        inputs : ndarray
+            Contiguous records, shape (rows, n).
+        states, substeps : ndarray
+            A record and a number for each member.
+        failed : ndarray of bool
+            It is set for members whose integrator gives up; these are not stepped any more.
+
+        Returns
+        -------
+        callable
+            Advances under a row of the inputs; its arguments are the number of the row, the time
+            and the step [s], and the tolerance. The row's friction and slope are set to the
+            track's at the start.
+        """
+        row = pointer(inputs, "drivetrain_input")
+        changed = pointer(substeps, "double"), pointer(failed, "unsigned char")
+        state = pointer(states, "drivetrain_state")
+        step_on, size, members = library().drivetrain_advance_many, self.size, self.members
+
+        def advance(place: int, time: float, step: float, tolerance: float) -> None:
+            step_on(members, size, row + place * size, state, time, step, tolerance, *changed)
+
+        return advance
+
+    def advance(
+        self,
+        inputs: NDArray[np.void],
+        states: NDArray[np.void],
+        time: float,
+        step: float,
+        tolerance: float,
+        substeps: FloatArray,
+    ) -> None:
+        """Advance states and substeps in place by one step, as `stepping`.
+
+        Raises
+        ------
+        RuntimeError
+            If the integrator gives up.
+        """
+        failed = np.zeros(self.size, dtype=np.bool_)
+        self.stepping(inputs, states, substeps, failed)(0, time, step, tolerance)
+        if failed.any():
+            raise RuntimeError(
+                f"drivetrain {np.flatnonzero(failed)[0]}: the tolerance is not met within the "
+                "largest number of substeps"
+            )
+
+    def evaluate(self, inputs: NDArray[np.void], states: NDArray[np.void]) -> NDArray[np.void]:
+        """Output records of input and state records, both of shape (..., n)."""
+        inputs, states = np.ascontiguousarray(inputs), np.ascontiguousarray(states)
+        outputs = np.empty(states.shape, dtype=drivetrain_dtype("output"))
+        library().drivetrain_evaluate_many(
+            self.members,
+            self.size,
+            states.size // self.size,
+            pointer(inputs, "drivetrain_input"),
+            pointer(states, "drivetrain_state"),
+            pointer(outputs, "drivetrain_output"),
+        )
+        return outputs
+
+    def grip(
+        self, inputs: NDArray[np.void], speed: FloatArray, torque: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Creepages on the rising branch that hold torques, nan beyond the limit; the limits."""
+        inputs = np.ascontiguousarray(inputs)
+        given = [np.ascontiguousarray(a, np.float64) for a in (speed, torque)]
+        rows = [a.view(np.uint64).reshape(self.size, -1) for a in (self._kept[-1], inputs, *given)]
+        keys = map(bytes, np.hstack(rows))
+        creepage, limit = np.empty(self.size), np.full(self.size, np.nan)
+        found: dict[bytes, int] = {}  # runs of an ensemble often begin alike
+        for i, key in enumerate(keys):
+            same = found.setdefault(key, i)
+            if same == i:
+                library().drivetrain_grip_many(
+                    self.members + i,
+                    1,
+                    pointer(inputs[i : i + 1], "drivetrain_input"),
+                    *(pointer(a[i : i + 1], "double") for a in (*given, creepage, limit)),
+                )
+            creepage[i], limit[i] = creepage[same], limit[same]
+        return creepage, limit
+
+    def peak(self, inputs: NDArray[np.void], speed: FloatArray) -> FloatArray:
+        """Largest creep forces [N]."""
+        force = np.empty(self.size)
+        library().drivetrain_peak_many(
+            self.members,
+            self.size,
+            pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
+            pointer(np.ascontiguousarray(speed, np.float64), "double"),
+            pointer(force, "double"),
+        )
+        return force
+
+
+@cache
+def _place_dtype() -> np.dtype[np.void]:
+    """Dtype of the struct drivetrain_member, with pointers as numbers."""
+    pointers = [(name, np.uintp) for name in ("table", "contact", "drivetrain", "rails")]
+    scales = [(name, np.float64) for name in struct_dtype("contact_scales").names or ()]
+    return checked_dtype([*pointers, *scales], "drivetrain_member")
+
+
+@cache
+def _drivetrain_fields() -> np.dtype[np.void]:
+    """Dtype of the struct drivetrain_parameters, with the body's fields among its own."""
+    fields = ffi.typeof("drivetrain_parameters").fields
+    body = struct_dtype("wheelset_parameters").names or ()
+    names = [name for field, _ in fields for name in (body if field == "body" else [field])]
+    return checked_dtype([(name, np.float64) for name in names], "drivetrain_parameters")
+
+
+@cache
+def _track_dtype() -> np.dtype[np.void]:
+    """Dtype of the struct track, with pointers as numbers."""
+    parts = [(f"{side}_{part}", np.uintp) for side in range(4) for part in ("count", "at", "value")]
+    return checked_dtype(parts, "track")
+
+
+def _unique(given: Sequence[Any]) -> tuple[list[Any], NDArray[np.intp]]:
+    """Distinct objects, or pairs of objects, and the index of each given one among them."""
+    places: dict[Any, int] = {}
+    found: list[Any] = []
+    place = []
+    for one in given:
+        key = tuple(map(id, one)) if isinstance(one, tuple) else id(one)
+        if key not in places:
+            places[key] = len(found)
+            found.append(one)
+        place.append(places[key])
+    return found, np.array(place, dtype=np.intp)
+
+
+def _records(given: Sequence[Mapping[str, float]], dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    names = dtype.names or ()
+    return np.array([tuple(one.get(name, 0.0) for name in names) for one in given], dtype)
+
+
+def _addresses(array: NDArray[Any]) -> NDArray[np.uintp]:
+    """Address of each element of a contiguous array."""
+    places = np.arange(array.size, dtype=np.uintp) * np.uintp(array.itemsize)
+    return np.asarray(places + np.uintp(array.ctypes.data))
+
+
+def _track_records(tracks: Sequence[NativeTrack | None]) -> tuple[NDArray[np.void], FloatArray]:
+    """Track structs, and the array that holds the places and values they point to."""
+    profiles = [profile for track in tracks for profile in track or (((), ()),) * 4]
+    parts = [part for profile in profiles for part in profile]
+    numbers = np.array(list(chain.from_iterable(parts)), dtype=np.float64)
+    first = np.cumsum([0, *map(len, parts)])[:-1] * numbers.itemsize + numbers.ctypes.data
+    count = [len(at) for at, _ in profiles]
+    rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
+    return rows.reshape(len(tracks), 12).view(_track_dtype())[:, 0], numbers

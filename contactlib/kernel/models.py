@@ -1,0 +1,118 @@
+"""The models that an FMU can contain, and their lists of variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+from contactlib.base.quantities import Limits
+from contactlib.kernel.library import ffi, library
+from contactlib.kernel.tables import NativeContact
+
+MODEL_KINDS = ("force_element", "wheelset", "wheelset_body", "creep_forces")
+GIVEN = ("fixed_parameter", "tunable_parameter", "input", "state")  # roles with a start value
+
+
+class Variable(NamedTuple):
+    """One entry of a model's list of variables."""
+
+    name: str
+    unit: str
+    description: str
+    role: str
+    limits: Limits
+    part: str  # "always", or when the variable is part of the model; see fmu/variable.h
+
+    @property
+    def boolean(self) -> bool:
+        """Whether the variable is a truth value."""
+        return self.unit == "Boolean"
+
+
+@cache
+def model_variables(kind: str) -> tuple[Variable, ...]:
+    """List of variables of a kind of model; the index is the FMI value reference."""
+    model = _model(kind)
+    roles, parts = (ffi.typeof(name).elements for name in ("variable_role", "variable_part"))
+
+    def text(cdata: Any) -> str:
+        return str(ffi.string(cdata).decode())
+
+    return tuple(
+        Variable(
+            text(v.name),
+            text(v.unit),
+            text(v.description),
+            roles[v.role].lower(),
+            Limits(at_least=v.minimum, at_most=v.maximum),
+            parts[v.part].lower(),
+        )
+        for v in (model.variables[i] for i in range(model.count))
+    )
+
+
+def _model(kind: str) -> Any:
+    if kind not in MODEL_KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of: {', '.join(MODEL_KINDS)}")
+    return library().model_of(kind.encode())
+
+
+class NativeModel:
+    """The model in an FMU, without FMI: values by name, steps and directional derivatives.
+
+    It checks names but no values.
+    """
+
+    def __init__(self, kind: str, table: NativeContact, start: Mapping[str, float]) -> None:
+        self._lib, self._model, self._table = library(), _model(kind), table
+        variables = model_variables(kind)
+        self._entries = {v.name: self._model.variables + i for i, v in enumerate(variables)}
+        self._values = ffi.new("model_values *")
+        self.set(**start)
+        self.evaluate()
+
+    def set(self, **values: float) -> None:
+        """Set variables of any role; outputs do not change before `evaluate`."""
+        for name, value in values.items():
+            self._lib.model_set(self._entries[name], self._values, float(value))
+
+    def get(self, *names: str) -> list[float]:
+        """Values of the named variables."""
+        return [self._lib.model_get(self._entries[name], self._values) for name in names]
+
+    def evaluate(self) -> None:
+        """Calculate outputs and derivatives from everything else."""
+        self._lib.model_evaluate(self._model, self._table.struct, self._values)
+
+    def advance(self, step: float, tolerance: float = 1e-6) -> None:
+        """Advance the states by one step with the inputs held.
+
+        Raises
+        ------
+        RuntimeError
+            If the integrator gives up.
+        """
+        error = self._lib.model_advance(
+            self._model, self._table.struct, self._values, step, tolerance
+        )
+        if error != ffi.NULL:
+            raise RuntimeError(ffi.string(error).decode())
+        self.evaluate()
+
+    @property
+    def held_tolerance(self) -> float:
+        """Tolerance of the last step, larger than requested if the wheel oscillates too often."""
+        return float(self._values.held_tolerance)
+
+    def explicit_step(self) -> float:
+        """Largest step with which an explicit solver is stable at zero slip [s]."""
+        return float(self._lib.model_explicit_step(self._model, self._table.struct, self._values))
+
+    def tangent(self, unknowns: Sequence[str], direction: Mapping[str, float]) -> list[float]:
+        """Changes of the unknowns when the other variables change along a direction."""
+        moved, change = ffi.new("model_values *"), ffi.new("model_values *")
+        for name, value in direction.items():
+            self._lib.model_set(self._entries[name], moved, float(value))
+        self._lib.model_tangent(self._model, self._table.struct, self._values, moved, 1, change)
+        return [self._lib.model_get(self._entries[name], change) for name in unknowns]

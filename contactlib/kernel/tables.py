@@ -1,0 +1,110 @@
+"""Tables of laws, and the frame of contactlib's binary files."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import NamedTuple
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+from contactlib.kernel.library import ffi, library, pointer
+
+TABLE_MAGIC, TABLE_VERSION = b"CREEPTAB", 2  # as in fmu/creep_table.c
+
+
+def framed(magic: bytes, version: int, contents: bytes) -> bytes:
+    """Put the frame of fmu/checked_file.h around `contents`."""
+    rest = struct.pack("<Q", 24 + len(contents)) + contents
+    return magic + struct.pack("<II", version, zlib.crc32(rest)) + rest
+
+
+class NativeTable:
+    """A table that the kernel has checked and can read.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are not a complete, undamaged table.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        lib = library()
+        # The table must be aligned to eight bytes, which a bytes object does not promise.
+        self._buffer = np.zeros(-(-len(data) // 8), dtype=np.uint64)
+        self._buffer.view(np.uint8)[: len(data)] = np.frombuffer(data, np.uint8)
+        self.struct = ffi.new("creep_table *")
+        error = lib.creep_table_open(self.struct, pointer(self._buffer, "uint64_t"), len(data))
+        if error != ffi.NULL:
+            raise ValueError(ffi.string(error).decode() + _versions(data))
+
+    def evaluate(self, x: FloatArray, k_hat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Traction ratio and slope; `k_hat` has the shape of `x` or one element."""
+        x = np.asarray(x, dtype=np.float64, order="C")
+        k_hat = np.asarray(k_hat, dtype=np.float64, order="C")
+        ratio, slope = np.empty_like(x), np.empty_like(x)
+        library().creep_table_evaluate_many(
+            self.struct,
+            x.size,
+            pointer(x, "double"),
+            pointer(k_hat, "double"),
+            int(k_hat.size > 1),
+            pointer(ratio, "double"),
+            pointer(slope, "double"),
+        )
+        return ratio, slope
+
+
+class NativeContact:
+    """A table with the data of lateral and spin force: of one ellipse, or of a pair of bodies.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are not those of a contact.
+    """
+
+    def __init__(self, table: NativeTable, data: bytes, *, any_ellipse: bool = False) -> None:
+        lib, words = library(), np.frombuffer(data, np.uint64).copy()  # aligned to eight bytes
+        self.struct = ffi.new("creep_table *", table.struct[0])
+        bytes_of = pointer(words, "uint64_t")
+        if any_ellipse:
+            shape = self.struct.pair = ffi.new("creep_forces *")
+            error = lib.creep_forces_open(shape, self.struct, bytes_of, len(data))
+        else:
+            shape = self.struct.plane = ffi.new("plane_contact *")
+            error = lib.plane_contact_open(shape, bytes_of, len(data))
+        if error != ffi.NULL:
+            raise ValueError(ffi.string(error).decode())
+        self._kept = table, words, shape
+
+
+def _versions(data: bytes) -> str:
+    """End of the error message for a table of another version, else nothing."""
+    found = int.from_bytes(data[8:12], "little")
+    of_table = len(data) >= 24 and data[:8] == TABLE_MAGIC and found != TABLE_VERSION
+    return f": {found}, this contactlib reads {TABLE_VERSION}" if of_table else ""
+
+
+class Node(NamedTuple):
+    """Where a law is sampled to make a table; see fmu/creep_table.h."""
+
+    normalized_creepage: FloatArray
+    line: FloatArray
+    weight: FloatArray
+
+
+def table_nodes(u: FloatArray, k_hat: float, **shape: int) -> Node:
+    """Nodes at the spline coordinates `u`, 0 <= u < 1, of a table of this shape."""
+    lib, node = library(), ffi.new("creep_node *")
+    table, rows = ffi.new("creep_table *", shape), []
+    for value in u:
+        lib.creep_table_node(table, value, k_hat, node)
+        rows.append((node.normalized_creepage, node.line, node.weight))
+    return Node(*np.array(rows).T)
+
+
+def table_place(normalized_creepage: float, k_hat: float) -> float:
+    """Parameter t of the table at a creepage and a k_hat above zero."""
+    return float(library().creep_table_place(normalized_creepage, k_hat))

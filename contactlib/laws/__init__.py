@@ -1,0 +1,1 @@
+"""The creep force laws and what they need: contact, friction, heat, measured curves, fits."""

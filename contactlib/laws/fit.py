@@ -1,0 +1,387 @@
+"""Fit the parameters of a creep force law to measured traction.
+
+The model is mu(zeta) = f_d g q(x), x = zeta/(zeta0 g), where q is a law of `contactlib.laws` and g
+is the factor on friction at the slip speed w = |zeta| V: (1 - A) exp(-B w) + A, or for thermal
+softening `laws.thermal_contact.friction_factor`. A law's k_hat becomes k_hat/sqrt(g). Data often do
+not determine some parameters, so each estimate comes with its confidence interval.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebvander
+from numpy.typing import ArrayLike
+from scipy.special import fdtri, stdtrit
+
+from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number
+from contactlib.laws.fit_search import Problem, axis_of
+from contactlib.laws.friction import FALL_TEMPERATURE, Friction
+from contactlib.laws.heat import ContactHeat
+from contactlib.laws.law import Law
+from contactlib.laws.thermal_contact import friction_factor
+from contactlib.laws.traction_data import TractionData
+
+SCALES = {
+    "kinetic": Quantity("1", above=0.0, at_most=1e12),
+    "saturation_creepage": Quantity("1", above=0.0, at_most=1e12),
+}
+OF_FRICTION = Friction.quantities()
+SLIP_RATE = {name: OF_FRICTION[name] for name in ("slip_rate_residual", "slip_rate_decay")}
+SOFTENING = {"softening_temperature": FALL_TEMPERATURE}
+LARGEST = 1e300  # normalized creepage
+K_NODES = 8  # laws between which k_hat/sqrt(g) is interpolated
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """One fitted parameter.
+
+    Parameters
+    ----------
+    value : float
+        The least-squares estimate, in `unit`.
+    unit : str
+        Its unit.
+    standard_error : float
+        From the Jacobian; nan if the data do not define it: at an end of the range, or in a
+        direction that they do not determine.
+    interval : tuple of float
+        Confidence interval; it ends at the range searched where the data give no bound.
+    range : tuple of float
+        Ends of the range that was searched.
+    """
+
+    value: float
+    unit: str
+    standard_error: float
+    interval: tuple[float, float]
+    range: tuple[float, float]
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether the data determine the value: see the notes of `fit`."""
+        low, high = self.interval
+        inside = self.range[0] < low and high < self.range[1]
+        return inside and high - low <= 10.0 * abs(self.value) and self.seen
+
+    @property
+    def seen(self) -> bool:
+        """False if other parameters can compensate any change of this one."""
+        return self.value in self.range or math.isfinite(self.standard_error)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FitResult:
+    """Result of `fit`.
+
+    Parameters
+    ----------
+    law : object
+        The law at its estimates.
+    estimates : mapping of str to Estimate
+        The fitted parameters by name.
+    fixed : mapping of str to float
+        The parameters that were given.
+    correlation : ndarray
+        Correlation of the estimates in their order; nan where there is no standard error.
+    residuals : ndarray
+        Measured less fitted traction coefficient, one per point [1].
+    level : float
+        Confidence level of the intervals [1].
+    profiled : bool
+        True if the intervals are from the profile likelihood, False if from the standard errors.
+    heat : ContactHeat or None
+        Thermal model of the contact, if friction softens thermally.
+    """
+
+    law: Law
+    estimates: Mapping[str, Estimate]
+    fixed: Mapping[str, float]
+    correlation: FloatArray
+    residuals: FloatArray
+    level: float
+    profiled: bool
+    heat: ContactHeat | None = None
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter by name, fitted or given."""
+        return {**{name: e.value for name, e in self.estimates.items()}, **self.fixed}
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of `residuals` [1]."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion; of fits to the same points, the minimum predicts best."""
+        return self._criterion(2.0)
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion, as `aic`; the penalty is ln(number of points) per parameter."""
+        return self._criterion(math.log(self.residuals.size))
+
+    def _criterion(self, cost: float) -> float:
+        """-2 ln(likelihood) of normal errors, up to a constant, plus the penalty of parameters."""
+        variance = max(self.rmse**2, float(np.finfo(np.float64).tiny))
+        return self.residuals.size * math.log(variance) + cost * (len(self.estimates) + 1)
+
+    def traction_coefficient(
+        self, creepage: ArrayLike, speed: ArrayLike | None = None
+    ) -> FloatArray:
+        """Fitted Q/P at an array of creepages [1], and speeds [m/s] if friction falls with them."""
+        points = TractionData(creepage, creepage, speed)
+        return _traction_coefficient(self.law, self.values, points, self.heat)
+
+    @property
+    def caveats(self) -> tuple[str, ...]:
+        """Parameters that the data do not determine, one sentence each."""
+        found = []
+        for name, e in self.estimates.items():
+            if not e.identifiable:
+                found.append(
+                    f"{name} is not identifiable: at {100 * self.level:g} % the data allow "
+                    f"{e.interval[0]:.3g} to {e.interval[1]:.3g} "
+                    f"of the range {e.range[0]:.3g} to {e.range[1]:.3g}."
+                )
+        names = list(self.estimates)
+        if blurred := [name for name in names if not self.estimates[name].seen]:
+            found.append(f"Only combinations of {', '.join(blurred)} are identifiable.")
+        for i, j in zip(*np.nonzero(np.abs(np.tril(self.correlation, -1)) > 0.95), strict=True):
+            found.append(
+                f"{names[j]} and {names[i]} are known only together: "
+                f"their correlation is {self.correlation[i, j]:.3f}."
+            )
+        return tuple(found)
+
+    def __str__(self) -> str:
+        lines = [
+            f"{type(self.law).__name__}, {len(self.residuals)} points: "
+            f"root mean square of the residuals {self.rmse:.4f}"
+        ]
+        for name, e in self.estimates.items():
+            unit = "" if e.unit == "1" else f" {e.unit}"
+            lines.append(
+                f"{name} = {e.value:.4g}{unit}, standard error {e.standard_error:.2g}, "
+                f"{100 * self.level:g} % interval {e.interval[0]:.4g} to {e.interval[1]:.4g}"
+            )
+        return "\n".join([*lines, *self.caveats])
+
+
+def fit(
+    law: type[Any],
+    data: TractionData,
+    *,
+    slip_rate: bool = False,
+    heat: ContactHeat | None = None,
+    level: float = 0.95,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    **fixed: Any,
+) -> FitResult:
+    """Fit a law to measured traction by least squares.
+
+    The parameters are ``kinetic`` (f_d), ``saturation_creepage`` (zeta0), every quantity of the
+    law that has no default and, if `slip_rate`, ``slip_rate_residual`` (A) and ``slip_rate_decay``
+    (B), or, if `heat`, ``softening_temperature`` (T_m). Parameters given as keywords are held, the
+    others are fitted.
+
+    Parameters
+    ----------
+    law : type
+        A law such as `CarterGriffith` or `Polach`. Carter's is CarterGriffith with ``k_hat=0.0``;
+        Coulomb friction is Carter's law with a saturation creepage far below the data's.
+    data : TractionData
+        The measured points; with their speed if `slip_rate` or `heat`.
+    slip_rate : bool
+        Whether friction falls with slip speed.
+    heat : ContactHeat, optional
+        Thermal model of the contact; its friction f_d (1 - T/T_m) falls with its temperature.
+        kinetic and T_m refer to the temperature at which the surfaces enter.
+    level : float
+        Confidence level of the intervals [1], between 0 and 1.
+    ranges : mapping of str to (float, float), optional
+        Ranges to search. Default: the law's own limits; for kinetic 1/100 to 10 times the largest
+        traction coefficient; for saturation_creepage 1/1000 of the smallest to 1000 times the
+        largest creepage; for slip_rate_decay 0 to 100 over the largest slip speed; for
+        softening_temperature 1 to 1e6 K.
+    **fixed
+        Parameters to hold, and options of the law such as ``contact="line"``.
+
+    Returns
+    -------
+    FitResult
+
+    Raises
+    ------
+    ValueError
+        If a value or a range is out of its limits, a parameter has no finite range, the data lack
+        a speed, no point has a creepage, there are no more points than free parameters, `heat`
+        comes with `slip_rate`, or with a law for another shape of contact.
+    TypeError
+        If the law does not have an option.
+
+    Notes
+    -----
+    Where the Jacobian is regular and the intervals stay inside the ranges, intervals are the
+    estimate plus and minus Student's t times the standard error. Otherwise all intervals are those
+    of the profile likelihood: the values at which the sum of squares, at its minimum over the other
+    parameters, is at most 1 + F(level; 1, n - p)/(n - p) times the overall minimum. A parameter is
+    called not identifiable if its interval reaches an end of its range or is wider than ten times
+    the estimate, or if the Jacobian is singular in its direction: other parameters can then
+    compensate any change of it, and only their ranges bound the interval. Parameters whose estimate
+    is at an end of its range are not in the Jacobian; standard errors treat them as known. All this
+    assumes that the law is true and that the errors of the points are independent and of equal
+    variance. An interval does not show whether another law fits better: compare `FitResult.rmse`.
+
+    Polach's law depends on kA and kS only through kA/zeta0 and kS/zeta0. Hold
+    ``saturation_creepage`` to fit it; for another zeta0, kA and kS change in proportion. If all
+    three are fitted, they are not identifiable.
+
+    A fit takes seconds, or half a minute if both k_hat and the slip rate are free.
+
+    Examples
+    --------
+    >>> from contactlib.laws.carter_griffith import CarterGriffith
+    >>> law = CarterGriffith(k_hat=0.3)
+    >>> zeta = np.linspace(0.001, 0.06, 60)
+    >>> noise = 0.002 * np.cos(12345.0 * zeta)
+    >>> data = TractionData(zeta, 0.21 * law.traction_ratio(zeta / 0.015) + noise)
+    >>> result = fit(CarterGriffith, data, contact="line")
+    >>> e = result.estimates["k_hat"]
+    >>> e.identifiable, e.interval[0] < 0.3 < e.interval[1]
+    (True, True)
+    """
+    level = checked_number("level", level, Limits(above=0.0, below=1.0))
+    if (slip_rate or heat) and data.speed is None:
+        raise ValueError(f"{'slip_rate' if slip_rate else 'heat'} needs data with a speed")
+    if slip_rate and heat:
+        raise ValueError("slip_rate = True is not for a fit with heat, which takes its place")
+    if not data.creepage.any():
+        raise ValueError("no point of the data has a creepage")
+    of_law = {
+        field.name: law.quantities()[field.name]
+        for field in fields(law)
+        if field.name in law.quantities() and field.default is MISSING
+    }
+    falls = SLIP_RATE if slip_rate else SOFTENING if heat else {}
+    quantities = {**SCALES, **of_law, **falls}
+    options = {name: fixed.pop(name) for name in set(fixed) - set(quantities)}
+    for name, value in fixed.items():
+        fixed[name] = checked_number(name, value, quantities[name])
+    free = [name for name in quantities if name not in fixed]
+    ranges = ranges or {}
+    if unknown := sorted(set(ranges) - set(free)):
+        raise ValueError(f"{unknown[0]} is not a free parameter: they are {', '.join(free)}")
+    degrees = data.creepage.size - len(free)
+    if degrees < 1 or not free:
+        raise ValueError(f"{data.creepage.size} points for {len(free)} free parameters")
+    axes = [axis_of(name, quantities[name], data, ranges.get(name)) for name in free]
+
+    def law_with(values: Mapping[str, float]) -> Law:
+        made: Law = law(**{name: values[name] for name in of_law}, **options)
+        if heat and getattr(made, "contact", heat.shape) != heat.shape:
+            raise ValueError(f"heat is that of a contact that is {heat.shape}, but not the law")
+        return made
+
+    def all_values(theta: FloatArray) -> dict[str, float]:
+        fitted = {n: a.value(float(t)) for n, a, t in zip(free, axes, theta, strict=True)}
+        return {**fitted, **fixed}
+
+    def residuals(theta: FloatArray) -> FloatArray:
+        values = all_values(theta)
+        model = _traction_coefficient(law_with(values), values, data, heat)
+        return np.asarray(data.traction_coefficient - model)
+
+    problem = Problem(residuals, len(free))
+    theta = problem.settled(problem.search(axes))
+    values = all_values(theta)
+    covariance = problem.covariance(theta, degrees)
+    stretch = np.array([a.derivative(float(t)) for a, t in zip(axes, theta, strict=True)])
+    covariance = covariance * np.outer(stretch, stretch)
+    errors = np.sqrt(np.diag(covariance))
+    reach = float(stdtrit(degrees, 0.5 + 0.5 * level)) * errors
+    estimate = np.array([values[name] for name in free])
+    low, high = np.array([(a.low, a.high) for a in axes]).T
+    profiled = not bool(np.all((estimate - reach > low) & (estimate + reach < high)))
+    if profiled:
+        limit = 1.0 + float(fdtri(1, degrees, level)) / degrees
+        coordinates = [problem.profile_interval(theta, j, limit) for j in range(len(free))]
+        intervals = [
+            (axis.value(a), axis.value(b)) for axis, (a, b) in zip(axes, coordinates, strict=True)
+        ]
+    else:
+        intervals = list(zip(estimate - reach, estimate + reach, strict=True))
+    return FitResult(
+        law=law_with(values),
+        estimates={
+            name: Estimate(
+                value=values[name],
+                unit=quantities[name].unit,
+                standard_error=float(error),
+                interval=(float(interval[0]), float(interval[1])),
+                range=(axis.low, axis.high),
+            )
+            for name, error, interval, axis in zip(free, errors, intervals, axes, strict=True)
+        },
+        fixed=fixed,
+        correlation=covariance / np.outer(errors, errors),
+        residuals=residuals(theta),
+        level=level,
+        profiled=profiled,
+        heat=heat,
+    )
+
+
+def _traction_coefficient(
+    law: Law, values: Mapping[str, float], data: TractionData, heat: ContactHeat | None
+) -> FloatArray:
+    kinetic, zeta0 = values["kinetic"], values["saturation_creepage"]
+    x = _finite_ratio(data.creepage, zeta0)
+    if heat is None and "slip_rate_residual" not in values:
+        return np.asarray(kinetic * law.traction_ratio(x))
+    if data.speed is None:
+        raise ValueError("friction falls with slip speed, so a speed is needed")
+    if heat is None:
+        residual, decay = values["slip_rate_residual"], values["slip_rate_decay"]
+        g = (1.0 - residual) * np.exp(-decay * np.abs(data.creepage) * data.speed) + residual
+    else:
+        warmth = kinetic * heat.rise_per_creepage(data.creepage, data.speed)
+        number = warmth * (zeta0 / values["softening_temperature"])
+        cold = values.get("k_hat", 0.0)
+        g = friction_factor(x, number, k_hat=cold, contact=heat.shape)
+    if values.get("k_hat"):
+        ratio = _ratio_at_k_hats(law, _finite_ratio(x, g), values["k_hat"] / np.sqrt(g))
+    else:
+        ratio = law.traction_ratio(_finite_ratio(x, g))
+    return np.asarray(kinetic * g * ratio)
+
+
+def _finite_ratio(a: FloatArray, b: FloatArray | float) -> FloatArray:
+    """Creepage a/b, limited to finite floats, where laws have reached their last value."""
+    with np.errstate(over="ignore"):
+        return np.asarray(np.clip(a / b, -LARGEST, LARGEST))
+
+
+def _ratio_at_k_hats(law: Any, x: FloatArray, k_hat: FloatArray) -> FloatArray:
+    """Traction ratio with a k_hat for each point, interpolated between Chebyshev nodes in its log.
+
+    A k_hat beyond the law's range is replaced by the end of the range.
+    """
+    most = law.quantities()["k_hat"].at_most
+    logs = np.log(np.minimum(k_hat, most))
+    first, last = float(logs.min()), float(logs.max())
+    if first == last:
+        return np.asarray(replace(law, k_hat=min(float(k_hat[0]), most)).traction_ratio(x))
+    nodes = chebpts1(K_NODES)
+    k_nodes = np.minimum(np.exp(0.5 * (first + last) + 0.5 * (last - first) * nodes), most)
+    samples = np.array([replace(law, k_hat=float(k)).traction_ratio(x) for k in k_nodes])
+    places = (2.0 * logs - first - last) / (last - first)
+    weights = chebvander(places, K_NODES - 1) @ np.linalg.inv(chebvander(nodes, K_NODES - 1))
+    return np.asarray((weights * samples.T).sum(axis=1))

@@ -1,0 +1,384 @@
+"""Measured traction: creepage against traction coefficient, from arrays or a CSV file."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.base.quantities import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    checked,
+    checked_number,
+    shown,
+    warn,
+)
+from contactlib.base.text import harmless_line, known_names
+from contactlib.base.units import unit_value
+from contactlib.base.writing import read_small
+from contactlib.laws.hertz import NORMAL_LOAD
+
+SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
+COLUMNS = tuple(SI)
+ABOUT_ZERO = 0.1  # scatter of a traction coefficient there, over the largest
+LOWEST = 0.005  # of the largest traction coefficients that rails have
+ONE_SIGN = "both are positive in traction and negative in braking"
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class TractionData:
+    """Points measured on a creep curve.
+
+    Parameters
+    ----------
+    creepage : array_like
+        zeta [1], one number per point, of either sign.
+    traction_coefficient : array_like
+        Q/P [1], one number per point.
+    speed : array_like, optional
+        Running speed V [m/s], one number per point or one for all; needed only for friction that
+        falls with slip speed.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, a speed is not above zero, there is no point, the lengths differ,
+        or a creepage and its traction coefficient are of opposite sign and not about zero, that is
+        within a tenth of the largest traction coefficient.
+
+    Examples
+    --------
+    >>> data = TractionData([0.005, 0.01, 0.02], [0.15, 0.25, 0.24], speed=10.0)
+    >>> data.speed.tolist()
+    [10.0, 10.0, 10.0]
+    """
+
+    creepage: FloatArray
+    traction_coefficient: FloatArray
+    speed: FloatArray | None = None
+
+    def __init__(
+        self,
+        creepage: ArrayLike,
+        traction_coefficient: ArrayLike,
+        speed: ArrayLike | None = None,
+    ) -> None:
+        columns = [
+            checked("TractionData.creepage", creepage, FINITE),
+            checked("TractionData.traction_coefficient", traction_coefficient, FINITE),
+        ]
+        if speed is not None:
+            columns.append(checked("TractionData.speed", speed, POSITIVE))
+            if columns[2].ndim == 0:
+                columns[2] = np.full(columns[0].shape, columns[2])
+        shapes = {column.shape for column in columns}
+        if columns[0].ndim != 1 or columns[0].size == 0 or len(shapes) > 1:
+            raise ValueError(
+                "TractionData needs one-dimensional columns of one length, at least 1: the shapes "
+                "are " + ", ".join(f"{n} {c.shape}" for n, c in zip(COLUMNS, columns, strict=False))
+            )
+        bad = _against(*columns[:2])
+        if bad is not None:
+            raise ValueError(
+                f"TractionData: point {bad + 1}: the traction coefficient {columns[1][bad]:.4g} is "
+                f"against its creepage {columns[0][bad]:.4g}: {ONE_SIGN}"
+            )
+        for name, column in zip(COLUMNS, columns, strict=False):
+            column.flags.writeable = False
+            object.__setattr__(self, name, column)
+
+    @classmethod
+    def from_csv(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        columns: Sequence[str | int] | None = None,
+        creepage_unit: str | None = None,
+        speed: ArrayLike | None = None,
+        load: Annotated[float | None, NORMAL_LOAD] = None,
+    ) -> TractionData:
+        """Read a CSV file as it is.
+
+        The first line names the columns; other columns are ignored. Commas, semicolons, tabs or
+        blanks separate the columns, numbers have a decimal point or a decimal comma, and cells may
+        be quoted. Empty lines and lines that begin with ``#`` are skipped. A unit may follow a
+        name, as in ``slip [%]``, or be in a row of units below the names; cells of this row may be
+        empty.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        columns : sequence of str or int, optional
+            Columns of creepage, traction coefficient and, optionally, speed: each by its name, as
+            ``["slip_percent", "mu"]``, or by its number, counted from 1. Numbers are needed if no
+            line names the columns. Default: creepage, traction_coefficient and, if there is one,
+            speed.
+        creepage_unit : str, optional
+            ``"1"`` or ``"%"``. Default: the unit that the file gives, behind the column's name, as
+            in ``slip [%]``, or in a row below the names; or else ``"1"``.
+        speed : array_like, optional
+            Running speed [m/s], if no column gives it.
+        load : float, optional
+            Vertical load of the wheel or wheels whose force was measured [N]: of one wheel if the
+            force is that of one wheel, of the axle if it is that of the axle. The second of the
+            `columns` is then this force, in N or in the unit that the file gives; default:
+            creep_force.
+
+        Raises
+        ------
+        ValueError
+            If the file has another content; the message is one line that names file, line and
+            column.
+        OSError
+            If the file cannot be read.
+
+        Warns
+        -----
+        InputWarning
+            If creepage or traction coefficient are so large that they seem to be in per cent.
+        """
+        if creepage_unit not in (None, "1", "%"):
+            raise ValueError(f"creepage_unit = {shown(creepage_unit)} must be '1' or '%'")
+        if columns is not None:
+            _check_columns(columns)
+        if load is not None:
+            load = checked_number("load", load, POSITIVE)
+        place = os.fspath(path)
+        try:
+            text = _decoded(read_small(Path(path)))
+            found, lines = _read_columns(text, columns, creepage_unit, load)
+            if "speed" in found and speed is not None:
+                raise ValueError("the file has a speed column, so speed must not be given")
+        except ValueError as error:
+            raise ValueError(f"{place}: {harmless_line(str(error))}") from None
+        for name, most, how in (
+            ("creepage", 2.0, "creepage_unit = '%'"),
+            ("traction_coefficient", 1.5, "the column's name, as in 'mu [%]'"),
+        ):
+            largest = float(np.abs(found[name]).max())
+            if largest > most:
+                hint = f"if it is in per cent, say so with {how}"
+                if name == "traction_coefficient" and load is not None:
+                    hint = f"does load = {load:g} N carry as many wheels as the force drives?"
+                warn(
+                    f"{place}: line {lines[int(np.abs(found[name]).argmax())]}: {name} = "
+                    f"{largest:g}, and above {most:g} is unusual; {hint}"
+                )
+        highest = float(np.abs(found["traction_coefficient"]).max())
+        if load is not None and highest < LOWEST:
+            warn(
+                f"{place}: the largest force is {highest:.2g} of load = {load:g} N, and below "
+                f"{LOWEST:g} is unusual; does the file lack the force's unit?"
+            )
+        return cls(found["creepage"], found["traction_coefficient"], found.get("speed", speed))
+
+
+def _against(creepage: FloatArray, traction: FloatArray) -> int | None:
+    """First point whose traction coefficient and creepage have opposite signs, if any."""
+    bad = -traction * np.sign(creepage) > ABOUT_ZERO * np.abs(traction).max()
+    return int(bad.argmax()) if bad.any() else None
+
+
+def _check_columns(columns: Sequence[str | int]) -> None:
+    names = [] if isinstance(columns, str) else list(columns)
+    right = all(
+        isinstance(c, (str, int)) and not isinstance(c, bool) and (isinstance(c, str) or c >= 1)
+        for c in names
+    )
+    if not right or len(names) not in (2, 3) or len(set(names)) < len(names):
+        raise ValueError(
+            f"columns = {shown(columns)} must be two or three different names, or numbers from 1 "
+            "on: creepage, traction coefficient and, optionally, speed"
+        )
+
+
+def _decoded(data: bytes) -> str:
+    """Text in UTF-8, or in the other encodings that spreadsheets write."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace").lstrip("\ufeff")
+    try:
+        return data.decode("utf-8").lstrip("\ufeff")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row, without comments and empty rows."""
+    lines = text.splitlines()
+    kept = [
+        (number, line)
+        for number, line in enumerate(lines, start=1)
+        if line.strip(" \t;,") and not line.lstrip().startswith(("#", "sep="))
+    ]
+    if not kept:
+        return
+    bare = re.sub('"[^"]*"', "", kept[0][1])
+    sign = next((sign for sign in "\t;," if sign in bare), " ")
+    for number, line in kept:
+        try:
+            line = line.strip() if sign == " " else line
+            row = next(csv.reader([line], delimiter=sign, skipinitialspace=True, strict=True))
+        except csv.Error as error:
+            raise ValueError(f"line {number}: {error}") from None
+        yield number, [cell.strip() for cell in row]
+
+
+def _named(cell: str) -> tuple[str, str]:
+    """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
+    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s(%))", cell)
+    return (found[1], found[2] or found[3] or found[4] or "") if found else (cell, "")
+
+
+def _number(cell: str) -> float | None:
+    try:  # Python also reads 1_0, and the digits of any script
+        return float(cell.replace(",", ".", 1)) if cell.isascii() and "_" not in cell else None
+    except ValueError:
+        return None
+
+
+def _read_columns(
+    text: str,
+    columns: Sequence[str | int] | None,
+    creepage_unit: str | None,
+    load: float | None,
+) -> tuple[dict[str, FloatArray], list[int]]:
+    """Columns in SI units by the names of `COLUMNS`, and the lines of the points."""
+    rows = list(_rows(text))
+    if not rows:
+        raise ValueError("line 1: the file is empty: it needs a line that names the columns")
+    line, head = rows[0]
+    names = [_named(cell)[0] for cell in head]
+    headless = any(_number(cell) is not None for cell in head)
+    if columns is None:
+        columns = [COLUMNS[0], COLUMNS[1] if load is None else "creep_force"]
+        columns += ["speed"] if "speed" in names else []
+    places = [_place(line, head, names, column, headless) for column in columns]
+    units = ["" if headless else _named(head[place])[1] for place in places]
+    body = rows if headless else rows[1:]
+    if body and not headless:
+        first = [body[0][1][place] if place < len(body[0][1]) else "" for place in places]
+        # 1 alone may be a number.
+        named = any(cell and _number(cell) is None for cell in first)
+        if named and all(_is_unit(cell.strip("[]()")) for cell in first):
+            units = [cell.strip("[]()") for cell in first]
+            body = body[1:]
+    if not body:
+        raise ValueError(f"line {line}: no data after the columns' names")
+    for name in ("normal_load", "friction_scale"):  # of a table for several
+        at = names.index(name) if name in names else 0
+        if name in names and len({cells[at] for _, cells in body if at < len(cells)}) > 1:
+            raise ValueError(
+                f"line {line}: {name} varies, but a creep curve is of one: keep its rows"
+            )
+    shown_names = [f"column {p + 1}" if headless else head[p] for p in places]
+    table = _numbers(body, len(head), places, shown_names)
+    found: dict[str, FloatArray] = {}
+    for kind, name, unit, column in zip(COLUMNS, shown_names, units, table.T, strict=False):
+        if kind == "creepage" and creepage_unit is not None:
+            if unit and unit_value(unit, "1") != unit_value(creepage_unit, "1"):
+                raise ValueError(
+                    f"line {line}: {name} is in {unit!r}, but creepage_unit = {creepage_unit!r}"
+                )
+            unit = creepage_unit
+        elif (
+            kind == "creepage"
+            and not unit
+            and re.search("percent|prozent|pct", name, re.IGNORECASE)
+        ):
+            raise ValueError(f"line {line}: is {name} in per cent? say so with creepage_unit = '%'")
+        force = kind == "traction_coefficient" and load is not None
+        si = "N" if force else SI[kind]
+        factor = unit_value(unit, si) if unit else 1.0
+        if factor is None:
+            hint = ""
+            if kind == "traction_coefficient" and unit_value(unit, "N") is not None:
+                hint = (
+                    ": divide by the load, with load = its value in N under which it was measured"
+                )
+            raise ValueError(
+                f"line {line}: {name} is in {unit!r}, which is not a unit in {si}{hint}"
+            )
+        if force and load is not None:
+            factor /= load
+        limits = POSITIVE if kind == "speed" else FINITE
+        bad = np.flatnonzero(~limits.allows(factor * column))
+        if bad.size:
+            number, value = body[int(bad[0])][0], float(column[bad[0]])
+            raise ValueError(f"line {number}: {name} = {value!r} is out of range: must be {limits}")
+        found[kind] = factor * column
+    lines = [number for number, _ in body]
+    against = _against(found["creepage"], found["traction_coefficient"])
+    if against is not None:
+        raise ValueError(
+            f"line {lines[against]}: {shown_names[1]} = {float(table[against, 1])!r} is against "
+            f"{shown_names[0]} = {float(table[against, 0])!r}: {ONE_SIGN}"
+        )
+    return found, lines
+
+
+def _is_unit(cell: str) -> bool:
+    """Whether a cell is a unit of some column, or empty: not a number."""
+    return not cell or any(unit_value(cell, si) is not None for si in (*SI.values(), "N"))
+
+
+def _place(
+    line: int, head: Sequence[str], names: Sequence[str], column: str | int, headless: bool
+) -> int:
+    """Where a column stands, from zero."""
+    if isinstance(column, int):
+        if column > len(head):
+            raise ValueError(f"line {line}: there is no column {column}: there are {len(head)}")
+        return column - 1
+    if headless:
+        raise ValueError(
+            f"line {line}: the first row holds numbers, not the columns' names; say which columns "
+            "to take, such as columns = [1, 2] for creepage and traction coefficient"
+        )
+    found = [p for p, cell in enumerate(head) if column in (cell, names[p])]
+    if not found:
+        hint = "; say which to take with columns" if column in COLUMNS else ""
+        raise ValueError(f"line {line}: no column {column!r}; {known_names(column, names)}{hint}")
+    if len(found) > 1:
+        raise ValueError(f"line {line}: {len(found)} columns {column!r}: take one by its number")
+    return found[0]
+
+
+def _numbers(
+    body: Sequence[tuple[int, list[str]]],
+    width: int,
+    places: Sequence[int],
+    names: Sequence[str],
+) -> FloatArray:
+    """Numbers of the chosen columns, a row for each line."""
+    table = np.empty((len(body), len(places)))
+    signs: dict[str, int] = {}  # line of the first decimal sign of each kind
+    for i, (line, cells) in enumerate(body):
+        if len(cells) < width or any(cells[width:]):
+            hint = "; are there decimal commas? they need another separator than the comma"
+            raise ValueError(
+                f"line {line}: {len(cells)} values for {width} columns"
+                + (hint if len(cells) == 2 * width else "")
+            )
+        for j, (place, name) in enumerate(zip(places, names, strict=True)):
+            value = _number(cells[place])
+            if value is None:
+                raise ValueError(f"line {line}: {name} = {cells[place]!r} is not a number")
+            signs.update({s: signs.get(s, line) for s in ".," if s in cells[place]})
+            if len(signs) > 1:
+                raise ValueError(
+                    f"line {line}: {name} = {cells[place]!r}, but line {min(signs.values())} has "
+                    "another decimal sign"
+                )
+            table[i, j] = value
+    return table

@@ -1,0 +1,363 @@
+"""Observers that reduce the rows of many runs to outcomes: sums, extremes, jerk and recovery.
+
+Rows are added one by one, in their order, so that a sum depends neither on the number of rows in
+a block nor on the number of runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlib.base.quantities import FloatArray
+from contactlib.runs.result import Result
+from contactlib.vehicle.drivetrain import Drivetrain
+
+WINDOW = 0.1  # time over which the jerk's acceleration is averaged [s]
+# Fraction of the transmittable force that counts as recovered [1]. Limit cycles of cut and re-apply
+# use nearly 0.9 in the mean; on a share this close, noise would decide.
+RECOVERED = 0.8
+LASTS = 1.0  # time over which it has to be recovered in the mean [s]
+NEGLIGIBLE = 0.01  # lack of force that is ignored / grip [1]
+
+
+class Rows(Protocol):
+    """Signals of some rows of n runs."""
+
+    @property
+    def time(self) -> FloatArray:
+        """Times of the rows [s]."""
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one signal, shape (rows, n)."""
+
+
+class OneRun:
+    """Presents a result as the rows of one run."""
+
+    def __init__(self, result: Result) -> None:
+        self._result = result
+
+    @property
+    def time(self) -> FloatArray:
+        """Times of the rows [s]."""
+        return self._result.time
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one signal, shape (rows, 1)."""
+        return self._result[name][:, np.newaxis]
+
+
+class Vehicles(NamedTuple):
+    """Parameters of the n drivetrains that outcomes use; arrays of shape (n,).
+
+    Attributes
+    ----------
+    radius, inertia, damping : ndarray
+        Parameters of the wheelset [m, kg.m2, N.m.s/rad].
+    inverse_mass : ndarray
+        Zero if the speed is held [1/kg].
+    grip : ndarray
+        Kinetic friction times nominal load [N].
+    held, rigid : ndarray of bool
+        Whether the speed is held; whether the axle is rigid.
+    """
+
+    radius: FloatArray
+    inertia: FloatArray
+    damping: FloatArray
+    inverse_mass: FloatArray
+    grip: FloatArray
+    held: NDArray[np.bool_]
+    rigid: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, drivetrains: Sequence[Drivetrain]) -> Self:
+        """Collect the parameters of drivetrains."""
+        bodies = [train.wheelset for train in drivetrains]
+        elements = [body.element for body in bodies]
+        return cls(
+            np.array([body.radius for body in bodies]),
+            np.array([body.inertia for body in bodies]),
+            np.array([body.damping for body in bodies]),
+            np.array([0.0 if body.mass is None else 1.0 / body.mass for body in bodies]),
+            np.array([one.friction.kinetic * one.normal_load for one in elements]),
+            np.array([body.speed_held for body in bodies]),
+            np.array([train.axle is None for train in drivetrains]),
+        )
+
+
+class Seen:
+    """Rows, with derived signals that several outcomes share."""
+
+    def __init__(self, rows: Rows, vehicles: Vehicles) -> None:
+        self._rows, self.vehicles = rows, vehicles
+
+    @property
+    def time(self) -> FloatArray:
+        """Times of the rows [s]."""
+        return self._rows.time
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one signal, shape (rows, n)."""
+        return self._rows[name]
+
+    @cached_property
+    def limited(self) -> NDArray[np.bool_]:
+        """Whether the demand exceeds the available force, shape (rows, n)."""
+        limited = self.transmittable[1] >= self["available_force"]
+        return np.asarray(limited & (self["demand"] != 0.0))
+
+    @cached_property
+    def transmittable(self) -> tuple[FloatArray, FloatArray]:
+        """Creep force in the demand's direction s Q, and transmittable force Q_t [N].
+
+        Q_t is the smaller of the available force and the magnitude of the demanded force; s is the
+        sign of the latter.
+        """
+        v, force = self.vehicles, self["creep_force"]
+        turning = v.inertia / v.radius
+        left = self["demand"] - (v.damping / v.radius) * self["speed"]
+        # F/M = Q/M - dV/dt; 1/M is zero if the speed is held.
+        left = left + turning * (force * v.inverse_mass - self["acceleration"])
+        demanded = left / (v.radius + turning * v.inverse_mass)
+        possible = np.minimum(self["available_force"], np.abs(demanded))
+        return np.sign(demanded) * force, possible
+
+
+Quantity = Callable[[Seen], FloatArray]
+
+
+class Accumulator(Protocol):
+    """Reduces the rows of n runs, block by block, to one number for each run."""
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+
+    def value(self) -> FloatArray:
+        """Return the numbers of the rows so far, shape (n,)."""
+
+
+class Joint:
+    """Prepends the last row of the previous block to a block."""
+
+    def __init__(self) -> None:
+        self._last: tuple[FloatArray, ...] = ()
+
+    def __call__(self, *signals: FloatArray) -> tuple[FloatArray, ...]:
+        """Return the signals with that row, if there is one."""
+        joined = signals
+        if self._last:
+            pairs = zip(self._last, signals, strict=True)
+            joined = tuple(np.concatenate(pair) for pair in pairs)
+        self._last = tuple(signal[-1:].copy() for signal in signals)
+        return joined
+
+
+class Integral:
+    """Trapezoidal integral of a quantity over time; `demanded`: only while there is a demand."""
+
+    def __init__(self, quantity: Quantity, *, demanded: bool = False) -> None:
+        self._quantity, self._demanded, self._joint = quantity, demanded, Joint()
+        self._twice: FloatArray | None = None
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+        y, demand, time = self._joint(self._quantity(rows), rows["demand"], rows.time)
+        if self._twice is None:
+            self._twice = np.zeros(y.shape[1])
+        parts = np.diff(time)[:, np.newaxis] * (y[1:] + y[:-1])
+        if self._demanded:
+            parts *= demand[:-1] != 0.0
+        for part in parts:
+            self._twice += part
+
+    def value(self) -> FloatArray:
+        """Return the numbers of the rows so far."""
+        return 0.5 * _known(self._twice)
+
+
+class HeldIntegral:
+    """Integral over time of a quantity that is constant from each row to the next."""
+
+    def __init__(self, quantity: Quantity) -> None:
+        self._quantity, self._joint = quantity, Joint()
+        self._sum: FloatArray | None = None
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+        y, time = self._joint(self._quantity(rows), rows.time)
+        if self._sum is None:
+            self._sum = np.zeros(y.shape[1])
+        for part in np.diff(time)[:, np.newaxis] * y[:-1]:
+            self._sum += part
+
+    def value(self) -> FloatArray:
+        """Return the numbers of the rows so far."""
+        return _known(self._sum)
+
+
+class Extremes:
+    """Smallest and largest value of a quantity."""
+
+    def __init__(self, quantity: Quantity) -> None:
+        self._quantity = quantity
+        self._least: FloatArray | None = None
+        self._largest: FloatArray | None = None
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+        y = self._quantity(rows)
+        least, largest = y.min(axis=0), y.max(axis=0)
+        if self._least is not None and self._largest is not None:
+            least, largest = np.minimum(self._least, least), np.maximum(self._largest, largest)
+        self._least, self._largest = least, largest
+
+    def value(self) -> FloatArray:
+        """Return the largest value."""
+        return _known(self._largest)
+
+    def range(self) -> FloatArray:
+        """Return the difference of largest and smallest value."""
+        return _known(self._largest) - _known(self._least)
+
+
+class Ends:
+    """First and last value of a quantity."""
+
+    def __init__(self, quantity: Quantity) -> None:
+        self._quantity = quantity
+        self._first: FloatArray | None = None
+        self._last: FloatArray | None = None
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+        y = self._quantity(rows)
+        if self._first is None:
+            self._first = y[0].copy()
+        self._last = y[-1].copy()
+
+    def value(self) -> FloatArray:
+        """Return the last value."""
+        return _known(self._last)
+
+    def change(self) -> FloatArray:
+        """Return the difference of last and first value."""
+        return _known(self._last) - _known(self._first)
+
+
+class Together:
+    """Combines several accumulators by a function of them."""
+
+    def __init__(self, value: Callable[..., FloatArray], *accumulators: Accumulator) -> None:
+        self._value, self._observers = value, accumulators
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+        for accumulator in self._observers:
+            accumulator.see(rows)
+
+    def value(self) -> FloatArray:
+        """Return the numbers of the rows so far."""
+        return self._value(*self._observers)
+
+
+def _known(values: FloatArray | None) -> FloatArray:
+    if values is None:
+        raise ValueError("there is no row yet")
+    return values
+
+
+class Jerk:
+    """Metric ``jerk`` of `contactlib.runs.outcomes.Metrics`.
+
+    Keeps the rows of two windows and interpolates the speed linearly between rows.
+    """
+
+    def __init__(self, vehicles: Vehicles) -> None:
+        self._held = vehicles.held
+        self._largest = np.full(self._held.size, np.nan)
+        self._time = np.zeros(0)
+        self._speed = np.zeros((0, self._held.size))
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+        time = np.concatenate([self._time, rows.time])
+        speed = np.concatenate([self._speed, rows["speed"]])
+        done = np.count_nonzero(time + 2.0 * WINDOW <= time[-1])
+        if done:
+            v1, v2 = (_at(time, speed, time[:done] + i * WINDOW) for i in (1, 2))
+            second = np.abs(speed[:done] - 2.0 * v1 + v2).max(axis=0)
+            self._largest = np.fmax(self._largest, second)
+        self._time, self._speed = time[done:], speed[done:]
+
+    def value(self) -> FloatArray:
+        """Return the jerk of the rows so far; nan if they are shorter than two windows."""
+        return np.where(self._held, np.nan, self._largest / WINDOW**2)
+
+
+def _at(time: FloatArray, values: FloatArray, when: FloatArray) -> FloatArray:
+    """Interpolate rows of values linearly at other times."""
+    after = np.clip(np.searchsorted(time, when), 1, time.size - 1)
+    before = after - 1
+    part = ((when - time[before]) / (time[after] - time[before]))[:, np.newaxis]
+    return np.asarray(values[before] + part * (values[after] - values[before]))
+
+
+class Recovery:
+    """Metric ``recovery_time`` of `contactlib.runs.outcomes.Metrics`.
+
+    Keeps the rows of one window. The surplus is the lack that does not count minus the shortfall.
+    """
+
+    def __init__(self, vehicles: Vehicles) -> None:
+        n = vehicles.grip.size
+        self._negligible = NEGLIGIBLE * vehicles.grip
+        self._joint = Joint()
+        self._time = np.zeros(0)
+        self._lacks = np.zeros((0, n), dtype=np.bool_)  # whether the surplus is negative
+        self._sum = np.zeros((0, n))  # integral of the surplus up to each row
+        self._since = np.full(n, np.nan)  # time of the first lack not yet recovered from
+        self._longest = np.zeros(n)
+
+    def see(self, rows: Seen) -> None:
+        """Take in the next rows."""
+        force, possible = rows.transmittable
+        surplus = np.maximum((1.0 - RECOVERED) * possible, self._negligible)
+        surplus -= np.where(rows["demand"] != 0.0, np.maximum(possible - force, 0.0), 0.0)
+        lacks = np.concatenate([self._lacks, surplus < 0.0])
+        time = np.concatenate([self._time, rows.time])
+        surplus, when = self._joint(surplus, rows.time)
+        parts = 0.5 * np.diff(when)[:, np.newaxis] * (surplus[1:] + surplus[:-1])
+        sums = self._sum if self._time.size else np.zeros((1, self._since.size))
+        sums = np.concatenate([sums, np.cumsum(np.concatenate([sums[-1:], parts]), axis=0)[1:]])
+        done = int(np.count_nonzero(time + LASTS <= time[-1]))
+        later = np.searchsorted(time, time[:done] + LASTS, side="right") - 1
+        self._time, self._lacks = time, lacks
+        self._since, self._longest = self._answered(sums[later] >= sums[:done])
+        self._time, self._lacks, self._sum = time[done:], lacks[done:], sums[done:].copy()
+
+    def value(self) -> FloatArray:
+        """Return the numbers of the rows so far."""
+        good = self._sum[-1] >= self._sum[0]  # in the mean over the last second
+        since, longest = self._answered(np.broadcast_to(good, self._lacks.shape))
+        unfinished = np.where(good, self._time[-1] - since, np.inf)
+        return np.where(np.isnan(since), longest, np.maximum(longest, unfinished))
+
+    def _answered(self, lasts: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        """Begin of a recovery not ended by the first kept rows, nan if none, and the longest one.
+
+        `lasts` contains for these rows whether no force lacks in the mean over the window.
+        """
+        since, longest = self._since, self._longest
+        for t, lacking, good in zip(self._time.tolist(), self._lacks, lasts, strict=False):
+            waits = ~np.isnan(since)
+            if waits.any() or lacking.any():
+                ends = waits & good & ~lacking
+                longest = np.where(ends, np.maximum(longest, t - since), longest)
+                since = np.where(ends, np.nan, np.where(lacking & ~waits, t, since))
+        return since, longest

@@ -1,0 +1,1 @@
+"""Tables of a law: building, reading, and the certificate of their error."""

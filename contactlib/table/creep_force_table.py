@@ -1,0 +1,229 @@
+"""The table of a contact law, which all simulations evaluate.
+
+A table is one checked block of bytes that the kernel evaluates. This module contains no contact
+mechanics: it accepts any factory ``law_type(k_hat=..., **options)`` whose objects have
+``traction_ratio`` and ``slope``, or one such object that does not depend on k_hat.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib import kernel
+from contactlib.base.quantities import (
+    FINITE,
+    FloatArray,
+    Limits,
+    checked,
+    checked_number,
+    common_shape,
+)
+from contactlib.base.writing import write_whole
+from contactlib.laws.law import Law
+from contactlib.laws.traction_data import TractionData
+from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build
+
+LARGEST = sys.float_info.max
+
+
+@lru_cache(maxsize=64)
+def _native(data: bytes) -> kernel.NativeTable:
+    """The kernel's table of these bytes, shared, as only wheelsets of one table step together."""
+    return kernel.NativeTable(data)
+
+
+class CreepForceTable:
+    """Traction ratio over normalized creepage and k_hat, with a certificate.
+
+    Make one with `from_law` or `load`.
+
+    Attributes
+    ----------
+    data : bytes
+        The table as `save` writes it.
+    note : str
+        The law's `summary`, if it has one: the fit residual of a measured curve.
+    points : TractionData or None
+        Those points. Neither they nor `note` are part of the file.
+
+    Examples
+    --------
+    >>> from contactlib.laws.carter_griffith import CarterGriffith
+    >>> table = CreepForceTable.from_law(CarterGriffith, contact="line")
+    >>> table.max_error < 1e-14
+    True
+    >>> round(table.traction_ratio(1.131634, 0.3).item(), 6)
+    1.135026
+    """
+
+    def __init__(self, data: bytes, note: str = "", points: TractionData | None = None) -> None:
+        self.data = data
+        self.note = note
+        self.points = points
+        self.native = _native(data)
+        self._evaluate_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
+        self._largest_k_hat = self.k_max
+        self._spare: list[Any] = []
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return CreepForceTable, (self.data, self.note, self.points)
+
+    @classmethod
+    def from_law(
+        cls,
+        law: Callable[..., Law] | Law,
+        *,
+        target: float = 1e-8,
+        slope_target: float = 1e-4,
+        progress: Callable[[float], object] = lambda part: None,
+        **options: Any,
+    ) -> CreepForceTable:
+        """Tabulate a law for all k_hat from 0 to 2 and certify the result.
+
+        If the law has a `static_to_kinetic` below 1.52, k_hat ends where the weakening length is 12
+        f_d a^2/R, as friction in a contact hardly falls over a longer one.
+
+        Parameters
+        ----------
+        law : callable or Law
+            ``law(k_hat=k, **options)`` is the law at one k_hat; or a law without k_hat.
+        target, slope_target : float
+            Maximum accepted errors of the traction ratio and of its slope [1].
+        progress : callable
+            Called with the fraction done, from 0 to 1.
+        **options
+            Keyword arguments for `law`.
+
+        Raises
+        ------
+        ValueError
+            If the finest grid misses a target; the message names the errors reached.
+        """
+        targets = (
+            checked_number("target", target, Limits(above=0.0)),
+            checked_number("slope_target", slope_target, Limits(above=0.0)),
+        )
+        of_law = getattr(law, "summary", ""), getattr(law, "points", None)
+        return cls(build(law, options, targets, progress), *of_law)
+
+    @property
+    def law(self) -> str:
+        """Name and options of the law behind the table."""
+        return self.data[HEADER_SIZE - NAME_SIZE : HEADER_SIZE].rstrip(b"\0").decode()
+
+    @property
+    def options(self) -> dict[str, str]:
+        """Options of the law by name, as text."""
+        return dict(word.split("=", 1) for word in self.law.split()[1:])
+
+    @property
+    def one_axis(self) -> bool:
+        """Whether the law does not depend on k_hat."""
+        return bool(self.native.struct.one_axis)
+
+    @property
+    def is_limit(self) -> bool:
+        """Whether the law depends on k_hat but not on the friction ratio."""
+        return not self.one_axis and self.static_to_kinetic is None
+
+    @property
+    def static_to_kinetic(self) -> float | None:
+        """Friction ratio f_s/f_d to which the law applies; None means any."""
+        return float(self.native.struct.static_to_kinetic) or None
+
+    @property
+    def max_error(self) -> float:
+        """Certificate: maximum error of the traction ratio found [1]."""
+        return float(self.native.struct.max_error)
+
+    @property
+    def max_slope_error(self) -> float:
+        """Certificate: maximum error of the slope found [1]."""
+        return float(self.native.struct.max_slope_error)
+
+    @property
+    def certificate_points(self) -> int:
+        """Number of points at which the table was compared with the law."""
+        return int(self.native.struct.certificate_points)
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        """Spline cells along creepage and k_hat; (0, 0) for the line contact's own law."""
+        return self.native.struct.cells_u, self.native.struct.cells_k
+
+    @property
+    def k_max(self) -> float:
+        """Largest k_hat of the table [1]."""
+        return float(self.native.struct.k_max)
+
+    def traction_ratio(self, normalized_creepage: ArrayLike, k_hat: ArrayLike) -> FloatArray:
+        """Q/(f_d P); arguments broadcast.
+
+        Raises
+        ------
+        ValueError
+            If a creepage is not finite or a k_hat is not from 0 to `k_max`.
+        """
+        one = self._at_point("traction_ratio", normalized_creepage, k_hat)
+        return self.evaluate(normalized_creepage, k_hat)[0] if one is None else np.array(one)
+
+    def slope(self, normalized_creepage: ArrayLike, k_hat: ArrayLike) -> FloatArray:
+        """Derivative of `traction_ratio` by normalized creepage; arguments broadcast."""
+        one = self._at_point("slope", normalized_creepage, k_hat)
+        return self.evaluate(normalized_creepage, k_hat)[1] if one is None else np.array(one)
+
+    def evaluate(
+        self, normalized_creepage: ArrayLike, k_hat: ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
+        """`traction_ratio` and `slope` together, at the cost of one."""
+        x = checked("normalized_creepage", normalized_creepage, FINITE, copy=False)
+        limits = Limits(at_least=0.0, at_most=self._largest_k_hat)
+        k_hat = checked("k_hat", k_hat, limits, copy=False)
+        if k_hat.size != 1 or k_hat.ndim > x.ndim:
+            shape = common_shape({"normalized_creepage": x, "k_hat": k_hat})
+            x, k_hat = np.broadcast_to(x, shape), np.broadcast_to(k_hat, shape)
+        return self.native.evaluate(x, k_hat)
+
+    def _at_point(self, what: str, x: object, k_hat: object) -> float | None:
+        """One of the kernel's values, or None unless both arguments are floats within limits.
+
+        Array checks would cost twenty times as much as the kernel's evaluation of one point.
+        """
+        if not (isinstance(x, float) and isinstance(k_hat, float)):
+            return None
+        if not (abs(x) <= LARGEST and 0.0 <= k_hat <= self._largest_k_hat):
+            return None
+        try:  # reuse a struct that no other thread has: allocating costs as much as evaluating
+            value = self._spare.pop()
+        except IndexError:
+            value = kernel.ffi.new("creep_value *")
+        self._evaluate_point(x, k_hat, value)
+        found: float = getattr(value, what)
+        self._spare.append(value)
+        return found
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the table to a file; an interrupted write leaves no partial file."""
+        return write_whole(path, self.data)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> CreepForceTable:
+        """Read a table file.
+
+        Raises
+        ------
+        ValueError
+            If the file is not a table, is damaged or has another version; the message names it.
+        """
+        try:
+            return cls(Path(path).read_bytes())
+        except ValueError as error:
+            raise ValueError(f"{os.fspath(path)}: {error}") from None

@@ -1,0 +1,104 @@
+"""Tables by the name of their law: shipped ones are read, others are built once per user."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, lru_cache, partial
+from pathlib import Path
+from typing import Literal
+
+from contactlib import kernel
+from contactlib.base.quantities import Limits, checked_number
+from contactlib.base.writing import PACKAGE, keep_in_cache, user_cache
+from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws.cohesive import CohesiveZone
+from contactlib.laws.friction import EXPONENTIAL, Weakening
+from contactlib.table.creep_force_table import CreepForceTable
+
+Shape = Literal["line", "elliptic"]
+
+MAX_KEPT = 100  # tables in the user's cache, of 0.5 to 4 MB
+
+
+def _silent(part: float) -> None:
+    """Report no progress."""
+
+
+def shipped_path(contact: Shape) -> Path:
+    """File of a shipped table."""
+    return PACKAGE / "table" / "data" / f"carter_griffith_{contact}.bin"
+
+
+@lru_cache
+def carter_griffith_table(contact: Shape) -> CreepForceTable:
+    """The shipped table of the Carter-Griffith law."""
+    return CreepForceTable.load(shipped_path(contact))
+
+
+def build_carter_griffith_table(
+    contact: str, progress: Callable[[float], object] = _silent
+) -> CreepForceTable:
+    """Build that table from the law, which takes seconds."""
+    return CreepForceTable.from_law(CarterGriffith, contact=contact, progress=progress)
+
+
+_cohesive: dict[tuple[str, float, Weakening], CreepForceTable] = {}
+
+
+def cohesive_table(
+    contact: Shape,
+    static_to_kinetic: float,
+    weakening: Weakening = EXPONENTIAL,
+    progress: Callable[[float], object] = _silent,
+) -> CreepForceTable:
+    """Table of the cohesive-zone law for one friction ratio.
+
+    Building takes some 8 s. With the exponential weakening the table is then kept in the
+    user's cache, from where later processes read it. The friction ratio is from 1.01 to 30. The
+    target is 1e-8 for the exponential, 1e-6 for a function, and 3e-5 for a weakening with kinks,
+    whose slope is right to 0.01 (0.0001 for the others).
+    """
+    limits = Limits(at_least=1.01, at_most=30.0)
+    static_to_kinetic = checked_number("static_to_kinetic", static_to_kinetic, limits)
+    key = (contact, static_to_kinetic, weakening)
+    if key not in _cohesive:
+        build = partial(
+            CreepForceTable.from_law,
+            CohesiveZone,
+            contact=contact,
+            static_to_kinetic=static_to_kinetic,
+            progress=progress,
+        )
+        if weakening is EXPONENTIAL:
+            _cohesive[key] = _kept(f"cohesive_{contact}_{static_to_kinetic!r}", build)
+        else:  # a function has no name for its table in the cache
+            target, slope_target = (3e-5, 1e-2) if weakening.kinks else (1e-6, 1e-4)
+            _cohesive[key] = build(weakening=weakening, target=target, slope_target=slope_target)
+    return _cohesive[key]
+
+
+def _kept(name: str, build: Callable[[], CreepForceTable]) -> CreepForceTable:
+    """Read a table from the user's cache, or build it and keep it there."""
+    folder = user_cache("tables")
+    path = folder / f"{name}_{_sources()}.bin"
+    with suppress(OSError, ValueError):  # not there, or damaged
+        return CreepForceTable.load(path)
+    table = build()
+    keep_in_cache(path, table.data)
+    kept = sorted(folder.glob("*.bin"), key=lambda p: (_sources() in p.name, p == path))
+    for surplus in kept[:-MAX_KEPT]:  # those of other releases first
+        with suppress(OSError):
+            surplus.unlink()
+    return table
+
+
+@cache
+def _sources() -> str:
+    """Digest of the inputs of a table: the laws, the grids and the kernel."""
+    digest = hashlib.sha256(kernel.token().encode())
+    for room in ("kernel", "laws", "table"):
+        for path in sorted((PACKAGE / room).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
