@@ -44,7 +44,13 @@ def rivals() -> Any:
     scratch = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
     atexit.register(scratch.cleanup)
     path = Path(scratch.name) / "rivals.so"
-    library = ["-shared", str(HERE / "rivals.c"), f"-I{package_folder('fmu')}", "-o", str(path)]
+    library = [
+        "-shared",
+        str(HERE / "rivals.c"),
+        f"-I{package_folder('fmu') / 'kernel'}",
+        "-o",
+        str(path),
+    ]
     if sys.platform != "win32":
         library += ["-fPIC", "-lm"]
     subprocess.run([sys.executable, "-m", "ziglang", "cc", *FLAGS, *library], check=True)

@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 SOURCES = Path(__file__).resolve().parent
+FOLDERS = ("kernel", "fmi")
 NATIVE = SOURCES.parent / "contactlib" / "_native"
 
 
@@ -75,7 +76,8 @@ def host() -> str:
 def source_token() -> str:
     """Digest of the C sources, which ties an FMU's description to its binary."""
     digest = hashlib.sha256()
-    for path in sorted(SOURCES.glob("*.[ch]")):
+    paths = (path for folder in FOLDERS for path in (SOURCES / folder).glob("*.[ch]"))
+    for path in sorted(paths, key=lambda path: path.name):
         digest.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
     return digest.hexdigest()[:32]
 
@@ -92,6 +94,7 @@ def compiler_flags() -> list[str]:
         "-ffp-contract=off",
         "-fno-math-errno",
         "-fno-trapping-math",
+        *(f"-I{SOURCES / folder}" for folder in FOLDERS),
     ]
 
 
@@ -122,7 +125,7 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
     """Compile all sources for platform tuple `name` into the file `library`."""
     flags = [*compiler_flags(), f'-DCONTACTLIB_TOKEN="{source_token()}"', *extra_flags]
     kind = ["-shared", "-s"]
-    sources = sorted(path.name for path in SOURCES.glob("*.c"))
+    sources = [str(path) for name in FOLDERS for path in sorted((SOURCES / name).glob("*.c"))]
     objects: list[str] = []
     with tempfile.TemporaryDirectory() as scratch:
         if TARGETS[name].suffix == ".so":
@@ -131,8 +134,8 @@ def compile_library(name: str, library: Path, *extra_flags: str) -> None:
             # -Bsymbolic: the library uses its own functions whatever else a tool has loaded.
             flags.append("-fPIC")
             kind += ["-nostdlib", "-lc", "-lm", "-flto", "-Wl,-Bsymbolic"]
-            wide = [source for source in sources if source.startswith("wide_")]
-            objects = [str(Path(scratch, source).with_suffix(".o")) for source in wide]
+            wide = [source for source in sources if Path(source).name.startswith("simd_")]
+            objects = [str(Path(scratch, Path(source).stem).with_suffix(".o")) for source in wide]
             sources = [source for source in sources if source not in wide]
             with ThreadPoolExecutor() as pool:
                 each = [
@@ -172,7 +175,7 @@ def check_sources() -> None:
             # As of a system, for they have warnings of their own.
             standard = (f"-isystem{headers}", "-include", f"{name}Functions.h")
             made = str(Path(scratch) / name)
-            zig_cc(host(), *strict, *standard, "-c", f"{name}.c", "-o", made)
+            zig_cc(host(), *strict, *standard, "-c", f"fmi/{name}.c", "-o", made)
 
 
 if importlib.util.find_spec("hatchling") is not None:

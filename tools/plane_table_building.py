@@ -1,6 +1,6 @@
 """Make the splines of what spin adds to the lateral force: `contactlib.table.lateral_spin_table`.
 
-The kernel's force in the plane (`fmu/plane_formula.h`) is a closed form without spin plus splines
+The kernel's lateral force (`fmu/kernel/plane_formula.h`) is a closed form without spin plus splines
 for what spin adds, and for the moment: one without weakening, and two terms of what friction that
 weakens adds to it. `python tools/plane_table_building.py` solves rolling contact with the
 half-space solver at many creepages and fits the splines to what the closed form leaves.

@@ -1,7 +1,7 @@
 """Steady rolling in full stick of an elliptic contact: the problem behind Kalker's coefficients.
 
-`python tools/stick_rolling.py` solves it for the polynomials in `fmu/creep_coefficients.h`; tests
-solve it too.
+`python tools/stick_rolling.py` solves it for the polynomials in `fmu/kernel/creep_coefficients.h`;
+tests solve it too.
 
 Both bodies are half-spaces of one material. By Cerruti's solution the tractions p on the ellipse
 displace their surfaces against each other by

@@ -21,6 +21,12 @@ def package_folder(name: str) -> Path:
     return inside if inside.is_dir() else PACKAGE.parent / name
 
 
+def c_sources(pattern: str = "*.[ch]") -> list[Path]:
+    """C sources of kernel and FMI shell whose names match, by name."""
+    folders = (package_folder("fmu") / name for name in ("kernel", "fmi"))
+    return sorted((p for folder in folders for p in folder.glob(pattern)), key=lambda p: p.name)
+
+
 def read_small(path: Path) -> bytes:
     """Contents of a file, read up to the file size limit.
 

@@ -2,7 +2,7 @@
 
 The ellipse, the load and the friction may differ at every point, as they do when a wheel moves
 across a rail. The law is that of `ForceElement` for an ellipse on a half-space, with lateral force
-and spin moment. `fmu/plane_law.h` gives the formulas, `fmu/creep_forces.h` the signs.
+and spin moment. `fmu/kernel/plane_law.h` gives the formulas, `fmu/kernel/creep_forces.h` the signs.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class CreepForces(Parameters):
         -------
         ndarray
             Structured array with fields ``force_x``, ``force_y`` [N], ``spin_moment`` [N.m],
-            ``utilisation`` [1] and the derivatives, as fmu/creep_forces.h describes them.
+            ``utilisation`` [1] and the derivatives, as fmu/kernel/creep_forces.h describes them.
 
         Raises
         ------

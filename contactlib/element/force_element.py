@@ -331,7 +331,7 @@ class ForceElement(Parameters):
         -------
         ndarray
             Structured array with fields ``creep_force``, ``lateral_force``, ``spin_moment``,
-            ``creepage``, ``force_gradient``, ...; fmu/force_element.h describes them.
+            ``creepage``, ``force_gradient``, ...; fmu/kernel/force_element.h describes them.
 
         Raises
         ------

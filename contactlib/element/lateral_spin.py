@@ -1,6 +1,6 @@
 """Data of a force element's contact for lateral and spin force.
 
-`fmu/plane_law.h` names the numbers, and `fmu/force_in_plane.c` uses them.
+`fmu/kernel/plane_law.h` names the numbers, and `fmu/kernel/force_in_plane.c` uses them.
 """
 
 from __future__ import annotations

@@ -322,7 +322,7 @@ class Description:
         speed = max(self.model.initial_speed, 1.0)
         omega = max(self.model.initial_speed / element.radius, 1.0)
         return {
-            "omega": omega,  # the states' as in fmu/component.c
+            "omega": omega,  # the states' as in fmu/fmi/component.c
             "speed": speed,
             "relaxed_creepage": 1e-2,
             "normal_load": load,

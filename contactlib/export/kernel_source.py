@@ -17,7 +17,7 @@ import numpy as np
 
 from contactlib import kernel
 from contactlib.base.text import harmless_line, version
-from contactlib.base.writing import package_folder, write_whole
+from contactlib.base.writing import c_sources, write_whole
 from contactlib.export.description import Description
 from contactlib.export.package import describe
 from contactlib.export.page import ASSETS
@@ -137,7 +137,8 @@ def joined() -> tuple[str, str]:
 
 
 def _source(name: str) -> str:
-    return (package_folder("fmu") / name).read_text(encoding="ascii")
+    (path,) = c_sources(name)
+    return path.read_text(encoding="ascii")
 
 
 def _lines(name: str, seen: set[str]) -> Iterator[str]:

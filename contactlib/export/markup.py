@@ -15,7 +15,7 @@ CATEGORIES = {
     "logStatusDiscard": "a value or a step was refused, and nothing changed",
     "logStatusError": "a call was not allowed",
 }
-TOLERANCE = 1e-6  # the integrator's, as in fmu/component.c
+TOLERANCE = 1e-6  # the integrator's, as in fmu/fmi/component.c
 
 
 def number(value: float | bool) -> str:
@@ -98,7 +98,7 @@ def type_attributes(kind: Type) -> dict[str, str]:
 
 
 def add_experiment(root: Element, stop: float, step: float) -> None:
-    """The log categories of fmu/component.c, and the experiment of the reference run."""
+    """The log categories of fmu/fmi/component.c, and the experiment of the reference run."""
     parent = SubElement(root, "LogCategories")
     for name, meaning in CATEGORIES.items():
         SubElement(parent, "Category", name=name, description=meaning)

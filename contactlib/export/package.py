@@ -18,7 +18,7 @@ import numpy as np
 
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray, checked_number, shown, warn
-from contactlib.base.writing import package_folder
+from contactlib.base.writing import c_sources
 from contactlib.export import fmi2, fmi3, page
 from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
 from contactlib.export.platforms import binaries
@@ -222,15 +222,14 @@ def _sources(fmi_version: int) -> dict[str, bytes]:
     The importer supplies the standard's headers.
     """
     other = f"fmi{5 - fmi_version}"
-    paths = sorted(package_folder("fmu").glob("*.[ch]"))
-    found = {path.name: path.read_bytes() for path in paths if not path.name.startswith(other)}
-    # The build sets this by a flag; see fmu/token.h.
+    found = {p.name: p.read_bytes() for p in c_sources() if not p.name.startswith(other)}
+    # The build sets this by a flag; see fmu/fmi/token.h.
     found["token_value.h"] = f'#define CONTACTLIB_TOKEN "{kernel.token()}"\n'.encode()
     return found
 
 
 def _start_values_file(description: Description) -> bytes:
-    """Start values in the order of the list of variables, and what fmu/component.c reads too."""
+    """Start values in the order of the variables, and what fmu/fmi/component.c reads too."""
     ordered = [*description.start_values.values(), float(description.booleans)]
     body = struct.pack(f"<{len(ordered)}d", *ordered)
     return kernel.framed(b"CREEPVAL", START_VALUES_VERSION, body)

@@ -131,7 +131,7 @@ class NativeWheelset:
 
 
 class NativeCurve:
-    """Curve of steady creep under given conditions; see fmu/creep_curve.h. Checks nothing.
+    """Curve of steady creep under given conditions; see fmu/kernel/creep_curve.h. Checks nothing.
 
     Parameters
     ----------

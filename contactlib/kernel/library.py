@@ -13,7 +13,7 @@ import numpy as np
 from cffi import FFI
 from numpy.typing import NDArray
 
-from contactlib.base.writing import PACKAGE, package_folder
+from contactlib.base.writing import PACKAGE, c_sources
 
 HEADERS = (
     "variable.h",
@@ -67,7 +67,8 @@ def library() -> Any:
 @cache
 def _load() -> Any:
     for header in HEADERS:
-        text = (package_folder("fmu") / header).read_text(encoding="ascii")
+        (source,) = c_sources(header)
+        text = source.read_text(encoding="ascii")
         text = re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
         ffi.cdef(text.replace("CONTACTLIB_API ", ""), override=True)
     path = library_path(platform_name())

@@ -22,7 +22,7 @@ class Variable(NamedTuple):
     description: str
     role: str
     limits: Limits
-    part: str  # "always", or when the variable is part of the model; see fmu/variable.h
+    part: str  # "always", or when the variable is part of the model; see fmu/fmi/variable.h
 
     @property
     def boolean(self) -> bool:

@@ -11,11 +11,11 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.kernel.library import ffi, library, pointer
 
-TABLE_MAGIC, TABLE_VERSION = b"CREEPTAB", 2  # as in fmu/creep_table.c
+TABLE_MAGIC, TABLE_VERSION = b"CREEPTAB", 2  # as in fmu/kernel/creep_table.c
 
 
 def framed(magic: bytes, version: int, contents: bytes) -> bytes:
-    """Put the frame of fmu/checked_file.h around `contents`."""
+    """Put the frame of fmu/kernel/checked_file.h around `contents`."""
     rest = struct.pack("<Q", 24 + len(contents)) + contents
     return magic + struct.pack("<II", version, zlib.crc32(rest)) + rest
 
@@ -88,7 +88,7 @@ def _versions(data: bytes) -> str:
 
 
 class Node(NamedTuple):
-    """Where a law is sampled to make a table; see fmu/creep_table.h."""
+    """Where a law is sampled to make a table; see fmu/kernel/creep_table.h."""
 
     normalized_creepage: FloatArray
     line: FloatArray

@@ -98,7 +98,7 @@ def kalker_coefficients(a_over_b: ArrayLike, poisson_ratio: ArrayLike) -> Kalker
 
 
 def half_space_scales(a_over_b: float, poisson_ratio: float) -> HalfSpaceScales:
-    """Stiffness and softening of an ellipse relative to strips, by `fmu/half_space.c`.
+    """Stiffness and softening of an ellipse relative to strips, by `fmu/kernel/half_space.c`.
 
     Below a/b = 0.05 they are those of 0.05, whose stiffness is that of strips to 0.2 %.
     """

@@ -44,8 +44,8 @@ def friction_factor(
     """Fraction g of the friction that a hot contact keeps, in closed form: the kernel's.
 
     It applies to friction f0 (1 - T/T_m). The heat number n is V zeta0/w_T with the softening speed
-    w_T, the slip speed that would warm the contact by T_m at constant friction f0. ``fmu/heat.h``
-    contains the formula and its derivation.
+    w_T, the slip speed that would warm the contact by T_m at constant friction f0.
+    ``fmu/kernel/heat.h`` contains the formula and its derivation.
 
     Parameters
     ----------

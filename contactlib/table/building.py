@@ -1,8 +1,9 @@
 """Building a table: a law is sampled, splined, packed and certified.
 
-A law is sampled over the coordinates that fmu/creep_table.h explains. The grid is refined until the
-certificate meets the target. The certificate is the largest error against the law on a dense set of
-points that are not grid nodes, over all k_hat and from the smallest creepages to the far tail.
+A law is sampled over the coordinates that fmu/kernel/creep_table.h explains. The grid is refined
+until the certificate meets the target. The certificate is the largest error against the law on a
+dense set of points that are not grid nodes, over all k_hat and from the smallest creepages to the
+far tail.
 """
 
 from __future__ import annotations
@@ -267,7 +268,7 @@ def _smooth(x: FloatArray, values: FloatArray, fade_below: float, fade_power: in
 
 
 def _corner_terms(t: ArrayLike, inverse_place: float, power: float) -> FloatArray:
-    """The singular functions of fmu/creep_table.h at t, (t.size, CORNER - 1)."""
+    """The singular functions of fmu/kernel/creep_table.h at t, (t.size, CORNER - 1)."""
     y = np.asarray(t) * inverse_place
     z = np.maximum(1.0 - y, 0.0) if inverse_place > 0.0 else np.zeros_like(y)
     logarithm = np.log(np.where(z > 0.0, z, 1.0))
@@ -278,7 +279,7 @@ def _corner_terms(t: ArrayLike, inverse_place: float, power: float) -> FloatArra
 def _h_at(
     sampler: _Sampler, samples: CornerSamples | None, k_hat: float
 ) -> tuple[Callable[[FloatArray], FloatArray], float]:
-    """H of fmu/creep_table.h as a function of u, and the corner's t, infinite without a corner."""
+    """H of fmu/kernel/creep_table.h as a function of u, and the corner's t, or infinity."""
     if samples is not None and np.sqrt(k_hat) >= corner_sampling.LOWEST:
         row, decay = samples.at(np.sqrt(k_hat)), 0.5 * sampler.shape["twice_decay"]
 
@@ -336,7 +337,7 @@ def _pack(
     certificate: Certificate,
     coefficients: FloatArray,
 ) -> bytes:
-    """Pack a table file, whose layout is defined in fmu/creep_table.c."""
+    """Pack a table file, whose layout is defined in fmu/kernel/creep_table.c."""
     shape = sampler.shape
     header = struct.pack("<IIdddd", *cells, sampler.k_max, *certificate) + struct.pack(
         "<dIIII",

@@ -32,7 +32,7 @@ def plane_coefficients(poisson_ratio: float) -> FloatArray:
     Returns
     -------
     ndarray, shape (7, PLANE_COEFFICIENTS)
-        For each of `ASPECTS` a set of coefficients as `fmu/plane_law.h` has it. Read-only.
+        For each of `ASPECTS` a set of coefficients as `fmu/kernel/plane_law.h` has it. Read-only.
 
     Raises
     ------
@@ -111,8 +111,9 @@ def _stored(file: Path) -> tuple[FloatArray, FloatArray]:
 def plane_scales(a_over_b: float, poisson_ratio: float) -> FloatArray:
     """Normalized creepages per creepage along and across rolling and spin, shape (3,).
 
-    Creepages are in units of f_d N/(G a b), spin in that of `spin_scale` in `fmu/half_space.h`. A
-    normalized creepage has the sign of its force, so Kalker's is minus this times it.
+    Creepages are in units of f_d N/(G a b), spin in that of `spin_scale` in
+    `fmu/kernel/half_space.h`. A normalized creepage has the sign of its force, so Kalker's is minus
+    this times it.
     """
     scales = kernel.half_space_scales(a_over_b, poisson_ratio)
     unit = 0.75 * np.pi

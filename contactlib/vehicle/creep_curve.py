@@ -6,7 +6,7 @@ With the speed frozen, the creepage of a wheelset under a drive torque T moves b
 
 exactly, as J domega/dt = T - r Q - b omega and zeta = (r omega - V)/V. The curve of T_s, the
 quasi-steady torque, gives the steady creepages, their stability and the time between two of them.
-The kernel searches it (fmu/creep_curve.c).
+The kernel searches it (fmu/kernel/creep_curve.c).
 """
 
 from __future__ import annotations

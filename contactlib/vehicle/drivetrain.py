@@ -1,6 +1,6 @@
 """A wheelset with motor, axle, and two wheels that may differ.
 
-The kernel has the equations of motion and their integrator (fmu/drivetrain_lanes.h).
+The kernel has the equations of motion and their integrator (fmu/kernel/drivetrain_lanes.h).
 """
 
 from __future__ import annotations

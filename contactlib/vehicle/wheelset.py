@@ -3,7 +3,7 @@
     J domega/dt = T - r Q - b omega
     M dV/dt     = Q - F(V) - F_outer,      F(V) = A + B V + C V**2 + M g grade
 
-The kernel has the right-hand side and its Jacobian (fmu/wheelset_law.h).
+The kernel has the right-hand side and its Jacobian (fmu/kernel/wheelset_law.h).
 """
 
 from __future__ import annotations

@@ -296,7 +296,12 @@ def compiled(name: str, platform: str, folder: Path) -> Path:
         *("-s", "-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
         "-ffp-contract=off",
         # As a system's: the FMI headers have their own warnings.
-        *("-isystem", str(Path(fmpy.__file__).parent / "c-code"), f"-I{package_folder('fmu')}"),
+        *(
+            "-isystem",
+            str(Path(fmpy.__file__).parent / "c-code"),
+            f"-I{package_folder('fmu') / 'kernel'}",
+            f"-I{package_folder('fmu') / 'fmi'}",
+        ),
         str(Path(__file__).parents[1] / "native" / f"{name}.c"),
         *("-o", str(program)),
     )
@@ -352,7 +357,7 @@ def test_own_mathematics_has_the_same_bits_on_every_platform(
         environment |= request.getfixturevalue("wine_environment")
     sums = []
     for name in (HERE, platform):
-        command = [*emulator(name), str(compiled("branch_free_functions", name, tmp_path)), "sums"]
+        command = [*emulator(name), str(compiled("simd_math_functions", name, tmp_path)), "sums"]
         ran = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         sums.append(ran.stdout.split())
     assert sums[0] == sums[1]

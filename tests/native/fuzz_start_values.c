@@ -2,7 +2,7 @@
  * or an instance whose every value is one that a tool could have set. */
 #include "checked_file.h"
 #include "fuzz_input.h"
-#include "resource.h"
+#include "file_io.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import contactlib as cl
-from contactlib.base.writing import package_folder
+from contactlib.base.writing import c_sources, package_folder
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
@@ -28,7 +28,7 @@ from native_programs import COUNTED, NATIVE, WRAPPED, Build, Fmu, alone, clean, 
 
 # Text of lines that no program on this machine runs, by file, and why.
 NOT_RUN: dict[str, dict[str, str]] = {
-    "wide.c": {
+    "simd_dispatch.c": {
         "return (b & (1u << 5)) != 0;": "of a processor without AVX-512",
     },
 }
@@ -92,7 +92,7 @@ def counts(folder: Path) -> dict[str, dict[int, int]]:
     for unit in done.stdout.splitlines():
         for file in json.loads(unit)["files"]:
             path = Path(folder, file["file"])
-            if path.parent == package_folder("fmu"):
+            if path.parent.parent == package_folder("fmu"):
                 for line in file["lines"]:
                     found[path.name][line["line_number"]] += line["count"]
     return found
@@ -100,12 +100,12 @@ def counts(folder: Path) -> dict[str, dict[int, int]]:
 
 def sources(pattern: str) -> list[Path]:
     """Files of the sources."""
-    return sorted(package_folder("fmu").glob(pattern))
+    return c_sources(pattern)
 
 
 def lines(name: str) -> list[str]:
     """Lines of a source."""
-    return [line.strip() for line in (package_folder("fmu") / name).read_text().splitlines()]
+    return [line.strip() for line in c_sources(name)[0].read_text().splitlines()]
 
 
 def not_compiled() -> Iterator[Line]:

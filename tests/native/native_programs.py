@@ -16,9 +16,10 @@ from outside_tools import missing
 
 import contactlib as cl
 from contactlib import kernel
-from contactlib.base.writing import package_folder
+from contactlib.base.writing import c_sources, package_folder
 
 NATIVE = Path(__file__).parent
+INCLUDES = tuple(f"-I{package_folder('fmu') / name}" for name in ("kernel", "fmi"))
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-g1")
 # Ways to compile, the compiler first; libFuzzer's targets are linked to what is SANITIZED too.
 STRICT = "-fno-sanitize-recover=all"
@@ -31,9 +32,9 @@ WRAPPED = tuple(f"-Wl,--wrap={name}" for name in ("malloc", "calloc", "realloc",
 
 
 # Loops over many points: with the sanitizers' checks in them an optimizing compiler takes a minute.
-LOOPS = re.compile("wide_|drivetrain_|force_in_plane|creep_forces|wheelset_run")
+LOOPS = re.compile("simd_|drivetrain_|force_in_plane|creep_forces|wheelset_run")
 # What reads bytes: of these the fuzzer is told what is compared with what, of arithmetic it is not.
-READERS = {"checked_file", "component", "creep_table", "resource"}
+READERS = {"checked_file", "component", "creep_table", "file_io"}
 
 
 def compiler(name: str) -> str:
@@ -62,7 +63,7 @@ class Build:
     def __init__(self, folder: Path, way: tuple[str, ...]) -> None:
         self.folder, self.way = folder, way
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            sources = sorted(package_folder("fmu").glob("*.c"))
+            sources = c_sources("*.c")
             objects = pool.map(lambda path: compiled(path, folder / f"{path.stem}.o", way), sources)
             self.objects = list(objects)
 
@@ -90,7 +91,7 @@ def flags() -> tuple[str, ...]:
     """How the sources and all programs are compiled, by any compiler."""
     headers = Path(fmpy.__file__).parent / "c-code"
     token = f'-DCONTACTLIB_TOKEN="{kernel.token()}"'
-    return (*WARNINGS, token, f"-isystem{headers}", f"-I{package_folder('fmu')}", f"-I{NATIVE}")
+    return (*WARNINGS, token, f"-isystem{headers}", *INCLUDES, f"-I{NATIVE}")
 
 
 def alone(source: Path, folder: Path, *way: str) -> Path:

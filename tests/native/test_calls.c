@@ -5,12 +5,12 @@
  *
  * RESOURCES is a URI, and FOLDER the path of the folder that it is in. */
 #include "absent.h"
-#include "branch_free.h"
+#include "simd_math.h"
 #include "checked_file.h"
 #include "checks.h"
 #include "component.h"
 #include "model_functions.h"
-#include "resource.h"
+#include "file_io.h"
 #include "token.h"
 
 static int said;     /* messages */

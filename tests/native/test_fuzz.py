@@ -13,7 +13,7 @@ import pytest
 from native_programs import SANITIZED, Build, compiled
 from seeds import write_seeds
 
-from contactlib.base.writing import package_folder
+from contactlib.base.writing import c_sources
 
 pytestmark = pytest.mark.tools
 RUNS = {"table": 20_000, "start_values": 500, "fmi": 1_000}
@@ -93,12 +93,12 @@ def test_a_check_that_is_gone_is_found(
     defect: str, sanitized: Build, programs: dict[str, Path], folder: Path, tmp_path: Path
 ) -> None:
     target, name, check, instead = DEFECTS[defect]
-    text = (package_folder("fmu") / name).read_text(encoding="utf-8")
+    text = c_sources(name)[0].read_text(encoding="utf-8")
     assert text.count(check) == 1
     (tmp_path / name).write_text(text.replace(check, instead), encoding="utf-8")
     source = name if name.endswith(".c") else "fmi2.c"
     if source != name:  # which takes the header beside it
-        shutil.copy(package_folder("fmu") / source, tmp_path)
+        shutil.copy(c_sources(source)[0], tmp_path)
     replaced = f"{Path(source).stem}.o"
     broken = compiled(tmp_path / source, tmp_path / replaced, SANITIZED, "-Wno-unused-function")
     others = [path for path in sanitized.objects if path.name != replaced]

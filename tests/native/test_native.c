@@ -13,10 +13,10 @@
 #include "drivetrain.h"
 #include "fmi.h"
 #include "hertz.h"
-#include "resource.h"
+#include "file_io.h"
 #include "wheelset_run.h"
 #include "wheelset_step.h"
-#include "wide.h"
+#include "simd_dispatch.h"
 
 enum { CONTACTS = 3 }; /* a line; an ellipse whose force follows; a hot ellipse */
 static int points;     /* at which each law is asked */

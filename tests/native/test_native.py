@@ -24,14 +24,14 @@ from native_programs import (
 )
 
 import contactlib as cl
-from contactlib.base.writing import package_folder
+from contactlib.base.writing import c_sources
 
 pytestmark = pytest.mark.tools
 
 
 @pytest.mark.parametrize("version", ["2", "3"])
 def test_types_are_those_of_the_standard(tmp_path: Path, version: str) -> None:
-    text = (package_folder("fmu") / f"fmi{version}_types.h").read_text()
+    text = c_sources(f"fmi{version}_types.h")[0].read_text()
     text = "\n".join(text[text.index("#elif") :].split("\n")[1:]).rsplit("#endif", 2)[0]
     text = text.replace(f"fmi{version}", f"own{version}")
     checks, structures = [], re.findall(r"typedef struct \{(.*?)\} own(\w+);", text, re.S)

@@ -7,7 +7,7 @@
 #include "track.h"
 #include "wheelset.h"
 #include "wheelset_run.h"
-#include "wide.h"
+#include "simd_dispatch.h"
 
 /* A drivetrain, which keeps its parameters, and a stretch of rail with friction times a factor
  * under both wheels. */

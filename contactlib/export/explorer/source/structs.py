@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from contactlib import kernel
-from contactlib.base.writing import package_folder, write_whole
+from contactlib.base.writing import c_sources, write_whole
 
 SOURCE = Path(__file__).resolve().parent
 OF_DOUBLES = (
@@ -64,7 +64,7 @@ def write_types(functions: tuple[str, ...], sections: Mapping[str, Iterable[str]
 
 def _function(name: str) -> str:
     """A C function as TypeScript calls it: every argument is a number."""
-    for path in (SOURCE / "module.c", *package_folder("fmu").glob("*.h")):
+    for path in (SOURCE / "module.c", *c_sources("*.h")):
         text = path.read_text(encoding="ascii")
         found = re.search(rf"(\w+) \*?{name}\(([^)]*)\)", text)
         if found:

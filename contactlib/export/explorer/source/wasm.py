@@ -50,10 +50,10 @@ STACK = 65536  # bytes, from address 0 up: what overflows it is a trap
 def compile_kernel() -> bytes:
     """The module, by the compiler and the flags of the native library."""
     hook = runpy.run_path(str(FMU / "build_hook.py"))
-    flags = [*hook["compiler_flags"](), "-Werror", f"-I{FMU}", "-s", "-mexec-model=reactor"]
+    flags = [*hook["compiler_flags"](), "-Werror", "-s", "-mexec-model=reactor"]
     exports = (f"--export={name}" for name in FUNCTIONS)
     link = ["--no-entry", f"-z,stack-size={STACK}", *exports]
-    sources = [SOURCE / "module.c", *(FMU / name for name in C_SOURCES)]
+    sources = [SOURCE / "module.c", *(FMU / "kernel" / name for name in C_SOURCES)]
     with tempfile.TemporaryDirectory() as scratch:
         built = Path(scratch) / "kernel.wasm"
         arguments = [*flags, *(f"-Wl,{part}" for part in link), *map(str, sources)]

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#include "branch_free.h"
 #include "creep_coefficients.h"
+#include "simd_math.h"
 
 static const double PI = 3.14159265358979324;
 

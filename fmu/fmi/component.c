@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "checked_file.h"
-#include "resource.h"
+#include "file_io.h"
 #include "token.h"
 
 enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 3, STATE_VERSION = 1 };

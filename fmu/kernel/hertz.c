@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "branch_free.h"
+#include "simd_math.h"
 
 static const double PI = 3.14159265358979324;
 

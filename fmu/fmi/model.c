@@ -1,8 +1,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "branch_free.h"
 #include "model_functions.h"
+#include "simd_math.h"
 
 #define LARGE 1e300
 #define AT(member) offsetof(model_values, member)

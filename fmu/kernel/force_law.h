@@ -5,10 +5,10 @@
 
 #include <math.h>
 
-#include "branch_free.h"
 #include "force_element.h"
 #include "heat.h"
 #include "relaxation.h"
+#include "simd_math.h"
 #include "softening.h"
 
 /* A tiny load counts as zero: the scales of its contact would overflow. */

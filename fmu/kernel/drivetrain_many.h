@@ -1,7 +1,7 @@
 /* Stepping and evaluating many drivetrains, LANES at a time. */
 #include "drivetrain_lanes.h"
+#include "simd_dispatch.h"
 #include "track_formula.h"
-#include "wide.h"
 
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     group *g = model;

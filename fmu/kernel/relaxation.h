@@ -9,8 +9,8 @@
 
 #include <math.h>
 
-#include "branch_free.h"
 #include "force_element.h"
+#include "simd_math.h"
 
 /* Beyond saturation the rate of decay is |v|, but at least this fraction of |w|/zeta0: it ends the
  * growth at a million times zeta0, far in the tail of every law. */

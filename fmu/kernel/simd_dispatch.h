@@ -1,7 +1,8 @@
 /* Functions of many points or drivetrains, compiled for several vector widths.
  *
- * All versions come from one source (wide_functions.h) without contraction, so they give the same
- * bits. wide.c calls the widest version that the processor has, or the one for a few drivetrains.
+ * All versions come from one source (simd_functions.h) without contraction, so they give the same
+ * bits. simd_dispatch.c calls the widest version that the processor has, or the one for a few
+ * drivetrains.
  */
 #ifndef WIDE_H
 #define WIDE_H

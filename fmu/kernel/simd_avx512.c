@@ -1,5 +1,5 @@
 /* Version for x86-64 with AVX-512. */
-#include "wide.h"
+#include "simd_dispatch.h"
 #if defined(__x86_64__) && defined(__GNUC__)
 #if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), \
@@ -8,7 +8,7 @@
 #pragma GCC target("avx512f,avx512dq,avx512vl")
 #endif
 #define WIDE_SUFFIX avx512
-#include "wide_functions.h"
+#include "simd_functions.h"
 #if defined(__clang__)
 #pragma clang attribute pop
 #endif

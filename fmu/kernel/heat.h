@@ -1,11 +1,11 @@
 /* Thermal softening: friction that falls with flash temperature, f0 (1 - T/T_m), in closed form.
  *
  * If friction stayed f0, a slip speed w_T would warm the contact by T_m. At r = w/w_T the
- * mean-field balance gives the fraction g = 1/(1 + r) of f0. The local solution (laws/thermal_zone.py)
- * is lower, because the contact is hottest where pressure is high; and higher, because elastic
- * strain accounts for part of the slip at first, and static friction dissipates part of the power
- * where the surface is cold. With x = w/(V zeta0), the heat number n = V zeta0/w_T and k_hat of
- * cold friction
+ * mean-field balance gives the fraction g = 1/(1 + r) of f0. The local solution
+ * (laws/thermal_zone.py) is lower, because the contact is hottest where pressure is high; and
+ * higher, because elastic strain accounts for part of the slip at first, and static friction
+ * dissipates part of the power where the surface is cold. With x = w/(V zeta0), the heat number n =
+ * V zeta0/w_T and k_hat of cold friction
  *
  *     g = C/(1 - n late (1 + 2 k_hat) m C^3),    m = s^8 (9 - 8 s),
  *     C = (1 + flatness r)/(1 + (1 + flatness) r + (bend + flatness) r^2),
@@ -13,7 +13,7 @@
 #ifndef HEAT_H
 #define HEAT_H
 
-#include "branch_free.h"
+#include "simd_math.h"
 
 /* Pressure-weighted mean of Blok's flash temperature; slip speed that is lacking to first order in
  * full slip, in units of zeta0 V; and numbers fitted to the local solution. */

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "branch_free.h"
 #include "plane_law.h"
+#include "simd_math.h"
 #include "softening.h"
 #include "table_points.h"
 

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#include "branch_free.h"
+#include "simd_math.h"
 
 /* A point of the law: x = m + y, y = k_hat t, s = 1 - m. Each has full relative accuracy, so no
  * formula below subtracts nearly equal numbers. */

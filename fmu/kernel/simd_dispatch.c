@@ -1,4 +1,4 @@
-#include "wide.h"
+#include "simd_dispatch.h"
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <cpuid.h>

@@ -1,4 +1,4 @@
-#include "resource.h"
+#include "file_io.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #ifndef WHEELSET_LAW_H
 #define WHEELSET_LAW_H
 
-#include "branch_free.h"
+#include "simd_math.h"
 #include "wheelset.h"
 
 /* Creep force on the body and its derivatives by the body's states. */

@@ -1,5 +1,5 @@
 /* Version for x86-64 with AVX2. */
-#include "wide.h"
+#include "simd_dispatch.h"
 #if defined(__x86_64__) && defined(__GNUC__)
 #if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
@@ -7,7 +7,7 @@
 #pragma GCC target("avx2")
 #endif
 #define WIDE_SUFFIX avx2
-#include "wide_functions.h"
+#include "simd_functions.h"
 #if defined(__clang__)
 #pragma clang attribute pop
 #endif

@@ -2,7 +2,7 @@
 #ifndef SOFTENING_H
 #define SOFTENING_H
 
-#include "branch_free.h"
+#include "simd_math.h"
 
 /* Normalized creepage up to saturation, which lies half a unit beyond where it begins to be held,
  * and its derivatives by the creepage's size and by the softening. */

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "branch_free.h"
 #include "model_functions.h"
+#include "simd_math.h"
 #include "wheelset_step.h"
 
 /* The hint where the coupling does not limit the step [s]. */

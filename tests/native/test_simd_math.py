@@ -33,8 +33,8 @@ def both_signs(values: FloatArray) -> FloatArray:
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    source = NATIVE / "branch_free_functions.c"
-    return alone(source, tmp_path_factory.mktemp("branch_free"), *SANITIZED)
+    source = NATIVE / "simd_math_functions.c"
+    return alone(source, tmp_path_factory.mktemp("simd_math"), *SANITIZED)
 
 
 def values(program: Path, name: str, a: FloatArray, b: FloatArray) -> list[float]:

@@ -1,4 +1,4 @@
-/* Values of the functions in fmu/branch_free.h and fmu/relaxation.c: for every line of the input, a
+/* Values of the functions in fmu/kernel/simd_math.h and fmu/kernel/relaxation.c: for every line of the input, a
  * function's name and two arguments (of those that take one, the second is not used), the value.
  * Numbers are hexadecimal, so none is rounded on the way.
  *

@@ -1,10 +1,10 @@
-/* The functions of wide.h for one vector width, which the including file has chosen. */
+/* The functions of simd_dispatch.h for one vector width, which the including file has chosen. */
 #include "creep_forces_formula.h"
 #include "force_in_plane.h"
 #include "force_law.h"
 #include "relaxation.h"
+#include "simd_dispatch.h"
 #include "table_points.h"
-#include "wide.h"
 
 void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const double *x,
                                      const double *k_hat, size_t k_stride, double *ratio,

@@ -19,7 +19,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "branch_free.h"
+#include "simd_math.h"
 
 enum { MOST_STATES = 7, MOST_ROWS = 12, MOST_SUBSTEPS = 100000 };
 
