@@ -147,11 +147,12 @@ MODEL = (cl.model_path("roller_rig.toml")).read_text()
 
 @pytest.mark.slow
 def test_names_that_the_terminal_cannot_show(tmp_path: Path) -> None:
-    model = tmp_path / "Pr\u00fcfstand \u65e5.toml"
-    name = next(line for line in MODEL.splitlines() if line.startswith("name"))
-    model.write_text(MODEL.replace(name, 'name = "Pr\u00fcfstand"'), encoding="utf-8")
+    path = tmp_path / "Pr\u00fcfstand \u65e5.toml"
+    text = cl.model_path("torque_or_creep_rig.toml").read_text(encoding="ascii")
+    name = next(line for line in text.splitlines() if line.startswith("name"))
+    path.write_text(text.replace(name, 'name = "Pr\u00fcfstand"'), encoding="utf-8")
     plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    done = run("simulate", model, "-o", "a \u00fc", cwd=tmp_path, **plain)
+    done = run("simulate", path, "-o", "a \u00fc", cwd=tmp_path, **plain)
     assert done.returncode == 0, done.stderr
     assert "Pr\\xfcfstand" in done.stdout
     assert {"torque.csv", "torque.png", "metrics.json"} <= set(os.listdir(tmp_path / "a \u00fc"))
