@@ -1,9 +1,9 @@
 /* Time per call of an FMU in co-simulation; see fmu_step.py.
  *
- *     fmu_step 2|3 LIBRARY RESOURCES TOKEN CALLS REPETITIONS INPUTS OUTPUTS LEAST MOST TOLERANCE
+ *     fmu_step 2|3 LIBRARY RESOURCES TOKEN CALLS REPETITIONS INPUTS OUTPUTS MIN MAX TOLERANCE
  *
  * INPUTS and OUTPUTS are value references with commas between. The first input takes another value
- * between LEAST and MOST at every call, so that an output cannot be remembered; the others are set
+ * between MIN and MAX at every call, so that an output cannot be remembered; the others are set
  * to their start values. Prints nanoseconds per call of set, step and get. */
 #include <time.h>
 

@@ -16,7 +16,7 @@ import numpy as np
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
-from contactlib.traction.creep_pi import BAND, CUT, LARGEST_SHARE, CreepPI
+from contactlib.traction.creep_pi import BAND, CUT, MAX_SHARE, CreepPI
 from contactlib.traction.filters import tracker_gains
 from contactlib.vehicle.creep_curve import CreepCurve
 
@@ -24,7 +24,7 @@ numba: Any = None
 with suppress(ImportError):
     numba = import_module("numba")
 
-LEAST_SHARE = CreepPI.least_share
+MIN_SHARE = CreepPI.minimum_share
 TABLE_END, TABLE_CELLS = 6.0, 256  # of normalized creepage; right to 1e-6
 OUTCOMES = ("distance", "speed", "largest_creepage", "slip_work")
 
@@ -90,7 +90,7 @@ def numbers(scenario: cl.Scenario, controller: str) -> dict[str, float]:
         "proportional_gain": control.proportional_gain,
         "integral_gain": control.integral_gain,
         "low_speed": control.low_speed,
-        "least_slip": control.least_slip,
+        "minimum_slip": control.minimum_slip,
         "recovery_time": control.recovery_time,
         "tracker_g": gains[0],
         "tracker_h": gains[1],
@@ -204,9 +204,9 @@ def control(run: Any, memory: FloatArray, wheel_speed: float, vehicle_speed: flo
     surprise = vehicle_speed - expected
     memory[0] = expected + run.tracker_g * surprise
     memory[1] += run.tracker_h * surprise
-    share = min(max(memory[2] / run.reference_torque, LEAST_SHARE), LARGEST_SHARE)
+    share = min(max(memory[2] / run.reference_torque, MIN_SHARE), MAX_SHARE)
     scale = max(abs(memory[0]), run.low_speed)
-    target = max(run.reference * share * scale, run.least_slip)
+    target = max(run.reference * share * scale, run.minimum_slip)
     demand = run.demand
     integral = min(memory[2], demand) if memory[3] > 0.0 else demand
     error = target - (wheel_speed - memory[0])

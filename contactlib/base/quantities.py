@@ -158,7 +158,7 @@ MODERATE_POSITIVE = Limits(at_least=1e-50, at_most=1e50)
 MODERATE_NOT_NEGATIVE = Limits(at_least=0.0, at_most=1e50)
 
 
-MOST_ROWS = 10_000_000  # of one result: all rows are held in memory
+MAX_ROWS = 10_000_000  # of one result: all rows are held in memory
 
 
 def shown(value: object) -> str:
@@ -261,9 +261,9 @@ def checked_rows(duration: float, interval: float | None) -> tuple[float, float]
     duration = checked_number("duration", duration, Limits(at_least=1e-9))
     interval = duration / 1000.0 if interval is None else interval
     interval = checked_number("output_interval", interval, POSITIVE)
-    if duration / interval > MOST_ROWS:
+    if duration / interval > MAX_ROWS:
         raise ValueError(
-            f"output_interval = {interval!r} is out of range: must be >= duration / {MOST_ROWS} "
+            f"output_interval = {interval!r} is out of range: must be >= duration / {MAX_ROWS} "
             f"with duration = {duration!r}"
         )
     return duration, interval

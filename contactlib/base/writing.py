@@ -12,7 +12,7 @@ from pathlib import Path
 import platformdirs
 
 PACKAGE = Path(__file__).resolve().parents[1]
-MOST_BYTES = 2_000_000  # of a file that a user writes: what Python reads in a few seconds
+MAX_BYTES = 2_000_000  # of a file that a user writes: what Python reads in a few seconds
 
 
 def package_folder(name: str) -> Path:
@@ -36,9 +36,9 @@ def read_small(path: Path) -> bytes:
         If it is too large.
     """
     with open(path, "rb") as file:
-        data = file.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
-        raise ValueError(f"the file is too large: it must have <= {MOST_BYTES / 1e6:g} MB")
+        data = file.read(MAX_BYTES + 1)
+    if len(data) > MAX_BYTES:
+        raise ValueError(f"the file is too large: it must have <= {MAX_BYTES / 1e6:g} MB")
     return data
 
 

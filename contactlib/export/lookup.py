@@ -29,8 +29,8 @@ Axis = float | Sequence[float] | FloatArray | slice
 ERRORS = {"linear": 1e-3, "cubic": 1e-5}  # default by interpolation
 ERROR = Limits(at_least=1e-7, at_most=0.1)
 DEFAULT_SPEED = 10.0  # m/s
-MOST_ENTRIES = 10_000_000
-MOST_EXACT = 16  # operating points whose peaks and kinks are all among the creepages
+MAX_ENTRIES = 10_000_000
+MAX_EXACT = 16  # operating points whose peaks and kinks are all among the creepages
 AXIS_POINTS = 201  # of an axis, and of the creepage, when the axis's points are chosen
 CHECKED = 400  # operating points at which the error is looked for
 AXES = {  # unit and meaning
@@ -192,9 +192,9 @@ def _axis(name: str, value: Any, limits: Limits) -> FloatArray:
 
 
 def _check_size(shape: Sequence[int]) -> None:
-    if float(np.prod([float(size) for size in shape])) > MOST_ENTRIES:
+    if float(np.prod([float(size) for size in shape])) > MAX_ENTRIES:
         sizes = " times ".join(map(str, shape))
-        raise ValueError(f"the table would have {sizes} entries: must be <= {MOST_ENTRIES}")
+        raise ValueError(f"the table would have {sizes} entries: must be <= {MAX_ENTRIES}")
 
 
 class _Law:
@@ -280,11 +280,11 @@ class _Law:
         points = list(product(*axes.values()))
         dense = self.dense(points, self.count)
         corners = (
-            points if len(points) <= MOST_EXACT else product(*(e[[0, -1]] for e in ends.values()))
+            points if len(points) <= MAX_EXACT else product(*(e[[0, -1]] for e in ends.values()))
         )
         exact = [x for point in corners for x in self.exact(dense, point) if x < self.largest]
         dense = np.unique(np.append(dense, exact))
-        most = max(2, MOST_ENTRIES // dense.size)
+        most = max(2, MAX_ENTRIES // dense.size)
         if len(points) > most:
             points = [points[i] for i in np.linspace(0, len(points) - 1, most).astype(int)]
         fields = [
@@ -315,7 +315,7 @@ class _Law:
         ]
         points = np.unique(np.stack(columns, axis=1), axis=0)
         creepage = axes["creepage"]
-        each = 66 if len(points) <= MOST_EXACT else 18
+        each = 66 if len(points) <= MAX_EXACT else 18
         fine = np.unique(np.concatenate([np.linspace(*c, each) for c in pairwise(creepage)]))
         several = [i for i, axis in enumerate(axes.values()) if axis.size > 1 and i < 3]
         single = tuple(i for i in range(3) if i not in several)

@@ -38,8 +38,8 @@ from contactlib.runs.result import Result
 
 BINS = 200  # time intervals in which a band is drawn
 SWINGS, MANY = 3.0, 0.2  # a band needs so many crossings per bin, in this fraction of the bins
-LEAST_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
-MOST_CREEPAGE = 1.0  # end of the common creepage axis if only some runs go beyond it [1]
+MIN_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
+MAX_CREEPAGE = 1.0  # end of the common creepage axis if only some runs go beyond it [1]
 FASTEST_RIM = 2.5  # top of the speed axis / highest speed of the vehicle
 
 GIVEN = "available (force), demanded (torque)"  # what a dotted line shows
@@ -164,7 +164,7 @@ def _force(axes: Axes, result: Result) -> None:
 
 
 def _creepage(axes: Axes, result: Result) -> None:
-    by_branch(axes, result, 100.0 * np.maximum(np.abs(result["creepage"]), LEAST_CREEPAGE))
+    by_branch(axes, result, 100.0 * np.maximum(np.abs(result["creepage"]), MIN_CREEPAGE))
     axes.set_yscale("log")
     low, high = axes.get_ylim()
     steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0) if high > 5.0 * low else range(1, 10)
@@ -192,12 +192,12 @@ def _speed(axes: Axes, result: Result) -> None:
 def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
     """Limit the common creepage axis if only some runs slip away."""
     largest = [float(np.abs(result["creepage"]).max()) for result in results]
-    if not min(largest) < MOST_CREEPAGE < max(largest):
+    if not min(largest) < MAX_CREEPAGE < max(largest):
         return
-    row[0].set_ylim(top=100.0 * MOST_CREEPAGE)
+    row[0].set_ylim(top=100.0 * MAX_CREEPAGE)
     for axes, result, most in zip(row, results, largest, strict=True):
-        if most > MOST_CREEPAGE:
-            beyond = np.abs(result["creepage"]) > MOST_CREEPAGE
+        if most > MAX_CREEPAGE:
+            beyond = np.abs(result["creepage"]) > MAX_CREEPAGE
             _leaves(axes, result, beyond, f"up to {100.0 * most:.0f} %")
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any, Self, TypeVar, cast
 
 Made = TypeVar("Made")
-MOST_LINES = 50  # of mistakes in one report
+MAX_LINES = 50  # of mistakes in one report
 
 
 class ModelError(ValueError):
@@ -44,7 +44,7 @@ class Mistakes:
 
     def of(self, function: Callable[..., Made], *given: Any, **named: Any) -> Made:
         """Result of a function; without one it is None, and leaving the block raises."""
-        if len(self._lines) > MOST_LINES:  # enough: an untrusted file must not take longer
+        if len(self._lines) > MAX_LINES:  # enough: an untrusted file must not take longer
             return cast(Made, None)
         try:
             return function(*given, **named)

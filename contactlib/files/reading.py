@@ -24,7 +24,7 @@ from contactlib.base.quantities import Parameter, Quantity, warn
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder, read_small
-from contactlib.files.mistakes import MOST_LINES, Mistakes, ModelError, lines_of
+from contactlib.files.mistakes import MAX_LINES, Mistakes, ModelError, lines_of
 
 IS_SWEEP = (
     "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
@@ -36,7 +36,7 @@ PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 LONG_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{9}}")
 # Each part of a table's name costs tomllib 1 kB and 10 us: a file of long ones, 1 GB and 10 s.
 DEEP_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{2,}}")
-MOST_DEEP_KEYS = 10_000
+MAX_DEEP_KEYS = 10_000
 
 
 def model_path(name: str | os.PathLike[str]) -> Path:
@@ -92,8 +92,8 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except ValueError as error:
         lines = [*found.values(), *lines_of(error)]
-        if len(lines) > MOST_LINES:
-            lines[MOST_LINES:] = ["there are more mistakes"]
+        if len(lines) > MAX_LINES:
+            lines[MAX_LINES:] = ["there are more mistakes"]
         raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
     except ArithmeticError:  # each number is within its limits, but they do not fit together
         lines = [*found.values(), "its numbers are too far apart"]
@@ -139,8 +139,8 @@ def parse_text(text: str) -> dict[str, Any]:
     """Contents of TOML text."""
     if LONG_KEY.search(text):  # tomllib's time is quadratic in its length: hours for 0.2 MB
         raise ValueError("its lists or tables are nested too deeply")
-    if sum(1 for _ in DEEP_KEY.finditer(text)) > MOST_DEEP_KEYS:
-        raise ValueError(f"more than {MOST_DEEP_KEYS} of its keys have three parts or more")
+    if sum(1 for _ in DEEP_KEY.finditer(text)) > MAX_DEEP_KEYS:
+        raise ValueError(f"more than {MAX_DEEP_KEYS} of its keys have three parts or more")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -260,7 +260,7 @@ def check_keys(
     prefix: str, table: Mapping[str, Any], known: Collection[str], needed: Collection[str]
 ) -> None:
     """Reject unknown keys and missing required ones."""
-    unknown = [key for key in table if key not in known][: MOST_LINES + 1]
+    unknown = [key for key in table if key not in known][: MAX_LINES + 1]
     lines = [f"{prefix}{key} is not a known key; {known_names(key, known)}" for key in unknown]
     lines += [f"{prefix}{key} is missing" for key in needed if key not in table]
     if lines:

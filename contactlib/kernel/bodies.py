@@ -23,12 +23,12 @@ def process_zone_limit() -> float:
 
 # An FMU accepts all values that a tool's solver may try, such as the load of a wheel that lifts
 # off. # In Python a load below zero, or zero friction, is a mistake.
-LEAST = {"normal_load": 0.0, "friction_scale": 1e-6}
+MINIMA = {"normal_load": 0.0, "friction_scale": 1e-6}
 
 
 def _limits(kind: str, *roles: str) -> dict[str, Limits]:
     return {
-        v.name: replace(v.limits, at_least=LEAST.get(v.name, v.limits.at_least))
+        v.name: replace(v.limits, at_least=MINIMA.get(v.name, v.limits.at_least))
         for v in model_variables(kind)
         if v.role in roles
     }

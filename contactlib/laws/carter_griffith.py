@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 from contactlib.base.quantities import FloatArray
 from contactlib.laws.contact_law import ContactLaw, Peak, places_at, strips_at
 from contactlib.laws.strips import (
-    SMALLEST_ELLIPSE_K_HAT,
-    SMALLEST_LINE_K_HAT,
+    MIN_ELLIPSE_K_HAT,
+    MIN_LINE_K_HAT,
     carter_ellipse,
     griffith_ellipse,
     line_values,
@@ -60,13 +60,13 @@ class CarterGriffith(ContactLaw):
     @property
     def _k_hat(self) -> float:
         """`k_hat`, or zero where the law does not differ in any digit."""
-        return self.k_hat if self.k_hat >= SMALLEST_LINE_K_HAT else 0.0
+        return self.k_hat if self.k_hat >= MIN_LINE_K_HAT else 0.0
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope at x >= 0."""
         if self.contact == "line":
             return line_values(solve_split(x, self._k_hat))
-        if self.k_hat < SMALLEST_ELLIPSE_K_HAT:
+        if self.k_hat < MIN_ELLIPSE_K_HAT:
             return carter_ellipse(x)
         ratio, slope = np.zeros(x.size), np.full(x.size, 0.75 * np.pi)
         rolling = np.flatnonzero(x)

@@ -32,8 +32,8 @@ from contactlib.laws.friction import EXPONENTIAL, Weakening
 from contactlib.laws.law import Corner
 
 # Below these the Carter-Griffith law differs by less than 1e-12 and 2e-9.
-SMALLEST_K_HAT = {"line": 1e-6, "elliptic": ellipse.SMALLEST_K_HAT}
-SMALLEST_X, LARGEST_X = 1e-9, 1e12
+MIN_K_HAT = {"line": 1e-6, "elliptic": ellipse.MIN_K_HAT}
+MIN_X, MAX_X = 1e-9, 1e12
 
 
 def find_state(
@@ -159,7 +159,7 @@ class CohesiveZone(ContactLaw):
     @cached_property
     def _limit(self) -> CarterGriffith | None:
         """The law of a vanishing zone, if `k_hat` is so small that it applies."""
-        if self.k_hat >= SMALLEST_K_HAT[self.contact]:
+        if self.k_hat >= MIN_K_HAT[self.contact]:
             return None
         return CarterGriffith(k_hat=self.k_hat, contact=self.contact)
 
@@ -172,9 +172,9 @@ class CohesiveZone(ContactLaw):
             return self._limit.evaluate(x)
         line = self.contact == "line"
         slope = np.full(x.size, 2.0 if line else 0.75 * np.pi)
-        ratio = slope * np.minimum(x.ravel(), 1.0)  # right to nine digits up to SMALLEST_X
-        rolling = np.flatnonzero(x > SMALLEST_X)
-        at = np.minimum(x.flat[rolling], LARGEST_X)  # there q is 1 to the last digit
+        ratio = slope * np.minimum(x.ravel(), 1.0)  # right to nine digits up to MIN_X
+        rolling = np.flatnonzero(x > MIN_X)
+        at = np.minimum(x.flat[rolling], MAX_X)  # there q is 1 to the last digit
         if line:
             state = self._curve.at(at)
             ratio[rolling], slope[rolling] = state.traction_ratio, state.slope
@@ -230,9 +230,9 @@ class CohesiveZone(ContactLaw):
             return self._limit.stick_boundary(normalized_creepage, lateral_position)
         x, w = strips_at(self.contact, normalized_creepage, lateral_position)
         if self.contact == "line":
-            at = np.clip(np.abs(x).ravel(), SMALLEST_X, LARGEST_X)
+            at = np.clip(np.abs(x).ravel(), MIN_X, MAX_X)
             stick = self._curve.at(at).stick_length.reshape(x.shape)
-            stick = np.where(np.abs(x) <= SMALLEST_X, 2.0, stick)  # right to twelve digits
+            stick = np.where(np.abs(x) <= MIN_X, 2.0, stick)  # right to twelve digits
         else:
             stick = np.array([self._state(*pair)[0] for pair in zip(x.flat, w.flat, strict=True)])
         return np.asarray(w * (1.0 - stick.reshape(x.shape)))
@@ -272,10 +272,10 @@ class CohesiveZone(ContactLaw):
 
     def _state(self, x: float, w: float) -> tuple[float, float]:
         """Stick length and edge slip of the strip with relative half-width w, in its own units."""
-        if abs(x) <= SMALLEST_X or w == 0.0:
+        if abs(x) <= MIN_X or w == 0.0:
             return (2.0, 0.0) if w > 0.0 else (0.0, 0.0)
         return find_state(
-            min(abs(x), LARGEST_X) / w,
+            min(abs(x), MAX_X) / w,
             k_hat=self.k_hat / w,
             static_to_kinetic=self.static_to_kinetic,
             weakening=self.weakening,
@@ -288,13 +288,13 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             raise ValueError(
                 f"CohesiveZone.k_hat = {self.k_hat!r} is too small to resolve the weakening zone: "
-                f"must be >= {SMALLEST_K_HAT[self.contact]}"
+                f"must be >= {MIN_K_HAT[self.contact]}"
             )
         xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
         found = np.zeros((3, *x.shape))
         xi = np.clip(xi, -2.0, 2.0)  # +-2 is outside the contact
         strips = set(zip(x.flat, w.flat, strict=True))
-        for strip in (pair for pair in strips if abs(pair[0]) > SMALLEST_X and pair[1] > 0.0):
+        for strip in (pair for pair in strips if abs(pair[0]) > MIN_X and pair[1] > 0.0):
             here = (x == strip[0]) & (w == strip[1])
             found[:, here] = along_contact(
                 xi[here] / strip[1],

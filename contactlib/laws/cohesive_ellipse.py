@@ -28,7 +28,7 @@ from contactlib.laws.strips import griffith_ellipse, line_values, solve_split
 
 LOWEST, HIGHEST = -10, 5  # powers of e at which the first and the last panel begin
 LIMIT_UP_TO = 0  # power of e up to which the Carter-Griffith law is subtracted
-SMALLEST_K_HAT = float(np.exp(LOWEST))  # below it the limit's ellipse differs by less than 2e-9
+MIN_K_HAT = float(np.exp(LOWEST))  # below it the limit's ellipse differs by less than 2e-9
 # Curves of a panel and their accuracy. From a k_hat of e on only strips narrower than 2/k_hat need
 # them, whose share of the force is k_hat**-4; the last panel extends to infinity.
 CURVES = {-3: 12, -2: 12, -1: 14, 0: 14, 1: 14, 2: 12, 3: 10, 4: 8, 5: 8}
@@ -124,7 +124,7 @@ def cohesive_ellipse(
 ) -> tuple[FloatArray, FloatArray]:
     """Traction ratio and slope of an ellipse at creepages x > 0, (n,).
 
-    `k_hat` is at least `SMALLEST_K_HAT`.
+    `k_hat` is at least `MIN_K_HAT`.
     """
     ratio, slope = np.zeros_like(x), np.zeros_like(x)
     inner = k_hat / np.exp(LIMIT_UP_TO)  # half-width of the narrowest strip that is subtracted

@@ -33,7 +33,7 @@ from contactlib.laws.friction import Weakening
 DEGREE = 15
 NOISE = 1e-9  # largest accepted error of the states themselves
 KINKED = (1e-9, 1e-6)  # tolerance and noise if the weakening has kinks
-MOST_PANELS, NARROWEST = 200, 1e-3  # number of panels; width over that of the first panels
+MAX_PANELS, NARROWEST = 200, 1e-3  # number of panels; width over that of the first panels
 REAR, FRONT, SLIP, TAIL = range(4)
 
 
@@ -139,7 +139,7 @@ class SlipCurve(NamedTuple):
             panels = [h for p, ok in zip(panels, good, strict=True) if not ok for h in _halves(p)]
             before = np.repeat(rest[~good], 2)
             lost = any(high - low < narrowest for _, low, high in panels)
-            if lost or len(panels) + len(done) > MOST_PANELS:
+            if lost or len(panels) + len(done) > MAX_PANELS:
                 raise ConvergenceError(
                     f"the creep curve from k_hat {k_hats.min():.4g} to {k_hats.max():.4g}, "
                     f"static_to_kinetic {static_to_kinetic:.4g} is not resolved to {tolerance} "

@@ -33,7 +33,7 @@ SCALES = {
 OF_FRICTION = Friction.quantities()
 SLIP_RATE = {name: OF_FRICTION[name] for name in ("slip_rate_residual", "slip_rate_decay")}
 SOFTENING = {"softening_temperature": FALL_TEMPERATURE}
-LARGEST = 1e300  # normalized creepage
+MAX_X = 1e300  # normalized creepage
 K_NODES = 8  # laws between which k_hat/sqrt(g) is interpolated
 
 
@@ -366,7 +366,7 @@ def _traction_coefficient(
 def _finite_ratio(a: FloatArray, b: FloatArray | float) -> FloatArray:
     """Creepage a/b, limited to finite floats, where laws have reached their last value."""
     with np.errstate(over="ignore"):
-        return np.asarray(np.clip(a / b, -LARGEST, LARGEST))
+        return np.asarray(np.clip(a / b, -MAX_X, MAX_X))
 
 
 def _ratio_at_k_hats(law: Any, x: FloatArray, k_hat: FloatArray) -> FloatArray:

@@ -30,10 +30,10 @@ import numpy as np
 
 from contactlib.base.quantities import FloatArray
 
-SMALLEST, LARGEST = 1e-100, 1e100  # x below which the law is linear; x of full slip
-SMALLEST_LINE_K_HAT = 1e-60  # below it the law equals Coulomb friction to the last digit
-NODES = 192  # for full accuracy at k_hat >= SMALLEST_ELLIPSE_K_HAT
-SMALLEST_ELLIPSE_K_HAT = 1e-12  # below it, Coulomb friction differs by less than 2e-12
+MIN_X, MAX_X = 1e-100, 1e100  # x below which the law is linear; x of full slip
+MIN_LINE_K_HAT = 1e-60  # below it the law equals Coulomb friction to the last digit
+NODES = 192  # for full accuracy at k_hat >= MIN_ELLIPSE_K_HAT
+MIN_ELLIPSE_K_HAT = 1e-12  # below it, Coulomb friction differs by less than 2e-12
 NOTHING = 1e-100  # fraction of stick or slip that changes no digit
 
 
@@ -58,13 +58,13 @@ def split_at(t: FloatArray, k_hat: float | FloatArray) -> Split:
 def solve_split(x: FloatArray, k_hat: float | FloatArray) -> Split:
     """Solve x = m + y for x >= 0: Newton's method in ln(t), kept inside a bracket.
 
-    `k_hat` is zero, or at least `SMALLEST_LINE_K_HAT` with the shape of `x`.
+    `k_hat` is zero, or at least `MIN_LINE_K_HAT` with the shape of `x`.
     """
     if np.ndim(k_hat) == 0 and k_hat == 0.0:  # Carter: stick until x = 1, then y = x - 1 slides
         m = np.minimum(x, 1.0)
         return Split(m, 1.0 - m, x - m)
-    linear = x < SMALLEST
-    given, x = x, np.clip(x, SMALLEST, LARGEST)
+    linear = x < MIN_X
+    given, x = x, np.clip(x, MIN_X, MAX_X)
     # x = m + y, so at the root neither exceeds x and one is at least x/2.
     with np.errstate(divide="ignore"):
         carter = np.where(x < 1.0, x / np.where(x < 1.0, 1.0 - x, 1.0), np.inf) ** 0.25
@@ -130,7 +130,7 @@ def griffith_ellipse(
     x : ndarray
         Normalized creepages, above zero, (n,).
     k_hat : float
-        At least `SMALLEST_ELLIPSE_K_HAT`.
+        At least `MIN_ELLIPSE_K_HAT`.
     middle : Split
         The strip in the middle, (n,).
     rim : tuple of float and Split, optional

@@ -30,7 +30,7 @@ from contactlib.laws.thermal_zone import NODES, ThermalZone, solve_thermal_zone
 STRIPS = 16  # of half an ellipse
 HOTTEST = Limits(at_least=0.0, at_most=1e4)  # ratio of temperatures that is resolved
 NO_SLIP = 1e-100  # of x
-LEAST = 1e-3  # of friction, where the surfaces meet
+MIN_FRICTION = 1e-3  # of friction, where the surfaces meet
 K_HATS = CarterGriffith.quantities()["k_hat"]
 
 
@@ -169,9 +169,9 @@ class ThermalContact(Parameters):
         zeta = checked("creepage", creepage, CREEPAGE)
         enters = self.heat.entry_temperature(zeta, speed)
         left = self.softening.fraction(enters)
-        if not np.all(left >= LEAST):
+        if not np.all(left >= MIN_FRICTION):
             raise ValueError(
-                f"friction where the surfaces meet must be >= {LEAST} of that at ambient "
+                f"friction where the surfaces meet must be >= {MIN_FRICTION} of that at ambient "
                 f"temperature; given wheel_temperature = {self.heat.wheel_temperature!r} and "
                 f"rail_temperature = {self.heat.rail_temperature!r}"
             )

@@ -27,7 +27,7 @@ from contactlib.vehicle.continuous_control import ContinuousController
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
 
-MOST_STEPS = 100_000_000  # more than a day at 1 ms
+MAX_STEPS = 100_000_000  # more than a day at 1 ms
 
 
 class Contact(NamedTuple):
@@ -190,10 +190,9 @@ def cosimulate(
     """
     duration = checked_number("duration", duration, POSITIVE)
     step = checked_number("step", step, POSITIVE)
-    if duration / step > MOST_STEPS:
+    if duration / step > MAX_STEPS:
         raise ValueError(
-            f"duration = {duration!r} is out of range: must be <= {MOST_STEPS} times "
-            f"step = {step!r}"
+            f"duration = {duration!r} is out of range: must be <= {MAX_STEPS} times step = {step!r}"
         )
     limits = kernel.wheelset_limits()
     slowest = wheelset.element.minimum_speed

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from contactlib import kernel
 from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import (
-    MOST_ROWS,
+    MAX_ROWS,
     POSITIVE,
     FloatArray,
     Limits,
@@ -208,18 +208,18 @@ def timing(scenario: Scenario, sample_time: float, step: float | None = None) ->
     """
     step = default_step(scenario) if step is None else step
     longest = checked_number("step", step, POSITIVE)
-    if sample_time / longest > MOST_ROWS:
+    if sample_time / longest > MAX_ROWS:
         raise ValueError(
-            f"step = {longest!r} is out of range: must be >= {sample_time / MOST_ROWS:.6g},"
+            f"step = {longest!r} is out of range: must be >= {sample_time / MAX_ROWS:.6g},"
             f" as the sample time is {sample_time!r}"
         )
     per_sample = max(1, math.ceil(sample_time / longest * (1.0 - 1e-9)))
     length = sample_time / per_sample
     rows = max(2, math.floor(scenario.duration / length * (1.0 + 1e-9)) + 1)
-    if rows > MOST_ROWS:
+    if rows > MAX_ROWS:
         raise ValueError(
             f"duration = {scenario.duration!r} has {rows} steps of {length:.6g} s: "
-            f"at most {MOST_ROWS}, so the step must be longer"
+            f"at most {MAX_ROWS}, so the step must be longer"
         )
     return Timing(length, per_sample, rows)
 

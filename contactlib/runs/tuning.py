@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 OBJECTIVE = ("limited_utilisation", "adhesion_utilisation")  # their mean
 POPULATION = 30  # settings of a generation
-MOST = Limits(at_least=2.0 * POPULATION, at_most=1e6)
+TRIALS = Limits(at_least=2.0 * POPULATION, at_most=1e6)
 SEEDS = Limits(at_least=1.0, at_most=1e4)
 UNSEEN = 1_000_000  # index of the first run on which the settings found are judged
 BIASES = (-0.02, -0.01, -0.005, 0.005, 0.01, 0.02)  # of the vehicle speed [1]
@@ -168,7 +168,7 @@ def tune(
     """
     if isinstance(scenarios, Scenario) or not scenarios:
         raise ValueError("scenarios must be a list of at least one, such as [scenario]")
-    generations = checked_whole("trials", trials, MOST) // POPULATION
+    generations = checked_whole("trials", trials, TRIALS) // POPULATION
     seeds = checked_whole("seeds", seeds, SEEDS)
     seed = checked_whole("seed", seed, INDEX)
     designs = searched(scenarios, controller)

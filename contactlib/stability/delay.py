@@ -28,8 +28,8 @@ RATES = Limits(at_least=-1e9, at_most=1e9)  # [1/s]
 TIMES = Limits(at_least=0.0, at_most=1e6)  # [s]
 NO_TIME = 1e-12  # shorter times count as zero [s]
 SLOW = 1e9  # longest lag or relaxation in samples, as rounding hides the effect of one sample
-MOST_SAMPLES = 10_000  # of delay: the number of coefficients
-MOST_ROOTS = 1000  # of delay where the loop has a state or root for each
+MAX_SAMPLES = 10_000  # of delay: the number of coefficients
+MAX_ROOTS = 1000  # of delay where the loop has a state or root for each
 
 
 class Window(NamedTuple):
@@ -90,7 +90,7 @@ def proportional_window(
     g = checked_number("gain", gain, MODERATE_POSITIVE)
     tau, slow = _time("delay", delay), _time("lag", lag)
     soft, step = _time("relaxation", relaxation), _time("sample_time", sample_time)
-    longest = MOST_SAMPLES if soft == 0.0 else MOST_ROOTS
+    longest = MAX_SAMPLES if soft == 0.0 else MAX_ROOTS
     slowest = {"delay": (tau, longest), "lag": (slow, SLOW), "relaxation": (soft, SLOW)}
     for name, (time, most) in slowest.items():
         if time > most * step > 0.0:

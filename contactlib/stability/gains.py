@@ -67,7 +67,7 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     at = wheelset.conditions(
         speed=point.speed, normal_load=point.normal_load, friction_scale=point.friction_scale
     )
-    return float(CreepCurve(wheelset, at).least_gain(point.creepage))
+    return float(CreepCurve(wheelset, at).minimum_gain(point.creepage))
 
 
 class ReducedPlant(NamedTuple):

@@ -65,7 +65,7 @@ __all__ = [
 ]
 
 PHASES = 256  # over a quarter of a cycle
-SMALLEST = 1e-6  # amplitude / zeta0 below which rounding spoils the slope
+MIN_AMPLITUDE = 1e-6  # amplitude / zeta0 below which rounding spoils the slope
 AMPLITUDES = 241  # grid that brackets maxima and minima of the rate
 
 
@@ -179,7 +179,7 @@ class AntiphaseForce:
         """N(a) = (1/(pi a)) int f(a sin phi) sin phi dphi over a cycle [N]; N(0) = Q1'."""
         limits = Limits(at_least=0.0, at_most=self._largest)
         size, sines = checked("amplitude", amplitude, limits), self._cycle
-        still = size <= SMALLEST * self._scale
+        still = size <= MIN_AMPLITUDE * self._scale
         first = 2.0 * np.mean(self(size[..., np.newaxis] * sines) * sines, axis=-1)
         small = 0.5 * self._point.creep_force_slope
         return np.where(still, small, first / np.where(still, 1.0, size))

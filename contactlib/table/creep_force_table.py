@@ -31,7 +31,7 @@ from contactlib.laws.law import Law
 from contactlib.laws.traction_data import TractionData
 from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build
 
-LARGEST = sys.float_info.max
+MAX_FLOAT = sys.float_info.max
 
 
 @lru_cache(maxsize=64)
@@ -199,7 +199,7 @@ class CreepForceTable:
         """
         if not (isinstance(x, float) and isinstance(k_hat, float)):
             return None
-        if not (abs(x) <= LARGEST and 0.0 <= k_hat <= self._largest_k_hat):
+        if not (abs(x) <= MAX_FLOAT and 0.0 <= k_hat <= self._largest_k_hat):
             return None
         try:  # reuse a struct that no other thread has: allocating costs as much as evaluating
             value = self._spare.pop()

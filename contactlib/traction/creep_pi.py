@@ -17,7 +17,7 @@ from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.stability import fast_pole, worst_pole
 from contactlib.traction.creepage_bias import CreepageBias, learn, start_creepage_bias
 from contactlib.traction.design import (
-    least_slip,
+    minimum_slip,
     peak_creepage,
     slip_gains,
     sticking,
@@ -39,7 +39,7 @@ BAND = 0.15  # lack of creepage / reference beyond which the creepage is far bel
 CUT = 0.25  # rate at which a spinning wheel's torque is reduced / rate at which it is restored
 BELOW_PEAK = 0.8  # reference / creepage of the nominal peak: on the stable side
 LACK = 0.9  # torque / demand below which an unknown error of the creepage is looked for
-LARGEST_SHARE = 2.0  # of the scheduled reference / given reference
+MAX_SHARE = 2.0  # of the scheduled reference / given reference
 
 
 class LimiterMemory(NamedTuple):
@@ -106,7 +106,7 @@ class SlipLimiter(Parameters):
     In the demand's direction, with the measured slip speed w = r omega - V and the filtered
     vehicle speed V,
 
-        e = max(zeta_ref max(|V|, low_speed), least_slip) - w
+        e = max(zeta_ref max(|V|, low_speed), minimum_slip) - w
         u = Kp e + I,    T = u limited to [0, demand]
 
     While u exceeds the demand, I is the demand, so that T follows it without delay and any slip
@@ -129,7 +129,7 @@ class SlipLimiter(Parameters):
         Ki on slip speed [N].
     low_speed : float, optional
         Vehicle speed below which the reference is a slip speed [m/s].
-    least_slip : float, optional
+    minimum_slip : float, optional
         Minimum reference slip speed, above the noise [m/s].
     speed_filter_time : float, optional
         Time constant of the filter on the vehicle speed [s].
@@ -151,7 +151,7 @@ class SlipLimiter(Parameters):
     proportional_gain: Annotated[float, Quantity("N.s", above=0.0, usual=(1.0, 1e8))]
     integral_gain: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e10))]
     low_speed: Annotated[float, LOW_SPEED] = 2.0
-    least_slip: Annotated[float, SPEED_NOISE] = 0.0
+    minimum_slip: Annotated[float, SPEED_NOISE] = 0.0
     speed_filter_time: Annotated[float, FILTER_TIME] = 0.25
     recovery_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-3, 20.0))] = 0.35
     creepage_error: Annotated[float, Quantity("1", at_least=0.0, at_most=0.1, percent=True)] = 0.01
@@ -218,7 +218,7 @@ class SlipLimiter(Parameters):
         demand = slip.demand
         limiting = memory.limiting & (slip.braking == memory.braking)
         integral = where(limiting, minimum(memory.integral, demand), demand)
-        target = maximum(reference * slip.scale, self.least_slip)
+        target = maximum(reference * slip.scale, self.minimum_slip)
         error = target - slip.speed
         requested = self.proportional_gain * error + integral
         most = where(slip.zero.looking, minimum(self.stick_torque, demand), demand)
@@ -262,19 +262,19 @@ class CreepPI(SlipLimiter):
         torque, the integral part: on a rail with half the friction, half of the torque is left and
         the peak is at half the creepage, as the initial slope of the creep force does not depend on
         friction. Default: the reference is constant, and right for one friction only.
-    least_share : float, optional
+    minimum_share : float, optional
         Minimum of scheduled reference / given reference [1], so that torque and reference do not
         lower each other to zero.
     """
 
     reference: Annotated[float, Quantity("1", above=0.0, percent=True)]
     reference_torque: Annotated[float | None, Quantity("N.m", above=0.0, usual=(1.0, 3e5))] = None
-    least_share: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 0.5
+    minimum_share: Annotated[float, Quantity("1", above=0.0, at_most=1.0)] = 0.5
 
     @property
     def search_ranges(self) -> Ranges:
         """Settings that `tune` searches."""
-        return {**around_design(self, "reference", "least_share"), **super().search_ranges}
+        return {**around_design(self, "reference", "minimum_share"), **super().search_ranges}
 
     @classmethod
     def for_drivetrain(
@@ -315,7 +315,7 @@ class CreepPI(SlipLimiter):
         known = {
             "proportional_gain": gains[0],
             "integral_gain": gains[1],
-            "least_slip": least_slip(sensors, sample_time, filter_time),
+            "minimum_slip": minimum_slip(sensors, sample_time, filter_time),
             **sticking(wheelset, speed, sensors),
         }
         return cls(**{**known, **given})
@@ -332,5 +332,5 @@ class CreepPI(SlipLimiter):
         reference: Any = self.reference
         if self.reference_torque is not None:
             share = memory.integral / self.reference_torque
-            reference = reference * minimum(maximum(share, self.least_share), LARGEST_SHARE)
+            reference = reference * minimum(maximum(share, self.minimum_share), MAX_SHARE)
         return self.limit(slip, vehicle, reference, memory)

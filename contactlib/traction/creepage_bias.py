@@ -29,7 +29,7 @@ FORGETTING = 60.0  # time from known to forgotten [s]
 MODEL = 5e-4  # standard deviation of what else shifts a sample [1]
 SETTLING = 0.06  # time of calm slip before samples are used [s]
 CALM = 2.0  # acceleration of the slip that counts as calm, above the noise [m/s2]
-LARGEST = 0.05  # maximum error that is accepted [1]
+MAX_ERROR = 0.05  # maximum error that is accepted [1]
 
 
 class CreepageBias(NamedTuple):
@@ -101,7 +101,7 @@ def learn(
     speed = where(2.0 * abs(vehicle_speed) < scale, 0.0, vehicle_speed)
     gain = variance * speed / (variance * speed * speed + spread) * (calm > SETTLING)
     surprise = slip - stick_compliance * torque * abs(speed) - zero.error * speed
-    error = minimum(maximum(zero.error + gain * surprise, -LARGEST), LARGEST)
+    error = minimum(maximum(zero.error + gain * surprise, -MAX_ERROR), MAX_ERROR)
     variance = variance * (1.0 - gain * speed)
 
     left = variance * speed * speed

@@ -35,7 +35,7 @@ def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) ->
     return sampled_delay(delay=sensors.delay, lag=drivetrain.motor.lag, sample_time=sample_time)
 
 
-def least_slip(sensors: Sensors, sample_time: float, filter_time: float) -> float:
+def minimum_slip(sensors: Sensors, sample_time: float, filter_time: float) -> float:
     """Smallest slip speed above the noise: 3.5 standard deviations of its measurement [m/s]."""
     tracked = tracked_variance(sample_time, filter_time)
     return 3.5 * math.sqrt(sensors.wheel_speed_noise**2 + tracked * sensors.vehicle_speed_noise**2)

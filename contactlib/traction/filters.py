@@ -201,7 +201,7 @@ def add_sample(
 
 
 def elasticity(
-    moments: Moments, *, noise: FloatArray, expected: FloatArray, least_load: FloatArray
+    moments: Moments, *, noise: FloatArray, expected: FloatArray, minimum_load: FloatArray
 ) -> Any:
     """Estimate of d ln(rQ)/d ln(zeta), limited to -1 to 1 [1].
 
@@ -211,7 +211,7 @@ def elasticity(
     """
     moved = maximum(moments.variance - noise, 0.0)
     stiff = DOUBT * maximum(expected - moved / UNMOVED, 0.0)
-    rise = moments.covariance * moments.creepage / maximum(moments.load, least_load)
+    rise = moments.covariance * moments.creepage / maximum(moments.load, minimum_load)
     estimate = (rise + stiff) / (moved + stiff + FLOOR * expected)
     return minimum(maximum(estimate, -1.0), 1.0)
 

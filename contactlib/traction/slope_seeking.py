@@ -25,7 +25,7 @@ from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.element.force_element import RADIUS
 from contactlib.traction.creep_pi import LimiterMemory, SlipLimiter
-from contactlib.traction.design import least_slip, slip_gains, sticking
+from contactlib.traction.design import minimum_slip, slip_gains, sticking
 from contactlib.traction.filters import (
     LoadObserver,
     Moments,
@@ -51,7 +51,7 @@ FAST = 4.0  # rate of the search where it is clear / rate elsewhere
 BEYOND = (1.5, 3.5)  # creepage / reference from which, and up to which, it lowers the compliance
 LOWERING = 0.9  # relative rate of that for every reference of creepage [1/s]
 MIN_TORQUE = 1e-9  # of any least load [N.m]: the reference must not be zero
-LEAST = 0.06  # traction coefficient of the least load: half of that of very slippery rails
+MIN_TRACTION = 0.06  # traction coefficient of the least load: half of that of very slippery rails
 
 
 class SeekingMemory(NamedTuple):
@@ -97,7 +97,7 @@ class SlopeSeeking(SlipLimiter):
         Lag of the motor [s].
     first_compliance : float
         Initial reference creepage / load torque [1/(N.m)].
-    least_load : float, optional
+    minimum_load : float, optional
         Load torque below which the reference is constant [N.m].
     largest_reference : float, optional
         Bound of the reference creepage [1].
@@ -125,7 +125,7 @@ class SlopeSeeking(SlipLimiter):
     delay: Annotated[float, DELAY] = 0.0
     motor_lag: Annotated[float, LAG] = 0.0
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
-    least_load: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
+    minimum_load: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
     largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.08
     seeking_rate: Annotated[float, Quantity("1/s", at_least=0.0, usual=(0.0, 20.0))] = 0.36
     target_elasticity: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.28
@@ -202,9 +202,9 @@ class SlopeSeeking(SlipLimiter):
             "motor_lag": drivetrain.motor.lag,
             "proportional_gain": AT_PEAK * gains[0],
             "integral_gain": gains[1],
-            "least_slip": least_slip(sensors, sample_time, filter_time),
+            "minimum_slip": minimum_slip(sensors, sample_time, filter_time),
             "first_compliance": FIRST * stick["stick_compliance"],
-            "least_load": LEAST * wheelset.radius * wheelset.element.normal_load,
+            "minimum_load": MIN_TRACTION * wheelset.radius * wheelset.element.normal_load,
             **stick,
         }
         designed = cls(**{**known, **given})
@@ -240,9 +240,9 @@ class SlopeSeeking(SlipLimiter):
         )
         load, creepage = slip.sign * load, slipped / slip.scale
         # What the noise allows at least is not below the reference: else the gain would wind up.
-        least_load = maximum(self.least_load, MIN_TORQUE)
-        first = self.first_compliance * maximum(load, least_load)
-        audible = minimum(self.least_slip / (slip.scale * first), 1.0)
+        minimum_load = maximum(self.minimum_load, MIN_TORQUE)
+        first = self.first_compliance * maximum(load, minimum_load)
+        audible = minimum(self.minimum_slip / (slip.scale * first), 1.0)
         gain = maximum(memory.gain, audible)
         reference = minimum(gain * first, self.largest_reference)
 
@@ -250,7 +250,7 @@ class SlopeSeeking(SlipLimiter):
         away = creepage - reference
         away = away * away
         # A load that changes more than the creepage indicates other rails, not a slope.
-        change = (load - memory.moments.load) / maximum(memory.moments.load, least_load)
+        change = (load - memory.moments.load) / maximum(memory.moments.load, minimum_load)
         moved = change * reference
         moments = add_sample(
             memory.moments,
@@ -264,7 +264,7 @@ class SlopeSeeking(SlipLimiter):
             moments,
             noise=self.slip_noise * self.slip_noise / (slip.scale * slip.scale),
             expected=expected,
-            least_load=1e-3 * slip.demand + 1.0,
+            minimum_load=1e-3 * slip.demand + 1.0,
         )
         limiting = memory.limiter.limiting
         near = HELD * HELD * reference * reference

@@ -88,7 +88,7 @@ class ThresholdControl(Parameters):
         the demand, as the torque at a cut may be zero, from which a rate would never recover.
     low_speed : float, optional
         Vehicle speed below which the thresholds are slip speeds [m/s].
-    least_slip : float, optional
+    minimum_slip : float, optional
         Minimum slip speed that starts a cut, above the noise [m/s].
     speed_filter_time : float, optional
         Time constant of the filter on the vehicle speed [s].
@@ -108,7 +108,7 @@ class ThresholdControl(Parameters):
     reapply_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.008
     ramp_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-2, 60.0))] = 3.0
     low_speed: Annotated[float, LOW_SPEED] = 2.0
-    least_slip: Annotated[float, SPEED_NOISE] = 0.0
+    minimum_slip: Annotated[float, SPEED_NOISE] = 0.0
     speed_filter_time: Annotated[float, FILTER_TIME] = 0.25
     slip_filter_time: Annotated[float, FILTER_TIME] = 0.04
     acceleration_filter_time: Annotated[float, Quantity("s", above=0.0, usual=(1e-4, 5.0))] = 0.022
@@ -161,7 +161,7 @@ class ThresholdControl(Parameters):
         designed = cls(**given)
         slip, acceleration = designed.noise(sensors)
         known = {
-            "least_slip": CLEAR * slip,
+            "minimum_slip": CLEAR * slip,
             "acceleration_threshold": max(designed.acceleration_threshold, CLEAR * acceleration),
         }
         return cls(**{**known, **given})
@@ -214,7 +214,7 @@ class ThresholdControl(Parameters):
         # Unless limiting, the limit is the demand.
         limiting = memory.limiting & (braking == memory.braking)
         torque = where(limiting, minimum(memory.torque, demand), demand)
-        most = maximum(self.slip_threshold * scale, self.least_slip)
+        most = maximum(self.slip_threshold * scale, self.minimum_slip)
         slipping = (slip > most) | (acceleration > self.acceleration_threshold)
         back = slip < self.slip_release / self.slip_threshold * most
         back = back & (acceleration < self.acceleration_threshold)

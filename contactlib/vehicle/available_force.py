@@ -29,7 +29,7 @@ OCTAVES = (-4, 9)  # of the speed, lowest and highest: from 2**(e - 1) up to 2**
 LOAD_OCTAVES = (-3, 2)  # likewise, of the load over the nominal one times
 CENTRE = 0.7  # so that a load near the nominal one stays in one octave
 CONVERGED = 1e-8  # of the force: limit of the last two terms of its Chebyshev series
-MOST_LEVELS = 32  # of a track; further levels count as ramps
+MAX_LEVELS = 32  # of a track; further levels count as ramps
 
 _PLACES = chebyshev.chebpts1(NODES)  # of the nodes in the octave, -1 to 1
 _POWERS = np.linalg.inv(np.vander(_PLACES, increasing=True))  # from values to coefficients
@@ -292,7 +292,7 @@ def track_levels(track: Track) -> list[tuple[float, float, float]]:
     found = {values for values, _, _ in _both(sides, _levels(track.slope))}
     times = {value for (value,), _, _ in _levels(track.friction_over_time)}
     return sorted({(a * time, b * time, slope) for a, b, slope in found for time in times})[
-        :MOST_LEVELS
+        :MAX_LEVELS
     ]
 
 

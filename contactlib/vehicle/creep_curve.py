@@ -159,12 +159,12 @@ class CreepCurve:
         """Vehicle acceleration dV/dt at creepages [m/s2]: zero if the speed is held."""
         return np.asarray(self._points(creepage)["acceleration"])
 
-    def least_gain(self, creepage: ArrayLike) -> FloatArray:
+    def minimum_gain(self, creepage: ArrayLike) -> FloatArray:
         """Smallest proportional gain of creep control that holds creepages [N.m].
 
         See `contactlib.stability.creep_control_gain`.
         """
-        return np.asarray(self._points(creepage)["least_gain"])
+        return np.asarray(self._points(creepage)["minimum_gain"])
 
     @cached_property
     def turns(self) -> FloatArray:

@@ -16,7 +16,7 @@ const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDi
                                                 "logStatusError"};
 
 /* Tolerance of the integrator, and the limits that it can keep to. */
-static const double DEFAULT_TOLERANCE = 1e-6, LEAST_TOLERANCE = 1e-10, MOST_TOLERANCE = 1e-2;
+static const double DEFAULT_TOLERANCE = 1e-6, MIN_TOLERANCE = 1e-10, MAX_TOLERANCE = 1e-2;
 
 /* ---- log ----------------------------------------------------------------------------------- */
 
@@ -218,7 +218,7 @@ result component_set_up(component *self, double start, int has_stop, double stop
                              SHOWN(tolerance));
     self->now.values.time = start;
     self->now.stop_time = has_stop ? stop : INFINITY;
-    if (has_tolerance) self->now.tolerance = fmin(MOST_TOLERANCE, fmax(LEAST_TOLERANCE, tolerance));
+    if (has_tolerance) self->now.tolerance = fmin(MAX_TOLERANCE, fmax(MIN_TOLERANCE, tolerance));
     return RESULT_OK;
 }
 
@@ -591,7 +591,7 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
     if (check_references(self, unknowns, unknown_count, 1) != RESULT_OK ||
         check_references(self, knowns, known_count, 0) != RESULT_OK)
         return RESULT_ERROR;
-    if (unknown_count > MOST_VARIABLES) return check_count(self, "unknowns", unknown_count, 0);
+    if (unknown_count > MAX_VARIABLES) return check_count(self, "unknowns", unknown_count, 0);
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     const model_variable *variables = self->model->variables;
     model_values direction = {0};
@@ -604,7 +604,7 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
         return check_finite(self, unknown_count, sensitivity);
     }
     for (size_t i = 0; i < known_count; i++) {
-        double column[MOST_VARIABLES];
+        double column[MAX_VARIABLES];
         model_set(&variables[knowns[i]], &direction, 1.0);
         follow(self, &direction, unknowns, unknown_count, column);
         model_set(&variables[knowns[i]], &direction, 0.0);
@@ -677,7 +677,7 @@ static int is_possible(const component *self, const component_state *state) {
     return isfinite(values->substep) && isfinite(values->held_tolerance) &&
            values->spins == self->start.spins &&
            (values->memory.known == 0.0 || values->memory.step > 0.0) && !isnan(state->stop_time) &&
-           state->tolerance >= LEAST_TOLERANCE && state->tolerance <= MOST_TOLERANCE;
+           state->tolerance >= MIN_TOLERANCE && state->tolerance <= MAX_TOLERANCE;
 }
 
 result component_deserialize(component *self, const void *bytes, size_t size, void **saved) {

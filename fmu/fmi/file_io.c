@@ -8,7 +8,7 @@
 #include <windows.h>
 #endif
 
-enum { PATH_SIZE = 4096, LARGEST_FILE = 64 << 20 };
+enum { PATH_SIZE = 4096, MAX_FILE = 64 << 20 };
 
 static int hex_digit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
@@ -77,7 +77,7 @@ const char *resource_read(const char *resource_uri, const char *name, void **byt
     char *buffer = malloc(capacity);
     while (buffer != NULL) {
         length += fread(buffer + length, 1, capacity - length, file);
-        if (length < capacity || capacity >= LARGEST_FILE) break;
+        if (length < capacity || capacity >= MAX_FILE) break;
         char *larger = realloc(buffer, 2 * capacity);
         if (larger == NULL) free(buffer);
         buffer = larger;

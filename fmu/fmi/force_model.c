@@ -73,11 +73,11 @@ static double followed_inverse_mass(const slip_memory *memory) {
  * not under the other one, the declaration is wrong. A drive that swings by itself, at any
  * frequency, makes both rough. */
 static slip_memory judged(const model_values *v) {
-    static const double FADING = 0.8, LEAST_SWING = 0.1, LEAST_CONTRAST = 30.0;
+    static const double FADING = 0.8, MIN_SWING = 0.1, MIN_CONTRAST = 30.0;
     slip_memory memory = v->memory;
     double m = v->effective_inverse_mass, friction = v->contact.static_friction;
     double slip = v->contact.radius * v->input.omega - v->input.speed;
-    double swing = LEAST_SWING * m * friction * v->input.friction_scale * v->input.normal_load;
+    double swing = MIN_SWING * m * friction * v->input.friction_scale * v->input.normal_load;
     double rate = (slip - memory.slip) / memory.step;
     if (memory.known == 0.0) return memory;
     int parallel = v->parallel_exchange != 0.0;
@@ -91,7 +91,7 @@ static slip_memory judged(const model_values *v) {
     }
     count_turns(&memory, force[0], rate, friction * v->input.friction_scale * v->input.normal_load);
     int rough = memory.roughness[0] > swing * swing && swing > 0.0;
-    int doubtful = rough && memory.roughness[0] > LEAST_CONTRAST * memory.roughness[1];
+    int doubtful = rough && memory.roughness[0] > MIN_CONTRAST * memory.roughness[1];
     memory.doubtful = doubtful ? fmin(memory.doubtful + 1.0, DOUBTFUL_STEPS) : 0.0;
     return memory;
 }

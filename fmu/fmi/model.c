@@ -72,8 +72,8 @@ const char TRUTH[] = "Boolean";
     GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
           input.normal_load), \
     GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients; below " \
-          TEXT(LEAST_FRICTION_SCALE) " there is no friction, also where a solver looks just below " \
-          "0", -LEAST_FRICTION_SCALE, 1e3, input.friction_scale), \
+          TEXT(MIN_FRICTION_SCALE) " there is no friction, also where a solver looks just below " \
+          "0", -MIN_FRICTION_SCALE, 1e3, input.friction_scale), \
     GIVEN(INPUT, "lateral_velocity", "m/s", "velocity of the wheel's surface against the rail, " \
           "positive to the left", -1e6, 1e6, input.lateral_velocity), \
     {"spin_velocity", "rad/s", "angular velocity of the wheel against the rail about the " \
@@ -355,7 +355,7 @@ static double magnitude(const model *m, const model_values *values, const model_
         if (of == AT(input.relaxed_creepage)) return size + zeta0;
         /* Without load or friction it stays so. */
         if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
-        if (of == AT(input.friction_scale) && size == 0.0) return LEAST_FRICTION_SCALE;
+        if (of == AT(input.friction_scale) && size == 0.0) return MIN_FRICTION_SCALE;
     }
     return size > 0.0 ? size : 1.0;
 }

@@ -7,7 +7,7 @@
 #include "wheelset_law.h"
 
 enum { INTERVALS = 24, HALVINGS = 5, ITERATIONS = 200 }; /* intervals of a decade, at first */
-enum { MOST_TURNS = 64 };                                /* that decide on branches */
+enum { MAX_TURNS = 64 };                                 /* that decide on branches */
 static const double FASTEST = 1e3;                       /* of balanced speeds [m/s] */
 static const double FARTHEST = 1e8; /* last creepage over the saturation creepage [1] */
 
@@ -108,8 +108,8 @@ static double pole_of(const curve *c, const traction *q, const wheelset_rates *r
 }
 
 /* The larger of the bounds from the determinant and from the trace of the closed loop. */
-static double least_gain(const curve *c, double creepage, double speed, const traction *q,
-                         const wheelset_rates *rates) {
+static double minimum_gain(const curve *c, double creepage, double speed, const traction *q,
+                           const wheelset_rates *rates) {
     const wheelset_parameters *b = c->body;
     double r = b->radius, fall = r * -q->by_creepage, square = r * r;
     if (b->inverse_mass == 0.0) return fall - b->damping * speed / r;
@@ -137,7 +137,7 @@ static creep_point point_at(const curve *c, double creepage) {
     p.force = p.torque = q.force;
     p.slope = q.by_creepage;
     p.speed = speed;
-    p.acceleration = p.pole = p.least_gain = 0.0;
+    p.acceleration = p.pole = p.minimum_gain = 0.0;
     if (!c->body) return p;
     const wheelset_parameters *b = c->body;
     wheelset_rates rates = rates_at(c, creepage, speed, &q);
@@ -145,7 +145,7 @@ static creep_point point_at(const curve *c, double creepage) {
     regularized_speed(speed, c->contact.minimum_speed, &reference, &reference_slope);
     double omega_by = reference / b->radius, turning = b->inertia / b->radius;
     p.pole = pole_of(c, &q, &rates);
-    p.least_gain = least_gain(c, creepage, speed, &q, &rates);
+    p.minimum_gain = minimum_gain(c, creepage, speed, &q, &rates);
     p.acceleration = rates.speed_rate;
     p.torque = -b->inertia * rates.omega_rate;
     p.slope = b->radius * q.by_creepage + b->damping * omega_by;
@@ -310,7 +310,7 @@ static curve curve_of(const creep_table *table, const force_element_parameters *
     c.first = INFINITY;
     c.last = 0.0;
     for (int i = 0; i < c.wheels; i++) {
-        if (!(at->normal_load[i] > 0.0) || at->friction_scale[i] < LEAST_FRICTION_SCALE) continue;
+        if (!(at->normal_load[i] > 0.0) || at->friction_scale[i] < MIN_FRICTION_SCALE) continue;
         contact_scales scales;
         force_element_scales(&c.contact, at->normal_load[i], at->friction_scale[i], &scales);
         /* Friction that falls with the slip speed moves the peak at most to the saturation creepage
@@ -372,11 +372,11 @@ size_t creep_curve_steady(const creep_table *table, const force_element_paramete
 size_t creep_curve_fold(const creep_table *table, const force_element_parameters *contact,
                         const wheelset_parameters *body, const creep_conditions *at,
                         creep_point points[2]) {
-    creep_point turns[MOST_TURNS];
+    creep_point turns[MAX_TURNS];
     curve c = curve_of(table, contact, body, at);
-    size_t count = turns_of(&c, 1.0, MOST_TURNS, turns), landing = 1;
+    size_t count = turns_of(&c, 1.0, MAX_TURNS, turns), landing = 1;
     if (count == 1) return 0;
-    creep_point end = turns[(count < MOST_TURNS ? count : MOST_TURNS) - 1];
+    creep_point end = turns[(count < MAX_TURNS ? count : MAX_TURNS) - 1];
     /* The run-away ends where the torque reaches the fold's again; a falling torque then follows
      * this branch to its minimum. */
     while (turns[landing].creepage != end.creepage && turns[landing].torque <= turns[0].torque)
@@ -414,7 +414,7 @@ void creep_curve_worst(const creep_table *table, const force_element_parameters 
 double creep_curve_grip(const creep_table *table, const force_element_parameters *contact,
                         const wheelset_parameters *body, const creep_conditions *at, double torque,
                         double *limit) {
-    creep_point turns[MOST_TURNS], found;
+    creep_point turns[MAX_TURNS], found;
     curve c = curve_of(table, contact, body, at);
     double side = point_at(&c, 0.0).torque <= torque ? 1.0 : -1.0, reach = 0.0;
     for (int wheel = 0; wheel < c.wheels; wheel++) {
@@ -428,20 +428,20 @@ double creep_curve_grip(const creep_table *table, const force_element_parameters
     if (steady_of(&c, torque, side, 1, &found) && fabs(found.creepage) <= reach)
         return found.creepage;
     *limit = point_at(&c, side * reach).torque;
-    size_t count = turns_of(&c, side, MOST_TURNS, turns);
-    for (size_t k = 0; k < count && k < MOST_TURNS && fabs(turns[k].creepage) <= reach; k++)
+    size_t count = turns_of(&c, side, MAX_TURNS, turns);
+    for (size_t k = 0; k < count && k < MAX_TURNS && fabs(turns[k].creepage) <= reach; k++)
         if (side * (turns[k].torque - *limit) > 0.0) *limit = turns[k].torque;
     return NAN;
 }
 
 double creep_curve_peak(const creep_table *table, const force_element_parameters *contact,
                         const creep_conditions *at, double *creepage) {
-    creep_point turns[MOST_TURNS];
+    creep_point turns[MAX_TURNS];
     curve c = curve_of(table, contact, NULL, at);
-    size_t count = turns_of(&c, 1.0, MOST_TURNS, turns);
+    size_t count = turns_of(&c, 1.0, MAX_TURNS, turns);
     double largest = 0.0;
     *creepage = NAN;
-    for (size_t k = 0; k < count && k < MOST_TURNS; k++)
+    for (size_t k = 0; k < count && k < MAX_TURNS; k++)
         if (turns[k].force > largest) {
             largest = turns[k].force;
             *creepage = k + 1 < count ? turns[k].creepage : INFINITY;

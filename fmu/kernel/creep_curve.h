@@ -30,8 +30,8 @@ typedef struct {
     double speed;        /* [m/s] */
     double acceleration; /* dV/dt [m/s2]; 0 without a body */
     double pole;         /* real part of the eigenvalue of the creepage [1/s]; 0 without a body */
-    double least_gain;   /* smallest Kp of T = T0 + Kp (reference - creepage) that holds the point,
-                            if forces balance it [N.m]; infinite if no gain does; 0 without a body */
+    double minimum_gain; /* smallest Kp of T = T0 + Kp (reference - creepage) that holds the point,
+                          if forces balance it [N.m]; infinite if no gain does; 0 without a body */
 } creep_point;
 
 /* Points at n creepages. Without a body (NULL) the curve is that of the creep force. A point whose

@@ -72,8 +72,8 @@ CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_tab
                                              const void *bytes, size_t size);
 
 /* Smaller loads [N] and friction coefficients [1] count as zero. */
-#define LEAST_LOAD 1e-30
-#define LEAST_FRICTION 1e-9
+#define MIN_LOAD 1e-30
+#define MIN_FRICTION 1e-9
 
 /* Forces of one contact, with other parameters than the pair's but Poisson's ratio, and of n. */
 void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters *parameters,

@@ -50,7 +50,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
                                          .friction_scale = in->friction_scale,
                                          .relaxed_creepage = -in->creepage_x};
     s->scale[0] = s->start.place = s->start.k_hat = 0.0;
-    if (!(in->normal_load > LEAST_LOAD) || !has_friction(&rolling)) return;
+    if (!(in->normal_load > MIN_LOAD) || !has_friction(&rolling)) return;
     double scales[ASPECT_SCALES];
     int softens = pair->table->one_axis == 0; /* a curve holds as it is */
     plane_contact ellipse;
@@ -80,7 +80,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     slip_speeds slip =
         slip_of_parts(-speed * in->creepage_x, -speed * in->creepage_y, -turning * in->spin);
     begin_in_plane(pair->table, &ellipse, &wheel, &rolling, slip, s);
-    if (!(s->at.kinetic > LEAST_FRICTION)) s->scale[0] = 0.0;
+    if (!(s->at.kinetic > MIN_FRICTION)) s->scale[0] = 0.0;
     else place_in_plane(pair->table, -in->creepage_y, -in->spin, s);
 }
 
@@ -113,13 +113,13 @@ ALWAYS_INLINE void creep_forces_finish(const creep_table *table, const creep_for
     memcpy(&out->force_x_by_creepage_x, by, sizeof by);
 }
 
-/* Up to MOST_POINTS contacts. */
+/* Up to MAX_POINTS contacts. */
 ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, const creep_forces_parameters *p,
                                    size_t n, const creep_forces_input *in,
                                    creep_forces_output *out) {
-    force_plane state[MOST_POINTS];
-    double place[MOST_POINTS], k_hat[MOST_POINTS];
-    double q[MOST_POINTS], slope[MOST_POINTS], by_log_k[MOST_POINTS];
+    force_plane state[MAX_POINTS];
+    double place[MAX_POINTS], k_hat[MAX_POINTS];
+    double q[MAX_POINTS], slope[MAX_POINTS], by_log_k[MAX_POINTS];
     for (size_t i = 0; i < n; i++) {
         creep_forces_begin(pair, p, &in[i], &state[i], &out[i]);
         place[i] = state[i].start.place;

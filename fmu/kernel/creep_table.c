@@ -21,7 +21,7 @@ ASSERT_LAYOUT(header,
               CHECKED_FILE_FRAME + offsetof(creep_table, coefficients) + 104 == TABLE_HEADER);
 
 /* Limit of a coefficient, so that sums and forces stay finite. */
-static const double LARGEST_NUMBER = 1e9;
+static const double MAX_NUMBER = 1e9;
 
 void creep_table_node(const creep_table *shape, double u, double k_hat, creep_node *node) {
     if (shape->one_axis) {
@@ -65,7 +65,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
         return "the table's static_to_kinetic is out of range";
     if (!(table->k_max > 0.0 && table->k_max <= 1e3)) return "the table's k_max is out of range";
     for (size_t i = 0; i < count; i++)
-        if (!(fabs(table->coefficients[i]) <= LARGEST_NUMBER))
+        if (!(fabs(table->coefficients[i]) <= MAX_NUMBER))
             return "the table holds a number that is not finite or beyond 1e9";
     return NULL;
 }

@@ -29,7 +29,7 @@ enum {
     LOSS = PLACE(drivetrain_state, loss_work)
 };
 /* The states come first, then the integrals; a right wheel follows its left one. */
-ASSERT_LAYOUT(integrals_follow_states, (int)DISTANCE == (int)MOST_STATES && LOSS + 1 == MOST_ROWS);
+ASSERT_LAYOUT(integrals_follow_states, (int)DISTANCE == (int)MAX_STATES && LOSS + 1 == MAX_ROWS);
 ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && RELAXED_RIGHT == RELAXED_LEFT + 1);
 
 enum {
@@ -226,7 +226,7 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
 
         g->saturation[0][l] = a[0].saturation;
         g->saturation[1][l] = a[1].saturation;
-        lanes(*j)[MOST_STATES] = *jacobian;
+        lanes(*j)[MAX_STATES] = *jacobian;
         /* With a rigid axle the left omega stands for both wheels. */
         double one = g->elastic ? 0.0 : 1.0, inverse_mass = p.body.inverse_mass;
         double by_omega[2] = {a[0].by_omega + one * a[1].by_omega, a[1].by_omega};

@@ -30,7 +30,7 @@ typedef struct {
     double omega;            /* angular velocity [rad/s] */
     double speed;            /* forward velocity [m/s] */
     double normal_load;      /* a negative load counts as zero [N] */
-    double friction_scale;   /* multiplies f_s and f_d; zero below LEAST_FRICTION_SCALE [1] */
+    double friction_scale;   /* multiplies f_s and f_d; zero below MIN_FRICTION_SCALE [1] */
     double relaxed_creepage; /* state, if there is a relaxation length [1] */
     double lateral_velocity; /* of the wheel's surface against the rail, to the left [m/s] */
     double spin_velocity;    /* likewise, about the vertical axis upwards [rad/s] */
@@ -72,7 +72,7 @@ typedef struct {
 } force_element_output;
 
 /* A smaller friction scale counts as zero: the scales of its contact would overflow. */
-#define LEAST_FRICTION_SCALE 1e-6
+#define MIN_FRICTION_SCALE 1e-6
 
 /* Largest process zone ratio for which the law's limit of a vanishing weakening zone is good. */
 #define PROCESS_ZONE_LIMIT 0.5

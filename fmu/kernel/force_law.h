@@ -17,7 +17,7 @@ ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
 }
 
 ALWAYS_INLINE int has_friction(const force_element_input *in) {
-    return !(in->friction_scale < LEAST_FRICTION_SCALE);
+    return !(in->friction_scale < MIN_FRICTION_SCALE);
 }
 
 /* Whether there can be a force. */

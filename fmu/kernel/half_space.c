@@ -47,7 +47,7 @@ static double softening(double stiffness, double saturation) {
 }
 
 void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scales *scales) {
-    double g = smaller(larger(a_over_b, LEAST_ASPECT), MOST_ASPECT), nu = poisson_ratio;
+    double g = smaller(larger(a_over_b, MIN_ASPECT), MAX_ASPECT), nu = poisson_ratio;
     double along[ASPECT_TERMS], across[POISSON_TERMS], log_of[4] = {0.0};
     chebyshev(ASPECT_TERMS, logarithm(g) / 3.0, along);
     chebyshev(POISSON_TERMS, 4.0 * nu - 1.0, across);

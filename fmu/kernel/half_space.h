@@ -19,8 +19,8 @@ typedef struct {
 } half_space_scales;
 
 /* Range of the ratio of semi-axes, along over across rolling. */
-#define LEAST_ASPECT 0.05
-#define MOST_ASPECT 20.0
+#define MIN_ASPECT 0.05
+#define MAX_ASPECT 20.0
 
 /* Scales of an ellipse; the ratio is held within its range, and 0 <= poisson_ratio <= 0.5. */
 CONTACTLIB_API void half_space_scales_of(double a_over_b, double poisson_ratio,

@@ -14,10 +14,10 @@
 
 /* Beyond saturation the rate of decay is |v|, but at least this fraction of |w|/zeta0: it ends the
  * growth at a million times zeta0, far in the tail of every law. */
-static const double LEAST_DECAY = 1e-6;
+static const double MIN_DECAY = 1e-6;
 
 ALWAYS_INLINE double sliding_decay(double slip, double speed, double limit) {
-    return larger(fabs(speed), LEAST_DECAY * fabs(slip) / limit);
+    return larger(fabs(speed), MIN_DECAY * fabs(slip) / limit);
 }
 
 /* The relaxed creepage beyond which the patch slides. The saturation creepage vanishes with the
@@ -42,7 +42,7 @@ ALWAYS_INLINE double relaxation_rate(const force_element_parameters *p,
     double decay = sliding ? sliding_decay(slip, in->speed, limit) : pace;
     double rate = (slip - decay * zeta) * inverse;
     int moves = sliding & (limit == saturation_creepage);
-    int least = decay > pace; /* LEAST_DECAY applies; the slip is not zero then */
+    int least = decay > pace; /* MIN_DECAY applies; the slip is not zero then */
     direction = least ? 0.0 : direction;
     double by_slip = (1.0 - (least ? decay / slip : 0.0) * zeta) * inverse;
     double by_log_limit = moves ? (least ? decay * zeta * inverse : 0.0) - rate : 0.0;

@@ -21,15 +21,15 @@
 
 #include "simd_math.h"
 
-enum { MOST_STATES = 7, MOST_ROWS = 12, MOST_SUBSTEPS = 100000 };
+enum { MAX_STATES = 7, MAX_ROWS = 12, MAX_SUBSTEPS = 100000 };
 
 #if LANES > 1 && defined(__GNUC__)
 typedef double lanes[LANES] __attribute__((aligned(64))); /* else vectors lie across cache lines */
 #else
 typedef double lanes[LANES];
 #endif
-typedef lanes rows[MOST_ROWS];
-typedef lanes matrix[MOST_ROWS][MOST_STATES];
+typedef lanes rows[MAX_ROWS];
+typedef lanes matrix[MAX_ROWS][MAX_STATES];
 
 /* A loop over the lanes; it tells the compiler that the lanes are independent. */
 #if LANES == 1
@@ -50,7 +50,7 @@ typedef lanes matrix[MOST_ROWS][MOST_STATES];
  * no rate depends. */
 typedef struct {
     int states, rows;
-    int place[MOST_ROWS]; /* of each row in y, f and the Jacobian; below MOST_STATES for a state */
+    int place[MAX_ROWS]; /* of each row in y, f and the Jacobian; below MAX_STATES for a state */
     void *model;
     /* Rates of all rows and, unless jacobian is NULL, their derivatives by the states. */
     void (*rates)(void *model, lanes *y, lanes *f, matrix *jacobian);
@@ -60,7 +60,7 @@ typedef struct {
 
 /* Factorize a = l u in place, with an inverted diagonal. Rows are not exchanged: the diagonal holds
  * 1/(gamma h), and if a growing mode cancels it, the error control takes a shorter substep. */
-static inline void factorize(int n, lanes a[MOST_STATES][MOST_STATES]) {
+static inline void factorize(int n, lanes a[MAX_STATES][MAX_STATES]) {
     for (int k = 0; k < n; k++) {
         EACH_LANE (l) a[k][k][l] = 1.0 / a[k][k][l];
         for (int i = k + 1; i < n; i++) {
@@ -71,8 +71,8 @@ static inline void factorize(int n, lanes a[MOST_STATES][MOST_STATES]) {
     }
 }
 
-static inline void solve(int n, lanes lu[MOST_STATES][MOST_STATES], lanes b[MOST_ROWS],
-                         lanes x[MOST_ROWS]) {
+static inline void solve(int n, lanes lu[MAX_STATES][MAX_STATES], lanes b[MAX_ROWS],
+                         lanes x[MAX_ROWS]) {
     for (int i = 0; i < n; i++) {
         EACH_LANE (l) x[i][l] = b[i][l];
         for (int c = 0; c < i; c++)
@@ -131,7 +131,7 @@ static const rosenbrock_method RODAS5P = {
 typedef struct {
     const equations *problem;
     matrix *j;
-    lanes lu[MOST_STATES][MOST_STATES];
+    lanes lu[MAX_STATES][MAX_STATES];
     lanes h, inverse; /* [s, 1/s] */
 } factors;
 
@@ -246,7 +246,7 @@ typedef struct {
 
 /* Whether a lane will not finish: its rates are NaN, or it cannot meet the tolerance. */
 static inline int is_hopeless(const integration *s, int l, double step) {
-    return s->count[l] >= MOST_SUBSTEPS || !(s->h[l] > 1e-15 * step);
+    return s->count[l] >= MAX_SUBSTEPS || !(s->h[l] > 1e-15 * step);
 }
 
 /* Try one substep in each lane and accept it if its error is within the tolerance. */

@@ -9,9 +9,9 @@
 void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const double *x,
                                      const double *k_hat, size_t k_stride, double *ratio,
                                      double *slope) {
-    double k[MOST_POINTS], log_k[MOST_POINTS];
-    for (size_t first = 0; first < n; first += MOST_POINTS) {
-        size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
+    double k[MAX_POINTS], log_k[MAX_POINTS];
+    for (size_t first = 0; first < n; first += MAX_POINTS) {
+        size_t count = n - first < MAX_POINTS ? n - first : MAX_POINTS;
         for (size_t i = 0; i < count; i++) k[i] = k_hat[(first + i) * k_stride];
         evaluate_points(table, count, x + first, k, ratio + first, slope + first, log_k);
     }
@@ -19,8 +19,8 @@ void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const d
 
 void WIDE(creep_forces_evaluate)(const creep_forces *pair, size_t n,
                                  const creep_forces_input *input, creep_forces_output *output) {
-    for (size_t first = 0; first < n; first += MOST_POINTS) {
-        size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
+    for (size_t first = 0; first < n; first += MAX_POINTS) {
+        size_t count = n - first < MAX_POINTS ? n - first : MAX_POINTS;
         creep_forces_at(pair, &pair->parameters, count, input + first, output + first);
     }
 }
@@ -31,13 +31,13 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                                        force_element_output *output) {
     force_element_parameters p = *parameters;
     contact_scales scales = contact_scales_of(&p);
-    force_state at[MOST_POINTS];
-    double x[MOST_POINTS], k_hat[MOST_POINTS];
-    double ratio[MOST_POINTS], slope[MOST_POINTS], log_k[MOST_POINTS];
+    force_state at[MAX_POINTS];
+    double x[MAX_POINTS], k_hat[MAX_POINTS];
+    double ratio[MAX_POINTS], slope[MAX_POINTS], log_k[MAX_POINTS];
     int hot = is_hot(&p);
-    for (size_t first = 0; first < n; first += MOST_POINTS) {
+    for (size_t first = 0; first < n; first += MAX_POINTS) {
         const force_element_input *in = input + first;
-        size_t count = n - first < MOST_POINTS ? n - first : MOST_POINTS;
+        size_t count = n - first < MAX_POINTS ? n - first : MAX_POINTS;
         for (size_t i = 0; i < count; i++) {
             int loaded = is_loaded(parameters, in[i].normal_load);
             if (loaded && in[i].normal_load != p.nominal_load) {

@@ -1,4 +1,4 @@
-/* Evaluation of a creep table at up to MOST_POINTS points.
+/* Evaluation of a creep table at up to MAX_POINTS points.
  *
  * The loops over points have no branches, so that the compiler turns them into vector instructions,
  * and are short enough for intermediate results to stay in the cache. */
@@ -10,9 +10,9 @@
 #include "creep_table.h"
 #include "line_law.h"
 
-enum { MOST_POINTS = 32, CORNER = 7 };
+enum { MAX_POINTS = 32, CORNER = 7 };
 
-static const double LEAST_CREEPAGE = 1e-280; /* below it the law is linear to the last digit */
+static const double MIN_CREEPAGE = 1e-280; /* below it the law is linear to the last digit */
 
 /* Uniform cubic B-spline: weights of 4 neighbours and their derivatives at 0 <= f <= 1. */
 ALWAYS_INLINE void basis(double f, double weight[4], double derivative[4]) {
@@ -62,9 +62,9 @@ ALWAYS_INLINE void evaluate_one_axis(const creep_table *table, double x, double 
 
 /* Cells of the points, and the spline's weights along sqrt(k_hat). */
 typedef struct {
-    double root_k[MOST_POINTS], rest[MOST_POINTS], fraction_u[MOST_POINTS];
-    double along_k[MOST_POINTS][8]; /* weights of 4 rows, and of their derivative */
-    uint32_t first[MOST_POINTS];    /* index of the first coefficient */
+    double root_k[MAX_POINTS], rest[MAX_POINTS], fraction_u[MAX_POINTS];
+    double along_k[MAX_POINTS][8]; /* weights of 4 rows, and of their derivative */
+    uint32_t first[MAX_POINTS];    /* index of the first coefficient */
 } spline_place;
 
 ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double *k_hat,
@@ -102,7 +102,7 @@ ALWAYS_INLINE void add_rows(const double *row, uint32_t row_length, const double
 
 /* 1/T and c0 to c5 of every point, and their derivatives by sqrt(k_hat). */
 typedef struct {
-    double c[CORNER][MOST_POINTS], by_root_k[CORNER][MOST_POINTS];
+    double c[CORNER][MAX_POINTS], by_root_k[CORNER][MAX_POINTS];
 } corner_numbers;
 
 ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline_place *place,
@@ -126,7 +126,7 @@ ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline
 /* Add C of every point to h, which holds H and its derivatives by ln t and by sqrt(k_hat). */
 ALWAYS_INLINE void add_corners(const creep_table *table, size_t n, const double *t,
                                const corner_numbers *at, double h[][3]) {
-    double y[MOST_POINTS], z[MOST_POINTS], power[MOST_POINTS];
+    double y[MAX_POINTS], z[MAX_POINTS], power[MAX_POINTS];
     int any = 0;
     for (size_t i = 0; i < n; i++) {
         double given = t[i] * at->c[0][i];
@@ -169,7 +169,7 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
     uint32_t corner = table->twice_corner > 0 ? CORNER : 0;
     uint32_t row_length = corner + table->cells_u + 3;
     spline_place place;
-    double sum[MOST_POINTS][8], h[MOST_POINTS][3], w[MOST_POINTS];
+    double sum[MAX_POINTS][8], h[MAX_POINTS][3], w[MAX_POINTS];
     find_places(table, n, k_hat, t, row_length, &place);
     for (size_t i = 0; i < n; i++)
         add_rows(table->coefficients + corner + place.first[i], row_length, place.along_k[i],
@@ -203,7 +203,7 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
     }
 }
 
-/* q, dq/dx and k_hat dq/dk_hat of n <= MOST_POINTS points. */
+/* q, dq/dx and k_hat dq/dk_hat of n <= MAX_POINTS points. */
 ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const double *x,
                                    const double *k_hat, double *ratio, double *slope,
                                    double *log_k) {
@@ -215,11 +215,11 @@ ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const dou
         }
         return;
     }
-    double t[MOST_POINTS], stretch[MOST_POINTS], share[MOST_POINTS];
+    double t[MAX_POINTS], stretch[MAX_POINTS], share[MAX_POINTS];
     for (size_t i = 0; i < n; i++) {
-        double given = fabs(x[i]), tiny = given * (1.0 / LEAST_CREEPAGE);
-        coordinate c = solve_coordinate(larger(given, LEAST_CREEPAGE), k_hat[i]);
-        double part = given < LEAST_CREEPAGE ? tiny : 1.0;
+        double given = fabs(x[i]), tiny = given * (1.0 / MIN_CREEPAGE);
+        coordinate c = solve_coordinate(larger(given, MIN_CREEPAGE), k_hat[i]);
+        double part = given < MIN_CREEPAGE ? tiny : 1.0;
         stretch[i] = c.y + 4.0 * c.m * c.s; /* dx/d(ln t) */
         double quotient = c.y / stretch[i]; /* -d(ln t)/d(ln k_hat) at fixed x */
         share[i] = stretch[i] > 0.0 ? quotient : 0.0;

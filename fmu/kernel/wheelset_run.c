@@ -29,7 +29,7 @@ static const int DRIVETRAIN_ROW[RUN_ROWS] = {SPEED, LEFT,  -1,         -1,  DIST
                                              DRIVE, CREEP, RESISTANCE, LOSS};
 ASSERT_LAYOUT(rows_of_the_run, PLACE(run_row, time) == ROW_TIME &&
                                    PLACE(run_row, loss_work) + 1 == RUN_ROWS &&
-                                   (int)RUN_ROWS <= (int)MOST_ROWS);
+                                   (int)RUN_ROWS <= (int)MAX_ROWS);
 
 struct wheelset_run {
     drivetrain_member member;
@@ -122,7 +122,7 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     regularized_speed(y[ROW_SPEED][0], body->minimum_speed, &reference, &slope);
     double by[2] = {(-1.0 - wheel_now(run)->creepage * slope) / reference,
                     body->radius / reference};
-    lanes(*to)[MOST_STATES] = *jacobian;
+    lanes(*to)[MAX_STATES] = *jacobian;
     for (int i = 0; i < RUN_ROWS; i++) {
         int from = DRIVETRAIN_ROW[i];
         if (from < 0) continue;

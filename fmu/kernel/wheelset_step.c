@@ -37,7 +37,7 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     if (!jacobian) return;
     /* Without contact the equations are not stiff, and the slip's accuracy does not matter. */
     m->saturation_creepage = out.saturation_creepage > 0.0 ? out.saturation_creepage : 1.0;
-    lanes(*j)[MOST_STATES] = *jacobian;
+    lanes(*j)[MAX_STATES] = *jacobian;
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < 2; k++) j[i][k][0] = rates.jacobian[i][k];
     j[0][2][0] = -m->body->radius * out.force_by_relaxed / m->body->inertia;
@@ -62,10 +62,10 @@ static void error_size(void *model, rows y, rows error, lanes size) {
  * number of substeps. With a coarse tolerance the method damps the oscillations and preserves their
  * mean, which is sufficient for such long steps. */
 static double held_tolerance(double asked, double count) {
-    return count < 0.4 * MOST_SUBSTEPS   ? asked
-           : count < 0.6 * MOST_SUBSTEPS ? fmax(asked, 1e-4)
-           : count < 0.8 * MOST_SUBSTEPS ? fmax(asked, 1e-2)
-                                         : fmax(asked, 1e-1);
+    return count < 0.4 * MAX_SUBSTEPS   ? asked
+           : count < 0.6 * MAX_SUBSTEPS ? fmax(asked, 1e-4)
+           : count < 0.8 * MAX_SUBSTEPS ? fmax(asked, 1e-2)
+                                        : fmax(asked, 1e-1);
 }
 
 const char *wheelset_advance(const creep_table *table, const force_element_parameters *contact,
@@ -84,7 +84,7 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
     run.left[0] = step;
     run.h[0] = *substep > 0.0 ? *substep : step;
     while (run.left[0] > 0.0) {
-        if (run.count[0] >= MOST_SUBSTEPS) {
+        if (run.count[0] >= MAX_SUBSTEPS) {
             *substep = step - run.left[0];
             return "the tolerance is not met within 100000 substeps";
         }

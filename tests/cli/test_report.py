@@ -293,7 +293,7 @@ def test_tune_refuses_before_it_searches(
 
 def test_the_options_of_a_search_have_its_limits() -> None:
     for option in main.commands["tune"].params:
-        limits = {"trials": tuning.MOST, "seeds": tuning.SEEDS}.get(str(option.name))
+        limits = {"trials": tuning.TRIALS, "seeds": tuning.SEEDS}.get(str(option.name))
         if limits is not None:
             assert isinstance(option.type, click.IntRange)
             assert (option.type.min, option.type.max) == (limits.at_least, limits.at_most)

@@ -162,7 +162,7 @@ def test_page_reads_a_file_as_python_does_and_writes_it_back(
     control = ask(page, "settingsOf", vehicle, "roller_rig")["control"]
     curve = cl.CreepCurve(model.wheelset, speed=model.initial_speed)
     assert 0.0 < curve.grip(control["drive_torque"]) < control["creepage"]
-    least = float(curve.least_gain(control["creepage"]))
+    least = float(curve.minimum_gain(control["creepage"]))
     assert least < control["proportional_gain"] or math.isinf(least)  # no gain: the train speeds up
     assert curve.torque(control["creepage"]) < control["torque_max"]
     written = ask(page, "writeModel", vehicle, vehicle["normal_load"])

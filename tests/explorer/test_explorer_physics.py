@@ -107,7 +107,7 @@ def test_parameters_and_steady_creep_are_those_of_python(
             assert {key: its[name][key] for key in expected} == pytest.approx(expected, rel=1e-13)
         assert its["modulus"] == pytest.approx(element.contact.contact_modulus, rel=1e-14)
         curve = cl.CreepCurve(at.wheelset, **at.inputs)
-        for name in ("torque", "slope", "least_gain"):
+        for name in ("torque", "slope", "minimum_gain"):
             values, expected = [p[name] for p in its["points"]], getattr(curve, name)(zeta)
             steepest = float(np.abs(curve.slope(zeta)).max())  # what cancels is of this size
             assert_allclose(values, expected, rtol=1e-9, atol=1e-12 * steepest)

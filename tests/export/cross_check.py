@@ -27,7 +27,7 @@ from contactlib.export.platforms import FMI2_FOLDERS
 TOOL = "contactlib"
 PLATFORMS = ("linux64", "win64", "darwin64")  # those of ours that the rules know
 TOLERANCE = 1e-4  # of each variable's largest value
-MOST_OUTPUTS = 8  # the rules advise ten at most
+MAX_OUTPUTS = 8  # the rules advise ten at most
 PARTS = 100  # of a row in model exchange; the error falls as their square
 README = """\
 # {name}
@@ -89,7 +89,7 @@ def write(folder: Path, platforms: Mapping[str, Sequence[str]] | None = None) ->
             fmu.unlink()
             step = experiment(description).step
             outputs = [v.name for v in description.variables if v.causality == "output" and v.type]
-            outputs = outputs[:MOST_OUTPUTS]
+            outputs = outputs[:MAX_OUTPUTS]
             for fmi_type, how in HOW.items():
                 place = folder / "fmus" / "2.0" / fmi_type / platform / TOOL / cl.__version__ / name
                 place.mkdir(parents=True)

@@ -381,7 +381,7 @@ OVERRIDES: dict[str, dict[str, Any]] = {
         **LIMITER,
         "delay": 0.01,
         "first_compliance": 1e-6,
-        "least_load": 6e3,
+        "minimum_load": 6e3,
         "largest_reference": 0.05,
     },
     "Track.from_breakpoints": {

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import contactlib as cl
-from contactlib.base.writing import MOST_BYTES
+from contactlib.base.writing import MAX_BYTES
 from contactlib.files.reading import LONG_KEY
 
 MODEL = Path(cl.model_path("roller_rig.toml")).read_text(encoding="utf-8")
@@ -100,7 +100,7 @@ def test_nine_parts_are_a_key_and_ten_are_not() -> None:
 def test_a_curve_is_read_up_to_the_limit(tmp_path: Path) -> None:
     path, row = tmp_path / "c.csv", "0.01,0.3\n"
     head = "creepage,traction_coefficient\n"
-    count = (MOST_BYTES - len(head)) // len(row)
+    count = (MAX_BYTES - len(head)) // len(row)
     path.write_text(head + row * count)
     assert cl.TractionData.from_csv(path).creepage.size == count
     path.write_text(head + row * (count + 1))

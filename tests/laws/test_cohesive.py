@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from contactlib import EXPONENTIAL, CarterGriffith, CohesiveZone, ConvergenceError, Friction
 from contactlib.base.quantities import FloatArray
 from contactlib.laws import cohesive_zone
-from contactlib.laws.cohesive import SMALLEST_K_HAT, find_state
+from contactlib.laws.cohesive import MIN_K_HAT, find_state
 from contactlib.laws.cohesive_zone import enough_nodes, solve_cohesive_zones, weakening_length
 from contactlib.laws.friction import Weakening
 
@@ -135,7 +135,7 @@ def test_small_k_hat_tends_to_the_papers_limit() -> None:
 
 @pytest.mark.parametrize("contact", ["line", "elliptic"])
 def test_below_the_smallest_k_hat_the_law_is_the_limit(contact: str) -> None:
-    x, k_hat = np.linspace(-3.0, 3.0, 41), 0.99 * SMALLEST_K_HAT[contact]
+    x, k_hat = np.linspace(-3.0, 3.0, 41), 0.99 * MIN_K_HAT[contact]
     law = CohesiveZone(k_hat=k_hat, static_to_kinetic=2.0, contact=contact)  # type: ignore[arg-type]
     limit = CarterGriffith(k_hat=k_hat, contact=contact)  # type: ignore[arg-type]
     np.testing.assert_array_equal(law.traction_ratio(x), limit.traction_ratio(x))
@@ -151,7 +151,7 @@ def test_below_the_smallest_k_hat_the_law_is_the_limit(contact: str) -> None:
 
 
 def test_at_the_smallest_k_hat_the_step_to_the_limit_cannot_be_seen() -> None:
-    k_hat = SMALLEST_K_HAT["line"]
+    k_hat = MIN_K_HAT["line"]
     x = np.concatenate([np.linspace(0.05, 0.95, 10), 1.0 + np.geomspace(1e-8, 1.0, 30)])
     law, limit = CohesiveZone(k_hat=k_hat, static_to_kinetic=RATIO), CarterGriffith(k_hat=k_hat)
     np.testing.assert_allclose(law.traction_ratio(x), limit.traction_ratio(x), atol=1e-11)

@@ -141,17 +141,17 @@ static int step3(void *c, double time, double step) {
     return status;
 }
 
-enum { MOST_BOOLEANS = 8 };
+enum { MAX_BOOLEANS = 8 };
 
 static int set_boolean3(void *c, const unsigned *of, size_t n, const int *values) {
-    fmi3Boolean flags[MOST_BOOLEANS];
+    fmi3Boolean flags[MAX_BOOLEANS];
     for (size_t i = 0; i < n && values != NULL; i++) flags[i] = values[i] != 0;
     FUNCTION(fmi3SetBoolean);
     return (int)fmi3SetBoolean(c, of, n, values != NULL ? flags : NULL, n);
 }
 
 static int get_boolean3(void *c, const unsigned *of, size_t n, int *values) {
-    fmi3Boolean flags[MOST_BOOLEANS] = {0};
+    fmi3Boolean flags[MAX_BOOLEANS] = {0};
     FUNCTION(fmi3GetBoolean);
     int status = (int)fmi3GetBoolean(c, of, n, values != NULL ? flags : NULL, n);
     for (size_t i = 0; i < n && values != NULL; i++) values[i] = flags[i];

@@ -39,7 +39,7 @@ enum operation {
     OPERATIONS
 };
 
-enum { MOST_STEPS = 6, SLOTS = 2 };
+enum { MAX_STEPS = 6, SLOTS = 2 };
 
 typedef struct {
     void *instance; /* null where it was refused */
@@ -56,7 +56,7 @@ static const fmi *v; /* the calls of this version */
 /* Mostly of variables that there are. */
 static unsigned take_reference(fuzz_input *in) {
     unsigned byte = take_byte(in);
-    return byte == 255 ? take_word(in) : byte % (MOST_VARIABLES + 1);
+    return byte == 255 ? take_word(in) : byte % (MAX_VARIABLES + 1);
 }
 
 static unsigned *take_references(fuzz_input *in, size_t n) {
@@ -104,7 +104,7 @@ static int call_step(program *p, fuzz_input *in) {
     const component *core = p->instance;
     double point = take_byte(in) % 8 == 0 || core == NULL ? take_number(in) : core->now.values.time;
     double step = take_byte(in) % 8 == 0 ? take_number(in) : pow(10.0, -(take_byte(in) % 50) / 8.0);
-    if (p->stepped++ >= MOST_STEPS) return -1; /* each may take long */
+    if (p->stepped++ >= MAX_STEPS) return -1; /* each may take long */
     return v->step(p->instance, point, step);
 }
 

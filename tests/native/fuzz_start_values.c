@@ -1,8 +1,8 @@
 /* Any bytes as one of an FMU's resource files, and any text as the place where they are: refused,
  * or an instance whose every value is one that a tool could have set. */
 #include "checked_file.h"
-#include "fuzz_input.h"
 #include "file_io.h"
+#include "fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

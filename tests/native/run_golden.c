@@ -11,7 +11,7 @@
 #define OPENED
 #include "fmi.h"
 
-enum { MOST_COLUMNS = 64, LINE_SIZE = 8192 };
+enum { MAX_COLUMNS = 64, LINE_SIZE = 8192 };
 
 typedef struct {
     char name[128], kind[16];
@@ -19,14 +19,14 @@ typedef struct {
     double largest, error;
 } column;
 
-static size_t read_header(FILE *file, column columns[MOST_COLUMNS]) {
+static size_t read_header(FILE *file, column columns[MAX_COLUMNS]) {
     char line[LINE_SIZE];
     size_t n = 0;
     if (fgets(line, sizeof line, file) == NULL || strcmp(strtok(line, ",\r\n"), "time") != 0)
         fail("the golden case", "does not begin with time");
     for (char *cell; (cell = strtok(NULL, ",\r\n")) != NULL; n++) {
         column *c = &columns[n];
-        if (n == MOST_COLUMNS) fail(cell, "is one column too many");
+        if (n == MAX_COLUMNS) fail(cell, "is one column too many");
         c->largest = c->error = 0.0;
         if (sscanf(cell, "%127[^:]:%u:%15s", c->name, &c->reference, c->kind) != 3 ||
             (strcmp(c->kind, "in") && strcmp(c->kind, "out") && strcmp(c->kind, "boolean")))
@@ -36,7 +36,7 @@ static size_t read_header(FILE *file, column columns[MOST_COLUMNS]) {
 }
 
 /* Time and values of the next row; 0 at the end of the file. */
-static int read_row(FILE *file, size_t n, double row[MOST_COLUMNS + 1]) {
+static int read_row(FILE *file, size_t n, double row[MAX_COLUMNS + 1]) {
     char line[LINE_SIZE];
     if (fgets(line, sizeof line, file) == NULL) return 0;
     char *at = line;
@@ -67,9 +67,9 @@ static void compare(const fmi *v, void *c, column *output, double expected) {
 int main(int argc, char **argv) {
     if (argc != 7) fail("usage", "run_golden 2|3 LIBRARY RESOURCES TOKEN GOLDEN TOLERANCE");
     const fmi *v = fmi_of(atoi(argv[1]));
-    static column columns[MOST_COLUMNS];
+    static column columns[MAX_COLUMNS];
     static int said; /* the FMU may keep the pointer */
-    double row[MOST_COLUMNS + 1], tolerance = strtod(argv[6], NULL), worst = 0.0, time = 0.0;
+    double row[MAX_COLUMNS + 1], tolerance = strtod(argv[6], NULL), worst = 0.0, time = 0.0;
     const char *where = "any column";
     unsigned rows = 0;
 

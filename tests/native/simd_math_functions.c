@@ -1,6 +1,6 @@
-/* Values of the functions in fmu/kernel/simd_math.h and fmu/kernel/relaxation.c: for every line of the input, a
- * function's name and two arguments (of those that take one, the second is not used), the value.
- * Numbers are hexadecimal, so none is rounded on the way.
+/* Values of the functions in fmu/kernel/simd_math.h and fmu/kernel/relaxation.c: for every line of
+ * the input, a function's name and two arguments (of those that take one, the second is not used),
+ * the value. Numbers are hexadecimal, so none is rounded on the way.
  *
  * With any argument it reads nothing, and for every function writes a sum of the bits of its
  * values at many arguments. */

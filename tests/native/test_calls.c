@@ -5,12 +5,12 @@
  *
  * RESOURCES is a URI, and FOLDER the path of the folder that it is in. */
 #include "absent.h"
-#include "simd_math.h"
 #include "checked_file.h"
 #include "checks.h"
 #include "component.h"
-#include "model_functions.h"
 #include "file_io.h"
+#include "model_functions.h"
+#include "simd_math.h"
 #include "token.h"
 
 static int said;     /* messages */
@@ -263,7 +263,7 @@ static void test_failing_step(void) {
 static void test_model_exchange(void) {
     void *c = instance(1);
     size_t states = ((component *)c)->states, indicators = component_indicators(c), n;
-    double x[MOST_VARIABLES];
+    double x[MAX_VARIABLES];
     const experiment e = {0};
     if (v->version == 3) {
         FINE(fmi3GetNumberOfContinuousStates(c, &n));
@@ -335,12 +335,12 @@ static void test_event(void) {
 
 static void test_derivatives(void) {
     void *c = instance(1);
-    unsigned many[MOST_VARIABLES + 1];
+    unsigned many[MAX_VARIABLES + 1];
     const char *force = kind->has_contact ? "creep_force" : "speed";
     unsigned unknown = reference_of(kind->has_pair ? "force_x" : force);
     unsigned known = reference_of(kind->has_pair ? "shear_modulus" : "radius");
     unsigned omega = reference_of(kind->has_pair ? "creepage_x" : "omega");
-    double seed = 1.0, x[MOST_VARIABLES + 1], largest = 1e308;
+    double seed = 1.0, x[MAX_VARIABLES + 1], largest = 1e308;
     const experiment e = {0};
     FINE(v->enter(c, &e));
     FINE(v->derivative(c, 0, &unknown, 1, &known, 1, &seed, x));
@@ -350,8 +350,8 @@ static void test_derivatives(void) {
     REFUSED(v->derivative(c, 0, &known, 1, &known, 1, &seed, x));
     if (kind->has_contact || kind->has_pair)
         REFUSED(v->derivative(c, 0, &unknown, 1, &unknown, 1, &seed, x));
-    for (size_t i = 0; i <= MOST_VARIABLES; i++) many[i] = unknown;
-    REFUSED(v->derivative(c, 0, many, MOST_VARIABLES + 1, &known, 1, &seed, x));
+    for (size_t i = 0; i <= MAX_VARIABLES; i++) many[i] = unknown;
+    REFUSED(v->derivative(c, 0, many, MAX_VARIABLES + 1, &known, 1, &seed, x));
     known = (unsigned)kind->count;
     REFUSED(v->derivative(c, 0, &unknown, 1, &known, 1, &seed, x));
     v->close(c);

@@ -11,12 +11,12 @@
 #include "creep_curve.h"
 #include "creep_forces.h"
 #include "drivetrain.h"
+#include "file_io.h"
 #include "fmi.h"
 #include "hertz.h"
-#include "file_io.h"
+#include "simd_dispatch.h"
 #include "wheelset_run.h"
 #include "wheelset_step.h"
-#include "simd_dispatch.h"
 
 enum { CONTACTS = 3 }; /* a line; an ellipse whose force follows; a hot ellipse */
 static int points;     /* at which each law is asked */

@@ -12,7 +12,7 @@
 #include "drivetrain.h"
 #include "fmi.h"
 
-enum { MOST_THREADS = 16, STEPS = 40, TRAINS = 20 };
+enum { MAX_THREADS = 16, STEPS = 40, TRAINS = 20 };
 
 /* All that a thread finds out. */
 typedef struct {
@@ -88,8 +88,8 @@ static void *run_all(void *argument) {
 }
 
 int main(int count, char **arguments) {
-    static findings found[MOST_THREADS + 1];
-    pthread_t threads[MOST_THREADS];
+    static findings found[MAX_THREADS + 1];
+    pthread_t threads[MAX_THREADS];
     if (count != 5) return 2;
     int n = atoi(arguments[1]);
     repetitions = atoi(arguments[2]);
@@ -100,7 +100,7 @@ int main(int count, char **arguments) {
         if (strcmp(m->variables[i].name, "drive_torque") == 0) torque = i;
         if (strcmp(m->variables[i].name, "speed") == 0) speed = i;
     }
-    if (n < 1 || n > MOST_THREADS) return 2;
+    if (n < 1 || n > MAX_THREADS) return 2;
     table = (creep_table){.k_max = 2.0}; /* that of the line contact */
     contact = (force_element_parameters)SOME_CONTACT;
     /* The threads first: nothing may be made ready for them by the one that runs alone. */

@@ -74,7 +74,7 @@ def test_an_error_of_the_user_s_is_told_with_its_place() -> None:
         raise KeyError("slip")
 
     with pytest.raises(
-        RuntimeError, match=r"Asked\.torque at 0 s: KeyError: 'slip' \(test_stacking\.py, line \d+"
+        RuntimeError, match=r"Asked\.torque at 0 s: KeyError: 'slip' \(test_batching\.py, line \d+"
     ) as caught:
         asked(answering(fail), [2e4])
     assert isinstance(caught.value.__cause__, KeyError)

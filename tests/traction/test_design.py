@@ -81,7 +81,7 @@ def test_designed_creep_control_is_stable_over_speeds_and_creepages(
                 locomotive,
                 reference=float(creepage),
                 reference_torque=torque,
-                least_slip=0.0,
+                minimum_slip=0.0,
                 creepage_error=0.0,
             )
             assert isinstance(controller, cl.CreepPI)

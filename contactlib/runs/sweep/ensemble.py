@@ -42,7 +42,7 @@ WHEELSET = "wheelset"  # column of outcomes of the analysis, for which no contro
 # A chunk of a few runs costs as much as a chunk of one, and 2048 runs take less than 100 MB. A core
 # does 15 000 simulated seconds per second; the longest chunk (simulated time, s) limits the work
 # that a kill can cost and the time between signs of progress.
-LEAST, MOST, LONGEST = 64, 2048, 225_000.0
+MIN_CHUNK, MAX_CHUNK, MAX_TIME = 64, 2048, 225_000.0
 CHUNKS_EACH, ANALYSES_EACH = 2, 8  # chunks for each worker, to balance the load at the end
 
 
@@ -324,10 +324,10 @@ def results_path(sweep: Sweep, output: str | os.PathLike[str]) -> Path:
 def default_chunk(sweep: Sweep, workers: int) -> int:
     """Default number of runs in a chunk."""
     if not sweep.plan.controllers:  # analyses run one after the other
-        return min(MOST, math.ceil(sweep.runs / (ANALYSES_EACH * workers)))
+        return min(MAX_CHUNK, math.ceil(sweep.runs / (ANALYSES_EACH * workers)))
     shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
-    most = min(MOST, math.ceil(LONGEST * sweep.runs / sweep.simulated_time))
-    return max(LEAST, min(most, shared))
+    most = min(MAX_CHUNK, math.ceil(MAX_TIME * sweep.runs / sweep.simulated_time))
+    return max(MIN_CHUNK, min(most, shared))
 
 
 def _run(

@@ -34,7 +34,7 @@ from contactlib.traction.interface import Controller
 from contactlib.vehicle.wheelset import Wheelset
 
 PLACEHOLDER = {"open_loop": OpenLoop()}  # for scenarios that are only analysed
-MOST_TABLES = 64  # building a cohesive one takes several seconds
+MAX_TABLES = 64  # building a cohesive one takes several seconds
 
 
 def this_contactlib() -> str:
@@ -362,11 +362,11 @@ def law_tables(
         return {(): base.data}
     columns = values[:, plan.table_axes]
     needed, where = np.unique(columns, axis=0, return_index=True)
-    if len(needed) > MOST_TABLES:
+    if len(needed) > MAX_TABLES:
         names = " and ".join(f"axes.{plan.axes[i].name}" for i in plan.table_axes)
         raise ValueError(
             f"{names}: each of {len(needed)} values needs its own table of the law, which is built "
-            f"first: at most {MOST_TABLES}, on a grid or from values = [...]"
+            f"first: at most {MAX_TABLES}, on a grid or from values = [...]"
         )
     builder, tables = ScenarioBuilder(plan), {}
     for done, run in enumerate(where):

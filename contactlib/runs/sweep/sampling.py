@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from contactlib.base.quantities import SEED, FloatArray, Quantity, checks_call
 
 ANY = Quantity("1")  # in a file, unit and limits are those of the numbers that an axis sets
-MOST_RUNS = 10_000_000  # their values are held in memory
+MAX_RUNS = 10_000_000  # their values are held in memory
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def grid_shape(spreads: Sequence[Spread]) -> tuple[int, ...]:
 def draw(
     spreads: Sequence[Spread],
     kind: Literal["grid", "latin_hypercube", "monte_carlo"] = "grid",
-    runs: Annotated[int, Quantity("1", at_least=1.0, at_most=MOST_RUNS, whole=True)] = 0,
+    runs: Annotated[int, Quantity("1", at_least=1.0, at_most=MAX_RUNS, whole=True)] = 0,
     seed: Annotated[int, SEED] = 0,
 ) -> FloatArray:
     """Draw the values of the axes in each run.
@@ -179,8 +179,8 @@ def draw(
     """
     if kind == "grid":
         runs = math.prod(grid_shape(spreads))
-        if runs > MOST_RUNS:
-            raise ValueError(f"the grid has {runs} points: at most {MOST_RUNS}")
+        if runs > MAX_RUNS:
+            raise ValueError(f"the grid has {runs} points: at most {MAX_RUNS}")
         grid = np.meshgrid(*(spread.numbers for spread in spreads), indexing="ij")
         return np.stack(grid, axis=-1).reshape(runs, len(spreads))
     from scipy.stats import qmc

@@ -22,7 +22,7 @@ from contactlib.base.quantities import (
     derived,
     shown,
 )
-from contactlib.stability.delay import MOST_ROOTS, NO_TIME, TIMES
+from contactlib.stability.delay import MAX_ROOTS, NO_TIME, TIMES
 from contactlib.vehicle.conditions import OperatingPoint
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -256,9 +256,9 @@ def sampled_loop(
     integral_gain = checked_number("integral_gain", integral_gain, INTEGRAL_GAINS)
     delay = checked_number("delay", delay, TIMES)
     samples = round(delay / sample_time)
-    if samples > MOST_ROOTS:
+    if samples > MAX_ROOTS:
         raise ValueError(
-            f"delay = {delay!r} is out of range: must be <= {MOST_ROOTS} times "
+            f"delay = {delay!r} is out of range: must be <= {MAX_ROOTS} times "
             f"sample_time = {sample_time!r}"
         )
     if not math.isclose(samples * sample_time, delay, rel_tol=1e-9, abs_tol=1e-12):

@@ -24,7 +24,7 @@ from sweep_files import SCENARIO, SWEEP, UNCOUNTED, chunks_kept, write_sweep
 
 import contactlib as cl
 from contactlib.runs import sweep as sweeps
-from contactlib.runs.sweep.ensemble import LEAST, default_chunk
+from contactlib.runs.sweep.ensemble import MIN_CHUNK, default_chunk
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 # More runs, so that there is a middle to be killed in.
@@ -149,7 +149,7 @@ def test_chunks_are_large_and_every_worker_has_two(path: Path, runs: int, durati
     for workers in (1, 2, 32):
         chunk = default_chunk(longer, workers)
         work = chunk * longer.simulated_time / runs / 15_000.0  # of a core [s]
-        if chunk > LEAST:
+        if chunk > MIN_CHUNK:
             assert work <= 20.0
             assert chunk <= math.ceil(runs / (2 * workers))  # the last of them may be a small one
         if runs == 1_000_000:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from contactlib.runs.sweep.sampling import MOST_RUNS, Spread, draw
+from contactlib.runs.sweep.sampling import MAX_RUNS, Spread, draw
 
 INF = math.inf
 SPREADS: list[tuple[Spread, Any]] = [
@@ -29,7 +29,7 @@ def test_grid_is_every_combination_with_the_last_axis_fastest() -> None:
     values = draw(spreads, "grid", 0, 0)
     assert values[:, 0].tolist() == [0.5] * 3 + [0.9] * 3
     assert values[:, 1].tolist() == [200.0, 250.0, 300.0] * 2
-    with pytest.raises(ValueError, match=f"the grid has 16000000 points: at most {MOST_RUNS}"):
+    with pytest.raises(ValueError, match=f"the grid has 16000000 points: at most {MAX_RUNS}"):
         draw([Spread("values", tuple(range(4000)))] * 2, "grid", 0, 0)
 
 

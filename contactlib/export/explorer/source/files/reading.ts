@@ -21,7 +21,7 @@ export type Table = Readonly<Record<string, unknown>>;
 /** Numbers of a section by key; null where the file leaves out what it may. */
 export type Numbers = Record<string, number | null>;
 
-const LARGEST_FILE = 1_000_000; // characters
+const MAX_FILE = 1_000_000; // characters
 const NUMBER = /^[+-]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?(?![0-9_])/i;
 const DECIMAL = /^[+-]?(\d+(?:\.\d*)?|\.\d+)(e[+-]?\d+)?$/i;
 
@@ -32,8 +32,8 @@ export function decimal(text: string): number {
 
 /** Contents of a TOML file. */
 export function parseToml(text: string): Table {
-  if (text.length > LARGEST_FILE) {
-    refuse(`the file has ${text.length} characters: must be <= ${LARGEST_FILE}`);
+  if (text.length > MAX_FILE) {
+    refuse(`the file has ${text.length} characters: must be <= ${MAX_FILE}`);
   }
   try {
     return parse(text.replace(/^\ufeff/, ""), { integersAsBigInt: "asNeeded", maxDepth: 20 });

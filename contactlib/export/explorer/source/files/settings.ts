@@ -39,8 +39,8 @@ function controlFor(vehicle: Vehicle, speed: number): Control {
   const peak = fold?.creepage ?? plant.saturation;
   const critical = fold?.drive_torque ?? plant.torque(peak, speed);
   const drive_torque = rounded(0.9 * critical, 3), creepage = rounded(1.41 * peak);
-  const { least_gain, pole } = plant.at(creepage, speed);
-  const least = Number.isFinite(least_gain) ? least_gain : pole / plant.gain(speed);
+  const { minimum_gain, pole } = plant.at(creepage, speed);
+  const least = Number.isFinite(minimum_gain) ? minimum_gain : pole / plant.gain(speed);
   const proportional_gain = rounded(least > 0 ? 3 * least : critical / creepage);
   return {
     mode: "torque", drive_torque, torque_rate: 1e3, creepage, proportional_gain,

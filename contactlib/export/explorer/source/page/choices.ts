@@ -6,7 +6,7 @@ import { givenModel, PRESETS, type Settings, settingsOf } from "../files/setting
 import type { App } from "./app";
 import { find, made, toast } from "./elements";
 
-const LARGEST = 1e6; // bytes of a model file
+const MAX_BYTES = 1e6; // bytes of a model file
 
 const base = Object.keys(PRESETS)[0]!; // the preset of an opened model in the address
 
@@ -59,8 +59,8 @@ export function showChoice(): void {
 /** Open a model file, or say what is wrong with it. */
 export async function open(app: App, file: File): Promise<void> {
   try {
-    if (file.size > LARGEST) {
-      throw new ModelError(`has ${file.size} bytes: a model has at most ${LARGEST}`);
+    if (file.size > MAX_BYTES) {
+      throw new ModelError(`has ${file.size} bytes: a model has at most ${MAX_BYTES}`);
     }
     app.use(add(file.name, await file.text()));
     toast(`${file.name}: ${app.settings.vehicle.name}`);

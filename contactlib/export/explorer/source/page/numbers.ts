@@ -22,10 +22,10 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   const { plant, fold } = shown;
   const held = control.mode === "creep";
   const at = held ? control.creepage : run.now.creepage;
-  const { pole, least_gain } = plant.at(at, run.now.speed, run.now.friction);
+  const { pole, minimum_gain } = plant.at(at, run.now.speed, run.now.friction);
   const loop = new Loop(pole, plant.gain(run.now.speed));
   const highest = loop.largestGain(Math.round(control.delay / SAMPLE));
-  const lowest = Math.max(0, least_gain), longest = loop.longestDelay(lowest);
+  const lowest = Math.max(0, minimum_gain), longest = loop.longestDelay(lowest);
   const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
   const where = held ? "at the reference" : "here";
   const empty = !(lowest < highest);

@@ -8,7 +8,7 @@ import { emptied, FONT } from "./pen";
 import type { Moment, Picture } from "./picture";
 import { colour } from "./theme";
 
-const MOST = 2.4; // end of the scale of traction over f_d p0, which is infinite at the stick boundary [1]
+const MAX_TRACTION = 2.4; // end of the scale of traction over f_d p0, which is infinite at the stick boundary [1]
 const POINTS = 81, STRIPS = 41;
 const COLUMNS = 240, ROWS = 96; // pixels of the patch, before they are stretched
 
@@ -73,7 +73,7 @@ export class PatchView extends View {
       slip.push(at <= stick_boundary ? shear_traction[i]! : null);
       stick.push(at >= stick_boundary && stick_boundary < 0.999 ? shear_traction[i]! : null);
     });
-    this.chart.show([position, slip, stick], [-1.08, 1.08], [0, MOST]);
+    this.chart.show([position, slip, stick], [-1.08, 1.08], [0, MAX_TRACTION]);
     this.chart.draw((pen) => {
       if (stick_boundary < 0.999) {
         pen.rule("across", stick_boundary, "ink", 1.2, [3, 3]);
@@ -141,7 +141,7 @@ export class PatchView extends View {
       const from = position[i] as number, width = (position[i + 1] as number) - from;
       const part = width > 0 ? Math.min(Math.max((xi - from) / width, 0), 1) : 0;
       const q = (traction[i] as number) * (1 - part) + (traction[i + 1] as number) * part;
-      pixels[column] = viridis(q / MOST);
+      pixels[column] = viridis(q / MAX_TRACTION);
     }
   }
 

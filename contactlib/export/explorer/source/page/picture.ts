@@ -33,7 +33,7 @@ const POINTS = 260;
 const STATES = 300; // of the S-curve
 
 /** Creepage that the S-curve ends at [1]. */
-export const MOST = 10;
+export const MAX_CREEPAGE = 10;
 
 /** Curves of a plant at one speed, on good friction and, if it differs, on that of a patch. */
 export function picture(plant: Plant, speed: number, wetFriction: number): Picture {
@@ -46,8 +46,8 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
   const most = { torque: fold?.drive_torque ?? Math.max(...dry.torque), force };
   const peak = Math.min(highest, far), scale = fold?.creepage ?? saturation;
   const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
-  const marks = [fold?.creepage, fold?.return_creepage].filter((at) => at !== undefined && at < MOST);
-  for (let i = 0; i <= STATES; i++) marks.push(ends[0] * (MOST / ends[0]) ** (i / STATES));
+  const marks = [fold?.creepage, fold?.return_creepage].filter((at) => at !== undefined && at < MAX_CREEPAGE);
+  for (let i = 0; i <= STATES; i++) marks.push(ends[0] * (MAX_CREEPAGE / ends[0]) ** (i / STATES));
   const states = plant.curves(Float64Array.from(marks as number[]).sort(), speed);
   return { plant, speed, fold, most, peak, far, ends, dry, wet, wetFriction, states };
 }

@@ -3,7 +3,7 @@
 import { View } from "./chart";
 import { digits, percent } from "./format";
 import { trail } from "./pen";
-import { byStability, type Moment, MOST, type Picture } from "./picture";
+import { byStability, type Moment, MAX_CREEPAGE, type Picture } from "./picture";
 
 const FINGER = 32; // distance at which a finger takes hold of the handle [px]
 
@@ -44,7 +44,7 @@ export class SteadyStates extends View {
   override show({ states, fold, most: { torque }, ends: [least] }: Picture): void {
     const back = fold?.return_torque ?? 0.75 * torque;
     const low = Math.min(0.84 * torque, back - 0.4 * (torque - back));
-    this.chart.show([states.creepage, ...byStability(states.torque, states.pole)], [least, MOST],
+    this.chart.show([states.creepage, ...byStability(states.torque, states.pole)], [least, MAX_CREEPAGE],
       [Math.max(0, low), torque + 0.2 * (torque - low)]);
   }
 
@@ -70,7 +70,7 @@ export class SteadyStates extends View {
         pen.dot(fold.drive_torque, fold.creepage, "ink", false, 3.5);
         const text = `fold ${digits(1e-3 * fold.drive_torque, 4)} kN m`;
         pen.label(text, fold.drive_torque, fold.creepage, 9, 18, "ink");
-        if (fold.return_creepage < MOST) {
+        if (fold.return_creepage < MAX_CREEPAGE) {
           pen.dot(fold.return_torque, fold.return_creepage, "ink", false, 3.5);
           pen.label("return", fold.return_torque, fold.return_creepage, -9, -4, "ink", "right");
         }

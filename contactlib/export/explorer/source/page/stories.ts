@@ -181,7 +181,7 @@ export const STORIES: Story[] = [
     steps: [
       step(0.6, "Creep control sets the torque so that the creepage follows its reference.", (app) => {
         const { control, shown, run } = app, { creepage } = critical(app);
-        const { least_gain: needed } = shown.plant.at(1.2 * creepage, run.now.speed);
+        const { minimum_gain: needed } = shown.plant.at(1.2 * creepage, run.now.speed);
         creepMode(app);
         control.delay = 0;
         control.creepage = 0.75 * creepage;
