@@ -140,7 +140,7 @@ if not TYPE_CHECKING:  # to whom every name but those above is a mistake
 
     def __getattr__(name: str) -> Any:
         if name == "__version__":
-            return import_module("importlib.metadata").version(__name__)
+            return import_module("importlib.metadata").version("contactlib-rail")
         if name not in _HOMES:
             message = f"module {__name__!r} has no attribute {name!r}"
             raise AttributeError(message, name=name)

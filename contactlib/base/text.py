@@ -77,6 +77,6 @@ def fixed_width(rows: Sequence[Sequence[str]]) -> str:
 def version() -> str:
     """Version of the installed package; "unreleased" for a checkout that is not installed."""
     try:
-        return metadata.version("contactlib")
+        return metadata.version("contactlib-rail")
     except metadata.PackageNotFoundError:
         return "unreleased"

@@ -22,7 +22,7 @@ from contactlib.cli.exports import EXPORTS
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="contactlib", prog_name="contactlib")
+@click.version_option(package_name="contactlib-rail", prog_name="contactlib")
 def main() -> None:
     """Creep force element for vehicle dynamics: from the creep law to a running FMU.
 

@@ -122,7 +122,7 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     "--platforms",
     help="Comma-separated, such as x86_64-linux,x86_64-windows, or all. Default: this machine's. "
     "What the installation lacks is compiled once, which takes up to some minutes and needs pip "
-    "install 'contactlib[platforms]'.",
+    "install 'contactlib-rail[platforms]'.",
 )
 @click.option(
     "--relaxation-length",

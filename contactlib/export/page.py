@@ -386,7 +386,7 @@ def licence_text() -> bytes:
     """
     if (PACKAGE.parent / "pyproject.toml").is_file():
         return (PACKAGE.parent / "LICENSE").read_bytes()
-    for file in metadata.files("contactlib") or ():
+    for file in metadata.files("contactlib-rail") or ():
         if file.name == "LICENSE":
             return file.read_binary()
     raise FileNotFoundError("contactlib is installed without its LICENSE")

@@ -111,8 +111,8 @@ def to_compile(platforms: Sequence[str] | None) -> list[str]:
     names = [name for name in _wanted(platforms) if _found(name) is None]
     if names and not _has_compiler():
         raise ValueError(
-            f"platforms holds {', '.join(map(repr, names))}, whose library is not in this "
-            "installation; pip install 'contactlib[platforms]' brings the compiler that builds it"
+            f"platforms contains {', '.join(map(repr, names))}, whose library is not in this "
+            "installation; pip install 'contactlib-rail[platforms]' installs the compiler for it"
         )
     return names
 

@@ -128,7 +128,7 @@ def test_description_says_who_made_what(
     assert again.read_bytes() == fmu.read_bytes()  # no date
     found = fmpy.read_model_description(str(fmu))
     assert (found.author, found.version) == (author, "2.3")
-    assert found.generationTool == f"contactlib {metadata.version('contactlib')}"
+    assert found.generationTool == f"contactlib {metadata.version('contactlib-rail')}"
     plain = fmpy.read_model_description(
         str(cl.export_fmu(locomotive, tmp_path / "c.fmu", **options))
     )

@@ -171,7 +171,7 @@ def test_without_the_extra_one_command_is_named(
     monkeypatch.setitem(sys.modules, "ziglang", None)
     with pytest.raises(ValueError, match="'aarch64-linux', 'x86_64-windows', whose") as told:
         binaries("all", 3, "Wheel")
-    assert str(told.value).count("pip install 'contactlib[platforms]'") == 1
+    assert str(told.value).count("pip install 'contactlib-rail[platforms]'") == 1
     assert "python" not in str(told.value)
     assert len(binaries(["x86_64-linux", "x86_64-darwin"], 3, "Wheel")) == 2
     assert compiler.read_text() == ""

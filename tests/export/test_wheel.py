@@ -36,8 +36,15 @@ from contactlib import kernel
 from contactlib.export.platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = ("benchmarks", "contactlib", "fmu", "models", "tests", "tools")
-FILES = ("CITATION.cff", "LICENSE", "README.md", "pyproject.toml")
+FOLDERS = ("benchmarks", "contactlib", "examples", "fmu", "models", "tests", "tools")
+FILES = (
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CONTRIBUTING.md",
+    "LICENSE",
+    "README.md",
+    "pyproject.toml",
+)
 TAGS = {
     "manylinux_2_17_x86_64": "x86_64-linux",
     "manylinux_2_17_aarch64": "aarch64-linux",
@@ -215,7 +222,8 @@ def test_it_asks_for_what_the_project_says(wheel: Wheel) -> None:
     assert (about["Name"], about["Version"]) == (project["name"], project["version"])
     assert about["Requires-Python"] == project["requires-python"]
     assert about["License-Expression"] == project["license"]
-    assert wheel.path.name.startswith(f"{project['name']}-{project['version']}-py3-none-")
+    stem = project["name"].replace("-", "_")
+    assert wheel.path.name.startswith(f"{stem}-{project['version']}-py3-none-")
 
 
 def required(text: str) -> tuple[str, str]:

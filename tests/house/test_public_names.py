@@ -64,7 +64,7 @@ def test_every_name_is_there(name: str) -> None:
 
 
 def test_version_is_that_of_the_installed_package() -> None:
-    assert cl.__version__ == importlib.metadata.version("contactlib")
+    assert cl.__version__ == importlib.metadata.version("contactlib-rail")
     command = [sys.executable, "-m", "contactlib", "--version"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == f"contactlib, version {cl.__version__}"

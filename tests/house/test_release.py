@@ -43,5 +43,5 @@ def test_how_to_cite_it() -> None:
     assert {"cff-version", "message", "title", "authors"} <= set(cited)  # what the format demands
     assert cited["authors"] == PROJECT["authors"]
     assert cited["license"] == PROJECT["license"]
-    assert cited["title"].startswith(PROJECT["name"])
+    assert cited["title"].startswith("contactlib: ")
     assert "version" not in cited

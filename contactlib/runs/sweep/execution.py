@@ -241,7 +241,7 @@ def cluster_workers(
         from distributed import Client
     except ImportError:
         raise ValueError(
-            "a cluster needs dask.distributed: pip install 'contactlib[cluster]'"
+            "a cluster needs dask.distributed: pip install 'contactlib-rail[cluster]'"
         ) from None
     waits = False
     for name in logging.root.manager.loggerDict:
