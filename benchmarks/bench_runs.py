@@ -129,7 +129,7 @@ def _single(duration: float) -> Case:
 
 
 def _ensemble(runs: int, speed: float, duration: float) -> Case:
-    """Many runs that differ in friction and demand, of which only outcomes are kept."""
+    """Many runs that differ in friction and demand; only outcomes are kept."""
     scenarios = many(runs, speed, duration=duration)
     given = rival.numbers(scenarios[0], CONTROLLER)
     found: dict[str, Call] = {

@@ -252,7 +252,9 @@ def checked_samples(
             "length, at least 2"
         )
     if x[0] != 0.0 or np.any(np.diff(x) < apart):
-        raise ValueError(f"{first} = {shown(x.tolist())} must begin with 0 and rise")
+        raise ValueError(
+            f"{first} = {shown(x.tolist())} must begin with 0 and be strictly increasing"
+        )
     return x, y
 
 

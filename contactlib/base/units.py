@@ -96,7 +96,7 @@ def in_si(text: str, si: str, *, bare: bool = False) -> float:
     if not unit and si != "1":
         raise ValueError(f'has no unit: write "{text} {si}", or {text} without quotation marks')
     if unit.startswith(","):
-        raise ValueError("has a decimal comma: a file takes a decimal point")
+        raise ValueError("has a decimal comma: use a decimal point")
     value = unit_value(unit, si) if unit else None
     if value is not None:
         return number * value
@@ -106,6 +106,6 @@ def in_si(text: str, si: str, *, bare: bool = False) -> float:
         raise ValueError(f'is a mass; its weight is "{weight:.4g} kN"')
     if si == "K" and unit_value(unit, "degC"):
         rise = f'"{number - AMBIENT:g} K" if ambient is {AMBIENT:g} degC'
-        raise ValueError(f"is a temperature; what it needs is the rise above ambient: {rise}")
+        raise ValueError(f"is a temperature; give the rise above ambient: {rise}")
     known = ", ".join([si, *UNITS.get(si, {})])
     raise ValueError(f"must be a number in {si}, or a number and one of: {known}")

@@ -187,7 +187,9 @@ def _axis(name: str, value: Any, limits: Limits) -> FloatArray:
         value = [value.start, value.stop]
     axis = np.atleast_1d(checked(name, value, limits))
     if axis.ndim > 1 or axis.size == 0 or (np.diff(axis) <= 0.0).any():
-        raise ValueError(f"{name} = {shown(value)} must be a number, or numbers that rise")
+        raise ValueError(
+            f"{name} = {shown(value)} must be a number, or strictly increasing numbers"
+        )
     return axis
 
 

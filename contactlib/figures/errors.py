@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 MARKS = ("o", "s", "D", "^", "v", "P")
 CAPTION = (
     "Force used / available force while friction limits. Marks: mean over sequences of noise; "
-    "bars: least to largest. Each line is one error that the controllers do not know."
+    "bars: minimum to maximum. Each line is one error unknown to the controllers."
 )
 
 

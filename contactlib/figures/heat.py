@@ -164,7 +164,7 @@ def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[flo
                 place.plot(values, (1e-3 if place is axes[0] else 1e3) * np.array(rows), **look)
         low, high = axes[0].get_ylim()
         limits = ((low - 0.5 * (high - low), high), (0.0, None), (0.0, None))  # legend below
-        names = "time constant of the run-away  [ms]", "clearing time  [ms]"
+        names = "time constant of slip-away  [ms]", "clearing time  [ms]"
         for place, name, ylim in zip(axes, (TORQUE, *names), limits, strict=True):
             labelled(place, "speed", name, xlim=(0.0, values[-1]), ylim=ylim)
         axes[0].legend(loc="lower left")

@@ -179,7 +179,7 @@ def check_law(given: Given) -> None:
     others = [key for key in VEHICLE_SECTIONS["law"] if key in given and key != "kind"]
     if [key for key in others if key not in more] != list(keys):
         what = f"the keys {', '.join((*keys, *more))}" if keys else "no other key"
-        raise ValueError(f"kind = {kind!r} takes {what}, not {others}")
+        raise ValueError(f"kind = {kind!r} accepts {what}, not {others}")
 
 
 def measured_table(given: Given, folder: Path) -> CreepForceTable:

@@ -262,7 +262,7 @@ def fit(
     if (slip_rate or heat) and data.speed is None:
         raise ValueError(f"{'slip_rate' if slip_rate else 'heat'} needs data with a speed")
     if slip_rate and heat:
-        raise ValueError("slip_rate = True is not for a fit with heat, which takes its place")
+        raise ValueError("slip_rate = True cannot be combined with heat")
     if not data.creepage.any():
         raise ValueError("no point of the data has a creepage")
     of_law = {

@@ -187,11 +187,11 @@ class Friction(Parameters):
         super().__post_init__()
         given = f"Friction.softening_temperature = {self.softening_temperature!r}"
         if 0.0 < self.softening_temperature < 1.0:
-            raise ValueError(f"{given} is out of range: must be 0, which is no fall, or at least 1")
+            raise ValueError(f"{given} is out of range: must be 0 (no softening) or >= 1")
         if self.softens_with_heat and self.slip_rate_decay > 0.0:
             raise ValueError(
-                f"{given} and Friction.slip_rate_decay = {self.slip_rate_decay!r} are two ways to "
-                "say how friction falls with slip speed: give one"
+                f"{given} and Friction.slip_rate_decay = {self.slip_rate_decay!r} both "
+                "lower friction with slip speed: give only one of them"
             )
         if self.static < self.kinetic:
             raise ValueError(

@@ -296,7 +296,7 @@ def _read_columns(
             and not unit
             and re.search("percent|prozent|pct", name, re.IGNORECASE)
         ):
-            raise ValueError(f"line {line}: is {name} in per cent? say so with creepage_unit = '%'")
+            raise ValueError(f"line {line}: is {name} in per cent? then set creepage_unit = '%'")
         force = kind == "traction_coefficient" and load is not None
         si = "N" if force else SI[kind]
         factor = unit_value(unit, si) if unit else 1.0
@@ -342,15 +342,15 @@ def _place(
         return column - 1
     if headless:
         raise ValueError(
-            f"line {line}: the first row holds numbers, not the columns' names; say which columns "
-            "to take, such as columns = [1, 2] for creepage and traction coefficient"
+            f"line {line}: the first row contains numbers, not the columns' names; choose the "
+            "columns, such as columns = [1, 2] for creepage and traction coefficient"
         )
     found = [p for p, cell in enumerate(head) if column in (cell, names[p])]
     if not found:
         hint = "; say which to take with columns" if column in COLUMNS else ""
         raise ValueError(f"line {line}: no column {column!r}; {known_names(column, names)}{hint}")
     if len(found) > 1:
-        raise ValueError(f"line {line}: {len(found)} columns {column!r}: take one by its number")
+        raise ValueError(f"line {line}: {len(found)} columns {column!r}: select one by its number")
     return found[0]
 
 

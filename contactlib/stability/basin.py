@@ -2,7 +2,7 @@
 
 With the speed held, the border is the unstable steady state. A free wheelset moves in the plane of
 creepage and speed, and the border is a curve, the separatrix. An accelerating train may have no
-saddle of which this curve is the stable manifold, but it has the unstable quasi-steady branch,
+saddle with this curve as its stable manifold, but it has the unstable quasi-steady branch,
 along which the vehicle's speed changes slowly; a state close to the separatrix stays near this
 branch for long. Backward in time, every motion that starts near the branch at a later moment
 therefore approaches the separatrix at the rate of the unstable pole: twenty time constants reduce
@@ -170,7 +170,7 @@ def basin(
         curve.grip(torque)
     except ValueError:
         raise ValueError(
-            f"drive_torque = {drive_torque!r} is out of range: no creepage holds it by grip at "
+            f"drive_torque = {drive_torque!r} is out of range: no stable state below the peak at "
             f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, friction_scale = "
             f"{at.friction_scale!r}, resistance_force = {at.resistance_force!r}"
         ) from None

@@ -131,7 +131,7 @@ def checked_axle(drivetrain: Drivetrain) -> Axle:
     if drivetrain.relaxation_length > 0.0:
         raise ValueError(
             f"drivetrain.relaxation_length = {drivetrain.relaxation_length!r} must be 0: the "
-            "analysis takes the creep force to follow the creepage at once"
+            "analysis assumes a creep force without lag"
         )
     return drivetrain.axle
 

@@ -206,7 +206,7 @@ def checked_controller(name: str, found: object) -> Controller:
         plain = type(found).__repr__ is object.__repr__
         what = getattr(found, "__name__", f"object of {kind}" if plain else shown(found))
         raise ValueError(
-            f"{name} = {what} is no controller: it must be an object of a class derived from "
+            f"{name} = {what} is not a controller: expected an object of a class derived from "
             "contactlib.SampledController, which has the method torque(self, measurement)"
         )
     if not hasattr(found, "sample_time"):
@@ -221,7 +221,7 @@ def checked_controller(name: str, found: object) -> Controller:
         if not callable(getattr(found, key)):
             raise ValueError(
                 f"{name}: {kind}.{key} must be a method, but self.{key} = "
-                f"{shown(getattr(found, key))} hides it: take another name for that value"
+                f"{shown(getattr(found, key))} hides it: rename that attribute"
             )
         try:
             inspect.signature(getattr(found, key)).bind(*given.split())

@@ -62,7 +62,9 @@ class Profile:
         places = tuple(at.tolist())  # for few places plain numbers are faster
         falls = any(b < a for a, b in pairwise(places))
         if falls or any(a == b for a, b in zip(places, places[2:], strict=False)):
-            raise ValueError(f"at = {shown(self.at)} must rise, and repeat a place at most once")
+            raise ValueError(
+                f"at = {shown(self.at)} must be increasing, with each place at most twice"
+            )
         object.__setattr__(self, "at", places)
         object.__setattr__(self, "value", tuple(value.tolist()))
 

@@ -116,7 +116,7 @@ def test_a_class_or_an_object_stands_beside_the_scenario_s_own() -> None:
             "--controller fails.py: ModuleNotFoundError: No module named 'nothing_of_this_name' "
             "(fails.py, line 1)",
         ),
-        ("mine.py:function", "--controller mine.py:function = function is no controller"),
+        ("mine.py:function", "--controller mine.py:function = function is not a controller"),
         ("mine.py:NeedsGain", "--controller mine.py:NeedsGain: TypeError: "),
         # sys.exit(0) in a user's code is not the end of a command that did its work
         ("leaves.py:Mine", "--controller leaves.py: SystemExit (leaves.py, line 2)"),

@@ -19,7 +19,7 @@ def element(rig: cl.Model) -> cl.ForceElement:
 
 
 def test_agrees_with_the_law(element: cl.ForceElement) -> None:
-    # The law in Python knows nothing of the kernel: the second witness of the whole chain.
+    # The law in Python is independent of the kernel: a second solution for the whole chain.
     zeta = np.linspace(-0.1, 0.1, 501)
     record = element.at_creepage(zeta, speed=SPEED)
     law = cl.CarterGriffith(k_hat=0.3)
@@ -44,7 +44,7 @@ def test_no_load_no_force(element: cl.ForceElement) -> None:
         assert np.isfinite(record[name]).all()
     tiny, tinier = element.evaluate(omega=30.0, speed=10.0, normal_load=[1e-90, 1e-300])
     assert 0.0 < tiny["creep_force"] < 1e-89
-    assert tinier["creep_force"] == 0.0  # next to no load is none
+    assert tinier["creep_force"] == 0.0  # next to no load counts as zero
 
 
 def test_speed_is_regularised_twice_differentiably(element: cl.ForceElement) -> None:

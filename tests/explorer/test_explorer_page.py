@@ -419,7 +419,7 @@ def test_an_experiment_that_cannot_begin_leaves_a_wheel_that_grips(visitor: Visi
     Setting("rig", entries={"wet_friction": 1.0}).set_up(visitor)
     visitor.press("Kick it")
     visitor.call(TELL, 2.0)
-    visitor.wait(10_000)  # until what is told of a test before is gone
+    visitor.wait(10_000)  # until the message of an earlier test is gone
     visitor.press("Wet patch")
     assert advice in visitor.text("story")
     assert visitor.state("run.now.creepage") < visitor.state("shown.fold")["creepage"]

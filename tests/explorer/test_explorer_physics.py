@@ -264,7 +264,7 @@ def test_traction_and_stick_are_the_law_s(page: ExplorerPage, contact: Any, k_ha
             assert np.all(traction == 0.0)
             continue
         assert_allclose(boundary, law.stick_boundary(abs(x), eta), rtol=0.0, atol=1e-12)
-        # A position has 16 digits, of which its distance to a singular point has fewer; that of a
+        # A position has 16 digits, its distance to a singular point fewer; that of a
         # zone without length has none.
         width = np.sqrt((1.0 - eta) * (1.0 + eta)) if contact == "elliptic" else 1.0
         away = np.minimum(np.abs(position - boundary), np.abs(width - np.abs(position)))

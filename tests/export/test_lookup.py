@@ -145,7 +145,10 @@ def test_all_formats_hold_the_same_and_state_the_error(rig: cl.Model, tmp_path: 
     ("options", "message"),
     [
         ({"interpolation": "spline"}, r"interpolation = 'spline' must be one of: linear, cubic"),
-        ({"normal_load": [2e3, 1e3]}, r"normal_load = .* must be a number, or numbers that rise"),
+        (
+            {"normal_load": [2e3, 1e3]},
+            r"normal_load = .* or strictly increasing numbers",
+        ),
         ({"speed": slice(1.0, 2.0, 3.0)}, r"speed = slice.* must be slice\(lowest, highest\)"),
         ({"speed": 0.01}, r"speed = 0\.01 is out of range: .*>= 0\.1"),
         ({"normal_load": range(1, 100_002)}, r"the table would have .* must be <= 10000000"),

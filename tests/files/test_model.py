@@ -1,4 +1,4 @@
-"""Model files: what is read, and what a mistake in one is told."""
+"""Model files: what is read, and how mistakes are reported."""
 
 from __future__ import annotations
 
@@ -305,9 +305,9 @@ def test_wheels_share_the_load(tmp_path: Path) -> None:
         ('kind = "kalker"', r"law.kind = 'kalker' must be one of: carter_griffith, cohesive"),
         (
             'kind = "measured"',
-            r"law.kind = 'measured' takes the keys file, load_exponent",
+            r"law.kind = 'measured' accepts the keys file, load_exponent",
         ),
-        ('file = "x.csv"', r"law.kind = 'carter_griffith' takes no other key"),
+        ('file = "x.csv"', r"law.kind = 'carter_griffith' accepts no other key"),
         (
             'kind = "measured"\nfile = "eurosprinter_engel1998.csv"\ncolumns = ["slip", "mu"]',
             r"law\.file = 'eurosprinter_engel1998\.csv': line \d+: no column 'slip'; known",

@@ -1,4 +1,4 @@
-"""Readers of files from a stranger: right, or refused in one line; never anything else."""
+"""Readers of untrusted files: right, or refused in one line; never anything else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenario files: the shipped ones, and what a mistake in one is told."""
+"""Scenario files: the shipped ones, and how mistakes are reported."""
 
 from __future__ import annotations
 
@@ -412,7 +412,10 @@ def test_continuous_controllers_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("added", "message"),
     [
-        (CREEP.replace("[0.0, 2.0]", "[2.0, 0.0]"), r"controllers\.creep\.time = .* must rise"),
+        (
+            CREEP.replace("[0.0, 2.0]", "[2.0, 0.0]"),
+            r"\.creep\.time = .* must be increasing",
+        ),
         (CREEP.replace("[0.0, 2.0]", "[0.0]"), r"creep\.time has 1 and creepage 2 entries"),
         (CREEP.replace("torque_min = 0.0", "torque_min = 4e4"), r"torque_min = 40000\.0 .*< torq"),
         (CREEP.replace("torque_min = 0.0", ""), r"controllers\.creep\.torque_min is missing"),

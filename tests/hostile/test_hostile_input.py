@@ -190,7 +190,7 @@ def check_error(call: Call, argument: str, value: object, error: Exception) -> N
         word = SAYS.get((call.covers, argument), argument)
         assert re.search(rf"(?<![a-zA-Z])({word})(?![a-zA-Z])", message), where
         assert re.search(
-            "must|need|two ways|missing|out of range|is not|are not|no |not |too |only ", message
+            "must|need|only one|missing|out of range|is not|are not|no |not |too |only ", message
         ), where
 
 

@@ -106,7 +106,7 @@ def test_a_link_that_leads_out_is_refused(tmp_path: Path, kind: str, linked: str
 
 @pytest.mark.skipif(os.name != "posix", reason="devices and pipes are files on POSIX only")
 def test_only_plain_files_are_opened(tmp_path: Path) -> None:
-    """What is none would block for ever, or never end."""
+    """Other kinds of file would block for ever, or never end."""
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "zero").symlink_to("/dev/zero")
     (tmp_path / "folder").mkdir()

@@ -273,7 +273,7 @@ def test_heat_is_for_its_own_contact_and_takes_the_place_of_slip_rate() -> None:
     with pytest.raises(ValueError, match="heat needs data with a speed"):
         fit(CarterGriffith, data, heat=heat, **CARTER)
     moving = TractionData(data.creepage, data.traction_coefficient, 10.0)
-    with pytest.raises(ValueError, match="slip_rate = True is not for a fit with heat"):
+    with pytest.raises(ValueError, match="slip_rate = True cannot be combined with heat"):
         fit(CarterGriffith, moving, heat=heat, slip_rate=True, **CARTER)
     with pytest.raises(ValueError, match="heat is that of a contact that is line"):
         fit(CarterGriffith, moving, heat=heat, contact="elliptic")

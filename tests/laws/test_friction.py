@@ -167,8 +167,8 @@ def test_bad_functions_are_refused(
     ("slip", "coefficient", "message"),
     [
         ([0.0, 1e-6], [0.2, 0.3], r"coefficient\[0\] = 0.2 .*> kinetic = 0.3"),
-        ([1e-7, 1e-6], [0.4, 0.3], "must begin with 0 and rise"),
-        ([0.0, 1e-6, 1e-6], [0.4, 0.3, 0.2], "must begin with 0 and rise"),
+        ([1e-7, 1e-6], [0.4, 0.3], "must begin with 0 and be strictly increasing"),
+        ([0.0, 1e-6, 1e-6], [0.4, 0.3, 0.2], "must begin with 0 and be strictly increasing"),
         ([0.0], [0.4], "at least 2"),
         ([0.0, 1e-6], [0.4, 0.3, 0.2], "of one length"),
         ([0.0, 1e-6], [0.4, math.nan], "coefficient = nan"),

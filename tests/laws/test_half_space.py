@@ -1,4 +1,4 @@
-"""The half-space witness: closed forms, symmetries, energy, order, and the values of CONTACT."""
+"""The half-space reference solver: closed forms, symmetries, energy, order, and CONTACT."""
 
 from __future__ import annotations
 

@@ -370,10 +370,13 @@ def test_steel_is_the_default() -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"softening_temperature": 0.5}, r"softening_temperature = 0\.5 .* 0, .* or at least 1"),
+        ({"softening_temperature": 0.5}, r"softening_temperature = 0\.5 .* 0 .* or >= 1"),
         ({"softening_temperature": -1.0}, r"softening_temperature = -1\.0 .*>= 0"),
         ({"thermal_effusivity": 0.0}, r"thermal_effusivity = 0\.0 .*>= 0\.001"),
-        ({"slip_rate_decay": 0.5}, r"800\.0 and Friction\.slip_rate_decay = 0\.5 are two ways"),
+        (
+            {"slip_rate_decay": 0.5},
+            r"800\.0 and .*slip_rate_decay = 0\.5 both lower friction",
+        ),
     ],
 )
 def test_bad_friction_is_refused(given: dict[str, float], message: str) -> None:
@@ -448,8 +451,8 @@ def test_bad_input_is_refused() -> None:
     [
         ([0.0], [0.4], "at least 2"),
         ([0.0, 100.0], [0.4, 0.3, 0.2], "two rows of one length"),
-        ([1.0, 100.0], [0.4, 0.3], "must begin with 0 and rise"),
-        ([0.0, 100.0, 100.0], [0.4, 0.3, 0.2], "must begin with 0 and rise"),
+        ([1.0, 100.0], [0.4, 0.3], "must begin with 0 and be strictly increasing"),
+        ([0.0, 100.0, 100.0], [0.4, 0.3, 0.2], "must begin with 0 and be strictly increasing"),
         ([0.0, 100.0], [0.4, 0.4], "and fall"),
         ([0.0, 100.0], [0.4, -0.1], r"coefficient = -0.1 .*>= 0"),
     ],

@@ -1,4 +1,4 @@
-"""The element on an ellipse against two half-space solutions: CONTACT's and the witness."""
+"""The element on an ellipse against two half-space solvers: CONTACT and the reference solver."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def traction_ratio(of: cl.ForceElement, creepage: Any) -> FloatArray:
     return np.asarray(force / (of.friction.kinetic * of.normal_load))
 
 
-def witness(
+def reference_ratio(
     of: cl.ForceElement, creepage: FloatArray, grids: tuple[tuple[int, int], ...] = GRIDS
 ) -> FloatArray:
     contact, friction = of.contact, of.friction
@@ -62,7 +62,7 @@ COULOMB = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
 
 @pytest.mark.parametrize(("a_over_b", "gain"), [(0.5, 20), (1.0, 50), (2.0, 100)])
 def test_coulomb_friction_against_contact(a_over_b: float, gain: float) -> None:
-    """And by how many times strips that do not feel each other are worse."""
+    """And by how many times uncoupled strips are worse."""
     rows = contact_cases("coulomb", group="long", a_over_b=a_over_b)
     error = {}
     for theory in ("half_space", "strips"):
@@ -73,26 +73,26 @@ def test_coulomb_friction_against_contact(a_over_b: float, gain: float) -> None:
     assert error["strips"] > gain * error["half_space"]
 
 
-WITNESSED = [(0.3, 0.0), (0.3, 0.5), (3.0, 0.0), (3.0, 0.5)]
+SOLVED = [(0.3, 0.0), (0.3, 0.5), (3.0, 0.0), (3.0, 0.5)]
 BEYOND = [(g, nu) for g in (0.5, 1.0, 2.0) for nu in (0.0, 0.5)]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("a_over_b", "nu"),
-    WITNESSED + [pytest.param(*case, marks=pytest.mark.reference) for case in BEYOND],
+    SOLVED + [pytest.param(*case, marks=pytest.mark.reference) for case in BEYOND],
 )
-def test_coulomb_friction_against_the_witness(a_over_b: float, nu: float) -> None:
+def test_coulomb_friction_against_the_reference(a_over_b: float, nu: float) -> None:
     """At nu = 0.5 tractions turn away from the rolling direction, which those of strips cannot."""
     of = element(ellipse(a_over_b, nu, "half_space"), COULOMB)
     creepage = of.saturation_creepage * np.array([0.3, 0.5, 0.7, 0.9])
-    error = np.abs(traction_ratio(of, creepage) - witness(of, creepage)).max()
+    error = np.abs(traction_ratio(of, creepage) - reference_ratio(of, creepage)).max()
     assert error < (0.0025 if nu == 0.0 else 0.006)
 
 
 @pytest.mark.parametrize("theory", ["line", "strips"])
 def test_without_a_half_space_the_element_is_its_table(theory: str) -> None:
-    """To the last bit, so softening costs no digit where there is none."""
+    """To the last bit, so softening costs no digit without weakening."""
     contact: cl.LineContact | cl.EllipticContact = ellipse(1.5, 0.28, "strips")
     if theory == "line":
         contact = cl.LineContact.from_semi_width(
@@ -157,10 +157,11 @@ def test_cohesive_law_against_contact(static: float, k_hat: float, a_over_b: flo
 @pytest.mark.reference
 @pytest.mark.parametrize("a_over_b", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize(("static", "k_hat"), [(0.33, 0.15), (0.33, 0.3), (0.45, 0.3)])
-def test_peak_against_the_witness(static: float, k_hat: float, a_over_b: float) -> None:
+def test_peak_against_the_reference(static: float, k_hat: float, a_over_b: float) -> None:
     """CONTACT's creepages are too far apart to tell where its peak is.
 
-    The fourth friction is left out: its process zone of 0.1 a is shorter than the witness resolves.
+    The fourth friction is left out: its process zone of 0.1 a is too short for
+    the reference solver.
     """
     _, of = weakening(a_over_b, static, k_hat, cohesive(static), "half_space")
     creepage = np.linspace(2e-3, 5e-3, 20001)
@@ -168,7 +169,7 @@ def test_peak_against_the_witness(static: float, k_hat: float, a_over_b: float) 
     peak = q.argmax()
     near, between = np.linspace(-0.12, 0.12, 7), np.linspace(-0.12, 0.12, 2001)
     grids = ((47, 8), (71, 8)) if static == 0.33 else ((71, 8), (107, 8))
-    there = witness(of, creepage[peak] * (1.0 + near), grids)
+    there = reference_ratio(of, creepage[peak] * (1.0 + near), grids)
     curve = np.polyval(np.polyfit(near, there, 3), between)
     assert abs(between[curve.argmax()]) < 0.01
     assert curve.max() == pytest.approx(q[peak], abs=0.004)

@@ -123,8 +123,8 @@ IN_COLUMNS = [
     ),
     ("slip_percent,mu\n1,5,0,25\n", "line 2: 4 values for 2 columns; are there decimal commas"),
     ("slip_percent;mu\n1;0.2\n1,5;0.2\n", "line 3: slip_percent = '1,5', but line 2 has anoth"),
-    ("slip_percent;mu;mu\n1;0.2;3\n", "line 1: 2 columns 'mu': take one by its number"),
-    ("1,0.2\n2,0.1\n", r"line 1: the first row holds numbers.* columns = \[1, 2\]"),
+    ("slip_percent;mu;mu\n1;0.2;3\n", "line 1: 2 columns 'mu': select one by its number"),
+    ("1,0.2\n2,0.1\n", r"line 1: the first row contains numbers.* columns = \[1, 2\]"),
     (
         "slip_percent [km],mu\n1,0.2\n",
         "line 1: slip_percent .km. is in 'km', but creepage_unit",

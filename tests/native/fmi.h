@@ -207,7 +207,7 @@ static int derivative3(void *c, int adjoint, const unsigned *unknowns, size_t n,
                : (int)fmi3GetDirectionalDerivative(c, unknowns, n, knowns, m, seed, m, change, n);
 }
 
-/* Calls that differ in their names, and in FMI 3 in that numbers of values are told. */
+/* Calls that differ in their names, and in FMI 3 in that they pass numbers of values. */
 #define CALL(own, name, parameters, ...)  \
     static int own parameters {           \
         FUNCTION(name);                   \

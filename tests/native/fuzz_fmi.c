@@ -289,7 +289,7 @@ static void run_program(fuzz_input *in) {
     const char *name = FMU_NAMES[which_fmu % FMUS];
     location_of(name, location);
     token_of(name, token);
-    /* Seldom a token or a place that is none. */
+    /* Seldom an invalid token or place. */
     if (flags >= 0xF8u) snprintf(token, sizeof token, "%s", take_text(in, text));
     else if (flags >= 0xF0u) snprintf(location, sizeof location, "%s", take_text(in, text));
     else if (flags >= 0xE8u) strcat(token, take_text(in, text));

@@ -77,7 +77,7 @@ static void silent_life(int version) {
     v->close(v->open(version == 3, token, resources, 1, NULL));
 }
 
-/* Number of allocations of a life, each of which has failed once. */
+/* Number of allocations of a life; each has failed once. */
 static int with_each_refused(void (*of)(int), int version, int words) {
     for (to_fail = 1;; to_fail++) {
         asked = refused = said = 0;

@@ -477,7 +477,7 @@ static void test_null_pointers(void) {
     v->close(s);
 }
 
-/* In FMI 3 numbers of values are told apart from those of variables. */
+/* FMI 3 distinguishes numbers of values from those of variables. */
 static void test_numbers_of_values(void) {
     v = fmi_of(3);
     void *c = instance(0);

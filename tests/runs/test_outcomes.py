@@ -69,7 +69,7 @@ EARLY = TIME < 5.0
 @pytest.mark.parametrize(
     ("force", "demand", "expected"),
     [
-        # Trapezoid: the drop takes one interval, half of which counts.
+        # Trapezoid: the drop takes one interval, and half of it counts.
         (np.where(EARLY, 1.0, 0.5), 1e6, 0.75 - 0.0025),
         # The demand asks for less than friction allows: that is all that can be used.
         (0.3, 0.5 * LEVEL * 0.3, 1.0),

@@ -260,7 +260,7 @@ def test_profile_ends_jumps_and_refusals() -> None:
         ((1.0, 0.0), (0.0, 0.0), "at "),
         ((), (), "at "),
         ((0.0,), (1.0, 2.0), "at "),
-        ((1.0, 1.0, 1.0), (0.0, 1.0, 2.0), "at most once"),
+        ((1.0, 1.0, 1.0), (0.0, 1.0, 2.0), "at most twice"),
     ):
         with pytest.raises(ValueError, match=said):
             cl.Profile(time, value)

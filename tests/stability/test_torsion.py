@@ -1,6 +1,6 @@
 """Wheels that vibrate against each other: threshold, limit cycles, two states for one torque.
 
-The witnesses are the kernel's drivetrain, which tests/vehicle/test_drivetrain.py compares with
+The references are the kernel's drivetrain, which tests/vehicle/test_drivetrain.py compares with
 another solver, and the difference of both wheels about a mean that does not move. Creep control
 holds the mean creepage of the drivetrain, as the describing function takes for granted.
 """

@@ -1,4 +1,4 @@
-"""The law of force in the plane with its table: CONTACT, the witness, symmetries, derivatives."""
+"""The law of lateral force with its table: CONTACT, reference solver, symmetries, derivatives."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def test_damaged_file_is_named(
     [pytest.param(0.7, marks=pytest.mark.slow)]
     + [pytest.param(g, marks=pytest.mark.reference) for g in (0.18, 0.35, 1.4, 2.8, 5.7)],
 )
-def test_agreement_with_the_witness_between_the_knots(a_over_b: float, nu: float) -> None:
+def test_agreement_with_the_reference_between_the_knots(a_over_b: float, nu: float) -> None:
     """Ellipses and Poisson's ratios from which no coefficient was made."""
     creepages = random_creepages(100, 0.05, 5.0)
     true = rolling_forces(
@@ -186,7 +186,7 @@ def error_with_weakening(
     law: kernel.NativeTable = LIMIT_LAW,
     nu: float = 0.28,
 ) -> FloatArray:
-    """Error of both forces and the moment against the witness at random creepages."""
+    """Error of both forces and the moment against the reference solver at random creepages."""
     creepages = random_creepages(count, 0.05, 5.0)
     true = rolling_forces(
         -creepages / plane_scales(a_over_b, nu),
@@ -202,7 +202,7 @@ def error_with_weakening(
 
 
 @pytest.mark.slow
-def test_agreement_with_the_witness_if_friction_weakens() -> None:
+def test_agreement_with_the_reference_if_friction_weakens() -> None:
     """The law of a short process zone adds an error of its own, also without spin."""
     error = error_with_weakening(2.0, 0.35, 11.0 / 7.0, 25)
     assert np.all(np.abs(error).max(axis=0) < (0.05, 0.08, 0.04))
@@ -211,7 +211,7 @@ def test_agreement_with_the_witness_if_friction_weakens() -> None:
 
 @pytest.mark.reference
 @pytest.mark.parametrize("ratio", [1.2, 11.0 / 7.0, 15.0 / 7.0])
-def test_agreement_with_the_witness_for_many_frictions(ratio: float) -> None:
+def test_agreement_with_the_reference_for_many_frictions(ratio: float) -> None:
     law = cl.cohesive_table("elliptic", ratio).native
     for a_over_b in (0.5, 0.7, 1.0, 1.4, 2.0):
         for k_hat in (0.1, 0.16, 0.35, 0.7):

@@ -126,15 +126,18 @@ def torque_of(measurement: cl.Measurement[float]) -> float:
     [
         (SlipPI, r" is the class SlipPI: give an object of it, such as SlipPI\(\)$"),
         (cl.OpenLoop, r" is the class OpenLoop: give an object"),
-        (torque_of, r" = torque_of is no controller: .* derived from contactlib.SampledController"),
-        (3.0, r" = 3.0 is no controller"),
-        (None, r" = None is no controller"),
+        (
+            torque_of,
+            r" = torque_of is not a controller: .* derived from .*SampledController",
+        ),
+        (3.0, r" = 3.0 is not a controller"),
+        (None, r" = None is not a controller"),
         (cl.TorqueControl(cl.Profile.of(1e4)), r" is (a TorqueControl, a )?continuous"),
         (NoTime(), r": NoTime.sample_time is missing: .* as in sample_time = 0.01"),
         (timed(0.0), r"SlipPI.sample_time = 0.0 is out of range"),
         (timed("10 ms"), r"SlipPI.sample_time = '10 ms' is not a number"),
         (Apart(), r": Apart.torque must be of the form torque\(self, measurement\)"),
-        (NotDerived(), r" = object of NotDerived is no controller"),
+        (NotDerived(), r" = object of NotDerived is not a controller"),
         (Hidden(), r": Hidden.torque must be a method, but self.torque = 0.0 hides it"),
     ],
 )

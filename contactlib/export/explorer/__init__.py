@@ -75,7 +75,7 @@ def _checked_text(model: str | os.PathLike[str]) -> str:
 
 
 def open_in_browser(path: str | os.PathLike[str]) -> bool:
-    """Show a file in the user's browser; False if there is none, or no screen to show it on."""
+    """Show a file in the user's browser; False without a browser or a screen."""
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     if sys.platform not in ("win32", "darwin") and not any(map(os.environ.get, screens)):
         return False  # a browser of text would take over the terminal

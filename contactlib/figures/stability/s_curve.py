@@ -44,7 +44,7 @@ BETWEEN = 0.6  # torque whose states are shown: fraction of the way from return 
 LOWEST = 0.3  # lowest creepage on the axis / stable creepage at the return torque
 FRICTIONS = (1.0, 0.75, 0.5)
 RANGE = (0.1, 6.0)  # speeds of the axis / the model's
-DELAYS = (1e-3, 3e-3, 10e-3, 30e-3, 0.1, 0.3)  # candidates, two of which are marked [s]
+DELAYS = (1e-3, 3e-3, 10e-3, 30e-3, 0.1, 0.3)  # candidates; the figure marks two [s]
 
 
 def s_curve_figure(wheelset: Wheelset, speed: float) -> Figure:

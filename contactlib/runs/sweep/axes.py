@@ -176,7 +176,7 @@ def _section(
         return KINDS[text(f"controllers.{name}.kind", table.get("kind"))], table
     if not where and name.split(".")[0] == "vehicle_changes":
         meant = path.replace("vehicle_changes", "vehicle", 1)
-        raise ValueError(f"{path}: say {meant}, which includes the scenario's changes")
+        raise ValueError(f"{path}: use {meant}, which includes the scenario's changes")
     known = VEHICLE_SECTIONS if where else SECTIONS
     if name not in known:
         raise _unknown(path, name, known if where else [*known, "vehicle", "controllers"])

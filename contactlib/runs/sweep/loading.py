@@ -222,9 +222,7 @@ def with_own(
     every = {**plan.controllers, **controllers}
     check_names(every)
     if controllers and not (metrics or of_runs(plan.outcomes)):
-        raise ValueError(
-            "controllers: none runs, as all outcomes come from the analysis: add metrics"
-        )
+        raise ValueError("no controller runs, as all outcomes come from the analysis: add metrics")
     if metrics and not every:
         raise ValueError("metrics: no controller runs in this sweep: pass controllers")
     if not controllers and not metrics:
@@ -290,7 +288,7 @@ def _controllers(
     if not of_runs(outcomes):
         if names is not None:
             raise ValueError(
-                "controllers: none runs, as all outcomes come from the analysis of the wheelset"
+                "no controller runs, as all outcomes come from the analysis of the wheelset"
             )
         return {}
     sampled = {name: one for name, one in designs.items() if one.kind in CONTROLLERS}

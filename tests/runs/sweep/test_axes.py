@@ -87,13 +87,13 @@ CASES = {
         "distribution is for random samples, and this sweep is of a grid"
     ),
     'parameter = "vehicle_changes.wheelset.inertia"\nvalues = [1.0]': (
-        "say vehicle.wheelset.inertia"
+        "use vehicle.wheelset.inertia"
     ),
     'parameter = ["motor.lag", "run.initial_speed"]\nvalues = [1.0]': "different units",
     'parameter = "motor.lag"\nfactor_on = "motor.lag"\nvalues = [1.0]': "exactly one of them",
     'parameter = "vehicle.friction.weakening_length"\nvalues = [1e-6]': "exactly one of them",
     'parameter = "vehicle.friction.kinetic"\nvalues = [0.46]': "kinetic",
-    'parameter = "vehicle.law.slip_reduction"\nvalues = [0.5]': "takes no other key",
+    'parameter = "vehicle.law.slip_reduction"\nvalues = [0.5]': "accepts no other key",
 }
 
 

@@ -35,7 +35,7 @@ def test_a_sweep_of_analysis_alone_runs_nothing_and_else_all_controllers(tmp_pat
         ('"slip_work"', '"distance", "distance"', "a name twice"),
         ('["creep_pi", "open_loop"]', '["pid"]', "'pid' is not known"),
         ('["creep_pi", "open_loop"]', "[]", "controllers = [] must be a list of at least one name"),
-        ('["slip_work", ', "[", "controllers: none runs, as all outcomes come from the analysis"),
+        ('["slip_work", ', "[", "no controller runs, as all outcomes come from the analysis"),
         (SWEEP[SWEEP.index("[axes") :], "axes = {}\n", "axes: give at least one, [axes.NAME]"),
         ("outcomes", "outcome", "outcome is not a known key; did you mean 'outcomes'"),
         ("[axes.inertia]", "[axes.slip_work]", "not be that of an outcome"),

@@ -23,7 +23,7 @@ def opened(file: FileIO, digest: str = DIGEST) -> ChunkStore:
     return ChunkStore(file, digest, rows=3, runs=10, chunk=4)
 
 
-@pytest.mark.parametrize("harm", ["none", "flip", "cut", "swap", "stranger"])
+@pytest.mark.parametrize("harm", ["none", "flip", "cut", "swap", "foreign"])
 def test_a_chunk_is_that_which_was_saved_or_none(tmp_path: Path, harm: str) -> None:
     path = tmp_path / "x.chunks"
     with locked(path) as file:
@@ -37,7 +37,7 @@ def test_a_chunk_is_that_which_was_saved_or_none(tmp_path: Path, harm: str) -> N
         "flip": one + two[:-9] + bytes([two[-9] ^ 1]) + two[-8:],
         "cut": one + two[:-9],  # as by a kill or a full disk
         "swap": one + one,
-        "stranger": one + bytes(size),
+        "foreign": one + bytes(size),
     }
     path.write_bytes(data[: -2 * size] + harmed[harm])
     with locked(path) as file:

@@ -4,10 +4,10 @@
 
 #include "creep_curve.h"
 #include "half_space.h"
+#include "simd_dispatch.h"
 #include "track.h"
 #include "wheelset.h"
 #include "wheelset_run.h"
-#include "simd_dispatch.h"
 
 /* A drivetrain, which keeps its parameters, and a stretch of rail with friction times a factor
  * under both wheels. */
@@ -38,7 +38,7 @@ void train_configure(train *t, const creep_table *table, const force_element_par
     force_element_scales(contact, contact->nominal_load, 1.0, &t->member.scales);
 }
 
-/* Lay a patch in place of one that is there; between two equal places there is none. */
+/* Lay a patch in place of the last one; two equal places remove it. */
 void train_lay_patch(train *t, double begins, double ends, double factor) {
     const double at[4] = {begins, begins, ends, ends}, value[4] = {1.0, factor, factor, 1.0};
     for (int i = 0; i < 4; i++) {

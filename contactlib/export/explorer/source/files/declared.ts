@@ -27,7 +27,7 @@ export const {
   spellings: readonly (readonly [string, string])[];
   /** Keys of a model file by their section. */
   sections: ByName<ByName<Key>>;
-  /** Pairs of keys of which a contact gives one. */
+  /** Pairs of keys; a contact gives one of them. */
   contacts: readonly (readonly [string, string])[];
   theories: readonly string[];
   /** Largest ratio of the semi-axes, along over across rolling, on a half-space [1]. */

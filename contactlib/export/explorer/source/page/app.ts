@@ -291,7 +291,7 @@ export class App {
     if (this.stale || this.unshown) this.draw(now);
   }
 
-  /** Friction of the patch that lies on the rail or, if there is none, of the next one. */
+  /** Friction of the patch on the rail or, without one, of the next patch. */
   private get wetFriction(): number {
     return this.run.motion.patch?.friction ?? this.settings.patch.friction;
   }

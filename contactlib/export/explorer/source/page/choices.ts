@@ -35,7 +35,7 @@ export function choose(key: string): Settings {
   return structuredClone(choices.get(key) as Settings);
 }
 
-/** Choose the model of an address: one of that name or, if there is none, that of the link. */
+/** Choose the model of an address: one of that name, else that of the link. */
 export function chooseLinked(settings: Settings): void {
   const { name } = settings.vehicle;
   const same = [...choices].find(([, { vehicle }]) => vehicle.name === name);

@@ -51,7 +51,7 @@ function noLanding(app: App): string | null {
     "drive, or less speed, would catch it.";
 }
 
-/** Part of the critical torque that a patch of some friction takes away; null if there is none. */
+/** Part of the critical torque that a patch of some friction takes away; null without a critical torque. */
 function parting({ shown }: App, friction: number): number | null {
   const { plant, speed, fold } = shown, back = fold!.return_torque / fold!.drive_torque;
   return [RESTING, 0.5 * (1 + back)].find((part) => Number.isFinite(

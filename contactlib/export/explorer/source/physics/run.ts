@@ -73,7 +73,7 @@ export class Run {
     this.watch(this.fold);
   }
 
-  /** Creepage of the fold [1] for the events; null: there is none. Slip-away is at ten zeta0. */
+  /** Creepage of the fold [1] for the events; null without a fold. Slip-away is at ten zeta0. */
   watch(foldCreepage: number | null): void {
     this.fold = foldCreepage;
     const away = 10 * this.motion.plant.saturation;

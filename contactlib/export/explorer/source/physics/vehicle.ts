@@ -24,7 +24,7 @@ export interface Vehicle extends Record<VehicleNumber, number> {
   name: string;
   source: string;
   contact: Contact;
-  /** Of an ellipse: whether its strips along rolling feel each other. */
+  /** Of an ellipse: whether its strips along rolling are coupled. */
   theory: "half_space" | "strips";
   /** Null: the speed is held, as on a roller rig [kg]. */
   mass: number | null;
