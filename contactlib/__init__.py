@@ -4,7 +4,7 @@ import contactlib as cl
 
 law = cl.CarterGriffith(k_hat=0.3)              # the law itself
 table = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
-model = cl.load_model("models/roller_rig.toml") # a wheelset and its runs
+model = cl.load_model("models/roller_rig.toml") # a wheelset
 cl.export_fmu(model, "CreepForceElement.fmu")   # for any vehicle tool
 """
 

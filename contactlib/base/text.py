@@ -12,7 +12,7 @@ from contactlib.base.writing import PACKAGE
 
 LONGEST_LINE = 1000  # characters
 # Exceptions that a user's function may raise. sys.exit would end the program without a message and
-# # with the status of success.
+# with the status of success.
 USERS_ERRORS = (Exception, SystemExit)
 
 

@@ -43,7 +43,7 @@ ROLES = {
 }
 
 # Inputs of the outputs that need no force; and inputs that no output of a contact depends on,
-# because # they act on the body.
+# because they act on the body.
 KINEMATIC = {
     "creepage": ("omega", "speed"),
     "speed_regularized": ("speed",),

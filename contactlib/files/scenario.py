@@ -32,7 +32,7 @@ from contactlib.files.reading import (
     text,
     title,
 )
-from contactlib.files.sections import VEHICLE_SECTIONS, Keys, optional, without
+from contactlib.files.sections import VEHICLE_SECTIONS, Keys, arguments, optional, without
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
@@ -50,17 +50,20 @@ from contactlib.vehicle.wheelset import Wheelset
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
 SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
 NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
-# Keys of the continuous controllers by kind. Torque control follows the demand.
-CONTINUOUS: Mapping[str, Keys] = {
+CONTINUOUS: Mapping[str, type[ContinuousController]] = {
+    "torque_control": TorqueControl,
+    "creep_control": CreepControl,
+}
+KINDS: Mapping[str, Keys] = {  # of controllers, with their keys; torque control follows the demand
+    **{kind: declared(controller) for kind, controller in CONTROLLERS.items()},
     "torque_control": {},
     "creep_control": {**declared(creepage_over_time), **declared(CreepControl)},
 }
-KINDS = {**{kind: declared(controller) for kind, controller in CONTROLLERS.items()}, **CONTINUOUS}
 
 
 @dataclass(frozen=True)
 class ControllerDesign:
-    """A controller with some fields given; those of a sampled one are else designed.
+    """A controller with some fields given; a sampled one designs the others.
 
     Attributes
     ----------
@@ -84,10 +87,9 @@ class ControllerDesign:
         if self.kind == "torque_control":
             return TorqueControl(scenario.demand)
         if self.kind == "creep_control":
-            lists = declared(creepage_over_time)
-            reference = creepage_over_time(**{key: self.given[key] for key in lists})
             return CreepControl(
-                reference=reference, **{k: v for k, v in self.given.items() if k not in lists}
+                reference=creepage_over_time(**arguments(creepage_over_time, self.given)),
+                **arguments(CreepControl, self.given),
             )
         return CONTROLLERS[self.kind].for_drivetrain(
             scenario.drivetrain,
@@ -253,7 +255,7 @@ class Scenario(Parameters):
             "wheel_load": self.wheel_load is not None,
             "held_speed": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
         }
-        if found := [f"[{name}]" for name, stands in between.items() if stands]:
+        if found := [f"[{part}]" for part, stands in between.items() if stands]:
             raise ValueError(
                 f"{name} is continuous and acts on the wheels themselves: the scenario must not "
                 f"have {' or '.join(found)}"
@@ -270,8 +272,8 @@ class Scenario(Parameters):
         found = self.any_controller(name)
         if isinstance(found, ContinuousController):
             raise ValueError(
-                f"controller = {name!r} is continuous: run_scenario runs it; this needs a sampled "
-                "one"
+                f"controller = {name!r} is continuous: only run_scenario runs it; expected a "
+                "sampled one"
             )
         return found
 

@@ -168,8 +168,7 @@ def keys(section: str) -> str:
 def controllers() -> str:
     """Heading, sentence and table of every kind of controller."""
     parts = []
-    continuous = zip(CONTINUOUS, (cl.TorqueControl, cl.CreepControl), strict=True)
-    for kind, controller in (*cl.CONTROLLERS.items(), *continuous):
+    for kind, controller in {**cl.CONTROLLERS, **CONTINUOUS}.items():
         summary = (inspect.getdoc(controller) or "").splitlines()[0]
         of_kind = keys(kind) if KINDS[kind] else ""
         parts.append(f'### kind = "{kind}"\n\n{summary}\n\n{of_kind}'.rstrip())

@@ -22,7 +22,7 @@ def process_zone_limit() -> float:
 
 
 # An FMU accepts all values that a tool's solver may try, such as the load of a wheel that lifts
-# off. # In Python a load below zero, or zero friction, is a mistake.
+# off. In Python a load below zero, or zero friction, is a mistake.
 MINIMA = {"normal_load": 0.0, "friction_scale": 1e-6}
 
 

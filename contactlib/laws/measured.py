@@ -45,7 +45,7 @@ from contactlib.laws.traction_data import TractionData
 CELLS = Limits(at_least=2, at_most=128)
 SMOOTHING = Limits(above=0.0, at_most=1e9)
 # A point is an outlier if its distance from the curve through the others exceeds these fractions of
-# # the maximum traction coefficient and of the scatter. Fewer points do not determine the scatter.
+# the maximum traction coefficient and of the scatter. Fewer points do not determine the scatter.
 ASTRAY, SCATTERS, FEW = 0.1, 8.0, 10
 RISING = 0.005  # of a curve that has no peak yet, in its last cell
 

@@ -118,9 +118,8 @@ def run_scenario(
     InputWarning
         If the run's rim speed, slip work or creepage would destroy a vehicle.
     """
-    given = controller
-    if isinstance(given, str) and isinstance(scenario, Scenario):
-        given = scenario.any_controller(given)
+    _check_scenario(scenario)
+    given = scenario.any_controller(controller) if isinstance(controller, str) else controller
     if isinstance(given, ContinuousController):
         fine = 1e-9 if tolerance is None else tolerance
         return _continuous_run(scenario, given, initial_creepage, step, fine, progress)
@@ -156,7 +155,6 @@ def _continuous_run(
     progress: Callable[[float], object],
 ) -> Result:
     """Run a scenario under a continuous controller, with the signals of other runs and more."""
-    _check_scenario(scenario)
     scenario.check_continuous("controller")
     wheelset = scenario.drivetrain.wheelset
     found = simulate(
