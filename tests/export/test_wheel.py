@@ -36,7 +36,19 @@ from contactlib import kernel
 from contactlib.export.platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = ("benchmarks", "contactlib", "examples", "fmu", "models", "tests", "tools")
+FOLDERS = (
+    *(
+        "benchmarks",
+        "contactlib",
+        "docs",
+        "examples",
+        "explorer",
+        "fmu",
+        "models",
+        "tests",
+        "tools",
+    ),
+)
 FILES = (
     "CHANGELOG.md",
     "CITATION.cff",
@@ -144,10 +156,8 @@ def test_it_has_the_package_and_what_describes_it(wheel: Wheel) -> None:
 
 
 def test_its_modules_are_those_of_the_package(wheel: Wheel) -> None:
-    own = {
-        n for n in tree("contactlib", ".py", ".pyi") if not n.startswith("export/explorer/source/")
-    }
-    found = {n for n in inside(wheel, "contactlib") if n.endswith((".py", ".pyi"))}
+    own = tree("contactlib", ".py")
+    found = {n for n in inside(wheel, "contactlib") if n.endswith(".py")}
     models = {f"models/{name}" for name in tree("models", ".py")}
     assert found == own | models | {"fmu/build_hook.py"}
     assert not [name for name in wheel.files if re.search(r"test|conftest|source/|\.pyc", name)]
@@ -164,10 +174,9 @@ def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     for folder, suffixes in kinds.items():
         source = folder if folder in FOLDERS else f"contactlib/{folder}"
         assert inside(wheel, f"contactlib/{folder}") == tree(source, *suffixes)
-    assert inside(wheel, "contactlib/guide") >= tree("contactlib/guide", ".md", ".py")
-    folders = rf"({'|'.join(kinds)}|guide|_native)/|.*\.pyi?$"
+    folders = rf"({'|'.join(kinds)}|_native)/|.*\.py$"
     rest = {n for n in inside(wheel, "contactlib") if not re.match(folders, n)}
-    assert rest == {"README.md", "py.typed", "export/explorer/page.html"}
+    assert rest == {"README.md", "py.typed", "export/explorer.html"}
     for name, data in wheel.files.items():
         _, _, below = name.partition("/")
         if name.startswith("contactlib/") and not LIBRARY.fullmatch(name):

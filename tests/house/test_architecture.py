@@ -25,7 +25,6 @@ ROOMS = [
     "figures",
     "export",
     "cli",
-    "guide",
 ]
 PACKAGE = Path(contactlib.__file__).parent
 NOT_ROOMS = {"_native", "fmu", "models"}  # a wheel brings the last two into the package
@@ -98,7 +97,7 @@ def test_building_and_reading_a_table_is_independent_of_the_laws() -> None:
 def test_code_is_ascii() -> None:
     tests = Path(__file__).parents[1]
     parts = [PACKAGE, package_folder("fmu"), package_folder("models")]
-    folders = [*parts, tests, tests.with_name("tools")]
+    folders = [*parts, tests, *map(tests.with_name, ("docs", "explorer", "tools"))]
     for folder in folders:
         paths = [p for p in folder.rglob("*") if p.suffix in {".py", ".c", ".h", ".toml"}]
         assert paths

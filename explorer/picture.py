@@ -1,19 +1,18 @@
 """Take the README's picture of the explorer page.
 
-python contactlib/export/explorer/source/picture.py models/explorer.png
+python explorer/picture.py models/explorer.png
 """
 
 from __future__ import annotations
 
 import shutil
 import sys
-from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
 from contactlib.base.writing import write_whole
+from contactlib.export.explorer import PAGE
 
-PAGE = Path(__file__).resolve().parents[1] / "page.html"
 # On its way down from the run-away, shortly before it grips again.
 TELL = """async () => {
     const { app } = await contactlib.ready;

@@ -1,7 +1,7 @@
 """The explorer: one HTML page that shows a wheelset's stability live, in any browser, offline.
 
 The page runs the same kernel and tables as everything else, compiled to WebAssembly. It is built
-from the sources beside this file; the package only writes it, and opens it.
+from the sources in the folder ``explorer``; the package only writes it, and opens it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from contactlib.files.mistakes import ModelError
 from contactlib.files.model import Missing, load_model
 from contactlib.files.reading import in_file, model_path, parse
 
-PAGE = PACKAGE / "export" / "explorer" / "page.html"
+PAGE = PACKAGE / "export" / "explorer.html"
 PLACE = '<script type="application/json" id="given-model">{}</script>'  # of a model's text
 
 

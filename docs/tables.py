@@ -4,7 +4,7 @@ Between ``<!-- keys contact -->`` and ``<!-- end -->`` a page has the table of t
 code host shows it too. Name, unit, limits and default come from the declaration, the meaning from
 the docstring of the class or function that declares.
 
-    python contactlib/guide/tables.py    # writes all of them anew
+    python docs/tables.py    # writes all of them anew
 
 The tests fail for a page whose tables are not those of the code.
 """

@@ -1,4 +1,4 @@
-"""How Sphinx builds the guide: ``sphinx-build -W contactlib/guide contactlib-guide``.
+"""How Sphinx builds the guide: ``sphinx-build -W docs contactlib-guide``.
 
 Pages are Markdown whose cells run during the build, in a scratch folder of their own. Everything
 that the site shows is inside it, so that it opens from a file without a network.

@@ -1,7 +1,7 @@
 """Put the explorer page together: one file that needs nothing else.
 
-    python contactlib/export/explorer/source/build.py           # writes page.html beside source/
-    python contactlib/export/explorer/source/build.py --check   # only says whether it is up to date
+    python explorer/build_page.py           # writes contactlib/export/explorer.html
+    python explorer/build_page.py --check   # only says whether it is up to date
 
 The page is the same to the last byte wherever it is built: the compilers' versions are those of
 the extra "explorer" and of package-lock.json.
@@ -17,16 +17,16 @@ from hashlib import sha256
 from html import escape
 from pathlib import Path
 
+from bundle import bundle, check_types, install, licences
+from declarations import declarations
+from structs import struct_fields, write_types
+from wasm import FUNCTIONS, compile_kernel
+
 from contactlib.base.writing import package_folder, write_whole
-from contactlib.export.explorer.source.bundle import bundle, check_types, install, licences
-from contactlib.export.explorer.source.declarations import declarations
-from contactlib.export.explorer.source.structs import struct_fields, write_types
-from contactlib.export.explorer.source.wasm import FUNCTIONS, compile_kernel
+from contactlib.export.explorer import PAGE
 from contactlib.table.law_tables import shipped_path
 
 SOURCE = Path(__file__).resolve().parent
-ROOT = SOURCE.parents[3]
-PAGE = SOURCE.parent / "page.html"
 MODELS = ("roller_rig", "locomotive")
 
 
@@ -128,8 +128,8 @@ def main(arguments: list[str]) -> str | None:
     if not checking:
         print(write_whole(PAGE, data))
     elif not is_current(PAGE, data):
-        command = f"python {Path(__file__).resolve().relative_to(ROOT).as_posix()}"
-        return f"{PAGE.name} is not what the sources give: '{command}' writes it again"
+        command = "python explorer/build_page.py"
+        return f"{PAGE.name} differs from what the sources give: '{command}' writes it again"
     return None
 
 
