@@ -65,7 +65,7 @@ def check() -> None:
 def _check_polach_with_spin() -> None:
     """It is linear theory, his formula along rolling, and at last all of the friction."""
     g, zeta = 1.5, np.linspace(-9.0, 9.0, 50)
-    c = cl.kalker_coefficients(g, NU)[:3]
+    c = cl.laws.kalker_coefficients(g, NU)[:3]
     rows = np.concatenate([[[g, *c]] * 3, 1e-6 * np.eye(3)], axis=1)
     linear = np.array([[c[0], 0.0], [0.0, c[1]], [0.0, c[2]]])
     np.testing.assert_allclose(polach_with_spin(rows), -1e-6 * linear, rtol=1e-4)
@@ -108,7 +108,7 @@ def _check_fastsim() -> None:
     g = 1.5
     creepages = 1e-5 * np.eye(3)
     slopes = fastsim(rates_of(np.full(3, g), creepages), strips=400, elements=400) / 1e-5
-    c23 = -cl.kalker_coefficients(g, NU).c23 / normalizing(np.array([g]))[0, 2]
+    c23 = -cl.laws.kalker_coefficients(g, NU).c23 / normalizing(np.array([g]))[0, 2]
     np.testing.assert_allclose(
         slopes, [[0.75 * np.pi, 0.0], [0.0, 0.75 * np.pi], [0.0, c23]], rtol=1e-3, atol=1e-3
     )
@@ -121,7 +121,7 @@ def _check_fastsim() -> None:
 
 def rates_of(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
     """FASTSIM's rates with three flexibilities, from Kalker's coefficients."""
-    c23 = each_aspect(lambda g: [cl.kalker_coefficients(g, NU).c23], a_over_b)[:, 0]
+    c23 = each_aspect(lambda g: [cl.laws.kalker_coefficients(g, NU).c23], a_over_b)[:, 0]
     spin = -2.0 * c23 / normalizing(a_over_b)[:, 2] * creepages[:, 2]
     return np.column_stack([9.0 / 64.0 * np.pi**2 * creepages[:, :2], spin / a_over_b, spin])
 
@@ -180,7 +180,7 @@ def plane_errors() -> dict[str, dict[str, FloatArray]]:
     creepages = unit * kalkers * normalizing(g)
     true = np.stack([columns["fx"], columns["fy"]], axis=1)
     rates = rates_of(g, creepages)
-    stiffness = unit * each_aspect(lambda g: cl.kalker_coefficients(g, NU)[:3], g)
+    stiffness = unit * each_aspect(lambda g: cl.laws.kalker_coefficients(g, NU)[:3], g)
     found = {
         "contactlib": plane_law(g, creepages)[:, :2],
         "FASTSIM 10 x 10": fastsim(rates, strips=10, elements=10),
@@ -251,7 +251,7 @@ def _in_the_plane(points: int) -> Case:
     g, creepages = random.uniform(0.5, 2.0, points), random.uniform(-3.0, 3.0, (points, 3))
     usetab, finer = like_usetab(), like_usetab(2)
     places = usetab.places(g, creepages)
-    stiffness = np.broadcast_to(cl.kalker_coefficients(1.0, NU)[:3], (points, 3))
+    stiffness = np.broadcast_to(cl.laws.kalker_coefficients(1.0, NU)[:3], (points, 3))
     contacts = np.column_stack([g, stiffness, creepages])
     return Case(
         "force in the plane, with 9 partial derivatives",

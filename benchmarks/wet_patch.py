@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 import contactlib as cl
+from contactlib.traction import Sensors
+from contactlib.vehicle import Drivetrain
 
 CONTROLLER = "creep"
 STEP = 1e-3  # [s]
@@ -31,9 +33,9 @@ def wet_patch(
         Demand [N.m].
     """
     line = cl.load_model("roller_rig.toml").wheelset.element
-    drivetrain = cl.Drivetrain(replace(cl.load_model("locomotive.toml").wheelset, element=line))
-    sensors = cl.Sensors()
-    controller = cl.CreepPI.for_drivetrain(
+    drivetrain = Drivetrain(replace(cl.load_model("locomotive.toml").wheelset, element=line))
+    sensors = Sensors()
+    controller = cl.traction.CreepPI.for_drivetrain(
         drivetrain,
         speed=speed,
         sensors=sensors,

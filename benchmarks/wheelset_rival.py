@@ -56,7 +56,7 @@ def numbers(scenario: cl.Scenario, controller: str) -> dict[str, float]:
     plain = drivetrain.axle is None and drivetrain.motor.lag == drivetrain.relaxation_length == 0.0
     if not plain or friction.falls_with_slip_speed or wheelset.mass is None or len(patch.at) != 4:
         raise ValueError("the scenario is not a rigid wheelset that meets a patch")
-    if not isinstance(control, cl.CreepPI) or control.reference_torque is None:
+    if not isinstance(control, cl.traction.CreepPI) or control.reference_torque is None:
         raise ValueError("the controller is no CreepPI whose reference follows the torque")
     gains = tracker_gains(control.sample_time, control.speed_filter_time)
     load, demand = wheelset.element.normal_load, float(scenario.demand(0.0))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 from itertools import pairwise
+from operator import attrgetter
 from types import ModuleType
 from typing import Any
 
@@ -19,9 +20,11 @@ from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 import contactlib as cl
-import contactlib.figures
+import contactlib.stability.control_systems
+import contactlib.stability.torsion
 
-MODULES = ("stability", "torsion", "control_systems", "traction", "figures")
+ROOMS = [name for name in dir(cl) if isinstance(getattr(cl, name), ModuleType)]
+MODULES = [*ROOMS, "stability.torsion", "stability.control_systems"]
 LOGGER = logging.getLogger(__name__)
 
 
@@ -59,8 +62,7 @@ class Names(SphinxDirective):
         typed = self.typed()
         names = [*typed.pop("", "").split(), *typed]
         if self.arguments:
-            home = f"contactlib.{self.arguments[0]}"
-            there = [n for n in cl.__all__ if f"{cl._HOMES[n]}.".startswith(f"{home}.")]
+            there = names_of(self.arguments[0])
             names = [*(n for n in there if n not in names), *names]
         self.env.__dict__.setdefault("guide_names", set()).update(names)
         parts = [documented_name(name, typed.get(name)) for name in names]
@@ -71,9 +73,7 @@ def documented_name(name: str, typed: str | None) -> str:
     """Directive for a public name."""
     if typed is not None:
         return f".. py:data:: contactlib.{name}\n\n   {typed}\n"
-    value: Any = cl
-    for part in name.split("."):
-        value = getattr(value, part)
+    value = attrgetter(name)(cl)
     if inspect.ismodule(value):
         return f".. automodule:: {value.__name__}\n"
     if inspect.isclass(value):
@@ -83,15 +83,13 @@ def documented_name(name: str, typed: str | None) -> str:
 
 def public_names() -> set[str]:
     """Every name that the reference must have; what is on top is not repeated for a subpackage."""
-    top = {name for name in dir(cl) if not isinstance(getattr(cl, name), ModuleType)}
-    known = {id(getattr(cl, name)) for name in top}
-    inner = {
-        f"{module}.{name}"
-        for module in MODULES
-        for name in getattr(cl, module).__all__
-        if id(getattr(getattr(cl, module), name)) not in known
-    }
-    return top | inner
+    return {*(set(dir(cl)) - set(ROOMS)), *(name for room in MODULES for name in names_of(room))}
+
+
+def names_of(module: str) -> list[str]:
+    """Public names of a module, each as its user writes it: without the room where it is on top."""
+    names = attrgetter(module)(cl).__all__
+    return [name if name in dir(cl) else f"{module}.{name}" for name in names]
 
 
 def check_names(app: Sphinx, env: BuildEnvironment) -> None:

@@ -192,7 +192,7 @@ def shipped(kind: str) -> str:
 
 def outcomes(of: str) -> str:
     """Numbers that a sweep reports."""
-    known: Mapping[str, Any] = cl.ANALYSES if of == "analysis" else cl.OUTCOMES
+    known: Mapping[str, Any] = cl.runs.ANALYSES if of == "analysis" else cl.runs.OUTCOMES
     rows = [(f"`{name}`", one.unit, one.description) for name, one in known.items()]
     return table(("outcome", "unit", "meaning"), rows)
 

@@ -9,7 +9,7 @@ import numpy as np
 import contactlib as cl
 
 SPEED = 10.0  # of the measurement [m/s]
-data = cl.TractionData.from_csv(cl.model_path("eurosprinter_engel1998.csv"), speed=SPEED)
+data = cl.TractionData.from_csv(cl.files.model_path("eurosprinter_engel1998.csv"), speed=SPEED)
 found = cl.fit(cl.Polach, data, slip_rate=True, saturation_creepage=0.00364)
 for name, one in found.estimates.items():
     low, high = one.interval

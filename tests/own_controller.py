@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contactlib as cl
+from contactlib.traction import Measurement
 
 
 class SlipPI(cl.SampledController):
@@ -13,10 +14,10 @@ class SlipPI(cl.SampledController):
     def __init__(self, slip: float = 0.3) -> None:
         self.slip, self.integral = slip, 0.0
 
-    def reset(self, measurement: cl.Measurement[float], torque: float) -> None:
+    def reset(self, measurement: Measurement[float], torque: float) -> None:
         self.integral = abs(torque)
 
-    def torque(self, measurement: cl.Measurement[float]) -> float:
+    def torque(self, measurement: Measurement[float]) -> float:
         demand = abs(measurement.demand)
         error = self.slip - abs(measurement.wheel_speed - measurement.vehicle_speed)
         self.integral = min(max(self.integral + 400.0 * error, 0.0), demand)

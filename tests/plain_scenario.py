@@ -8,11 +8,13 @@ from functools import cache
 from typing import Any, cast
 
 import contactlib as cl
+from contactlib.traction import OpenLoop, Sensors
+from contactlib.vehicle import Drivetrain
 
 
-def plain_scenario(vehicle: cl.Wheelset | cl.Drivetrain, **changes: Any) -> cl.Scenario:
+def plain_scenario(vehicle: cl.Wheelset | Drivetrain, **changes: Any) -> cl.Scenario:
     """Two seconds from 10 m/s under a steady demand, without control."""
-    train = cl.Drivetrain(vehicle) if isinstance(vehicle, cl.Wheelset) else vehicle
+    train = Drivetrain(vehicle) if isinstance(vehicle, cl.Wheelset) else vehicle
     given: dict[str, Any] = {
         "name": "test",
         "source": "chosen",
@@ -22,17 +24,17 @@ def plain_scenario(vehicle: cl.Wheelset | cl.Drivetrain, **changes: Any) -> cl.S
         "initial_speed": 10.0,
         "design_speed": 10.0,
         "duration": 2.0,
-        "sensors": cl.Sensors(),
-        "controllers": {"open_loop": cl.OpenLoop(sample_time=0.01)},
+        "sensors": Sensors(),
+        "controllers": {"open_loop": OpenLoop(sample_time=0.01)},
         **changes,
     }
     return cl.Scenario(**given)
 
 
-def wet_patch(sensors: cl.Sensors | Mapping[str, Any] | None = None, **changes: Any) -> cl.Scenario:
+def wet_patch(sensors: Sensors | Mapping[str, Any] | None = None, **changes: Any) -> cl.Scenario:
     """The shipped scenario of a wet patch; a mapping changes the file's sensors."""
     shipped = cl.load_scenario("dry_wet_dry.toml")
-    if not isinstance(sensors, cl.Sensors):
+    if not isinstance(sensors, Sensors):
         sensors = replace(shipped.sensors, **(sensors or {}))
     return replace(shipped, sensors=sensors, **changes)
 

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import contactlib as cl
+from contactlib.runs import Sweep
 from contactlib.runs.sweep.store import CHECKSUM, OWNER
 
 # Coverage does not count a process that a test stops: killed while it saves, it would leave half a
@@ -76,7 +77,7 @@ def write_sweep(folder: Path, text: str = SWEEP, scenario: str = SCENARIO) -> Pa
     return path
 
 
-def scenarios_of(sweep: cl.Sweep) -> list[cl.Scenario]:
+def scenarios_of(sweep: Sweep) -> list[cl.Scenario]:
     return [sweep.scenario_of(run) for run in range(sweep.runs)]
 
 

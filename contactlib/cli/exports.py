@@ -170,10 +170,11 @@ def fmu(
 
     The FMU supports model exchange and co-simulation.
     """
-    from contactlib.export import MODEL_NAMES, SYSTEM_NAME, export_fmu, export_ssp
-    from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
+    from contactlib.export import export_fmu, export_ssp
+    from contactlib.export.description import ASSUMED_INVERSE_MASS, MODEL_NAMES, Description
     from contactlib.export.package import longest_step
     from contactlib.export.platforms import to_compile
+    from contactlib.export.ssp import SYSTEM_NAME
     from contactlib.files.model import Missing
 
     names = None if platforms is None else [p.strip() for p in platforms.split(",")]

@@ -11,8 +11,7 @@ from contactlib.base.text import fixed_width
 from contactlib.base.units import in_si
 from contactlib.base.writing import write_whole
 from contactlib.cli.console import ConsoleReporter, say
-from contactlib.export.lookup import lookup_table
-from contactlib.export.lookup_files import known_format, write_lookup_table
+from contactlib.export.lookup import known_format, lookup_table, write_lookup_table
 from contactlib.files.model import Model
 from contactlib.files.reading import model_path, parse, shipped_files
 from contactlib.laws.hertz import NORMAL_LOAD

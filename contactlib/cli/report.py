@@ -280,7 +280,7 @@ def errors_table(errors: xr.DataArray) -> str:
     Parameters
     ----------
     errors : xarray.DataArray
-        From `contactlib.sensor_errors`.
+        From `contactlib.runs.sensor_errors`.
     """
     lines = []
     for scenario in errors.scenario.values:

@@ -8,14 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from contactlib.base.writing import write_whole
-from contactlib.export.description import MODEL_NAMES
+from contactlib.export.explorer import write_explorer
+from contactlib.export.kernel_source import export_kernel
+from contactlib.export.lookup import lookup_table
 from contactlib.export.package import describe, fmu
-from contactlib.export.ssp import SYSTEM_NAME, export_ssp
+from contactlib.export.ssp import export_ssp
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
 
-__all__ = ["MODEL_NAMES", "SYSTEM_NAME", "export_fmu", "export_ssp"]
+__all__ = [
+    "export_fmu",
+    "export_kernel",
+    "export_ssp",
+    "lookup_table",
+    "write_explorer",
+]
 
 
 def export_fmu(

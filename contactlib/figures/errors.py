@@ -27,7 +27,7 @@ def sensor_errors(errors: xr.DataArray) -> Figure:
     Parameters
     ----------
     errors : xarray.DataArray
-        From `contactlib.sensor_errors`.
+        From `contactlib.runs.sensor_errors`.
     """
     scenarios, names = errors.scenario.values, errors.controller.values
     count, labels = len(names), errors.error.values

@@ -33,7 +33,8 @@ from contactlib.figures.style import (
     styled,
 )
 from contactlib.runs.result import Result
-from contactlib.stability import Fold, find_fold, quasi_steady_torque
+from contactlib.stability import find_fold, quasi_steady_torque
+from contactlib.vehicle.creep_curve import Fold
 from contactlib.vehicle.wheelset import Wheelset
 
 

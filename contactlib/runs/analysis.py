@@ -9,14 +9,8 @@ from types import MappingProxyType
 
 from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import OUTCOMES, Outcome
-from contactlib.stability import (
-    Fold,
-    WorstPole,
-    clearing,
-    creep_control_gain,
-    delay_limit,
-)
-from contactlib.vehicle.creep_curve import CreepCurve
+from contactlib.stability import clearing, creep_control_gain, delay_limit
+from contactlib.vehicle.creep_curve import CreepCurve, Fold, WorstPole
 
 DRIVING = "in driving; nan where the demand brakes"
 LOWEST = "the track's lowest friction and slope, of any wheel and time"

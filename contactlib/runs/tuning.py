@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
-from scipy.stats import qmc
 
 from contactlib.base.quantities import FloatArray, Limits, checked_whole, shown
 from contactlib.files.scenario import ControllerDesign, Scenario
@@ -188,6 +187,8 @@ def tune(
         done += len(logs.T)
         progress(min(1.0, done / (generations * POPULATION)))
         return -found.mean(axis=(1, 2, 3))
+
+    from scipy.stats import qmc  # imported late, as it takes longer than all else here
 
     # The design is the first of a population that fills the space evenly.
     even = qmc.Sobol(len(names), rng=seed).random_base2(math.ceil(math.log2(POPULATION)))

@@ -26,20 +26,14 @@ from contactlib.stability.s_curve import (
     steady_states,
 )
 from contactlib.stability.slip_away import slip_away_estimate, slip_away_formula, slip_away_time
-from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 
 __all__ = [
     "Basin",
     "Clearing",
     "Controllability",
-    "CreepCurve",
-    "Fold",
-    "Peak",
     "ReducedPlant",
     "SCurve",
-    "SteadyStates",
     "Window",
-    "WorstPole",
     "approximate_pole",
     "basin",
     "clearing",

@@ -1,1 +1,31 @@
 """Wheelset, drivetrain and track, and the force they can transmit."""
+
+from contactlib.vehicle.available_force import available_force
+from contactlib.vehicle.conditions import Conditions, OperatingPoint, Resistance
+from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
+from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
+from contactlib.vehicle.drivetrain import Axle, Drivetrain, Motor
+from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.wheel_load import WheelLoad
+from contactlib.vehicle.wheelset import Wheelset
+
+__all__ = [
+    "Axle",
+    "Conditions",
+    "CreepControl",
+    "CreepCurve",
+    "Drivetrain",
+    "Fold",
+    "Motor",
+    "OperatingPoint",
+    "Peak",
+    "Profile",
+    "Resistance",
+    "SteadyStates",
+    "TorqueControl",
+    "Track",
+    "WheelLoad",
+    "Wheelset",
+    "WorstPole",
+    "available_force",
+]

@@ -118,7 +118,7 @@ class CreepCurve:
     Examples
     --------
     >>> import contactlib as cl
-    >>> curve = cl.CreepCurve(cl.load_model("roller_rig.toml").wheelset, speed=10.0)
+    >>> curve = cl.vehicle.CreepCurve(cl.load_model("roller_rig.toml").wheelset, speed=10.0)
     >>> curve.torque([0.01, 0.02]).round(-2)
     array([23300., 26800.])
     >>> fold = curve.fold

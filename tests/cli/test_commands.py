@@ -24,6 +24,7 @@ from contactlib import figures
 from contactlib.base.text import harmless_line
 from contactlib.cli.commands import main
 from contactlib.cli.console import ConsoleReporter, Pace
+from contactlib.element import ProcessZoneWarning
 from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES
 from contactlib.files.reading import model_path
 
@@ -324,7 +325,7 @@ def test_a_terminal_shows_bars_and_the_rest_lines() -> None:
 def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     @click.command()
     def warns() -> None:
-        warnings.warn("mind the gap", cl.ProcessZoneWarning, stacklevel=1)
+        warnings.warn("mind the gap", ProcessZoneWarning, stacklevel=1)
 
     monkeypatch.setitem(main.commands, "warns", warns)
     with warnings.catch_warnings():

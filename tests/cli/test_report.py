@@ -25,6 +25,7 @@ from contactlib.cli.report import outlook
 from contactlib.runs import tuning
 from contactlib.runs.outcomes import OUTCOMES
 from contactlib.traction import OpenLoop, Sensors
+from contactlib.vehicle import Drivetrain, Motor
 
 OPEN = {"open_loop": OpenLoop()}
 SHORT = """
@@ -110,13 +111,13 @@ def test_what_delays_rule_out_is_said_before_anything_runs(compared: tuple[Path,
 
 def test_the_outlook_is_that_of_the_loop() -> None:
     case = wet_patch()
-    at_once = dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=0.0))
+    at_once = dataclasses.replace(case.drivetrain, motor=Motor(lag=0.0))
     quick = {"quick": OpenLoop(sample_time=1e-3)}
     for line in outlook(wet_patch(drivetrain=at_once, sensors=Sensors(), controllers=quick)):
         assert ": holds: pole" in line
     worst = cl.worst_pole(case.drivetrain.wheelset, speed=10.0)
     for lag in (0.0, 0.01):
-        late = dataclasses.replace(case.drivetrain, motor=cl.Motor(lag=lag))
+        late = dataclasses.replace(case.drivetrain, motor=Motor(lag=lag))
         relaxation = case.drivetrain.relaxation_length / 10.0
         said = cl.controllability(
             worst.pole, delay=0.01, lag=lag, relaxation=relaxation, sample_time=0.01
@@ -129,7 +130,7 @@ def test_the_outlook_knows_when_nothing_falls(rig: cl.Model) -> None:
     friction = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
     element = dataclasses.replace(rig.wheelset.element, friction=friction)
     wheelset = dataclasses.replace(rig.wheelset, element=element)
-    plain = dataclasses.replace(case, drivetrain=cl.Drivetrain(wheelset), controllers=OPEN)
+    plain = dataclasses.replace(case, drivetrain=Drivetrain(wheelset), controllers=OPEN)
     (said,) = outlook(plain)
     assert "no branch on which a constant torque runs away" in said
 

@@ -142,13 +142,13 @@ def run(
     )  # fmt: skip
 
 
-MODEL = (cl.model_path("roller_rig.toml")).read_text()
+MODEL = (cl.files.model_path("roller_rig.toml")).read_text()
 
 
 @pytest.mark.slow
 def test_names_that_the_terminal_cannot_show(tmp_path: Path) -> None:
     path = tmp_path / "Pr\u00fcfstand \u65e5.toml"
-    text = cl.model_path("torque_or_creep_rig.toml").read_text(encoding="ascii")
+    text = cl.files.model_path("torque_or_creep_rig.toml").read_text(encoding="ascii")
     name = next(line for line in text.splitlines() if line.startswith("name"))
     path.write_text(text.replace(name, 'name = "Pr\u00fcfstand"'), encoding="utf-8")
     plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}

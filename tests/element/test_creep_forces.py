@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import contactlib as cl
+from contactlib.element import AspectWarning
 
 COULOMB = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
 WEAKENING = cl.Friction(static=0.33, kinetic=0.21, weakening_length=1e-6)
@@ -74,7 +75,7 @@ def test_nothing_comes_of_nothing() -> None:
 
 def test_what_was_not_checked_is_said() -> None:
     pair = pair_of(COULOMB)
-    with pytest.warns(cl.AspectWarning, match="outside 1/8"):
+    with pytest.warns(AspectWarning, match="outside 1/8"):
         pair.evaluate(semi_axis_x=9e-3, semi_axis_y=1e-3, normal_load=1e4)
     table = cl.carter_griffith_table("line")
     with pytest.raises(ValueError, match="must be of an ellipse"):

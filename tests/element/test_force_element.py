@@ -133,7 +133,7 @@ def test_slip_speed_scales_force_creepage_and_k_hat(
 
 @pytest.mark.parametrize(("residual", "decay"), [NO_FALL, *SLIP_RATES])
 @pytest.mark.parametrize("speed", [10.0, -10.0, 0.3, 0.05, -0.02, 0.0])
-@pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
+@pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")
 def test_partial_derivatives(speed: float, residual: float, decay: float) -> None:
     # Low static friction and a wide range of loads: both limits are met, and the elastic range.
     contact = cl.EllipticContact.from_semi_axes(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import contactlib as cl
+from contactlib.element import AspectWarning
 
 E, NU, A, B, LOAD, RADIUS, SPEED = 210e9, 0.28, 7.0e-3, 5.0e-3, 100e3, 0.5, 20.0
 G = E / (2.0 * (1.0 + NU))
@@ -40,7 +41,7 @@ def cases(n: int = 500) -> dict[str, Any]:
 
 
 def test_small_slip_gives_kalkers_linear_theory() -> None:
-    c = cl.kalker_coefficients(A / B, NU)
+    c = cl.laws.kalker_coefficients(A / B, NU)
     xi, eta, phi = -2e-9, 3e-9, 4e-7  # Kalker's signs
     found = element_of().evaluate(
         omega=(1.0 - xi) * SPEED / RADIUS,
@@ -161,7 +162,7 @@ def test_an_ellipse_beyond_the_checked_range_warns() -> None:
         semi_axis_x=1e-3, semi_axis_y=9e-3, normal_load=LOAD, contact_modulus=1e11
     )
     friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
-    with pytest.warns(cl.AspectWarning, match=r"semi_axis_x/semi_axis_y = 0\.1111, outside 1/8"):
+    with pytest.warns(AspectWarning, match=r"semi_axis_x/semi_axis_y = 0\.1111, outside 1/8"):
         cl.ForceElement(contact, friction, table=cl.carter_griffith_table("elliptic"), radius=0.5)
 
 

@@ -15,6 +15,7 @@ from contactlib.element.force_element import RangeWarning
 from contactlib.laws.hertz import Contact
 from contactlib.laws.scales import friction_with_k_hat
 from contactlib.table.law_tables import Shape, carter_griffith_table
+from contactlib.vehicle import Resistance
 
 SPEED = 10.0  # that the shipped models begin at [m/s]
 SAMPLE = 2e-4  # of the page's control [s]
@@ -46,7 +47,7 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
     }
 
 
-def fold_of(wheelset: cl.Wheelset, speed: float = SPEED) -> cl.stability.Fold:
+def fold_of(wheelset: cl.Wheelset, speed: float = SPEED) -> cl.vehicle.Fold:
     """Python's fold, which is there."""
     found = cl.stability.find_fold(wheelset, speed=speed)
     assert found is not None
@@ -91,7 +92,7 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
         inertia=float(10.0 ** rng.uniform(1.5, 3.0)),
         mass=None if rng.random() < 0.5 else float(10.0 ** rng.uniform(3.5, 5.5)),
         damping=float(rng.choice([0.0, 10.0 ** rng.uniform(0.0, 2.5)])),
-        resistance=cl.Resistance(
+        resistance=Resistance(
             constant=float(rng.uniform(0.0, 3e3)),
             linear=float(rng.uniform(0.0, 100.0)),
             quadratic=float(rng.uniform(0.0, 5.0)),

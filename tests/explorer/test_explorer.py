@@ -141,7 +141,7 @@ def test_model_that_cannot_be_shown_is_a_line_for_each_mistake(
     model, path = tmp_path / "model.toml", tmp_path / "page.html"
     model.write_text(text, encoding="utf-8")
     with pytest.raises(cl.ModelError, match=re.escape(told)):
-        cl.write_explorer(path, model)
+        cl.export.write_explorer(path, model)
     shown = explore(str(model), "-o", str(path), status=2)
     assert all(line.startswith(f"contactlib: {model}: ") for line in shown.splitlines())
     assert not path.exists()

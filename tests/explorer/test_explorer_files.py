@@ -20,6 +20,7 @@ from explorer_vehicle import vehicle_of
 import contactlib as cl
 from contactlib.base.writing import package_folder
 from contactlib.element.force_element import RangeWarning
+from contactlib.vehicle import CreepCurve
 
 pytestmark = pytest.mark.tools
 
@@ -160,7 +161,7 @@ def test_page_reads_a_file_as_python_does_and_writes_it_back(
     assert_same(vehicle, model)
     assert isinstance(model, cl.Model)
     control = ask(page, "settingsOf", vehicle, "roller_rig")["control"]
-    curve = cl.CreepCurve(model.wheelset, speed=model.initial_speed)
+    curve = CreepCurve(model.wheelset, speed=model.initial_speed)
     assert 0.0 < curve.grip(control["drive_torque"]) < control["creepage"]
     least = float(curve.minimum_gain(control["creepage"]))
     assert least < control["proportional_gain"] or math.isinf(least)  # no gain: the train speeds up
@@ -296,7 +297,7 @@ def test_other_files_are_named(page: ExplorerPage) -> None:
 
 def test_page_finds_the_model_that_the_command_gave_it(page: ExplorerPage, tmp_path: Path) -> None:
     assert ask(page, "givenModel") is None
-    path = cl.write_explorer(tmp_path / "page.html", "locomotive.toml")
+    path = cl.export.write_explorer(tmp_path / "page.html", "locomotive.toml")
     with explorer_page(path=path) as other:
         assert ask(other, "givenModel") == MODELS["locomotive"]
 
@@ -412,7 +413,7 @@ def test_first_settings_are_worth_showing(page: ExplorerPage) -> None:
 
         assert fold.creepage < control["creepage"] < fold.return_creepage
         gain = wheelset.radius / (wheelset.inertia * speed)
-        pole = float(cl.fast_pole(wheelset, control["creepage"], speed=speed))
+        pole = float(cl.stability.fast_pole(wheelset, control["creepage"], speed=speed))
         worst = cl.worst_pole(wheelset, speed=speed).pole
         windows = [
             cl.stability.proportional_window(at, gain, delay=delay)

@@ -16,6 +16,7 @@ from explorer_visitor import SELDOM, Visitor, assert_shows
 
 import contactlib as cl
 from contactlib import stability
+from contactlib.vehicle import CreepCurve
 
 pytestmark = pytest.mark.tools
 
@@ -143,7 +144,7 @@ def test_a_paused_page_shows_what_is_entered(visitor: Visitor, rig: cl.Model) ->
     visitor.check("Creep control")
     for reference in (1.0, 2.4):
         visitor.enter(reference=reference)
-        pole = cl.CreepCurve(rig.wheelset, speed=SPEED).pole(1e-2 * reference)
+        pole = CreepCurve(rig.wheelset, speed=SPEED).pole(1e-2 * reference)
         assert_shows(shown()["pole at the reference"], float(pole))
 
 
@@ -213,7 +214,7 @@ def test_numbers_shown_are_those_of_python(
     at = creepage if reference is None else reference / 100.0
     here: dict[str, Any] = {"speed": speed, "normal_load": 1e3 * load}
     force = wheelset.element.at_creepage(creepage, **here)
-    pole = float(cl.CreepCurve(wheelset, **here).pole(at))
+    pole = float(CreepCurve(wheelset, **here).pole(at))
     gain = wheelset.element.radius / (wheelset.inertia * speed)
     fold = stability.find_fold(wheelset, **here | {"speed": visitor.state("shown.speed")})
     assert fold is not None

@@ -14,13 +14,9 @@ from explorer_vehicle import SAMPLE, changed, random_wheelset, vehicle_of
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.stability import (
-    Fold,
-    clearing,
-    delay_limit,
-    find_fold,
-    proportional_window,
-)
+from contactlib.stability import clearing, delay_limit, find_fold, proportional_window
+from contactlib.vehicle import CreepCurve
+from contactlib.vehicle.creep_curve import Fold
 
 pytestmark = pytest.mark.tools
 
@@ -106,7 +102,7 @@ def test_parameters_and_steady_creep_are_those_of_python(
         for name, expected in (("contact", contact), ("body", at.wheelset.parameters)):
             assert {key: its[name][key] for key in expected} == pytest.approx(expected, rel=1e-13)
         assert its["modulus"] == pytest.approx(element.contact.contact_modulus, rel=1e-14)
-        curve = cl.CreepCurve(at.wheelset, **at.inputs)
+        curve = CreepCurve(at.wheelset, **at.inputs)
         for name in ("torque", "slope", "minimum_gain"):
             values, expected = [p[name] for p in its["points"]], getattr(curve, name)(zeta)
             steepest = float(np.abs(curve.slope(zeta)).max())  # what cancels is of this size
@@ -114,7 +110,7 @@ def test_parameters_and_steady_creep_are_those_of_python(
         dry = at._replace(friction=1.0)
         fold = fold_of(dry)
         assert its["fold"] == (fold and pytest.approx(fold._asdict(), rel=1e-9))
-        peak = cl.CreepCurve(at.wheelset, **dry.inputs).peak
+        peak = CreepCurve(at.wheelset, **dry.inputs).peak
         assert its["peak"] == pytest.approx(peak, rel=1e-9)
     folds = [its["fold"] for its in found]
     assert 5 < folds.count(None) < len(folds) - 5

@@ -19,8 +19,7 @@ import numpy as np
 import contactlib as cl
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.export import MODEL_NAMES
-from contactlib.export.description import Description
+from contactlib.export.description import MODEL_NAMES, Description
 from contactlib.export.package import experiment, reference_inputs
 from contactlib.export.platforms import FMI2_FOLDERS
 

@@ -18,7 +18,7 @@ from fmpy.cross_check.validate_vendor_repo import validate_repo
 
 import contactlib as cl
 from contactlib import kernel
-from contactlib.export import MODEL_NAMES
+from contactlib.export.description import MODEL_NAMES
 from contactlib.export.platforms import FMI2_FOLDERS
 
 HERE = [name for name in PLATFORMS if kernel.platform_name() == FMI2_FOLDERS[name][0]]

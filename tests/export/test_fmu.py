@@ -26,6 +26,7 @@ from plain_scenario import controls
 import contactlib as cl
 from contactlib import kernel
 from contactlib.export.description import Description
+from contactlib.runs import FmuSource, KernelSource
 
 VERSIONS = (2, 3)
 BOOLEANS = ("falling_branch", "speed_regularized", "k_hat_limited", "force_limited", "unloaded")
@@ -579,10 +580,10 @@ def test_same_trajectory_as_the_kernel(fmu: Path, rig: cl.Model, control: str) -
         "initial_speed": 10.0,
         "initial_creepage": 0.01,
     }
-    with cl.FmuSource(fmu, wheels=2) as source:
-        with_fmu = cl.cosimulate(rig.wheelset, source, controller, **settings)
-    without = cl.cosimulate(
-        rig.wheelset, cl.KernelSource(rig.wheelset.element), controller, **settings
+    with FmuSource(fmu, wheels=2) as source:
+        with_fmu = cl.runs.cosimulate(rig.wheelset, source, controller, **settings)
+    without = cl.runs.cosimulate(
+        rig.wheelset, KernelSource(rig.wheelset.element), controller, **settings
     )
     for name in ("omega", "creep_force", "drive_torque"):
         np.testing.assert_allclose(with_fmu[name], without[name], rtol=1e-9)
@@ -596,8 +597,8 @@ def test_only_the_implicit_mode_takes_a_millisecond_at_one_metre_per_second(
     fmu = cl.export_fmu(rig, tmp_path / "x.fmu", implicit=implicit)
     torque = cl.TorqueControl(cl.Profile((0.0, 2.0), (15e3, 22e3)))
     swings = pytest.warns(RuntimeWarning, match=r"x\.fmu: the force swings from step to step")
-    with nullcontext() if implicit else swings, cl.FmuSource(fmu, wheels=2) as source:
-        run = cl.cosimulate(
+    with nullcontext() if implicit else swings, FmuSource(fmu, wheels=2) as source:
+        run = cl.runs.cosimulate(
             rig.wheelset,
             source,
             torque,
@@ -617,9 +618,9 @@ def test_exchange_converges_to_the_stiff_solver_with_first_order(rig: cl.Model) 
     steps = np.array([2e-3, 1e-3, 5e-4])
     errors = []
     for step in steps:
-        run = cl.cosimulate(
+        run = cl.runs.cosimulate(
             body,
-            cl.KernelSource(body.element),
+            KernelSource(body.element),
             control,
             duration=8.0,
             step=step,
@@ -734,7 +735,7 @@ def test_reference_run_is_silent(
 def test_source_tells_what_the_fmu_logged(fmu: Path) -> None:
     with (
         pytest.raises(RuntimeError, match=r"friction_scale = -5 is out of range"),
-        cl.FmuSource(fmu, wheels=2) as source,
+        FmuSource(fmu, wheels=2) as source,
     ):
         source.exchange(0.0, 1e-3, 20.0, 10.0, 1e5, -5.0)
 

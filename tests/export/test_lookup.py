@@ -14,7 +14,8 @@ from scipy.interpolate import CubicHermiteSpline, RegularGridInterpolator
 from scipy.io import loadmat
 
 import contactlib as cl
-from contactlib.export.lookup_files import FORMATS, write_lookup_table
+from contactlib.element import ProcessZoneWarning
+from contactlib.export.lookup import FORMATS, write_lookup_table
 
 FINE = np.concatenate([np.linspace(0.0, 0.1, 100_001), np.linspace(0.1, 1.0, 90_001)])
 
@@ -49,7 +50,7 @@ def test_the_limit_to_static_friction_is_a_point(rig: cl.Model) -> None:
     friction = cl.friction_with_k_hat(
         rig.wheelset.element.contact, k_hat=0.3, static=0.23, kinetic=0.21
     )
-    with pytest.warns(cl.ProcessZoneWarning):
+    with pytest.warns(ProcessZoneWarning):
         element = cl.ForceElement(
             rig.wheelset.element.contact, friction, table=rig.wheelset.element.table, radius=0.5
         )

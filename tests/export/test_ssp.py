@@ -256,7 +256,7 @@ def test_package_says_who_made_what(locomotive: cl.Model, tmp_path: Path) -> Non
 def test_start_is_steady_and_on_the_rising_branch(
     locomotive: cl.Model, tmp_path: Path, law: str
 ) -> None:
-    text = cl.model_path("locomotive.toml").read_text(encoding="ascii")
+    text = cl.files.model_path("locomotive.toml").read_text(encoding="ascii")
     table = locomotive.wheelset.element.table
     if law == "polach":
         table = cl.CreepForceTable.from_law(cl.Polach.wet())

@@ -12,21 +12,22 @@ from numpy.testing import assert_allclose
 
 import contactlib as cl
 from contactlib.figures import hot_curves, hot_strips, stability_over_speed
+from contactlib.laws import ContactHeat, Softening, ThermalContact
 
 
 @pytest.fixture(scope="module")
-def contact() -> cl.ThermalContact:
+def contact() -> ThermalContact:
     ellipse = cl.EllipticContact.from_semi_axes(
         semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=1e5, contact_modulus=115.4e9
     )
-    return cl.ThermalContact(
-        heat=cl.ContactHeat(contact=ellipse),
+    return ThermalContact(
+        heat=ContactHeat(contact=ellipse),
         friction=cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0),
-        softening=cl.Softening.linear(700.0),
+        softening=Softening.linear(700.0),
     )
 
 
-def test_curves_are_those_of_the_contact(contact: cl.ThermalContact, tmp_path: Path) -> None:
+def test_curves_are_those_of_the_contact(contact: ThermalContact, tmp_path: Path) -> None:
     data = cl.TractionData([0.01, 0.1], [0.28, 0.22])
     figure = hot_curves(contact, (5.0, 20.0, 60.0), data=data)
     (axes,) = figure.axes
@@ -39,7 +40,7 @@ def test_curves_are_those_of_the_contact(contact: cl.ThermalContact, tmp_path: P
     check_all(figure, tmp_path)
 
 
-def test_strips_begin_cold_and_end_hot(contact: cl.ThermalContact, tmp_path: Path) -> None:
+def test_strips_begin_cold_and_end_hot(contact: ThermalContact, tmp_path: Path) -> None:
     figure = hot_strips(contact, (0.002, -0.02, 0.2), speed=10.0)
     traction, temperature = figure.axes
     for name in ("0.200 %", "2.00 %", "20.0 %"):
@@ -68,7 +69,7 @@ def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path
     check_all(figure, tmp_path)
 
 
-def test_bad_input_is_refused(contact: cl.ThermalContact) -> None:
+def test_bad_input_is_refused(contact: ThermalContact) -> None:
     with pytest.raises(ValueError, match="creepages has 4 numbers: must be 1 to 3"):
         hot_strips(contact, (0.1, 0.2, 0.3, 0.4), speed=10.0)
     with pytest.raises(ValueError, match=r"speeds = 0\.0"):

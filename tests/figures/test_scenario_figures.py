@@ -17,6 +17,8 @@ from numpy.testing import assert_allclose
 import contactlib as cl
 from contactlib.figures import comparison, run_name, scenario_run
 from contactlib.figures.style import drivetrain_setting
+from contactlib.runs import Metrics
+from contactlib.vehicle import Axle, Drivetrain, Motor
 
 CAPTION = "$J$ 250 kg m$^2$, $r$ 0.5 m. Sensors: delay 10 ms."
 
@@ -33,7 +35,7 @@ def runs(wet: cl.Scenario) -> Mapping[str, cl.Result]:
 
 
 @pytest.fixture(scope="module")
-def found(wet: cl.Scenario, runs: Mapping[str, cl.Result]) -> dict[str, cl.Metrics]:
+def found(wet: cl.Scenario, runs: Mapping[str, cl.Result]) -> dict[str, Metrics]:
     return {name: cl.metrics(run, wet.drivetrain) for name, run in runs.items()}
 
 
@@ -46,7 +48,7 @@ def drawn(axes: Axes, style: str) -> list[np.ndarray]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["open_loop", "threshold", "creep_pi"])
 def test_run_can_be_read(
-    runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics], tmp_path: Path, name: str
+    runs: Mapping[str, cl.Result], found: dict[str, Metrics], tmp_path: Path, name: str
 ) -> None:
     figure = scenario_run(
         runs[name], found[name], title=f"Wet patch: {run_name(name)}", caption=CAPTION
@@ -75,7 +77,7 @@ def test_run_can_be_read(
 
 @pytest.mark.slow
 def test_run_away_does_not_stretch_the_axes(
-    runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics], tmp_path: Path
+    runs: Mapping[str, cl.Result], found: dict[str, Metrics], tmp_path: Path
 ) -> None:
     assert runs["open_loop"]["creepage"].max() > 3.0
     figure = comparison(runs, found, title="Wet patch", caption=CAPTION)
@@ -104,7 +106,7 @@ def test_run_away_does_not_stretch_the_axes(
 
 
 def test_low_friction_is_shaded_where_it_is(
-    runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics]
+    runs: Mapping[str, cl.Result], found: dict[str, Metrics]
 ) -> None:
     run = runs["threshold"]
     (patch,) = scenario_run(run, found["threshold"], title="", caption="").axes[0].patches
@@ -165,7 +167,7 @@ def test_runs_have_names_in_words() -> None:
 
 
 def test_a_comparison_shows_the_longest_run_to_its_end(
-    runs: Mapping[str, cl.Result], found: dict[str, cl.Metrics]
+    runs: Mapping[str, cl.Result], found: dict[str, Metrics]
 ) -> None:
     names = list(runs)[:2]
     first, second = (runs[name] for name in names)
@@ -179,10 +181,10 @@ def test_a_comparison_shows_the_longest_run_to_its_end(
 
 
 def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
-    drivetrain = cl.Drivetrain(
+    drivetrain = Drivetrain(
         locomotive.wheelset,
-        axle=cl.Axle(stiffness=6e6, damping=500.0, drive_share=0.4),
-        motor=cl.Motor(lag=0.01, power=1.6e6, torque_rate=1e5, trip_speed=45.0),
+        axle=Axle(stiffness=6e6, damping=500.0, drive_share=0.4),
+        motor=Motor(lag=0.01, power=1.6e6, torque_rate=1e5, trip_speed=45.0),
         relaxation_length=8e-3,
     )
     said = drivetrain_setting(drivetrain).replace("\u00a0", " ")
@@ -190,4 +192,4 @@ def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
     limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
     assert f"Motor lag 10 ms, {limits}, relaxation length 8 mm, axle {hertz:.3g} Hz, " in said
     assert said.endswith("% of critical.")
-    assert cl.Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0
+    assert Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0

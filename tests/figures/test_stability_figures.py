@@ -21,6 +21,7 @@ from contactlib.figures.stability import loops as gains
 from contactlib.figures.stability.torsion import drawn_axle
 from contactlib.stability import torsion
 from contactlib.stability.control_systems import creep_loop, frequencies
+from contactlib.vehicle import Drivetrain, Resistance
 
 pytestmark = pytest.mark.slow
 
@@ -64,7 +65,7 @@ def test_s_curve_is_the_quasi_steady_torque(figures: dict[str, Figure], rig: cl.
     ):
         torque, zeta, drawn = checks.lines(axes, label)
         shown = np.isfinite(zeta)
-        expected = cl.quasi_steady_torque(rig.wheelset, zeta[shown], speed=V)
+        expected = cl.stability.quasi_steady_torque(rig.wheelset, zeta[shown], speed=V)
         assert_allclose(1e3 * torque[shown], expected, rtol=1e-12)
         assert drawn == style
         near = 1e-3 * fold.creepage
@@ -130,7 +131,7 @@ def test_phase_portrait_has_the_basin_and_runs_obey_it(
     rate_axes, run_axes = figures["phase"].axes
     fold = cl.find_fold(rig.wheelset, speed=V)
     torque = phase.LOAD * fold.drive_torque
-    border = cl.basin(rig.wheelset, drive_torque=torque, speed=V)
+    border = cl.stability.basin(rig.wheelset, drive_torque=torque, speed=V)
     zeta, solid, _ = checks.lines(rate_axes, "small changes decay")
     _, dashed, style = checks.lines(rate_axes, "small changes grow")
     assert style == "--"
@@ -164,7 +165,9 @@ def test_phase_plane_has_the_separatrix(
     edge, speeds, style = checks.lines(axes, "separatrix")
     assert style == "--"
     torque = phase.LOAD * cl.find_fold(locomotive.wheelset, speed=V).drive_torque
-    some = cl.separatrix(locomotive.wheelset, drive_torque=torque, speed=speeds[[0, 9, 18]])
+    some = cl.stability.separatrix(
+        locomotive.wheelset, drive_torque=torque, speed=speeds[[0, 9, 18]]
+    )
     assert_allclose(edge[[0, 9, 18]], some, rtol=1e-9)
 
 
@@ -179,7 +182,9 @@ def test_slip_away_points_are_on_the_integral(figures: dict[str, Figure], rig: c
     highest = cl.find_fold(rig.wheelset, speed=V).drive_torque
     for part, time in zip(points, simulated, strict=True):
         torque = (1.0 + part) * highest
-        integral = cl.slip_away_time(rig.wheelset, drive_torque=torque, speed=V, start=0.0, end=end)
+        integral = cl.stability.slip_away_time(
+            rig.wheelset, drive_torque=torque, speed=V, start=0.0, end=end
+        )
         assert 1e-3 * time == pytest.approx(integral, rel=1e-5)
     assert_allclose(
         np.exp(np.interp(np.log(points), np.log(overload), np.log(exact))), simulated, 0.01
@@ -276,7 +281,7 @@ def test_loop_is_held_with_one_encirclement(figures: dict[str, Figure], rig: cl.
 
 def test_effective_slope_and_limit_cycles(figures: dict[str, Figure], rig: cl.Model) -> None:
     slopes, amplitudes = figures["torsion"].axes
-    drivetrain = cl.Drivetrain(rig.wheelset, axle=drawn_axle(rig.wheelset))
+    drivetrain = Drivetrain(rig.wheelset, axle=drawn_axle(rig.wheelset))
     assert drivetrain.torsional_frequency == pytest.approx(100.0 * np.pi)
     assert drivetrain.torsional_damping_ratio == pytest.approx(0.01)
     worst = cl.worst_pole(rig.wheelset, speed=V).creepage
@@ -307,7 +312,7 @@ def test_simulated_amplitudes_are_on_the_stable_branch(
     swinging = sizes > 1e-3
     assert 4 <= swinging.sum() < sizes.size
     assert_allclose(sizes[swinging], np.interp(centres[swinging], mean, stable), rtol=0.03)
-    drivetrain = cl.Drivetrain(rig.wheelset, axle=drawn_axle(rig.wheelset))
+    drivetrain = Drivetrain(rig.wheelset, axle=drawn_axle(rig.wheelset))
     both = torsion.bistable_range(drivetrain, speed=V)
     assert both is not None
     for centre in np.unique(centres):  # in the bistable range, and only there, the kick decides
@@ -343,7 +348,7 @@ def test_a_speed_that_nothing_brings_back_is_taken_as_constant(
     locomotive: cl.Model, damping: float
 ) -> None:
     """A constant resistance leaves an eigenvalue of zero; with damping no gain holds the speed."""
-    drifting = replace(locomotive.wheelset, resistance=cl.Resistance(constant=1e3), damping=damping)
+    drifting = replace(locomotive.wheelset, resistance=Resistance(constant=1e3), damping=damping)
     held = replace(drifting, mass=None)
     axes = STABILITY_FIGURES["gains"].draw(drifting, V).axes[1]
     zeta, least, _ = checks.lines(axes, "smallest gain")

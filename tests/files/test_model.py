@@ -31,7 +31,7 @@ def test_roller_rig_is_the_wheel_of_the_paper(rig: cl.Model) -> None:
     assert element.contact.semi_width == pytest.approx(5e-3)
     assert element.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
     assert element.friction.kinetic == 0.21
-    assert cl.saturation_creepage(element.contact, element.friction) == pytest.approx(0.0021)
+    assert cl.laws.saturation_creepage(element.contact, element.friction) == pytest.approx(0.0021)
     assert rig.wheelset.speed_held
 
 
@@ -71,7 +71,7 @@ def load_changed(
     tmp_path: Path, table: cl.CreepForceTable | None, changes: dict[str, str]
 ) -> cl.Model:
     """The roller rig with these changes to the text of its file."""
-    text = cl.model_path("roller_rig.toml").read_text()
+    text = cl.files.model_path("roller_rig.toml").read_text()
     for old, new in changes.items():
         assert old in text
         text = text.replace(old, new, 1)
@@ -348,7 +348,7 @@ def test_the_model_file_s_cohesive_law(
         return table  # any will do
 
     monkeypatch.setattr("contactlib.files.sections.cohesive_table", built)
-    text = cl.model_path("roller_rig.toml").read_text() + '\n[law]\nkind = "cohesive"\n'
+    text = cl.files.model_path("roller_rig.toml").read_text() + '\n[law]\nkind = "cohesive"\n'
     (tmp_path / "x.toml").write_text(text)
     shown = done("table", tmp_path / "x.toml", "-o", tmp_path / "t.bin")
     assert asked == ["line", pytest.approx(0.45 / 0.21)]

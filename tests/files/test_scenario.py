@@ -15,8 +15,10 @@ import pytest
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
+from contactlib.element import ProcessZoneWarning
 from contactlib.files.reading import file_kind
-from contactlib.traction import OpenLoop
+from contactlib.traction import OpenLoop, Sensors
+from contactlib.vehicle import Axle, Drivetrain, Motor, WheelLoad
 
 MODELS = package_folder("models")
 SHIPPED = sorted(p.stem for p in MODELS.glob("*.toml") if "vehicle" in tomllib.loads(p.read_text()))
@@ -30,7 +32,7 @@ def load(name: str) -> cl.Scenario:
 def limit(scenario: cl.Scenario, speed: float, scale: float = 1.0) -> float:
     """Torque that friction takes [N.m]."""
     wheelset = scenario.drivetrain.wheelset
-    force = cl.available_force(wheelset.element, speed=speed, friction_scale=scale)
+    force = cl.vehicle.available_force(wheelset.element, speed=speed, friction_scale=scale)
     return wheelset.radius * float(force)
 
 
@@ -71,7 +73,7 @@ def test_wet_patch_is_100_m_that_the_demand_is_too_much_for(name: str) -> None:
     speed = scenario.initial_speed
     element, worst = scenario.drivetrain.wheelset.element, min(left.value)
     other = worst if right is None else 1.0
-    wet = element.radius * cl.available_force(
+    wet = element.radius * cl.vehicle.available_force(
         element, speed=speed, friction_scale=worst, other_friction_scale=other
     )
     assert wet < most < limit(scenario, speed)
@@ -206,16 +208,16 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
     """
     scenario = cl.load_scenario(write(tmp_path, TEXT + more))
     drivetrain = scenario.drivetrain
-    assert drivetrain.axle == cl.Axle(stiffness=6e6, damping=400.0)
-    assert drivetrain.motor == cl.Motor(lag=0.02, power=1.6e6)
+    assert drivetrain.axle == Axle(stiffness=6e6, damping=400.0)
+    assert drivetrain.motor == Motor(lag=0.02, power=1.6e6)
     assert drivetrain.relaxation_length == pytest.approx(7.5e-3)
-    assert scenario.sensors == cl.Sensors(
+    assert scenario.sensors == Sensors(
         vehicle_speed_bias=-0.005, encoder_pulses=120.0, delay=0.01, seed=3.0
     )
     assert scenario.track.friction_left == cl.Profile((1e3, 2e3), (0.5, 1.0))
     assert scenario.track.friction_scale(1e3, 9.0).tolist() == [0.25, 0.5]
     assert scenario.track.slope == cl.Profile((1e3, 2e3), (0.3, 1.0))
-    assert scenario.wheel_load == cl.WheelLoad(frequency=(0.5, 10.0), density=(0.02, 0.0), seed=7.0)
+    assert scenario.wheel_load == WheelLoad(frequency=(0.5, 10.0), density=(0.02, 0.0), seed=7.0)
     assert list(scenario.controllers) == ["first", "second"]
     assert scenario.controller("second").sample_time == pytest.approx(5e-3)
     # One key changes, and what follows from it: k_hat and saturation creepage are as in the file.
@@ -242,7 +244,7 @@ def test_controllers_are_designed_for_the_drivetrain(
 ) -> None:
     asked: dict[str, Any] = {}
 
-    def for_drivetrain(drivetrain: cl.Drivetrain, **given: Any) -> Any:
+    def for_drivetrain(drivetrain: Drivetrain, **given: Any) -> Any:
         asked.update(given, drivetrain=drivetrain)
         if given["sample_time"] == 3.0:
             raise ValueError("OpenLoop.sample_time = 3.0 is too long")
@@ -403,7 +405,7 @@ def test_continuous_controllers_are_read(tmp_path: Path) -> None:
         torque_min=0.0,
         torque_max=35e3,
     )
-    assert isinstance(scenario.controller("first"), cl.OpenLoop)
+    assert isinstance(scenario.controller("first"), OpenLoop)
     for name in ("creep", "torque"):
         with pytest.raises(ValueError, match=f"controller = '{name}' is continuous"):
             scenario.controller(name)
@@ -450,7 +452,7 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
     )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        warnings.simplefilter("ignore", cl.ProcessZoneWarning)
+        warnings.simplefilter("ignore", ProcessZoneWarning)
         cl.load_scenario(path)
     said = [str(w.message).partition("mine.toml: ")[2].partition(" is ")[0] for w in caught]
     assert said == ["vehicle_changes.friction.static = 45", "motor.lag = 10 s"]

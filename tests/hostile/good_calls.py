@@ -21,8 +21,12 @@ from numpy.typing import ArrayLike, NDArray
 
 import contactlib as cl
 from contactlib import traction
+from contactlib.laws import ContactHeat, FitResult, Softening, ThermalContact
 from contactlib.laws.polach import Polach
+from contactlib.runs import KernelSource
 from contactlib.stability import control_systems, torsion
+from contactlib.traction import Sensors
+from contactlib.vehicle import Axle, CreepCurve, Drivetrain, Motor, OperatingPoint, WheelLoad
 
 SUBMODULES = ("control_systems", "stability", "torsion", "traction")
 POSITION = 4  # in a row, of the number that a call takes where it needs one
@@ -157,20 +161,20 @@ def measured() -> cl.MeasuredCurve:
 
 
 @cache
-def fitted() -> cl.FitResult:
+def fitted() -> FitResult:
     return cl.fit(cl.CarterGriffith, cl.TractionData(CREEPAGES, COEFFICIENTS), k_hat=0.0)
 
 
 @cache
-def heat(elliptic: bool = False) -> cl.ContactHeat:
-    return cl.ContactHeat(contact=ellipse() if elliptic else line())
+def heat(elliptic: bool = False) -> ContactHeat:
+    return ContactHeat(contact=ellipse() if elliptic else line())
 
 
 @cache
-def hot(elliptic: bool = False) -> cl.ThermalContact:
-    softening = cl.Softening([0.0, 200.0, 700.0], [1.0, 0.9, 0.2])
+def hot(elliptic: bool = False) -> ThermalContact:
+    softening = Softening([0.0, 200.0, 700.0], [1.0, 0.9, 0.2])
     coulomb = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
-    return cl.ThermalContact(heat=heat(elliptic), friction=coulomb, softening=softening)
+    return ThermalContact(heat=heat(elliptic), friction=coulomb, softening=softening)
 
 
 @cache
@@ -186,9 +190,9 @@ def train() -> cl.Wheelset:
 
 
 @cache
-def drivetrain() -> cl.Drivetrain:
-    axle = cl.Axle(stiffness=6e6, damping=100.0)
-    return cl.Drivetrain(rig(), axle=axle, motor=cl.Motor(lag=0.01))
+def drivetrain() -> Drivetrain:
+    axle = Axle(stiffness=6e6, damping=100.0)
+    return Drivetrain(rig(), axle=axle, motor=Motor(lag=0.01))
 
 
 @cache
@@ -197,7 +201,7 @@ def scenario() -> cl.Scenario:
 
 
 @cache
-def point() -> cl.OperatingPoint:
+def point() -> OperatingPoint:
     return rig().balanced(creepage=0.024, speed=10.0)
 
 
@@ -210,8 +214,8 @@ def creep_control() -> cl.CreepControl:
     return cl.CreepControl(reference=cl.Profile.of(0.02), proportional_gain=1e6, **limits)
 
 
-def noisy() -> cl.Sensors:
-    return cl.Sensors(wheel_speed_noise=0.1, encoder_pulses=9.0, delay=0.02)
+def noisy() -> Sensors:
+    return Sensors(wheel_speed_noise=0.1, encoder_pulses=9.0, delay=0.02)
 
 
 def loop() -> Any:
@@ -241,9 +245,9 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "point": point,
     "scenario": scenario,
     "scenarios": lambda: [scenario()],
-    "sensors": lambda: cl.Sensors(),
-    "softening": lambda: cl.Softening.linear(800.0),
-    "source": lambda: cl.KernelSource(rig().element),
+    "sensors": lambda: Sensors(),
+    "softening": lambda: Softening.linear(800.0),
+    "source": lambda: KernelSource(rig().element),
     "system": lambda: rig().to_nlsys(speed=10.0),
     "table": lambda: cl.carter_griffith_table("line"),
     "wheelset": rig,
@@ -272,8 +276,8 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
         )
     },
     "CreepCurve": {
-        "": lambda: cl.CreepCurve(rig(), speed=10.0),
-        "free": lambda: cl.CreepCurve(train(), speed=10.0, resistance_force=10.0),
+        "": lambda: CreepCurve(rig(), speed=10.0),
+        "free": lambda: CreepCurve(train(), speed=10.0, resistance_force=10.0),
     },
     "FitResult": {"": fitted},
     "ForceElement": {"": element, "elliptic": partial(element, True)},
@@ -292,9 +296,9 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
     "Plant": {"": lambda: cl.Plant(scenario())},
     "Profile": {"": lambda: cl.Profile((0.0, 0.5), (1.0, 2.0))},
     "Sensors": {"": noisy},
-    "Softening": {"": lambda: cl.Softening.linear(800.0)},
+    "Softening": {"": lambda: Softening.linear(800.0)},
     "Track": {"": lambda: cl.Track(friction_left=cl.Profile((0.0, 0.5), (1.0, 2.0)))},
-    "WheelLoad": {"": lambda: cl.WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.01))},
+    "WheelLoad": {"": lambda: WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.01))},
     "Wheelset": {"": rig},
     "torsion.AntiphaseForce": {"": lambda: torsion.AntiphaseForce(rig(), point())},
     "traction.SensorReader": {"": lambda: noisy().reader(6, 0.01, radius=0.5)},
@@ -314,7 +318,10 @@ def to_folder(export: Callable[..., object], suffix: str) -> Callable[..., None]
 
 
 def read_by(
-    sensors: list[cl.Sensors], sample_time: float, index: Sequence[int], radius: ArrayLike | None
+    sensors: list[Sensors],
+    sample_time: float,
+    index: Sequence[int],
+    radius: ArrayLike | None,
 ) -> Any:
     reader = traction.SensorReader(sensors, sample_time, index, radius=radius)
     return reader.read(SPEEDS, SPEEDS, SPEEDS)
@@ -324,7 +331,7 @@ def friction_of_level(level: float) -> cl.Friction:
     return cl.Friction.from_function(lambda u: level if u > 1e-6 else 0.4)
 
 
-def fit_between(low: float, high: float, level: float, **fixed: Any) -> cl.FitResult:
+def fit_between(low: float, high: float, level: float, **fixed: Any) -> FitResult:
     return cl.fit(
         cl.CarterGriffith, OBJECTS["data"](), level=level, ranges={"kinetic": (low, high)}, **fixed
     )
@@ -353,7 +360,7 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "CreepControl": {"reference": lambda: cl.Profile.of(0.02)},
     "CreepForces.evaluate": {"speed": None},
     "CreepPI": {**LIMITER, "reference_torque": 1e4},
-    "Drivetrain": {"motor": lambda: cl.Motor()},
+    "Drivetrain": {"motor": lambda: Motor()},
     "ForceElement.at_creepage": {"normal_load": 1e5, "friction_scale": 0.9},
     "ForceElement.evaluate elliptic": {
         "lateral_velocity": 2e-3 * SPEEDS,

@@ -16,7 +16,8 @@ from strategies import examples, random_wheelset
 import contactlib as cl
 from contactlib import stability
 from contactlib.files.scenario import ControllerDesign
-from contactlib.traction import stacked
+from contactlib.traction import Measurement, stacked
+from contactlib.vehicle import Resistance
 
 
 @cache
@@ -35,7 +36,7 @@ def scenario() -> cl.Scenario:
 
 
 @pytest.mark.parametrize("static", [0.22, 0.25, 0.27])
-@pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
+@pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")
 def test_fold_of_a_plateau_is_its_beginning(static: float) -> None:
     # The law's peak is above static friction, where the force is held.
     contact = train().element.contact
@@ -61,7 +62,7 @@ def test_zero_demand_comes_back_from_any_creepage() -> None:
     # standstill as fast as it comes back itself, which once was taken for a border.
     body = replace(train(), mass=3e3, damping=0.0)
     for speed in (0.3, 1.07, 2.5):
-        found = cl.basin(body, drive_torque=0.0, speed=speed)
+        found = cl.stability.basin(body, drive_torque=0.0, speed=speed)
         assert (found.lowest, found.highest) == (-math.inf, math.inf)
         run = cl.simulate(
             body,
@@ -76,7 +77,7 @@ def test_zero_demand_comes_back_from_any_creepage() -> None:
 # ---- runs -----------------------------------------------------------------------------------
 
 
-@pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
+@pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")
 @pytest.mark.parametrize("seed", range(5))
 def test_energy_is_kept_and_friction_takes_it(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -116,7 +117,7 @@ def test_torque_is_between_zero_and_the_demand_whatever_is_measured(
     rows: list[tuple[float, float, float, float]], name: str
 ) -> None:
     control = stacked([scenario().controller(name)])
-    measured = [cl.Measurement(*(np.array([value]) for value in row)) for row in rows]
+    measured = [Measurement(*(np.array([value]) for value in row)) for row in rows]
     memory = control.start(measured[0], 0.0)
     for measurement in measured:
         torque, memory = control.sample(measurement, memory)
@@ -163,7 +164,7 @@ def test_a_patch_on_which_a_vehicle_stops_is_refused() -> None:
     line = cl.load_model("models/roller_rig.toml").wheelset.element
     friction = replace(line.friction, slip_rate_residual=0.8243, slip_rate_decay=0.7136)
     element = replace(line, friction=friction)
-    body = replace(train(), element=element, mass=22.88e3, damping=0.0, resistance=cl.Resistance())
+    body = replace(train(), element=element, mass=22.88e3, damping=0.0, resistance=Resistance())
     torque = -0.98386 * cl.find_fold(body, speed=0.75).drive_torque
     with pytest.raises(ValueError, match=r"speed = 0.75, friction_scale = 0.98.* may end: speed"):
         cl.clearing(body, drive_torque=torque, speed=0.75, friction_scale=0.98377)

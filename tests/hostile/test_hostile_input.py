@@ -24,7 +24,6 @@ import pytest
 from good_calls import EXEMPT, INFINITE, NOT_A_NUMBER, SAYS, Call, public
 from numpy.typing import NDArray
 
-import contactlib as cl
 from contactlib.base.quantities import (
     MODERATE,
     Parameters,
@@ -36,11 +35,12 @@ from contactlib.base.quantities import (
     records,
     shown,
 )
+from contactlib.laws import ConvergenceError
 
 # Odd points of a measured curve are warned of.
 pytestmark = [
     pytest.mark.filterwarnings("ignore::contactlib.InputWarning"),
-    pytest.mark.filterwarnings("ignore::contactlib.AspectWarning"),
+    pytest.mark.filterwarnings("ignore::contactlib.element.AspectWarning"),
 ]
 
 # What is no number, by a name for the test.
@@ -173,7 +173,7 @@ def answer_to(call: Call, **hostile: object) -> Any:
     try:
         answer = call(**arguments)  # a warning is an error here, as in every test
         answer = (answer, *properties(answer))
-    except (ValueError, cl.ConvergenceError) as error:
+    except (ValueError, ConvergenceError) as error:
         answer = error
     after = [(str(array.dtype), array.tobytes()) for array in arrays]
     assert after == before, f"{call.name} changes its input"

@@ -14,8 +14,11 @@ from hypothesis import strategies as st
 from strategies import examples, magnitude, number
 
 import contactlib as cl
+from contactlib.element import ProcessZoneWarning
 
-pytestmark = pytest.mark.filterwarnings("ignore::contactlib.AspectWarning")  # long ellipses too
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::contactlib.element.AspectWarning"
+)  # long ellipses too
 
 
 class Wheel(NamedTuple):
@@ -32,7 +35,7 @@ class Wheel(NamedTuple):
 def element_of(contact: Any, friction: cl.Friction) -> cl.ForceElement:
     shape: Any = "elliptic" if isinstance(contact, cl.EllipticContact) else "line"
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", cl.ProcessZoneWarning)
+        warnings.simplefilter("ignore", ProcessZoneWarning)
         table = cl.carter_griffith_table(shape)
         return cl.ForceElement(contact, friction, table=table, radius=0.5)
 
@@ -173,9 +176,9 @@ def test_load_scales_the_contact_as_hertz_says(
     name = "normal_load" if isinstance(contact, cl.EllipticContact) else "normal_load_per_length"
     loaded = dataclasses.replace(contact, **{name: factor * getattr(contact, name)})
     exponent = contact.load_exponent
-    k_hat = cl.k_hat(loaded, element.friction)
+    k_hat = cl.laws.k_hat(loaded, element.friction)
     assert k_hat == pytest.approx(element.k_hat * factor**-exponent, rel=1e-9)
-    zeta0 = cl.saturation_creepage(loaded, element.friction)
+    zeta0 = cl.laws.saturation_creepage(loaded, element.friction)
     assert zeta0 == pytest.approx(element.saturation_creepage * factor**exponent, rel=1e-9)
     found = element.saturation_creepage_at(normal_load=loaded.normal_load)
     assert found == pytest.approx(zeta0, rel=1e-9)
@@ -200,7 +203,7 @@ def test_friction_scale_multiplies_both_coefficients(
         static=scale * element.friction.static,
         kinetic=scale * element.friction.kinetic,
     )
-    assume(cl.k_hat(wheel.contact, friction) <= 1.99)
+    assume(cl.laws.k_hat(wheel.contact, friction) <= 1.99)
     other = element_of(wheel.contact, friction)
     omega = omega_at(other, x, speed)
     assume(abs(omega) < 1e9)

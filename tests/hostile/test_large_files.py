@@ -12,7 +12,7 @@ import contactlib as cl
 from contactlib.base.writing import MAX_BYTES
 from contactlib.files.reading import LONG_KEY
 
-MODEL = Path(cl.model_path("roller_rig.toml")).read_text(encoding="utf-8")
+MODEL = Path(cl.files.model_path("roller_rig.toml")).read_text(encoding="utf-8")
 HISTORY = ", ".join(["1.0"] * 2_000_000)
 LARGE = {
     "keys": "".join(f"k{i} = 1\n" for i in range(1_000_000)) + MODEL,

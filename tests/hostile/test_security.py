@@ -352,7 +352,7 @@ def test_the_page_makes_no_elements_or_code_of_text() -> None:
 def test_a_model_s_text_ends_no_element_of_the_page(tmp_path: Path) -> None:
     model, path = tmp_path / "model.toml", tmp_path / "page.html"
     model.write_text(f"# {MARKUP} \u2028 <!-- <script>\n{RIG}", encoding="utf-8")
-    cl.write_explorer(path, model)
+    cl.export.write_explorer(path, model)
     before, after = (Elements(p.read_text(encoding="utf-8")) for p in (PAGE, path))
     assert [tag for tag, _ in before.found] == [tag for tag, _ in after.found]
     assert MARKUP[:4] not in path.read_text(encoding="utf-8")

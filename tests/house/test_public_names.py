@@ -8,6 +8,7 @@ import pickle
 import pydoc
 import subprocess
 import sys
+from operator import attrgetter
 from types import ModuleType
 
 import pytest
@@ -15,6 +16,7 @@ import pytest
 import contactlib as cl
 
 NAMES = dir(cl)
+ROOMS = [name for name in NAMES if isinstance(getattr(cl, name), ModuleType)]
 # What is loaded beyond Python's own library and this package.
 OTHERS = """
 import sys
@@ -51,15 +53,20 @@ def test_wheelset_loads_neither_control_nor_figures_nor_tables_of_data() -> None
     assert not loaded & {"control", "matplotlib", "xarray", "pandas", "lxml", "fmpy"}
 
 
-@pytest.mark.parametrize("name", NAMES)
+def test_few_names_are_on_top() -> None:
+    assert len(NAMES) <= 60
+
+
+@pytest.mark.parametrize(
+    "name", [*NAMES, *(f"{r}.{n}" for r in ROOMS for n in getattr(cl, r).__all__)]
+)
 def test_every_name_is_there(name: str) -> None:
-    value = getattr(cl, name)
-    assert value is getattr(cl, name)
+    value = attrgetter(name)(cl)
     if isinstance(value, ModuleType):
         assert value is importlib.import_module(value.__name__)
     elif callable(value):
         assert value.__module__.startswith("contactlib.")
-        assert value.__name__ == name
+        assert value.__name__ == name.split(".")[-1]
         assert pickle.loads(pickle.dumps(value)) is value  # noqa: S301
 
 

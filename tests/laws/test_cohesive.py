@@ -13,9 +13,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from contactlib import EXPONENTIAL, CarterGriffith, CohesiveZone, ConvergenceError, Friction
+from contactlib import CarterGriffith, CohesiveZone, Friction
 from contactlib.base.quantities import FloatArray
-from contactlib.laws import cohesive_zone
+from contactlib.laws import EXPONENTIAL, ConvergenceError, cohesive_zone
 from contactlib.laws.cohesive import MIN_K_HAT, find_state
 from contactlib.laws.cohesive_zone import enough_nodes, solve_cohesive_zones, weakening_length
 from contactlib.laws.friction import Weakening

@@ -12,18 +12,15 @@ from scipy.stats import t as t_distribution
 
 from contactlib import (
     CarterGriffith,
-    ContactHeat,
     EllipticContact,
-    FitResult,
     LineContact,
     Polach,
-    Softening,
-    ThermalContact,
     TractionData,
     friction_with_k_hat,
 )
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
+from contactlib.laws import ContactHeat, FitResult, Softening, ThermalContact
 from contactlib.laws.fit import fit
 
 CARTER: dict[str, Any] = {"contact": "line", "k_hat": 0.0}

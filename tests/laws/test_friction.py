@@ -24,7 +24,7 @@ def contact(load: float = 4.5e6) -> cl.LineContact:
 def test_friction_made_for_a_k_hat_has_it() -> None:
     for wanted in (0.0, 0.06, 0.3, 1.7):
         friction = cl.friction_with_k_hat(contact(), k_hat=wanted, static=0.45, kinetic=0.21)
-        assert cl.k_hat(contact(), friction) == pytest.approx(wanted, rel=1e-14)
+        assert cl.laws.k_hat(contact(), friction) == pytest.approx(wanted, rel=1e-14)
     with pytest.raises(ValueError, match="needs static > kinetic"):
         cl.friction_with_k_hat(contact(), k_hat=0.3, static=0.21, kinetic=0.21)
 
@@ -88,8 +88,8 @@ def test_shape_of_a_weakening_is_normalized(name: str) -> None:
 def test_slope_of_a_function_is_that_of_the_exponential() -> None:
     phi = cl.Friction.from_function(weakened(lambda v: math.exp(-v))).weakening
     v = np.append(0.0, np.geomspace(1e-9, 100.0, 200))
-    np.testing.assert_allclose(phi.slope(v), cl.EXPONENTIAL.slope(v), atol=1e-9)
-    np.testing.assert_allclose(phi.fraction(v), cl.EXPONENTIAL.fraction(v), atol=1e-14)
+    np.testing.assert_allclose(phi.slope(v), cl.laws.EXPONENTIAL.slope(v), atol=1e-9)
+    np.testing.assert_allclose(phi.fraction(v), cl.laws.EXPONENTIAL.fraction(v), atol=1e-14)
 
 
 def test_samples_of_a_function() -> None:
@@ -120,7 +120,7 @@ def test_frictions_of_equal_fields_are_equal() -> None:
     assert cl.Friction.from_function(f) == cl.Friction.from_function(f)
     assert len({cl.Friction.from_samples([0.0, 1e-6], [0.4, 0.3]) for _ in range(2)}) == 1
     plain = cl.Friction(static=0.4, kinetic=0.3, weakening_length=1e-6)
-    assert plain.weakening is cl.EXPONENTIAL
+    assert plain.weakening is cl.laws.EXPONENTIAL
     assert plain != cl.Friction.from_samples([0.0, 2e-6], [0.4, 0.3])
 
 

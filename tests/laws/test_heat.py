@@ -14,6 +14,7 @@ from scipy.special import ellipe, ellipk
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
+from contactlib.laws import ContactHeat, Softening, ThermalContact, ThermalMaterial
 from contactlib.laws.heat import MEANS, STEEL, flash_profile
 from contactlib.laws.thermal_contact import friction_factor
 from contactlib.laws.thermal_zone import MEAN, ThermalZone, solve_thermal_zone
@@ -48,9 +49,9 @@ def ellipse(peak_pressure: float = 0.8e9, semi_width: float = 6e-3) -> cl.Ellipt
     )
 
 
-def hot(contact: Any, **others: Any) -> cl.ThermalContact:
-    given: dict[str, Any] = {"friction": COULOMB, "softening": cl.Softening.linear(800.0)}
-    return cl.ThermalContact(heat=cl.ContactHeat(contact=contact), **given | others)
+def hot(contact: Any, **others: Any) -> ThermalContact:
+    given: dict[str, Any] = {"friction": COULOMB, "softening": Softening.linear(800.0)}
+    return ThermalContact(heat=ContactHeat(contact=contact), **given | others)
 
 
 def order(x: Any, y: Any) -> float:
@@ -90,7 +91,7 @@ def test_numbers_of_the_profile() -> None:
 
 
 def test_two_bodies_share_by_the_roots_of_their_speeds() -> None:
-    heat = cl.ContactHeat(contact=line())
+    heat = ContactHeat(contact=line())
     assert heat.peclet_number(0.0, 0.05) == pytest.approx(10.8, abs=0.1)
     zeta, speed = np.array([-1.0, -0.4, -1e-3, 0.0, 0.3, 3.0]), 12.0
     roots = np.sqrt(speed * (1.0 + zeta)), np.sqrt(speed)
@@ -100,8 +101,8 @@ def test_two_bodies_share_by_the_roots_of_their_speeds() -> None:
     expected = unit / STEEL.effusivity * np.abs(roots[0] - roots[1])
     np.testing.assert_allclose(heat.mean_rise(zeta, speed), expected, rtol=1e-12, atol=1e-12)
     # Another wheel, as each body with its share of the flux alone: both surfaces are equally hot.
-    copper = cl.ThermalMaterial(conductivity=390.0, density=8900.0, heat_capacity=385.0)
-    other = cl.ContactHeat(contact=line(), wheel=copper)
+    copper = ThermalMaterial(conductivity=390.0, density=8900.0, heat_capacity=385.0)
+    other = ContactHeat(contact=line(), wheel=copper)
     share, rise = other.wheel_share(0.3, speed), other.mean_rise(0.3, speed)
     alone = unit * 0.3 * speed / np.sqrt(speed)
     assert share * alone / (copper.effusivity * np.sqrt(1.3)) == pytest.approx(float(rise))
@@ -109,10 +110,10 @@ def test_two_bodies_share_by_the_roots_of_their_speeds() -> None:
 
 
 def test_bulk_temperatures_meet_at_their_weighted_mean() -> None:
-    warm = cl.ContactHeat(contact=line(), wheel_temperature=90.0, rail_temperature=30.0)
+    warm = ContactHeat(contact=line(), wheel_temperature=90.0, rail_temperature=30.0)
     assert warm.entry_temperature(0.0, 5.0) == pytest.approx(60.0)
     assert warm.entry_temperature(-1.0, 5.0) == pytest.approx(30.0)
-    cold = cl.ContactHeat(contact=line())
+    cold = ContactHeat(contact=line())
     given: dict[str, Any] = {"friction_coefficient": 0.3, "creepage": 0.1, "speed": 9.0}
     xi = np.linspace(-1.0, 1.0, 9)
     raised = warm.temperature(xi, **given) - cold.temperature(xi, **given)
@@ -120,7 +121,7 @@ def test_bulk_temperatures_meet_at_their_weighted_mean() -> None:
 
 
 def test_mean_over_an_ellipse_is_that_of_its_places() -> None:
-    heat = cl.ContactHeat(contact=ellipse())
+    heat = ContactHeat(contact=ellipse())
     nodes, weights = np.polynomial.legendre.leggauss(60)
     angle = 0.5 * np.pi * nodes
     eta, xi = np.sin(angle)[:, np.newaxis], np.sin(angle)
@@ -386,7 +387,7 @@ def test_bad_friction_is_refused(given: dict[str, float], message: str) -> None:
 
 @pytest.mark.parametrize("coefficient", [[0.4, 0.38, 0.3, 0.1], [0.4, 0.25, 0.18, 0.15]])
 def test_closed_form_of_sampled_softening(coefficient: list[float]) -> None:
-    sampled = hot(line(), softening=cl.Softening([0.0, 200.0, 400.0, 800.0], coefficient))
+    sampled = hot(line(), softening=Softening([0.0, 200.0, 400.0, 800.0], coefficient))
     zeta = np.array([0.004, 0.01, 0.05, 0.1, 0.3, 1.0])
     found = sampled.traction_coefficient(zeta, 20.0)
     exact = sampled.local_traction_coefficient(zeta, 20.0)
@@ -395,7 +396,7 @@ def test_closed_form_of_sampled_softening(coefficient: list[float]) -> None:
 
 def test_samples_on_a_line_are_linear_softening() -> None:
     two = hot(line())
-    four = hot(line(), softening=cl.Softening([0.0, 100.0, 500.0, 800.0], [0.8, 0.7, 0.3, 0.0]))
+    four = hot(line(), softening=Softening([0.0, 100.0, 500.0, 800.0], [0.8, 0.7, 0.3, 0.0]))
     zeta = np.array([-0.3, 0.001, 0.02, 0.4])
     for name in ("traction_coefficient", "mean_temperature", "local_traction_coefficient"):
         first, second = (getattr(one, name)(zeta, 15.0) for one in (two, four))
@@ -403,10 +404,10 @@ def test_samples_on_a_line_are_linear_softening() -> None:
 
 
 def test_warm_bodies_are_a_contact_of_less_friction() -> None:
-    heat = cl.ContactHeat(contact=line(), wheel_temperature=200.0, rail_temperature=200.0)
-    warm = cl.ThermalContact(heat=heat, friction=COULOMB, softening=cl.Softening.linear(800.0))
+    heat = ContactHeat(contact=line(), wheel_temperature=200.0, rail_temperature=200.0)
+    warm = ThermalContact(heat=heat, friction=COULOMB, softening=Softening.linear(800.0))
     weak = cl.Friction(static=0.225, kinetic=0.225, weakening_length=0.0)
-    same = hot(line(), friction=weak, softening=cl.Softening.linear(600.0))
+    same = hot(line(), friction=weak, softening=Softening.linear(600.0))
     zeta = np.array([0.001, 0.01, 0.2])
     for name in ("traction_coefficient", "local_traction_coefficient"):
         first, second = (getattr(one, name)(zeta, 30.0) for one in (warm, same))
@@ -434,10 +435,8 @@ def test_bad_input_is_refused() -> None:
     )
     with pytest.raises(ValueError, match="must not fall with slip speed"):
         hot(line(), friction=falling)
-    scorched = cl.ContactHeat(contact=line(), wheel_temperature=2000.0)
-    contact = cl.ThermalContact(
-        heat=scorched, friction=COULOMB, softening=cl.Softening.linear(800.0)
-    )
+    scorched = ContactHeat(contact=line(), wheel_temperature=2000.0)
+    contact = ThermalContact(heat=scorched, friction=COULOMB, softening=Softening.linear(800.0))
     with pytest.raises(ValueError, match="wheel_temperature = 2000"):
         contact.traction_coefficient(0.1, 10.0)
     with pytest.raises(ValueError, match=r"creepage = 0\.0 is too close to 0"):
@@ -461,4 +460,4 @@ def test_bad_samples_are_refused(
     temperature: list[float], coefficient: list[float], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        cl.Softening(temperature, coefficient)
+        Softening(temperature, coefficient)

@@ -117,9 +117,9 @@ def test_scales_of_an_elliptic_contact() -> None:
     a, p0, length = contact.semi_axis_x, contact.peak_pressure, friction.weakening_length
     eq_17 = math.sqrt(contact.tangential_modulus * 0.2 * length / (math.pi * 0.3**2 * a * p0))
     assert eq_17 == pytest.approx(0.4, rel=1e-13)
-    assert cl.k_hat(contact, friction) == pytest.approx(0.4, rel=1e-13)
+    assert cl.laws.k_hat(contact, friction) == pytest.approx(0.4, rel=1e-13)
     zeta0 = 2.0 * 0.3 * p0 / contact.tangential_modulus
-    assert cl.saturation_creepage(contact, friction) == pytest.approx(zeta0, rel=1e-14)
+    assert cl.laws.saturation_creepage(contact, friction) == pytest.approx(zeta0, rel=1e-14)
 
 
 def test_scales_are_those_of_the_paper() -> None:
@@ -127,13 +127,13 @@ def test_scales_are_those_of_the_paper() -> None:
     friction = cl.Friction(static=0.45, kinetic=0.21, weakening_length=1.5e-6)
     a, p0 = line.semi_width, line.peak_pressure
     eq_17 = math.sqrt(MODULUS * 0.24 * 1.5e-6 / (math.pi * 0.21**2 * a * p0))
-    assert cl.k_hat(line, friction) == pytest.approx(eq_17, rel=1e-14)
-    assert cl.saturation_creepage(line, friction) == pytest.approx(0.21 * a / 0.5, rel=1e-14)
+    assert cl.laws.k_hat(line, friction) == pytest.approx(eq_17, rel=1e-14)
+    assert cl.laws.saturation_creepage(line, friction) == pytest.approx(0.21 * a / 0.5, rel=1e-14)
     zone = 2.0 * math.pi * eq_17**2 * (0.21 / 0.24) ** 2
-    assert cl.process_zone_ratio(line, friction) == pytest.approx(zone, rel=1e-14)
+    assert cl.laws.process_zone_ratio(line, friction) == pytest.approx(zone, rel=1e-14)
     coulomb = cl.Friction(static=0.21, kinetic=0.21, weakening_length=1e-6)
-    assert cl.k_hat(line, coulomb) == 0.0
-    assert cl.process_zone_ratio(line, coulomb) == 0.0
+    assert cl.laws.k_hat(line, coulomb) == 0.0
+    assert cl.laws.process_zone_ratio(line, coulomb) == 0.0
 
 
 def test_values_that_do_not_fit_each_other_are_refused() -> None:

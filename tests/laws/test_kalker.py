@@ -91,7 +91,7 @@ def test_closed_limits(
 @pytest.mark.parametrize(("a_over_b", "nu"), [(0.05, 0.5), (0.33, 0.1), (1.3, 0.3), (20.0, 0.0)])
 def test_shipped_coefficients_are_what_the_solver_gives(a_over_b: float, nu: float) -> None:
     c = stick_coefficients(influence(a_over_b, FINE), nu)
-    found = [float(value) for value in cl.kalker_coefficients(a_over_b, nu)]
+    found = [float(value) for value in cl.laws.kalker_coefficients(a_over_b, nu)]
     assert found == pytest.approx([c.c11, c.c22, c.c23, c.c33], rel=5e-5)
 
 
@@ -100,7 +100,7 @@ def test_agreement_with_contact() -> None:
     assert len(linear) == 9
     forces, creepages = forces_of(linear), creepages_of(linear)
     for k in range(0, 9, 3):  # each creepage in turn
-        c = cl.kalker_coefficients(linear["a_over_b"][k], linear["nu"][k])
+        c = cl.laws.kalker_coefficients(linear["a_over_b"][k], linear["nu"][k])
         slopes = forces[k : k + 3] / np.diag(creepages[k : k + 3])[:, np.newaxis]
         rounding = 5e-6 / np.diag(creepages[k : k + 3])
         both = 0.5 * (slopes[1, 2] - slopes[2, 1])  # they differ by up to 0.8 %
@@ -116,7 +116,7 @@ def test_agreement_with_contact() -> None:
 def test_stick_vanishes_at_the_strain_of_full_slip() -> None:
     g, nu = 2.0, 0.3
     scales = half_space_scales(g, nu)
-    c = cl.kalker_coefficients(g, nu)
+    c = cl.laws.kalker_coefficients(g, nu)
     assert scales.stiffness_x == pytest.approx(4.0 * c.c11 * (1.0 - nu) / math.pi**2)
     assert scales.stiffness_y == pytest.approx(4.0 * c.c22 / math.pi**2)
     for stiffness, softening, factor, part in (
@@ -147,4 +147,4 @@ def test_half_space_tends_to_strips_and_stays_monotone() -> None:
 
 def test_shapes_must_broadcast() -> None:
     with pytest.raises(ValueError, match="the shapes must broadcast together"):
-        cl.kalker_coefficients([1.0, 2.0], [0.1, 0.2, 0.3])
+        cl.laws.kalker_coefficients([1.0, 2.0], [0.1, 0.2, 0.3])

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contactlib import EllipticContact, Polach, kalker_coefficients
+from contactlib import EllipticContact, Polach
 from contactlib.base.quantities import FloatArray
+from contactlib.laws import kalker_coefficients
 
 ASPECT, NU = 6.304 / 12.61, 0.28
 C11 = float(kalker_coefficients(ASPECT, NU).c11)

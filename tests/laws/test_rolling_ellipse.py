@@ -109,7 +109,7 @@ def test_without_a_half_space_the_element_is_its_table(theory: str) -> None:
 
 
 def cohesive(static: float) -> cl.CreepForceTable:
-    return cl.cohesive_table("elliptic", static / 0.21)
+    return cl.table.cohesive_table("elliptic", static / 0.21)
 
 
 def weakening(a_over_b: float, static: float, k_hat: float, table: Any, theory: Theory) -> Any:
@@ -126,7 +126,7 @@ def largest_error(*case: Any) -> float:
     return float(np.abs(traction_ratio(of, -rows["cksi"]) - rows["fx"]).max())
 
 
-@pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
+@pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")
 @pytest.mark.parametrize("a_over_b", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("static", RATIOS)
 def test_limit_law_against_contact(static: float, a_over_b: float) -> None:

@@ -332,7 +332,7 @@ def linear_curving(locomotive: Locomotive, speed: float) -> tuple[FloatArray, Fl
     contact: Any = element.contact
     a, b = contact.semi_axis_x, contact.semi_axis_y
     shear = contact.contact_modulus * (1.0 - contact.poisson_ratio) * element.slope_reduction
-    c11, c22, c23, c33 = cl.kalker_coefficients(a / b, contact.poisson_ratio)
+    c11, c22, c23, c33 = cl.laws.kalker_coefficients(a / b, contact.poisson_ratio)
     c11, c22 = shear * a * b * c11, shear * a * b * c22
     c23, c33 = shear * (a * b) ** 1.5 * c23, shear * (a * b) ** 2 * c33
     matrix, right = np.zeros((14, 14)), np.zeros(14)

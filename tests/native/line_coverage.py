@@ -152,7 +152,7 @@ def shapes(cohesive: cl.CreepForceTable) -> list[cl.CreepForceTable]:
 def main() -> None:
     """Print the table, and the lines that were not run."""
     with tempfile.TemporaryDirectory() as scratch:
-        tables = shapes(cl.cohesive_table("line", 0.45 / 0.21))
+        tables = shapes(cl.table.cohesive_table("line", 0.45 / 0.21))
         found = measured(cl.load_model("locomotive.toml"), tables, Path(scratch))
     missed = not_run(found)
     ran = {name: sum(count > 0 for count in file.values()) for name, file in found.items()}

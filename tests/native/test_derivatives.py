@@ -12,6 +12,7 @@ from native_models import SIGMA, difference_quotient, native
 import contactlib as cl
 from contactlib import kernel
 from contactlib.export.description import Description
+from contactlib.vehicle import Resistance
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +55,7 @@ def _model(rig: cl.Model, element: cl.ForceElement) -> cl.Model:
         inertia=250.0,
         mass=2e4,
         damping=50.0,
-        resistance=cl.Resistance(constant=1800.0, linear=66.0, quadratic=3.1, grade=0.01),
+        resistance=Resistance(constant=1800.0, linear=66.0, quadratic=3.1, grade=0.01),
     )
     return cl.Model(name=rig.name, source=rig.source, wheelset=wheelset)
 

@@ -16,11 +16,12 @@ import contactlib as cl
 from contactlib.base.quantities import FloatArray
 from contactlib.runs.analysis import analyse
 from contactlib.runs.sweep.plan import ScenarioBuilder
+from contactlib.vehicle import CreepCurve
 
 
 def analysis_of(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> dict[str, FloatArray]:
     """Outcomes of the analysis along one axis."""
-    names = list(cl.ANALYSES)
+    names = list(cl.runs.ANALYSES)
     text = re.sub(r"controllers = .*\n", "", HEAD)
     text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text)
     found = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
@@ -42,7 +43,7 @@ def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
     assert 0.0 < clearing[1] == known.time < 0.1
     assert clearing[2] == 0.0  # too much for good friction
     assert found["delay_limit"] == pytest.approx(1.0 / found["worst_pole"])
-    curve = cl.CreepCurve(wheelset, speed=speed)
+    curve = CreepCurve(wheelset, speed=speed)
     assert (found["available_force"] == curve.peak.creep_force).all()
     assert (found["critical_torque"] == curve.fold.drive_torque).all()
     assert (found["critical_creepage"] == curve.fold.creepage).all()
@@ -86,7 +87,9 @@ def test_margin_clearing_and_stability_agree_for_either_sign(
     assert ((found["clearing_time"] > 0.0) == stable)[torque > 0.0].all()
     # Braking against the balance of torques, -r Q(-zeta) = r Q(zeta): damping brakes too.
     wheelset = cl.load_scenario(tmp_path / "s.toml").drivetrain.wheelset
-    held = -cl.quasi_steady_torque(wheelset, -np.linspace(0.0, 0.05, 5001), speed=10.0).min()
+    held = -cl.stability.quasi_steady_torque(
+        wheelset, -np.linspace(0.0, 0.05, 5001), speed=10.0
+    ).min()
     assert (stable == (-torque < held))[torque < 0.0].all()
     assert stable[torque < 0.0].any()
     assert not stable.all()

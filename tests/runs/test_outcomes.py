@@ -25,6 +25,7 @@ from contactlib.runs.outcomes import (
     write_comparison,
 )
 from contactlib.runs.result import WORKS
+from contactlib.vehicle import Axle, Drivetrain, Resistance
 
 BOTH = ("omega", "creepage", "friction_scale")
 ENERGIES = (*WORKS, "stored_energy", "energy_defect")
@@ -44,22 +45,22 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
     return cl.Result(t, columns, dict.fromkeys(columns, "1"))
 
 
-def transmittable(run: cl.Result, drivetrain: cl.Drivetrain) -> tuple[Any, Any]:
+def transmittable(run: cl.Result, drivetrain: Drivetrain) -> tuple[Any, Any]:
     """Creep force in the demand's direction, and what could be transmitted [N]."""
     return Seen(OneRun(run), Vehicles.of([drivetrain])).transmittable
 
 
 @pytest.fixture(scope="module")
-def lossless(locomotive: cl.Model) -> cl.Drivetrain:
+def lossless(locomotive: cl.Model) -> Drivetrain:
     """A free drivetrain without damping and resistance."""
-    wheelset = replace(locomotive.wheelset, damping=0.0, resistance=cl.Resistance())
-    return cl.Drivetrain(wheelset)
+    wheelset = replace(locomotive.wheelset, damping=0.0, resistance=Resistance())
+    return Drivetrain(wheelset)
 
 
 @pytest.fixture(scope="module")
-def held(rig: cl.Model) -> cl.Drivetrain:
+def held(rig: cl.Model) -> Drivetrain:
     """A drivetrain without damping at a held speed, whose force at the demand is demand/r."""
-    return cl.Drivetrain(replace(rig.wheelset, damping=0.0))
+    return Drivetrain(replace(rig.wheelset, damping=0.0))
 
 
 TIME = np.linspace(0.0, 10.0, 101)
@@ -84,7 +85,7 @@ EARLY = TIME < 5.0
     ],
 )
 def test_utilisation_is_the_part_of_what_could_be_transmitted(
-    held: cl.Drivetrain, force: ArrayLike, demand: ArrayLike, expected: float
+    held: Drivetrain, force: ArrayLike, demand: ArrayLike, expected: float
 ) -> None:
     run = run_of(TIME, creep_force=LEVEL * np.asarray(force), demand=demand)
     found = metrics(run, held).adhesion_utilisation
@@ -92,7 +93,7 @@ def test_utilisation_is_the_part_of_what_could_be_transmitted(
 
 
 def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
-    held: cl.Drivetrain,
+    held: Drivetrain,
 ) -> None:
     # Half of the time the demand asks for a tenth of what is available, and gets it; for a tenth
     # of the time it asks for nothing; else friction limits, and three quarters are used.
@@ -110,7 +111,7 @@ def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
     assert math.isnan(metrics(unlimited, held).limited_utilisation)
 
 
-def test_slip_share_is_slip_work_over_work_at_the_rail(held: cl.Drivetrain) -> None:
+def test_slip_share_is_slip_work_over_work_at_the_rail(held: Drivetrain) -> None:
     time = np.linspace(0.0, 2.0, 201)
     turning = np.where(time < 1.0, 1.0, -1.0) * 2e4  # drives, then brakes: both are work
     run = run_of(time, creep_force=turning, speed=10.0 + time, creep_work=1.1e3 * time)
@@ -118,12 +119,10 @@ def test_slip_share_is_slip_work_over_work_at_the_rail(held: cl.Drivetrain) -> N
 
 
 @pytest.mark.parametrize("creepage", [1e-4, 0.004, 0.012])
-def test_demanded_force_is_that_of_a_steady_wheelset(
-    creepage: float, lossless: cl.Drivetrain
-) -> None:
+def test_demanded_force_is_that_of_a_steady_wheelset(creepage: float, lossless: Drivetrain) -> None:
     wheelset = lossless.wheelset
     force = float(wheelset.element.at_creepage(creepage, speed=10.0)["creep_force"])
-    torque = cl.quasi_steady_torque(wheelset, creepage, speed=10.0)
+    torque = cl.stability.quasi_steady_torque(wheelset, creepage, speed=10.0)
     assert wheelset.mass is not None
     signals = {"creep_force": force, "acceleration": force / wheelset.mass, "speed": 10.0}
     run = run_of([0.0, 1.0], demand=torque, available_force=1e9, **signals)
@@ -134,7 +133,10 @@ def test_demanded_force_is_that_of_a_steady_wheelset(
 
 
 def test_damping_takes_its_part_of_the_demand(rig: cl.Model) -> None:
-    drivetrain, point = cl.Drivetrain(rig.wheelset), rig.wheelset.balanced(creepage=0.0, speed=20.0)
+    drivetrain, point = (
+        Drivetrain(rig.wheelset),
+        rig.wheelset.balanced(creepage=0.0, speed=20.0),
+    )
     run = run_of([0.0, 1.0], demand=point.drive_torque, speed=20.0)
     _, wanted = transmittable(run, drivetrain)
     np.testing.assert_allclose(wanted, 0.0, atol=1e-9)
@@ -156,11 +158,11 @@ def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model)
 
 def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.Model) -> None:
     # Downhill under next to no torque the rail turns the wheelset; so do rollers that speed up.
-    hill = cl.Resistance(constant=300.0, linear=20.0, grade=-0.03)
+    hill = Resistance(constant=300.0, linear=20.0, grade=-0.03)
     heavy = replace(locomotive.wheelset, mass=20e3, inertia=300.0, resistance=hill)
     cases = [
-        (cl.Drivetrain(heavy), 1e3, None),
-        (cl.Drivetrain(rig.wheelset), 15e3, cl.Profile((0.0, 5.0), (10.0, 20.0))),
+        (Drivetrain(heavy), 1e3, None),
+        (Drivetrain(rig.wheelset), 15e3, cl.Profile((0.0, 5.0), (10.0, 20.0))),
     ]
     for drivetrain, torque, held_speed in cases:
         case = plain_scenario(
@@ -174,9 +176,7 @@ def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.
 RECOVERY_TIME = np.linspace(0.0, 10.0, 1001)
 
 
-def recovery_time(
-    held: cl.Drivetrain, lacking: list[tuple[float, float]], part: float = 0.5
-) -> float:
+def recovery_time(held: Drivetrain, lacking: list[tuple[float, float]], part: float = 0.5) -> float:
     """Of a run that has only this part of the force at times."""
     t = RECOVERY_TIME
     lacks = np.any([(t >= a - 1e-9) & (t < b - 1e-9) for a, b in lacking], axis=0)
@@ -210,12 +210,12 @@ def dips(start: float, length: float, every: float) -> list[tuple[float, float]]
     ],
 )
 def test_recovery_time(
-    held: cl.Drivetrain, lacking: list[tuple[float, float]], part: float, expected: float
+    held: Drivetrain, lacking: list[tuple[float, float]], part: float, expected: float
 ) -> None:
     assert recovery_time(held, lacking, part) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_short_dip_more_or_less_does_not_decide_the_recovery(held: cl.Drivetrain) -> None:
+def test_a_short_dip_more_or_less_does_not_decide_the_recovery(held: Drivetrain) -> None:
     short = dips(2.9, 0.03, 0.4)
     for i in range(len(short)):
         lacking = [(2.0, 2.6), *short[:i], *short[i + 1 :]]
@@ -233,12 +233,12 @@ def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
     assert found.limited_utilisation < found.adhesion_utilisation - 0.03
 
 
-def test_who_is_asked_for_nothing_lacks_nothing(held: cl.Drivetrain) -> None:
+def test_who_is_asked_for_nothing_lacks_nothing(held: Drivetrain) -> None:
     idle = run_of(RECOVERY_TIME, creep_force=0.0, demand=0.0)
     assert metrics(idle, held).recovery_time == 0.0
 
 
-def test_recovery_does_not_depend_on_how_rows_come(held: cl.Drivetrain) -> None:
+def test_recovery_does_not_depend_on_how_rows_come(held: Drivetrain) -> None:
     t, rng = RECOVERY_TIME, np.random.default_rng(5)
     run = run_of(t, creep_force=rng.uniform(0.5, 1.2, t.size) * LEVEL, demand=1e6)
     vehicles = Vehicles.of([held])
@@ -250,7 +250,7 @@ def test_recovery_does_not_depend_on_how_rows_come(held: cl.Drivetrain) -> None:
     assert observer.value()[0] == metrics(run, held).recovery_time > 0.0
 
 
-def test_jerk_is_the_second_difference_of_speed(lossless: cl.Drivetrain) -> None:
+def test_jerk_is_the_second_difference_of_speed(lossless: Drivetrain) -> None:
     t = np.linspace(0.0, 4.0, 4001)
     smooth = run_of(t, speed=5.0 + 2.0 * t + 0.5 * 1.7 * t**2)
     assert metrics(smooth, lossless).jerk == pytest.approx(1.7, rel=1e-9)
@@ -260,9 +260,7 @@ def test_jerk_is_the_second_difference_of_speed(lossless: cl.Drivetrain) -> None
     assert math.isnan(metrics(short, lossless).jerk)
 
 
-def test_extremes_sums_and_what_does_not_apply(
-    held: cl.Drivetrain, lossless: cl.Drivetrain
-) -> None:
+def test_extremes_sums_and_what_does_not_apply(held: Drivetrain, lossless: Drivetrain) -> None:
     run = run_of(
         [0.0, 1.0, 2.0],
         speed=10.0,
@@ -285,7 +283,7 @@ def test_extremes_sums_and_what_does_not_apply(
     assert rigid.energy_defect == pytest.approx(3e-4 / 2.5e4)
     assert math.isnan(rigid.jerk)
     assert math.isnan(rigid.torsional_peak)
-    elastic = replace(lossless, axle=cl.Axle(stiffness=6e6))
+    elastic = replace(lossless, axle=Axle(stiffness=6e6))
     assert metrics(run, elastic).torsional_peak == 7e3
     assert metrics(run_of([0.0, 1.0]), held).energy_defect == 0.0
 

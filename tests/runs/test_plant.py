@@ -14,7 +14,8 @@ from plain_scenario import plain_scenario, wet_patch
 
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
-from contactlib.traction import stacked
+from contactlib.traction import Measurement, OpenLoop, SlopeSeeking, stacked
+from contactlib.vehicle import CreepCurve, Drivetrain, Motor
 from contactlib.vehicle.available_force import AvailableForce, track_levels
 
 STEP = cl.Profile((30.0, 30.0, 60.0, 60.0), (1.0, 0.5, 0.5, 1.0))
@@ -34,7 +35,7 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
     split = cl.Track(friction_left=STEP, friction_right=cl.Profile.of(0.7))
     slope = cl.Profile((10.0, 10.0, 50.0, 70.0), (1.0, 0.3, 0.3, 2.0))
     tracks = [cl.Track(friction_left=STEP, slope=slope), split, cl.Track(friction_left=RAMP)]
-    available = AvailableForce([cl.Drivetrain(body) for body in bodies], tracks, loaded=True)
+    available = AvailableForce([Drivetrain(body) for body in bodies], tracks, loaded=True)
     speed = np.concatenate([10.0 ** rng.uniform(-3.0, 2.7, (40, 3)), [[0.0, -0.05, -20.0]]])
     where, when = rng.uniform(0.0, 90.0, speed.shape), 0.0
     scale = np.stack([t.friction_scale(x, when) for t, x in zip(tracks, where.T, strict=True)], 1)
@@ -45,7 +46,7 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
     found = available(speed, scale[..., 0], scale[..., 1], slopes, load)
     for i, body in enumerate(bodies):
         expected = [
-            cl.available_force(
+            cl.vehicle.available_force(
                 body.with_slope(slope).element,
                 speed=speed[k, i],
                 normal_load=load[k, i],
@@ -88,7 +89,7 @@ def test_levels_of_a_track_are_where_it_does_not_change() -> None:
 def test_a_common_step_is_a_fraction_of_all_sample_times(
     longest: float, times: list[float], step: float
 ) -> None:
-    controls = [cl.OpenLoop(sample_time=time) for time in times]
+    controls = [OpenLoop(sample_time=time) for time in times]
     assert common_step(longest, controls) == pytest.approx(step, rel=1e-12)
 
 
@@ -114,7 +115,7 @@ def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Mo
     ]
     cases, curves = [], []
     for body, right in itertools.product(bodies, (1.0, 0.6)):
-        sides = [cl.CreepCurve(body, speed=10.0, friction_scale=scale) for scale in (1.0, right)]
+        sides = [CreepCurve(body, speed=10.0, friction_scale=scale) for scale in (1.0, right)]
         track = cl.Track(friction_left=cl.Profile.of(1.0), friction_right=cl.Profile.of(right))
         for share in (-0.9, 0.0, 1e-4, 0.5, 0.97):
             demand = cl.Profile.of(share * sides[1].fold.drive_torque)
@@ -159,10 +160,10 @@ def test_many_profiles_are_each_of_them() -> None:
 
 # ---- drives ---------------------------------------------------------------------------------
 
-HUGE = cl.Motor(lag=0.01, power=1e100, torque_rate=1e100, trip_speed=1e100)
+HUGE = Motor(lag=0.01, power=1e100, torque_rate=1e100, trip_speed=1e100)
 
 
-def driven(motor: cl.Motor, **changes: Any) -> cl.Scenario:
+def driven(motor: Motor, **changes: Any) -> cl.Scenario:
     """A wet patch, on which the open loop runs away, with another drive."""
     drivetrain = dataclasses.replace(wet_patch().drivetrain, motor=motor)
     given: dict[str, Any] = {"duration": 8.0, "demand": cl.Profile.of(23.5e3), **changes}
@@ -181,7 +182,7 @@ def at_samples(case: cl.Scenario, controller: str) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("controller", ["open_loop", "creep_pi"])
 def test_power_is_limited_at_every_sample(controller: str) -> None:
     power = 4.6e5  # the demand at the start has 4.7e5 W
-    found = at_samples(driven(cl.Motor(lag=0.01, power=power)), controller)
+    found = at_samples(driven(Motor(lag=0.01, power=power)), controller)
     given = np.abs(found["commanded_torque"] * found["omega"])
     assert given.max() == pytest.approx(power, rel=1e-12)
     assert found["omega"][-1] > 2.0 * found["omega"][0] or controller == "creep_pi"
@@ -195,7 +196,7 @@ def test_power_is_limited_at_every_sample(controller: str) -> None:
 def test_torque_changes_at_the_largest_rate_at_most(controller: str) -> None:
     rate = 1.5e5
     demand = cl.Profile((1.0, 1.0, 5.0, 5.0, 6.0), (0.0, 23.5e3, 23.5e3, -20e3, -20e3))
-    case = driven(cl.Motor(lag=0.01, torque_rate=rate), demand=demand)
+    case = driven(Motor(lag=0.01, torque_rate=rate), demand=demand)
     torque = at_samples(case, controller)["commanded_torque"]
     change = np.diff(torque) / 0.01
     assert (change.min(), change.max()) == pytest.approx((-rate, rate), rel=1e-9)
@@ -205,7 +206,7 @@ def test_torque_changes_at_the_largest_rate_at_most(controller: str) -> None:
 def test_a_drive_that_has_tripped_waits_until_nothing_is_demanded() -> None:
     trip = 14.0
     demand = cl.Profile((5.0, 5.0, 5.5, 5.5), (23.5e3, 0.0, 0.0, 10e3))
-    found = at_samples(driven(cl.Motor(trip_speed=trip), demand=demand), "open_loop")
+    found = at_samples(driven(Motor(trip_speed=trip), demand=demand), "open_loop")
     rim, torque = 0.5 * found["omega"], found["commanded_torque"]
     first = int(np.argmax(rim >= trip))
     assert (torque[:first] == found["demand"][:first]).all()
@@ -218,7 +219,7 @@ def test_a_drive_that_has_tripped_waits_until_nothing_is_demanded() -> None:
 
 
 def test_a_wheel_above_the_trip_speed_stays_without_torque() -> None:
-    slow = driven(cl.Motor(trip_speed=9.0), demand=cl.Profile((1.0, 1.0), (0.0, 10e3)))
+    slow = driven(Motor(trip_speed=9.0), demand=cl.Profile((1.0, 1.0), (0.0, 10e3)))
     assert not at_samples(slow, "open_loop")["commanded_torque"][1:].any()
 
 
@@ -226,15 +227,13 @@ def test_a_wheel_above_the_trip_speed_stays_without_torque() -> None:
 @pytest.mark.filterwarnings("ignore:the run reaches")  # which limits would keep it from
 @pytest.mark.parametrize("controller", cl.CONTROLLERS)
 def test_limits_that_are_never_reached_change_no_bit(controller: str) -> None:
-    free, huge = (
-        cl.run_scenario(driven(motor), controller) for motor in (cl.Motor(lag=0.01), HUGE)
-    )
+    free, huge = (cl.run_scenario(driven(motor), controller) for motor in (Motor(lag=0.01), HUGE))
     for name in ("omega", "speed", "commanded_torque", "creep_work"):
         assert (free[name] == huge[name]).all(), name
 
 
 def test_the_drive_does_not_depend_on_the_rows() -> None:
-    motor = cl.Motor(lag=0.01, power=5e5, torque_rate=1.5e5, trip_speed=13.0)
+    motor = Motor(lag=0.01, power=5e5, torque_rate=1.5e5, trip_speed=13.0)
     wet = cl.Track(friction_over_time=cl.Profile((3.0, 3.0, 6.0, 6.0), (1.0, 0.55, 0.55, 1.0)))
     case = driven(motor, track=wet)
     coarse, fine = (cl.run_scenario(case, "creep_pi", step=step) for step in (0.01, 0.0025))
@@ -246,17 +245,17 @@ def test_the_drive_does_not_depend_on_the_rows() -> None:
 def test_a_loop_around_the_plant_is_the_run_of_the_scenario() -> None:
     scenario = wet_patch(duration=6.0)
     control = scenario.controller("slope_seeking")
-    assert isinstance(control, cl.SlopeSeeking)
+    assert isinstance(control, SlopeSeeking)
     expected = cl.run_scenario(scenario, "slope_seeking", index=3)
     plant = cl.Plant(scenario, sample_time=control.sample_time)
     for _ in range(2):  # a reset forgets the first loop
         measured = plant.reset(3)
-        memory = control.start(cl.Measurement(*map(np.array, measured)), measured.torque)
+        memory = control.start(Measurement(*map(np.array, measured)), measured.torque)
         while plant.time < scenario.duration - 1e-9:
             i = int(np.searchsorted(expected.time, plant.time - 1e-9))
             for name in ("creepage", "speed", "creep_force", "friction_scale_left", "creep_work"):
                 assert plant[name] == expected[name][i]
-            torque, memory = control.sample(cl.Measurement(*map(np.array, measured)), memory)
+            torque, memory = control.sample(Measurement(*map(np.array, measured)), memory)
             measured = plant.step(torque)
 
 

@@ -17,7 +17,9 @@ from plain_scenario import controls, wet_patch
 from sweep_files import write_sweep
 
 import contactlib as cl
+from contactlib.runs import Event
 from contactlib.runs.result import LONG_NAMES
+from contactlib.traction import OpenLoop
 
 
 def pickled(value: Any) -> Any:
@@ -57,7 +59,7 @@ def test_a_scenario_travels_after_it_was_run(
     changed = dataclasses.replace(way(scenario), duration=0.1)
     assert list(changed.controllers) == list(scenario.controllers)
     with pytest.raises(TypeError):
-        changed.controllers["creep_pi"] = cl.OpenLoop()
+        changed.controllers["creep_pi"] = OpenLoop()
 
 
 @pytest.mark.slow
@@ -120,7 +122,7 @@ def test_xarray_labels_every_signal_of_each_kind_of_run(run: cl.Result, rig: cl.
 
 
 def test_a_result_is_a_line_and_in_a_notebook_a_table(run: cl.Result) -> None:
-    event = cl.Event("slip_away", 0.31234, 0.2, 10.0, 2e4)
+    event = Event("slip_away", 0.31234, 0.2, 10.0, 2e4)
     shown = dataclasses.replace(run, events=(event,) * 5)
     assert repr(run) == "<contactlib.Result: 81 rows from 0 to 0.4 s of 29 signals>"
     assert repr(shown).endswith(", slip_away at 0.3123 s" * 3 + ", 2 more events>")

@@ -17,7 +17,8 @@ from contactlib.files.scenario import ControllerDesign
 from contactlib.runs import scenario_runs as ensemble_run
 from contactlib.runs.outcomes import OUTCOMES
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
-from contactlib.traction import stacked, structure
+from contactlib.traction import Measurement, OpenLoop, Sensors, ThresholdControl, stacked, structure
+from contactlib.vehicle import Axle, Drivetrain, Motor, WheelLoad
 
 WORK = ["slip_work"]
 SHORT = 1.6  # of most of these runs [s]
@@ -54,10 +55,10 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
         demand = cl.Profile((0.3, 0.3, 0.8), (0.8 * torque, torque, 0.9 * torque))
     return dataclasses.replace(
         shipped,
-        drivetrain=cl.Drivetrain(
+        drivetrain=Drivetrain(
             body,
-            axle=cl.Axle(stiffness=6e6, damping=500.0, drive_share=0.4) if i == 6 else None,
-            motor=cl.Motor(
+            axle=Axle(stiffness=6e6, damping=500.0, drive_share=0.4) if i == 6 else None,
+            motor=Motor(
                 lag=rng.uniform(0.005, 0.02) if i % 2 else 0.0,
                 power=0.95 * torque * speed / radius if i % 5 == 4 else None,
                 torque_rate=3.0 * torque if i % 4 > 1 else None,
@@ -73,7 +74,7 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
             if i % 3
             else cl.Profile.of(1.0),
         ),
-        wheel_load=cl.WheelLoad(frequency=(1.0, 9.0), density=(0.01, 0.0), seed=float(i))
+        wheel_load=WheelLoad(frequency=(1.0, 9.0), density=(0.01, 0.0), seed=float(i))
         if i % 5 in (1, 2)
         else None,
         demand=demand,
@@ -81,7 +82,7 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
         initial_speed=speed,
         design_speed=max(speed, 5.0),
         duration=SHORT if i % 6 else 1.3,
-        sensors=cl.Sensors(
+        sensors=Sensors(
             vehicle_speed_bias=0.0 if estimated else 0.002 * (i % 3 - 1),
             vehicle_speed_drift=0.0 if estimated else 0.003 * (i % 2),
             wheel_diameter_error=0.002 * (i % 5 - 2),
@@ -137,7 +138,7 @@ def test_one_run_has_the_metrics_of_its_rows(scenarios: list[cl.Scenario], contr
 
 
 def test_who_fails_disturbs_nobody(scenarios: list[cl.Scenario]) -> None:
-    good = dataclasses.replace(scenarios[0], sensors=cl.Sensors(), duration=1.0)
+    good = dataclasses.replace(scenarios[0], sensors=Sensors(), duration=1.0)
     # More torque than friction holds at the start; and more than numbers hold later on.
     greedy = dataclasses.replace(good, demand=cl.Profile.of(1e5))
     wild = dataclasses.replace(good, demand=cl.Profile((0.5, 0.5), (1e4, 1e300)))
@@ -154,15 +155,15 @@ def test_who_fails_disturbs_nobody(scenarios: list[cl.Scenario]) -> None:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Broken(cl.OpenLoop):
+class Broken(OpenLoop):
     """Asks for no number from some sample on."""
 
     last: Any
 
-    def start(self, measurement: cl.Measurement[Any], torque: Any) -> Any:
+    def start(self, measurement: Measurement[Any], torque: Any) -> Any:
         return np.zeros_like(measurement.demand)
 
-    def sample(self, measurement: cl.Measurement[Any], memory: Any) -> tuple[Any, Any]:
+    def sample(self, measurement: Measurement[Any], memory: Any) -> tuple[Any, Any]:
         return np.where(memory > self.last, np.nan, measurement.demand), memory + 1.0
 
 
@@ -218,7 +219,7 @@ def test_metrics_of_failed_runs_are_not_asked_for(scenarios: list[cl.Scenario]) 
 
 
 class Wordy(Broken):
-    def sample(self, measurement: cl.Measurement[Any], memory: Any) -> Any:
+    def sample(self, measurement: Measurement[Any], memory: Any) -> Any:
         return {"nothing": None, "shape": (np.zeros(2), memory)}[self.last]
 
 
@@ -277,9 +278,9 @@ def test_every_outcome_has_unit_and_description() -> None:
 
 def test_structure_is_all_but_numbers() -> None:
     known: dict[str, Any] = {"proportional_gain": 1e4, "integral_gain": 1e4}
-    one = cl.CreepPI(reference=0.01, **known)
-    assert structure(one) == structure(cl.CreepPI(reference=0.02, **known))
-    with_torque = cl.CreepPI(reference=0.01, reference_torque=1e4, **known)
+    one = cl.traction.CreepPI(reference=0.01, **known)
+    assert structure(one) == structure(cl.traction.CreepPI(reference=0.02, **known))
+    with_torque = cl.traction.CreepPI(reference=0.01, reference_torque=1e4, **known)
     assert structure(one) != structure(with_torque)
-    assert structure(one) != structure(cl.ThresholdControl())
+    assert structure(one) != structure(ThresholdControl())
     assert stacked([one, one]) is one

@@ -16,7 +16,8 @@ import contactlib as cl
 from contactlib import stability
 from contactlib.base.quantities import FloatArray
 from contactlib.runs.result import WORKS
-from contactlib.traction import Measurement, OpenLoop, Sensors
+from contactlib.traction import Measurement, OpenLoop, Sensors, SlopeSeeking
+from contactlib.vehicle import Drivetrain, Motor, Resistance, WheelLoad
 
 
 @pytest.fixture
@@ -86,7 +87,7 @@ WET = cl.Track(
     friction_left=cl.Profile((5.0, 5.0, 12.0, 14.0), (1.0, 0.6, 0.6, 1.0)),
     slope=cl.Profile((5.0, 6.0, 12.0, 12.0), (1.0, 0.29, 0.29, 1.0)),
 )
-ROUGH = cl.WheelLoad(frequency=(0.5, 2.0, 12.0), density=(0.02, 0.01, 0.0), seed=4)
+ROUGH = WheelLoad(frequency=(0.5, 2.0, 12.0), density=(0.02, 0.01, 0.0), seed=4)
 
 
 def test_a_slope_everywhere_is_that_of_the_vehicle(wet_drive: cl.Scenario) -> None:
@@ -96,14 +97,14 @@ def test_a_slope_everywhere_is_that_of_the_vehicle(wet_drive: cl.Scenario) -> No
     assert body.element.saturation_creepage == pytest.approx(
         4.0 * wet_drive.drivetrain.wheelset.element.saturation_creepage, rel=1e-15
     )
-    vehicle = dataclasses.replace(wet_drive, drivetrain=cl.Drivetrain(body), track=cl.Track())
+    vehicle = dataclasses.replace(wet_drive, drivetrain=Drivetrain(body), track=cl.Track())
     there, same = (cl.run_scenario(case, "creep_pi") for case in (flat, vehicle))
     for name in set(there.signals) - {"slope_scale"}:
         np.testing.assert_array_equal(there[name], same[name], err_msg=name)
 
 
 def test_a_load_of_one_changes_no_bit(wet_drive: cl.Scenario) -> None:
-    one = cl.WheelLoad(time=(0.0, 1.0), factor=(1.0, 1.0))
+    one = WheelLoad(time=(0.0, 1.0), factor=(1.0, 1.0))
     ones = dataclasses.replace(wet_drive, wheel_load=one)
     static, run = (cl.run_scenario(case, "creep_pi") for case in (wet_drive, ones))
     for name in set(run.signals) - {"available_force"}:
@@ -115,21 +116,19 @@ def test_a_load_of_one_changes_no_bit(wet_drive: cl.Scenario) -> None:
 @pytest.mark.parametrize("falls", [False, True])
 @pytest.mark.parametrize("load", [None, ROUGH])
 def test_energy_and_available_force_on_a_wet_rail_under_any_load(
-    wet_drive: cl.Scenario, load: cl.WheelLoad | None, falls: bool
+    wet_drive: cl.Scenario, load: WheelLoad | None, falls: bool
 ) -> None:
     body = wet_drive.drivetrain.wheelset
     if falls:
         body = with_falling(body)
-    case = dataclasses.replace(
-        wet_drive, drivetrain=cl.Drivetrain(body), track=WET, wheel_load=load
-    )
+    case = dataclasses.replace(wet_drive, drivetrain=Drivetrain(body), track=WET, wheel_load=load)
     run = cl.run_scenario(case, "creep_pi")
     assert run["slope_scale"].min() == 0.29
     assert np.abs(run["energy_defect"]).max() < 1e-6 * run["drive_work"][-1]
     factor = 1.0 if load is None else load(run.time)
     np.testing.assert_allclose(run["normal_load"], body.element.normal_load * factor, rtol=1e-14)
     for i in range(0, run.time.size, 7):
-        expected = cl.available_force(
+        expected = cl.vehicle.available_force(
             body.with_slope(float(run["slope_scale"][i])).element,
             speed=run["speed"][i],
             normal_load=run["normal_load"][i],
@@ -140,7 +139,7 @@ def test_energy_and_available_force_on_a_wet_rail_under_any_load(
 
 
 def test_a_wheel_without_load_has_no_force(wet_drive: cl.Scenario) -> None:
-    lifted = cl.WheelLoad(time=(0.5, 0.5, 0.7, 0.7), factor=(1.0, 0.0, 0.0, 1.0))
+    lifted = WheelLoad(time=(0.5, 0.5, 0.7, 0.7), factor=(1.0, 0.0, 0.0, 1.0))
     run = cl.run_scenario(dataclasses.replace(wet_drive, wheel_load=lifted), "creep_pi")
     up = (run.time >= 0.5 - 1e-9) & (run.time < 0.7 - 1e-9)
     for name in ("creep_force", "available_force", "normal_load"):
@@ -167,7 +166,7 @@ def test_a_patch_shorter_than_a_step_is_met(locomotive: cl.Model, start: float, 
     """Two centimetres are two fifths of a row; where it lies between rows does not matter."""
     ends = (start, start, start + 0.02, start + 0.02)
     track = cl.Track(**{name: cl.Profile(ends, (1.0, 0.5, 0.5, 1.0))})
-    wheelset = dataclasses.replace(locomotive.wheelset, resistance=cl.Resistance())
+    wheelset = dataclasses.replace(locomotive.wheelset, resistance=Resistance())
     still = plain_scenario(wheelset, duration=0.6, demand=cl.Profile.of(2.5e4))
     case = dataclasses.replace(still, track=track)
     coarse, fine = (cl.run_scenario(case, "open_loop", step=step) for step in (5e-3, 1e-4))
@@ -216,7 +215,7 @@ def kicked(
     """Deviation of the creepage from KICKED under proportional control, 1e-4 of it at the start."""
     torque = body.balanced(creepage=KICKED, speed=10.0).drive_torque
     case = plain_scenario(
-        cl.Drivetrain(body, motor=cl.Motor(lag=lag)),
+        Drivetrain(body, motor=Motor(lag=lag)),
         demand=cl.Profile.of(torque),
         sensors=Sensors(delay=delay),
         controllers={"open_loop": OpenLoop(sample_time=sample_time)},
@@ -248,7 +247,7 @@ def test_sampled_control_holds_the_falling_branch_as_far_as_it_was_said(
 
 SHIPPED = [
     (path.name, controller)
-    for path in sorted(cl.model_path("dry_wet_dry.toml").parent.glob("*.toml"))
+    for path in sorted(cl.files.model_path("dry_wet_dry.toml").parent.glob("*.toml"))
     if "vehicle" in (read := tomllib.loads(path.read_text()))
     for controller in read["controllers"]
 ]
@@ -330,7 +329,7 @@ def test_creep_control_survives_what_the_sensors_do_not_say() -> None:
         assert found.mean() > baseline.mean() - 0.01
     # The creepage as shown is of no use for it.
     careful = wet_patch().controller("creep_pi")
-    assert isinstance(careful, cl.CreepPI)
+    assert isinstance(careful, cl.traction.CreepPI)
     believing = used(dataclasses.replace(careful, creepage_error=0.0))
     shown = np.array([diameter - bias for bias, diameter in errors])
     assert believing[shown > 4e-3].max() < 0.5
@@ -362,7 +361,7 @@ def test_a_variant_has_its_controllers_designed_again() -> None:
     case, late = wet_patch(), wet_patch({"delay": 0.03})
     for one, delay in ((case, 0.01), (late, 0.03)):
         seeking = one.controller("slope_seeking")
-        assert isinstance(seeking, cl.SlopeSeeking)
+        assert isinstance(seeking, SlopeSeeking)
         assert seeking.delay == delay
     gains = [
         one.controller("creep_pi").proportional_gain  # type: ignore[union-attr]

@@ -11,6 +11,7 @@ from plain_scenario import controls
 from scipy.integrate import solve_ivp, trapezoid
 
 import contactlib as cl
+from contactlib.runs import Event
 
 
 def check_energy(run: cl.Result, *, within: float = 1e-8) -> None:
@@ -20,7 +21,7 @@ def check_energy(run: cl.Result, *, within: float = 1e-8) -> None:
     assert run["creep_work"][-1] == pytest.approx(float(trapezoid(power, run.time)), rel=1e-3)
 
 
-def ramp_past_the_fold(body: cl.Wheelset, rate: float) -> cl.Event:
+def ramp_past_the_fold(body: cl.Wheelset, rate: float) -> Event:
     critical = cl.find_fold(body, speed=10.0).drive_torque
     run = cl.simulate(
         body,

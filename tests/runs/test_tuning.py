@@ -14,6 +14,7 @@ from plain_scenario import wet_patch
 import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.tuning import UNSEEN, erring
+from contactlib.traction import Measurement
 from contactlib.traction.search import WIDEST
 
 LIMITED = "limited_utilisation"
@@ -62,7 +63,7 @@ def test_a_search_gives_the_same_each_time_and_nothing_worse_than_the_design(
 def test_settings_are_read_from_a_file_as_they_were_found(
     patch: cl.Scenario, tmp_path: Path
 ) -> None:
-    file = Path(cl.model_path("dry_wet_dry.toml"))
+    file = Path(cl.files.model_path("dry_wet_dry.toml"))
     text = file.read_text().split("[controllers")[0]
     for name in ("threshold", "creep_pi", "slope_seeking"):
         found = cl.tune([patch], name, trials=60, seeds=1)
@@ -91,10 +92,10 @@ class Share:
     share: float = 0.2
     search_ranges: ClassVar = {"share": (0.1, 1.0)}
 
-    def start(self, measurement: cl.Measurement[Any], torque: Any) -> None:
+    def start(self, measurement: Measurement[Any], torque: Any) -> None:
         return None
 
-    def sample(self, measurement: cl.Measurement[Any], memory: None) -> tuple[Any, None]:
+    def sample(self, measurement: Measurement[Any], memory: None) -> tuple[Any, None]:
         return self.share * measurement.demand, None
 
 
@@ -121,7 +122,7 @@ def test_a_controller_of_your_own_is_searched_as_it_declares(
 def test_scenarios_of_one_name_are_refused(patch: cl.Scenario) -> None:
     control = patch.controller("threshold")
     with pytest.raises(ValueError, match="two of the scenarios have the name 'Wet patch on dry "):
-        cl.sensor_errors([patch, patch], {"threshold": [control, control]}, noises=2)
+        cl.runs.sensor_errors([patch, patch], {"threshold": [control, control]}, noises=2)
 
 
 def test_what_cannot_be_searched_says_so(patch: cl.Scenario) -> None:
@@ -134,7 +135,7 @@ def test_what_cannot_be_searched_says_so(patch: cl.Scenario) -> None:
 
 def test_an_error_of_the_sensors_is_that_of_a_scenario_with_it(patch: cl.Scenario) -> None:
     control = patch.controller("threshold")
-    found = cl.sensor_errors([patch], {"threshold": [control]}, noises=2)
+    found = cl.runs.sensor_errors([patch], {"threshold": [control]}, noises=2)
     assert found.dims == ("scenario", "controller", "error", "noise")
     biased = replace(patch, sensors=replace(patch.sensors, vehicle_speed_bias=-0.02))
     index = range(UNSEEN, UNSEEN + 2)

@@ -12,6 +12,7 @@ from wheelsets import MASSES, plausible_vehicle, torque_run
 
 import contactlib as cl
 from contactlib.stability.basin import AWAY, LONGEST, REACH, _ahead
+from contactlib.vehicle import CreepCurve
 
 V = 10.0  # [m/s]
 
@@ -35,7 +36,7 @@ def test_the_basin_ends_where_it_says(
         torque = (
             sign * part * cl.find_fold(body, speed=V).drive_torque * (1.0 if sign > 0 else 0.97)
         )
-        found = cl.basin(body, drive_torque=torque, speed=V)
+        found = cl.stability.basin(body, drive_torque=torque, speed=V)
         border, other = found.highest, found.lowest
         if sign < 0.0:
             border, other = other, border
@@ -43,7 +44,7 @@ def test_the_basin_ends_where_it_says(
         assert abs(border) > abs(found.creepage)
         assert not slips_away(body, torque, (1.0 - 1e-3) * border)
         assert slips_away(body, torque, (1.0 + 1e-3) * border)
-        line = cl.separatrix(body, drive_torque=torque, speed=[V])
+        line = cl.stability.separatrix(body, drive_torque=torque, speed=[V])
         assert line.tolist() == [border]
 
 
@@ -55,7 +56,7 @@ def test_the_separatrix_of_a_light_vehicle_is_not_the_unstable_branch(
     torque = 0.995 * fold.drive_torque
     states = cl.steady_states(body, drive_torque=torque, speed=V)
     frozen = float(states.creepage[~states.stable & (states.creepage > 0.0)][0])
-    border = cl.basin(body, drive_torque=torque, speed=V).highest
+    border = cl.stability.basin(body, drive_torque=torque, speed=V).highest
     apart = abs(border / frozen - 1.0)
     assert apart > 3e-5
     assert not slips_away(body, torque, (1.0 - 0.2 * apart) * border)
@@ -67,7 +68,7 @@ def test_the_separatrix_is_a_motion(locomotive: cl.Model) -> None:
     body = replace(locomotive.wheelset, mass=22.5e3)
     torque = 0.97 * cl.find_fold(body, speed=V).drive_torque
     speeds = np.array([10.0, 10.1, 10.2])
-    line = cl.separatrix(body, drive_torque=torque, speed=speeds)
+    line = cl.stability.separatrix(body, drive_torque=torque, speed=speeds)
     given: dict[str, Any] = {"output_interval": 1e-3, "tolerance": 1e-12, "stop_at": ()}
     run = torque_run(body, torque, float(line[0]), 0.11, **given)
     assert run["speed"][-1] > speeds[-1]
@@ -87,21 +88,21 @@ def test_a_saddle_lies_on_its_separatrix(locomotive: cl.Model) -> None:
     omega, speed = vectors[:, values.argmin()]
     for side in (-0.5, 0.5):  # its stable manifold leaves along the eigenvector
         at = point.speed + side
-        border = cl.basin(body, drive_torque=25.5e3, speed=at).highest
+        border = cl.stability.basin(body, drive_torque=25.5e3, speed=at).highest
         tangent = point.omega + side * omega / speed
         assert border == pytest.approx(body.radius * tangent / at - 1.0, rel=2e-3)
         assert border != pytest.approx(point.creepage, rel=1e-5)
-    there = cl.basin(body, drive_torque=25.5e3, speed=point.speed).highest
+    there = cl.stability.basin(body, drive_torque=25.5e3, speed=point.speed).highest
     assert there == pytest.approx(point.creepage, rel=1e-8)
 
 
 def test_no_border_and_no_grip(rig: cl.Model) -> None:
     fold = cl.find_fold(rig.wheelset, speed=V)
-    low = cl.basin(rig.wheelset, drive_torque=0.999 * fold.return_torque, speed=V)
+    low = cl.stability.basin(rig.wheelset, drive_torque=0.999 * fold.return_torque, speed=V)
     assert (low.lowest, low.highest) == (-math.inf, math.inf)
     assert not slips_away(replace(rig.wheelset), 0.9 * fold.return_torque, 0.1)
     with pytest.raises(ValueError, match="no stable state below the peak"):
-        cl.basin(rig.wheelset, drive_torque=1.001 * fold.drive_torque, speed=V)
+        cl.stability.basin(rig.wheelset, drive_torque=1.001 * fold.drive_torque, speed=V)
 
 
 @pytest.mark.slow
@@ -110,7 +111,7 @@ def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
     for i in range(120):
         train, speed, torque = plausible_vehicle(locomotive, i, held=0.0)
         body = train.wheelset
-        found = cl.basin(body, drive_torque=torque, speed=speed)
+        found = cl.stability.basin(body, drive_torque=torque, speed=speed)
         states = cl.steady_states(body, drive_torque=torque, speed=speed).creepage
         unstable = float(states[np.abs(states).argmin() + 1])
         at = body.conditions(speed=speed)
@@ -128,7 +129,7 @@ def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
                 body,
                 torque,
                 part * border,
-                LONGEST / float(cl.CreepCurve(body, at).pole(unstable)),
+                LONGEST / float(CreepCurve(body, at).pole(unstable)),
                 initial_speed=speed,
                 output_interval=None,
                 slip_away_creepage=found.creepage + AWAY * (unstable - found.creepage),

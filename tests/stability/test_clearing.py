@@ -24,7 +24,7 @@ def test_a_slope_of_one_is_none_and_a_patch_is_the_wheelset_on_its_slope(
     plain = cl.clearing(body, friction_scale=0.5, **given)
     assert cl.clearing(body, friction_scale=0.5, slope=1.0, **given) == plain
     found = cl.clearing(body, friction_scale=0.5, slope=0.29, **given)
-    expected = cl.slip_away_time(
+    expected = cl.stability.slip_away_time(
         body.with_slope(0.29),
         friction_scale=0.5,
         start=plain.border.creepage,
@@ -62,7 +62,7 @@ def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -
     assert found.distance == pytest.approx(V * found.time, rel=1e-12 if mass is None else 0.02)
     given: dict[str, Any] = {"drive_torque": torque, "speed": V, "friction_scale": scale}
     # With the speed frozen, the integral alone is near for anything that pulls a train.
-    frozen = cl.slip_away_time(body, start=start, end=found.border.highest, **given)
+    frozen = cl.stability.slip_away_time(body, start=start, end=found.border.highest, **given)
     if mass is None:
         assert frozen == found.time
     elif mass >= 22.5e3:

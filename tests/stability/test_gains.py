@@ -15,6 +15,7 @@ from wheelsets import BODIES, made_wheelset
 
 import contactlib as cl
 from contactlib import stability
+from contactlib.vehicle import Resistance
 
 
 @examples(200)
@@ -143,7 +144,7 @@ def test_creep_control_gain_is_the_least(
     residual: float,
 ) -> None:
     body = body | ({"mass": None} if held else {}) | ({} if damped else {"damping": 0.0})
-    wheelset = made_wheelset(**body if resisted else body | {"resistance": cl.Resistance()})
+    wheelset = made_wheelset(**body if resisted else body | {"resistance": Resistance()})
     wheelset = with_falling(wheelset, residual, 0.6)
     point = wheelset.balanced(creepage=x * wheelset.element.saturation_creepage, speed=speed)
     gain = cl.creep_control_gain(wheelset, point)

@@ -16,6 +16,7 @@ from wheelsets import BODIES, made_wheelset
 
 import contactlib as cl
 from contactlib import stability
+from contactlib.vehicle import Resistance
 
 V = 10.0  # [m/s]
 
@@ -39,7 +40,7 @@ V = 10.0  # [m/s]
         "inertia": np.exp(4.0),
         "mass": np.exp(8.0),
         "damping": 1.0,
-        "resistance": cl.Resistance(linear=np.exp(3.0)),
+        "resistance": Resistance(linear=np.exp(3.0)),
     },
     speed=1.0,
     scale=1.0,
@@ -56,14 +57,14 @@ def test_the_eigenvalue_of_an_element_crosses_zero_at_the_threshold(
 
     def margin(creepage: float) -> float:
         point = wheelset.balanced(creepage=creepage, **at)
-        return point.creep_force_slope - cl.slope_threshold(wheelset, point)
+        return point.creep_force_slope - cl.stability.slope_threshold(wheelset, point)
 
     worst = cl.worst_pole(wheelset, **at)
     assume(worst.pole > 1e-3)  # else damping outweighs the fall
     peak = cl.find_fold(replace(wheelset, damping=0.0, mass=None), **at).creepage
     creepage = brentq(margin, 0.9 * peak, worst.creepage, xtol=1e-18, rtol=1e-15)
     point = wheelset.balanced(creepage=creepage, **at)
-    threshold = cl.slope_threshold(wheelset, point)
+    threshold = cl.stability.slope_threshold(wheelset, point)
 
     def leading(zeta: float) -> float:
         return float(stability.poles(wheelset, zeta, **at)[..., 0].real)
@@ -92,7 +93,7 @@ def test_poles_are_the_eigenvalues_of_the_jacobian(
         assert (np.abs(apart).min(axis=-1) < 1e-9 * np.abs(of_matrix).max()).all()
     size = np.abs(point.eigenvalues).max()
     np.testing.assert_allclose(found, point.eigenvalues, rtol=1e-9, atol=1e-12 * size)
-    fast = cl.fast_pole(wheelset, creepage, speed=speed)
+    fast = cl.stability.fast_pole(wheelset, creepage, speed=speed)
     about = stability.approximate_pole(
         radius=wheelset.radius,
         inertia=wheelset.inertia,
@@ -109,11 +110,11 @@ def test_poles_are_the_eigenvalues_of_the_jacobian(
 
 def test_poles_broadcast(locomotive: cl.Model) -> None:
     creepage, speed = np.array([[0.005], [0.02], [0.03]]), np.array([2.0, 10.0, 40.0, 80.0])
-    found = cl.fast_pole(locomotive.wheelset, creepage, speed=speed)
+    found = cl.stability.fast_pole(locomotive.wheelset, creepage, speed=speed)
     assert found.shape == (3, 4)
     assert (found[0] < 0.0).all()
     assert (found[1:] > 0.0).all()
-    one = cl.fast_pole(locomotive.wheelset, 0.02, speed=40.0)
+    one = cl.stability.fast_pole(locomotive.wheelset, 0.02, speed=40.0)
     assert one.shape == ()
     assert one == found[1, 2]
     # Nearly inversely proportional to the speed
@@ -146,15 +147,15 @@ def test_worst_pole_of_friction_that_never_falls_is_the_creepage_s(locomotive: c
     worst = cl.worst_pole(body, speed=V)
     zeta = element.saturation_creepage * np.geomspace(1e-2, 1e5, 2001)
     # The table's slope is certified to 1e-8, which the search may find on the flat part.
-    flat = 1e-8 * abs(float(cl.fast_pole(body, 0.0, speed=V)))
-    assert worst.pole == pytest.approx(cl.fast_pole(body, zeta, speed=V).max(), abs=flat)
+    flat = 1e-8 * abs(float(cl.stability.fast_pole(body, 0.0, speed=V)))
+    assert worst.pole == pytest.approx(cl.stability.fast_pole(body, zeta, speed=V).max(), abs=flat)
     assert worst.pole == pytest.approx(-body.damping / body.inertia, abs=flat)  # it slides
-    assert worst.pole == pytest.approx(float(cl.fast_pole(body, worst.creepage, speed=V)))
+    assert worst.pole == pytest.approx(float(cl.stability.fast_pole(body, worst.creepage, speed=V)))
 
 
 def test_pole_of_a_held_speed_is_that_of_the_curve(rig: cl.Model) -> None:
     creepage = np.array([0.004, 0.016, 0.02, 0.04])
-    held = cl.fast_pole(rig.wheelset, creepage, speed=V)
+    held = cl.stability.fast_pole(rig.wheelset, creepage, speed=V)
     np.testing.assert_allclose(
         cl.s_curve(rig.wheelset, speed=V, creepage=creepage).pole, held, rtol=1e-12
     )
@@ -168,13 +169,13 @@ def test_the_threshold_of_a_free_wheelset_that_nothing_resists(
         with_falling(rig.wheelset, residual, 0.6),
         damping=damping,
         mass=22.5e3,
-        resistance=cl.Resistance(),
+        resistance=Resistance(),
     )
     peak = cl.find_fold(replace(body, damping=0.0, mass=None), speed=8.0).creepage
 
     def margin(creepage: float) -> float:
         point = body.balanced(creepage=creepage, speed=8.0)
-        return point.creep_force_slope - cl.slope_threshold(body, point)
+        return point.creep_force_slope - cl.stability.slope_threshold(body, point)
 
     predicted = brentq(margin, 0.9 * peak, 1.25 * peak, xtol=1e-15)
     below, above = (
@@ -192,7 +193,7 @@ def test_the_threshold_of_a_free_wheelset_that_nothing_resists(
 def test_threshold_without_damping_is_the_peak(rig: cl.Model) -> None:
     body = replace(rig.wheelset, damping=0.0)
     point = body.balanced(creepage=0.02, speed=10.0)
-    assert cl.slope_threshold(body, point) == 0.0
+    assert cl.stability.slope_threshold(body, point) == 0.0
     assert not point.stable
     # Fast pole r^2 |Q'|/(J V)
     pole = 0.25 * -point.creep_force_slope / (250.0 * 10.0)

@@ -31,7 +31,7 @@ def test_slip_away_time_of_a_held_speed(
 ) -> None:
     body = replace(rig.wheelset, damping=damping)
     torque = (1.0 + overload) * cl.find_fold(body, speed=V).drive_torque
-    time = cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=end)
+    time = cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=end)
     assert time == pytest.approx(simulated_time(body, torque, 0.0, end), rel=1e-6)
 
 
@@ -44,11 +44,13 @@ def test_slip_away_time_of_a_free_wheelset(
     fold = cl.find_fold(body, speed=V)
     for overload in (0.01, 0.1):
         torque = (1.0 + overload) * fold.drive_torque
-        time = cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.15)
+        time = cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.15)
         assert time == pytest.approx(simulated_time(body, torque, 0.0, 0.15), rel=tolerance)
         # Without the vehicle's motion in the torque it would be far off at the same torque.
         as_held = replace(body, mass=None)
-        wrong = cl.slip_away_time(as_held, drive_torque=torque, speed=V, start=0.0, end=0.15)
+        wrong = cl.stability.slip_away_time(
+            as_held, drive_torque=torque, speed=V, start=0.0, end=0.15
+        )
         if mass == 22.5e3:
             assert wrong != pytest.approx(time, rel=tolerance)
 
@@ -91,7 +93,7 @@ def test_slip_away_formula_is_best_at_the_peak(rig: cl.Model) -> None:
     misses = []
     for overload in overloads:
         torque = (1.0 + overload) * fold.drive_torque
-        exact = cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.15)
+        exact = cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.15)
         estimate = stability.slip_away_estimate(body, drive_torque=torque, speed=V, end=0.15)
         misses.append(abs(estimate / exact - 1.0))
     assert (np.diff(misses) < 0.0).all()
@@ -102,9 +104,14 @@ def test_slip_away_formula_is_best_at_the_peak(rig: cl.Model) -> None:
 def test_no_slip_away_below_the_fold(rig: cl.Model, below: float) -> None:
     fold = cl.find_fold(rig.wheelset, speed=V)
     body, torque = rig.wheelset, (1.0 - below) * fold.drive_torque
-    assert cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.1) == math.inf
+    assert (
+        cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=0.0, end=0.1)
+        == math.inf
+    )
     assert stability.slip_away_estimate(body, drive_torque=torque, speed=V, end=0.1) == math.inf
-    assert cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.1, end=0.1) == 0.0
+    assert (
+        cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=0.1, end=0.1) == 0.0
+    )
 
 
 @pytest.mark.parametrize("overload", [1e-14, 1e-12, 1e-10, 1e-8])
@@ -112,7 +119,7 @@ def test_slip_away_time_grows_without_end_towards_the_fold(rig: cl.Model, overlo
     # The squeeze past the peak goes as one over the root of the overload; the rest does not grow.
     fold = cl.find_fold(rig.wheelset, speed=V)
     given: dict[str, Any] = {"drive_torque": (1.0 + overload) * fold.drive_torque, "speed": V}
-    found = cl.slip_away_time(rig.wheelset, start=0.0, end=1.0, **given)
+    found = cl.stability.slip_away_time(rig.wheelset, start=0.0, end=1.0, **given)
     asked = stability.slip_away_estimate(rig.wheelset, end=1.0, **given)
     rounding = 4e-16 / overload * asked  # of the torque
     assert found == pytest.approx(asked, rel=0.0, abs=0.3 + rounding)
@@ -124,7 +131,7 @@ def test_time_to_recover(rig: cl.Model) -> None:
     run = torque_run(body, torque, 0.5, 1.0, output_interval=None, stop_at=())
     arrived = np.flatnonzero(run["creepage"] <= 0.02)[0]
     end = float(run["creepage"][arrived])
-    time = cl.slip_away_time(body, drive_torque=torque, speed=V, start=0.5, end=end)
+    time = cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=0.5, end=end)
     assert time == pytest.approx(float(run.time[arrived]), rel=1e-6)
-    back = cl.slip_away_time(body, drive_torque=torque, speed=V, start=end, end=0.5)
+    back = cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=end, end=0.5)
     assert back == math.inf

@@ -22,6 +22,7 @@ import contactlib as cl
 from contactlib import kernel
 from contactlib.stability import torsion
 from contactlib.stability.torsion import AntiphaseForce
+from contactlib.vehicle import Axle, Drivetrain, OperatingPoint
 
 FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle: chosen
 SPEED = 10.0
@@ -35,19 +36,19 @@ def held(locomotive: cl.Model) -> cl.Wheelset:
 
 def on_axle(
     wheelset: cl.Wheelset, damping_ratio: float = DAMPING_RATIO, frequency: float = FREQUENCY
-) -> cl.Drivetrain:
+) -> Drivetrain:
     omega = 2.0 * math.pi * frequency
     damping = 0.25 * (2.0 * damping_ratio * omega * wheelset.inertia - wheelset.damping)
-    axle = cl.Axle(stiffness=0.25 * omega**2 * wheelset.inertia, damping=damping)
-    made = cl.Drivetrain(wheelset, axle=axle)
+    axle = Axle(stiffness=0.25 * omega**2 * wheelset.inertia, damping=damping)
+    made = Drivetrain(wheelset, axle=axle)
     assert made.torsional_frequency == pytest.approx(omega)
     assert made.torsional_damping_ratio == pytest.approx(damping_ratio)
     return made
 
 
 def amplitudes(
-    drivetrain: cl.Drivetrain,
-    point: cl.OperatingPoint,
+    drivetrain: Drivetrain,
+    point: OperatingPoint,
     kicks: list[float],
     cycles: int,
     *,
@@ -85,7 +86,7 @@ def amplitudes(
 
 
 def last_cycle_about_a_held_mean(
-    drivetrain: cl.Drivetrain, point: cl.OperatingPoint, kick: float, cycles: int
+    drivetrain: Drivetrain, point: OperatingPoint, kick: float, cycles: int
 ) -> tuple[float, float, float]:
     """Amplitude [1], frequency [Hz] and k times twist [N.m] if the mean creepage does not move."""
     body, axle = drivetrain.wheelset, drivetrain.axle
@@ -257,7 +258,7 @@ def test_two_states_coexist_at_two_to_three_times_the_peak(held: cl.Wheelset) ->
     assert amplitudes(drivetrain, gone, [last.limit_cycles[-1].amplitude], 60)[-1] < 0.01
 
 
-def check_bistable_between_the_ends(drivetrain: cl.Drivetrain, speed: float) -> None:
+def check_bistable_between_the_ends(drivetrain: Drivetrain, speed: float) -> None:
     body, limit = drivetrain.wheelset, torsion.torsional_threshold(drivetrain, speed=speed)
     ends = torsion.bistable_range(drivetrain, speed=speed)
     assert ends is not None
@@ -338,7 +339,7 @@ def test_no_range_with_much_damping(locomotive: cl.Model) -> None:
 def test_what_cannot_vibrate_is_refused(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     with pytest.raises(ValueError, match="rigid axle"):
-        torsion.torsional_threshold(cl.Drivetrain(body), speed=SPEED)
+        torsion.torsional_threshold(Drivetrain(body), speed=SPEED)
     relaxed = replace(on_axle(body), relaxation_length=8e-3)
     with pytest.raises(ValueError, match=r"relaxation_length = 0\.008"):
         torsion.torsional_state(relaxed, body.balanced(creepage=0.03, speed=SPEED))

@@ -12,6 +12,7 @@ from strategies import magnitude, number
 
 import contactlib as cl
 from contactlib.stability import control_systems
+from contactlib.vehicle import Axle, Drivetrain, OperatingPoint, Resistance
 
 TABLE = cl.CreepForceTable.from_law(cl.CarterGriffith, contact="line")
 MASSES = [None, 142.5e3, 22.5e3, 8e3]  # speed held; a wheelset with a train, alone, a light one
@@ -41,7 +42,7 @@ BODIES = st.fixed_dictionaries(
         "mass": magnitude(2e3, 2e5),
         "damping": magnitude(1.0, 500.0),
         "resistance": st.builds(
-            cl.Resistance,
+            Resistance,
             constant=number(0.0, 2000.0),
             linear=magnitude(10.0, 2000.0),
             quadratic=number(0.0, 10.0),
@@ -52,7 +53,7 @@ BODIES = st.fixed_dictionaries(
 
 def plausible_vehicle(
     locomotive: cl.Model, i: int, *, held: float = 0.2
-) -> tuple[cl.Drivetrain, float, float]:
+) -> tuple[Drivetrain, float, float]:
     """Drivetrain that carries 5 to 200 t or stands on a rig, 0.1 to 80 m/s, and a torque.
 
     Friction is constant after microns, or falls with slip speed or heat as well. The torque is
@@ -74,7 +75,7 @@ def plausible_vehicle(
         damping=float(rng.choice([0.0, 5.0, 50.0, 200.0])),
         element=replace(element, friction=friction),
     )
-    axle = cl.Axle(
+    axle = Axle(
         stiffness=float(10.0 ** rng.uniform(6.0, 7.2)),
         damping=float(10.0 ** rng.uniform(1.5, 3.5)),
         drive_share=float(rng.uniform(0.0, 1.0)),
@@ -82,7 +83,7 @@ def plausible_vehicle(
     fold = cl.find_fold(body, speed=speed)
     least = max(fold.return_torque, 0.3 * fold.drive_torque)
     torque = least + float(rng.uniform(0.02, 0.98)) * (fold.drive_torque - least)
-    return cl.Drivetrain(body, axle=axle), speed, torque
+    return Drivetrain(body, axle=axle), speed, torque
 
 
 def torque_run(
@@ -99,7 +100,7 @@ def torque_run(
     return cl.simulate(body, control, initial_creepage=creepage, duration=duration, **settings)
 
 
-def falling(wheelset: cl.Wheelset) -> tuple[cl.OperatingPoint, float, float]:
+def falling(wheelset: cl.Wheelset) -> tuple[OperatingPoint, float, float]:
     """A point on the falling branch, its pole [1/s], and the gain that holds it [N.m]."""
     point = wheelset.balanced(creepage=0.02, speed=10.0)
     return point, float(point.eigenvalues[0].real), cl.creep_control_gain(wheelset, point)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 import contactlib as cl
 from contactlib import CarterGriffith, CreepForceTable
 from contactlib.base.quantities import FloatArray
+from contactlib.laws import ConvergenceError
 from contactlib.table.building import GRIDS
 
 
@@ -217,9 +218,9 @@ def test_a_table_comes_back_from_a_pickle(table: cl.CreepForceTable) -> None:
 def test_an_error_of_the_law_ends_the_building_of_its_table() -> None:
     class Broken(cl.CarterGriffith):
         def traction_ratio(self, normalized_creepage: Any) -> Any:
-            raise cl.ConvergenceError("no solution")
+            raise ConvergenceError("no solution")
 
         evaluate = None  # type: ignore[assignment]
 
-    with pytest.raises(cl.ConvergenceError, match="no solution"):
+    with pytest.raises(ConvergenceError, match="no solution"):
         cl.CreepForceTable.from_law(Broken)

@@ -212,7 +212,7 @@ def test_agreement_with_the_reference_if_friction_weakens() -> None:
 @pytest.mark.reference
 @pytest.mark.parametrize("ratio", [1.2, 11.0 / 7.0, 15.0 / 7.0])
 def test_agreement_with_the_reference_for_many_frictions(ratio: float) -> None:
-    law = cl.cohesive_table("elliptic", ratio).native
+    law = cl.table.cohesive_table("elliptic", ratio).native
     for a_over_b in (0.5, 0.7, 1.0, 1.4, 2.0):
         for k_hat in (0.1, 0.16, 0.35, 0.7):
             error = error_with_weakening(a_over_b, k_hat, ratio, 150, law)

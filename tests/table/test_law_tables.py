@@ -11,6 +11,7 @@ import platformdirs
 import pytest
 
 import contactlib as cl
+from contactlib.element import ProcessZoneWarning
 from contactlib.table import law_tables
 from contactlib.table.building import CORNER_GRIDS
 from contactlib.table.law_tables import build_carter_griffith_table, shipped_path
@@ -91,14 +92,14 @@ def test_coarse_cohesive_table(cohesive_table: cl.CreepForceTable) -> None:
     ],
 )
 def test_cohesive_table(contact: Literal["line", "elliptic"], ratio: float, n: int) -> None:
-    table = cl.cohesive_table(contact, ratio)
+    table = cl.table.cohesive_table(contact, ratio)
     law_at = partial(cl.CohesiveZone, static_to_kinetic=ratio, contact=contact)
     k_hats = [table.k_max * (k_hat / 2.0) for k_hat in K_HATS]
     largest = 1_000_000 if ratio > 1.05 else 4_000_000
     assert_holds(table, lambda k: law_at(k_hat=k), k_hats, n, largest=largest)
     assert table.k_max == pytest.approx(min(2.0, (24.0 * (ratio - 1.0) / np.pi) ** 0.5))
     assert table.cells in CORNER_GRIDS[4 if contact == "line" else 5]
-    assert cl.cohesive_table(contact, ratio) is table
+    assert cl.table.cohesive_table(contact, ratio) is table
 
 
 @pytest.mark.reference
@@ -108,7 +109,7 @@ def test_table_of_another_weakening(contact: Literal["line", "elliptic"], kind: 
     samples = cl.Friction.from_samples([0.0, 1e-6, 2e-6, 5e-6], [0.33, 0.26, 0.22, 0.21])
     function = cl.Friction.from_function(lambda u: 0.21 + 0.12 / (1.0 + u / 2e-6) ** 3)
     friction, targets = (function, (1e-6, 1e-4)) if kind == "function" else (samples, (3e-5, 1e-2))
-    table = cl.cohesive_table(contact, friction.ratio, friction.weakening)
+    table = cl.table.cohesive_table(contact, friction.ratio, friction.weakening)
     law_at = partial(
         cl.CohesiveZone,
         static_to_kinetic=friction.ratio,
@@ -121,7 +122,7 @@ def test_table_of_another_weakening(contact: Literal["line", "elliptic"], kind: 
 @pytest.mark.parametrize("ratio", [1.005, 31.0])
 def test_friction_ratios_without_a_table_are_refused(ratio: float) -> None:
     with pytest.raises(ValueError, match=r"static_to_kinetic = .* and >= 1.01 and <= 30"):
-        cl.cohesive_table("line", ratio)
+        cl.table.cohesive_table("line", ratio)
 
 
 @pytest.fixture
@@ -143,7 +144,7 @@ def built(
 
 def in_a_new_process(ratio: float) -> cl.CreepForceTable:
     law_tables._cohesive.clear()
-    return cl.cohesive_table("line", ratio)
+    return cl.table.cohesive_table("line", ratio)
 
 
 def test_a_table_is_built_once_for_a_user(built: list[float], tmp_path: Path) -> None:
@@ -254,8 +255,8 @@ def test_the_warning_is_for_the_limit_only(
 ) -> None:
     contact, _ = parts
     long = cl.friction_with_k_hat(contact, k_hat=0.6, static=0.45, kinetic=0.21)
-    assert cl.process_zone_ratio(contact, long) == pytest.approx(1.732, abs=1e-3)
-    with pytest.warns(cl.ProcessZoneWarning, match=r"1.73 is above 0.5"):
+    assert cl.laws.process_zone_ratio(contact, long) == pytest.approx(1.732, abs=1e-3)
+    with pytest.warns(ProcessZoneWarning, match=r"1.73 is above 0.5"):
         cl.ForceElement(contact, long, table=cl.carter_griffith_table("line"), radius=0.5)
     cl.ForceElement(contact, long, table=cohesive_table, radius=0.5)  # warnings are errors here
 

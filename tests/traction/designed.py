@@ -8,22 +8,27 @@ from typing import Any
 import numpy as np
 
 import contactlib as cl
-from contactlib.traction import TractionController
+from contactlib.traction import Measurement, Sensors, TractionController
+from contactlib.vehicle import Drivetrain
 
-SENSORS = cl.Sensors(wheel_speed_noise=0.01, vehicle_speed_noise=0.02, delay=0.015, seed=1)
+SENSORS = Sensors(wheel_speed_noise=0.01, vehicle_speed_noise=0.02, delay=0.015, seed=1)
 STEP = 0.005
 LIMITED = tuple(name for name in cl.CONTROLLERS if name != "open_loop")
 
 
 def designed(
-    name: str, model: cl.Model, speed: float = 10.0, sensors: cl.Sensors = SENSORS, **given: Any
+    name: str,
+    model: cl.Model,
+    speed: float = 10.0,
+    sensors: Sensors = SENSORS,
+    **given: Any,
 ) -> TractionController:
-    drivetrain = cl.Drivetrain(model.wheelset)
+    drivetrain = Drivetrain(model.wheelset)
     values = {"sample_time": STEP, **given}
     return cl.CONTROLLERS[name].for_drivetrain(drivetrain, speed=speed, sensors=sensors, **values)
 
 
-def answers(controller: TractionController, seen: Sequence[cl.Measurement[Any]]) -> np.ndarray:
+def answers(controller: TractionController, seen: Sequence[Measurement[Any]]) -> np.ndarray:
     """Torques of a controller that is shown these measurements, a row for each."""
     memory, found = controller.start(seen[0], seen[0].demand), []
     for one in seen:

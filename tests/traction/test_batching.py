@@ -12,16 +12,16 @@ from designed import answers
 from own_controller import SlipPI
 
 import contactlib as cl
-from contactlib.traction import stacked
+from contactlib.traction import Measurement, stacked
 
 
-def answering(answer: Callable[[cl.Measurement[float]], Any]) -> cl.SampledController:
+def answering(answer: Callable[[Measurement[float]], Any]) -> cl.SampledController:
     """Controller that only answers."""
 
     class Asked(cl.SampledController):
         sample_time = 0.01
 
-        def torque(self, measurement: cl.Measurement[float]) -> Any:
+        def torque(self, measurement: Measurement[float]) -> Any:
             return answer(measurement)
 
     return Asked()
@@ -30,7 +30,7 @@ def answering(answer: Callable[[cl.Measurement[float]], Any]) -> cl.SampledContr
 def asked(control: cl.SampledController, demand: list[float]) -> list[float]:
     """Torques at the second sample of wheelsets that do not slip."""
     rolling = np.full(len(demand), 10.0)
-    seen = cl.Measurement(np.array(demand), rolling, rolling, np.zeros_like(rolling))
+    seen = Measurement(np.array(demand), rolling, rolling, np.zeros_like(rolling))
     return [float(one) for one in answers(stacked([control] * len(demand)), [seen, seen])[1]]
 
 
@@ -70,7 +70,7 @@ def test_what_is_no_torque_is_one_line(answer: Callable[..., Any], shown: str) -
 
 
 def test_an_error_of_the_user_s_is_told_with_its_place() -> None:
-    def fail(seen: cl.Measurement[float]) -> float:
+    def fail(seen: Measurement[float]) -> float:
         raise KeyError("slip")
 
     with pytest.raises(
@@ -98,7 +98,7 @@ class Listed(cl.SampledController):
     sample_time = 0.01
     history: Any = []  # noqa: RUF012 - the mistake
 
-    def torque(self, measurement: cl.Measurement[float]) -> float:
+    def torque(self, measurement: Measurement[float]) -> float:
         self.history.append(measurement.wheel_speed)
         return measurement.demand / len(self.history)
 
@@ -106,7 +106,7 @@ class Listed(cl.SampledController):
 class Reset(Listed):
     history: Any = None
 
-    def reset(self, measurement: cl.Measurement[float], torque: float) -> None:
+    def reset(self, measurement: Measurement[float], torque: float) -> None:
         self.history = self.history or []
 
 
@@ -125,7 +125,7 @@ class Counts:
     def start(self, measurement: Any, torque: Any) -> None:
         return None
 
-    def sample(self, measurement: cl.Measurement[Any], memory: None) -> tuple[Any, None]:
+    def sample(self, measurement: Measurement[Any], memory: None) -> tuple[Any, None]:
         self.samples += 1
         return measurement.demand / self.samples, None
 

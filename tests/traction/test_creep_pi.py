@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import contactlib as cl
+from contactlib.traction import Measurement
 
 
 def test_a_limiter_does_not_wind_up_against_its_drive() -> None:
-    limiter = cl.CreepPI(
+    limiter = cl.traction.CreepPI(
         reference=0.01, proportional_gain=1e3, integral_gain=1e5, creepage_error=0.0
     )
     demand, vehicle = np.array(2e4), np.array(10.0)
@@ -17,9 +18,9 @@ def test_a_limiter_does_not_wind_up_against_its_drive() -> None:
     def integral(creepage: float, given: float) -> float:
         """I after a second in which the drive gives a torque that nobody asks for."""
         wheel = 10.0 + 10.0 * np.array(creepage)
-        memory = limiter.start(cl.Measurement(demand, wheel, vehicle, np.array(1e4)), 1e4)
+        memory = limiter.start(Measurement(demand, wheel, vehicle, np.array(1e4)), 1e4)
         for _ in range(100):
-            seen = cl.Measurement(demand, wheel, vehicle, np.array(given))
+            seen = Measurement(demand, wheel, vehicle, np.array(given))
             _, memory = limiter.sample(seen, memory)
         return float(memory.integral)
 
@@ -30,7 +31,7 @@ def test_a_limiter_does_not_wind_up_against_its_drive() -> None:
 
 def test_a_spinning_wheel_loses_its_torque_and_a_slow_one_does_not() -> None:
     # At five times the reference, and with no integral gain, within four recovery times.
-    limiter = cl.CreepPI(
+    limiter = cl.traction.CreepPI(
         reference=0.01,
         proportional_gain=1.0,
         integral_gain=0.0,
@@ -40,9 +41,9 @@ def test_a_spinning_wheel_loses_its_torque_and_a_slow_one_does_not() -> None:
 
     def left(creepage: float) -> float:
         torque, seen = np.array(2e4), (np.array(10.0 + 10.0 * creepage), np.array(10.0))
-        memory = limiter.start(cl.Measurement(torque, *seen, torque), torque)
+        memory = limiter.start(Measurement(torque, *seen, torque), torque)
         for _ in range(80):
-            torque, memory = limiter.sample(cl.Measurement(np.array(2e4), *seen, torque), memory)
+            torque, memory = limiter.sample(Measurement(np.array(2e4), *seen, torque), memory)
         return float(memory.integral)
 
     assert left(0.05) == pytest.approx(0.0, abs=1.0)

@@ -7,19 +7,20 @@ import pytest
 from designed import SENSORS, designed
 
 import contactlib as cl
+from contactlib.traction import Measurement
 from contactlib.traction.creepage_bias import KNOWN
 
 
 def learnt(model: cl.Model, error: float, *, speed: float, share: float) -> tuple[float, float]:
     """Estimated error and its standard deviation after 2 s at a share of the sticking torque."""
     controller = designed("creep_pi", model)
-    assert isinstance(controller, cl.CreepPI)
+    assert isinstance(controller, cl.traction.CreepPI)
     torque = share * controller.stick_torque
     wheel = speed + abs(speed) * controller.stick_compliance * torque + error * speed
     rng, ones = np.random.default_rng(4), np.ones(50)
     memory = None
     for _ in range(400):
-        shown = cl.Measurement(
+        shown = Measurement(
             torque * ones,
             wheel + SENSORS.wheel_speed_noise * rng.standard_normal(50),
             speed + SENSORS.vehicle_speed_noise * rng.standard_normal(50),

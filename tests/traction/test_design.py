@@ -12,11 +12,14 @@ from scipy.linalg import expm
 
 import contactlib as cl
 from contactlib import stability
-from contactlib.traction import total_delay
+from contactlib.traction import Measurement, Sensors, total_delay
 from contactlib.traction.design import peak_creepage, slip_gains
+from contactlib.vehicle import Drivetrain
 
 
-def linearised_loop(model: cl.Model, controller: cl.CreepPI, creepage: float, speed: float) -> Any:
+def linearised_loop(
+    model: cl.Model, controller: cl.traction.CreepPI, creepage: float, speed: float
+) -> Any:
     """One sample of held-speed plant, sensors and the controller itself, as a matrix.
 
     State: angular velocity, the measurements under way, and the controller's own memory.
@@ -34,7 +37,7 @@ def linearised_loop(model: cl.Model, controller: cl.CreepPI, creepage: float, sp
         omega, late, (tracked, change, integral) = state[0], state[1:-3], state[-3:]
         seen = np.append(omega, late)[delay]
         given = np.array(integral)
-        measured = cl.Measurement(demand, np.array(radius * seen), np.array(speed), given)
+        measured = Measurement(demand, np.array(radius * seen), np.array(speed), given)
         memory = controller.start(measured, integral)
         vehicle = memory.vehicle._replace(speed=np.array(tracked), change=np.array(change))
         torque, memory = controller.sample(measured, memory._replace(vehicle=vehicle))
@@ -65,12 +68,12 @@ def test_designed_creep_control_is_stable_over_speeds_and_creepages(
     locomotive: cl.Model, constant: bool
 ) -> None:
     wheelset, beyond = locomotive.wheelset, 0
-    delay = total_delay(cl.Drivetrain(wheelset), SENSORS, STEP)
+    delay = total_delay(Drivetrain(wheelset), SENSORS, STEP)
     for speed in (3.0, 10.0, 20.0, 40.0):
         peak = peak_creepage(wheelset, speed)
         for creepage in peak * np.array([0.3, 0.6, 0.85, 1.0, 1.02, 1.05, 1.1, 1.3]):
-            pole = float(cl.fast_pole(wheelset, float(creepage), speed=speed))
-            designed_for = float(cl.fast_pole(wheelset, float(creepage), speed=10.0))
+            pole = float(cl.stability.fast_pole(wheelset, float(creepage), speed=speed))
+            designed_for = float(cl.stability.fast_pole(wheelset, float(creepage), speed=10.0))
             if pole * delay > 0.3 or designed_for * delay > 1.0:
                 continue  # beyond what a gain can be robust for, or hold at all
             torque = None
@@ -84,7 +87,7 @@ def test_designed_creep_control_is_stable_over_speeds_and_creepages(
                 minimum_slip=0.0,
                 creepage_error=0.0,
             )
-            assert isinstance(controller, cl.CreepPI)
+            assert isinstance(controller, cl.traction.CreepPI)
             loop = linearised_loop(locomotive, controller, float(creepage), speed)
             assert np.abs(np.linalg.eigvals(loop)).max() < 1.0, (speed, creepage)
             beyond += pole > 0.0
@@ -92,7 +95,7 @@ def test_designed_creep_control_is_stable_over_speeds_and_creepages(
 
 
 def test_designed_gains_are_robust(locomotive: cl.Model) -> None:
-    drivetrain = cl.Drivetrain(locomotive.wheelset)
+    drivetrain = Drivetrain(locomotive.wheelset)
     inertia, radius = drivetrain.wheelset.inertia, drivetrain.wheelset.radius
     delay = total_delay(drivetrain, SENSORS, STEP)
     for product, bound in ((0.0, 1.6), (0.15, 1.75), (0.3, 2.7)):
@@ -108,9 +111,9 @@ def test_designed_gains_are_robust(locomotive: cl.Model) -> None:
 
 def test_noise_bounds_the_gain(locomotive: cl.Model) -> None:
     # Without delay a gain could be as high as one likes.
-    quick = cl.Sensors(wheel_speed_noise=0.02)
+    quick = Sensors(wheel_speed_noise=0.02)
     controller = designed("creep_pi", locomotive, sensors=quick, sample_time=0.001)
-    assert isinstance(controller, cl.CreepPI)
+    assert isinstance(controller, cl.traction.CreepPI)
     assert controller.proportional_gain * 0.02 == pytest.approx(0.01 * 220.65e3 * 0.5)
 
 

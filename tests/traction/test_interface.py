@@ -12,23 +12,31 @@ from designed import LIMITED, designed
 from own_controller import SlipPI
 
 import contactlib as cl
-from contactlib.traction import TractionController
+from contactlib.traction import (
+    Measurement,
+    OpenLoop,
+    SlopeSeeking,
+    ThresholdControl,
+    TractionController,
+)
 
 GAINS = {"proportional_gain": 1e4, "integral_gain": 1e4}
 
 
-def sequence(count: int, samples: int, seed: int) -> list[cl.Measurement[Any]]:
+def sequence(count: int, samples: int, seed: int) -> list[Measurement[Any]]:
     """Measurements all over: slip and skid, both directions, through standstill."""
     rng = np.random.default_rng(seed)
     demand = 3e4 * np.sin(0.02 * np.arange(samples)[:, None] + rng.uniform(0.0, 6.0, count))
     vehicle = 15.0 * np.sin(0.011 * np.arange(samples)[:, None] + rng.uniform(0.0, 6.0, count))
     slip = rng.standard_normal((samples, count)) * 10.0 ** rng.uniform(-3.0, 0.5, (samples, 1))
     rows = zip(demand, vehicle + slip, vehicle, np.zeros_like(vehicle), strict=True)
-    return [cl.Measurement(*row) for row in rows]
+    return [Measurement(*row) for row in rows]
 
 
 def torques(
-    controller: TractionController, measurements: Sequence[cl.Measurement[Any]], start: float = 0.5
+    controller: TractionController,
+    measurements: Sequence[Measurement[Any]],
+    start: float = 0.5,
 ) -> list[np.ndarray]:
     """Torques of a controller whose drive gives what it asks for."""
     torque = start * measurements[0].demand
@@ -44,7 +52,7 @@ def test_many_wheelsets_are_as_many_runs_of_one(name: str, locomotive: cl.Model)
     controller, together = designed(name, locomotive), sequence(7, 400, seed=3)
     found = np.array(torques(controller, together))
     for i in range(7):
-        alone = [cl.Measurement(*(part[i] for part in row)) for row in together]
+        alone = [Measurement(*(part[i] for part in row)) for row in together]
         assert (found[:, i] == np.array(torques(controller, alone))).all()
     assert name == "open_loop" or np.unique(found).size > 400  # it did something
 
@@ -54,7 +62,7 @@ def test_the_other_way_is_the_mirror_image_within_the_demand(
     name: str, locomotive: cl.Model
 ) -> None:
     controller, rows = designed(name, locomotive), sequence(20, 500, seed=4)
-    mirrored = [cl.Measurement(*(-part for part in row)) for row in rows]
+    mirrored = [Measurement(*(-part for part in row)) for row in rows]
     there, back = np.array(torques(controller, rows)), np.array(torques(controller, mirrored))
     assert (there == -back).all()
     demand = np.array([row.demand for row in rows])
@@ -66,7 +74,7 @@ def test_the_other_way_is_the_mirror_image_within_the_demand(
 def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> None:
     # Also when the demand jumps or turns round.
     rows = [
-        cl.Measurement(np.array([demand]), np.array([10.02]), np.array([10.0]), np.zeros(1))
+        Measurement(np.array([demand]), np.array([10.02]), np.array([10.0]), np.zeros(1))
         for demand in (1e3, 24e3, 5e3, 26e3, 0.0, 20e3)
         for _ in range(5)
     ]
@@ -77,9 +85,13 @@ def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> No
 @pytest.mark.parametrize(
     ("kind", "given", "message"),
     [
-        (cl.ThresholdControl, {"slip_threshold": 0.01}, "slip_release = 0.07 is out of range"),
         (
-            cl.SlopeSeeking,
+            ThresholdControl,
+            {"slip_threshold": 0.01},
+            "slip_release = 0.07 is out of range",
+        ),
+        (
+            SlopeSeeking,
             {"radius": 0.5, "inertia": 250.0, "first_compliance": 1e-6, "delay": 0.012, **GAINS},
             "not a whole number of samples",
         ),
@@ -93,7 +105,7 @@ def test_parameters_say_what_is_wrong(
 
 
 class NoTime(cl.SampledController):
-    def torque(self, measurement: cl.Measurement[float]) -> float:
+    def torque(self, measurement: Measurement[float]) -> float:
         return measurement.demand
 
 
@@ -117,7 +129,7 @@ def timed(sample_time: Any) -> SlipPI:
     return control
 
 
-def torque_of(measurement: cl.Measurement[float]) -> float:
+def torque_of(measurement: Measurement[float]) -> float:
     return measurement.demand
 
 
@@ -125,7 +137,7 @@ def torque_of(measurement: cl.Measurement[float]) -> float:
     ("found", "message"),
     [
         (SlipPI, r" is the class SlipPI: give an object of it, such as SlipPI\(\)$"),
-        (cl.OpenLoop, r" is the class OpenLoop: give an object"),
+        (OpenLoop, r" is the class OpenLoop: give an object"),
         (
             torque_of,
             r" = torque_of is not a controller: .* derived from .*SampledController",

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import pytest
 
 import contactlib as cl
-from contactlib.traction import CONTROLLERS
+from contactlib.traction import CONTROLLERS, Measurement
 from contactlib.traction.search import WIDEST, Searched
 
 
@@ -23,7 +23,7 @@ class Mine(cl.SampledController):
         self.slip, self.gain, self.name = slip, gain, name
         self.step = 0.1 * gain
 
-    def torque(self, measurement: cl.Measurement[float]) -> float:
+    def torque(self, measurement: Measurement[float]) -> float:
         return measurement.demand
 
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from designed import SENSORS, STEP
 
-import contactlib as cl
+from contactlib.traction import SensorReader, Sensors
 
 
 def test_sensors_delay_by_whole_samples_and_hold_the_first() -> None:
-    reader = cl.Sensors(delay=0.015).reader(2, STEP)
+    reader = Sensors(delay=0.015).reader(2, STEP)
     wheel = [reader.read([k, 10.0 + k], [20.0 + k, 0.0], 0.0)[0].tolist() for k in range(6)]
     assert wheel == [[max(k - 3, 0), 10.0 + max(k - 3, 0)] for k in range(6)]
-    exact = cl.Sensors().reader(1, STEP)
+    exact = Sensors().reader(1, STEP)
     read = [exact.read([float(k)], [-float(k)], 0.0) for k in range(3)]
     assert np.array(read).tolist() == [[[k], [-k]] for k in range(3)]
 
@@ -38,7 +38,7 @@ def test_noise_of_a_wheelset_knows_no_other() -> None:
 def test_sensors_that_are_read_together_have_one_delay() -> None:
     late = [SENSORS, replace(SENSORS, delay=0.0)]
     with pytest.raises(ValueError, match=r"delays of \[0, 3\] samples: they must be equal"):
-        cl.traction.SensorReader(late, STEP, (0, 1))
+        SensorReader(late, STEP, (0, 1))
 
 
 def test_bias_diameter_and_drift_are_systematic() -> None:
@@ -60,8 +60,8 @@ def test_bias_diameter_and_drift_are_systematic() -> None:
 
 def test_an_encoder_counts_whole_pulses_and_loses_none() -> None:
     pulses, radius = np.array([80.0, 0.0, 200.0]), np.array([0.5, 0.5, 0.4])
-    sensors = [cl.Sensors(encoder_pulses=number) for number in pulses]
-    reader = cl.traction.SensorReader(sensors, STEP, range(3), radius=radius)
+    sensors = [Sensors(encoder_pulses=number) for number in pulses]
+    reader = SensorReader(sensors, STEP, range(3), radius=radius)
     speed = 7.0 + 3.0 * np.sin(0.05 * np.arange(500)[:, None] + np.arange(3))
     speed[250:] *= -1.0  # backward, too
     shown = np.array([reader.read(row, row, 0.0)[0] for row in speed])
@@ -84,7 +84,7 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
     wheel = np.stack([rolling, slipping, slipping], axis=1)
     demand = np.full_like(wheel, sign * 1e4)
     demand[:, 2] *= -1.0
-    reader = cl.Sensors(acceleration_limit=0.5).reader(3, STEP)
+    reader = Sensors(acceleration_limit=0.5).reader(3, STEP)
     true = np.full(3, np.nan)  # never looked at
     found = np.array([reader.read(u, true, t)[1] for u, t in zip(wheel, demand, strict=True)])
     assert (found[:, 0] == rolling).all()  # a wheel that sticks
@@ -111,4 +111,4 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
 )
 def test_sensors_say_what_is_wrong(given_values: Mapping[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        cl.Sensors(**given_values).reader(1, STEP)
+        Sensors(**given_values).reader(1, STEP)

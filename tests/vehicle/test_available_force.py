@@ -19,7 +19,7 @@ def test_it_is_the_laws_peak_where_friction_does_not_fall(
     weight = load * element.normal_load
     law = cl.CarterGriffith(k_hat=element.k_hat / np.sqrt(load * scale))
     expected = scale * element.friction.kinetic * weight * law.peak.traction_ratio
-    found = cl.available_force(
+    found = cl.vehicle.available_force(
         element, speed=[-3.0, 0.0, 0.01, 20.0], normal_load=weight, friction_scale=scale
     )
     np.testing.assert_allclose(found, expected, rtol=1e-9)
@@ -29,20 +29,20 @@ def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:
     law = cl.Polach(adhesion_reduction=0.5, slip_reduction=0.5)
     element = replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(law))
     limit = element.friction.kinetic * element.normal_load
-    assert cl.available_force(element, speed=10.0) == pytest.approx(limit, rel=1e-7)
+    assert cl.vehicle.available_force(element, speed=10.0) == pytest.approx(limit, rel=1e-7)
 
 
 def test_no_load_is_no_force_and_less_is_an_error(locomotive: cl.Model) -> None:
     element = locomotive.wheelset.element
-    assert cl.available_force(element, speed=10.0, normal_load=0.0) == 0.0
+    assert cl.vehicle.available_force(element, speed=10.0, normal_load=0.0) == 0.0
     with pytest.raises(ValueError, match=r"normal_load = -1\.0 .*>= 0"):
-        cl.available_force(element, speed=10.0, normal_load=-1.0)
+        cl.vehicle.available_force(element, speed=10.0, normal_load=-1.0)
 
 
 @pytest.mark.parametrize("other", [0.3, 0.545, 0.9])
 def test_wheels_that_turn_equally_are_not_both_at_their_peaks(rig: cl.Model, other: float) -> None:
     element = rig.wheelset.element
-    found = cl.available_force(element, speed=12.0, other_friction_scale=other)
+    found = cl.vehicle.available_force(element, speed=12.0, other_friction_scale=other)
     creepage = np.linspace(0.0, 0.1, 400_001)
     sides = [
         element.at_creepage(creepage, speed=12.0, friction_scale=friction)["creep_force"]
@@ -50,6 +50,6 @@ def test_wheels_that_turn_equally_are_not_both_at_their_peaks(rig: cl.Model, oth
     ]
     assert found == pytest.approx(0.5 * (sides[0] + sides[1]).max(), rel=1e-9)
     assert found < 0.5 * (sides[0].max() + sides[1].max())
-    assert found == cl.available_force(
+    assert found == cl.vehicle.available_force(
         element, speed=12.0, friction_scale=other, other_friction_scale=1.0
     )

@@ -13,15 +13,16 @@ from strategies import random_wheelset
 
 import contactlib as cl
 from contactlib import kernel
+from contactlib.vehicle import CreepCurve
 
 RNG = np.random.default_rng(5)
 
 
-@pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
+@pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")
 def test_the_search_finds_every_turn_of_a_dense_grid(locomotive: cl.Model) -> None:
     for _ in range(40):
         body = random_wheelset(locomotive.wheelset, RNG)
-        curve = cl.CreepCurve(body, speed=RNG.uniform(0.5, 50.0))
+        curve = CreepCurve(body, speed=RNG.uniform(0.5, 50.0))
         scale = curve.wheelset.element.saturation_creepage
         zeta = scale * np.geomspace(1e-3, 1e4, 50_001)
         for side, turns in ((1.0, curve.turns), (-1.0, curve.turns_in_braking)):
@@ -36,7 +37,7 @@ def test_the_search_finds_every_turn_of_a_dense_grid(locomotive: cl.Model) -> No
         check_fold(curve, zeta)
         worst = curve.worst_pole
         tried = np.append(zeta, worst.creepage)
-        poles = cl.fast_pole(curve.wheelset, tried, speed=curve.at.speed)
+        poles = cl.stability.fast_pole(curve.wheelset, tried, speed=curve.at.speed)
         assert poles.max() - worst.pole <= 1e-9 * np.abs(poles).max()
         assert poles[-1] == pytest.approx(worst.pole, rel=1e-9)
         both = np.concatenate([-zeta[zeta < 0.9], zeta])
@@ -44,7 +45,7 @@ def test_the_search_finds_every_turn_of_a_dense_grid(locomotive: cl.Model) -> No
         assert np.abs(forces).max() <= curve.peak.creep_force * (1.0 + 1e-12)
 
 
-def check_fold(curve: cl.CreepCurve, zeta: np.ndarray) -> None:
+def check_fold(curve: CreepCurve, zeta: np.ndarray) -> None:
     """A torque that rises slowly leaves at the first maximum, and returns at the least after it."""
     if not curve.turns.size:
         return
@@ -59,7 +60,7 @@ def check_fold(curve: cl.CreepCurve, zeta: np.ndarray) -> None:
         assert fold.return_torque == pytest.approx(max(0.0, run_away.min()), rel=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::contactlib.ProcessZoneWarning")
+@pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")
 def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> None:
     for _ in range(40):
         inputs: dict[str, Any] = {
@@ -67,7 +68,7 @@ def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> N
             "resistance_force": RNG.uniform(-2e4, 4e4),
         }
         body = random_wheelset(locomotive.wheelset, RNG)
-        curve = cl.CreepCurve(body, speed=RNG.uniform(0.5, 50.0), **inputs)
+        curve = CreepCurve(body, speed=RNG.uniform(0.5, 50.0), **inputs)
         scale = curve.wheelset.element.saturation_creepage
         zeta = scale * np.geomspace(1e-3, 1e4, 50_001)
         check_fold(curve, zeta)
@@ -100,7 +101,7 @@ def test_torque_slope_and_acceleration_are_those_of_the_equations_of_motion(
 ) -> None:
     body = locomotive.wheelset
     at: dict[str, Any] = {"speed": 8.0, "friction_scale": 0.7, "resistance_force": 500.0}
-    curve, zeta, step = cl.CreepCurve(body, **at), np.array([-0.02, 0.0, 0.005, 0.3]), 1e-7
+    curve, zeta, step = CreepCurve(body, **at), np.array([-0.02, 0.0, 0.005, 0.3]), 1e-7
     ends = curve.torque(zeta + step) - curve.torque(zeta - step)
     np.testing.assert_allclose(curve.slope(zeta), ends / (2.0 * step), rtol=1e-6)
     states = np.stack([zeta, curve.torque(zeta), curve.acceleration(zeta)], axis=1)
@@ -121,7 +122,8 @@ def test_grip_of_wheels_on_two_frictions_whose_force_peaks_far_out(
     body = with_falling(replace(rig.wheelset, element=element, damping=0.0), 0.4, 0.06)
     zeta, scales = np.geomspace(1e-4, 10.0, 200_001), [0.6, 1.0]
     torque = np.mean(
-        [cl.CreepCurve(body, speed=2.0, friction_scale=x).torque(zeta) for x in scales], axis=0
+        [CreepCurve(body, speed=2.0, friction_scale=x).torque(zeta) for x in scales],
+        axis=0,
     )
     i = int(np.argmax(torque))
     assert zeta[i] > 5.0 * element.saturation_creepage
@@ -141,8 +143,8 @@ def test_grip_of_wheels_on_two_frictions_whose_force_peaks_far_out(
 @pytest.mark.parametrize("scale", [1.0, 0.3])
 def test_the_peak_is_the_available_force(locomotive: cl.Model, scale: float) -> None:
     body = locomotive.wheelset
-    peak = cl.CreepCurve(body, speed=10.0, friction_scale=scale).peak
+    peak = CreepCurve(body, speed=10.0, friction_scale=scale).peak
     force = body.element.at_creepage(peak.creepage, speed=10.0, friction_scale=scale)["creep_force"]
     assert force == pytest.approx(peak.creep_force, rel=1e-12)
-    expected = cl.available_force(body.element, speed=10.0, friction_scale=scale)
+    expected = cl.vehicle.available_force(body.element, speed=10.0, friction_scale=scale)
     assert peak.creep_force == pytest.approx(float(expected), rel=1e-14)

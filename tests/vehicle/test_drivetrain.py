@@ -13,8 +13,9 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 import contactlib as cl
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
+from contactlib.vehicle import Axle, Drivetrain, Motor
 
-AXLE = cl.Axle(stiffness=6.0e6, damping=500.0, drive_share=0.3)
+AXLE = Axle(stiffness=6.0e6, damping=500.0, drive_share=0.3)
 SPLIT = {"friction_left": 1.0, "friction_right": 0.6, "load_left": 1.2e5, "load_right": 1.0e5}
 EVEN = {"friction_left": 0.9, "friction_right": 0.9, "load_left": 1.1e5, "load_right": 1.1e5}
 
@@ -46,7 +47,7 @@ class Steps(NamedTuple):
 
 
 def drive(
-    train: cl.Drivetrain,
+    train: Drivetrain,
     torque: Callable[[float], float],
     *,
     speed: float,
@@ -76,7 +77,7 @@ def drive(
 
 
 def written_again(
-    train: cl.Drivetrain,
+    train: Drivetrain,
     torque: float,
     *,
     speed: float,
@@ -130,11 +131,11 @@ def written_again(
 VARIANTS = {
     "rigid": ({}, EVEN),
     "rigid, split": ({}, SPLIT),
-    "motor": ({"motor": cl.Motor(lag=0.03)}, EVEN),
+    "motor": ({"motor": Motor(lag=0.03)}, EVEN),
     "elastic": ({"axle": AXLE}, SPLIT),
-    "elastic, motor": ({"axle": AXLE, "motor": cl.Motor(lag=0.03)}, SPLIT),
+    "elastic, motor": ({"axle": AXLE, "motor": Motor(lag=0.03)}, SPLIT),
     "relaxed": ({"relaxation_length": 8e-3}, SPLIT),
-    "all": ({"axle": AXLE, "motor": cl.Motor(lag=0.03), "relaxation_length": 8e-3}, SPLIT),
+    "all": ({"axle": AXLE, "motor": Motor(lag=0.03), "relaxation_length": 8e-3}, SPLIT),
 }
 
 
@@ -145,7 +146,7 @@ def test_steps_are_the_equations_of_motion(
 ) -> None:
     options, held = VARIANTS[variant]
     body = rig.wheelset if held_speed else locomotive.wheelset
-    train = cl.Drivetrain(body, **options)  # type: ignore[arg-type]
+    train = Drivetrain(body, **options)  # type: ignore[arg-type]
     if held_speed:
         held = {**held, "acceleration": 0.7}
     # More torque than the contact holds: the run passes the peak and runs away.
@@ -164,7 +165,7 @@ def test_steps_are_the_equations_of_motion(
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_works_are_the_integrals_of_powers(locomotive: cl.Model, variant: str) -> None:
     options, held = VARIANTS[variant]
-    train = cl.Drivetrain(locomotive.wheelset, **options)  # type: ignore[arg-type]
+    train = Drivetrain(locomotive.wheelset, **options)  # type: ignore[arg-type]
     run = drive(train, lambda t: 2.6e4, speed=8.0, creepage=0.005, duration=0.4, step=2e-4, **held)
     s, out = run.states, run.outputs
     body, axle = train.wheelset, train.axle
@@ -188,7 +189,7 @@ def test_works_are_the_integrals_of_powers(locomotive: cl.Model, variant: str) -
 
 
 def test_third_order(locomotive: cl.Model) -> None:
-    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE)
+    train = Drivetrain(locomotive.wheelset, axle=AXLE)
 
     def end(step: float) -> FloatArray:
         run = drive(
@@ -203,8 +204,8 @@ def test_third_order(locomotive: cl.Model) -> None:
 
 
 def test_sides_change_places_and_signs_turn(locomotive: cl.Model) -> None:
-    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE)
-    mirrored = cl.Drivetrain(
+    train = Drivetrain(locomotive.wheelset, axle=AXLE)
+    mirrored = Drivetrain(
         locomotive.wheelset,
         axle=dataclasses.replace(AXLE, drive_share=1.0 - AXLE.drive_share),
     )
@@ -227,7 +228,7 @@ def test_sides_change_places_and_signs_turn(locomotive: cl.Model) -> None:
 @pytest.mark.parametrize("slope", [0.29, 1.7])
 def test_slope_stretches_the_creepage_axis(locomotive: cl.Model, slope: float) -> None:
     """Force at zeta/slope under the slope is that at zeta without it; the peak moves so as well."""
-    train = cl.Drivetrain(locomotive.wheelset)
+    train = Drivetrain(locomotive.wheelset)
     zeta = np.linspace(-0.2, 0.2, 801)
     forces = {}
     for factor in (1.0, slope):
@@ -240,7 +241,7 @@ def test_slope_stretches_the_creepage_axis(locomotive: cl.Model, slope: float) -
 
 
 def test_many_are_one_by_one(locomotive: cl.Model) -> None:
-    train = cl.Drivetrain(locomotive.wheelset, axle=AXLE, motor=cl.Motor(lag=0.02))
+    train = Drivetrain(locomotive.wheelset, axle=AXLE, motor=Motor(lag=0.02))
     rng = np.random.default_rng(5)
     n = 20
     speed = rng.uniform(-1.0, 30.0, n)
@@ -264,7 +265,7 @@ def test_many_are_one_by_one(locomotive: cl.Model) -> None:
 
 
 def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:
-    train = cl.Drivetrain(locomotive.wheelset)
+    train = Drivetrain(locomotive.wheelset)
     states = rolling(2, 10.0, 20.1)
     inputs = made_rows("input", 2, **EVEN, commanded_torque=(0.0, np.nan))
     before = states.copy()

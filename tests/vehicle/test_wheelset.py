@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import contactlib as cl
+from contactlib.vehicle import Resistance
 
 
 def test_rates_are_the_equations_of_motion(locomotive: cl.Model) -> None:
@@ -26,11 +27,11 @@ def test_rates_are_the_equations_of_motion(locomotive: cl.Model) -> None:
 def test_grade_pulls_back_and_a_held_speed_feels_neither(
     locomotive: cl.Model, rig: cl.Model
 ) -> None:
-    hill = replace(locomotive.wheelset, resistance=cl.Resistance(grade=0.02))
+    hill = replace(locomotive.wheelset, resistance=Resistance(grade=0.02))
     rates, contact = hill.rates(20.0, 10.0, 0.0, 2e5, 1.0, 0.0)
     assert contact.creep_force == 0.0
     assert rates.speed_rate == pytest.approx(-0.02 * 9.80665)
-    steep_rig = replace(rig.wheelset, resistance=cl.Resistance(constant=1e3, grade=0.02))
+    steep_rig = replace(rig.wheelset, resistance=Resistance(constant=1e3, grade=0.02))
     assert steep_rig.rates(21.0, 10.0, 0.0, 2e5, 1.0, 1e4)[0].speed_rate == 0.0
 
 
@@ -38,7 +39,7 @@ def test_grade_pulls_back_and_a_held_speed_feels_neither(
 def test_jacobian(locomotive: cl.Model, state: tuple[float, float]) -> None:
     body = replace(
         locomotive.wheelset,
-        resistance=cl.Resistance(constant=1e3, linear=50.0, quadratic=4.0, grade=0.01),
+        resistance=Resistance(constant=1e3, linear=50.0, quadratic=4.0, grade=0.01),
     )
 
     def rates(at: np.ndarray) -> np.ndarray:

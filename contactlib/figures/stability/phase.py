@@ -27,7 +27,6 @@ from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
 from contactlib.stability import (
     Basin,
-    CreepCurve,
     basin,
     find_fold,
     quasi_steady_torque,
@@ -35,6 +34,7 @@ from contactlib.stability import (
     steady_states,
 )
 from contactlib.vehicle.continuous_control import TorqueControl
+from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset
 

@@ -29,7 +29,6 @@ from contactlib.figures.style import (
     styled,
 )
 from contactlib.stability import (
-    Fold,
     SCurve,
     delay_limit,
     fast_pole,
@@ -38,6 +37,7 @@ from contactlib.stability import (
     steady_states,
     worst_pole,
 )
+from contactlib.vehicle.creep_curve import Fold
 from contactlib.vehicle.wheelset import Wheelset
 
 BETWEEN = 0.6  # torque whose states are shown: fraction of the way from return to fold

@@ -12,6 +12,7 @@ from sweep_files import AXES, HEAD, SCENARIO, SWEEP, write_sweep
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
+from contactlib.element import ProcessZoneWarning
 
 MODELS = package_folder("models").glob("*.toml")
 SHIPPED = sorted(path.name for path in MODELS if "axes" in tomllib.loads(path.read_text()))
@@ -83,7 +84,7 @@ def test_warnings_at_the_ends_are_counted(tmp_path: Path) -> None:
     # Friction falls far enough at both values of one axis, whatever the other is.
     axes = AXES.replace("from = 200.0\nto = 300.0", "values = [200.0, 300.0]")
     axes += '[axes.y]\nparameter = "vehicle.friction.k_hat"\nvalues = [0.3, 1.5]\n'
-    with pytest.warns(cl.ProcessZoneWarning, match="2 of 4 runs at the ends"):
+    with pytest.warns(ProcessZoneWarning, match="2 of 4 runs at the ends"):
         cl.load_sweep(write_sweep(tmp_path, HEAD + axes))
 
 

@@ -17,6 +17,7 @@ import contactlib as cl
 from contactlib.base.writing import package_folder
 from contactlib.files.model import build_wheelset
 from contactlib.files.scenario import build_scenario
+from contactlib.runs import Sweep
 
 
 def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
@@ -36,7 +37,7 @@ def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
         cl.load_sweep(write_sweep(tmp_path, text, scenario))
 
 
-def built_anew(sweep: cl.Sweep, run: int) -> cl.Scenario:
+def built_anew(sweep: Sweep, run: int) -> cl.Scenario:
     """Scenario of a run, from changed contents of its files and with nothing kept."""
     contents = sweep.plan.contents
     parts: dict[str, Any] = {

@@ -16,6 +16,7 @@ from wheelsets import BODIES, encirclements, falling, made_wheelset, unstable, u
 
 import contactlib as cl
 from contactlib.stability import control_systems
+from contactlib.vehicle import OperatingPoint
 
 SPEED = 10.0
 
@@ -126,7 +127,12 @@ class BruteForce(NamedTuple):
 
 
 def brute_force(
-    body: cl.Wheelset, point: cl.OperatingPoint, kp: float, ki: float, lag: float, delay: float
+    body: cl.Wheelset,
+    point: OperatingPoint,
+    kp: float,
+    ki: float,
+    lag: float,
+    delay: float,
 ) -> BruteForce:
     r, j, b, v = body.radius, body.inertia, body.damping, point.speed
     m = math.inf if body.mass is None else body.mass
