@@ -40,3 +40,32 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
 
     names = sorted(homes)
     return get, names.copy, names
+
+
+EXTRAS = {  # which "pip install" brings a library that most users do not need
+    "control": "control",
+    "distributed": "cluster",
+    "fmpy": "fmi",
+    "pandas": "data",
+    "xarray": "data",
+}
+
+
+def optional_library(name: str) -> Any:
+    """A library of an extra, or its module such as ``fmpy.fmi2``.
+
+    Raises
+    ------
+    ImportError
+        If the library is not installed, with the extra that brings it.
+    """
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        root = name.split(".")[0]
+        if error.name != root:  # what that library lacks
+            raise
+        extra = EXTRAS[root]
+        raise ImportError(
+            f"{root} is not installed: pip install 'contactlib-rail[{extra}]', or [all]", name=root
+        ) from None

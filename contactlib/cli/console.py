@@ -155,7 +155,7 @@ class Group(click.Group):
         except click.UsageError as error:
             error.ctx = None  # without the lines on usage: a mistake is one line
             raise
-        except (ValueError, OSError, RuntimeError) as error:
+        except (ValueError, OSError, RuntimeError, ImportError) as error:
             if isinstance(error, BrokenPipeError) and error.filename is None:
                 raise  # the reader has gone, as behind "| head": click ends quietly
             for line in getattr(error, "lines", [str(error)]):

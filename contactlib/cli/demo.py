@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from contactlib import figures
+from contactlib.base.lazy import optional_library
 from contactlib.base.writing import write_whole
 from contactlib.cli.console import ConsoleReporter
 from contactlib.export import export_fmu
@@ -51,9 +52,12 @@ def run_demo(output: str | os.PathLike[str], reporter: ConsoleReporter) -> Path:
 
     Raises
     ------
+    ImportError
+        If FMPy is not installed.
     OSError
         If the folder cannot be created or written.
     """
+    optional_library("fmpy")  # which runs the FMU at the end
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
     summary: dict[str, Any] = {}

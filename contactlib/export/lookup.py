@@ -21,6 +21,7 @@ from scipy.io import savemat
 from scipy.optimize import brentq
 
 from contactlib import kernel
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, checked, checked_number, shown
 from contactlib.base.text import harmless_line, version
 from contactlib.base.writing import write_whole
@@ -108,7 +109,7 @@ def lookup_table(
     >>> table.sizes["creepage"], table.attrs["largest_error_found"] < 1e-3
     (27, True)
     """
-    import xarray
+    xarray = optional_library("xarray")
 
     if interpolation not in ERRORS:
         raise ValueError(
@@ -154,7 +155,7 @@ def lookup_table(
         other = f"; between the given points of the other axes it is up to {worst:.2g}"
     kept = [name for name in axes if name in several or name == "creepage"]
     shape = [axes[name].size for name in kept]
-    return xarray.Dataset(
+    made: Dataset = xarray.Dataset(
         {
             name: (
                 kept,
@@ -183,6 +184,7 @@ def lookup_table(
             "symmetry": "the force at a negative creepage is minus that at the positive one",
         },
     )
+    return made
 
 
 def _axis(name: str, value: Any, limits: Limits) -> FloatArray:

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple, Protocol, Self
 import numpy as np
 
 from contactlib import kernel
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import POSITIVE, checked_number
 from contactlib.element.force_element import ForceElement, creepage_limits
 from contactlib.runs.derived_columns import continuous_result
@@ -87,21 +88,19 @@ class FmuSource:
         self._messages: list[str] = []
 
     def __enter__(self) -> Self:
-        from fmpy import extract, read_model_description
-        from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-
-        description = read_model_description(str(self._path))
+        fmpy, fmi2 = optional_library("fmpy"), optional_library("fmpy.fmi2")
+        description = fmpy.read_model_description(str(self._path))
         references = {v.name: v.valueReference for v in description.modelVariables}
         self._inputs = [references[name] for name in self.INPUTS]
         self._outputs = [references[name] for name in self.OUTPUTS]
-        self._folder = extract(str(self._path))
+        self._folder = fmpy.extract(str(self._path))
 
         def log(environment: Any, name: bytes, status: int, category: bytes, text: bytes) -> None:
             self._messages.append(text.decode(errors="replace"))
 
-        self._callbacks = fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(log)
-        self._fmu = FMU2Slave(
+        self._callbacks = fmi2.fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+        self._fmu = fmi2.FMU2Slave(
             guid=description.guid,
             unzipDirectory=self._folder,
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -129,11 +128,9 @@ class FmuSource:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _run(self, function: Callable[..., Any], *args: Any, **named: Any) -> Any:
-        from fmpy.fmi1 import FMICallException
-
         try:
             result = function(*args, **named)
-        except FMICallException as error:
+        except optional_library("fmpy.fmi1").FMICallException as error:
             reason = "; ".join(self._messages) or str(error)
             raise RuntimeError(f"{self._path}: {reason}") from None
         while self._messages:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, ReadOnly
 from contactlib.base.text import known_names
 from contactlib.base.writing import write_whole
@@ -147,21 +148,22 @@ class Result:
 
     def to_pandas(self) -> DataFrame:
         """Convert to a `pandas.DataFrame` over time [s], with the units in ``attrs["units"]``."""
-        from pandas import DataFrame, Index
-
-        frame = DataFrame(dict(self.signals), index=Index(self.time, name="time"))
+        pandas = optional_library("pandas")
+        index = pandas.Index(self.time, name="time")
+        frame: DataFrame = pandas.DataFrame(dict(self.signals), index=index)
         frame.attrs["units"] = {"time": "s", **self.units}
         return frame
 
     def to_xarray(self) -> Dataset:
         """Convert to an `xarray.Dataset` over time: variables with ``units`` and ``long_name``."""
-        import xarray
+        xarray = optional_library("xarray")
 
         def variable(name: str, values: FloatArray, unit: str) -> tuple[str, FloatArray, Any]:
             return "time", values, {"units": unit, "long_name": _long_name(name)}
 
         data = {name: variable(name, y, self.units[name]) for name, y in self.signals.items()}
-        return xarray.Dataset(data, coords={"time": variable("time", self.time, "s")})
+        made: Dataset = xarray.Dataset(data, coords={"time": variable("time", self.time, "s")})
+        return made
 
 
 def _long_name(name: str) -> str:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, checked_whole, shown
 from contactlib.files.scenario import ControllerDesign, Scenario
 from contactlib.runs.scenario_runs import run_many
@@ -310,7 +311,7 @@ def sensor_errors(
         Limited utilisation [1] by scenario, controller, error and noise. Where friction never
         limits it is nan.
     """
-    import xarray as xr
+    xarray = optional_library("xarray")
 
     noises = checked_whole("noises", noises, SEEDS)
     check_distinct(scenarios)
@@ -332,7 +333,7 @@ def sensor_errors(
             cases = [(replace(scenario, sensors=s), control) for s in sensors.values()]
             whole.append(_run(cases, OBJECTIVE[:1], index)[0])
             progress((done + 1) / work)
-    return xr.DataArray(
+    found: xr.DataArray = xarray.DataArray(
         np.reshape(whole, (len(scenarios), len(controllers), len(labels), noises)),
         dims=("scenario", "controller", "error", "noise"),
         coords={
@@ -343,3 +344,4 @@ def sensor_errors(
         name=OBJECTIVE[0],
         attrs={"units": "1"},
     )
+    return found

@@ -46,6 +46,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from contactlib import kernel
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, checked, checked_number
 from contactlib.element.force_element import creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
@@ -198,7 +199,7 @@ def effective_slope(wheelset: Wheelset, point: OperatingPoint, amplitude: ArrayL
     amplitude : array_like
         Amplitude a of the deviation of the creepage from its mean, at least zero [1].
     """
-    import control
+    control = optional_library("control")
 
     size = checked("amplitude", amplitude, Limits(at_least=0.0))
     return np.asarray(control.describing_function(AntiphaseForce(wheelset, point), size).real)

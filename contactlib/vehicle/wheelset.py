@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib import kernel
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
@@ -287,7 +288,7 @@ class Wheelset(Parameters):
         States ``omega`` and, unless held, ``speed``; inputs ``drive_torque`` and
         ``resistance_force``; outputs ``omega``, ``speed``, ``creepage``, ``creep_force``.
         """
-        import control
+        control = optional_library("control")
 
         _, contact = self.rates(
             point.omega,
@@ -335,7 +336,7 @@ class Wheelset(Parameters):
             If `speed` is missing or must not be given. The system raises it if a load or friction
             scale is out of range, as python-control uses zero for an input that is forgotten.
         """
-        import control
+        control = optional_library("control")
 
         if (speed is None) == self.speed_held:
             state = "is needed: the speed is held" if speed is None else "is a state, not given"

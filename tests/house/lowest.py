@@ -10,15 +10,16 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
 
 
-def lowest(project: dict[str, Any], *extras: str) -> Iterator[str]:
+def lowest(project: dict[str, Any], *extras: str) -> dict[str, str]:
     """The requirements of a ``[project]`` section, each with its bound as its version.
+
+    Where several name a library, the highest bound counts.
 
     Raises
     ------
@@ -26,14 +27,24 @@ def lowest(project: dict[str, Any], *extras: str) -> Iterator[str]:
         If one has no lower bound.
     """
     optional = project["optional-dependencies"]
+    found: dict[str, str] = {}
     for requirement in [*project["dependencies"], *(r for e in extras for r in optional[e])]:
+        more: dict[str, str] = {}
         if own := re.fullmatch(rf"{project['name']}\[([\w,-]+)\]", requirement):
-            yield from lowest({**project, "dependencies": []}, *own[1].split(","))
+            more = lowest({**project, "dependencies": []}, *own[1].split(","))
         elif bound := re.fullmatch(r"([\w-]+)[>=]=([\d.]+)", requirement):
-            yield f"{bound[1]}=={bound[2]}"
+            more = {bound[1]: bound[2]}
         else:
             raise ValueError(f"{requirement} has no lower bound")
+        for name, version in more.items():
+            found[name] = max(found.get(name, "0"), version, key=_numbers)
+    return found
+
+
+def _numbers(version: str) -> list[int]:
+    return [int(part) for part in version.split(".")]
 
 
 if __name__ == "__main__":
-    print(*lowest(tomllib.loads(PYPROJECT.read_text())["project"], *sys.argv[1:]), sep="\n")
+    bounds = lowest(tomllib.loads(PYPROJECT.read_text())["project"], *sys.argv[1:])
+    print(*(f"{name}=={version}" for name, version in bounds.items()), sep="\n")

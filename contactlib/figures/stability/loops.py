@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.style import (
     DASHED,
@@ -158,7 +159,7 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     A free vehicle hardly changes its speed on the time scale of the loop: the speed is constant
     here.
     """
-    import control
+    control = optional_library("control")
 
     given, wheelset = wheelset, replace(wheelset, mass=None)
     worst = worst_pole(wheelset, speed=speed)
@@ -190,7 +191,7 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
 
 def gains_around_breaks(loop: StateSpace) -> FloatArray:
     """Gains of the locus, closer where poles leave the real axis and move fast with the gain."""
-    import control
+    control = optional_library("control")
 
     oscillating = (np.abs(control.root_locus_map(loop, GAINS).loci.imag) > 0.0).sum(axis=1)
     extra = [
@@ -200,7 +201,7 @@ def gains_around_breaks(loop: StateSpace) -> FloatArray:
 
 
 def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, found: Margins) -> None:
-    import control
+    control = optional_library("control")
 
     gains = gains_around_breaks(loop)
     loci = control.root_locus_map(loop, gains).loci

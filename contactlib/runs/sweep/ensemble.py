@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlib import kernel
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray
 from contactlib.base.text import fixed_width, version
 from contactlib.base.writing import write_whole
@@ -53,7 +54,7 @@ def make_dataset(sweep: Sweep, results: FloatArray, digest: str) -> Dataset:
     outcomes of runs have ``controller`` before them. ``failed`` is one where a run's parameters do
     not give a valid scenario or the run could not be done; there the outcomes are nan.
     """
-    import xarray
+    xarray = optional_library("xarray")
 
     plan, grid = sweep.plan, sweep.kind == "grid"
     dims = tuple(axis.name for axis in plan.axes) if grid else ("run",)
@@ -85,7 +86,7 @@ def make_dataset(sweep: Sweep, results: FloatArray, digest: str) -> Dataset:
         shape = (*((len(plan.controllers),) if driven else ()), *sweep.shape)
         of_all = ("controller", *dims) if driven else dims
         data[name] = (of_all, results[rows].reshape(shape), attributes[name])
-    found = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
+    found: Dataset = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
     found[FAILED] = found[FAILED].astype(np.int8)
     warn_of_damaged_runs(found, sweep.simulated_time / (sweep.runs * max(1, len(plan.controllers))))
     return found
@@ -186,11 +187,11 @@ def read_dataset(path: Path) -> Dataset:
     OSError
         If it cannot be read.
     """
-    import xarray
-
+    xarray = optional_library("xarray")
     try:
         with xarray.open_dataset(path, engine="scipy") as dataset:
-            return dataset.load()
+            found: Dataset = dataset.load()
+            return found
     except (TypeError, ValueError, EOFError, LookupError, MemoryError):  # what scipy raises
         raise ValueError(f"{path} is not a complete NetCDF file: {OTHERWISE}") from None
 
@@ -263,12 +264,15 @@ def ensemble(
         sweep to the same folder.
     OSError
         If a file cannot be read or written.
+    ImportError
+        If xarray is not installed.
 
     Warns
     -----
     InputWarning
         If slip speeds or slip work of the outcomes would destroy a vehicle.
     """
+    optional_library("xarray")  # which holds the results: better now than after the runs
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
     sweep = with_own(sweep, controllers or {}, metrics or {}, key)
     for name, number in (("workers", workers), ("chunk", chunk)):

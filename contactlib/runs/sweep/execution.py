@@ -31,6 +31,7 @@ from typing import Any
 
 import numpy as np
 
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray
 from contactlib.element.force_element import RangeWarning
 from contactlib.files.scenario import Scenario
@@ -232,22 +233,17 @@ def cluster_workers(
 
     Raises
     ------
-    ValueError
+    ImportError
         If dask.distributed is not installed.
     OSError
         If no scheduler answers.
     """
-    try:
-        from distributed import Client
-    except ImportError:
-        raise ValueError(
-            "a cluster needs dask.distributed: pip install 'contactlib-rail[cluster]'"
-        ) from None
+    distributed = optional_library("distributed")
     waits = False
     for name in logging.root.manager.loggerDict:
         if name.split(".")[0] in ("distributed", "tornado"):  # `tell` reports what is lost
             logging.getLogger(name).setLevel(logging.CRITICAL)
-    with Client(address) as client:  # type: ignore[no-untyped-call]
+    with distributed.Client(address) as client:
 
         def watch() -> bool:
             nonlocal waits

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import (
     FINITE,
     FloatArray,
@@ -110,7 +111,7 @@ def frequencies(loop: StateSpace) -> FloatArray:
     Zeros are left out: some are lost to rounding, and far beyond the fastest pole they turn no
     curve near -1.
     """
-    import control
+    control = optional_library("control")
 
     features = np.concatenate([loop.poles(), control.feedback(loop, 1.0).poles()])
     if loop.dt:
@@ -136,7 +137,7 @@ def margins(loop: StateSpace) -> Margins:
     ValueError
         If the closed loop is not stable, and so has no margins.
     """
-    import control
+    control = optional_library("control")
 
     growth = growth_rate(control.feedback(loop, 1.0).poles(), loop.dt)
     if growth >= 0.0:
@@ -201,7 +202,7 @@ def creep_loop(
     ValueError
         If a value is out of range.
     """
-    import control
+    control = optional_library("control")
 
     proportional_gain = checked_number("proportional_gain", proportional_gain, GAINS)
     integral_gain = checked_number("integral_gain", integral_gain, INTEGRAL_GAINS)
@@ -249,7 +250,7 @@ def sampled_loop(
     ValueError
         If a value is out of range, or `delay` is not a whole number of samples.
     """
-    import control
+    control = optional_library("control")
 
     sample_time = checked_number("sample_time", sample_time, SAMPLE_TIMES)
     proportional_gain = checked_number("proportional_gain", proportional_gain, GAINS)
@@ -302,7 +303,7 @@ def open_loop(plant: StateSpace, controller: Any) -> StateSpace:
     ValueError
         If only one is sampled, or the sample times differ.
     """
-    import control
+    control = optional_library("control")
 
     if controller.dt != plant.dt:
         sampled = f"control.sample_system(plant, {controller.dt!r}, 'zoh')"
@@ -317,7 +318,7 @@ def open_loop(plant: StateSpace, controller: Any) -> StateSpace:
 
 def closed_loop(loop: StateSpace) -> StateSpace:
     """Close an open loop: system from ``creepage_reference`` to ``creepage``."""
-    import control
+    control = optional_library("control")
 
     closed = control.feedback(loop, 1.0)
     return control.ss(closed, inputs="creepage_reference", outputs="creepage", name="closed_loop")
@@ -325,7 +326,7 @@ def closed_loop(loop: StateSpace) -> StateSpace:
 
 def _driven(wheelset: Wheelset, point: OperatingPoint, lag: float) -> StateSpace:
     """Linear wheelset with its motor, from ``drive_torque`` (as commanded) to ``creepage``."""
-    import control
+    control = optional_library("control")
 
     lag = checked_number("lag", lag, TIMES)
     plant = wheelset.linearize(point)[["creepage"], ["drive_torque"]]
@@ -338,21 +339,21 @@ def _driven(wheelset: Wheelset, point: OperatingPoint, lag: float) -> StateSpace
 
 
 def _proportional(gain: float, dt: float = 0.0) -> StateSpace:
-    import control
+    control = optional_library("control")
 
     given = {"inputs": "creepage_error", "outputs": "command", "dt": dt}
     return control.ss([], [], [], [[gain]], **given)
 
 
 def _unit(source: str, sink: str, dt: float = 0.0) -> StateSpace:
-    import control
+    control = optional_library("control")
 
     return control.ss([], [], [], [[1.0]], inputs=source, outputs=sink, dt=dt)
 
 
 def _chain(blocks: list[Any], sink: str, source: str = "creepage_error") -> StateSpace:
     """Connect blocks by the names of their signals to a plain state space."""
-    import control
+    control = optional_library("control")
 
     joined = control.interconnect(blocks, inputs=[source], outputs=[sink])
     return control.ss(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
+from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import (
     FINITE,
     FloatArray,
@@ -42,7 +43,7 @@ def creep_control_system(
     speed : float, optional
         As in `Wheelset.to_nlsys` [m/s].
     """
-    import control
+    control = optional_library("control")
 
     law = controller.native
 
@@ -80,7 +81,7 @@ def phase_plane_system(
     ValueError
         If the speed is held, so that there is no phase plane, or an input is out of range.
     """
-    import control
+    control = optional_library("control")
 
     if wheelset.speed_held:
         raise ValueError("the speed of this wheelset is held: it has one state, and no phase plane")
@@ -127,7 +128,7 @@ def operating_point(
     ValueError
         If no point is found; the message names the torque and the fold's.
     """
-    import control
+    control = optional_library("control")
 
     held = replace(wheelset, mass=None)
     at = wheelset.conditions(at, **given)
