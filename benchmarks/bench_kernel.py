@@ -29,7 +29,7 @@ from timing import Case
 import contactlib as cl
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.table.lateral_spin_table import plane_scales
+from contactlib.table.lateral_spin_table import lateral_spin_scales
 
 POINTS = 10_000
 NU = 0.28  # of CONTACT's cases
@@ -59,7 +59,7 @@ def check() -> None:
     _check_polach_with_spin()
     g, creepages = np.array([0.25, 1.0, 4.0]), np.array([[1.0, -0.25, 4.0]] * 3)
     places = like_usetab().places(g, creepages)  # nodes: u is 1/2, -1/5 and 4/5
-    np.testing.assert_allclose(like_usetab()(places), plane_law(g, creepages), atol=1e-12)
+    np.testing.assert_allclose(like_usetab()(places), lateral_spin_law(g, creepages), atol=1e-12)
 
 
 def _check_polach_with_spin() -> None:
@@ -131,7 +131,7 @@ def like_usetab(fineness: int = 1) -> CUsetab:
     """Values of our own law, whose error is a part of that of multilinear interpolation."""
     aspects, *nodes = (1 + fineness * (n - 1) for n in USETAB)
     return CUsetab(
-        lambda creepages, g: plane_law(np.full(len(creepages), g), creepages),
+        lambda creepages, g: lateral_spin_law(np.full(len(creepages), g), creepages),
         np.geomspace(*USETAB_ENDS, aspects).tolist(),
         (nodes[0], nodes[1], nodes[2]),
     )
@@ -145,10 +145,10 @@ def each_aspect(function: Callable[[float], ArrayLike], a_over_b: FloatArray) ->
 
 def normalizing(a_over_b: FloatArray) -> FloatArray:
     """Normalized creepages per Kalker's, times G a b/(mu N)."""
-    return each_aspect(lambda g: -plane_scales(g, NU), a_over_b)
+    return each_aspect(lambda g: -lateral_spin_scales(g, NU), a_over_b)
 
 
-def plane_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
+def lateral_spin_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
     """Our forces and moment over mu P at normalized creepages without weakening."""
     pair = cl.CreepForces(COULOMB, shear_modulus=82e9, poisson_ratio=NU)
     a, b, load = 5e-3 * np.sqrt(a_over_b), 5e-3 / np.sqrt(a_over_b), 1e5
@@ -168,7 +168,7 @@ def plane_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
     return forces
 
 
-def plane_errors() -> dict[str, dict[str, FloatArray]]:
+def lateral_spin_errors() -> dict[str, dict[str, FloatArray]]:
     """Errors of force along and across at all cases of CONTACT: by group and by who finds them."""
     tests = Path(__file__).parents[1] / "tests"
     with open(tests / "laws" / "contact_3d_coulomb.csv") as file:
@@ -182,7 +182,7 @@ def plane_errors() -> dict[str, dict[str, FloatArray]]:
     rates = rates_of(g, creepages)
     stiffness = unit * each_aspect(lambda g: cl.laws.kalker_coefficients(g, NU)[:3], g)
     found = {
-        "contactlib": plane_law(g, creepages)[:, :2],
+        "contactlib": lateral_spin_law(g, creepages)[:, :2],
         "FASTSIM 10 x 10": fastsim(rates, strips=10, elements=10),
         "FASTSIM 50 x 50": fastsim(rates, strips=50, elements=50),
         "like USETAB": like_usetab()(like_usetab().places(g, creepages))[:, :2],
@@ -198,7 +198,7 @@ def plane_errors() -> dict[str, dict[str, FloatArray]]:
 
 def cases(points: int = POINTS) -> list[Case]:
     """What is timed."""
-    return [_table(points), _in_the_plane(min(points, 1000))]
+    return [_table(points), _lateral_spin(min(points, 1000))]
 
 
 def _table(points: int) -> Case:
@@ -226,7 +226,7 @@ def _table(points: int) -> Case:
     )
 
 
-def _in_the_plane(points: int) -> Case:
+def _lateral_spin(points: int) -> Case:
     """Ellipse, load, creepages and spin to both forces and the moment, as a vehicle tool asks."""
     random = np.random.default_rng(0)
     inputs = np.zeros(points, kernel.struct_dtype("creep_forces_input"))
@@ -254,7 +254,7 @@ def _in_the_plane(points: int) -> Case:
     stiffness = np.broadcast_to(cl.laws.kalker_coefficients(1.0, NU)[:3], (points, 3))
     contacts = np.column_stack([g, stiffness, creepages])
     return Case(
-        "force in the plane, with 9 partial derivatives",
+        "lateral and spin force, with 9 partial derivatives",
         points,
         "ns",
         {

@@ -108,13 +108,13 @@ def accuracy_lines(duration: float = 5.0) -> list[str]:
     return found
 
 
-def plane_lines() -> list[str]:
-    """Errors of force in the plane against CONTACT, by group of its cases and of all."""
-    errors = bench_kernel.plane_errors()
+def lateral_spin_lines() -> list[str]:
+    """Errors of lateral and spin force against CONTACT, by group of its cases and of all."""
+    errors = bench_kernel.lateral_spin_errors()
     names = next(iter(errors.values()))
     errors["all"] = {who: np.concatenate([e[who] for e in errors.values()]) for who in names}
     found = [
-        f"| error of force in the plane, largest (rms) | {' | '.join(names)} |",
+        f"| error of lateral and spin force, maximum (rms) | {' | '.join(names)} |",
         "|---" * (1 + len(names)) + "|",
     ]
     for group, each in errors.items():
@@ -199,7 +199,7 @@ def main(points: int, runs: int, duration: float, rounds: int) -> None:
             print("\n".join(rows(case, rounds=rounds)), flush=True)
     print("\n".join(rows(runs_cases[-1], rounds=rounds)))  # two threads need two cores
     print("\n" + QUOTED + "\n")
-    print("\n".join(plane_lines()) + "\n", flush=True)
+    print("\n".join(lateral_spin_lines()) + "\n", flush=True)
     with one_core():
         print("\n".join(accuracy_lines()) + "\n", flush=True)
         print("\n".join(fmu_lines()) + "\n", flush=True)

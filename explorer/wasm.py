@@ -17,9 +17,9 @@ C_SOURCES = (
     "creep_curve.c",
     "drivetrain_in_turn.c",
     "force_element.c",
-    "force_in_plane.c",
     "half_space.c",
     "hertz.c",
+    "lateral_spin_force.c",
     "wheelset_run.c",
 )
 FUNCTIONS = (

@@ -1,4 +1,4 @@
-"""Steady rolling contact of elliptic half-spaces, solved on a grid: the reference of the plane law.
+"""Steady rolling contact of half-spaces on a grid: the reference solver of lateral and spin force.
 
 Two bodies of equal material touch in a Hertzian ellipse and roll steadily. The creepages are
 given; unknown are the tangential tractions, which nowhere exceed friction times pressure and

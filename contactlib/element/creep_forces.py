@@ -2,7 +2,8 @@
 
 The ellipse, the load and the friction may differ at every point, as they do when a wheel moves
 across a rail. The law is that of `ForceElement` for an ellipse on a half-space, with lateral force
-and spin moment. `fmu/kernel/plane_law.h` gives the formulas, `fmu/kernel/creep_forces.h` the signs.
+and spin moment. `fmu/kernel/lateral_spin_formula.h` has the formulas, `fmu/kernel/creep_forces.h`
+the signs.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import EllipticContact
 from contactlib.laws.kalker import POISSON_RATIO
 from contactlib.table.creep_force_table import CreepForceTable
-from contactlib.table.lateral_spin_table import plane_coefficients
+from contactlib.table.lateral_spin_table import lateral_spin_coefficients
 from contactlib.table.law_tables import carter_griffith_table
 
 AXIS = Limits(at_least=1e-9, at_most=1e3)
@@ -131,13 +132,13 @@ class CreepForces(Parameters):
     @property
     def data(self) -> bytes:
         """The kernel's data for any ellipse, as an FMU's resource."""
-        nu = np.array([self.poisson_ratio])
-        return kernel.framed(b"CREEPAIR", 1, nu.tobytes() + plane_coefficients(nu.item()).tobytes())
+        nu = self.poisson_ratio
+        return kernel.framed(b"CREEPAIR", 1, np.append(nu, lateral_spin_coefficients(nu)).tobytes())
 
     @cached_property
     def native(self) -> kernel.NativeCreepForces:
         """The kernel's pair of bodies, which does not check its input."""
-        coefficients = plane_coefficients(self.poisson_ratio)
+        coefficients = lateral_spin_coefficients(self.poisson_ratio)
         return kernel.NativeCreepForces(self.table.native, coefficients, self.parameters)
 
     def evaluate(

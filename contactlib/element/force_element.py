@@ -28,7 +28,7 @@ from contactlib.base.quantities import (
     records,
     shown,
 )
-from contactlib.element.lateral_spin import SPINNING, plane_contact, spinning_aspect
+from contactlib.element.lateral_spin import SPINNING, lateral_spin_contact, spinning_aspect
 from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact
 from contactlib.laws.scales import (
@@ -266,14 +266,14 @@ class ForceElement(Parameters):
         return kernel.NativeForceElement(self.native_contact, self.parameters)
 
     @property
-    def plane_data(self) -> bytes:
+    def lateral_spin_data(self) -> bytes:
         """Data of the contact for lateral and spin force, as an FMU's resource."""
-        return plane_contact(self.contact, softens=self._softens)
+        return lateral_spin_contact(self.contact, softens=self._softens)
 
     @cached_property
     def native_contact(self) -> kernel.NativeContact:
-        """The kernel's table with `plane_data`."""
-        return kernel.NativeContact(self.table.native, self.plane_data)
+        """The kernel's table with `lateral_spin_data`."""
+        return kernel.NativeContact(self.table.native, self.lateral_spin_data)
 
     @property
     def k_hat(self) -> float:

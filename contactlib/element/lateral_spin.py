@@ -1,6 +1,6 @@
 """Data of a force element's contact for lateral and spin force.
 
-`fmu/kernel/plane_law.h` names the numbers, and `fmu/kernel/force_in_plane.c` uses them.
+`fmu/kernel/lateral_spin_law.h` names the numbers, and `fmu/kernel/lateral_spin_force.c` uses them.
 """
 
 from __future__ import annotations
@@ -12,13 +12,17 @@ import numpy as np
 
 from contactlib import kernel
 from contactlib.laws.hertz import Contact, EllipticContact
-from contactlib.table.lateral_spin_table import ASPECTS, plane_coefficients, plane_scales
+from contactlib.table.lateral_spin_table import (
+    ASPECTS,
+    lateral_spin_coefficients,
+    lateral_spin_scales,
+)
 
 MAGIC, VERSION = b"PLANECON", 1
 SPINNING = "an ellipse on the half-space with a/b from 1/8 to 8"
 
 
-def plane_contact(contact: Contact, *, softens: bool) -> bytes:
+def lateral_spin_contact(contact: Contact, *, softens: bool) -> bytes:
     """Contents of an FMU's resource: lateral stiffness, and the effect of spin.
 
     Parameters
@@ -46,7 +50,7 @@ def spinning_aspect(contact: Contact) -> float | None:
 
 @lru_cache(maxsize=64)
 def _spinning(stiffness_ratio: float, softening: float, aspect: float, nu: float) -> bytes:
-    along, _, spin = plane_scales(aspect, nu)
+    along, _, spin = lateral_spin_scales(aspect, nu)
     arm = spin / along / math.sqrt(aspect)  # scales of spin are in units of sqrt(a b)
     spread = math.sqrt((1.0 + aspect**-2) / 5.0)  # of Hertz's pressure
     place = np.log(aspect / ASPECTS[0]) / np.log(ASPECTS[1] / ASPECTS[0])
@@ -56,6 +60,6 @@ def _spinning(stiffness_ratio: float, softening: float, aspect: float, nu: float
         np.prod([(place - first - other) / (knot - other) for other in knots if other != knot])
         for knot in knots
     ]
-    mixed = np.tensordot(shares, plane_coefficients(nu)[first : first + 4], 1)
+    mixed = np.tensordot(shares, lateral_spin_coefficients(nu)[first : first + 4], 1)
     numbers = np.array([stiffness_ratio, softening, 1.0 / aspect, arm, spread])
     return kernel.framed(MAGIC, VERSION, np.concatenate([numbers, mixed.ravel()]).tobytes())

@@ -197,7 +197,9 @@ class Description:
         table = {"creep_table.bin": self.element.table.data}
         if self.pair is not None:
             return {**table, "creep_forces.bin": self.pair.data}
-        return {**table, "plane_contact.bin": self.element.plane_data} if self.has_contact else {}
+        if not self.has_contact:
+            return {}
+        return {**table, "lateral_spin_contact.bin": self.element.lateral_spin_data}
 
     @cached_property
     def native_contact(self) -> kernel.NativeContact:

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 SOURCES = (
     "creep_table.c",
     "relaxation.c",
-    "force_in_plane.c",
+    "lateral_spin_force.c",
     "force_element.c",
     "wheelset.c",
     "wheelset_step.c",
-    "force_model.c",
+    "force_element_model.c",
 )
 # Types that the header defines under these names. That of the element is the header's own: it has
 # only those members that the functions above use.
@@ -181,16 +181,16 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
 def _data(description: Description) -> str:
     """The table, and its data for lateral and spin force, as constants."""
     element, struct = description.element, description.native_contact.struct
-    numbers = {"TABLE_DATA": element.table.data[HEADER_SIZE:], "PLANE_DATA": b""}
+    numbers = {"TABLE_DATA": element.table.data[HEADER_SIZE:], "LATERAL_SPIN_DATA": b""}
     if description.spins:
-        count = 8 * kernel.library().PLANE_COEFFICIENTS
-        numbers["PLANE_DATA"] = element.plane_data[-count:]
+        count = 8 * kernel.library().LATERAL_SPIN_COEFFICIENTS
+        numbers["LATERAL_SPIN_DATA"] = element.lateral_spin_data[-count:]
     names = {name: name if data else "NULL" for name, data in numbers.items()}
     arrays = "".join(_array(name, data) for name, data in numbers.items() if data)
-    plane = _initializer(struct.plane[0], {"coefficients": names["PLANE_DATA"]})
-    known = {"coefficients": names["TABLE_DATA"], "plane": "&PLANE", "pair": "NULL"}
+    contact = _initializer(struct.lateral_spin[0], {"coefficients": names["LATERAL_SPIN_DATA"]})
+    known = {"coefficients": names["TABLE_DATA"], "lateral_spin": "&LATERAL_SPIN", "pair": "NULL"}
     return (
-        f"{arrays}static const plane_contact PLANE = {plane};\n\n"
+        f"{arrays}static const lateral_spin_contact LATERAL_SPIN = {contact};\n\n"
         f"static const creep_table TABLE = {_initializer(struct[0], known)};\n"
     )
 

@@ -60,9 +60,9 @@ def signs(description: Description) -> str:
     """Directions and signs of the FMU's variables."""
     if description.pair is not None:
         return asset("signs_creep_forces.html")
-    plane = asset("signs_lateral.html") if description.has_contact else ""
-    plane += asset("signs_spin.html") if description.spins else ""
-    return fragment("signs.html", sketch=asset("sketch.svg"), plane=plane)
+    lateral_spin = asset("signs_lateral.html") if description.has_contact else ""
+    lateral_spin += asset("signs_spin.html") if description.spins else ""
+    return fragment("signs.html", sketch=asset("sketch.svg"), lateral_spin=lateral_spin)
 
 
 def _is_measured(table: CreepForceTable) -> bool:
@@ -157,7 +157,7 @@ def equations(element: ForceElement, kind: str, relaxed: bool) -> str:
     names, table = [], element.table
     if kind == "creep_forces":
         whole = "elliptic" if table.law.startswith("CarterGriffith") else "other"
-        names = ["measured" if _is_measured(table) else whole, "plane"]
+        names = ["measured" if _is_measured(table) else whole, "lateral_spin"]
     elif kind != "wheelset_body":
         shape = table.options.get("contact", "other")
         names.append("creepage")
@@ -304,7 +304,7 @@ def index_page(description: Description) -> bytes:
         limits = asset("limits_creep_forces.html")
     elif _is_measured(table):
         named = " and ".join(f"<code>{name}</code>" for name in across)
-        limits = fragment("limits_measured.html", plane=named)
+        limits = fragment("limits_measured.html", inputs=named)
     else:
         limits = asset("limits.html")
     sections = {

@@ -21,6 +21,8 @@ from contactlib.kernel.drivetrains import NativeFleet as NativeFleet
 from contactlib.kernel.drivetrains import NativeMember as NativeMember
 from contactlib.kernel.drivetrains import NativeTrack as NativeTrack
 from contactlib.kernel.drivetrains import drivetrain_dtype as drivetrain_dtype
+from contactlib.kernel.lateral_spin import lateral_spin_forces as lateral_spin_forces
+from contactlib.kernel.lateral_spin import lateral_spin_sizes as lateral_spin_sizes
 from contactlib.kernel.library import ffi as ffi
 from contactlib.kernel.library import library as library
 from contactlib.kernel.library import library_path as library_path
@@ -32,8 +34,6 @@ from contactlib.kernel.models import MODEL_KINDS as MODEL_KINDS
 from contactlib.kernel.models import NativeModel as NativeModel
 from contactlib.kernel.models import Variable as Variable
 from contactlib.kernel.models import model_variables as model_variables
-from contactlib.kernel.plane import plane_forces as plane_forces
-from contactlib.kernel.plane import plane_sizes as plane_sizes
 from contactlib.kernel.runs import NativeLaw as NativeLaw
 from contactlib.kernel.runs import NativeRun as NativeRun
 from contactlib.kernel.runs import run_wheelset as run_wheelset

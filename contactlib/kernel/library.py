@@ -21,7 +21,7 @@ HEADERS = (
     "force_element.h",
     "half_space.h",
     "hertz.h",
-    "plane_law.h",
+    "lateral_spin_law.h",
     "creep_forces.h",
     "wheelset.h",
     "wheelset_step.h",

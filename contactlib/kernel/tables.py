@@ -73,8 +73,8 @@ class NativeContact:
             shape = self.struct.pair = ffi.new("creep_forces *")
             error = lib.creep_forces_open(shape, self.struct, bytes_of, len(data))
         else:
-            shape = self.struct.plane = ffi.new("plane_contact *")
-            error = lib.plane_contact_open(shape, bytes_of, len(data))
+            shape = self.struct.lateral_spin = ffi.new("lateral_spin_contact *")
+            error = lib.lateral_spin_contact_open(shape, bytes_of, len(data))
         if error != ffi.NULL:
             raise ValueError(ffi.string(error).decode())
         self._kept = table, words, shape

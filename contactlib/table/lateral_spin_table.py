@@ -1,7 +1,7 @@
 """Contribution of spin to forces and moment, as the kernel's splines over three creepages.
 
 The file holds the splines' coefficients for some ellipses and, without weakening, for some of
-Poisson's ratios; `tools/plane_table_building.py` computes it and describes the theory.
+Poisson's ratios; `tools/lateral_spin_building.py` computes it and describes the theory.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from contactlib.base.writing import PACKAGE
 ASPECTS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # a/b, evenly spaced in its logarithm
 POISSON_RATIOS = (0.0, 0.25, 0.5)
 MAGIC, VERSION = b"PLANETAB", 2
-FILE = PACKAGE / "table" / "data" / "plane.bin"
+FILE = PACKAGE / "table" / "data" / "lateral_spin.bin"
 
 
-def plane_coefficients(poisson_ratio: float) -> FloatArray:
+def lateral_spin_coefficients(poisson_ratio: float) -> FloatArray:
     """Coefficients of the splines, interpolated over Poisson's ratio.
 
     Parameters
@@ -31,8 +31,9 @@ def plane_coefficients(poisson_ratio: float) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (7, PLANE_COEFFICIENTS)
-        For each of `ASPECTS` a set of coefficients as `fmu/kernel/plane_law.h` has it. Read-only.
+    ndarray, shape (7, LATERAL_SPIN_COEFFICIENTS)
+        For each of `ASPECTS` a set of coefficients in the order of
+        `fmu/kernel/lateral_spin_law.h`. Read-only.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def stored_shapes() -> tuple[tuple[int, ...], tuple[int, ...]]:
 
     Along rolling and in spin there is one half, as the other is its mirror image.
     """
-    _, cells = kernel.plane_sizes()
+    _, cells = kernel.lateral_spin_sizes()
     places = (cells // 2 + 3, cells + 3, cells // 2 + 3)
     return (*places, 3), (*places, 6)
 
@@ -80,7 +81,7 @@ def coefficient_sets(of_spin: FloatArray, of_weakening: FloatArray) -> FloatArra
     of_spin, of_weakening : ndarray
         Each of one shape of `stored_shapes`, with the same further axes in front.
     """
-    _, cells = kernel.plane_sizes()
+    _, cells = kernel.lateral_spin_sizes()
     whole, flat = [], []
     for part in (of_spin.copy(), of_weakening.copy()):
         forces = np.arange(part.shape[-1]) % 3 < 2
@@ -108,7 +109,7 @@ def _stored(file: Path) -> tuple[FloatArray, FloatArray]:
     return first.reshape(shapes[0]), second.reshape(shapes[1])
 
 
-def plane_scales(a_over_b: float, poisson_ratio: float) -> FloatArray:
+def lateral_spin_scales(a_over_b: float, poisson_ratio: float) -> FloatArray:
     """Normalized creepages per creepage along and across rolling and spin, shape (3,).
 
     Creepages are in units of f_d N/(G a b), spin in that of `spin_scale` in

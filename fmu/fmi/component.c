@@ -148,15 +148,16 @@ static result load_resources(component *self, const char *location) {
         error = resource_read(location, file, &self->table_bytes, &size, text, sizeof text);
         if (error == NULL) error = creep_table_open(&self->table, self->table_bytes, size);
         if (error == NULL) {
-            file = self->model->has_pair ? "creep_forces.bin" : "plane_contact.bin";
+            file = self->model->has_pair ? "creep_forces.bin" : "lateral_spin_contact.bin";
             error = resource_read(location, file, &self->shape_bytes, &size, text, sizeof text);
         }
         if (error == NULL && self->model->has_pair)
             error = creep_forces_open(&self->pair, &self->table, self->shape_bytes, size);
-        else if (error == NULL) error = plane_contact_open(&self->plane, self->shape_bytes, size);
-        self->table.plane = &self->plane;
+        else if (error == NULL)
+            error = lateral_spin_contact_open(&self->lateral_spin, self->shape_bytes, size);
+        self->table.lateral_spin = &self->lateral_spin;
         self->table.pair = &self->pair;
-        self->start.spins = self->plane.shape.sets;
+        self->start.spins = self->lateral_spin.shape.sets;
     }
     if (error == NULL) {
         file = "start_values.bin";

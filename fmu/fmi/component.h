@@ -48,7 +48,7 @@ typedef struct {
     char token[TOKEN_SIZE]; /* of the FMU, padded with zeros */
     creep_table table;
     void *table_bytes;
-    plane_contact plane;
+    lateral_spin_contact lateral_spin;
     creep_forces pair;
     void *shape_bytes; /* of one of the two */
     size_t states;     /* number of continuous states; they and their rates */

@@ -1,6 +1,6 @@
 /* Files in the FMU's resources folder, whose URI the tool gives. */
-#ifndef RESOURCE_H
-#define RESOURCE_H
+#ifndef FILE_IO_H
+#define FILE_IO_H
 
 #include <stddef.h>
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "force_law.h"
+#include "force_element_formula.h"
 #include "wheelset_law.h"
 
 enum { INTERVALS = 24, HALVINGS = 5, ITERATIONS = 200 }; /* intervals of a decade, at first */

@@ -33,7 +33,7 @@ void creep_forces_prepare(creep_forces *pair, const creep_table *table, const do
     }
 }
 
-enum { PAIR_VERSION = 1, PAIR_NUMBERS = 1 + PLANE_ASPECTS * PLANE_COEFFICIENTS };
+enum { PAIR_VERSION = 1, PAIR_NUMBERS = 1 + LATERAL_SPIN_ASPECTS * LATERAL_SPIN_COEFFICIENTS };
 
 const char *creep_forces_open(creep_forces *pair, const creep_table *table, const void *bytes,
                               size_t size) {
@@ -59,7 +59,7 @@ void evaluate_pair(const creep_table *table, model_values *v) {
 
 void tangent_pair(const creep_table *table, const model_values *v, const model_values *direction,
                   model_values *change) {
-    force_plane state;
+    lateral_spin_force state;
     creep_forces_output unused;
     double fall[3] = {0.0};
     creep_forces_begin(table->pair, &v->pair, &v->ellipse, &state, &unused);

@@ -3,7 +3,7 @@
 #ifndef CREEP_FORCES_H
 #define CREEP_FORCES_H
 
-#include "plane_law.h"
+#include "lateral_spin_law.h"
 
 typedef struct {
     double shear_modulus;         /* G of both bodies [Pa] */
@@ -49,14 +49,14 @@ typedef struct {
 
 /* Ratios a/b whose sets of coefficients are given: 1/8, 1/4, ..., 8; and cells and scales over
  * ln(a/b). */
-enum { PLANE_ASPECTS = 7, ASPECT_CELLS = 48, ASPECT_SCALES = 5 };
+enum { LATERAL_SPIN_ASPECTS = 7, ASPECT_CELLS = 48, ASPECT_SCALES = 5 };
 #define LN_2 0.69314718055994531
 
 /* A material pair, prepared for any ellipse. */
 typedef struct creep_forces {
     creep_forces_parameters parameters;
     const creep_table *table;   /* of an elliptic contact */
-    const double *coefficients; /* PLANE_ASPECTS sets */
+    const double *coefficients; /* LATERAL_SPIN_ASPECTS sets */
     /* c11, c22, both softenings and the scale of spin over ln(a/b), and their slopes. */
     double scales[ASPECT_CELLS + 1][2 * ASPECT_SCALES];
 } creep_forces;

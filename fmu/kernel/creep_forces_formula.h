@@ -5,12 +5,12 @@
 #include <string.h>
 
 #include "creep_forces.h"
-#include "force_in_plane.h"
+#include "lateral_spin_force.h"
 
 static const double PI = 3.14159265358979324;
 
 /* Scales of an ellipse by Hermite's cubic polynomials, and shares of the sets by Lagrange's. */
-static inline void set_shape(const creep_forces *pair, double aspect, plane_shape *shape,
+static inline void set_shape(const creep_forces *pair, double aspect, lateral_spin_shape *shape,
                              double value[ASPECT_SCALES]) {
     double place = logarithm(aspect) / LN_2 + 3.0; /* 0 to 6 */
     double at = place * (ASPECT_CELLS / 6.0);
@@ -21,12 +21,12 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
         value[k] = u * u * ((1.0 + 2.0 * t) * left[k] + t * left[ASPECT_SCALES + k]) +
                    t * t * ((1.0 + 2.0 * u) * right[k] - u * right[ASPECT_SCALES + k]);
     int first = (int)place - 1;
-    first = first < 0 ? 0 : first > PLANE_ASPECTS - 4 ? PLANE_ASPECTS - 4 : first;
+    first = first < 0 ? 0 : first > LATERAL_SPIN_ASPECTS - 4 ? LATERAL_SPIN_ASPECTS - 4 : first;
     double p = place - first;
-    *shape = (plane_shape){
+    *shape = (lateral_spin_shape){
         .stiffness_ratio = value[1] / value[0],
         .softening_y = value[3],
-        .coefficients = pair->coefficients + (size_t)first * PLANE_COEFFICIENTS,
+        .coefficients = pair->coefficients + (size_t)first * LATERAL_SPIN_COEFFICIENTS,
         .share = {(p - 1.0) * (p - 2.0) * (p - 3.0) / -6.0, p * (p - 2.0) * (p - 3.0) / 2.0,
                   p * (p - 1.0) * (p - 3.0) / -2.0, p * (p - 1.0) * (p - 2.0) / 6.0},
         .sets = 4,
@@ -34,9 +34,9 @@ static inline void set_shape(const creep_forces *pair, double aspect, plane_shap
 }
 
 /* Kalker's creepages are those of the wheel against the rail, so the force is against them: with
- * the other sign they are those of force_in_plane.h. Without force the scales are zero. */
+ * the other sign they are those of lateral_spin_force.h. Without force the scales are zero. */
 ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forces_parameters *p,
-                                      const creep_forces_input *in, force_plane *s,
+                                      const creep_forces_input *in, lateral_spin_force *s,
                                       creep_forces_output *out) {
     const double minimum_speed =
         0.1; /* below it the heat that rolling carries off is regularised */
@@ -53,7 +53,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     if (!(in->normal_load > MIN_LOAD) || !has_friction(&rolling)) return;
     double scales[ASPECT_SCALES];
     int softens = pair->table->one_axis == 0; /* a curve holds as it is */
-    plane_contact ellipse;
+    lateral_spin_contact ellipse;
     set_shape(pair, aspect, &ellipse.shape, scales);
     if (!softens) ellipse.shape.softening_y = 0.0;
     ellipse.axes_ratio = b / a;
@@ -79,13 +79,13 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     double turning = speed * sqrt(0.2 * (a * a + b * b));
     slip_speeds slip =
         slip_of_parts(-speed * in->creepage_x, -speed * in->creepage_y, -turning * in->spin);
-    begin_in_plane(pair->table, &ellipse, &wheel, &rolling, slip, s);
+    lateral_spin_force_begin(pair->table, &ellipse, &wheel, &rolling, slip, s);
     if (!(s->at.kinetic > MIN_FRICTION)) s->scale[0] = 0.0;
-    else place_in_plane(pair->table, -in->creepage_y, -in->spin, s);
+    else lateral_spin_force_place(pair->table, -in->creepage_y, -in->spin, s);
 }
 
 /* Derivatives of the logarithm of friction by Kalker's creepages. */
-ALWAYS_INLINE void fall_of_friction(const creep_forces_input *in, const force_plane *s,
+ALWAYS_INLINE void fall_of_friction(const creep_forces_input *in, const lateral_spin_force *s,
                                     double fall[3]) {
     double a = in->semi_axis_x, b = in->semi_axis_y, square = in->speed * in->speed;
     double per_slip = s->slip.size > 0.0 ? s->fall.by_slip / s->slip.size * square : 0.0;
@@ -95,11 +95,11 @@ ALWAYS_INLINE void fall_of_friction(const creep_forces_input *in, const force_pl
 }
 
 ALWAYS_INLINE void creep_forces_finish(const creep_table *table, const creep_forces_input *in,
-                                       double q, double slope, double by_log_k, force_plane *s,
-                                       creep_forces_output *out) {
+                                       double q, double slope, double by_log_k,
+                                       lateral_spin_force *s, creep_forces_output *out) {
     if (s->scale[0] == 0.0) return;
     double by[3][3], fall[3];
-    finish_in_plane(table, q, slope, by_log_k, s);
+    lateral_spin_force_finish(table, q, slope, by_log_k, s);
     fall_of_friction(in, s, fall);
     for (int i = 0; i < 3; i++) {
         double by_friction = change_with_friction(s, i);
@@ -117,7 +117,7 @@ ALWAYS_INLINE void creep_forces_finish(const creep_table *table, const creep_for
 ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, const creep_forces_parameters *p,
                                    size_t n, const creep_forces_input *in,
                                    creep_forces_output *out) {
-    force_plane state[MAX_POINTS];
+    lateral_spin_force state[MAX_POINTS];
     double place[MAX_POINTS], k_hat[MAX_POINTS];
     double q[MAX_POINTS], slope[MAX_POINTS], by_log_k[MAX_POINTS];
     for (size_t i = 0; i < n; i++) {

@@ -45,7 +45,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
     if (error != NULL) return error;
     if (size < TABLE_HEADER) return "the table is shorter than its header";
     memcpy(table, start + CHECKED_FILE_FRAME, offsetof(creep_table, coefficients));
-    table->plane = NULL;
+    table->lateral_spin = NULL;
     table->pair = NULL;
     table->coefficients = (const double *)(const void *)(start + TABLE_HEADER);
     if (table->one_axis > 1 || table->twice_decay > 16 || table->twice_corner > 16 ||

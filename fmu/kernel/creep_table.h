@@ -37,8 +37,9 @@ typedef struct {
     uint32_t root_k;            /* 1 if H + C has the factor sqrt(k_hat) */
     const double *coefficients; /* rows along sqrt(k_hat), in the caller's bytes: each has 1/T and
                                    c0 to c5 if there is a corner, then cells_u + 3 numbers */
-    const struct plane_contact *plane; /* of one ellipse, see plane_law.h; or NULL */
-    const struct creep_forces *pair;   /* of any ellipse, see creep_forces.h; or NULL */
+    /* Of one ellipse, see lateral_spin_law.h; or NULL. */
+    const struct lateral_spin_contact *lateral_spin;
+    const struct creep_forces *pair; /* of any ellipse, see creep_forces.h; or NULL */
 } creep_table;
 
 typedef struct {

@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "drivetrain.h"
-#include "force_law.h"
+#include "force_element_formula.h"
 #include "relaxation.h"
 #include "rosenbrock.h"
 #include "table_points.h"

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "force_in_plane.h"
-#include "force_law.h"
+#include "force_element_formula.h"
+#include "lateral_spin_force.h"
 #include "relaxation.h"
 
 /* Without load or friction there is no force. Its derivative by a load that begins is that of a
@@ -33,8 +33,8 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     }
     creep_value q;
     force_element_parameters p = force_element_at_load(parameters, in->normal_load);
-    if (is_in_plane(table, in)) {
-        evaluate_in_plane(table, &p, in, out);
+    if (has_lateral_or_spin(table, in)) {
+        lateral_spin_force_evaluate(table, &p, in, out);
         return;
     }
     contact_scales scales = contact_scales_of(&p);

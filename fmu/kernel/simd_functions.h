@@ -1,7 +1,7 @@
 /* The functions of simd_dispatch.h for one vector width, which the including file has chosen. */
 #include "creep_forces_formula.h"
-#include "force_in_plane.h"
-#include "force_law.h"
+#include "force_element_formula.h"
+#include "lateral_spin_force.h"
 #include "relaxation.h"
 #include "simd_dispatch.h"
 #include "table_points.h"
@@ -55,7 +55,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
             force_element_output *out = &output[first + i];
             creep_value q = {
                 .traction_ratio = ratio[i], .slope = slope[i], .log_k_derivative = log_k[i]};
-            if (!can_grip(parameters, &in[i]) || is_in_plane(table, &in[i])) {
+            if (!can_grip(parameters, &in[i]) || has_lateral_or_spin(table, &in[i])) {
                 force_element_evaluate(table, parameters, &in[i], out);
                 continue;
             }

@@ -38,14 +38,14 @@ def test_rivals_of_the_kernel_are_right() -> None:
 
 @pytest.mark.tools
 @pytest.mark.usefixtures("compiler")
-def test_force_in_the_plane_is_nearer_to_contact_than_its_rivals() -> None:
+def test_lateral_and_spin_force_is_nearer_to_contact_than_its_rivals() -> None:
     # Tables of our own law have its error, and what interpolation adds.
-    for group, errors in bench_kernel.plane_errors().items():
+    for group, errors in bench_kernel.lateral_spin_errors().items():
         found = {who: np.sqrt(np.mean(error**2)) for who, error in errors.items()}
         ours, *others = (rms for who, rms in found.items() if "USETAB" not in who)
         assert ours < 0.0002 if group == "lin" else 2.0 * ours < min(others)
         assert found["like USETAB, 2 x finer"] < max(found["like USETAB"], 1.5 * ours)
-    assert len(report.plane_lines()) == 11
+    assert len(report.lateral_spin_lines()) == 11
 
 
 @pytest.mark.slow

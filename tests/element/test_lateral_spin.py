@@ -112,7 +112,7 @@ def test_friction_falls_with_the_magnitude_of_slip() -> None:
 
 @pytest.mark.parametrize("fall", FALLS)
 @pytest.mark.parametrize("k_hat", [0.0, 0.3])
-def test_force_in_the_plane_begins_smoothly(k_hat: float, fall: dict[str, float]) -> None:
+def test_lateral_and_spin_force_begins_smoothly(k_hat: float, fall: dict[str, float]) -> None:
     element = element_of(k_hat=k_hat, **fall)
     zeta = element.saturation_creepage * np.array([-3.0, -0.5, 0.2, 0.9, 1.2, 4.0])
     without: Any = element.at_creepage(zeta, speed=SPEED)

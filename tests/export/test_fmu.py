@@ -428,7 +428,9 @@ def test_wheel_lifts_off_and_comes_back(
 # ---- resources ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("file", ["creep_table.bin", "plane_contact.bin", "start_values.bin"])
+@pytest.mark.parametrize(
+    "file", ["creep_table.bin", "lateral_spin_contact.bin", "start_values.bin"]
+)
 @pytest.mark.parametrize(
     ("damage", "message"), [("missing", "cannot open"), ("cut", "length"), ("flipped", "checksum")]
 )

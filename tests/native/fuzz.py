@@ -70,7 +70,7 @@ def export_resources(folder: Path) -> Path:
     (folder / "wheelset_body" / "creep_table.bin").write_bytes(table)  # not read
     (folder / "scratch").mkdir()
     for name, file in (
-        ("force_element", "plane_contact.bin"),
+        ("force_element", "lateral_spin_contact.bin"),
         ("creep_forces", "creep_forces.bin"),
     ):
         (folder / "scratch" / file).write_bytes((folder / name / file).read_bytes())

@@ -569,7 +569,7 @@ static void test_table_headers(void) {
 }
 
 /* Files of what contacts and pairs of bodies add to a table. */
-static void test_plane_files(void) {
+static void test_lateral_spin_files(void) {
     static const struct {
         double stiffness;
         size_t count;
@@ -579,11 +579,11 @@ static void test_plane_files(void) {
     creep_forces pair;
     creep_table table = {.k_max = 1.0};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
-        plane_contact contact;
+        lateral_spin_contact contact;
         size_t size = CHECKED_FILE_FRAME + wrong[i].count * sizeof(double);
         words[3] = wrong[i].stiffness;
         checked_file_frame(words, size, "PLANECON", 1);
-        const char *error = plane_contact_open(&contact, words, size);
+        const char *error = lateral_spin_contact_open(&contact, words, size);
         CHECK((error == NULL) == (wrong[i].says == NULL));
         CHECK(error == NULL || strstr(error, wrong[i].says) != NULL);
     }
@@ -764,7 +764,7 @@ int main(int count, char **arguments) {
     test_nodes();
     test_roots();
     test_table_headers();
-    test_plane_files();
+    test_lateral_spin_files();
     test_resources(arguments[4]);
     test_held_force();
     test_no_room();

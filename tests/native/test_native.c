@@ -104,20 +104,20 @@ static void test_hot_friction(void) {
 
 /* Forces of any contact: finite, bounded, none from nothing, and those of the mirror image. */
 static void test_creep_forces(const creep_table *table) {
-    static double coefficients[PLANE_ASPECTS * PLANE_COEFFICIENTS];
+    static double coefficients[LATERAL_SPIN_ASPECTS * LATERAL_SPIN_COEFFICIENTS];
     creep_forces_parameters parameters = {.shear_modulus = 8.2e10,
                                           .poisson_ratio = 0.28,
                                           .static_friction = 0.4,
                                           .kinetic_friction = 0.3,
                                           .weakening_length = 1e-6};
     creep_forces pair;
-    plane_value plane;
-    plane_shape shape = {.stiffness_ratio = 0.9, .softening_x = 0.05, .softening_y = 0.08};
+    lateral_spin_value found;
+    lateral_spin_shape shape = {.stiffness_ratio = 0.9, .softening_x = 0.05, .softening_y = 0.08};
     const double creepage[3] = {0.5, 0.2, 0.1};
-    for (size_t i = 0; i < PLANE_ASPECTS * PLANE_COEFFICIENTS; i++)
+    for (size_t i = 0; i < LATERAL_SPIN_ASPECTS * LATERAL_SPIN_COEFFICIENTS; i++)
         coefficients[i] = 2.0 * (random_unit() - 0.5);
-    plane_evaluate(table, &shape, creepage, 0.3, &plane);
-    CHECK(plane.force[0] > plane.force[1] && plane.force[1] > 0.0 && plane.force[2] == 0.0);
+    lateral_spin_evaluate(table, &shape, creepage, 0.3, &found);
+    CHECK(found.force[0] > found.force[1] && found.force[1] > 0.0 && found.force[2] == 0.0);
     for (int i = 0; i < points; i++) {
         if (i % 50 == 0) {
             parameters.weakening_length = i % 100 == 0 ? 0.0 : random_exponent(-9.0, -3.0);

@@ -10,13 +10,17 @@ import numpy as np
 import pytest
 from half_space import rolling_forces
 from half_space_cases import contact_cases, creepages_of, forces_of
-from plane_table_building import coefficients, samples, weakening_length
+from lateral_spin_building import coefficients, samples, weakening_length
 
 import contactlib as cl
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.table import lateral_spin_table as plane_table
-from contactlib.table.lateral_spin_table import ASPECTS, plane_coefficients, plane_scales
+from contactlib.table import lateral_spin_table
+from contactlib.table.lateral_spin_table import (
+    ASPECTS,
+    lateral_spin_coefficients,
+    lateral_spin_scales,
+)
 from contactlib.table.law_tables import carter_griffith_table
 
 LIMIT_LAW = carter_griffith_table("elliptic").native
@@ -36,8 +40,8 @@ def law_forces(
     first = min(max(math.floor(place) - 1, 0), len(ASPECTS) - 4)
     knots = np.arange(first, first + 4)
     weights = [np.prod([(place - m) / (k - m) for m in knots if m != k]) for k in knots]
-    mixed = np.tensordot(weights, plane_coefficients(nu)[knots], 1)
-    return kernel.plane_forces(
+    mixed = np.tensordot(weights, lateral_spin_coefficients(nu)[knots], 1)
+    return kernel.lateral_spin_forces(
         law, a_over_b, nu, creepages, k_hat, mixed, static_ratio=static_ratio
     )
 
@@ -56,7 +60,7 @@ def of_contact() -> tuple[FloatArray, FloatArray, Any]:
     """Forces of the law and of CONTACT at all cases without weakening, and the cases' groups."""
     rows, found = contact_cases("coulomb"), []
     for case, kalkers in zip(rows, creepages_of(rows), strict=True):
-        creepages = -kalkers * plane_scales(case["a_over_b"], case["nu"])
+        creepages = -kalkers * lateral_spin_scales(case["a_over_b"], case["nu"])
         found.append(law_forces(case["a_over_b"], case["nu"], creepages[np.newaxis])[0][0])
     return np.array(found), forces_of(rows), rows["group"]
 
@@ -110,7 +114,7 @@ def test_creep_power_is_not_negative_and_force_within_friction(
     """But for the splines' errors force stays within friction."""
     creepages = random_creepages(400, largest=30.0)
     forces, _ = law_forces(a_over_b, nu, creepages, k_hat)
-    powers = forces * creepages / plane_scales(a_over_b, nu)
+    powers = forces * creepages / lateral_spin_scales(a_over_b, nu)
     assert np.all(powers.sum(axis=1) > 0.1 * np.abs(powers).sum(axis=1))
     if k_hat == 0.0:
         assert np.hypot(forces[:, 0], forces[:, 1]).max() < 1.006
@@ -130,10 +134,10 @@ def test_spline_of_few_samples() -> None:
     """Made again on another ellipse than the file's it gives the same forces."""
     u, forces = samples(1.4, 0.28, 200)
     assert len(u) >= 198
-    of_weakening = np.zeros(plane_table.stored_shapes()[1])
-    own = plane_table.coefficient_sets(coefficients(u, forces, 1.4, 0.28), of_weakening)
+    of_weakening = np.zeros(lateral_spin_table.stored_shapes()[1])
+    own = lateral_spin_table.coefficient_sets(coefficients(u, forces, 1.4, 0.28), of_weakening)
     creepages = u / (1.0 - np.sum(u**2, axis=1, keepdims=True))
-    by_own, _ = kernel.plane_forces(LIMIT_LAW, 1.4, 0.28, creepages, 0.0, own)
+    by_own, _ = kernel.lateral_spin_forces(LIMIT_LAW, 1.4, 0.28, creepages, 0.0, own)
     by_file, _ = law_forces(1.4, 0.28, creepages)
     for found, of in ((by_own, forces), (by_file, forces), (by_file, by_own)):
         error = found - of
@@ -145,18 +149,20 @@ def test_spline_of_few_samples() -> None:
 def test_damaged_file_is_named(
     damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data = plane_table.FILE.read_bytes()
+    data = lateral_spin_table.FILE.read_bytes()
     broken = {
-        "short": kernel.framed(plane_table.MAGIC, plane_table.VERSION, data[24:-4]),
+        "short": kernel.framed(lateral_spin_table.MAGIC, lateral_spin_table.VERSION, data[24:-4]),
         "bit": data[:1000] + bytes([data[1000] ^ 1]) + data[1001:],
-        "version": kernel.framed(plane_table.MAGIC, plane_table.VERSION + 1, data[24:]),
+        "version": kernel.framed(
+            lateral_spin_table.MAGIC, lateral_spin_table.VERSION + 1, data[24:]
+        ),
         "empty": b"",
     }[damage]
-    file = tmp_path / "plane.bin"
+    file = tmp_path / "lateral_spin.bin"
     file.write_bytes(broken)
-    monkeypatch.setattr(plane_table, "FILE", file)
-    with pytest.raises(ValueError, match=r"plane\.bin is damaged"):
-        plane_coefficients(0.28)
+    monkeypatch.setattr(lateral_spin_table, "FILE", file)
+    with pytest.raises(ValueError, match=r"lateral_spin\.bin is damaged"):
+        lateral_spin_coefficients(0.28)
 
 
 @pytest.mark.parametrize("nu", [0.1, pytest.param(0.4, marks=pytest.mark.reference)])
@@ -169,7 +175,7 @@ def test_agreement_with_the_reference_between_the_knots(a_over_b: float, nu: flo
     """Ellipses and Poisson's ratios from which no coefficient was made."""
     creepages = random_creepages(100, 0.05, 5.0)
     true = rolling_forces(
-        -creepages / plane_scales(a_over_b, nu), a_over_b=a_over_b, poisson_ratio=nu
+        -creepages / lateral_spin_scales(a_over_b, nu), a_over_b=a_over_b, poisson_ratio=nu
     )
     solved = np.isfinite(true).all(axis=1)
     assert solved.mean() > 0.98
@@ -189,7 +195,7 @@ def error_with_weakening(
     """Error of both forces and the moment against the reference solver at random creepages."""
     creepages = random_creepages(count, 0.05, 5.0)
     true = rolling_forces(
-        -creepages / plane_scales(a_over_b, nu),
+        -creepages / lateral_spin_scales(a_over_b, nu),
         a_over_b=a_over_b,
         poisson_ratio=nu,
         static_ratio=static_ratio,

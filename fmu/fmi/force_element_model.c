@@ -1,4 +1,4 @@
-/* The model "force_element": held, relaxed or implicit. */
+/* The model "force_element", whose force is held, relaxed or implicit. */
 #include <math.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@
 /* The hint where the coupling does not limit the step [s]. */
 static const double LONG_STEP = 1000.0;
 
-/* Half of the largest step over which the force may be held. Stability needs h lambda < 2 with the
+/* Half of the maximum step over which the force may be held. Stability needs h lambda < 2 with the
  * slip pole lambda, or h lambda < 1 if both sides step at once. With relaxation it needs
  * h lambda tanh(|v| h / (2 sigma)) < 2; as tanh z <= min(1, z), h^2 lambda |v| < 4 sigma is enough
  * too. */
@@ -39,10 +39,10 @@ void tangent_force(const creep_table *table, const model_values *v, const model_
 }
 #endif /* ONE_FILE_KERNEL */
 
-/* Count the turns of a force that swings from step to step and makes the slip swing with it: the
- * slip's acceleration changes by minus an inverse mass times the force, in proportion and with
- * nothing else of that size. A force that its surroundings shake does not do so, and one that
- * swings slowly turns less often. */
+/* Count the turns of a force that oscillates from step to step and makes the slip oscillate: the
+ * slip's acceleration then changes by minus an inverse mass times the change of the force, and
+ * nothing else of that size changes it. A force that its surroundings excite lacks this effect, and
+ * one that oscillates slowly turns less often. */
 static void count_turns(slip_memory *memory, double force, double rate, double friction_force) {
     static const double FADING = 0.9, MIN_SWING = 0.05, MIN_CORRELATION = 0.95, MAX_PAUSE = 25.0;
     double rise = force - memory->acting, bend = rate - memory->rate;
@@ -69,8 +69,8 @@ static double followed_inverse_mass(const slip_memory *memory) {
 
 /* The memory at the start of a step, with the last step judged. Either the last force or the one
  * before may have acted in it; each hypothesis gives a slip acceleration by everything else. The
- * drive is independent of our steps: if it follows their swings under the declared hypothesis and
- * not under the other one, the declaration is wrong. A drive that swings by itself, at any
+ * drive is independent of our steps: if it follows their oscillation under the declared hypothesis
+ * and not under the other one, the declaration is wrong. A drive that oscillates by itself, at any
  * frequency, makes both rough. */
 static slip_memory judged(const model_values *v) {
     static const double FADING = 0.8, MIN_SWING = 0.1, MIN_CONTRAST = 30.0;
@@ -194,7 +194,7 @@ const char *advance_force(const creep_table *table, model_values *v, double step
                           double tolerance) {
     if (v->implicit != 0.0) return step_slip(table, v, step, tolerance);
     remember(table, v, step);
-    if (v->contact.relaxation_length > 0.0) { /* the tool applies the force of the step's end */
+    if (v->contact.relaxation_length > 0.0) { /* the tool applies the force at the step's end */
         double limit = v->output.saturation_creepage;
         v->input.relaxed_creepage = force_element_relax(&v->contact, &v->input, limit, step);
         evaluate_force(table, v);

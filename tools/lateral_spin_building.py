@@ -1,9 +1,9 @@
 """Make the splines of what spin adds to the lateral force: `contactlib.table.lateral_spin_table`.
 
-The kernel's lateral force (`fmu/kernel/plane_formula.h`) is a closed form without spin plus splines
-for what spin adds, and for the moment: one without weakening, and two terms of what friction that
-weakens adds to it. `python tools/plane_table_building.py` solves rolling contact with the
-half-space solver at many creepages and fits the splines to what the closed form leaves.
+The kernel's lateral force (`fmu/kernel/lateral_spin_formula.h`) is a closed form without spin plus
+splines for what spin adds, and for the moment: one without weakening, and two terms of what
+friction that weakens adds to it. `python tools/lateral_spin_building.py` solves rolling contact
+with the half-space solver at many creepages and fits the splines to what the closed form leaves.
 
 Coordinates. The normalized creepages l = (along, across, spin) have the sign of their forces, and
 for each 3 pi/4 is about the force that it would make if nothing slipped. All of space is put into
@@ -60,8 +60,8 @@ from contactlib.table.lateral_spin_table import (
     POISSON_RATIOS,
     VERSION,
     forget_coefficients,
-    plane_coefficients,
-    plane_scales,
+    lateral_spin_coefficients,
+    lateral_spin_scales,
     stored_shapes,
 )
 from contactlib.table.law_tables import carter_griffith_table, cohesive_table
@@ -154,7 +154,7 @@ def coefficients(
     u = np.concatenate((u, 0.9999 * sliding, small))
     forces = np.concatenate((forces, slipping, in_stick))
     table = carter_griffith_table("elliptic").native
-    closed, _ = kernel.plane_forces(table, a_over_b, poisson_ratio, _creepages(u))
+    closed, _ = kernel.lateral_spin_forces(table, a_over_b, poisson_ratio, _creepages(u))
     return _fitted(u, forces - closed, np.ones((len(u), 1)), stored_shapes()[0])
 
 
@@ -168,7 +168,7 @@ def weakening_coefficients(
     cases : list of (k_hat, u, forces)
         As `samples` gives them.
     a_over_b : float
-    of_spin : ndarray, shape (PLANE_COEFFICIENTS,)
+    of_spin : ndarray, shape (LATERAL_SPIN_COEFFICIENTS,)
         A set of coefficients whose terms of weakening are zero.
 
     Returns
@@ -180,7 +180,9 @@ def weakening_coefficients(
     without, small = _sliding(), 1e-4 * np.eye(3)
     places, target, powers = [], [], []
     for k_hat, u, forces in cases:
-        law, _ = kernel.plane_forces(table, a_over_b, POISSON_RATIO, _creepages(u), k_hat, of_spin)
+        law, _ = kernel.lateral_spin_forces(
+            table, a_over_b, POISSON_RATIO, _creepages(u), k_hat, of_spin
+        )
         part = 1.0 / (1.0 + 0.157 / (STATIC_RATIO - 1.0))
         places.append(np.concatenate((u, 0.9999 * without, small)))
         target.append(np.concatenate(((forces - law) / part, np.zeros((len(without) + 3, 3)))))
@@ -236,14 +238,14 @@ def write_table() -> None:
     )
     write_file(fitted, np.zeros((len(ASPECTS), *stored_shapes()[1])))
     of_weakening = []
-    for g, of_spin in zip(ASPECTS, plane_coefficients(POISSON_RATIO), strict=True):
+    for g, of_spin in zip(ASPECTS, lateral_spin_coefficients(POISSON_RATIO), strict=True):
         cases = [(k, *samples(g, POISSON_RATIO, WEAKENING_SAMPLES, k)) for k in K_HATS]
         of_weakening.append(weakening_coefficients(cases, g, of_spin))
     write_file(fitted, np.array(of_weakening))
 
 
 def write_file(of_spin: FloatArray, of_weakening: FloatArray) -> None:
-    """Write the coefficients of all ellipses into the file of `plane_coefficients`."""
+    """Write the coefficients of all ellipses into the file of `lateral_spin_coefficients`."""
     contents = b"".join(part.astype("<f4").tobytes() for part in (of_spin, of_weakening))
     write_whole(FILE, kernel.framed(MAGIC, VERSION, contents))
     forget_coefficients()
@@ -256,7 +258,7 @@ def _creepages(u: FloatArray) -> FloatArray:
 
 def _kalkers(normalized: FloatArray, a_over_b: float, poisson_ratio: float) -> FloatArray:
     """Creepages in the solver's variables."""
-    return np.asarray(-normalized / plane_scales(a_over_b, poisson_ratio))
+    return np.asarray(-normalized / lateral_spin_scales(a_over_b, poisson_ratio))
 
 
 def _full_slip(creepages: FloatArray, a_over_b: float) -> FloatArray:

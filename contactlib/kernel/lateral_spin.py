@@ -10,13 +10,13 @@ from contactlib.kernel.library import ffi, library, pointer
 from contactlib.kernel.tables import NativeTable
 
 
-def plane_sizes() -> tuple[int, int]:
+def lateral_spin_sizes() -> tuple[int, int]:
     """Number of ratios a/b in the table of lateral and spin force, and of cells of its splines."""
     lib = library()
-    return lib.PLANE_ASPECTS, lib.PLANE_CELLS
+    return lib.LATERAL_SPIN_ASPECTS, lib.LATERAL_SPIN_CELLS
 
 
-def plane_forces(
+def lateral_spin_forces(
     table: NativeTable,
     a_over_b: float,
     poisson_ratio: float,
@@ -32,7 +32,7 @@ def plane_forces(
     Without `coefficients` spin has no effect, and the moment is zero; `static_ratio` is f_s/f_d.
     """
     scales = half_space_scales(a_over_b, poisson_ratio)
-    shape = ffi.new("plane_shape *")
+    shape = ffi.new("lateral_spin_shape *")
     shape.stiffness_ratio = scales.c22 / scales.c11
     shape.softening_x, shape.softening_y = scales.softening_x, scales.softening_y
     shape.static_ratio = static_ratio
@@ -40,10 +40,10 @@ def plane_forces(
         coefficients = np.ascontiguousarray(coefficients, dtype=np.float64)
         shape.coefficients, shape.sets = pointer(coefficients, "double"), 1
         shape.share[0] = 1.0
-    value = ffi.new("plane_value *")
+    value = ffi.new("lateral_spin_value *")
     forces, derivatives = np.empty((len(creepages), 3)), np.empty((len(creepages), 3, 4))
     for i, creepage in enumerate(np.asarray(creepages, dtype=np.float64).tolist()):
-        library().plane_evaluate(table.struct, shape, creepage, k_hat, value)
+        library().lateral_spin_evaluate(table.struct, shape, creepage, k_hat, value)
         forces[i] = list(value.force)
         derivatives[i, :, :3] = [list(row) for row in value.by_creepage]
         derivatives[i, :, 3] = list(value.by_log_k)

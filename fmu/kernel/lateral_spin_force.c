@@ -1,38 +1,40 @@
-#include "force_in_plane.h"
+#include "lateral_spin_force.h"
 
 #include <string.h>
 
 #include "relaxation.h"
 
-/* -1 or 1 above the minimum speed. Rolling backwards turns the contact by half a turn, and its spin
- * against it. */
-static double direction_at(const force_element_input *in, const force_plane *s) {
+/* Direction of rolling: -1 or 1 above the minimum speed. Rolling backwards is rolling forwards
+ * after half a turn, which reverses slip and force but neither spin nor moment. */
+static double direction_at(const force_element_input *in, const lateral_spin_force *s) {
     return in->speed * s->at.inverse_speed;
 }
 
-static force_plane force_plane_of(const creep_table *table, const force_element_parameters *there,
-                                  const force_element_input *in) {
-    force_plane s;
+static lateral_spin_force lateral_spin_force_of(const creep_table *table,
+                                                const force_element_parameters *there,
+                                                const force_element_input *in) {
+    lateral_spin_force s;
     double q, slope, by_log_k;
-    begin_in_plane(table, table->plane, there, in, slip_in_plane(table, there, in), &s);
+    lateral_spin_force_begin(table, table->lateral_spin, there, in,
+                             slip_speeds_of(table, there, in), &s);
     double per = s.at.inverse_speed;
-    place_in_plane(table, -in->lateral_velocity * per,
-                   -in->spin_velocity * per * direction_at(in, &s), &s);
+    lateral_spin_force_place(table, -in->lateral_velocity * per,
+                             -in->spin_velocity * per * direction_at(in, &s), &s);
     evaluate_points(table, 1, &s.start.place, &s.start.k_hat, &q, &slope, &by_log_k);
-    finish_in_plane(table, q, slope, by_log_k, &s);
+    lateral_spin_force_finish(table, q, slope, by_log_k, &s);
     return s;
 }
 
-/* Change of the creepages across and of spin with the speed, relative to the normalization. */
-static double turn_with_speed(const force_element_input *in, const force_plane *s) {
+/* Derivative of the normalized spin by the speed [s/m]. */
+static double turn_with_speed(const force_element_input *in, const lateral_spin_force *s) {
     double slower = -s->at.speed_slope * s->at.inverse_speed;
     return s->creepage[2] * slower - s->per[2] * s->at.inverse_speed * in->spin_velocity *
                                          (s->at.inverse_speed + direction_at(in, s) * slower);
 }
 
-void evaluate_in_plane(const creep_table *table, const force_element_parameters *p,
-                       const force_element_input *in, force_element_output *out) {
-    force_plane s = force_plane_of(table, p, in);
+void lateral_spin_force_evaluate(const creep_table *table, const force_element_parameters *p,
+                                 const force_element_input *in, force_element_output *out) {
+    lateral_spin_force s = lateral_spin_force_of(table, p, in);
     force_state *at = &s.at;
     const double *by = s.law.by_creepage[0];
     creep_value q;
@@ -41,7 +43,7 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
     q.log_k_derivative = s.law.by_log_k[0];
     at->place.x_by_x = 1.0; /* the law of lateral and spin force contains the softening */
     at->place.log_k_by_x = 0.0;
-    double growth = p->load_exponent, turning = s.slip.turning; /* it turns over a width */
+    double growth = p->load_exponent, turning = s.slip.turning; /* it grows with the width */
     if (turning != 0.0)
         at->log_g_by_log_load += s.fall.by_slip * turning * turning * growth / s.slip.size;
     finish_force(table, p, in, at, q, out);
@@ -60,32 +62,34 @@ void evaluate_in_plane(const creep_table *table, const force_element_parameters 
 #ifndef ONE_FILE_KERNEL
 #include "checked_file.h"
 
-enum { PLANE_VERSION = 1, PLANE_NUMBERS = 5 };
+enum { LATERAL_SPIN_VERSION = 1, LATERAL_SPIN_NUMBERS = 5 };
 
-void plane_evaluate(const creep_table *table, const plane_shape *shape, const double creepage[3],
-                    double k_hat, plane_value *value) {
+void lateral_spin_evaluate(const creep_table *table, const lateral_spin_shape *shape,
+                           const double creepage[3], double k_hat, lateral_spin_value *value) {
     double q, slope, q_by_log_k;
-    plane_start at = plane_begin(shape, creepage, k_hat);
+    lateral_spin_start at = lateral_spin_begin(shape, creepage, k_hat);
     evaluate_points(table, 1, &at.place, &at.k_hat, &q, &slope, &q_by_log_k);
-    plane_finish(shape, creepage, k_hat, at, q, slope, q_by_log_k, value);
+    lateral_spin_finish(shape, creepage, k_hat, at, q, slope, q_by_log_k, value);
 }
 
-/* The frame is followed by stiffness ratio, softening across, b/a, spin arm, slip spread and, if
- * the contact knows spin, one set of coefficients. */
-const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t size) {
+/* After the frame come stiffness ratio, softening across rolling, b/a, spin arm, slip spread and,
+ * for a contact with spin, one set of coefficients. */
+const char *lateral_spin_contact_open(lateral_spin_contact *contact, const void *bytes,
+                                      size_t size) {
     const double *number;
     size_t count;
-    const char *error = checked_numbers(bytes, size, "PLANECON", PLANE_VERSION, &number, &count);
+    const char *error =
+        checked_numbers(bytes, size, "PLANECON", LATERAL_SPIN_VERSION, &number, &count);
     if (error != NULL) return error;
-    if (count != PLANE_NUMBERS && count != PLANE_NUMBERS + PLANE_COEFFICIENTS)
+    if (count != LATERAL_SPIN_NUMBERS && count != LATERAL_SPIN_NUMBERS + LATERAL_SPIN_COEFFICIENTS)
         return "the number of values is not that of a contact";
     if (!(number[0] >= 1e-3 && number[1] >= -0.5 && number[1] <= 0.5 && number[2] >= 0.0))
         return "the contact's shape is out of range";
-    int spins = count > PLANE_NUMBERS;
-    *contact = (plane_contact){
+    int spins = count > LATERAL_SPIN_NUMBERS;
+    *contact = (lateral_spin_contact){
         .shape = {.stiffness_ratio = number[0],
                   .softening_y = number[1],
-                  .coefficients = spins ? number + PLANE_NUMBERS : NULL,
+                  .coefficients = spins ? number + LATERAL_SPIN_NUMBERS : NULL,
                   .share = {1.0},
                   .sets = spins},
         .axes_ratio = number[2],
@@ -95,7 +99,7 @@ const char *plane_contact_open(plane_contact *contact, const void *bytes, size_t
     return NULL;
 }
 
-/* Without load or friction: the force that begins is that of a patch that slides all over. */
+/* Tangent without load or friction: the force begins as that of full slip. */
 static void begin_to_grip(const creep_table *table, const force_element_parameters *p,
                           const force_element_input *in, const force_element_input *din,
                           force_element_output *dout) {
@@ -113,21 +117,21 @@ static void begin_to_grip(const creep_table *table, const force_element_paramete
 void force_element_tangent(const creep_table *table, const force_element_parameters *p,
                            const force_element_input *in, const force_element_output *out,
                            const force_element_input *din, force_element_output *dout) {
-    static const plane_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
+    static const lateral_spin_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
     double dlog_zeta0 = 0.0, drolling = p->radius * din->omega;
     dout->creep_force = dout->lateral_force = dout->spin_moment = dout->traction_coefficient = 0.0;
     dout->creepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
     if (can_grip(p, in)) {
         creep_table any = *table;
-        if (table->plane == NULL) any.plane = &NO_CONTACT;
+        if (table->lateral_spin == NULL) any.lateral_spin = &NO_CONTACT;
         force_element_parameters there = force_element_at_load(p, in->normal_load);
-        force_plane s = force_plane_of(&any, &there, in);
+        lateral_spin_force s = lateral_spin_force_of(&any, &there, in);
         const friction_fall *g = &s.fall;
         const double *force = s.law.force, *scale = s.scale;
         double dlog_load = din->normal_load / in->normal_load, direction = direction_at(in, &s);
         double dlog_width = p->load_exponent * dlog_load;
         double dlog_friction = din->friction_scale / in->friction_scale;
-        double spread = any.plane->slip_spread * there.semi_width, dslip = 0.0;
+        double spread = any.lateral_spin->slip_spread * there.semi_width, dslip = 0.0;
         if (s.slip.size > 0.0)
             dslip =
                 (s.slip.along * (drolling - din->speed) - s.slip.across * din->lateral_velocity +
@@ -140,7 +144,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         dlog_zeta0 = dlog_kinetic + dlog_width;
         double slower = -s.at.speed_slope * din->speed * s.at.inverse_speed;
         double dacting = p->relaxation_length > 0.0 ? din->relaxed_creepage : dout->creepage;
-        /* With friction held: */
+        /* At constant friction: */
         double dl[3] = {dacting * s.per[0] - s.creepage[0] * dlog_width,
                         s.creepage[1] * (slower - dlog_width) -
                             s.per[1] * s.at.inverse_speed * din->lateral_velocity,

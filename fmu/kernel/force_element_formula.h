@@ -1,7 +1,7 @@
-/* The force element's formulas around the evaluation of the table, without branches, and their
- * differentials. */
-#ifndef FORCE_LAW_H
-#define FORCE_LAW_H
+/* The force element's formulas before and after the evaluation of the table, without branches, and
+ * their derivatives. */
+#ifndef FORCE_ELEMENT_FORMULA_H
+#define FORCE_ELEMENT_FORMULA_H
 
 #include <math.h>
 
@@ -123,7 +123,7 @@ ALWAYS_INLINE double slip_decay(const force_element_parameters *p, double slip) 
     return decaying_exponential(p->slip_rate_decay * fabs(slip));
 }
 
-/* The branch pays: an exponential costs as much as the law. */
+/* The branch saves time: an exponential costs as much as the law. */
 static inline double decay_at(const force_element_parameters *p, double slip) {
     return p->slip_rate_decay == 0.0 ? 1.0 : slip_decay(p, slip);
 }
@@ -139,13 +139,13 @@ typedef struct {
     double by_rolling;     /* by omega r, as it carries heat, [s/m] */
     double by_speed;       /* and by the speed, both at fixed w [s/m] */
     double by_log_heating; /* by ln(1/w_T) [1] */
-    double by_log_zeta0;   /* by the logarithms of cold friction's scales [1] */
+    double by_log_zeta0;   /* by the logarithms of the scales without heat [1] */
     double by_log_k;       /* [1] */
 } friction_fall;
 
-/* g at the magnitude of the slip velocity; scales are those of friction scale 1, and hot is whether
- * friction falls with temperature. Rail and wheel move through the contact at the speeds V and
- * omega r, and the heat that they absorb is proportional to sqrt(V) + sqrt(omega r). */
+/* g at the magnitude of the slip velocity; scales are those of friction scale 1, and hot says
+ * whether friction falls with temperature. Rail and wheel move through the contact at the speeds V
+ * and omega r, and the heat that they absorb is proportional to sqrt(V) + sqrt(omega r). */
 ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
                                              const force_element_parameters *p,
                                              contact_scales scales, const force_element_input *in,
@@ -203,8 +203,8 @@ typedef struct {
     double temperature;       /* [K] */
     double inverse_saturation; /* one over zeta0 [1] */
     contact_scales scales;
-    double x, k_hat;  /* normalized creepage, and k_hat up to the table's largest */
-    double by_others; /* change of the traction ratio as all other creepages grow alike [1] */
+    double x, k_hat;  /* normalized creepage, and k_hat up to the table's maximum */
+    double by_others; /* change of the traction ratio as other creepages grow in proportion [1] */
     softened_place place;
 } force_state;
 
@@ -236,7 +236,7 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     return at;
 }
 
-/* Outputs that depend on the velocities or the load alone. */
+/* Outputs that depend only on the velocities or the load. */
 ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force_element_input *in,
                                   const force_state *at, force_element_output *out) {
     double below = p->minimum_speed - fabs(in->speed);
@@ -250,18 +250,18 @@ ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force
     out->unloaded = out->load_margin > 0.0 ? 1.0 : 0.0;
 }
 
-/* Friction coefficient of a patch that slides all over. */
+/* Traction coefficient in full slip. */
 static inline double sliding_coefficient(const creep_table *table,
                                          const force_element_parameters *p, double kinetic) {
     double k_hat = table->one_axis ? 1.0 : table->k_max;
     return kinetic * law_value(table, p->softening, 1e30, k_hat).traction_ratio;
 }
 
-/* The same as shares along and across rolling: its force has the direction of the creepages. */
+/* Its components along and across rolling: the force has the direction of the creepages. */
 static inline void sliding_shares(const creep_table *table, const force_element_parameters *p,
                                   const force_element_input *in, const force_state *at,
                                   double share[2]) {
-    double across = table->plane != NULL ? -in->lateral_velocity * at->inverse_speed : 0.0;
+    double across = table->lateral_spin != NULL ? -in->lateral_velocity * at->inverse_speed : 0.0;
     double size =
         across == 0.0 ? fabs(at->acting) : sqrt(at->acting * at->acting + across * across);
     double coefficient = size > 0.0 ? sliding_coefficient(table, p, at->kinetic) : 0.0;
@@ -293,7 +293,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     double sliding = at->kinetic * in->normal_load, per_creepage = sliding * at->inverse_saturation;
     double log_k_by_log_load = k_limited ? 0.0 : -p->load_exponent;
     double log_k_by_log_g = k_limited ? 0.0 : -0.5;
-    /* The part of dq/d(omega r) that comes from friction falling. */
+    /* The part of dq/d(omega r) that is due to the fall of friction. */
     double by_log_g = q.traction_ratio - x * q.slope + log_k_by_log_g * q.log_k_derivative;
     by_log_g -= at->by_others;
     double through_g = by_log_g * at->log_g_by_rolling;
@@ -309,7 +309,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->k_hat = at->k_hat;
     out->saturation_creepage = zeta0;
     out->process_zone_ratio = at->scales.process_zone_ratio;
-    /* An event indicator must not stay at zero; the slope does where the force is held. */
+    /* An event indicator must not stay at zero; the slope does where the force is limited. */
     out->falling_margin = slope == 0.0 ? -1.0 : -slope;
     out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
     out->contact_temperature = at->temperature;

@@ -1,54 +1,54 @@
-/* The formulas of lateral and spin force, with exact derivatives. */
-#ifndef PLANE_FORMULA_H
-#define PLANE_FORMULA_H
+/* The formulas of lateral_spin_law.h, with exact derivatives. */
+#ifndef LATERAL_SPIN_FORMULA_H
+#define LATERAL_SPIN_FORMULA_H
 
 #include <math.h>
 #include <string.h>
 
-#include "plane_law.h"
+#include "lateral_spin_law.h"
 #include "simd_math.h"
 #include "softening.h"
 #include "table_points.h"
 
-/* Where splines are evaluated: cells and weights in each direction, also of the slopes by u. */
+/* Where the splines are evaluated: cell and weights in each direction, also of derivatives by u. */
 typedef struct {
     size_t cell[3];
     double weight[3][4], slope[3][4];
     int without_spin, one_set;
-} plane_place;
+} lateral_spin_place;
 
-/* Splines of both forces and the moment, then those of a second term; and their derivatives by u.
- */
+/* Splines of both forces and the moment, then of a second term, and their derivatives by u. */
 typedef struct {
     double value[6], by_u[3][6];
 } spline_values;
 
-ALWAYS_INLINE void find_cell(double u, int cells, plane_place *at, int direction) {
-    double fraction, *slope = at->slope[direction], per_u = 0.5 * PLANE_CELLS;
+ALWAYS_INLINE void find_cell(double u, int cells, lateral_spin_place *at, int direction) {
+    double fraction, *slope = at->slope[direction], per_u = 0.5 * LATERAL_SPIN_CELLS;
     at->cell[direction] = locate(u * per_u, (uint32_t)cells, &fraction);
     basis(fraction, at->weight[direction], slope);
     for (int j = 0; j < 4; j++) slope[j] *= per_u;
 }
 
-/* A number from all sets. */
-ALWAYS_INLINE double blended(const plane_shape *shape, int one_set, const double *from) {
+/* Weighted sum of one coefficient over the sets. */
+ALWAYS_INLINE double blended(const lateral_spin_shape *shape, int one_set, const double *from) {
     double number = shape->share[0] * from[0];
     for (int i = 1; i < 4 && !one_set; i++)
-        number += shape->share[i] * from[i * PLANE_COEFFICIENTS];
+        number += shape->share[i] * from[i * LATERAL_SPIN_COEFFICIENTS];
     return number;
 }
 
-/* Sum of four numbers. */
+/* Weighted sum of four numbers. */
 ALWAYS_INLINE double weighted(const double weight[4], double a, double b, double c, double d) {
     return weight[0] * a + weight[1] * b + weight[2] * c + weight[3] * d;
 }
 
-/* Sums over 4 x 4 rows of numbers, weighted by splines along u[0] and u[1], and their slopes. */
-ALWAYS_INLINE void sum_rows(const plane_shape *shape, const plane_place *at, const double *first,
-                            size_t row_length, int width, double sum[3][24]) {
+/* Sums over 4 x 4 rows of coefficients, weighted by the splines along u[0] and u[1], and their
+ * derivatives. */
+ALWAYS_INLINE void sum_rows(const lateral_spin_shape *shape, const lateral_spin_place *at,
+                            const double *first, size_t row_length, int width, double sum[3][24]) {
     double value[4][24], across[4][24];
-    first += (at->cell[0] * (PLANE_CELLS + 3) + at->cell[1]) * row_length;
-    for (size_t i = 0; i < 4; i++, first += (PLANE_CELLS + 3) * row_length)
+    first += (at->cell[0] * (LATERAL_SPIN_CELLS + 3) + at->cell[1]) * row_length;
+    for (size_t i = 0; i < 4; i++, first += (LATERAL_SPIN_CELLS + 3) * row_length)
         for (int c = 0; c < width; c++) {
             const double *from = first + c;
             double row_0 = blended(shape, at->one_set, from),
@@ -66,9 +66,10 @@ ALWAYS_INLINE void sum_rows(const plane_shape *shape, const plane_place *at, con
     }
 }
 
-/* One or two terms, from the numbers of all places and from those without spin. */
-ALWAYS_INLINE void evaluate_splines(const plane_shape *shape, const plane_place *at, int terms,
-                                    const double *whole, const double *flat, spline_values *found) {
+/* One or two terms, from the coefficients of all places (whole) or those without spin (flat). */
+ALWAYS_INLINE void evaluate_splines(const lateral_spin_shape *shape, const lateral_spin_place *at,
+                                    int terms, const double *whole, const double *flat,
+                                    spline_values *found) {
     double sum[3][24];
     if (at->without_spin) {
         sum_rows(shape, at, flat, 4 * (size_t)terms, 4 * terms, sum);
@@ -81,8 +82,8 @@ ALWAYS_INLINE void evaluate_splines(const plane_shape *shape, const plane_place 
         return;
     }
     size_t parts = 3 * (size_t)terms;
-    sum_rows(shape, at, whole + at->cell[2] * parts, (PLANE_CELLS / 2 + 3) * parts, 12 * terms,
-             sum);
+    sum_rows(shape, at, whole + at->cell[2] * parts, (LATERAL_SPIN_CELLS / 2 + 3) * parts,
+             12 * terms, sum);
     const double *w = at->weight[2], *d = at->slope[2];
     for (size_t k = 0; k < parts; k++) {
         size_t l = k + parts, m = l + parts, n = m + parts;
@@ -93,13 +94,14 @@ ALWAYS_INLINE void evaluate_splines(const plane_shape *shape, const plane_place 
     }
 }
 
-/* k_hat from which on weakening adds the same to spin, and f_s/f_d - 1 at which it adds half. */
+/* k_hat above which the terms of weakening no longer change, and f_s/f_d - 1 at which they are half
+ * of their limit. */
 static const double WEAKENING_K = 0.8, WEAKENING_EXCESS = 0.157;
 
-/* Add what spin adds, and the moment: splines over u = l/(1/2 + sqrt(l^2 + 1/4)). Mirror images
- * give the other halves. */
-ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double l[3], double k_hat,
-                            plane_value *value) {
+/* Add the contribution of spin to the forces, and the moment: splines over
+ * u = l/(1/2 + sqrt(l^2 + 1/4)). Mirror images give the other halves. */
+ALWAYS_INLINE void add_spin(const lateral_spin_shape *shape, int one_set, const double l[3],
+                            double k_hat, lateral_spin_value *value) {
     double total = 0.25;
     for (int i = 0; i < 3; i++) total += l[i] * l[i];
     double r = sqrt(total), shrink = 1.0 / (0.5 + r), bend = shrink * shrink / r;
@@ -107,24 +109,24 @@ ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double 
     double turn = l[2] < 0.0 || (l[2] == 0.0 && l[1] < 0.0) ? -1.0 : 1.0;
     double mirror[3] = {along, turn, turn}, by_log_k[3] = {0.0};
     const double *set = shape->coefficients;
-    plane_place there;
+    lateral_spin_place there;
     there.without_spin = l[2] == 0.0;
     there.one_set = one_set;
-    find_cell(along * (l[0] * shrink), PLANE_CELLS / 2, &there, 0);
-    find_cell(1.0 + turn * (l[1] * shrink), PLANE_CELLS, &there, 1);
-    find_cell(turn * (l[2] * shrink), PLANE_CELLS / 2, &there, 2);
+    find_cell(along * (l[0] * shrink), LATERAL_SPIN_CELLS / 2, &there, 0);
+    find_cell(1.0 + turn * (l[1] * shrink), LATERAL_SPIN_CELLS, &there, 1);
+    find_cell(turn * (l[2] * shrink), LATERAL_SPIN_CELLS / 2, &there, 2);
     spline_values at;
-    evaluate_splines(shape, &there, 1, set, set + PLANE_FLAT, &at);
+    evaluate_splines(shape, &there, 1, set, set + LATERAL_SPIN_FLAT, &at);
     double excess = larger(shape->static_ratio - 1.0, 0.0);
     if (k_hat > 0.0 && excess > 0.0) {
-        /* Weakening takes another share of each part: a term with w and one with w^2. */
+        /* Each part of the contact weakens differently: a term with w and one with w^2. */
         double kk = k_hat < WEAKENING_K ? k_hat * k_hat : WEAKENING_K * WEAKENING_K;
         double rest = 0.2 / (kk + 0.2), w = 1.0 - rest;
         double factor = excess / (excess + WEAKENING_EXCESS) * w;
         double log_slope = k_hat < WEAKENING_K ? 2.0 * rest : 0.0;
         spline_values more;
-        evaluate_splines(shape, &there, 2, set + PLANE_WEAKENING, set + PLANE_WEAKENING_FLAT,
-                         &more);
+        evaluate_splines(shape, &there, 2, set + LATERAL_SPIN_WEAKENING,
+                         set + LATERAL_SPIN_WEAKENING_FLAT, &more);
         for (int k = 0; k < 3; k++) {
             double both = more.value[k] + w * more.value[3 + k];
             at.value[k] += factor * both;
@@ -148,21 +150,21 @@ ALWAYS_INLINE void add_spin(const plane_shape *shape, int one_set, const double 
     }
 }
 
-static const double TINY = 1e-60; /* so that nothing is divided by zero */
+static const double TINY = 1e-60; /* prevents division by zero */
 
-/* State before the law of longitudinal creepage is evaluated, at place and k_hat. */
+/* State before the evaluation of the table, whose arguments are place and k_hat. */
 typedef struct {
     double place, k_hat, size, per, share, left, left_by_size, left_by_share, stiffness;
-} plane_start;
+} lateral_spin_start;
 
-ALWAYS_INLINE plane_start plane_begin(const plane_shape *shape, const double creepage[3],
-                                      double k_hat) {
+ALWAYS_INLINE lateral_spin_start lateral_spin_begin(const lateral_spin_shape *shape,
+                                                    const double creepage[3], double k_hat) {
     double x = creepage[0], y = creepage[1], s = creepage[2];
     double xx = x * x, yy = y * y, ss = s * s, total = xx + yy + (ss + TINY);
-    plane_start at;
+    lateral_spin_start at;
     at.size = sqrt(total);
     at.per = 1.0 / total;
-    /* Stiffness and softening are those of the directions, by their shares. */
+    /* Stiffness and softening are those of the directions, weighted by their shares. */
     double more = shape->softening_y - shape->softening_x;
     at.share = (yy + 0.5 * ss) * at.per;
     double softening = shape->softening_x + at.share * more;
@@ -176,10 +178,10 @@ ALWAYS_INLINE plane_start plane_begin(const plane_shape *shape, const double cre
     return at;
 }
 
-/* The force from the law's traction ratio and its derivatives. */
-ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[3], double k_hat,
-                                plane_start at, double q, double slope, double q_by_log_k,
-                                plane_value *value) {
+/* Forces and moment from the table's traction ratio and its derivatives. */
+ALWAYS_INLINE void lateral_spin_finish(const lateral_spin_shape *shape, const double creepage[3],
+                                       double k_hat, lateral_spin_start at, double q, double slope,
+                                       double q_by_log_k, lateral_spin_value *value) {
     double x = creepage[0], y = creepage[1], s = creepage[2], ratio = shape->stiffness_ratio;
     double ss = s * s, size = at.size, per_size = 1.0 / size, inverse_left = 1.0 / at.left;
     double q_by_size = slope * (at.left + size * at.left_by_size) +
@@ -188,7 +190,7 @@ ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[
         slope * size * at.left_by_share +
         0.5 * q_by_log_k * (at.left_by_share * inverse_left + (ratio - 1.0) / at.stiffness);
 
-    /* The direction turns from that of stick to that of the creepage. */
+    /* The direction turns from that in full stick to that of the creepage. */
     double less = 1.0 / (1.0 + 1.8 * k_hat), weak = size * less, square = weak * weak;
     double cube = weak * square, inverse = 1.0 / (cube + 0.092 * square + 0.821);
     double turned = cube * inverse, change = 1.0 / ratio - 1.0, across = 1.0 + turned * change;
@@ -220,9 +222,9 @@ ALWAYS_INLINE void plane_finish(const plane_shape *shape, const double creepage[
     else add_spin(shape, 0, creepage, k_hat, value);
 }
 
-/* Limit the force to most f_d N in its direction, and return its previous value: the law of a short
- * weakening zone does not contain f_s, and splines have errors. */
-ALWAYS_INLINE double plane_hold(plane_value *value, double most) {
+/* Limit the force to most times f_d N without turning it, and return its unlimited size: the law of
+ * a short weakening zone does not contain f_s, and splines have errors. */
+ALWAYS_INLINE double lateral_spin_hold(lateral_spin_value *value, double most) {
     double *force = value->force;
     double size = sqrt(force[0] * force[0] + force[1] * force[1]), less = most / size;
     if (!(size > most)) return size;
