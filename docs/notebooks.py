@@ -16,12 +16,19 @@ from contactlib.base.writing import write_whole
 FOLDER = "notebooks"
 LINK = '<p class="notebook"><a href="{}" download>Download this page as a notebook</a></p>'
 ROLE = re.compile(r"\{py:\w+\}`~?([^`]+)`")  # which a notebook shows as it stands
+UNTITLED = re.compile(r"\[\]\(([^)#]+)\)")  # a link to a page, which is shown with its title
 
 
-def notebook_of(text: str) -> Any:
-    """Notebook of a page's source: its cells, with roles as plain code."""
+def notebook_of(path: Path) -> Any:
+    """Notebook of a page's source: its cells, with roles as plain code and links as titles."""
+
+    def title(link: re.Match[str]) -> str:
+        text = (path.parent / link[1]).read_text(encoding="utf-8")
+        return f"*{next(line for line in text.splitlines() if line.startswith('# '))[2:]}*"
+
     config = MdParserConfig(enable_extensions={"colon_fence", "dollarmath"})
-    found = read_myst_markdown_notebook(ROLE.sub(r"`\1`", text), config=config)
+    text = ROLE.sub(r"`\1`", UNTITLED.sub(title, path.read_text(encoding="utf-8")))
+    found = read_myst_markdown_notebook(text, config=config)
     found.metadata.pop("source_map", None)
     return found
 
@@ -45,10 +52,10 @@ def write_notebooks(app: Sphinx, error: Exception | None) -> None:
         return
     for page in app.env.found_docs:
         if has_cells(app, page):
-            source = Path(app.env.doc2path(page)).read_text(encoding="utf-8")
+            found = notebook_of(Path(app.env.doc2path(page)))
             path = Path(app.outdir, FOLDER, f"{page}.ipynb")
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(path, json.dumps(notebook_of(source), indent=1).encode())
+            write_whole(path, json.dumps(found, indent=1).encode())
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
