@@ -284,6 +284,18 @@ static void refine(search *s, creep_point a, creep_point b, int halvings) {
     leaf(s, a, b);
 }
 
+/* Last point with a balanced speed between such a point and a creepage without one. */
+static creep_point edge_between(const curve *c, creep_point inside, double outside) {
+    for (int i = 0; i < ITERATIONS; i++) {
+        double z = 0.5 * (inside.creepage + outside);
+        if (z == inside.creepage || z == outside) break;
+        creep_point p = point_at(c, z);
+        if (isnan(p.torque)) outside = z;
+        else inside = p;
+    }
+    return inside;
+}
+
 /* Search one side of the curve from zero creepage outward. */
 static void walk(search *s, double side) {
     const curve *c = s->c;
@@ -291,9 +303,11 @@ static void walk(search *s, double side) {
     int n = (int)ceil(INTERVALS * logarithm(c->last / c->first) / 2.302585092994046);
     double ratio = exponential(logarithm(c->last / c->first) / n), creepage = c->first;
     for (int i = 0; i <= n && !s->full; i++, creepage *= ratio) {
-        creep_point next = point_at(c, side * creepage);
-        if (i == 0) leaf(s, at, next);
-        else refine(s, at, next, HALVINGS);
+        creep_point next = point_at(c, side * creepage), a = at, b = next;
+        if (isnan(at.torque) && !isnan(next.torque)) a = edge_between(c, next, at.creepage);
+        if (isnan(next.torque) && !isnan(at.torque)) b = edge_between(c, at, next.creepage);
+        if (a.creepage == 0.0) leaf(s, a, b);
+        else refine(s, a, b, HALVINGS);
         at = next;
     }
     s->last = at;

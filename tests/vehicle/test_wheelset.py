@@ -70,6 +70,23 @@ def test_a_free_wheelset_finds_its_speed(locomotive: cl.Model) -> None:
     assert run["creepage"][-1] == pytest.approx(point.creepage, rel=1e-6)
 
 
+@pytest.mark.parametrize("outer", [0.0, -1200.0])
+def test_states_near_the_smallest_force_of_a_free_wheelset_are_found(
+    rig: cl.Model, outer: float
+) -> None:
+    """No speed balances a force below the resistance at rest: the curve begins at a creepage."""
+    body = replace(rig.wheelset, mass=60e3, resistance=Resistance(constant=588.0, linear=50.0))
+    at = body.conditions(speed=body.element.minimum_speed, resistance_force=outer)
+    creepage = np.geomspace(1e-6, 1e-2, 400) * np.array([[1.0], [-1.0]])
+    curve = body.native_curve(at, balanced=True).points(creepage)
+    there = curve[np.isfinite(curve["torque"])]
+    assert 100 < there.size < creepage.size
+    for point in there[:: there.size // 60]:
+        torque = float(point["torque"])
+        found = body.equilibria(drive_torque=torque, resistance_force=outer)
+        assert any(p.creepage == pytest.approx(point["creepage"], rel=1e-6) for p in found)
+
+
 @pytest.mark.parametrize("below", [1e-4, 1e-6, 1e-9])
 def test_a_free_wheelset_has_both_equilibria_next_to_the_fold(
     locomotive: cl.Model, below: float
