@@ -13,7 +13,7 @@ from playwright.sync_api import sync_playwright
 from contactlib.base.writing import write_whole
 from contactlib.export.explorer import PAGE
 
-# On its way down from the run-away, shortly before it grips again.
+# On its way down from the slip-away, shortly before it grips again.
 TELL = """async () => {
     const { app } = await contactlib.ready;
     document.querySelector("#stories button:nth-child(2)").click();

@@ -37,7 +37,7 @@ for command in EXPORTS:
 @main.command()
 @output_option("contactlib-demo", "Folder for figures, FMU, CSV files, page and summary.json.")
 def demo(output: Path) -> None:
-    """Show table, run-away, creep control, FMU and explorer."""
+    """Show table, slip-away, creep control, FMU and explorer."""
     from contactlib.cli.demo import run_demo
 
     summary = run_demo(output, ConsoleReporter())

@@ -188,7 +188,7 @@ def _run_numbers(scenario: Scenario, torque_run: Result, creep_run: Result) -> I
     )
     yield Number(
         "largest_creepage",
-        "largest creepage after running away",
+        "largest creepage after slip-away",
         float(torque_run["creepage"].max()),
         "1",
     )

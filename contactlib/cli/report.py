@@ -154,7 +154,9 @@ def outlook(scenario: Scenario) -> list[str]:
             where = f"at {speed:g} m/s, friction factor {friction:g}"
             where += "" if slope == 1.0 else f", slope factor {slope:g}"
             if worst.pole <= 0.0:
-                lines.append(f"{where}: no branch on which a constant torque runs away")
+                lines.append(
+                    f"{where}: no branch on which the wheel slips away under constant torque"
+                )
                 continue
             verdict = controllability(
                 worst.pole,

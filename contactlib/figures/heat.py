@@ -36,9 +36,9 @@ CURVES = (
 )
 TORQUE = "critical torque  [kN m]"
 OVER_SPEED = (
-    "What a constant torque meets at each speed: above the critical torque the wheel runs away, "
+    "What a constant torque meets at each speed: above the critical torque the wheel slips away, "
     "and a deviation on the steepest fall grows e-fold in the time constant. At 5 % below the "
-    "critical torque it runs away on a patch of half the friction that lasts longer than the "
+    "critical torque it slips away on a patch of half the friction that lasts longer than the "
     "clearing time."
 )
 

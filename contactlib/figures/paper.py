@@ -53,7 +53,7 @@ CAPTIONS = {
     "static friction, which no force exceeds; where f_s/f_d is below 1.135, it cuts the peak off.",
     3: "Creepage over the stick boundary. By Eq. (19), Carter's stick zone vanishes at zeta0; with "
     "falling friction a stick zone remains at any creepage. The dot marks the peak creep force.",
-    4: "Creep force over creepage. Beyond the peak a contact runs away at constant load; a "
+    4: "Creep force over creepage. Beyond the peak a contact slips away at constant load; a "
     "prescribed creepage holds it. Sec. 5 of the paper says that the curve starts more steeply "
     "than Carter's. By Eqs. (18) and (19) both start with slope 2, and only the secant is larger.",
     5: "Creep force over creepage for a line contact and, by strip theory, for an ellipse. Sec. 4 "
@@ -258,7 +258,7 @@ def _named(name: str, law: CarterGriffith | CohesiveZone) -> str:
 
 
 def _branches(axes: Axes, x: FloatArray, states: LineStates, law: CarterGriffith) -> None:
-    """Force of a law, solid up to the peak and dashed where a constant load runs away."""
+    """Force of a law, solid up to the peak and dashed where a constant load slips away."""
     peak = law.peak.normalized_creepage
     parts = (
         (states.creepage <= peak, paint.blue, "-", _named(GRIFFITH, law)),

@@ -96,7 +96,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         ("creep_force", 1e-3, "creep force  [kN]"),
     )
     columns = (
-        ("Torque control: the wheelset runs away", torque_run),
+        ("Torque control: the wheelset slips away", torque_run),
         ("Creep control: the wheelset holds", creep_run),
     )
     with styled():

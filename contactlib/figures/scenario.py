@@ -121,7 +121,7 @@ def _summary(result: Result, metrics: Metrics) -> str:
 
 
 def _rim_and_top(result: Result) -> tuple[FloatArray, float]:
-    """Rim speed, and the top of its axis, beyond which a wheel has run away."""
+    """Rim speed, and the top of its axis, beyond which a wheel has slipped away."""
     return result["speed"] + result["slip_velocity"], FASTEST_RIM * float(result["speed"].max())
 
 

@@ -12,7 +12,7 @@ from contactlib.runs.outcomes import OUTCOMES, Outcome
 from contactlib.stability import clearing, creep_control_gain, delay_limit
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, WorstPole
 
-DRIVING = "in driving; nan where the demand brakes"
+DRIVING = "while driving; nan where the demand brakes"
 LOWEST = "the track's lowest friction and slope, of any wheel and time"
 
 
@@ -112,19 +112,19 @@ _clearing = partial(Outcome, infinite="survives any length", zero="not held even
 ANALYSES = {
     "critical_torque": Outcome(
         "N.m",
-        f"torque at which a slow ramp runs away {DRIVING}",
+        f"torque at which the wheel slips away in a slow ramp, {DRIVING}",
         analyse=lambda a: math.nan if a.fold is None else a.fold.drive_torque,
         missing=NO_FOLD,
     ),
     "patch_critical_torque": Outcome(
         "N.m",
-        f"torque at which a slow ramp runs away on {LOWEST}, {DRIVING}",
+        f"torque at which the wheel slips away in a slow ramp, on {LOWEST}, {DRIVING}",
         analyse=lambda a: math.nan if a.patch_fold is None else a.patch_fold.drive_torque,
         missing=NO_FOLD,
     ),
     "critical_creepage": Outcome(
         "1",
-        f"creepage at which a slow ramp runs away {DRIVING}",
+        f"creepage at which the wheel slips away in a slow ramp, {DRIVING}",
         analyse=lambda a: math.nan if a.fold is None else a.fold.creepage,
         percent=True,
         missing=NO_FOLD,
@@ -136,7 +136,7 @@ ANALYSES = {
     ),
     "hysteresis": Outcome(
         "1",
-        f"torque drop that ends a run-away / critical torque {DRIVING}",
+        f"torque drop that ends a slip-away / critical torque, {DRIVING}",
         analyse=lambda a: math.nan if a.fold is None else a.fold.hysteresis,
         percent=True,
         missing=NO_FOLD,
@@ -160,7 +160,7 @@ ANALYSES = {
         "1/s",
         "largest pole of the falling branch at constant torque",
         analyse=lambda a: a.worst.pole,
-        border="zero: below it nothing runs away",
+        border="zero: below it no slip-away",
     ),
     "delay_limit": Outcome(
         "s",

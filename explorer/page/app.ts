@@ -351,7 +351,7 @@ export class App {
     const torque = `${digits(1e-3 * drive_torque, 4)} kN m`;
     find("spoken").textContent = {
       peak_passed: `Past the fold at ${torque}`,
-      slip_away: `Run away: creepage ${percent(creepage)}`,
+      slip_away: `Slip-away: creepage ${percent(creepage)}`,
       returned: `Grip again at ${torque}`,
       patch_begins: "On the wet patch",
       patch_ends: "Past the wet patch",

@@ -118,7 +118,7 @@ export function makeRows(app: App): Rows {
         () => (temperature() > 0 ? 1 / temperature() : 0),
         (value) => setFall(0, value > 0 ? 1 / value : 0)),
       wheel("damping", shape("damping", "damping b", "N m s", 1, 0, 300,
-        "Drive torque lost per angular velocity, which ends a run-away")),
+        "Drive torque lost per angular velocity, which ends a slip-away")),
     ],
   };
   const following = [...rows.wet, ...rows.wheel].filter(({ id }) => ["wet-time", "speed"].includes(id));

@@ -10,12 +10,12 @@ import { digits, duration, percent } from "./format";
 
 const OVER = 1.015; // torque over the fold's with which Hysteresis drives the wheel away
 const RESTING = 0.9; // torque over the fold's at which the wheel meets a wet patch, if it is above the return's
-const WETTEST = 0.1; // friction at which a patch lets a wheel run away, if any does
+const WETTEST = 0.1; // friction at which a patch lets a wheel slip away, if any does
 
 /** Every story needs a fold. */
 function noFold(app: App): string | null {
   return app.shown.fold !== null ? null
-    : "Here the torque has no fold, so nothing runs away: raise K, or lower the damping.";
+    : "Here the torque has no fold, so there is no slip-away: raise K, or lower the damping.";
 }
 
 /** The fold, which a story has looked for before it begins. */
@@ -41,13 +41,13 @@ function late(app: App, part: number): void {
 
 const kilo = (torque: number, significant = 4): string => `${digits(1e-3 * torque, significant)} kN m`;
 
-/** Hysteresis needs a branch to run away to, within the run's limit of the rim speed. */
+/** Hysteresis needs a branch to slip away to, within the run's limit of the rim speed. */
 function noLanding(app: App): string | null {
   const { plant, speed } = app.shown, { drive_torque, return_creepage } = critical(app);
   const landing = plant.steady(OVER * drive_torque, speed)
     .find((state) => isStable(state) && state.creepage > return_creepage);
   if (landing !== undefined && (1 + landing.creepage) * speed < FASTEST_RIM) return null;
-  return `Here a run-away goes on beyond a rim speed of ${FASTEST_RIM} m/s: more damping of the ` +
+  return `Here a slip-away goes on beyond a rim speed of ${FASTEST_RIM} m/s: more damping of the ` +
     "drive, or less speed, would catch it.";
 }
 
@@ -108,7 +108,7 @@ const lasts = ({ settings: { patch }, run }: App): string => duration(patch.leng
 
 export const STORIES: Story[] = [
   {
-    name: "Run away",
+    name: "Slip-away",
     cannot: noFold,
     steps: [
       step("peak_passed", "The torque rises slowly. Up to the fold the creepage follows it: each torque " +
@@ -118,7 +118,7 @@ export const STORIES: Story[] = [
       }),
       step(2.5, (app) => `At ${kilo(app.run.now.drive_torque)} it passes the fold: from here on more creepage ` +
         "means less force, and nothing holds the wheel back."),
-      step(Infinity, (app) => `It has run away. The fold is at ${kilo(critical(app).drive_torque)}; a ` +
+      step(Infinity, (app) => `It has slipped away. The fold is at ${kilo(critical(app).drive_torque)}; a ` +
         "little less torque does not bring it back: see Hysteresis."),
     ],
   },
@@ -126,13 +126,13 @@ export const STORIES: Story[] = [
     name: "Hysteresis",
     cannot: (app) => noFold(app) ?? noLanding(app),
     steps: [
-      step("slip_away", "Past the fold the wheel runs away to the far branch, where the drive's own " +
+      step("slip_away", "Past the fold the wheel slips away to the far branch, where the drive's own " +
         "damping holds it.", (app) => {
         rest(app, 0.985, 2);
         ramp(app, OVER, 0.01);
       }),
       step(6, "There it stays, at many times the creepage of the fold, until the torque changes."),
-      step("returned", (app) => `Now the torque falls. The wheel ran away at ` +
+      step("returned", (app) => `Now the torque falls. The wheel slipped away at ` +
         `${kilo(critical(app).drive_torque)}, but it does not come back there.`, (app) => {
         app.settings.playback = 5;
         ramp(app, (0.95 * critical(app).return_torque) / critical(app).drive_torque, 0.005);
@@ -172,7 +172,7 @@ export const STORIES: Story[] = [
           restBeforePatch(app);
           patchStory(app, 1.1);
         }),
-      slower(0.2, "A fifth of the critical clearing time lies between grip and run-away."),
+      slower(0.2, "A fifth of the critical clearing time lies between grip and slip-away."),
     ],
   },
   {

@@ -10,7 +10,7 @@ const TRACTION = 1; // the side of the curve
 /** Steady creep over a grid of creepages. */
 export type Curves = Record<keyof Point, Float64Array>;
 
-/** The fold, at the first maximum of the torque [1, N.m], and the end of the run-away branch under a
+/** The fold, at the first maximum of the torque [1, N.m], and the end of the slip-away branch under a
  * falling torque; its creepage may be infinite. */
 export type Fold = Record<
   "creepage" | "drive_torque" | "return_creepage" | "return_torque", number

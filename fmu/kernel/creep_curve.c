@@ -391,7 +391,7 @@ size_t creep_curve_fold(const creep_table *table, const force_element_parameters
     size_t count = turns_of(&c, 1.0, MAX_TURNS, turns), landing = 1;
     if (count == 1) return 0;
     creep_point end = turns[(count < MAX_TURNS ? count : MAX_TURNS) - 1];
-    /* The run-away ends where the torque reaches the fold's again; a falling torque then follows
+    /* The slip-away ends where the torque reaches the fold's again; a falling torque then follows
      * this branch to its minimum. */
     while (turns[landing].creepage != end.creepage && turns[landing].torque <= turns[0].torque)
         landing++;

@@ -58,7 +58,7 @@ CONTACTLIB_API size_t creep_curve_steady(const creep_table *table,
                                          size_t room, creep_point *points);
 
 /* The fold of traction, which is the first maximum of the torque, and the point at which a falling
- * torque leaves the branch that it runs away to. Where the torque falls to its end without a
+ * torque leaves the branch that it slips away to. Where the torque falls to its end without a
  * minimum, the second creepage is infinite, and its torque that of the end but not below 0. Returns
  * the number of points: 2, or 0 if the torque never falls. */
 CONTACTLIB_API size_t creep_curve_fold(const creep_table *table,

@@ -1,4 +1,4 @@
-"""Figures of runs: the run-away through the axles, time histories, and the force used."""
+"""Figures of runs: the slip-away through the axles, time histories, and the force used."""
 
 from __future__ import annotations
 

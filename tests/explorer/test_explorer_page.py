@@ -60,7 +60,7 @@ def begin_at(visitor: Visitor, torque: float) -> None:
     visitor.press("Reset")
 
 
-# ---- running away and coming back -----------------------------------------------------------
+# ---- slip-away and return --------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_the_page_says_what_a_patch_will_do(visitor: Visitor) -> None:
     visitor.look()
     said = visitor.text("clearing")
     time = float(said.removeprefix("Critical clearing time ").split(" ms")[0])
-    for part, outcome in ((0.9, "will come back"), (1.1, "will run away")):
+    for part, outcome in ((0.9, "will come back"), (1.1, "will slip away")):
         visitor.enter(wet_time=part * time)
         visitor.look()
         assert outcome in visitor.text("clearing")
@@ -350,7 +350,7 @@ def tell(visitor: Visitor, setting: Setting, story: str, after: float) -> Found:
 # the range of the creepage at the step's end over that of the fold.
 FAR = (5.0, math.inf)
 STORIES: dict[str, tuple[float, list[tuple[str, tuple[float, float]]]]] = {
-    "Run away": (0.0, [("peak_passed", (0.9, 1.0)), ("slip_away", FAR), ("", FAR)]),
+    "Slip-away": (0.0, [("peak_passed", (0.9, 1.0)), ("slip_away", FAR), ("", FAR)]),
     "Hysteresis": (
         0.5,
         [("peak_passed slip_away", FAR), ("", FAR), ("returned", (1.0, 5.0)), ("", (0.0, 1.0))],
@@ -391,7 +391,7 @@ STORIES: dict[str, tuple[float, list[tuple[str, tuple[float, float]]]]] = {
 def test_an_experiment_shows_what_it_says(
     visitor: Visitor, setting: Setting, story: str, request: pytest.FixtureRequest
 ) -> None:
-    if (setting, story) == (LOCOMOTIVE, "Hysteresis"):  # it runs away beyond the limit of the rim
+    if (setting, story) == (LOCOMOTIVE, "Hysteresis"):  # it slips away beyond the limit of the rim
         setting.set_up(visitor)
         visitor.press(story)
         assert "rim speed" in visitor.text("story")
@@ -469,7 +469,7 @@ def test_what_happens_is_said(visitor: Visitor, rig: cl.Model) -> None:
     begin_at(visitor, 0.99 * torque)
     visitor.wait()
     visitor.enter(torque=1.02e-3 * torque)
-    for event, said in (("peak_passed", "fold"), ("slip_away", "Run away")):
+    for event, said in (("peak_passed", "fold"), ("slip_away", "Slip-away")):
         visitor.simulate(5.0, until=event)
         assert said in visitor.text("spoken")
 
@@ -879,7 +879,7 @@ def states_of(visitor: Visitor, model: str) -> Iterator[str]:
     visitor.enter(rate=100.0, torque=1.05 * critical)
     for i in range(12):
         visitor.simulate(0.2)
-        yield f"running away, {i}"
+        yield f"slipping away, {i}"
     for reference in (0.1, 1.0, 1.5, 2.4):
         visitor.choose(model)
         visitor.check("Creep control")

@@ -74,7 +74,7 @@ def drive(
 
 
 @pytest.mark.parametrize("model", ["rig", "locomotive"])
-def test_a_slow_ramp_runs_away_where_python_s_does(
+def test_a_slow_ramp_slips_away_where_python_s_does(
     page: ExplorerPage, model: str, request: pytest.FixtureRequest
 ) -> None:
     wheelset = request.getfixturevalue(model).wheelset
@@ -237,7 +237,7 @@ def test_parameters_change_while_it_runs(page: ExplorerPage, rig: cl.Model) -> N
 def test_a_change_of_mode_is_no_kick(
     page: ExplorerPage, rig: cl.Model, integral_gain: float
 ) -> None:
-    """Creep control takes over during a run-away, and gives back later."""
+    """Creep control takes over during a slip-away, and gives back later."""
     fold = fold_of(rig.wheelset)
     creep = HOLDING | {"proportional_gain": 1e6, "integral_gain": integral_gain, "creepage": 0.02}
     run = drive(

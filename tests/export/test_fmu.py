@@ -571,7 +571,7 @@ def test_fmu_calls_its_own_functions_whatever_is_loaded(fmu: Path, tmp_path: Pat
 
 @pytest.mark.parametrize("control", ["creep", "torque"])
 def test_same_trajectory_as_the_kernel(fmu: Path, rig: cl.Model, control: str) -> None:
-    # Under torque control the run-away would magnify the slightest difference.
+    # Under torque control the slip-away would magnify the slightest difference.
     if control == "creep":
         controller: Any = controls("rig")[1]
     else:
@@ -647,7 +647,7 @@ def coupled(
 ) -> None:
     """Step a wheelset and the force element of a wheel, one after the other or both at once.
 
-    The torques follow each other, by default so that it runs away and comes back.
+    The torques follow each other, by default so that it slips away and comes back.
     """
     omega = speed / wheelset.radius
     (force,) = tool.get("creep_force")

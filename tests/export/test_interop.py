@@ -36,11 +36,11 @@ pytestmark = pytest.mark.tools
 
 # Models and kinds: the locomotive, as it has a mass that moves, and an ellipse that knows spin.
 LOCOMOTIVE = [("locomotive", Subject(name, version)) for name in EXPORTS for version in (2, 3)]
-# The rig runs away and magnifies what a tool adds up in its own way: for the platforms alone.
+# The rig slips away and magnifies what a tool adds up in its own way: for the platforms alone.
 RIG = [("rig", Subject(name, 3)) for name in ("force_element-relaxed", "wheelset-relaxed")]
 
 # Of a column's largest magnitude. A tool's step sizes differ in the last bits, as it adds up time
-# in its own way, and a wheelset that runs away magnifies that. The platforms themselves do not
+# in its own way, and a wheelset that slips away magnifies that. The platforms themselves do not
 # differ: the kernel takes no function from a system that IEEE 754 does not define to the last bit.
 TOLERANCE = 1e-12
 

@@ -44,7 +44,7 @@ def fmu(subject: Subject, locomotive: cl.Model, tmp_path_factory: pytest.TempPat
     return cl.export_fmu(locomotive, path, **subject.arguments)
 
 
-def run_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> Any:
+def slip_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> Any:
     """The run under the torque above."""
     inputs = Description(model, "wheelset").of_role("input")
     names = ["time", *(v.name for v in inputs)]
@@ -65,12 +65,12 @@ def run_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> An
 
 @pytest.fixture(scope="module")
 def exchanged(fmu: Path, locomotive: cl.Model) -> Any:
-    return run_away(fmu, locomotive, "ModelExchange", TOLERANCE)
+    return slip_away(fmu, locomotive, "ModelExchange", TOLERANCE)
 
 
 @pytest.fixture(scope="module")
 def stepped(fmu: Path, locomotive: cl.Model) -> Any:
-    return run_away(fmu, locomotive, "CoSimulation", TOLERANCE)
+    return slip_away(fmu, locomotive, "CoSimulation", TOLERANCE)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def difference(one: FloatArray, other: FloatArray) -> float:
 
 
 def test_solver_and_steps_of_the_fmu_give_one_trajectory(exchanged: Any, stepped: Any) -> None:
-    # CVode bounds the error of each step; over the run-away and the return they add up: 41 times
+    # CVode bounds the error of each step; over the slip-away and the return they add up: 41 times
     # the tolerance was seen, at the return, where the wheel sticks within milliseconds.
     assert np.max(stepped["creepage"]) > 1.0
     for name in ("omega", "speed"):
@@ -122,7 +122,7 @@ def test_steps_of_the_fmu_follow_the_tolerance(
 ) -> None:
     errors = {
         tolerance: difference(
-            run_away(fmu, locomotive, "CoSimulation", tolerance)["omega"], stepped["omega"]
+            slip_away(fmu, locomotive, "CoSimulation", tolerance)["omega"], stepped["omega"]
         )
         for tolerance in (1e-6, 1e-4)
     }

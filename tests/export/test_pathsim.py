@@ -56,7 +56,7 @@ def error(
         tolerance=1e-11,
         **inputs,
     )
-    assert own["omega"].max() > 60.0  # it ran away
+    assert own["omega"].max() > 60.0  # it slipped away
     until = time < DURATION
     return float(np.abs(omega - np.interp(time, own.time, own["omega"]))[until].max())
 

@@ -25,7 +25,7 @@ DESCRIBED = {
     "length": ("m", "length of the patch"),
     "damping": ("N.m.s", "damping of the drive"),
     "inertia": ("kg.m2", "inertia of wheelset and motor"),
-    "critical_torque": ("N.m", "torque at which a slow ramp runs away"),
+    "critical_torque": ("N.m", "torque at which the wheel slips away in a slow ramp"),
     "torque_margin": ("1", "critical torque over the largest demand, less one"),
     "clearing_time": ("s", "longest time that the largest demand survives"),
     "worst_pole": ("1/s", "largest pole of the falling branch"),

@@ -76,7 +76,7 @@ def test_run_can_be_read(
 
 
 @pytest.mark.slow
-def test_run_away_does_not_stretch_the_axes(
+def test_slip_away_does_not_stretch_the_axes(
     runs: Mapping[str, cl.Result], found: dict[str, Metrics], tmp_path: Path
 ) -> None:
     assert runs["open_loop"]["creepage"].max() > 3.0

@@ -85,7 +85,7 @@ WAYS: Mapping[str, Mapping[str, bool]] = {
 
 
 @pytest.fixture(scope="module")
-def runaways(locomotive: Locomotive, simulate: Simulate) -> dict[str, Run]:
+def slip_aways(locomotive: Locomotive, simulate: Simulate) -> dict[str, Run]:
     return {
         name: simulate(locomotive, Torques(THERE_AND_BACK), duration=DURATION, step=1e-3, **way)
         for name, way in WAYS.items()
@@ -125,7 +125,7 @@ def test_stiff_and_equally_loaded_it_is_one_wheelset(
     )
     four = replace(locomotive, vehicle=stiff)
     run = simulate(four, Torques(THERE_AND_BACK), duration=DURATION, step=1e-3, once=True)
-    assert own["creepage"].max() > 2.0  # it ran away
+    assert own["creepage"].max() > 2.0  # it slipped away
     assert own["creepage"][-1] < 0.01  # and came back
     expected = np.interp(run.time, own.time, own["omega"])
     np.testing.assert_allclose(
@@ -156,8 +156,8 @@ def test_order_of_the_coupling(
     assert found == pytest.approx(order, abs=0.1 * order)
 
 
-def test_all_ways_of_coupling_agree(runaways: dict[str, Run]) -> None:
-    first, *others = runaways.values()
+def test_all_ways_of_coupling_agree(slip_aways: dict[str, Run]) -> None:
+    first, *others = slip_aways.values()
     assert (first.creepage.max(axis=0)[:3] > 1.0).all()
     assert first.creepage[-1].max() < 0.02
     for run in others:
@@ -165,16 +165,16 @@ def test_all_ways_of_coupling_agree(runaways: dict[str, Run]) -> None:
         np.testing.assert_allclose(run.load, first.load, rtol=5e-3)
 
 
-def test_the_leading_axle_of_each_bogie_runs_away_first(runaways: dict[str, Run]) -> None:
-    run = runaways["FMU once per step"]
+def test_the_leading_axle_of_each_bogie_slips_away_first(slip_aways: dict[str, Run]) -> None:
+    run = slip_aways["FMU once per step"]
     away = (run.creepage > 0.05).argmax(axis=0)
     assert 0 < away[0] < away[2] < away[1]
     assert run.creepage[:, 3].max() < 0.05  # the axle that the others load
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_energy_is_conserved(runaways: dict[str, Run], way: str) -> None:
-    check_energy(runaways[way])
+def test_energy_is_conserved(slip_aways: dict[str, Run], way: str) -> None:
+    check_energy(slip_aways[way])
 
 
 def test_energy_is_conserved_in_a_curve(locomotive: Locomotive, simulate: Simulate) -> None:
@@ -212,7 +212,7 @@ def check_energy(run: Run) -> None:
     potential += 0.5 * vehicle.quill_stiffness * (twist**2).sum(axis=1)
     lost = sum(np.trapezoid(power, run.time) for power in (*powers.values(), damping))
     stored = kinetic_energy(run, turning) + potential
-    assert np.trapezoid(powers["slip"], run.time) > 0.2 * drive  # it ran away
+    assert np.trapezoid(powers["slip"], run.time) > 0.2 * drive  # it slipped away
     assert stored[-1] - stored[0] + lost == pytest.approx(drive, rel=1e-5)
 
 

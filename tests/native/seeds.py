@@ -156,7 +156,7 @@ def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
         for number, inertia, torque in ((3, 15, 22), (5, 3, 10)):
             program = [up(), "SET_REAL", 2, inertia, torque, 14, 13, "EXIT_INITIALIZATION"]
             data = as_bytes([*program, "STEP", 1, 1, 0], numbers)
-            calls[f"runaway_{number}_{version}"] = bytes([first + number, 6]) + data
+            calls[f"slip_away_{number}_{version}"] = bytes([first + number, 6]) + data
         calls[f"wrong_token_{version}"] = bytes([first, 0xFE, 3]) + b"abc" + bytes(9)
         calls[f"wrong_place_{version}"] = bytes([first, 0xF6, 3]) + b"%zz" + bytes(9)
         calls[f"long_token_{version}"] = bytes([first, 0xEE, 63]) + b"a" * 63

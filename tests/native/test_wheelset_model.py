@@ -34,7 +34,7 @@ def test_wheelset_is_integrated_with_third_order(locomotive: cl.Model, relaxed: 
 def test_wheelset_moves_as_the_stiff_solver_says(
     locomotive: cl.Model, torque: float, step: float
 ) -> None:
-    # From the rising branch, close below the peak, and in a run-away.
+    # From the rising branch, close below the peak, and in a slip-away.
     wheelset = locomotive.wheelset
     control = cl.TorqueControl(cl.Profile.of(torque))
     exact = cl.simulate(

@@ -164,7 +164,7 @@ HUGE = Motor(lag=0.01, power=1e100, torque_rate=1e100, trip_speed=1e100)
 
 
 def driven(motor: Motor, **changes: Any) -> cl.Scenario:
-    """A wet patch, on which the open loop runs away, with another drive."""
+    """A wet patch, on which the open loop slips away, with another drive."""
     drivetrain = dataclasses.replace(wet_patch().drivetrain, motor=motor)
     given: dict[str, Any] = {"duration": 8.0, "demand": cl.Profile.of(23.5e3), **changes}
     return wet_patch(drivetrain=drivetrain, **given)

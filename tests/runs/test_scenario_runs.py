@@ -67,7 +67,7 @@ def test_an_open_loop_is_a_torque_prescribed(rig: cl.Model, locomotive: cl.Model
             friction_scale=wet,
             tolerance=1e-11,
         )
-        assert run["creepage"].max() > 0.5  # it runs away on the wet stretch
+        assert run["creepage"].max() > 0.5  # it slips away on the wet stretch
         for name in ("omega", "speed", "distance", "stored_energy", *WORKS):
             assert run[name][-1] == pytest.approx(other[name][-1], rel=1e-6), name
 

@@ -29,7 +29,7 @@ def test_s_curve_changes_stability_at_fold_and_return(
     assert fold.creepage in curve.creepage
     assert fold.return_creepage in curve.creepage
     assert curve.creepage[0] == 0.0
-    assert curve.drive_torque[-1] > fold.drive_torque  # the run-away branch, followed to the end
+    assert curve.drive_torque[-1] > fold.drive_torque  # the slip-away branch, followed to the end
     assert (np.diff(curve.creepage) > 0.0).all()
 
 

@@ -53,11 +53,11 @@ def check_fold(curve: CreepCurve, zeta: np.ndarray) -> None:
     assert fold.creepage == curve.turns[0]
     assert fold.drive_torque == float(curve.torque(fold.creepage))
     beyond = torque[zeta > fold.creepage]
-    run_away = beyond[: int(np.argmax(beyond > fold.drive_torque)) or None]
+    slip_away = beyond[: int(np.argmax(beyond > fold.drive_torque)) or None]
     assert torque[zeta <= fold.creepage].max() <= fold.drive_torque
-    assert fold.return_torque <= max(0.0, run_away.min()) * (1.0 + 1e-12)
+    assert fold.return_torque <= max(0.0, slip_away.min()) * (1.0 + 1e-12)
     if fold.return_creepage < zeta[-1]:
-        assert fold.return_torque == pytest.approx(max(0.0, run_away.min()), rel=1e-6)
+        assert fold.return_torque == pytest.approx(max(0.0, slip_away.min()), rel=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")

@@ -149,7 +149,7 @@ def test_steps_are_the_equations_of_motion(
     train = Drivetrain(body, **options)  # type: ignore[arg-type]
     if held_speed:
         held = {**held, "acceleration": 0.7}
-    # More torque than the contact holds: the run passes the peak and runs away.
+    # More torque than the contact holds: the run passes the peak and slips away.
     start = {"speed": 8.0, "creepage": 0.005}
     run = drive(train, lambda t: 2.6e4, duration=0.4, **start, **held)
     exact = written_again(train, 2.6e4, duration=0.4, **start, **held)

@@ -49,7 +49,7 @@ STABILITY_FIGURES = {
         poles_figure, "Fast pole, and the delays at which a gain can still hold it"
     ),
     "phase": StabilityFigure(phase_figure, "Basin of grip, and runs on either side of its border"),
-    "slip_away": StabilityFigure(slip_away_figure, "Time in which an overload runs away"),
+    "slip_away": StabilityFigure(slip_away_figure, "Time to slip-away under an overload"),
     "clearing": StabilityFigure(clearing_figure, "How long a patch of low friction may be"),
     "gains": StabilityFigure(gains_figure, "Gains of creep control that hold the falling branch"),
     "loop": StabilityFigure(loop_figure, "Root locus and Nyquist curve of creep control"),

@@ -58,7 +58,7 @@ def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
             figure,
             f"Drive torque {1e-3 * torque:.4g} kN m, {100.0 * LOAD:g} % of the fold's. From the "
             "hatched creepages the wheelset returns to grip; beyond the border (the unstable state "
-            "or its separatrix) it runs away. Thin lines are simulated. "
+            "or its separatrix) it slips away. Thin lines are simulated. "
             f"{setting(wheelset, speed)}",
         )
     return figure
@@ -141,7 +141,7 @@ def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
     axes.axhline(border.creepage, color=paint.ink, lw=1.1)
     for part in STARTS:
         run = _run(wheelset, torque, speed, part * border.highest, end, far)
-        name = {0.5: "returns to grip", 1.2: "runs away"}.get(part)
+        name = {0.5: "returns to grip", 1.2: "slips away"}.get(part)
         axes.plot(1e3 * run.time, run["creepage"], lw=1.4, label=name, **_look(part > 1.0))
     title = f"Runs from both sides of the border, at {speed:.3g} m/s"
     limits: dict[str, Any] = {"xlim": (0.0, 1e3 * end), "ylim": (0.0, far)}

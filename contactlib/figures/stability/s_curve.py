@@ -169,7 +169,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speeds: list[float]) -> None:
     axes.axhspan(0.0, top, color=paint.shade, lw=0.0, zorder=0)
     axes.axhline(0.0, color=paint.ink, lw=0.9)
     axes.text(
-        0.98, 0.97, "runs away at constant torque", transform=axes.transAxes, ha="right", va="top"
+        0.98, 0.97, "slips away at constant torque", transform=axes.transAxes, ha="right", va="top"
     )
     title, limits = "Growth rate of a small change in creepage", (0.0, float(zeta[-1]))
     pole_label = r"fast pole $p$  [1/s]"

@@ -94,7 +94,7 @@ def _times(axes: Axes, wheelset: Wheelset, speed: float, end: float) -> None:
     points = SIMULATED, ms * np.array(simulated)
     axes.plot(*points, "o", color=paint.ink, mfc=paint.paper, label="simulated")
     labels = "overload: torque above that of the fold  [%]", "slip-away time  [ms]"
-    labelled(axes, *labels, "Time to run away", log="xy", steps=(1.0, 2.0, 5.0), legend={})
+    labelled(axes, *labels, "Time to slip-away", log="xy", steps=(1.0, 2.0, 5.0), legend={})
 
 
 def _run(wheelset: Wheelset, speed: float, overload: float, end: float) -> Result:
@@ -125,7 +125,7 @@ def clearing_figure(wheelset: Wheelset, speed: float) -> Figure:
         add_caption(
             figure,
             "Below each line the wheelset leaves a patch of low friction in time to regain grip at "
-            "constant torque; above the line it runs away. The torques lie between those of "
+            "constant torque; above the line it slips away. The torques lie between those of "
             f"return and fold on good friction. {setting(wheelset, speed)}",
         )
     return figure

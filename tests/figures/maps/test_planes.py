@@ -51,7 +51,7 @@ def test_map_shows_the_values(tmp_path: Path) -> None:
     (title,) = [figure.get_suptitle()]
     assert title == "Critical torque: Wet patches"
     caption = figure.legends[0].get_title().get_text()
-    assert "Torque at which a slow ramp runs away." in caption.replace("\n", " ")
+    assert "Torque at which the wheel slips away in a slow ramp." in caption.replace("\n", " ")
     assert r"5 \$ a run." in caption.replace("\n", " ")
 
 
