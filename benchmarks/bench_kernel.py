@@ -98,7 +98,7 @@ def simplified_theory(rate: float) -> float:
 
 
 def _check_fastsim() -> None:
-    """It converges to its theory, has Kalker's linear slope, and knows no direction."""
+    """It converges to its theory, has Kalker's linear slope, and depends on no direction."""
     for rate in (0.3, 1.2, 3.0):
         exact, given = simplified_theory(rate), np.array([[rate, 0.0, 0.0, 0.0]])
         error = [fastsim(given, strips=n, elements=n)[0, 0] - exact for n in (40, 80)]
@@ -207,7 +207,7 @@ def _table(points: int) -> Case:
     k_hat, value, slope = np.array([K_HAT]), np.empty(points), np.empty(points)
     line, ellipse = (cl.carter_griffith_table(contact=c) for c in ("line", "elliptic"))
     one_line, one_ellipse = KernelOneByOne(line), KernelOneByOne(ellipse)
-    formula = CPolach(POLACH)  # as the table, it knows no fall of friction
+    formula = CPolach(POLACH)  # as the table, without a fall of friction
     hermite = CHermite(cl.CarterGriffith(k_hat=K_HAT), end=END, cells=CELLS)
     return Case(
         "kernel, value and slope",
@@ -227,7 +227,7 @@ def _table(points: int) -> Case:
 
 
 def _lateral_spin(points: int) -> Case:
-    """Ellipse, load, creepages and spin to both forces and the moment, as a vehicle tool asks."""
+    """Ellipse, load, creepages and spin to both forces and the moment, as a vehicle tool needs."""
     random = np.random.default_rng(0)
     inputs = np.zeros(points, kernel.struct_dtype("creep_forces_input"))
     for name, low, high in (

@@ -23,7 +23,7 @@ from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, LONGEST_STEP, run_m
 
 SPEEDS = (10.0, 1.0)  # [m/s]
 TOLERANCE = 1e-6
-AS_IT_IS = DEFAULT_TOLERANCE, LONGEST_STEP  # tolerance and step [s] if nothing else is said
+AS_IT_IS = DEFAULT_TOLERANCE, LONGEST_STEP  # tolerance and step [s] unless noted otherwise
 RUNS = 1024
 FLEET = 2048  # runs of a thread: as many as `run_many` has side by side
 OUTCOMES = ("distance", "largest_creepage", "slip_work")

@@ -41,7 +41,7 @@ static void run(const fmi *v, void *c, size_t calls) {
 int main(int argc, char **argv) {
     if (argc != 12) fail("usage", "eleven arguments");
     const fmi *v = fmi_of(atoi(argv[1]));
-    static int said;
+    static int messages;
     int repetitions = atoi(argv[6]);
     size_t calls = (size_t)strtoul(argv[5], NULL, 10);
     double least = strtod(argv[9], NULL), most = strtod(argv[10], NULL), part = 0.0;
@@ -54,7 +54,7 @@ int main(int argc, char **argv) {
         if (part >= 1.0) part -= 1.0;
     }
     open_library(argv[2]);
-    void *c = v->open(0, argv[4], argv[3], 0, &said);
+    void *c = v->open(0, argv[4], argv[3], 0, &messages);
     if (c == NULL) fail(argv[2], "cannot be instantiated");
     FINE(start(v, c, strtod(argv[11], NULL)));
     double best = 1e300;

@@ -1,7 +1,7 @@
 """Time of a step of the kernel as C source: ``python benchmarks/kernel_step.py [MODEL ...]``.
 
 What a hard real-time target needs is the longest of a million steps, with inputs that change at
-each of them; kernel_step.c says what is run and printed.
+each of them; kernel_step.c describes what is run and printed.
 """
 
 from __future__ import annotations

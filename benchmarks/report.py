@@ -52,7 +52,7 @@ QUOTED = "Quoted, not measured here: the Reference FMUs 58 to 141 ns a step."
 
 @contextlib.contextmanager
 def one_core() -> Iterator[None]:
-    """Keep to one processor, where the system can be asked to."""
+    """Keep to one processor, where the system allows it."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -119,7 +119,7 @@ def key_rows(section: str) -> list[tuple[str, str, str, str, str, str]]:
 
 def meaning_of(one: Parameter) -> str:
     """Description of a parameter in the first docstring that has one, also of the class's bases."""
-    for source in one.said_by:
+    for source in one.described_by:
         for documented in getattr(source, "__mro__", (source,)):
             known = meanings(documented)
             if one.name in known:

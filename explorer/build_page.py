@@ -1,7 +1,7 @@
 """Put the explorer page together: one file that needs nothing else.
 
     python explorer/build_page.py           # writes contactlib/export/explorer.html
-    python explorer/build_page.py --check   # only says whether it is up to date
+    python explorer/build_page.py --check   # only checks whether it is up to date
 
 The page is the same to the last byte wherever it is built: the compilers' versions are those of
 the extra "explorer" and of package-lock.json.

@@ -39,7 +39,7 @@ def bundle() -> Bundle:
 
 
 def check_types() -> None:
-    """Let the TypeScript compiler read all modules; it says what it finds."""
+    """Let the TypeScript compiler check all modules and print what it finds."""
     found = node([str(PACKAGES / "typescript" / "bin" / "tsc"), "--noEmit"], cwd=SOURCE)
     if found != 0:
         raise SystemExit("the page's modules have mistakes of type")

@@ -14,7 +14,7 @@ from contactlib.base.writing import write_whole
 from contactlib.export.explorer import PAGE
 
 # On its way down from the slip-away, shortly before it grips again.
-TELL = """async () => {
+EXPERIMENT = """async () => {
     const { app } = await contactlib.ready;
     document.querySelector("#stories button:nth-child(2)").click();
     const low = () => app.run.now.drive_torque < 0.89 * app.shown.fold.drive_torque;
@@ -31,7 +31,7 @@ def picture() -> bytes:
         )
         page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
         page.goto(PAGE.as_uri())
-        page.evaluate(TELL)
+        page.evaluate(EXPERIMENT)
         page.wait_for_timeout(500.0)  # for a frame that draws it
         png = page.screenshot()
         browser.close()

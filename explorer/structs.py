@@ -1,4 +1,4 @@
-"""What the page knows of the C structs, all of whose members are doubles: their names, in order."""
+"""Members of the C structs for the page: all are doubles, so their names, in order."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def struct_fields() -> dict[str, list[str]]:
 
 
 def write_types(functions: tuple[str, ...], sections: Mapping[str, Iterable[str]]) -> None:
-    """Tell the compiler of the script structs of doubles, functions and sections of a model."""
+    """Declare structs of doubles, functions and sections of a model for the TypeScript compiler."""
     lines = ["// Written by build.py from the kernel's C and Python's declarations."]
     for name, members in (("Fields", struct_fields()), ("Sections", sections)):
         keys = {key: " | ".join(map(json.dumps, names)) for key, names in members.items()}

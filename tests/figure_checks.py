@@ -45,7 +45,7 @@ def marks(axes: Axes, marker: str) -> list[Line2D]:
 
 
 def check_axes(figure: Figure) -> None:
-    """Every axis that has a label says its unit; every panel has both labels or shares them.
+    """Every axis that has a label has a unit; every panel has both labels or shares them.
 
     The blank side of a colour bar and an axis of words need none.
     """
@@ -109,7 +109,7 @@ def check_layout(figure: Figure) -> None:
 
 
 def check_saved(figure: Figure, folder: Path) -> None:
-    """PNG and SVG are written, and are what they say.
+    """PNG and SVG are written, and are of that kind.
 
     The figure is drawn as `check_layout` left it.
     """

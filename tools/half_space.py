@@ -26,8 +26,8 @@ series along and Chebyshev polynomials across, du/dx is a smooth double integral
 coordinates around the receiver r dr cancels 1/r, and the root singularity of dp/dx is the weight
 of Chebyshev quadrature on each chord. Slip is collocated half an interval ahead of the nodes,
 which carries the condition of a bounded traction at the leading edge, and extrapolated linearly
-to them (taken as it is there it would be of first order, as in CONTACT). Stick wants s = 0; slip
-wants s against p. Newton's method solves both, with the two tractions unknown where the grid
+to them (taken as it is there it would be of first order, as in CONTACT). Stick requires s = 0; slip
+requires s against p. Newton's method solves both, with the two tractions unknown where the grid
 sticks and the traction's angle where it slides (and its length, if friction weakens); the sets
 are updated in each step, and a case that does not converge is approached along its own direction.
 
@@ -243,7 +243,7 @@ class Grid:
             settled = not (starts.any() or stops.any())
             if settled and np.abs(np.r_[angle, stronger]).max(initial=0) < 1e-4:
                 return Rolling(forces, p, slip, sliding)
-        # A node or two may change sides for ever; that matters only if the forces feel it.
+        # A node or two may change sides for ever; that matters only if the forces change.
         return Rolling(forces, p, slip, sliding) if np.abs(forces - before).max() < 2e-4 else None
 
     def _bound(

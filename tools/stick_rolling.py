@@ -52,7 +52,7 @@ class Influence(NamedTuple):
 
     `kernels` holds the integrals of p/r, p dx**2/r**3 and p dx dy/r**3 at points x, y: its shape
     is (3, rows, points of a row, functions). `moments` holds the integrals of p, x p and y p, and
-    `even` tells the functions that are even in y.
+    `even` marks the functions that are even in y.
     """
 
     x: FloatArray

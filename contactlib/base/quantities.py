@@ -340,7 +340,7 @@ class Parameter:
         Allowed values, if not every number or text is allowed.
     default : object
         Default; `dataclasses.MISSING` if it is required.
-    said_by : tuple
+    described_by : tuple
         Classes and functions whose docstrings describe it; the first description is used.
     """
 
@@ -349,7 +349,7 @@ class Parameter:
     many: bool
     choices: tuple[Any, ...]
     default: Any
-    said_by: tuple[Any, ...]
+    described_by: tuple[Any, ...]
 
     @property
     def needed(self) -> bool:
@@ -380,7 +380,7 @@ def declared(source: Any) -> Mapping[str, Parameter]:
     """
     hints = get_type_hints(source, include_extras=True)
     inherited: Mapping[str, Parameter] = {}
-    said_by = [source]
+    described_by = [source]
     if isinstance(source, type):
         defaults = {f.name: f.default for f in fields(source) if f.init}
     else:
@@ -388,7 +388,7 @@ def declared(source: Any) -> Mapping[str, Parameter]:
         defaults = {n: MISSING if p.default is p.empty else p.default for n, p in given}
         if isinstance(getattr(source, "__self__", None), type):
             inherited = declared(source.__self__)
-            said_by.append(source.__self__)
+            described_by.append(source.__self__)
     found = {}
     for name, default in defaults.items():
         of_type, *notes = get_args(hints[name]) if _is(hints[name], Annotated) else (hints[name],)
@@ -398,9 +398,11 @@ def declared(source: Any) -> Mapping[str, Parameter]:
         choices = next((get_args(t) for t in types if _is(t, Literal)), ())
         choices = (True, False) if bool in types else choices
         if quantity or many or choices or str in types:
-            found[name] = Parameter(name, quantity, many, choices, default, tuple(said_by))
+            found[name] = Parameter(name, quantity, many, choices, default, tuple(described_by))
         elif name in inherited:
-            found[name] = replace(inherited[name], default=default, said_by=tuple(said_by))
+            found[name] = replace(
+                inherited[name], default=default, described_by=tuple(described_by)
+            )
     return MappingProxyType({name.rstrip("_"): one for name, one in found.items()})
 
 

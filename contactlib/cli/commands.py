@@ -15,7 +15,7 @@ from contactlib.cli.console import (
     complain,
     drawing_options,
     output_option,
-    say,
+    print_line,
     with_progress,
 )
 from contactlib.cli.exports import EXPORTS
@@ -42,10 +42,12 @@ def demo(output: Path) -> None:
 
     summary = run_demo(output, ConsoleReporter())
     pictures = ", ".join(sorted(p.name for p in output.glob("*.png")))
-    say(f"\nThe pictures are in {output}: {pictures}")
-    say(f"All numbers above are in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
-    say(f"To try it live, open {output / 'explorer.html'} in a browser")
-    say("Next: contactlib simulate dry_wet_dry.toml --compare; contactlib figures --stability")
+    print_line(f"\nThe pictures are in {output}: {pictures}")
+    print_line(f"All numbers above are in {summary}; the FMU is {output / 'CreepForceElement.fmu'}")
+    print_line(f"To try it live, open {output / 'explorer.html'} in a browser")
+    print_line(
+        "Next: contactlib simulate dry_wet_dry.toml --compare; contactlib figures --stability"
+    )
 
 
 @main.command()
@@ -98,7 +100,7 @@ def simulate(
     names = names if compare else [control or names[0]]
     folder = output or Path(f"contactlib-{Path(scenario).stem}")
     write_report(loaded, names, folder, ConsoleReporter(), formats)
-    say(f"Metrics, time series and figures are in {folder}")
+    print_line(f"Metrics, time series and figures are in {folder}")
 
 
 @main.command()
@@ -264,4 +266,4 @@ def tune(
     )
     folder = output or Path(f"contactlib-tune-{Path(scenario).stem}")
     write_tuning(loaded, controllers, folder, ConsoleReporter(), formats, trials, seeds)
-    say(f"Settings, table and figure are in {folder}")
+    print_line(f"Settings, table and figure are in {folder}")

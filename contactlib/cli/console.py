@@ -34,7 +34,7 @@ from contactlib.cli.leaving import INTERRUPTED, leave
 Loaded = TypeVar("Loaded")
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """Print a text on stdout."""
     click.echo(harmless(text))
 

@@ -15,7 +15,7 @@ from contactlib.cli.console import (
     drawing_options,
     in_unit,
     output_option,
-    say,
+    print_line,
     with_progress,
 )
 
@@ -30,7 +30,7 @@ def _load(name: str) -> Model:
 
     model = with_progress(lambda progress: load_model(name, progress=progress))
     if note := model.wheelset.element.table.note:
-        say(note)
+        print_line(note)
     return model
 
 
@@ -91,14 +91,14 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     KIND is model (a wheelset, the default), force (only a wheel's creep force, for an
     FMU or a table), scenario or sweep; a name such as my_wheelset.toml writes a model there.
     """
-    from contactlib.cli.new_files import say_shipped, write_template
+    from contactlib.cli.new_files import list_shipped, write_template
 
     if kind.endswith(".toml"):
         if output is not None:
             raise ValueError(f"new: give one file to write, not {kind} and {output}")
         kind, output = "model", Path(kind)
     if shipped:
-        say_shipped()
+        list_shipped()
     else:
         write_template(kind, output, overwrite)
 
@@ -218,12 +218,12 @@ def fmu(
             assumed = ""
             if isinstance(loaded.wheelset, Missing):
                 assumed = f" (for {ASSUMED_INVERSE_MASS:g} 1/kg, assumed as there is no inertia)"
-            say(
+            print_line(
                 f"Largest stable step at {loaded.initial_speed:g} m/s: {steps[0]:.2g} ms if both "
                 f"sides step in turn, {steps[1]:.2g} ms if they step at once{assumed}; with "
                 "--implicit, any"
             )
-    say(str(written))
+    print_line(str(written))
 
 
 @click.command()
@@ -238,7 +238,7 @@ def kernel(model: str, output: Path) -> None:
     from contactlib.export.kernel_source import export_kernel
 
     folder = export_kernel(_load(model), output)
-    say(f"{folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+    print_line(f"{folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
 
 
 @click.command()
@@ -286,7 +286,7 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
             complain(f"contactlib: no {name}: {error}")
             continue
         first, *others = save_pictures(figure, output, name, formats)
-        say(f"{', '.join([str(first), *(path.name for path in others)])}: {title}")
+        print_line(f"{', '.join([str(first), *(path.name for path in others)])}: {title}")
     if failed:
         click.get_current_context().exit(1)
 
@@ -305,8 +305,8 @@ def explore(model: str | None, shown: bool, output: Path) -> None:
 
     written = write_explorer(output, model)
     if shown and not open_in_browser(written):
-        say("No browser could be opened here; open the file in any browser.")
-    say(f"The page is {written}")
+        print_line("No browser could be opened here; open the file in any browser.")
+    print_line(f"The page is {written}")
 
 
 EXPORTS = (table, new, fmu, kernel, figures, explore)

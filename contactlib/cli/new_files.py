@@ -10,7 +10,7 @@ from contactlib.base.quantities import warn
 from contactlib.base.text import fixed_width
 from contactlib.base.units import in_si
 from contactlib.base.writing import write_whole
-from contactlib.cli.console import ConsoleReporter, say
+from contactlib.cli.console import ConsoleReporter, print_line
 from contactlib.export.lookup import known_format, lookup_table, write_lookup_table
 from contactlib.files.model import Model
 from contactlib.files.reading import model_path, parse, shipped_files
@@ -34,17 +34,17 @@ def write_template(kind: str, output: Path | None, overwrite: bool) -> None:
         raise ValueError(f"{path} is there already: --overwrite replaces it")
     text = (TEMPLATES / f"{kind}.toml").read_text(encoding="ascii")
     write_whole(path, text.replace(f"my_{kind}.toml", path.name).encode())
-    say(f"{path}: to try it, contactlib {NEXT[kind]} {path}")
+    print_line(f"{path}: to try it, contactlib {NEXT[kind]} {path}")
 
 
-def say_shipped() -> None:
+def list_shipped() -> None:
     """List the shipped files: kind, name and title."""
     rows = [
         (name, kind, str(parse(model_path(name))["name"]))
         for kind, names in shipped_files().items()
         for name in names
     ]
-    say(fixed_width([(name, f"{kind:8}  {title}") for name, kind, title in rows]))
+    print_line(fixed_width([(name, f"{kind:8}  {title}") for name, kind, title in rows]))
 
 
 def write_table(
@@ -63,7 +63,7 @@ def write_table(
             given["normal_load"] = given.pop("load")
         found = lookup_table(load(), **given)
         sizes = " x ".join(f"{size} {name}" for name, size in found.sizes.items())
-        say(
+        print_line(
             f"{write_lookup_table(found, output)}: {sizes}, largest error of "
             f"{found.attrs['interpolation'].split()[0]} interpolation found "
             f"{found.attrs['largest_error_found']:.2g} of the largest force"
@@ -76,7 +76,7 @@ def write_table(
     if rebuild and made.law.startswith("CarterGriffith"):
         with ConsoleReporter().step("Building the table of the law") as progress:
             made = build_carter_griffith_table(made.options["contact"], progress)
-    say(
+    print_line(
         f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} in the "
         f"traction ratio and {made.max_slope_error:.2g} in its slope, at "
         f"{made.certificate_points} points"

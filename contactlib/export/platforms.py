@@ -68,7 +68,7 @@ def binaries(
         If a platform is unknown, or its library is missing and there is no compiler; the message
         names the command that installs it.
     """
-    libraries = _libraries(_wanted(platforms))
+    libraries = _libraries(_checked(platforms))
     members = {}
     for folder, served in (FMI2_FOLDERS if fmi_version == 2 else FMI3_FOLDERS).items():
         found = [name for name in served if name in libraries]
@@ -80,7 +80,7 @@ def binaries(
     return members
 
 
-def _wanted(platforms: Sequence[str] | None) -> list[str]:
+def _checked(platforms: Sequence[str] | None) -> list[str]:
     if platforms is None:
         platforms = [kernel.platform_name()]
     names = [platforms] if isinstance(platforms, str) else list(platforms)
@@ -108,7 +108,7 @@ def to_compile(platforms: Sequence[str] | None) -> list[str]:
     ValueError
         If a platform is unknown, or there is no compiler.
     """
-    names = [name for name in _wanted(platforms) if _found(name) is None]
+    names = [name for name in _checked(platforms) if _found(name) is None]
     if names and not _has_compiler():
         raise ValueError(
             f"platforms contains {', '.join(map(repr, names))}, whose library is not in this "

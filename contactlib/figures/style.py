@@ -45,7 +45,7 @@ LABELS = {  # of axes, by what stands there
     "stick boundary": "stick boundary $c/a$  [1]: full stick at -1, full slip at 1",
 }
 SLIDES = {"16:9": "13.333x7.5", "4:3": "10x7.5"}  # sizes by name [in]
-# Colours that colour-blind readers can tell apart (Okabe & Ito): blue, orange, green.
+# Colours that colour-blind readers can distinguish (Okabe & Ito): blue, orange, green.
 CYCLE = ("#0072B2", "#D55E00", "#009E73")
 STYLE: dict[Any, Any] = {
     "axes.spines.top": False,

@@ -168,7 +168,7 @@ class TractionData:
         ):
             largest = float(np.abs(found[name]).max())
             if largest > most:
-                hint = f"if it is in per cent, say so with {how}"
+                hint = f"if it is in per cent, declare it with {how}"
                 if name == "traction_coefficient" and load is not None:
                     hint = f"does load = {load:g} N carry as many wheels as the force drives?"
                 warn(
@@ -347,7 +347,7 @@ def _place(
         )
     found = [p for p, cell in enumerate(head) if column in (cell, names[p])]
     if not found:
-        hint = "; say which to take with columns" if column in COLUMNS else ""
+        hint = "; select one with columns" if column in COLUMNS else ""
         raise ValueError(f"line {line}: no column {column!r}; {known_names(column, names)}{hint}")
     if len(found) > 1:
         raise ValueError(f"line {line}: {len(found)} columns {column!r}: select one by its number")

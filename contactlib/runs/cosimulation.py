@@ -206,9 +206,9 @@ def cosimulate(
     omega = (1.0 + creepage) * speed / wheelset.radius
     memory, law = controller.start(start), controller.native
     omegas, speeds, torques = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
-    for i, (t, asked) in enumerate(zip(time.tolist(), reference.tolist(), strict=True)):
+    for i, (t, target) in enumerate(zip(time.tolist(), reference.tolist(), strict=True)):
         contact = source.exchange(t, step, omega, speed, load, 1.0)
-        command = law.command(asked, contact.creepage, memory)
+        command = law.command(target, contact.creepage, memory)
         omegas[i], speeds[i], torques[i] = omega, speed, command.torque
         rates = wheelset.native.motion(
             omega, speed, command.torque, 0.0, kernel.contact_with_force(contact.creep_force)

@@ -187,7 +187,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         ),
         "limited_utilisation": Outcome(
             "1",
-            "force used / available force, while the demand asks for more than is available",
+            "force used / available force, while the demand exceeds the available force",
             _limited_utilisation,
             percent=True,
             better=1,

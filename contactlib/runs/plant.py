@@ -566,8 +566,8 @@ class Runs(Plant):
         if len(self.trains) == 1 and not isinstance(self._control, (Parameters, Copies)):
             measured, torque = Measurement(*(np.full(1, x) for x in measured)), np.full(1, torque)
         if row == 0:
-            self._memory = self._asked("start", row, measured, torque)
-        answer = self._asked("sample", row, measured, self._memory)
+            self._memory = self._called("start", row, measured, torque)
+        answer = self._called("sample", row, measured, self._memory)
         shape = self.failed.shape
         if row == 0 and not (
             isinstance(answer, tuple) and len(answer) == 2 and np.shape(answer[0]) in ((), shape)
@@ -579,7 +579,7 @@ class Runs(Plant):
         requested, self._memory = answer
         self._command(requested if type(requested) is float else self._one(np.asarray(requested)))
 
-    def _asked(self, method: str, row: int, *given: Any) -> Any:
+    def _called(self, method: str, row: int, *given: Any) -> Any:
         """Answer of a method of the controller at a row."""
         try:
             return getattr(self._control, method)(*given)

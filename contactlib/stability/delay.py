@@ -63,8 +63,8 @@ def proportional_window(
 
         atan2(w, p) = w delay + atan(w lag),   (g Kp)**2 = (p**2 + w**2)(1 + (w lag)**2),
 
-    and for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. A contact
-    with relaxation length sigma, in the time tau = sigma/V, slips away more slowly, with
+    and for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. With
+    a relaxation length sigma, that is, a time tau = sigma/V, the wheel slips away more slowly: with
     s - p/(1 + tau s) instead of s - p, which for small p tau compensates the same time of delay.
     With sampling, y is read every `sample_time`, the control is held in between, and `delay` (a
     whole number of samples or not) is the time from reading to acting.

@@ -85,7 +85,7 @@ class Slip(NamedTuple):
     scale : ndarray
         Reference speed of the creepage: the vehicle's, at least `low_speed` [m/s].
     missing : ndarray
-        Torque that was asked for last minus what the drive gave, in the demand's direction [N.m].
+        Torque that was commanded last minus what the drive gave, in the demand's direction [N.m].
     zero : CreepageBias
         Estimated error of the measured creepage.
     """
@@ -112,7 +112,7 @@ class SlipLimiter(Parameters):
     While u exceeds the demand, I is the demand, so that T follows it without delay and any slip
     beyond the reference reduces the torque at once; otherwise dI/dt = Ki e, limited to [0, demand],
     and faster where the creepage is far below the reference or beyond four times the reference. I
-    does not rise while the drive gives less than was asked for, nor fall while it gives more.
+    does not rise while the drive gives less than was commanded, nor fall while it gives more.
 
     The measured creepage has an error; `contactlib.traction.creepage_bias` estimates it, and w is
     corrected by it. If the error is unknown when the torque has to be limited, T is at most

@@ -220,7 +220,7 @@ class ThresholdControl(Parameters):
         back = back & (acceleration < self.acceleration_threshold)
         starts = slipping & negated(memory.cutting)
         cutting = (slipping | memory.cutting) & negated(back)
-        # The drive may give less than was asked for last; a cut begins at what it gives.
+        # The drive may give less than was commanded last; a cut begins at what it gives.
         given = maximum(where(braking, -known.torque, known.torque), 0.0)
         less = (given < memory.torque) & (braking == memory.braking) & (starts | cutting)
         torque = where(less, minimum(torque, given), torque)

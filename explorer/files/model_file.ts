@@ -17,7 +17,7 @@ import {
 const NEEDED = ["contact", "friction", "wheelset"];
 const LAW = "carter_griffith"; // the law whose tables the page has
 const SHOWN = "this page shows models";
-// Keys that a vehicle does not have, as others say it.
+// Keys that a vehicle does not have, which other keys express.
 const ALTERNATIVES = ["weakening_length", "saturation_creepage", "rotor_inertia", "gear_ratio"];
 
 /** Read a model file. Throws a ModelError of one line that names key, value and limit. */
@@ -125,11 +125,11 @@ function rotorOf({ rotor_inertia: rotor, gear_ratio: ratio }: Numbers): number {
 
 /** Slope reduction as [wheelset] gives it, or from the saturation creepage; 1 without either. */
 function slopeReductionOf(vehicle: Vehicle, section: Numbers): number {
-  const { saturation_creepage: wanted, slope_reduction: given } = section;
-  if (wanted == null) return given ?? 1;
+  const { saturation_creepage: saturation, slope_reduction: given } = section;
+  if (saturation == null) return given ?? 1;
   const clean = scalesOf(forceParameters(vehicle)).saturation_creepage;
-  if (wanted >= clean * (1 - 1e-12)) return Math.min(1, clean / wanted);
-  refuse(`wheelset.saturation_creepage = ${wanted} is out of range: must be >= ` +
+  if (saturation >= clean * (1 - 1e-12)) return Math.min(1, clean / saturation);
+  refuse(`wheelset.saturation_creepage = ${saturation} is out of range: must be >= ` +
     `${clean.toPrecision(6)}, that of clean surfaces`);
 }
 

@@ -5,7 +5,7 @@ import { parse, TomlError } from "smol-toml";
 import { outOfRange } from "../physics/limits";
 import { type Limit, SECTIONS, SPELLINGS, UNITS } from "./declared";
 
-/** A model file that cannot be used; one line says where and why. */
+/** A model file that cannot be used; its message is one line with the place and the reason. */
 export class ModelError extends Error {
   override name = "ModelError";
 }

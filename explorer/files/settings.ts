@@ -120,10 +120,10 @@ export function fromAddress(hash: string): { settings: Settings; problems: strin
     given.length = 0;
   }
   const names = Object.keys(PRESETS);
-  const wanted = given.find(([key]) => key === "vehicle")?.[1] ?? names[0]!;
-  const known = names.includes(wanted);
-  if (!known) problems.push(`vehicle = ${shown(wanted)} must be one of: ${names.join(", ")}`);
-  const preset = PRESETS[known ? wanted : names[0]!]!;
+  const name = given.find(([key]) => key === "vehicle")?.[1] ?? names[0]!;
+  const known = names.includes(name);
+  if (!known) problems.push(`vehicle = ${shown(name)} must be one of: ${names.join(", ")}`);
+  const preset = PRESETS[known ? name : names[0]!]!;
   const before = flat(preset), values = { ...before }, seen = new Set<string>();
   for (const [key, text] of given) {
     if (seen.has(key)) {

@@ -21,7 +21,7 @@ export interface Patch {
   friction: number;
 }
 
-/** Fills points, for creepages at an address or as many as it finds and says. */
+/** Fills points, for creepages at an address, or finds some and returns their number. */
 type PointsCall = (to: number, room: number, creepage: number) => number | void;
 
 const ROOM = 512; // points of a curve at most
@@ -82,7 +82,7 @@ export class Kernel {
   }
 
   /** The points that a C function fills at an address for some creepages [1], or as many as it
-   * says that it has found. */
+   * finds and returns the number of. */
   points(call: PointsCall, creepage?: ArrayLike<number>): Point[] {
     return this.places.slice(0, this.fillPoints(call, creepage)).map((point) => ({ ...point }));
   }
@@ -138,7 +138,7 @@ export class Drivetrain {
       kernel.given("drivetrain_parameters", parameters));
   }
 
-  /** Lay a patch in place of one that is there; null: the input alone says what friction there is. */
+  /** Lay a patch in place of one that is there; null: the input alone sets the friction. */
   layPatch(patch: Patch | null): void {
     const { begins, ends, friction } = patch ?? { begins: 0, ends: 0, friction: 1 };
     this.module.train_lay_patch(this.train, begins, ends, friction);

@@ -21,8 +21,8 @@ const MOVED = 2e-3; // relative change of the speed after which the curves are d
 
 /** One step of a guided experiment. */
 export interface Step {
-  /** Told during the step. */
-  say(app: App): string;
+  /** What the page shows during the step. */
+  text(app: App): string;
   begin?(app: App): void;
   /** It ends after so many simulated seconds, at an event, or when this is true. */
   until: number | RunEvent["name"] | ((app: App) => boolean);
@@ -31,12 +31,12 @@ export interface Step {
 /** A guided experiment. */
 export interface Story {
   name: string;
-  /** Why it cannot be told of this wheel, in one line; null if it can. */
+  /** Why this wheel cannot show it, in one line; null if it can. */
   cannot(app: App): string | null;
   steps: Step[];
 }
 
-/** What the app asks of the page. */
+/** What the app needs of the page. */
 interface Stage {
   views: View[];
   /** Controls may show other values than before. */
@@ -45,8 +45,8 @@ interface Stage {
   moved(): void;
 }
 
-/** Say what an experiment shows. */
-const say = (text: string): void => write(find("story"), text || WELCOME);
+/** Show the text of an experiment. */
+const showText = (text: string): void => write(find("story"), text || WELCOME);
 
 export class App {
   readonly run: Run;
@@ -55,7 +55,7 @@ export class App {
   /** What a kick adds to the creepage [1]. */
   kickSize = 0.01;
 
-  /** The experiment that is being told. */
+  /** The experiment that runs. */
   story: Story | null = null;
   private step = 0; // of the story
   private since = 0; // simulated time at which the step began [s]
@@ -175,7 +175,7 @@ export class App {
     this.lookAgain();
   }
 
-  tell(story: Story): void {
+  startStory(story: Story): void {
     const before = this.before ?? structuredClone({ ...this.settings, control: { ...this.control } });
     const another = this.story !== null;
     this.endStory();
@@ -187,7 +187,7 @@ export class App {
       this.beginStep(0);
     } else {
       if (another) this.restart(); // not in the state to which that has led
-      say(why);
+      showText(why);
     }
     this.stage.changed();
   }
@@ -198,7 +198,7 @@ export class App {
     this.step = number;
     step.begin?.(this);
     this.since = this.run.now.time;
-    say(step.say(this));
+    showText(step.text(this));
     this.stage.changed();
   }
 
@@ -214,7 +214,7 @@ export class App {
   /** The visitor takes over, and keeps what the story has set. */
   endStory(): void {
     this.before = null;
-    say("");
+    showText("");
     if (this.story === null) return;
     this.story = null;
     this.stage.changed();
@@ -239,7 +239,7 @@ export class App {
     this.changed();
   }
 
-  /** Stop and say why: the run does not go on from a state that cannot be computed. */
+  /** Stop and show why: the run does not go on from a state that cannot be computed. */
   fail(error: unknown): void {
     this.playing = false;
     this.stale = false;

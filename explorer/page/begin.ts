@@ -124,7 +124,7 @@ function showPlayback(playback: number): void {
 function fillStories(app: App): void {
   const buttons = STORIES.map((story, i) => {
     const button = made("button", { type: "button", title: `Key ${i + 1}` }, story.name);
-    button.addEventListener("click", () => app.tell(story));
+    button.addEventListener("click", () => app.startStory(story));
     return button;
   });
   find("stories").append(...buttons);
@@ -201,7 +201,7 @@ function key(app: App, event: KeyboardEvent): void {
   if (document.querySelector("dialog[open]") !== null) return;
   const story = STORIES[Number(event.key) - 1];
   const button: Record<string, string> = { k: "kick", w: "wet", r: "reset", "?": "help-button" };
-  if (story !== undefined) app.tell(story);
+  if (story !== undefined) app.startStory(story);
   else if (event.key === " " && !/^(BUTTON|INPUT|SUMMARY)$/.test(target.tagName)) app.play(!app.playing);
   else if (event.key.toLowerCase() in button) find(button[event.key.toLowerCase()] as string).click();
   else return;

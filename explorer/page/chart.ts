@@ -7,7 +7,7 @@ import { colour, type Colour } from "./theme";
 
 interface Axis {
   label: string;
-  /** What the label says of one SI unit. */
+  /** What the label shows for one SI unit. */
   per?: number;
   log?: boolean;
   /** Smallest distance between two labels [px]. */

@@ -56,7 +56,7 @@ export function showChoice(): void {
   find<HTMLSelectElement>("preset").value = choice;
 }
 
-/** Open a model file, or say what is wrong with it. */
+/** Open a model file, or show what is wrong with it. */
 export async function open(app: App, file: File): Promise<void> {
   try {
     if (file.size > MAX_BYTES) {
@@ -70,7 +70,7 @@ export async function open(app: App, file: File): Promise<void> {
   }
 }
 
-/** Save the present model as a file, or say why no file can hold it. */
+/** Save the present model as a file, or show why no file can hold it. */
 export function save(app: App): void {
   const { vehicle, normalLoad, speed } = app.settings;
   const file = choice !== "given" && choice !== "link" ? choice.replace(/\.toml$/, "")

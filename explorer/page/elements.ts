@@ -26,7 +26,7 @@ export function write(place: Element, text: string): void {
 const TOAST = 6000; // for which a message stays [ms]
 let toastTimer = 0;
 
-/** Say something at the foot of the page, for a while. */
+/** Show a message at the foot of the page, for a while. */
 export function toast(text: string): void {
   const place = find("toast");
   place.textContent = text;

@@ -7,7 +7,7 @@ import { byStability, type Moment, MAX_CREEPAGE, type Picture } from "./picture"
 
 const FINGER = 32; // distance at which a finger takes hold of the handle [px]
 
-/** Told of the torque [N.m] and creepage [1] to which a visitor drags. */
+/** Called with the torque [N.m] and creepage [1] to which a visitor drags. */
 type Dragged = (driveTorque: number, creepage: number) => void;
 
 export class SteadyStates extends View {
@@ -58,14 +58,14 @@ export class SteadyStates extends View {
   draw({ run, shown, control, span }: Moment): void {
     this.chart.draw((pen) => {
       const { fold, ends: [least] } = shown, held = control.mode === "creep";
-      const { drive_torque: acting, creepage } = run.now, wanted = control.drive_torque;
+      const { drive_torque: acting, creepage } = run.now, target = control.drive_torque;
       if (held) pen.rule("up", control.creepage, "torque", 1.2, [4, 4]);
-      else pen.rule("across", wanted, "torque", 1.2, [4, 4]);
+      else pen.rule("across", target, "torque", 1.2, [4, 4]);
       const past = trail(run.history, "drive_torque", "creepage", run.now.time - 6 * span, least);
       pen.line(past, "trail", 1.6);
       pen.rule("across", acting, "torque", 1.8);
-      if (!held) pen.handle(wanted, "torque");
-      this.handle = held ? Infinity : pen.across(wanted);
+      if (!held) pen.handle(target, "torque");
+      this.handle = held ? Infinity : pen.across(target);
       if (fold !== null) {
         pen.dot(fold.drive_torque, fold.creepage, "ink", false, 3.5);
         const text = `fold ${digits(1e-3 * fold.drive_torque, 4)} kN m`;

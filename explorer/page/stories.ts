@@ -1,4 +1,4 @@
-/* Guided experiments: each sets the wheel up, does something to it and says what can be seen. */
+/* Guided experiments: each sets the wheel up, does something to it and describes what can be seen. */
 
 import { clearing } from "../physics/clearing";
 import { FASTEST_RIM } from "../physics/motion";
@@ -97,12 +97,12 @@ function patchStory(app: App, part: number): void {
 }
 
 /** A step with its text, and what it begins with. */
-const step = (until: Step["until"], say: string | Step["say"], begin?: Step["begin"]): Step =>
-  ({ until, say: typeof say === "string" ? () => say : say, ...(begin && { begin }) });
+const step = (until: Step["until"], text: string | Step["text"], begin?: Step["begin"]): Step =>
+  ({ until, text: typeof text === "string" ? () => text : text, ...(begin && { begin }) });
 
 /** A text for the end, while the rest goes on at another pace. */
-const slower = (playback: number, say: string): Step =>
-  step(Infinity, say, (app) => (app.settings.playback = playback));
+const slower = (playback: number, text: string): Step =>
+  step(Infinity, text, (app) => (app.settings.playback = playback));
 
 const lasts = ({ settings: { patch }, run }: App): string => duration(patch.length / run.now.speed);
 

@@ -1,4 +1,4 @@
-/* Light and dark theme. Charts ask for colours by their names in the style sheet. */
+/* Light and dark theme. Charts take colours by their names in the style sheet. */
 
 export type Colour =
   | "card" | "ink" | "soft" | "faint" | "line" | "stable" | "unstable" | "torque" | "trail"
@@ -18,7 +18,7 @@ export function colour(name: Colour): string {
   return found;
 }
 
-/** Take the visitor's own choice, else that of the system; tell `changed` of every change. */
+/** Take the visitor's choice, else that of the system; call `changed` at every change. */
 export function beginTheme(button: HTMLElement, changed: () => void): void {
   const system = matchMedia("(prefers-color-scheme: dark)");
   const show = (dark: boolean): void => {

@@ -73,8 +73,8 @@ export class TorqueSource {
   /** Torque at a creepage that is measured without delay [N.m]. */
   answer(control: Control, creepage: number): number {
     if (this.law === "torque") return this.torque;
-    const wanted = this.steady + control.proportional_gain * (this.reference - creepage);
-    return Math.min(Math.max(wanted, 0), control.torque_max);
+    const torque = this.steady + control.proportional_gain * (this.reference - creepage);
+    return Math.min(Math.max(torque, 0), control.torque_max);
   }
 
   private hold(control: Control, law: Law, saturation: number, steadyTorque: SteadyTorque): void {
@@ -87,11 +87,11 @@ export class TorqueSource {
     if (this.law !== law) this.integral = this.torque - steady - gain * error;
 
     this.steady = steady + this.integral;
-    const wanted = this.steady + gain * error;
-    this.torque = Math.min(Math.max(wanted, 0), control.torque_max);
+    const torque = this.steady + gain * error;
+    this.torque = Math.min(Math.max(torque, 0), control.torque_max);
     if (law === "proportional") {
       this.integral *= Math.exp(-SAMPLE / HANDOVER);
-    } else if ((wanted - this.torque) * error <= 0) {
+    } else if ((torque - this.torque) * error <= 0) {
       this.integral += control.integral_gain * error * SAMPLE;
     }
     const rate = Math.max(saturation, this.reference);

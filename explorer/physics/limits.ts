@@ -27,7 +27,7 @@ export function limitText(limits: Limits, shown: (bound: number) => string = Str
   return ["finite", ...given.map(([name, sign]) => `${sign} ${shown(limits[name]!)}`)].join(" and ");
 }
 
-/** One line that says how a number breaks its limits, as it was given; null if it does not. */
+/** One line on how a number breaks its limits, as it was given; null if it does not. */
 export function outOfRange(
   name: string, value: number, limits: Limits, given = String(value),
 ): string | null {

@@ -120,8 +120,8 @@ export class Run {
     const lay = (): void => motion.layPatch({ begins, ends: begins + length, friction });
     if (wasWet || ahead === 0) this.jump(lay);
     else lay();
-    if (wasWet) this.tell("patch_ends");
-    if (motion.onPatch) this.tell("patch_begins");
+    if (wasWet) this.record("patch_ends");
+    if (motion.onPatch) this.record("patch_begins");
   }
 
   /** Torque of the control at a creepage that is measured without delay [N.m]. */
@@ -160,7 +160,7 @@ export class Run {
     this.samples++;
     this.now = this.row();
     happened.push(...this.watcher.next(this.now.creepage));
-    for (const name of happened) this.tell(name);
+    for (const name of happened) this.record(name);
     this.stopped = motion.limit();
     const since = this.now.time - (this.kept?.time ?? -Infinity);
     if (happened.length > 0 || this.stopped !== null) this.keep(now, this.now);
@@ -183,7 +183,7 @@ export class Run {
     this.keep(before, (this.now = this.row()));
   }
 
-  private tell(name: RunEvent["name"]): void {
+  private record(name: RunEvent["name"]): void {
     const { time, creepage, drive_torque } = this.now;
     this.events.push({ name, time, creepage, drive_torque });
   }

@@ -8,7 +8,7 @@ export const isStable = ({ pole }: Point): boolean => pole < 0;
 /**
  * The loop of y = g/(s - p) u and u = -K y, where y is sampled and used n samples later, for a pole p
  * [1/s] and a gain g [1/(N.m.s)]. It is stable while all roots of z^n (z - a) + g K b = 0 are within the
- * unit circle, with a = exp(p step) and b = (a - 1)/p. A root exp(i phi) asks for
+ * unit circle, with a = exp(p step) and b = (a - 1)/p. A root exp(i phi) requires
  * n phi + arg(exp(i phi) - a) = pi and g K b = |exp(i phi) - a|.
  */
 export class Loop {

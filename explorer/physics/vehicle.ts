@@ -7,7 +7,7 @@ const { gravity } = embeddedData("declarations") as { gravity: number }; // stan
 
 type Key<Section extends keyof Sections> = Sections[Section];
 
-/** Numbers of a vehicle, which are those of a model file in SI units but for what is said here. */
+/** Numbers of a vehicle: those of a model file in SI units, unless noted here. */
 type VehicleNumber =
   | "semi_width" // half the contact's length along rolling, a, at the nominal load
   | "peak_pressure" // p0 at the nominal load

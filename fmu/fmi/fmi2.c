@@ -128,7 +128,7 @@ CALL_ALONE(CancelStep) { return not_offered(c, __func__); }
 OF_NONE(SetRealInputDerivatives, REFERENCES, const fmi2Integer order[], const fmi2Real values[])
 OF_NONE(GetRealOutputDerivatives, REFERENCES, const fmi2Integer order[], fmi2Real values[])
 
-/* A step ends before fmi2DoStep returns, so only the time of the last one can be asked for. */
+/* A step ends before fmi2DoStep returns, so only the time of the last one can be requested. */
 CALL(GetRealStatus, const fmi2StatusKind kind, fmi2Real *value) {
     CORE(c, ANY_STAGE);
     NEEDS(1, value);

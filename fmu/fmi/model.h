@@ -20,7 +20,7 @@ typedef struct {
     double previous; /* that of the step before [N] */
     double stable;   /* minimum of the maximum stable steps so far; 0: no limit so far [s] */
     /* Slip acceleration by everything but the creep force in the last step, if both sides of the
-     * exchange step as parallel_exchange says and if they do not, and how it changes: sums of
+     * exchange step as parallel_exchange has it and if they do not, and how it changes: sums of
      * squares in which older steps count less. */
     double external[2];  /* [m/s2] */
     double roughness[2]; /* [m2/s4] */
@@ -99,7 +99,7 @@ CONTACTLIB_API double model_explicit_step(const model *m, const creep_table *tab
 /* Whether it has a start value: a parameter, an input or a state. */
 int model_is_given(const model_variable *variable);
 
-/* Whether it is an output that only says what the contact does: its derivatives are differences. */
+/* Whether it is an output that only describes the contact: its derivatives are differences. */
 int model_is_diagnostic(const model_variable *variable);
 
 /* Changes of outputs, derivatives and indicators when everything else changes along a direction:

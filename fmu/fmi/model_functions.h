@@ -1,4 +1,4 @@
-/* The functions of each model; the struct in model.h says what they do. */
+/* The functions of each model; the struct in model.h describes what they do. */
 #ifndef MODEL_FUNCTIONS_H
 #define MODEL_FUNCTIONS_H
 

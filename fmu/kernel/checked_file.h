@@ -17,7 +17,7 @@ enum { CHECKED_FILE_FRAME = 24 };
 /* Write the frame in front of contents that already stand in bytes from CHECKED_FILE_FRAME on. */
 void checked_file_frame(void *bytes, size_t size, const char magic[8], uint32_t version);
 
-/* Returns NULL, or a message that says why these bytes are not such a file. */
+/* Returns NULL, or an error message if these bytes are no such file. */
 const char *checked_file_error(const void *bytes, size_t size, const char magic[8],
                                uint32_t version);
 

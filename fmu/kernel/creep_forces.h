@@ -67,7 +67,7 @@ CONTACTLIB_API void creep_forces_prepare(creep_forces *pair, const creep_table *
                                          const creep_forces_parameters *parameters);
 
 /* Prepare it from a file in memory that is aligned to 8 bytes: Poisson's ratio and coefficients.
- * Returns NULL, or a message that says what is wrong with the bytes. */
+ * Returns NULL, or an error message if the bytes are damaged. */
 CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_table *table,
                                              const void *bytes, size_t size);
 

@@ -143,7 +143,7 @@ typedef struct {
     double by_log_k;       /* [1] */
 } friction_fall;
 
-/* g at the magnitude of the slip velocity; scales are those of friction scale 1, and hot says
+/* g at the magnitude of the slip velocity; scales are those of friction scale 1, and hot is
  * whether friction falls with temperature. Rail and wheel move through the contact at the speeds V
  * and omega r, and the heat that they absorb is proportional to sqrt(V) + sqrt(omega r). */
 ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,

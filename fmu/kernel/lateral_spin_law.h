@@ -59,7 +59,7 @@ typedef struct lateral_spin_contact {
 } lateral_spin_contact;
 
 /* Read a file in memory that is aligned to 8 bytes and must outlive the contact. Returns NULL, or a
- * message that says what is wrong with the bytes. */
+ * message if the bytes are damaged. */
 CONTACTLIB_API const char *lateral_spin_contact_open(lateral_spin_contact *contact,
                                                      const void *bytes, size_t size);
 

@@ -31,7 +31,7 @@ typedef double lanes[LANES];
 typedef lanes rows[MAX_ROWS];
 typedef lanes matrix[MAX_ROWS][MAX_STATES];
 
-/* A loop over the lanes; it tells the compiler that the lanes are independent. */
+/* A loop over the lanes, which declares to the compiler that they are independent. */
 #if LANES == 1
 #define EACH_LANE(l) for (int l = 0; l < LANES; l++)
 #elif defined(__clang__)

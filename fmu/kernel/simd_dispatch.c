@@ -21,8 +21,8 @@ static int widest(void) {
     return (b & (1u << 5)) != 0;
 }
 
-/* The processor is asked once: the instruction is slow, above all in a virtual machine. All threads
- * find the same, so it does not matter which of them writes. */
+/* The processor is queried once: the instruction is slow, above all in a virtual machine. All
+ * threads find the same, so it does not matter which of them writes. */
 static int width(void) {
     static int known = -1;
     int found = __atomic_load_n(&known, __ATOMIC_RELAXED);

@@ -61,11 +61,11 @@ static void error_size(void *model, rows y, rows error, lanes size) {
  * almost undamped, at some 100 Hz, and resolving these oscillations over a long step would need any
  * number of substeps. With a coarse tolerance the method damps the oscillations and preserves their
  * mean, which is sufficient for such long steps. */
-static double held_tolerance(double asked, double count) {
-    return count < 0.4 * MAX_SUBSTEPS   ? asked
-           : count < 0.6 * MAX_SUBSTEPS ? fmax(asked, 1e-4)
-           : count < 0.8 * MAX_SUBSTEPS ? fmax(asked, 1e-2)
-                                        : fmax(asked, 1e-1);
+static double held_tolerance(double required, double count) {
+    return count < 0.4 * MAX_SUBSTEPS   ? required
+           : count < 0.6 * MAX_SUBSTEPS ? fmax(required, 1e-4)
+           : count < 0.8 * MAX_SUBSTEPS ? fmax(required, 1e-2)
+                                        : fmax(required, 1e-1);
 }
 
 const char *wheelset_advance(const creep_table *table, const force_element_parameters *contact,

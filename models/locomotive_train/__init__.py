@@ -1,1 +1,1 @@
-"""A four-axle locomotive with its train in Exudyn; `README.md` says what it is for."""
+"""A four-axle locomotive with its train in Exudyn; `README.md` describes its purpose."""

@@ -25,7 +25,7 @@ class Rails(Parameters):
 
         s + (recovered - s) (1 - exp(-cleaning W)),    s < recovered
 
-    The form is that of Meli, Ridolfi & Rindi [1]_, who let the sliding wheel itself feel it, too;
+    The form is that of Meli, Ridolfi & Rindi [1]_, who apply it to the sliding wheel, too;
     Voltr & Lata [2]_ measured such transitions. Here a wheel changes the rails for others only.
 
     Parameters

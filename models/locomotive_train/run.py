@@ -137,7 +137,7 @@ def simulate(
     reach = at[0] + speed * duration + 0.5 * STRONGEST * duration**2
     state = RailState(Rails() if rails is None else rails, at, reach)
     rows: list[tuple[FloatArray, ...]] = []
-    # Exudyn asks for the first accelerations before the first step.
+    # Exudyn needs the first accelerations before the first step.
     now = {
         "torque": np.zeros(AXLES),
         "friction": state.friction(at),

@@ -47,7 +47,7 @@ Three = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Vehicle(Parameters):
-    """Masses, dimensions and springs in SI units; `vehicle.toml` says what each is.
+    """Masses, dimensions and springs in SI units; `vehicle.toml` describes each.
 
     Raises
     ------

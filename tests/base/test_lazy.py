@@ -46,7 +46,7 @@ def test_what_a_library_lacks_itself_is_another_error(monkeypatch: pytest.Monkey
         ("xarray", ["table", "roller_rig.toml", "-o", "table.csv"]),
     ],
 )
-def test_a_command_says_so_before_it_works(
+def test_a_command_reports_it_before_it_works(
     library: str, arguments: list[str], tmp_path: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(str(tmp_path))

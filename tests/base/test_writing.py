@@ -143,7 +143,7 @@ def test_a_file_without_write_permission_is_refused(
 ) -> None:
     path = write_whole(tmp_path / "x", b"old")
     path.chmod(0o444)
-    monkeypatch.setattr(os, "access", lambda path, mode: False)  # what root is never told
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # which root never gets
     with pytest.raises(PermissionError, match=re.escape(repr(str(path)))):
         write_whole(path, b"new")
     assert path.read_bytes() == b"old"

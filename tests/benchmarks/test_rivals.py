@@ -71,14 +71,14 @@ def test_many_differ_and_run() -> None:
 
 
 def test_turns_are_taken_and_work_is_counted() -> None:
-    said: list[str] = []
+    calls: list[str] = []
     case = Case(
         "speaking",
         8.0,
         "ns",
-        {name: lambda name=name: said.append(name) for name in "abc"},  # type: ignore[misc]
+        {name: lambda name=name: calls.append(name) for name in "abc"},  # type: ignore[misc]
         {"c": ">= 1"},
-        clock=lambda: float(len(said)),  # each word takes a second
+        clock=lambda: float(len(calls)),  # each call takes a second
         less_work={"c": 2.0},
     )
     seconds = interleaved(case, rounds=4, least=1.0)

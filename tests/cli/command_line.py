@@ -21,7 +21,7 @@ def done(*arguments: str | Path) -> Result:
 
 
 def refused(*arguments: str | Path) -> str:
-    """What the call, which ends with status 2, says in one line."""
+    """The error of the call, which ends with status 2, in one line."""
     result = call(*arguments)
     assert (result.exit_code, result.stdout) == (2, ""), result.output
     assert result.stderr.count("\n") == 1, result.stderr

@@ -34,22 +34,22 @@ def main(folder: Path, unpacked: Path) -> dict[str, object]:
     points = folder / "points.csv"
     points.write_text("creepage,traction_coefficient\n0.005,0.15\n0.01,0.25\n")
     model = cl.load_model("roller_rig.toml")
-    said: list[str] = []
+    messages: list[str] = []
     with Instance(unpacked).initialize() as fmu:
         values = fmu.get("radius", "static_friction")
         for values_out_of_range in ({"friction_scale": -1.5}, {"slip_rate_residual": 1.25e-300}):
             with fmu.refused():
                 fmu.set(**values_out_of_range)
-            said.append(fmu.said)
+            messages.append(fmu.message)
         fmu.fmu.exitInitializationMode()
         with fmu.refused():
             fmu.step(0.125, 0.5)
-        said.append(fmu.said)
+        messages.append(fmu.message)
     exported = cl.export_fmu(model, folder / "x.fmu").read_bytes()
     return {
         "csv": (folder / "run.csv").read_text(),
         "read": cl.TractionData.from_csv(points).traction_coefficient.tolist(),
-        "said": said,
+        "messages": messages,
         "values": values,
         "fmu": hashlib.sha256(exported).hexdigest(),
         "separator": locale.localeconv()["decimal_point"],

@@ -175,14 +175,14 @@ def test_an_option_without_its_unit_is_warned_of(
         assert result.stderr.count(doubt) == lines
 
 
-def test_export_says_the_largest_step_over_which_the_force_may_be_held(
+def test_export_reports_the_largest_step_over_which_the_force_may_be_held(
     tmp_path: Path, rig: cl.Model
 ) -> None:
     # The pole of a wheelset with this force on each of its wheels, without slip.
     wheelset = rig.wheelset
     gradient = wheelset.element.evaluate(omega=10.0 / wheelset.radius, speed=10.0)["force_gradient"]
     longest = 2e3 / float(gradient * wheelset.effective_inverse_mass)
-    said = (
+    note = (
         f"Largest stable step at 10 m/s: {longest:.2g} ms if both sides step in turn, "
         f"{0.5 * longest:.2g} ms if they step at once; with --implicit, any\n"
     )
@@ -196,7 +196,7 @@ def test_export_says_the_largest_step_over_which_the_force_may_be_held(
         path = tmp_path / "x.fmu"
         result = done("fmu", "roller_rig.toml", *options, "-o", path)
         assert result.stderr == ""
-        assert result.stdout == (said if held else "") + f"{path}\n"
+        assert result.stdout == (note if held else "") + f"{path}\n"
         version = options[1] if "--fmi" in options else "2.0"
         with zipfile.ZipFile(path) as fmu:
             assert f'fmiVersion="{version}"'.encode() in fmu.read("modelDescription.xml")
@@ -251,7 +251,7 @@ def test_figures_command_draws_a_models_stability(
     ],
     ids=lambda command: command[0],
 )
-def test_figures_have_the_formats_and_captions_that_are_asked_for(
+def test_figures_have_the_formats_and_captions_that_are_requested(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str]
 ) -> None:
     monkeypatch.setattr(figures, "STABILITY_FIGURES", {"poles": STABILITY_FIGURES["poles"]})

@@ -28,8 +28,8 @@ def test_numbers_have_ascii_digits() -> None:
                 continue
             if option.name in LISTS:
                 for text in UNUSUAL:
-                    said = refused("table", "roller_rig.toml", "-o", "x.csv", option.opts[0], text)
-                    assert f"{option.opts[0]} = {text!r}" in said
+                    error = refused("table", "roller_rig.toml", "-o", "x.csv", option.opts[0], text)
+                    assert f"{option.opts[0]} = {text!r}" in error
                 continue
             for text in UNUSUAL:
                 with pytest.raises((click.BadParameter, ValueError), match=re.escape(text)):

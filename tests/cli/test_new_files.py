@@ -47,11 +47,11 @@ def test_an_inverse_mass_that_is_assumed_is_warned_of_where_it_must_be_set() -> 
 
 
 def test_a_file_may_be_named_instead_of_a_kind() -> None:
-    said = done("new", "my_wheelset.toml").stdout
-    assert said == "my_wheelset.toml: to try it, contactlib explore my_wheelset.toml\n"
+    output = done("new", "my_wheelset.toml").stdout
+    assert output == "my_wheelset.toml: to try it, contactlib explore my_wheelset.toml\n"
     assert cl.load_model("my_wheelset.toml").wheelset.mass == 60e3
-    said = refused("new", "mine.toml", "-o", "yours.toml")
-    assert said == "contactlib: new: give one file to write, not mine.toml and yours.toml\n"
+    error = refused("new", "mine.toml", "-o", "yours.toml")
+    assert error == "contactlib: new: give one file to write, not mine.toml and yours.toml\n"
     refused("new", "modle")
 
 
@@ -103,10 +103,10 @@ def test_every_kind_has_a_template_that_the_command_names() -> None:
     assert Path("other.toml").read_text().count("explore other.toml") == 1
 
 
-def test_nothing_is_overwritten_unless_asked() -> None:
+def test_nothing_is_overwritten_by_default() -> None:
     Path("my_model.toml").write_text("mine")
-    said = refused("new", "model")
-    assert said == "contactlib: my_model.toml is there already: --overwrite replaces it\n"
+    error = refused("new", "model")
+    assert error == "contactlib: my_model.toml is there already: --overwrite replaces it\n"
     assert Path("my_model.toml").read_text() == "mine"
     done("new", "model", "--overwrite")
     assert cl.load_model("my_model.toml").name == "My wheelset"
@@ -125,8 +125,8 @@ def test_every_command_finds_the_file_that_is_meant(command: str) -> None:
     Path("my_wheel.toml").write_text("")
     names = {"dry_wet_dy.toml": "dry_wet_dry.toml", "my_whel.toml": "my_wheel.toml"}
     for name, meant in names.items():
-        said = refused(command, name)
-        assert said == f"contactlib: {name}: no such file; did you mean {meant}?\n"
+        error = refused(command, name)
+        assert error == f"contactlib: {name}: no such file; did you mean {meant}?\n"
     assert "did you mean" not in refused(command, "unheard.toml")
 
 

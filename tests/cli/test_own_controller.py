@@ -136,12 +136,12 @@ def test_mistakes_are_one_line_and_status_2(place: str, message: str) -> None:
 
 
 @pytest.mark.usefixtures("folder")
-def test_what_cannot_be_combined_is_told() -> None:
+def test_what_cannot_be_combined_is_refused() -> None:
     own = ("-o", "out", "--controller", "mine.py:Mine")
-    said = refused("simulate", "s.toml", *own, "--control", "creep_pi")
-    assert "--control cannot be combined with --controller" in said
-    said = refused("simulate", "roller_rig.toml", *own)
-    assert "roller_rig.toml: is a model, not a scenario" in said
+    error = refused("simulate", "s.toml", *own, "--control", "creep_pi")
+    assert "--control cannot be combined with --controller" in error
+    error = refused("simulate", "roller_rig.toml", *own)
+    assert "roller_rig.toml: is a model, not a scenario" in error
     Path("s.toml").write_text(SCENARIO.replace("controllers.creep_pi", "controllers.Mine"))
-    said = refused("simulate", "s.toml", *own)
-    assert said == "contactlib: s.toml has a controller Mine itself: take another name\n"
+    error = refused("simulate", "s.toml", *own)
+    assert error == "contactlib: s.toml has a controller Mine itself: take another name\n"

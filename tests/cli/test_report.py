@@ -1,4 +1,4 @@
-"""`simulate` and `tune`: what they say, what they write, and what they know before they run."""
+"""`simulate` and `tune`: what they print, what they write, and what they report before a run."""
 
 from __future__ import annotations
 
@@ -97,13 +97,13 @@ def test_the_numbers_are_those_of_the_runs(compared: tuple[Path, str]) -> None:
     assert (folder / "out" / "metrics.txt").read_text() in shown
 
 
-def test_what_delays_rule_out_is_said_before_anything_runs(compared: tuple[Path, str]) -> None:
+def test_what_delays_rule_out_is_reported_before_anything_runs(compared: tuple[Path, str]) -> None:
     _, shown = compared
     lines = shown.splitlines()
     first_run = next(i for i, line in enumerate(lines) if line.startswith("..."))
-    said = lines[:first_run]
-    assert len(said) == 2  # worst and best friction
-    for line, friction in zip(said, ("0.6", "1"), strict=True):
+    before = lines[:first_run]
+    assert len(before) == 2  # worst and best friction
+    for line, friction in zip(before, ("0.6", "1"), strict=True):
         assert line.startswith(f"falling branch at 10 m/s, friction factor {friction}, creepage")
         assert "impossible: pole" in line
         assert "no gain holds" in line
@@ -119,20 +119,20 @@ def test_the_outlook_is_that_of_the_loop() -> None:
     for lag in (0.0, 0.01):
         late = dataclasses.replace(case.drivetrain, motor=Motor(lag=lag))
         relaxation = case.drivetrain.relaxation_length / 10.0
-        said = cl.controllability(
+        expected = cl.controllability(
             worst.pole, delay=0.01, lag=lag, relaxation=relaxation, sample_time=0.01
         )
-        assert said.text in outlook(wet_patch(drivetrain=late))[-1]
+        assert expected.text in outlook(wet_patch(drivetrain=late))[-1]
 
 
-def test_the_outlook_knows_when_nothing_falls(rig: cl.Model) -> None:
+def test_the_outlook_names_a_curve_that_does_not_fall(rig: cl.Model) -> None:
     case = cl.load_scenario("torsion.toml")
     friction = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
     element = dataclasses.replace(rig.wheelset.element, friction=friction)
     wheelset = dataclasses.replace(rig.wheelset, element=element)
     plain = dataclasses.replace(case, drivetrain=Drivetrain(wheelset), controllers=OPEN)
-    (said,) = outlook(plain)
-    assert "no branch on which the wheel slips away under constant torque" in said
+    (line,) = outlook(plain)
+    assert "no branch on which the wheel slips away under constant torque" in line
 
 
 def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -188,8 +188,8 @@ def test_runs_under_continuous_controllers_are_reported_too(rig: cl.Model, tmp_p
 )
 def test_mistakes_are_one_line(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SHORT)
-    said = refused("simulate", tmp_path / "short.toml", *arguments, "-o", tmp_path / "out")
-    assert said.startswith(message)
+    error = refused("simulate", tmp_path / "short.toml", *arguments, "-o", tmp_path / "out")
+    assert error.startswith(message)
     assert not (tmp_path / "out").exists()
 
 
@@ -204,7 +204,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_tune_says_what_it_maximises_above_a_table_with_headings(short: Path) -> None:
+def test_tune_reports_what_it_maximises_above_a_table_with_headings(short: Path) -> None:
     shown = done("tune", "short.toml", "cut", "--trials", "60", "-o", "out", "--format", "svg")
     lines = shown.output.splitlines()
     assert lines[1] == "The search tried 60 settings of each controller, for the largest mean of"

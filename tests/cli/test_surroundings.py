@@ -121,7 +121,7 @@ def test_a_decimal_comma_changes_no_number(
     assert found["comma"].pop("separator") == ","
     assert found["dot"].pop("separator") == "."
     assert found["comma"] == found["dot"]
-    first, tiny, point = found["comma"]["said"]
+    first, tiny, point = found["comma"]["messages"]
     assert first.startswith("friction_scale = -1.5 is out of range: must be from ")
     assert tiny.startswith("slip_rate_residual = 1.25e-300 is out of range")
     assert point == "communication point = 0.125 must be the FMU's time 0"
@@ -181,7 +181,7 @@ def test_no_home_no_screen_no_folder(tmp_path: Path) -> None:
 
 @posix
 @pytest.mark.parametrize(
-    ("shell", "status", "said"),
+    ("shell", "status", "error"),
     [
         ("| head -n 1 >&2", 0, ""),  # the status is head's
         (">/dev/full", 2, "contactlib: [Errno 28] No space left on device\n"),
@@ -191,14 +191,14 @@ def test_no_home_no_screen_no_folder(tmp_path: Path) -> None:
     ids=["broken pipe", "full", "closed", "all closed"],
 )
 def test_where_the_output_goes_is_no_matter(
-    tmp_path: Path, shell: str, status: int, said: str
+    tmp_path: Path, shell: str, status: int, error: str
 ) -> None:
     if "/dev/full" in shell and not Path("/dev/full").exists():
         pytest.skip("needs /dev/full")
     done = run("table", "roller_rig.toml", "-o", "t.bin", cwd=tmp_path, shell=shell)
     assert done.returncode == status
-    if said or "head" not in shell:
-        assert done.stderr == said
+    if error or "head" not in shell:
+        assert done.stderr == error
     assert cl.CreepForceTable.load(tmp_path / "t.bin").max_error < 1e-13
 
 
@@ -220,7 +220,7 @@ def test_a_reader_that_has_gone_ends_the_command_quietly(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(("version", "word"), [(1, "older"), (3, "newer")])
-def test_a_table_of_another_version_says_which(
+def test_a_table_of_another_version_names_it(
     tmp_path: Path, table: cl.CreepForceTable, version: int, word: str
 ) -> None:
     path = tmp_path / "t.bin"

@@ -73,7 +73,7 @@ def test_nothing_comes_of_nothing() -> None:
     assert all(np.isfinite(still[name]).all() for name in still.dtype.names or ())
 
 
-def test_what_was_not_checked_is_said() -> None:
+def test_what_was_not_checked_is_reported() -> None:
     pair = pair_of(COULOMB)
     with pytest.warns(AspectWarning, match="outside 1/8"):
         pair.evaluate(semi_axis_x=9e-3, semi_axis_y=1e-3, normal_load=1e4)

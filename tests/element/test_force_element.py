@@ -60,7 +60,7 @@ def test_speed_is_regularised_twice_differentiably(element: cl.ForceElement) -> 
     assert np.isfinite(element.force(omega=3.0, speed=0.0))
 
 
-def test_k_hat_is_held_at_the_table_s_end_and_says_so(element: cl.ForceElement) -> None:
+def test_k_hat_is_held_at_the_table_s_end_and_reports_it(element: cl.ForceElement) -> None:
     record = element.evaluate(omega=20.1, speed=10.0, normal_load=220.65e3 * np.array([1.0, 1e-3]))
     np.testing.assert_allclose(record["k_hat"], [0.3, 2.0])
     np.testing.assert_array_equal(record["k_hat_limited"], [0.0, 1.0])

@@ -145,7 +145,7 @@ def test_no_load_no_friction_and_no_slip_are_finite() -> None:
     assert light["lateral_force"] == pytest.approx(light["creep_force"], rel=1e-3)
 
 
-def test_a_line_knows_lateral_slip_but_no_spin(rig: cl.Model) -> None:
+def test_a_line_has_lateral_slip_but_no_spin(rig: cl.Model) -> None:
     element = rig.wheelset.element
     slip = 1e-6 * SPEED * element.saturation_creepage
     out = element.evaluate(omega=SPEED / RADIUS, speed=SPEED, lateral_velocity=-slip)

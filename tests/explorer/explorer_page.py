@@ -84,7 +84,7 @@ class ExplorerPage:
         if request.url.partition("#")[0] == self._address:
             route.continue_()
         else:
-            self.errors.append(f"the page asked for {request.url}")
+            self.errors.append(f"the page requested {request.url}")
             route.abort()
 
     def _note(self, message: ConsoleMessage) -> None:
@@ -125,7 +125,7 @@ def explorer_page(
     """The page, ready; leaving it without an exception asserts that nothing went wrong on it.
 
     `fragment` is what stands behind the address's ``#``. With `clock_stands` the page's clock goes
-    on, and frames are drawn, only when Playwright's ``page.clock`` says so. Further options are
+    on, and frames are drawn, only when Playwright's ``page.clock`` moves. Further options are
     those of its ``new_context``, such as ``color_scheme`` or ``has_touch``.
     """
     address = path.resolve().as_uri() + (f"#{fragment}" if fragment else "")

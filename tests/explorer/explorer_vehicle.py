@@ -1,4 +1,4 @@
-"""Wheelsets as the explorer page knows them, and random ones."""
+"""Wheelsets as the explorer page describes them, and random ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from contactlib.vehicle import Resistance
 
 SPEED = 10.0  # that the shipped models begin at [m/s]
 SAMPLE = 2e-4  # of the page's control [s]
-POISSON_RATIO = 0.3  # of every wheelset here: a contact knows only its modulus
+POISSON_RATIO = 0.3  # of every wheelset here: a contact has only its modulus
 
 
 def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, Any]:

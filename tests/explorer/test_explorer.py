@@ -35,7 +35,7 @@ def explore(*arguments: str, status: int = 0) -> str:
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Addresses that the browser was asked for."""
+    """Addresses that the browser was to open."""
     addresses: list[str] = []
 
     def note(address: str) -> bool:
@@ -47,7 +47,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return addresses
 
 
-def test_page_is_one_file_that_asks_for_nothing() -> None:
+def test_page_is_one_file_that_loads_nothing() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert "default-src 'none'" in text
     assert not re.search(r"<(script|link|img)[^>]*\s(src|href)=|@import|url\(http", text)
@@ -68,13 +68,13 @@ def test_command_writes_and_opens_the_page(
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "error"),
     [("x.pdf", "x.pdf: the explorer is a page, whose file ends in .html"), ("none/page.html", "")],
 )
-def test_page_that_cannot_be_written_is_one_line(tmp_path: Path, name: str, said: str) -> None:
+def test_page_that_cannot_be_written_is_one_line(tmp_path: Path, name: str, error: str) -> None:
     shown = explore("--no-open", "-o", str(tmp_path / name), status=2)
     assert f"{tmp_path / name}" in shown
-    assert said in shown
+    assert error in shown
     assert shown.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
@@ -123,7 +123,7 @@ def test_no_text_of_a_model_ends_its_element(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "error"),
     [
         ('name = "x"\n', "contact is missing"),
         (RIG.replace("inertia = 250.0", "inertia = -1.0"), "wheelset.inertia = -1.0 is out"),
@@ -136,11 +136,11 @@ def test_no_text_of_a_model_ends_its_element(tmp_path: Path) -> None:
     ],
 )
 def test_model_that_cannot_be_shown_is_a_line_for_each_mistake(
-    tmp_path: Path, text: str, told: str
+    tmp_path: Path, text: str, error: str
 ) -> None:
     model, path = tmp_path / "model.toml", tmp_path / "page.html"
     model.write_text(text, encoding="utf-8")
-    with pytest.raises(cl.ModelError, match=re.escape(told)):
+    with pytest.raises(cl.ModelError, match=re.escape(error)):
         cl.export.write_explorer(path, model)
     shown = explore(str(model), "-o", str(path), status=2)
     assert all(line.startswith(f"contactlib: {model}: ") for line in shown.splitlines())

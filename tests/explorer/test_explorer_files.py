@@ -38,14 +38,14 @@ ANSWER = """(name, calls) => calls.map((given) => {
 })"""
 
 
-def ask_all(page: ExplorerPage, name: str, calls: list[tuple[Any, ...]]) -> list[Any]:
+def call_all(page: ExplorerPage, name: str, calls: list[tuple[Any, ...]]) -> list[Any]:
     found = page.call(ANSWER, name, [list(given) for given in calls])
     assert not [error for _, error in found if error is not None]
     return [value for value, _ in found]
 
 
-def ask(page: ExplorerPage, name: str, *given: object) -> Any:
-    return ask_all(page, name, [given])[0]
+def call(page: ExplorerPage, name: str, *given: object) -> Any:
+    return call_all(page, name, [given])[0]
 
 
 def presets_of(page: ExplorerPage) -> Any:
@@ -157,18 +157,18 @@ def test_page_reads_a_file_as_python_does_and_writes_it_back(
     page: ExplorerPage, tmp_path: Path, text: str
 ) -> None:
     path = tmp_path / "model.toml"
-    vehicle, model = ask(page, "readModel", text), loaded(path, text)
+    vehicle, model = call(page, "readModel", text), loaded(path, text)
     assert_same(vehicle, model)
     assert isinstance(model, cl.Model)
-    control = ask(page, "settingsOf", vehicle, "roller_rig")["control"]
+    control = call(page, "settingsOf", vehicle, "roller_rig")["control"]
     curve = CreepCurve(model.wheelset, speed=model.initial_speed)
     assert 0.0 < curve.grip(control["drive_torque"]) < control["creepage"]
     least = float(curve.minimum_gain(control["creepage"]))
     assert least < control["proportional_gain"] or math.isinf(least)  # no gain: the train speeds up
     assert curve.torque(control["creepage"]) < control["torque_max"]
-    written = ask(page, "writeModel", vehicle, vehicle["normal_load"])
+    written = call(page, "writeModel", vehicle, vehicle["normal_load"])
     assert_same(vehicle, loaded(path, written))
-    again = ask(page, "readModel", written)
+    again = call(page, "readModel", written)
     for name, value in vehicle.items():
         close = pytest.approx(value, rel=1e-12, abs=0.0) if isinstance(value, float) else value
         assert again[name] == close, name
@@ -179,11 +179,11 @@ def test_page_reads_a_file_as_python_does_and_writes_it_back(
 def test_another_load_is_written_as_the_contact_under_it(
     page: ExplorerPage, tmp_path: Path, changes: dict[str, Any], share: float
 ) -> None:
-    vehicle = ask(page, "readModel", with_sections(changes))
+    vehicle = call(page, "readModel", with_sections(changes))
     load = share * vehicle["normal_load"]
     before, after = (
         loaded(tmp_path / "model.toml", text)
-        for text in (with_sections(changes), ask(page, "writeModel", vehicle, load))
+        for text in (with_sections(changes), call(page, "writeModel", vehicle, load))
     )
     assert isinstance(before, cl.Model)
     assert isinstance(after, cl.Model)
@@ -296,10 +296,10 @@ def test_other_files_are_named(page: ExplorerPage) -> None:
 
 
 def test_page_finds_the_model_that_the_command_gave_it(page: ExplorerPage, tmp_path: Path) -> None:
-    assert ask(page, "givenModel") is None
+    assert call(page, "givenModel") is None
     path = cl.export.write_explorer(tmp_path / "page.html", "locomotive.toml")
     with explorer_page(path=path) as other:
-        assert ask(other, "givenModel") == MODELS["locomotive"]
+        assert call(other, "givenModel") == MODELS["locomotive"]
 
 
 def test_no_text_gives_anything_but_a_model_or_a_line(page: ExplorerPage, tmp_path: Path) -> None:
@@ -347,19 +347,19 @@ def test_address_keeps_every_bit(page: ExplorerPage) -> None:
     presets = presets_of(page)
     assert list(presets) == list(MODELS)
     for name, preset in presets.items():
-        assert ask(page, "toAddress", preset) == f"#vehicle={name}"
+        assert call(page, "toAddress", preset) == f"#vehicle={name}"
         held = {**preset, "control": {**preset["control"], "mode": "creep", "delay": 0.012}}
-        assert ask(page, "toAddress", held) == f"#vehicle={name}&mode=creep&delay=0.012"
+        assert call(page, "toAddress", held) == f"#vehicle={name}&mode=creep&delay=0.012"
         settings = [random_settings(rng, preset) for _ in range(100)]
-        addresses = ask_all(page, "toAddress", [(each,) for each in settings])
+        addresses = call_all(page, "toAddress", [(each,) for each in settings])
         for address in addresses:
             assert address.isascii()
             assert not set(address) & set(" <>\"'`")
-        found = ask_all(page, "fromAddress", [(address,) for address in addresses])
+        found = call_all(page, "fromAddress", [(address,) for address in addresses])
         assert found == [{"settings": each, "problems": []} for each in settings]
 
 
-# Addresses that cannot be used, and parts of the one line that says why.
+# Addresses that cannot be used, and parts of the error, which is one line.
 UNUSABLE = {
     "#vehicle=tram": ["vehicle", "tram", "roller_rig, locomotive"],
     "#k_hat=three": ["k_hat", "three", "not a number"],
@@ -384,15 +384,15 @@ UNUSABLE = {
 }
 
 
-def test_what_an_address_cannot_say_is_named_and_the_rest_is_kept(page: ExplorerPage) -> None:
+def test_what_an_address_cannot_hold_is_named_and_the_rest_is_kept(page: ExplorerPage) -> None:
     rig = presets_of(page)["roller_rig"]
-    found = ask_all(page, "fromAddress", [(f"{a}&playback=0.5",) for a in UNUSABLE])
-    for (address, told), its in zip(UNUSABLE.items(), found, strict=True):
+    found = call_all(page, "fromAddress", [(f"{a}&playback=0.5",) for a in UNUSABLE])
+    for (address, parts), its in zip(UNUSABLE.items(), found, strict=True):
         kept = 1 if len(address) > 4000 else 0.5
         assert its["settings"] == {**rig, "playback": kept}, address
         (problem,) = its["problems"]
         assert "\n" not in problem
-        assert all(part in problem for part in told), problem
+        assert all(part in problem for part in parts), problem
 
 
 def test_first_settings_are_worth_showing(page: ExplorerPage) -> None:

@@ -30,7 +30,7 @@ def native_table(contact: Shape) -> kernel.NativeTable:
 
 
 def bits(values: object) -> list[int]:
-    """Of doubles: unlike the numbers they tell the zeros apart."""
+    """Of doubles: unlike the numbers they distinguish the zeros."""
     return list(np.asarray(values, dtype=np.float64).ravel().view(np.uint64).tolist())
 
 
@@ -191,14 +191,14 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
     assert max(creepages) > 2.0 * creepages[50]  # it did slip on the patch
 
 
-def test_a_drivetrain_says_what_it_cannot_do(page: ExplorerPage, rig: cl.Model) -> None:
+def test_a_drivetrain_reports_what_it_cannot_do(page: ExplorerPage, rig: cl.Model) -> None:
     """And goes on from a state that it can step from."""
-    said, distance = page.call(
+    errors, distance = page.call(
         """async (parameters, drivetrain, input) => {
           const { kernel } = await contactlib.ready, { line } = kernel.tables;
-          const said = [], train = new contactlib.kernel.Drivetrain();
+          const errors = [], train = new contactlib.kernel.Drivetrain();
           const attempt = (action) => {
-            try { action(); } catch (error) { said.push(error.message); }
+            try { action(); } catch (error) { errors.push(error.message); }
           };
           attempt(() => train.configure(line, { ...parameters, radius: undefined }, drivetrain));
           train.configure(line, parameters, drivetrain);
@@ -207,13 +207,13 @@ def test_a_drivetrain_says_what_it_cannot_do(page: ExplorerPage, rig: cl.Model) 
           attempt(() => train.advance(0, 1e-3));
           Object.assign(train.state, { speed: 10, omega_left: 20, omega_right: 20, distance: 0 });
           attempt(() => train.advance(0, 1e-3));
-          return [said, train.state.distance];
+          return [errors, train.state.distance];
         }""",
         {**rig.wheelset.element.parameters, "relaxation_length": 0.0},
         {**RIGID, **rig.wheelset.parameters},
         GIVEN,
     )
-    assert said == [
+    assert errors == [
         "radius = undefined is not a number",
         "the tolerance is not met within the largest number of substeps",
     ]
@@ -221,7 +221,7 @@ def test_a_drivetrain_says_what_it_cannot_do(page: ExplorerPage, rig: cl.Model) 
 
 
 def test_a_damaged_table_is_refused(page: ExplorerPage) -> None:
-    said = page.call(
+    error = page.call(
         """async () => {
           const bytes = (id) => Uint8Array.from(
             atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
@@ -231,7 +231,7 @@ def test_a_damaged_table_is_refused(page: ExplorerPage) -> None:
           return kernel.constructor.load(bytes("kernel"), { line, elliptic }).catch(String);
         }"""
     )
-    assert said == "Error: the file is damaged (checksum)"
+    assert error == "Error: the file is damaged (checksum)"
 
 
 # ---- the file -------------------------------------------------------------------------------

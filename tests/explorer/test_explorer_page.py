@@ -112,7 +112,7 @@ def test_the_speed_limit_stops_time_and_not_the_state(visitor: Visitor) -> None:
     assert "returned" in visitor.simulate(30.0, until="returned").names
 
 
-def test_a_start_from_grip_is_said(visitor: Visitor) -> None:
+def test_a_start_from_grip_is_reported(visitor: Visitor) -> None:
     """A speed below the vehicle's least leaves nothing from which it could go on."""
     LOCOMOTIVE.set_up(visitor)
     lowest = visitor.state("settings.vehicle.minimum_speed")
@@ -151,11 +151,11 @@ def test_a_paused_page_shows_what_is_entered(visitor: Visitor, rig: cl.Model) ->
 # ---- the wet patch --------------------------------------------------------------------------
 
 
-def test_the_page_says_what_a_patch_will_do(visitor: Visitor) -> None:
+def test_the_page_reports_what_a_patch_will_do(visitor: Visitor) -> None:
     RIG.set_up(visitor)
     visitor.look()
-    said = visitor.text("clearing")
-    time = float(said.removeprefix("Critical clearing time ").split(" ms")[0])
+    text = visitor.text("clearing")
+    time = float(text.removeprefix("Critical clearing time ").split(" ms")[0])
     for part, outcome in ((0.9, "will come back"), (1.1, "will slip away")):
         visitor.enter(wet_time=part * time)
         visitor.look()
@@ -306,44 +306,44 @@ def test_a_long_process_zone_is_warned_of(
 
 # ---- experiments ----------------------------------------------------------------------------
 
-# Tells a story frame by frame until its last text; then some time more.
-TELL = """async (after) => {
+# Runs a story frame by frame until its last text; then some time more.
+RUN_STORY = """async (after) => {
   const { app } = await contactlib.ready;
-  const said = [], steps = [];
+  const texts = [], steps = [];
   const last = app.story.steps.length;
   const text = () => document.getElementById("story").textContent;
   const pass = (duration) => {
     const step = steps.at(-1);
     step.events.push(...app.advance(duration).map(({ name }) => name));
-    if (text() !== said.at(-1)) return; // what the next step has begun with is not of this one
+    if (text() !== texts.at(-1)) return; // the next step has begun
     step.lowest = Math.min(step.lowest, app.run.now.creepage);
     step.highest = Math.max(step.highest, app.run.now.creepage);
     step.last = app.run.now.creepage;
   };
   for (let i = 0; i < 20000; i++) {
-    if (text() !== said.at(-1)) {
-      said.push(text());
+    if (text() !== texts.at(-1)) {
+      texts.push(text());
       steps.push({ events: [], lowest: Infinity, highest: -Infinity, last: NaN });
     }
-    if (said.length === last) break;
+    if (texts.length === last) break;
     pass(app.settings.playback / 60);
   }
   for (let time = 0; time < after; time += 1e-3) pass(1e-3);
   const { stopped, now } = app.run, { name } = app.story;
-  return { said, steps, ...now, stopped, name, last };
+  return { texts, steps, ...now, stopped, name, last };
 }"""
 
 
-def tell(visitor: Visitor, setting: Setting, story: str, after: float) -> Found:
+def run_story(visitor: Visitor, setting: Setting, story: str, after: float) -> Found:
     setting.set_up(visitor)
     visitor.wait()
     visitor.press(story)
-    told = Found(**visitor.call(TELL, after))
-    assert len(told.said) == told.last
-    assert told.stopped is None
+    found = Found(**visitor.call(RUN_STORY, after))
+    assert len(found.texts) == found.last
+    assert found.stopped is None
     button = visitor.page.get_by_role("button", name=story, exact=True)
     assert button.get_attribute("aria-pressed") == "true"
-    return told
+    return found
 
 
 # Of each experiment: some time after its last text [s], and what happens in each of its steps, with
@@ -388,7 +388,7 @@ STORIES: dict[str, tuple[float, list[tuple[str, tuple[float, float]]]]] = {
 
 @SETTINGS
 @pytest.mark.parametrize("story", STORIES)
-def test_an_experiment_shows_what_it_says(
+def test_an_experiment_shows_what_it_describes(
     visitor: Visitor, setting: Setting, story: str, request: pytest.FixtureRequest
 ) -> None:
     if (setting, story) == (LOCOMOTIVE, "Hysteresis"):  # it slips away beyond the limit of the rim
@@ -397,29 +397,29 @@ def test_an_experiment_shows_what_it_says(
         assert "rim speed" in visitor.text("story")
         return
     after, expected = STORIES[story]
-    told = tell(visitor, setting, story, after)
-    fold = fold_of(setting.wheelset(request), told.speed)
-    ends = [*(step["last"] for step in told.steps[:-1]), told.creepage]
-    for step, end, (events, (low, high)) in zip(told.steps, ends, expected, strict=True):
+    found = run_story(visitor, setting, story, after)
+    fold = fold_of(setting.wheelset(request), found.speed)
+    ends = [*(step["last"] for step in found.steps[:-1]), found.creepage]
+    for step, end, (events, (low, high)) in zip(found.steps, ends, expected, strict=True):
         assert set(step["events"]) == set(events.split())
         assert low <= end / fold.creepage <= high
 
 
 def test_the_experiment_of_the_wet_patch_finds_a_torque(visitor: Visitor) -> None:
     """Where nine tenths of the critical torque are less than that of the return."""
-    told = tell(visitor, Setting("rig", entries={"k_hat": 0.15}), "Wet patch", 2.0)
+    found = run_story(visitor, Setting("rig", entries={"k_hat": 0.15}), "Wet patch", 2.0)
     fold = visitor.state("shown.fold")
-    assert 0.9 * fold["drive_torque"] < fold["return_torque"] < told.drive_torque
-    assert told.drive_torque < fold["drive_torque"]
-    assert "patch_ends" in told.steps[1]["events"]
-    assert told.creepage > fold["creepage"]
+    assert 0.9 * fold["drive_torque"] < fold["return_torque"] < found.drive_torque
+    assert found.drive_torque < fold["drive_torque"]
+    assert "patch_ends" in found.steps[1]["events"]
+    assert found.creepage > fold["creepage"]
 
 
 def test_an_experiment_that_cannot_begin_leaves_a_wheel_that_grips(visitor: Visitor) -> None:
     advice = "lower the wet friction"
     Setting("rig", entries={"wet_friction": 1.0}).set_up(visitor)
     visitor.press("Kick it")
-    visitor.call(TELL, 2.0)
+    visitor.call(RUN_STORY, 2.0)
     visitor.wait(10_000)  # until the message of an earlier test is gone
     visitor.press("Wet patch")
     assert advice in visitor.text("story")
@@ -460,7 +460,7 @@ def test_tab_reaches_every_control_in_order_and_all_have_names(visitor: Visitor)
         assert re.findall(rf"^ *- (?:{roles})(?! \").*", tree, re.MULTILINE) == []
 
 
-def test_what_happens_is_said(visitor: Visitor, rig: cl.Model) -> None:
+def test_a_live_region_names_what_happens(visitor: Visitor, rig: cl.Model) -> None:
     """In live regions, which screen readers follow."""
     for place in ("story", "warning", "toast", "spoken"):
         assert visitor.page.locator(f"#{place}:is([role=status], [aria-live=polite])").count() == 1
@@ -469,12 +469,12 @@ def test_what_happens_is_said(visitor: Visitor, rig: cl.Model) -> None:
     begin_at(visitor, 0.99 * torque)
     visitor.wait()
     visitor.enter(torque=1.02e-3 * torque)
-    for event, said in (("peak_passed", "fold"), ("slip_away", "Slip-away")):
+    for event, words in (("peak_passed", "fold"), ("slip_away", "Slip-away")):
         visitor.simulate(5.0, until=event)
-        assert said in visitor.text("spoken")
+        assert words in visitor.text("spoken")
 
 
-def test_keys_do_what_the_help_says(visitor: Visitor) -> None:
+def test_keys_do_what_the_help_lists(visitor: Visitor) -> None:
     RIG.set_up(visitor)
     visitor.wait()
     visitor.page.mouse.click(2, 2)
@@ -595,7 +595,7 @@ def test_the_help_gives_the_focus_back(visitor: Visitor) -> None:
         ("wet-time", "-3", "time on the patch must be finite and >= 0.01 and <= 100000 ms"),
     ],
 )
-def test_a_field_refuses_and_says_what_it_takes(
+def test_a_field_refuses_and_names_what_it_takes(
     visitor: Visitor, entry: str, typed: str, problem: str
 ) -> None:
     """Entry and error stay together where the focus goes, and go together."""
@@ -646,12 +646,12 @@ def test_settings_survive_in_the_address(visitor: Visitor) -> None:
 
 def test_the_page_starts_with_any_address() -> None:
     fragment = "vehicle=locomotive&mass=1&linear=1e5&inertia=1e-12"
-    told = ["inertia = 1e-12", ">= 0.001", "all of mass=1, linear=100000", "no grip"]
+    words = ["inertia = 1e-12", ">= 0.001", "all of mass=1, linear=100000", "no grip"]
     with explorer_page(fragment=fragment) as opened:
         visitor = Visitor(opened)
         for _ in range(2):  # when it is opened, and when the address of an open page changes
-            said = visitor.toast()
-            assert all(part in said for part in told), said
+            message = visitor.toast()
+            assert all(part in message for part in words), message
             assert visitor.simulate(0.1).time >= 0.1
             visitor.call(
                 """(fragment) => {
@@ -669,13 +669,13 @@ def test_a_model_file_is_opened_or_refused(visitor: Visitor, tmp_path: Path) -> 
     path = tmp_path / "mine.toml"
     path.write_text(edited)
     RIG.set_up(visitor)
-    for content, told in (
+    for content, message in (
         (edited, f"mine.toml: {name}"),
         (edited.replace("kinetic = ", "kinetic = -"), r"friction.kinetic = -0.\d+ is out of range"),
     ):
         file: Any = {"name": "mine.toml", "mimeType": "text/plain", "buffer": content.encode()}
         visitor.page.set_input_files("#model-file", files=[file])
-        assert re.search(told, visitor.toast())
+        assert re.search(message, visitor.toast())
         visitor.wait(10_000)
         visitor.look()
         fold = fold_of(cl.load_model(path).wheelset, visitor.state("shown.speed"))

@@ -20,12 +20,12 @@ from contactlib.vehicle.creep_curve import Fold
 
 pytestmark = pytest.mark.tools
 
-# Of one place: (plant, place, physics) goes to what a function says of it, or to its error.
+# Of one place: (plant, place, physics) becomes what a function returns for it, or its error.
 PLACES = """async (places) => {
   await contactlib.ready;
   return places.map((place) => {
     try {
-      return (SAY)(new contactlib.plant.Plant(place.vehicle, place.load), place, contactlib);
+      return (FUNCTION)(new contactlib.plant.Plant(place.vehicle, place.load), place, contactlib);
     } catch (error) { return error.message; }
   });
 }"""
@@ -65,15 +65,15 @@ def fold_of(place: Place) -> Fold | None:
         return None
 
 
-def say(
+def call(
     page: ExplorerPage, places: list[Place], what: str, more: list[dict[str, Any]] | None = None
 ) -> Any:
-    """What the page says of each place."""
+    """What a function of the page returns for each place."""
     given = [
         {"vehicle": vehicle_of(at.wheelset), **at._asdict(), "wheelset": None, **extra}
         for at, extra in zip(places, more or [{}] * len(places), strict=True)
     ]
-    return page.call(PLACES.replace("SAY", what), given)
+    return page.call(PLACES.replace("FUNCTION", what), given)
 
 
 def test_parameters_and_steady_creep_are_those_of_python(
@@ -86,7 +86,7 @@ def test_parameters_and_steady_creep_are_those_of_python(
     ]
     places = [*places, *map(Place, wheelsets)]
     zeta = np.geomspace(1e-4, 10.0, 30)
-    found = say(
+    found = call(
         page,
         places,
         """(plant, { vehicle, speed, friction, zeta }, { vehicle: of }) => {
@@ -120,25 +120,28 @@ def test_parameters_and_steady_creep_are_those_of_python(
 # ---- gains and delays -----------------------------------------------------------------------
 
 
-def of_loop(page: ExplorerPage, function: str, asked: Sequence[tuple[float, ...]]) -> list[float]:
-    call = f"(asked) => asked.map(([p, g, x]) => new contactlib.stability.Loop(p, g).{function}(x))"
-    return list(page.call(call, asked))
+def of_loop(page: ExplorerPage, function: str, points: Sequence[tuple[float, ...]]) -> list[float]:
+    code = (
+        f"(points) => points.map(([p, g, x]) => new contactlib.stability.Loop(p, g).{function}(x))"
+    )
+    return list(page.call(code, points))
 
 
 def test_largest_gain_of_a_sampled_loop(page: ExplorerPage) -> None:
     poles = [-300.0, -30.0, -1e-3, 0.0, 1e-3, 0.5, 7.0, 70.0, 500.0, 3000.0]
-    asked = [(p, 2e-4, n) for p in poles for n in (0, 1, 2, 5, 20, 71, 300)]
+    points = [(p, 2e-4, n) for p in poles for n in (0, 1, 2, 5, 20, 71, 300)]
     expected = [
-        proportional_window(p, g, delay=n * SAMPLE, sample_time=SAMPLE).highest for p, g, n in asked
+        proportional_window(p, g, delay=n * SAMPLE, sample_time=SAMPLE).highest
+        for p, g, n in points
     ]
-    assert of_loop(page, "largestGain", asked) == pytest.approx(expected, rel=1e-7)
+    assert of_loop(page, "largestGain", points) == pytest.approx(expected, rel=1e-7)
 
 
 def test_longest_delay_is_the_last_that_leaves_a_gain(page: ExplorerPage) -> None:
     g = 2e-4
-    asked = [(p, g, m * p / g) for p in (0.5, 20.0, 65.0, 900.0) for m in (1.0, 1.4)]
-    asked += [(-30.0, g, 40.0 / g), (-1e-3, g, 5.0 / g)]  # of a free wheelset
-    for (p, _, least), delay in zip(asked, of_loop(page, "longestDelay", asked), strict=True):
+    points = [(p, g, m * p / g) for p in (0.5, 20.0, 65.0, 900.0) for m in (1.0, 1.4)]
+    points += [(-30.0, g, 40.0 / g), (-1e-3, g, 5.0 / g)]  # of a free wheelset
+    for (p, _, least), delay in zip(points, of_loop(page, "longestDelay", points), strict=True):
         last, beyond = (
             proportional_window(p, g, delay=delay + more * SAMPLE, sample_time=SAMPLE).highest
             for more in (0, 1)
@@ -158,12 +161,12 @@ CLEARING = """(plant, at, { clearing }) =>
   clearing.clearing(plant, at.torque, at.speed, at.patch)"""
 
 
-def deviations_of(page: ExplorerPage, asked: list[Patch]) -> list[float]:
+def deviations_of(page: ExplorerPage, patches: list[Patch]) -> list[float]:
     """Relative deviations of the finite clearing times from Python's."""
-    given = [{"torque": torque, "patch": patch} for _, torque, patch in asked]
-    found = say(page, [at for at, _, _ in asked], CLEARING, given)
+    given = [{"torque": torque, "patch": patch} for _, torque, patch in patches]
+    found = call(page, [at for at, _, _ in patches], CLEARING, given)
     deviations = []
-    for (at, torque, patch), its in zip(asked, found, strict=True):
+    for (at, torque, patch), its in zip(patches, found, strict=True):
         with suppress(ValueError, RuntimeError):  # no border within reach
             inputs = at.inputs | {"friction_scale": patch}
             expected = clearing(at.wheelset, drive_torque=torque, **inputs)
@@ -183,27 +186,27 @@ def between(rng: np.random.Generator, fold: Fold, low: float, high: float) -> fl
 
 def test_clearing_of_a_held_speed(page: ExplorerPage, rig: cl.Model, places: list[Place]) -> None:
     rng = np.random.default_rng(3)
-    asked = [(Place(rig.wheelset), 0.9 * 27313.54, patch) for patch in (0.5, 0.95, 1.0)]
+    patches = [(Place(rig.wheelset), 0.9 * 27313.54, patch) for patch in (0.5, 0.95, 1.0)]
     for at in places:
         good = at._replace(friction=1.0)
         fold = fold_of(good)
         if fold is not None and at.wheelset.speed_held:
-            asked.append((good, between(rng, fold, -0.1, 0.98), float(rng.uniform(0.3, 0.95))))
-    deviations = deviations_of(page, asked)
+            patches.append((good, between(rng, fold, -0.1, 0.98), float(rng.uniform(0.3, 0.95))))
+    deviations = deviations_of(page, patches)
     assert len(deviations) > 12
     assert max(deviations) < 1e-6
-    assert len(asked) - len(deviations) > 2  # survived at any length
+    assert len(patches) - len(deviations) > 2  # survived at any length
 
 
 def test_clearing_of_a_free_speed(page: ExplorerPage, locomotive: cl.Model) -> None:
-    asked = [
+    patches = [
         (Place(locomotive.wheelset, speed, load), share * 26.5e3 * load / 220e3, patch)
         for speed in (3.0, 30.0)
         for load in (150e3, 220e3)
         for share in (0.92, 0.96)
         for patch in (0.4, 0.8)
     ][::3]
-    deviations = deviations_of(page, asked)
+    deviations = deviations_of(page, patches)
     assert len(deviations) > 2
     assert max(deviations) < 1e-4
 
@@ -211,15 +214,15 @@ def test_clearing_of_a_free_speed(page: ExplorerPage, locomotive: cl.Model) -> N
 def test_clearing_of_light_vehicles(page: ExplorerPage) -> None:
     """The speed changes while the border is approached: good to half a per cent, as a rule."""
     rng = np.random.default_rng(8)
-    asked: list[Patch] = []
-    while len(asked) < 6:
+    patches: list[Patch] = []
+    while len(patches) < 6:
         wheelset = random_wheelset(rng)
         load = wheelset.element.normal_load * float(rng.uniform(0.3, 1.3))
         at = Place(wheelset, float(10.0 ** rng.uniform(0.5, 1.8)), load)
         fold = fold_of(at)
         if fold is not None and not wheelset.speed_held:
-            asked.append((at, between(rng, fold, 0.2, 0.9), float(rng.uniform(0.3, 0.9))))
-    deviations = deviations_of(page, asked)
+            patches.append((at, between(rng, fold, 0.2, 0.9), float(rng.uniform(0.3, 0.9))))
+    deviations = deviations_of(page, patches)
     assert len(deviations) > 2
     assert float(np.quantile(deviations, 0.9)) < 5e-3
     assert max(deviations) < 5e-2
@@ -227,7 +230,7 @@ def test_clearing_of_light_vehicles(page: ExplorerPage) -> None:
 
 def test_no_clearing_where_good_friction_does_not_hold(page: ExplorerPage, rig: cl.Model) -> None:
     more = [{"torque": torque, "patch": 0.5} for torque in (27.4e3, 40e3, -5e3)]
-    assert say(page, [Place(rig.wheelset)] * 3, CLEARING, more) == [None] * 3
+    assert call(page, [Place(rig.wheelset)] * 3, CLEARING, more) == [None] * 3
 
 
 # ---- traction along the contact -------------------------------------------------------------
@@ -292,5 +295,5 @@ def test_traction_and_stick_are_the_law_s(page: ExplorerPage, contact: Any, k_ha
 def test_bad_input_is_named(
     page: ExplorerPage, rig: cl.Model, expression: str, message: str
 ) -> None:
-    call = f"(plant, at, {{ plant: {{ Plant }} }}) => {expression}"
-    assert say(page, [Place(rig.wheelset)], call) == [message]
+    code = f"(plant, at, {{ plant: {{ Plant }} }}) => {expression}"
+    assert call(page, [Place(rig.wheelset)], code) == [message]

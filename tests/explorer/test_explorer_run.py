@@ -283,7 +283,7 @@ def test_the_integral_does_not_wind_up_at_a_limit(page: ExplorerPage, rig: cl.Mo
 
 
 @pytest.mark.parametrize(
-    ("control", "steps", "changes", "said"),
+    ("control", "steps", "changes", "message"),
     [
         (
             {"drive_torque": 27e3, "torque_rate": 1e6},
@@ -311,16 +311,16 @@ def test_it_stops_where_it_makes_no_sense(
     control: dict[str, float],
     steps: list[Any],
     changes: dict[str, float],
-    said: str,
+    message: str,
 ) -> None:
     run = drive(page, rig.wheelset, control, *steps, 1.0, **changes)
     assert run.stopped is not None
-    assert re.fullmatch(said, run.stopped)
+    assert re.fullmatch(message, run.stopped)
     assert run["time"][-1] < 9.0
 
 
 @pytest.mark.parametrize(
-    ("control", "steps", "said"),
+    ("control", "steps", "message"),
     [
         ({"drive_torque": 4e4}, [], "control.drive_torque = 40000 .* no grip"),
         ({"torque_rate": -1.0}, [], "control.torque_rate = -1 .* >= 0"),
@@ -334,9 +334,9 @@ def test_it_stops_where_it_makes_no_sense(
     ],
 )
 def test_refusals(
-    page: ExplorerPage, rig: cl.Model, control: dict[str, float], steps: list[Any], said: str
+    page: ExplorerPage, rig: cl.Model, control: dict[str, float], steps: list[Any], message: str
 ) -> None:
-    with pytest.raises(Exception, match=said):
+    with pytest.raises(Exception, match=message):
         drive(page, rig.wheelset, control, *steps, damping=0.0)
 
 

@@ -72,14 +72,14 @@ class Instance:
             self._set, self._get = self.fmu.setReal, self.fmu.getReal
             self.callbacks = fmi2CallbackFunctions()
             self.callbacks.logger = fmi2CallbackLoggerTYPE(
-                lambda environment, name, status, *said: self._note(*said)
+                lambda environment, name, status, *given: self._note(*given)
             )
             self.fmu.instantiate(callbacks=self.callbacks, loggingOn=logging)
         else:
             self._set, self._get = self.fmu.setFloat64, self.fmu.getFloat64
             self.fmu.instantiate(
                 loggingOn=logging,
-                logMessage=lambda environment, status, *said: self._note(*said),
+                logMessage=lambda environment, status, *given: self._note(*given),
             )
 
     def _note(self, category: bytes, text: bytes) -> None:
@@ -92,7 +92,7 @@ class Instance:
         self.fmu.freeInstance()
 
     @property
-    def said(self) -> str:
+    def message(self) -> str:
         """Text of the last message."""
         return self.log[-1][1]
 
@@ -103,7 +103,7 @@ class Instance:
             yield
         assert status in (None, raised.value.status)
         for word in words:
-            assert word in self.said
+            assert word in self.message
 
     def initialize(self, time: float = 0.0, **options: float) -> Self:
         """Enter initialization; options are the tolerance and the stop time, as FMPy calls them."""

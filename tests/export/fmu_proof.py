@@ -26,8 +26,8 @@ from fmu_instance import Instance
 from lxml import etree
 
 FMPY = Path(fmpy.__file__).parent
-lief.logging.disable()  # which tells on stderr of what it does not find
-# The newest glibc or macOS that the library for each platform may ask for.
+lief.logging.disable()  # which reports on stderr what it does not find
+# The newest glibc or macOS that the library for each platform may require.
 NEWEST: dict[str, tuple[int, ...]] = {
     "x86_64-linux": (2, 17),
     "aarch64-linux": (2, 17),
@@ -70,7 +70,7 @@ class Library(NamedTuple):
     needs: list[str]
     """Names of other libraries."""
     oldest: tuple[int, ...]
-    """Oldest glibc or macOS that it runs on; empty if the file does not say."""
+    """Oldest glibc or macOS that it runs on; empty if the file does not state it."""
 
 
 def libraries(path: Path) -> list[Library]:
@@ -188,9 +188,9 @@ def _description(description: Any) -> Iterator[str]:
         if len(set(listed)) < len(listed):
             yield f"ModelStructure lists one twice: {listed}"
         for unknown in unknowns:
-            wanted = unknown.dependencies or []
-            if len({v.name for v in wanted}) < len(wanted) or any(v not in knowns for v in wanted):
-                names = [v.name for v in wanted]
+            needed = unknown.dependencies or []
+            if len({v.name for v in needed}) < len(needed) or any(v not in knowns for v in needed):
+                names = [v.name for v in needed]
                 yield f"{unknown.variable.name} depends on {names}, not all known or one twice"
     places = [variables.index(unknown.variable) for unknown in initial]
     if description.fmiVersion == "2.0" and places != sorted(places):

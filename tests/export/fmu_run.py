@@ -3,7 +3,7 @@
     python fmu_run.py FOLDER STATE FIRST COUNT
 
 takes STATE over, makes COUNT steps from number FIRST on and prints what came out as hexadecimal
-numbers, which keep every bit. It knows nothing of contactlib.
+numbers, which keep every bit. It does not depend on contactlib.
 """
 
 from __future__ import annotations

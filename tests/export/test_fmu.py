@@ -117,7 +117,7 @@ def test_outputs_at_initialisation_are_the_kernel_s(tool: Instance, rig: cl.Mode
     assert reals
 
 
-def test_indicators_tell_the_booleans(tool: Instance) -> None:
+def test_indicators_give_the_booleans(tool: Instance) -> None:
     tool.start()
     indicators = [f"{n}_indicator" for n in ("falling", "speed", "k_hat", "force", "load")]
     seen = set()
@@ -202,7 +202,7 @@ def test_directional_derivatives_are_the_kernel_s(
     seed = dict(zip(knowns, rng.normal(size=len(knowns)).tolist(), strict=True))
     states = {v.name for v in description.of_role("state")}
     expected = [seed[n] if n in states else native.tangent([n], seed)[0] for n in unknowns]
-    if "implicit" in name:  # as both were made with, but the hint knows of no limit then
+    if "implicit" in name:  # as both were made with, but the hint has no limit then
         expected[unknowns.index("step_size_hint")] = 0.0
     with Instance(exported(locomotive, tmp_path, name, version)).initialize() as tool:
         tool.set(**{n: v for n, v in point.items() if n in tool.references})
@@ -211,7 +211,7 @@ def test_directional_derivatives_are_the_kernel_s(
         if version == 2:
             return
         weights = rng.normal(size=len(unknowns))
-        # Second derivatives of the law are differences along the direction asked for.
+        # Second derivatives of the law are differences along the given direction.
         second = ("force_gradient", "step_size_hint", "falling_indicator")
         exact = np.array([n not in second for n in unknowns])
         for weight, tolerance in ((weights * exact, 1e-11), (weights, 1e-7)):
@@ -251,8 +251,8 @@ def test_bad_values_are_refused_and_forgotten(
     assert tool.get("lateral_velocity", "creep_force") == before
 
 
-def test_discard_comes_only_where_fmi_2_knows_it(tool: Instance) -> None:
-    # In co-simulation that is for values that are set and for steps; FMI 3 knows it everywhere.
+def test_discard_comes_only_where_fmi_2_has_it(tool: Instance) -> None:
+    # In co-simulation that is for values that are set and for steps; FMI 3 has it everywhere.
     tool.initialize().set(static_friction=0.1)
     for call in (tool.fmu.exitInitializationMode, lambda: tool.get("creep_force")):
         with tool.refused(status=3 if tool.version == 2 else 2):
@@ -301,7 +301,9 @@ def test_step_that_cannot_be_done_is_discarded(rig: cl.Model, tmp_path: Path, ve
         before = tool.get("omega", "speed", "creep_force", "time")
         with tool.refused(status=2):
             tool.step(1e-3, 1e4)
-        found = re.search(r"within 100000 substeps; take steps of at most ([\d.e-]+) s", tool.said)
+        found = re.search(
+            r"within 100000 substeps; take steps of at most ([\d.e-]+) s", tool.message
+        )
         assert found
         assert tool.get("omega", "speed", "creep_force", "time") == before
         tool.step(1e-3, 0.99 * float(found[1]))
@@ -317,8 +319,8 @@ def test_value_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_hold
         for value in (np.nan, 1e10):
             with tool.refused():
                 tool.set(omega=value)
-            assert (f"largest stable one of {2.0 * hint:.6g} s" in tool.said) == advised
-            assert ("set implicit = true" in tool.said) == advised
+            assert (f"largest stable one of {2.0 * hint:.6g} s" in tool.message) == advised
+            assert ("set implicit = true" in tool.message) == advised
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -388,7 +390,7 @@ def test_long_weakening_zone_is_a_warning(unpacked: Path, debugging: bool) -> No
 
 @pytest.mark.parametrize("missing", ["normal_load", "friction_scale"])
 @pytest.mark.parametrize("name", ["force_element", "force_element-implicit", "wheelset"])
-def test_a_wheel_that_slips_without_load_or_friction_is_said_once(
+def test_a_wheel_that_slips_without_load_or_friction_is_reported_once(
     rig: cl.Model, tmp_path: Path, name: str, missing: str
 ) -> None:
     # As a tool gives them that sets inputs to zero which are not connected.
@@ -489,7 +491,7 @@ def test_resource_locations(
     if made:
         (library.fmi2FreeInstance if tool.version == 2 else library.fmi3FreeInstance)(made)
     else:
-        assert tool.said.startswith("resource creep_table.bin: ")
+        assert tool.message.startswith("resource creep_table.bin: ")
     tool.fmu.freeInstance()
 
 
@@ -663,24 +665,24 @@ def coupled(
         omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
 
 
-@pytest.mark.parametrize("says", [False, True])
+@pytest.mark.parametrize("declared", [False, True])
 @pytest.mark.parametrize("does", [False, True])
 @pytest.mark.parametrize("name", [name for name in EXPORTS if "force_element" in name])
-def test_wrong_parallel_exchange_is_said_once(
-    locomotive: cl.Model, tmp_path: Path, name: str, does: bool, says: bool
+def test_wrong_parallel_exchange_is_reported_once(
+    locomotive: cl.Model, tmp_path: Path, name: str, does: bool, declared: bool
 ) -> None:
-    folder = exported(locomotive, tmp_path, name, parallel_exchange=says)
+    folder = exported(locomotive, tmp_path, name, parallel_exchange=declared)
     start = {"omega": 5.0 / locomotive.wheelset.radius, "speed": 5.0}
     with Instance(folder).start(**start) as tool:
-        # A held force swings in both ways of coupling here, but tells which one it is.
+        # A held force swings in both ways of coupling here, but differently.
         coupled(tool, locomotive.wheelset, speed=5.0, step=5e-3, parallel=does)
-        if says == does and name == "force_element-implicit":
+        if declared == does and name == "force_element-implicit":
             assert tool.log == []
             return
-        if says == does:
+        if declared == does:
             warns(tool, "steps of 0.005 s are longer than the largest stable one of")
             return
-        text = warns(tool, f"parallel_exchange = {str(says).lower()} does not fit")
+        text = warns(tool, f"parallel_exchange = {str(declared).lower()} does not fit")
         assert f"set parallel_exchange = {str(does).lower()}" in text
         tool.fmu.terminate()
         tool.fmu.reset()
@@ -734,7 +736,7 @@ def test_reference_run_is_silent(
         assert tool.log == []
 
 
-def test_source_tells_what_the_fmu_logged(fmu: Path) -> None:
+def test_source_reports_what_the_fmu_logged(fmu: Path) -> None:
     with (
         pytest.raises(RuntimeError, match=r"friction_scale = -5 is out of range"),
         FmuSource(fmu, wheels=2) as source,
@@ -770,7 +772,7 @@ def test_kinds_of_model() -> None:
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_an_ellipse_beyond_the_checked_range_is_said_once(
+def test_an_ellipse_beyond_the_checked_range_is_reported_once(
     locomotive: cl.Model, tmp_path: Path, version: int
 ) -> None:
     with Instance(exported(locomotive, tmp_path, "creep_forces", version)).start() as tool:

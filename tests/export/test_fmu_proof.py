@@ -1,4 +1,4 @@
-"""Every FMU that is exported is as `fmu_proof` says, which finds what is wrong with others."""
+"""Every FMU that is exported passes `fmu_proof`, which finds what is wrong with others."""
 
 from __future__ import annotations
 
@@ -103,13 +103,13 @@ def zipped(path: Path, files: Files) -> Path:
 @on_linux
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_found(fault: str, exported: Files, tmp_path: Path) -> None:
-    change, said = FAULTS[fault]
+    change, message = FAULTS[fault]
     found = list(faults(zipped(tmp_path / "x.fmu", change(exported))))
-    assert any(re.search(said, each) for each in found), found
+    assert any(re.search(message, each) for each in found), found
 
 
 @pytest.mark.parametrize(
-    ("file", "folder", "said"),
+    ("file", "folder", "message"),
     [
         ("win64/logging.dll", "x86_64-windows", "does not export"),
         ("win32/logging.dll", "x86_64-windows", "is for .*I386"),
@@ -117,12 +117,12 @@ def test_a_fault_is_found(fault: str, exported: Files, tmp_path: Path) -> None:
     ],
 )
 def test_a_library_for_another_system_is_read(
-    file: str, folder: str, said: str, exported: Files, tmp_path: Path
+    file: str, folder: str, message: str, exported: Files, tmp_path: Path
 ) -> None:
     library = Path(fmpy.__file__).parent / "logging" / file
     assert {name for each in libraries(library) for name in each.exports} == {"addLoggerProxy"}
     path = f"binaries/{folder}/CreepForceElement{library.suffix}"
     files = {**exported, path: library.read_bytes()}
     found = list(faults(zipped(tmp_path / "x.fmu", files), everywhere=True))
-    assert any(each.startswith(f"{path} ") and re.search(said, each) for each in found), found
+    assert any(each.startswith(f"{path} ") and re.search(message, each) for each in found), found
     assert any(each.startswith("binaries/ lacks ") for each in found)

@@ -34,7 +34,7 @@ from contactlib.export.platforms import FMI2_FOLDERS, FMI3_FOLDERS, PLATFORMS
 
 pytestmark = pytest.mark.tools
 
-# Models and kinds: the locomotive, as it has a mass that moves, and an ellipse that knows spin.
+# Models and kinds: the locomotive, as it has a mass that moves, and an ellipse with spin.
 LOCOMOTIVE = [("locomotive", Subject(name, version)) for name in EXPORTS for version in (2, 3)]
 # The rig slips away and magnifies what a tool adds up in its own way: for the platforms alone.
 RIG = [("rig", Subject(name, 3)) for name in ("force_element-relaxed", "wheelset-relaxed")]
@@ -384,7 +384,7 @@ def test_fmpy_compiles_the_fmu_from_its_sources(
 ) -> None:
     # CMake comes with FMPy, but for its way to it.
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
-    for program in ("c++", "make"):  # CMake asks for both, and needs no C++
+    for program in ("c++", "make"):  # CMake requires both, and needs no C++
         if shutil.which(program) is None:
             missing(f"there is no {program}")
     build = tmp_path / "build"

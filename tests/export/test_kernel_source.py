@@ -78,7 +78,7 @@ def run(*command: object) -> str:
 def models(
     rig: cl.Model, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, cl.Model]:
-    """A line contact, an ellipse that knows spin, and a measured curve."""
+    """A line contact, an ellipse with spin, and a measured curve."""
     folder = tmp_path_factory.mktemp("curve")
     rows = ["slip,mu", *(f"{slip},{mu}" for slip, mu in POINTS)]
     (folder / "curve.csv").write_text("\n".join(rows))
@@ -124,15 +124,15 @@ class Library:
     def get(self, *names: str) -> list[float]:
         return [float(getattr(self._part(name), name)) for name in names]
 
-    def said(self, text: Any) -> str:
+    def text_of(self, text: Any) -> str:
         return "" if text == self.ffi.NULL else str(self.ffi.string(text).decode())
 
     def step(self, step: float, tolerance: float = 1e-6) -> str:
-        return self.said(self.c.contactlib_step(self.element, step, tolerance))
+        return self.text_of(self.c.contactlib_step(self.element, step, tolerance))
 
     def force(self) -> str:
         parts = [self.ffi.addressof(self.element, part) for part in ("contact", "input", "output")]
-        return self.said(self.c.contactlib_force(*parts))
+        return self.text_of(self.c.contactlib_force(*parts))
 
     @property
     def bytes(self) -> bytes:
@@ -256,7 +256,7 @@ def test_it_gives_the_bits_of_the_fmu(
         variables = tool.description.modelVariables
         names = [v.name for v in variables if v.causality == "output"]
         given = {v.name for v in variables if v.causality == "input"}
-        steady = [n for n in names if n != "step_size_hint"]  # which knows what is coupled
+        steady = [n for n in names if n != "step_size_hint"]  # which depends on the coupling
         tool.start()
         time, rng = 0.0, np.random.default_rng(23)
         for inputs in random_inputs(models[name], 500):
@@ -352,11 +352,11 @@ MODELICA = """
 #include <stdarg.h>
 #include <stdio.h>
 #include "ModelicaUtilities.h"
-char said[200];
+char message[200];
 void ModelicaFormatError(const char *format, ...) {
     va_list given;
     va_start(given, format);
-    vsnprintf(said, sizeof said, format, given);
+    vsnprintf(message, sizeof message, format, given);
     va_end(given);
 }
 #include "contactlib_modelica.h"
@@ -473,7 +473,7 @@ def test_the_function_of_the_modelica_package_gives_the_force(
     command = (*compiler("gcc"), *compiler_flags(), *WARNINGS, *places, "-shared", "-fPIC")
     run(*command, tmp_path / "tool.c", source, "-lm", "-o", path)
     ffi: Any = FFI()
-    ffi.cdef("void call(const double *in, double *out); extern char said[200];")
+    ffi.cdef("void call(const double *in, double *out); extern char message[200];")
     tool = ffi.dlopen(str(path))
     element = replace(models["locomotive"].wheelset.element, wheels=1.0)
     names = {"creep_force", "wheel_torque", "lateral_force", "spin_moment", "creepage"}
@@ -489,7 +489,7 @@ def test_the_function_of_the_modelica_package_gives_the_force(
         for name, value in zip(found, out, strict=True):
             assert value == pytest.approx(float(known[name]), rel=1e-12, abs=1e-9), name
     tool.call([math.nan] * len(given), ffi.new("double[5]"))
-    assert ffi.string(tool.said).startswith(b"contactlib: omega must be from")
+    assert ffi.string(tool.message).startswith(b"contactlib: omega must be from")
 
 
 @pytest.mark.tools

@@ -21,7 +21,7 @@ FINE = np.concatenate([np.linspace(0.0, 0.1, 100_001), np.linspace(0.1, 1.0, 90_
 
 
 def interpolated(found: xarray.Dataset, zeta: Any) -> Any:
-    """Force of a table at creepages, as its attributes say."""
+    """Force of a table at creepages, by its attributes."""
     creepage, force = found.creepage.values, found.creep_force.values
     if found.attrs["interpolation"] == "linear":
         return np.interp(zeta, creepage, force)
@@ -86,7 +86,7 @@ def test_chosen_axes_keep_the_error(rig: cl.Model) -> None:
         assert np.abs(got - law).max() <= 5e-3 * law.max()
 
 
-def test_given_axes_are_kept_and_the_error_between_them_is_told(rig: cl.Model) -> None:
+def test_given_axes_are_kept_and_the_error_between_them_is_reported(rig: cl.Model) -> None:
     element = falling(rig.wheelset.element)
     found = cl.lookup_table(element, speed=[5.0, 10.0, 20.0], normal_load=100e3)
     assert found.creep_force.dims == ("speed", "creepage")

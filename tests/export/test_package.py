@@ -78,7 +78,7 @@ def test_explicit_solver_follows_the_reference_run_in_the_same_steps(
 
 
 @pytest.mark.parametrize("name", [name for name in EXPORTS if "body" not in name])
-def test_readme_says_how_the_rows_of_fmpy_compare(
+def test_readme_reports_how_the_rows_of_fmpy_compare(
     locomotive: cl.Model, tmp_path: Path, name: str
 ) -> None:
     fmu = cl.export_fmu(locomotive, tmp_path / "x.fmu", **EXPORTS[name])
@@ -118,7 +118,7 @@ def test_readme_says_how_the_rows_of_fmpy_compare(
 
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
 @pytest.mark.parametrize("name", EXPORTS)
-def test_description_says_who_made_what(
+def test_description_names_who_made_what(
     locomotive: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:
     options = {**EXPORTS[name], "fmi_version": version}

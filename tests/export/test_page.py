@@ -149,7 +149,7 @@ def test_names_in_the_text_are_names_in_the_fmu(
 
 
 @pytest.mark.parametrize("implicit", [False, True])
-def test_page_says_how_this_fmu_is_coupled(rig: cl.Model, implicit: bool) -> None:
+def test_page_reports_how_this_fmu_is_coupled(rig: cl.Model, implicit: bool) -> None:
     page = tree_of(index_page(Description(rig, "force_element", implicit=implicit)))
     here = [
         text_of(h)
@@ -310,7 +310,7 @@ def test_a_checkout_is_unreleased(monkeypatch: pytest.MonkeyPatch) -> None:
     assert version() == "unreleased"
 
 
-def test_the_page_of_a_measured_curve_speaks_of_it_alone(rig: cl.Model) -> None:
+def test_the_page_of_a_measured_curve_describes_it_alone(rig: cl.Model) -> None:
     element = measured(rig, name="<my>.csv").wheelset.element
     wheel: Any = Missing("no inertia", element=element, radius=0.5)
     root = tree_of(page_of(replace(rig, wheelset=wheel)))

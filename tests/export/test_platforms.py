@@ -169,10 +169,10 @@ def test_without_the_extra_one_command_is_named(
     libraries["x86_64-windows"].unlink()
     libraries["aarch64-linux"].unlink()
     monkeypatch.setitem(sys.modules, "ziglang", None)
-    with pytest.raises(ValueError, match="'aarch64-linux', 'x86_64-windows', whose") as told:
+    with pytest.raises(ValueError, match="'aarch64-linux', 'x86_64-windows', whose") as caught:
         binaries("all", 3, "Wheel")
-    assert str(told.value).count("pip install 'contactlib-rail[platforms]'") == 1
-    assert "python" not in str(told.value)
+    assert str(caught.value).count("pip install 'contactlib-rail[platforms]'") == 1
+    assert "python" not in str(caught.value)
     assert len(binaries(["x86_64-linux", "x86_64-darwin"], 3, "Wheel")) == 2
     assert compiler.read_text() == ""
 
@@ -213,7 +213,7 @@ Wheel = Callable[..., dict[str, Any]]
 
 @pytest.fixture
 def wheel(hook: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Wheel:
-    """What the hook tells hatchling, under these environment variables; nothing is compiled."""
+    """What the hook gives hatchling, under these environment variables; nothing is compiled."""
 
     def path(name: str) -> Path:
         return Path(hook.NATIVE) / name / f"contactlib{hook.TARGETS[name].suffix}"
@@ -223,10 +223,10 @@ def wheel(hook: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Wheel:
             monkeypatch.delenv(name, raising=False)
         for name, value in environment.items():
             monkeypatch.setenv(name, value)
-        told: dict[str, Any] = {"artifacts": []}
-        hook.NativeLibraryHook.initialize(None, "standard", told)
-        told["artifacts"] = [Path(each).parts[-2] for each in told["artifacts"]]
-        return told
+        build_data: dict[str, Any] = {"artifacts": []}
+        hook.NativeLibraryHook.initialize(None, "standard", build_data)
+        build_data["artifacts"] = [Path(each).parts[-2] for each in build_data["artifacts"]]
+        return build_data
 
     monkeypatch.setattr(hook, "build_library", path)
     return build
@@ -239,21 +239,21 @@ def test_the_build_and_the_export_know_the_same_platforms(hook: ModuleType) -> N
 
 
 def test_a_wheel_carries_this_machine_s_library_and_no_other(wheel: Wheel) -> None:
-    told = wheel()
-    assert told["artifacts"] == [kernel.platform_name()]
-    assert told["pure_python"] is False
+    build_data = wheel()
+    assert build_data["artifacts"] == [kernel.platform_name()]
+    assert build_data["pure_python"] is False
 
 
 def test_a_release_wheel_carries_all_libraries_and_its_platform_s_tag(wheel: Wheel) -> None:
     tags = set()
     for name in PLATFORMS:
-        told = wheel(CONTACTLIB_HOST=name, CONTACTLIB_PLATFORMS="all")
-        assert sorted(told["artifacts"]) == sorted(PLATFORMS)
-        tags.add(told["tag"])
+        build_data = wheel(CONTACTLIB_HOST=name, CONTACTLIB_PLATFORMS="all")
+        assert sorted(build_data["artifacts"]) == sorted(PLATFORMS)
+        tags.add(build_data["tag"])
     assert len(tags) == len(PLATFORMS)
-    told = wheel(CONTACTLIB_HOST="x86_64-windows", CONTACTLIB_PLATFORMS="aarch64-linux")
-    assert told["artifacts"] == ["x86_64-windows", "aarch64-linux"]
-    assert told["tag"] == "py3-none-win_amd64"
+    build_data = wheel(CONTACTLIB_HOST="x86_64-windows", CONTACTLIB_PLATFORMS="aarch64-linux")
+    assert build_data["artifacts"] == ["x86_64-windows", "aarch64-linux"]
+    assert build_data["tag"] == "py3-none-win_amd64"
 
 
 @pytest.mark.parametrize(

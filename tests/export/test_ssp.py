@@ -1,4 +1,4 @@
-"""The SSP package: what it says, and that tools which take it run it alike.
+"""The SSP package: its contents, and that tools which take it run it alike.
 
 A tool that a developer does not have is skipped; with CONTACTLIB_REQUIRE_TOOLS=1 it is a failure.
 """
@@ -69,7 +69,7 @@ def description_of(package: Path, component: ElementTree.Element) -> Any:
     return fmpy.read_model_description(str(package / component.get("source", "")))
 
 
-# ---- what it says -------------------------------------------------------------------------------
+# ---- contents -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_files_follow_the_schemas(package: Path, pattern: str, count: int, schem
         fmpy.ssp.ssd.validate_tree(tree.getroot(), schema)  # raises
 
 
-def test_package_holds_what_the_standard_asks_for(package: Path) -> None:
+def test_package_holds_what_the_standard_requires(package: Path) -> None:
     with zipfile.ZipFile(package / "it.ssp") as archive:
         names = archive.namelist()
         assert {entry.compress_type for entry in archive.infolist()} <= {0, 8}
@@ -156,10 +156,10 @@ def test_every_input_comes_from_one_place(package: Path, structure: str) -> None
         )
         assert (kinds[start][0], kinds[end][0]) == expected
         targets.append(end)
-    wanted = {
+    expected = {
         place for place, (kind, _) in kinds.items() if (kind == "input") == (place[0] is not None)
     }
-    assert sorted(targets, key=str) == sorted(wanted, key=str)
+    assert sorted(targets, key=str) == sorted(expected, key=str)
 
 
 def test_subsystem_has_the_connectors_of_a_wheelset(package: Path) -> None:
@@ -235,10 +235,10 @@ def test_omsimulator_finds_its_master(package: Path, structure: str) -> None:
     assert master.get("description") == "oms-ma"  # both step at once, as the element expects
     assert float(master.get("stepSize", "")) == DEFAULT_STEP
     text = (package / structure).read_text(encoding="utf-8")
-    assert "<oms:FixedStepMaster " in text  # it knows prefixes, not namespaces
+    assert "<oms:FixedStepMaster " in text  # it reads prefixes, not namespaces
 
 
-def test_package_says_who_made_what(locomotive: cl.Model, tmp_path: Path) -> None:
+def test_package_names_who_made_what(locomotive: cl.Model, tmp_path: Path) -> None:
     path = cl.export_ssp(locomotive, tmp_path / "it.ssp", author="A. B.", version="7")
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)

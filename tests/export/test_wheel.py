@@ -1,4 +1,4 @@
-"""The wheel contains what it says, and nothing else.
+"""The wheel contains what it declares, and nothing else.
 
 CONTACTLIB_WHEEL names the wheel to examine; `pytest -m slow tests/export/test_wheel.py` builds one
 from the tree, and another from the source distribution, which must be the same to the last byte.
@@ -186,7 +186,7 @@ def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
 
 
 def test_its_libraries_are_those_of_its_platforms(wheel: Wheel, tmp_path: Path) -> None:
-    """Its own, or those of all; each for what its folder says, and of these sources."""
+    """Its own, or those of all; each for the platform of its folder, and of these sources."""
     found = {name: LIBRARY.fullmatch(name) for name in wheel.files if "_native/" in name}
     platforms = {match[1] for match in found.values() if match}
     own = TAGS[wheel.path.stem.split("-")[-1]]
@@ -215,19 +215,19 @@ def test_the_record_is_right(wheel: Wheel) -> None:
         assert (digest, int(size)) == (f"sha256={found}", len(data)), name
 
 
-def test_it_asks_for_what_the_project_says(wheel: Wheel) -> None:
+def test_it_requires_what_the_project_lists(wheel: Wheel) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     about: Any = message_from_bytes(wheel.described("METADATA"))
-    wanted = {(None, required(text)) for text in project["dependencies"]}
+    expected = {(None, required(text)) for text in project["dependencies"]}
     for extra in project["optional-dependencies"]:
-        wanted |= {(extra, required(text)) for text in expanded(project, extra)}
+        expected |= {(extra, required(text)) for text in expanded(project, extra)}
     found = set()
     for text in about.get_all("Requires-Dist"):
-        asked, _, marker = text.partition(";")
+        requirement, _, marker = text.partition(";")
         extra = re.fullmatch(r" *extra == '(\w+)'", marker)
-        found.add((extra[1] if extra else None, required(asked)))
+        found.add((extra[1] if extra else None, required(requirement)))
         assert bool(extra) == bool(marker)
-    assert found == wanted
+    assert found == expected
     assert (about["Name"], about["Version"]) == (project["name"], project["version"])
     assert about["Requires-Python"] == project["requires-python"]
     assert about["License-Expression"] == project["license"]
@@ -236,21 +236,21 @@ def test_it_asks_for_what_the_project_says(wheel: Wheel) -> None:
 
 
 def required(text: str) -> tuple[str, str]:
-    asked = Requirement(text)
-    return asked.name, str(asked.specifier)
+    requirement = Requirement(text)
+    return requirement.name, str(requirement.specifier)
 
 
 def expanded(project: dict[str, Any], extra: str) -> set[str]:
-    """What an extra asks for, where it names others of the same project too."""
+    """What an extra requires, where it names others of the same project too."""
     found: set[str] = set()
     for text in project["optional-dependencies"][extra]:
-        asked = Requirement(text)
-        others = asked.extras if asked.name == project["name"] else ()
+        requirement = Requirement(text)
+        others = requirement.extras if requirement.name == project["name"] else ()
         found |= set().union(*(expanded(project, o) for o in others)) if others else {text}
     return found
 
 
-def test_nothing_tells_of_the_machine_that_built_it(wheel: Wheel) -> None:
+def test_nothing_names_the_machine_that_built_it(wheel: Wheel) -> None:
     names = {socket.gethostname(), getpass.getuser(), *map(str, wheel.folders), str(Path.home())}
     long = [name.encode() for name in names if len(name) > 7]  # others are words
     for name, data in wheel.files.items():

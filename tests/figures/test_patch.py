@@ -54,7 +54,7 @@ def test_patches_name_what_they_show() -> None:
     assert bar.get_ylim() == (0.0, 2.2)
 
 
-def test_patch_without_stick_or_singularity_says_so() -> None:
+def test_patch_without_stick_or_singularity_reports_it() -> None:
     figure = contact_patch(cl.CarterGriffith(k_hat=0.0, contact="elliptic"), 1.2, axes_ratio=1.5)
     axes, bar = figure.axes
     assert "stick" not in {text.get_text() for text in axes.texts}
@@ -76,7 +76,7 @@ def test_patch_of_a_line_is_refused() -> None:
         (0.5, {"clip": -1.0}, "clip"),
     ],
 )
-def test_patch_wants_numbers_above_zero(x: float, options: dict[str, float], named: str) -> None:
+def test_patch_needs_numbers_above_zero(x: float, options: dict[str, float], named: str) -> None:
     law = cl.CarterGriffith(k_hat=K, contact="elliptic")
     with pytest.raises(ValueError, match=f"{named} = .* > 0"):
         contact_patch(law, x, **options)

@@ -1,4 +1,4 @@
-"""The figures of a run: what they say of the ramp, the speed, the peak and the return."""
+"""The figures of a run: their notes on the ramp, the speed, the peak and the return."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from contactlib import figures
 from contactlib.figures.style import AT_CONSTANT_TORQUE
 
 
-def told(model: cl.Model, name: str, slower: float = 1.0) -> str:
-    """What the fold diagram says where the ramp comes back, with a fall that is so much slower."""
+def return_note(model: cl.Model, name: str, slower: float = 1.0) -> str:
+    """The note of the fold diagram where the ramp comes back, with a slower fall."""
     torque, creep = controls(name)
     ramp = torque.reference
     top = int(np.argmax(ramp.value)) + 1  # end of the highest torque
@@ -31,11 +31,11 @@ def told(model: cl.Model, name: str, slower: float = 1.0) -> str:
 
 
 @pytest.mark.parametrize("name", ["rig", "locomotive"])
-def test_a_fast_ramp_says_why_it_returns_late(name: str, request: pytest.FixtureRequest) -> None:
+def test_a_fast_ramp_reports_why_it_returns_late(name: str, request: pytest.FixtureRequest) -> None:
     """Below the return by J domega/dt, with which the slowing wheel drives the contact too."""
     model: cl.Model = request.getfixturevalue(name)
-    said, body = told(model, name), model.wheelset
-    found = re.match(r"grip at ([\d.]+) kN m: the spinning wheel lags behind the ramp", said)
+    note, body = return_note(model, name), model.wheelset
+    found = re.match(r"grip at ([\d.]+) kN m: the spinning wheel lags behind the ramp", note)
     assert found is not None
     run = cl.simulate(body, controls(name)[0], initial_speed=10.0)
     spins = run.time > run.time[run["creepage"].argmax()]
@@ -49,7 +49,7 @@ def test_a_fast_ramp_says_why_it_returns_late(name: str, request: pytest.Fixture
 
 @pytest.mark.filterwarnings("ignore:the run reaches")  # a slip work that the rig cannot cool
 def test_a_slow_ramp_returns_at_the_return(rig: cl.Model) -> None:
-    assert told(rig, "rig", slower=10.0) == ""
+    assert return_note(rig, "rig", slower=10.0) == ""
 
 
 def fold_diagram(wheelset: cl.Wheelset, *torque: float) -> Figure:
@@ -69,14 +69,14 @@ def fold_diagram(wheelset: cl.Wheelset, *torque: float) -> Figure:
         ((24e3, 24e3), "constant torque"),
     ],
 )
-def test_the_legend_tells_where_the_torque_went(
+def test_the_legend_names_where_the_torque_went(
     rig: cl.Model, torque: tuple[float, ...], label: str
 ) -> None:
     axes = fold_diagram(rig.wheelset, *torque).axes[0]
     assert label in [line.get_label() for line in axes.lines]
 
 
-def test_a_title_says_that_the_speed_changes(rig: cl.Model) -> None:
+def test_a_title_notes_that_the_speed_changes(rig: cl.Model) -> None:
     steady = "Mine: steady creepage at $V$ = 10 m/s"
     assert fold_diagram(rig.wheelset, 24e3, 24e3).axes[0].get_title(loc="left") == steady
     light = replace(rig.wheelset, mass=5e3)
@@ -112,7 +112,7 @@ def test_the_held_point_lies_on_the_curve_of_its_own_speed(locomotive: cl.Model)
     assert beside(*first) > 0.02
 
 
-def test_without_damping_a_note_says_below_which_torque_it_returns(rig: cl.Model) -> None:
+def test_without_damping_a_note_gives_the_torque_below_which_it_returns(rig: cl.Model) -> None:
     undamped = replace(rig.wheelset, damping=0.0)
     sliding = undamped.radius * undamped.element.friction.kinetic * undamped.element.normal_load
     note = f"above {1e-3 * sliding:.4g} kN m"
@@ -121,8 +121,8 @@ def test_without_damping_a_note_says_below_which_torque_it_returns(rig: cl.Model
         figures.STABILITY_FIGURES["s_curve"].draw(undamped, 10.0),
     )
     for figure in drawn:
-        said = [text.get_text() for text in figure.axes[-1].texts]
-        assert any("no return" in text and note in text for text in said)
+        texts = [text.get_text() for text in figure.axes[-1].texts]
+        assert any("no return" in text and note in text for text in texts)
 
 
 def test_a_measured_creep_curve_ends_with_its_last_point(rig: cl.Model) -> None:
@@ -167,13 +167,15 @@ def test_carter_s_curve_of_an_ellipse_sticks_beyond_saturation_of_strips(
 def test_a_creep_curve_gives_its_peak_and_friction_in_numbers(
     rig: cl.Model, locomotive: cl.Model
 ) -> None:
-    def said(wheelset: cl.Wheelset) -> str:
+    def texts_of(wheelset: cl.Wheelset) -> str:
         figure = figures.creep_curve(wheelset, speed=10.0)
         return "; ".join(text.get_text() for text in figure.axes[0].texts)
 
     fold = cl.find_fold(rig.wheelset, speed=10.0)
     force = rig.wheelset.element.at_creepage(fold.creepage, speed=10.0)
     peak = f"fold: {float(force['traction_coefficient']):.3g} at {100.0 * fold.creepage:.2f} %"
-    assert peak in said(rig.wheelset)
-    assert "$f_d$ = 0.21; " in said(rig.wheelset) + "; "
-    assert re.search(r"\$f_d\$ = 0\.21, 0\.\d+ at this", said(with_falling(locomotive.wheelset)))
+    assert peak in texts_of(rig.wheelset)
+    assert "$f_d$ = 0.21; " in texts_of(rig.wheelset) + "; "
+    assert re.search(
+        r"\$f_d\$ = 0\.21, 0\.\d+ at this", texts_of(with_falling(locomotive.wheelset))
+    )

@@ -187,9 +187,9 @@ def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
         motor=Motor(lag=0.01, power=1.6e6, torque_rate=1e5, trip_speed=45.0),
         relaxation_length=8e-3,
     )
-    said = drivetrain_setting(drivetrain).replace("\u00a0", " ")
+    setting = drivetrain_setting(drivetrain).replace("\u00a0", " ")
     hertz = drivetrain.torsional_frequency / (2.0 * np.pi)
     limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
-    assert f"Motor lag 10 ms, {limits}, relaxation length 8 mm, axle {hertz:.3g} Hz, " in said
-    assert said.endswith("% of critical.")
+    assert f"Motor lag 10 ms, {limits}, relaxation length 8 mm, axle {hertz:.3g} Hz, " in setting
+    assert setting.endswith("% of critical.")
     assert Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0

@@ -52,8 +52,8 @@ def test_figure_can_be_read(
 ) -> None:
     figure = (of_locomotive if free else figures)[name]
     checks.check_all(figure, tmp_path)
-    for said in (r"$\hat{K}$", r"$\zeta_0$", "$J$", "$b$", "$V$", *(["$M$"] * free)):
-        assert said in figure.get_supxlabel()
+    for symbol in (r"$\hat{K}$", r"$\zeta_0$", "$J$", "$b$", "$V$", *(["$M$"] * free)):
+        assert symbol in figure.get_supxlabel()
 
 
 def test_s_curve_is_the_quasi_steady_torque(figures: dict[str, Figure], rig: cl.Model) -> None:
@@ -79,9 +79,9 @@ def test_s_curve_is_the_quasi_steady_torque(figures: dict[str, Figure], rig: cl.
         (1e-3 * fold.drive_torque, fold.creepage),
     ]
     assert_allclose(at, expected_marks, rtol=1e-12)
-    said = " ".join(text.get_text() for text in axes.texts)
-    assert f"hysteresis {100.0 * fold.hysteresis:.1f} %" in said
-    assert f"{1e-3 * fold.drive_torque:.4g} kN m" in said
+    texts = " ".join(text.get_text() for text in axes.texts)
+    assert f"hysteresis {100.0 * fold.hysteresis:.1f} %" in texts
+    assert f"{1e-3 * fold.drive_torque:.4g} kN m" in texts
 
 
 def test_s_curve_marks_the_states_of_a_torque(figures: dict[str, Figure], rig: cl.Model) -> None:
@@ -242,7 +242,7 @@ def test_least_gain_is_the_larger_of_two_bounds(
     assert dashed == "--"
     assert dotted == ":"
     assert_allclose(least, np.maximum(determinant, trace), rtol=1e-8, atol=1e-6)
-    # They are where the eigenvalues say: one zero, or a sum of zero.
+    # They are at the eigenvalues: one zero, or a sum of zero.
     i = 60
     point = locomotive.wheelset.balanced(creepage=float(zeta[i]), speed=V)
     linear = locomotive.wheelset.linearize(point)
@@ -260,9 +260,9 @@ def test_loop_is_held_with_one_encirclement(figures: dict[str, Figure], rig: cl.
     plant = stability.reduced_plant(rig.wheelset, worst.creepage, speed=V)
     delay = loops.DELAY_RATIO / plant.pole
     window = stability.proportional_window(plant.pole, plant.gain, delay=delay)
-    said = [text.get_text() for text in locus.texts]
+    texts = [text.get_text() for text in locus.texts]
     for bound in window:  # the locus meets the axis at the window's ends
-        assert f"{1e-3 * bound:.4g} kN m" in said
+        assert f"{1e-3 * bound:.4g} kN m" in texts
     point = rig.wheelset.balanced(creepage=worst.creepage, speed=V)
     gain = float(np.sqrt(window.lowest * window.highest))
     loop = creep_loop(rig.wheelset, point, proportional_gain=gain, delay=delay)

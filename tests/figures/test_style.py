@@ -153,10 +153,10 @@ def test_what_is_no_page_is_refused(size: str) -> None:
 
 def test_a_style_sheet_is_hers_too() -> None:
     with mpl.style.context("fivethirtyeight"):
-        wanted = mpl.rcParams["lines.linewidth"], mpl.rcParams["axes.facecolor"]
+        expected = mpl.rcParams["lines.linewidth"], mpl.rcParams["axes.facecolor"]
         figure = PAPER_FIGURES[4].draw()
-    assert line(figure, "Carter-Griffith").get_linewidth() == wanted[0]
-    assert same_color(figure.axes[0].get_facecolor(), wanted[1])
+    assert line(figure, "Carter-Griffith").get_linewidth() == expected[0]
+    assert same_color(figure.axes[0].get_facecolor(), expected[1])
 
 
 def test_nothing_of_the_style_is_left_behind() -> None:
@@ -276,7 +276,7 @@ def test_no_other_format_is_written(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_sweep_s_maps_have_the_formats_that_are_asked_for(tmp_path: Path) -> None:
+def test_a_sweep_s_maps_have_the_formats_that_are_requested(tmp_path: Path) -> None:
     data = map_data.analysed()[["critical_torque"]]
     assert figures.draw_maps(data, tmp_path, ("pdf", "eps")) == [
         tmp_path / "critical_torque.pdf",

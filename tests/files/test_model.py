@@ -203,7 +203,7 @@ def test_semi_axes_that_do_not_fit_the_load_are_warned_of(tmp_path: Path) -> Non
         load_changed(tmp_path, None, {SHAPE: axes.replace("mm", "cm")})
 
 
-def test_a_curve_that_no_table_follows_is_told_in_the_users_words(tmp_path: Path) -> None:
+def test_a_curve_that_no_table_follows_is_reported_in_the_users_words(tmp_path: Path) -> None:
     rows = zip(np.geomspace(1e-4, 1.0, 40), 0.5 * np.exp(-np.linspace(0.0, 9.0, 40)), strict=True)
     text = "\n".join(f"{zeta},{mu}" for zeta, mu in rows)
     (tmp_path / "steep.csv").write_text(f"creepage,traction_coefficient\n{text}\n")
@@ -257,7 +257,7 @@ def test_a_force_needs_no_vehicle(tmp_path: Path) -> None:
         assert run["creep_force"][-1] == pytest.approx(float(force), rel=1e-12)
 
 
-def test_a_run_asks_for_what_a_force_does_not_need(tmp_path: Path) -> None:
+def test_a_run_needs_what_a_force_does_not_need(tmp_path: Path) -> None:
     (tmp_path / "force.toml").write_text(FORCE)
     model = cl.load_model(tmp_path / "force.toml")
     with pytest.raises(cl.ModelError, match="needs inertia and wheels"):
@@ -275,10 +275,10 @@ def test_the_rotor_turns_with_the_wheelset(tmp_path: Path, rig: cl.Model) -> Non
     assert found.inertia == 250.0
     assert cl.worst_pole(found, speed=10.0) == cl.worst_pole(rig.wheelset, speed=10.0)
     for key in ("gear_ratio", "rotor_inertia"):
-        said = (
+        message = (
             rf"changed\.toml: wheelset\.rotor_inertia and gear_ratio go together; given is {key}$"
         )
-        with pytest.raises(cl.ModelError, match=said):
+        with pytest.raises(cl.ModelError, match=message):
             geared(f"{key} = 5.0")
 
 
@@ -340,10 +340,10 @@ def test_numbers_that_no_formula_can_bring_together(
 def test_the_model_file_s_cohesive_law(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, table: cl.CreepForceTable
 ) -> None:
-    asked: list[Any] = []
+    calls: list[Any] = []
 
     def built(*given: Any) -> cl.CreepForceTable:
-        asked.extend(given[:2])
+        calls.extend(given[:2])
         given[-1](0.5)
         return table  # any will do
 
@@ -351,20 +351,20 @@ def test_the_model_file_s_cohesive_law(
     text = cl.files.model_path("roller_rig.toml").read_text() + '\n[law]\nkind = "cohesive"\n'
     (tmp_path / "x.toml").write_text(text)
     shown = done("table", tmp_path / "x.toml", "-o", tmp_path / "t.bin")
-    assert asked == ["line", pytest.approx(0.45 / 0.21)]
+    assert calls == ["line", pytest.approx(0.45 / 0.21)]
     assert "... Building the table of the law: 50% done, about 0 s left\n" in shown.output
     assert (tmp_path / "t.bin").read_bytes() == table.data
 
 
 def test_a_number_that_no_vehicle_has_warns_once(tmp_path: Path, table: cl.CreepForceTable) -> None:
     hot = {K_HAT: 'k_hat = 0.3\nsoftening_temperature = "1600 K"'}
-    said = "friction.softening_temperature = 1600 K .* steel melts at 1480 K above$"
+    expected = "friction.softening_temperature = 1600 K .* steel melts at 1480 K above$"
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         load_changed(tmp_path, table, hot)
     messages = [str(w.message) for w in caught if w.category is cl.InputWarning]
     assert len(messages) == 1
-    assert re.match(rf"{re.escape(str(tmp_path))}.*changed\.toml: {said}", messages[0])
+    assert re.match(rf"{re.escape(str(tmp_path))}.*changed\.toml: {expected}", messages[0])
     assert {w.filename for w in caught if w.category is cl.InputWarning} == {__file__}
 
 
@@ -391,7 +391,7 @@ def test_all_mistakes_come_at_once_in_the_order_of_the_file(
     }
     with pytest.raises(cl.ModelError) as caught:
         load_changed(tmp_path, table, changes)
-    said = [line.partition("changed.toml: ")[2] for line in caught.value.lines]
+    lines = [line.partition("changed.toml: ")[2] for line in caught.value.lines]
     assert str(caught.value).split("\n") == list(caught.value.lines)
     expected = [
         r"contact\.normal_load = '22\.5 t' is a mass; its weight is \"220\.6 kN\"",
@@ -400,8 +400,8 @@ def test_all_mistakes_come_at_once_in_the_order_of_the_file(
         r"wheelset\.inertia = -1\.0 is out of range: must be finite and > 0",
         r"resistence is not a known key; did you mean 'resistance'\?",
     ]
-    assert len(said) == len(expected), said
-    for line, pattern in zip(said, expected, strict=True):
+    assert len(lines) == len(expected), lines
+    for line, pattern in zip(lines, expected, strict=True):
         assert re.match(pattern, line), line
 
 
@@ -429,7 +429,7 @@ def test_a_measured_force_is_divided_by_its_load(tmp_path: Path) -> None:
     np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
 
 
-def test_a_curve_in_place_of_a_model_says_so(tmp_path: Path) -> None:
+def test_a_curve_in_place_of_a_model_reports_it(tmp_path: Path) -> None:
     (tmp_path / "rig.csv").write_text("slip,mu\n1,0.2\n")
-    said = refused("fmu", tmp_path / "rig.csv")
-    assert re.search(r'rig\.csv: is a CSV file: .*\[law\] .* file = "rig\.csv"; ', said)
+    error = refused("fmu", tmp_path / "rig.csv")
+    assert re.search(r'rig\.csv: is a CSV file: .*\[law\] .* file = "rig\.csv"; ', error)

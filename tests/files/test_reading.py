@@ -87,8 +87,8 @@ def test_changed_models_scenarios_and_sweeps(data: st.DataObject, tmp_path: Path
 def test_any_bytes(kind: str, data: bytes, tmp_path: Path) -> None:
     path = tmp_path / "made"
     path.write_bytes(data)
-    said = refusal(kind, path)
-    assert said is not None or kind == "csv"
+    error = refusal(kind, path)
+    assert error is not None or kind == "csv"
 
 
 # ---- every key ------------------------------------------------------------------------------
@@ -111,33 +111,35 @@ EVERY = [
 
 @pytest.mark.parametrize(("key", "one"), EVERY)
 def test_every_key_is_held_to_what_is_declared_of_it(key: str, one: Parameter) -> None:
-    def said(table: dict[str, object]) -> str:
+    def error_of(table: dict[str, object]) -> str:
         with pytest.raises(cl.ModelError) as caught:
             read_section("it", {key: one}, table)
         return str(caught.value)
 
     misspelt = f"it.{key}x is not a known key; did you mean {key!r}? known: {key}"
-    assert said({f"{key}x": 1}) == misspelt  # and not that the right one is missing
+    assert error_of({f"{key}x": 1}) == misspelt  # and not that the right one is missing
     if one.needed:
-        assert said({}) == f"it.{key} is missing"
+        assert error_of({}) == f"it.{key} is missing"
     if one.quantity is None:
-        assert re.match(rf"it\.{key} = 3 must be (a string|a list|true or false)", said({key: 3}))
+        assert re.match(
+            rf"it\.{key} = 3 must be (a string|a list|true or false)", error_of({key: 3})
+        )
         if one.choices and True not in one.choices:
             known = ", ".join(one.choices)
-            assert said({key: ""}) == f"it.{key} = '' must be one of: {known}"
-            assert said({key: "no such"}) == f"it.{key} = 'no such' must be one of: {known}"
+            assert error_of({key: ""}) == f"it.{key} = '' must be one of: {known}"
+            assert error_of({key: "no such"}) == f"it.{key} = 'no such' must be one of: {known}"
         return
     limits = one.quantity
     ends = [limits.above, limits.below]
     ends += [math.nextafter(limits.at_least, -math.inf), math.nextafter(limits.at_most, math.inf)]
     for bad in (math.nan, *ends):
         refused = f"it.{key} = {bad!r} is out of range: must be {limits}"
-        assert said({key: [bad] if one.many else bad}) == refused
+        assert error_of({key: [bad] if one.many else bad}) == refused
     for wrong in (True, "1 furlong"):
         refused = f"it.{key} = {wrong!r} must be a number in {limits.unit}"
-        assert said({key: [wrong] if one.many else wrong}).startswith(refused)
+        assert error_of({key: [wrong] if one.many else wrong}).startswith(refused)
     if limits.whole:
-        assert said({key: 2.5}) == f"it.{key} = 2.5 must be a whole number"
+        assert error_of({key: 2.5}) == f"it.{key} = 2.5 must be a whole number"
     low, high = limits.usual or (0.0, 0.0)
     for unusual in (1e-3 * low, 1e3 * high):
         if limits.allow(unusual) and not limits.is_usual(unusual):
@@ -145,7 +147,7 @@ def test_every_key_is_held_to_what_is_declared_of_it(key: str, one: Parameter) -
             usual = re.escape(f" is implausible: {low:g} to {high:g}")
             with pytest.warns(cl.InputWarning, match=f"^{doubt}.*{usual}"), loading("my.toml"):
                 read_section("it", {key: one}, {key: [unusual] if one.many else unusual})
-    of_list = said({key: 1.0 if one.many else [1.0]})
+    of_list = error_of({key: 1.0 if one.many else [1.0]})
     assert of_list.startswith(f"it.{key} = {1.0 if one.many else [1.0]} must be a ")
 
 
@@ -178,12 +180,12 @@ MANY = {
 
 @pytest.mark.parametrize("name", MANY)
 def test_large_and_odd_contents(name: str, tmp_path: Path) -> None:
-    text, said = MANY[name]
+    text, expected = MANY[name]
     path = tmp_path / "made.toml"
     path.write_text(text, encoding="utf-8")
     for kind in ("model", "scenario"):
         assert refusal(kind, path) is not None
-    assert said in str(refusal("sweep", path))
+    assert expected in str(refusal("sweep", path))
 
 
 def test_long_profile_is_read(tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ def test_step_and_ramp_ask_for_too_much_and_end_where_spinning_wheels_come_back(
         assert scenario.demand.value[-1] < fold.return_torque
 
 
-def test_speed_sweep_asks_for_more_than_friction_gives_at_any_speed() -> None:
+def test_speed_sweep_demands_more_than_friction_gives_at_any_speed() -> None:
     scenario = load("speed_sweep")
     wheelset, held = scenario.drivetrain.wheelset, scenario.held_speed
     assert held is not None
@@ -242,10 +242,10 @@ def test_a_rig_holds_its_speed(tmp_path: Path) -> None:
 def test_controllers_are_designed_for_the_drivetrain(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: dict[str, Any] = {}
+    inputs: dict[str, Any] = {}
 
     def for_drivetrain(drivetrain: Drivetrain, **given: Any) -> Any:
-        asked.update(given, drivetrain=drivetrain)
+        inputs.update(given, drivetrain=drivetrain)
         if given["sample_time"] == 3.0:
             raise ValueError("OpenLoop.sample_time = 3.0 is too long")
         return OpenLoop(sample_time=given["sample_time"])
@@ -253,9 +253,9 @@ def test_controllers_are_designed_for_the_drivetrain(
     monkeypatch.setattr(OpenLoop, "for_drivetrain", for_drivetrain)
     text = TEXT.replace("duration", "design_speed = 5.0\nduration") + "sample_time = 0.02"
     scenario = cl.load_scenario(write(tmp_path, text))
-    assert asked["drivetrain"] is scenario.drivetrain
-    assert (asked["speed"], asked["sample_time"]) == (5.0, 0.02)
-    assert asked["sensors"] == scenario.sensors
+    assert inputs["drivetrain"] is scenario.drivetrain
+    assert (inputs["speed"], inputs["sample_time"]) == (5.0, 0.02)
+    assert inputs["sensors"] == scenario.sensors
     with pytest.raises(
         cl.ModelError, match=r"mine\.toml: controllers\.first\.sample_time = 3\.0 is too long"
     ):
@@ -454,8 +454,8 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", ProcessZoneWarning)
         cl.load_scenario(path)
-    said = [str(w.message).partition("mine.toml: ")[2].partition(" is ")[0] for w in caught]
-    assert said == ["vehicle_changes.friction.static = 45", "motor.lag = 10 s"]
+    keys = [str(w.message).partition("mine.toml: ")[2].partition(" is ")[0] for w in caught]
+    assert keys == ["vehicle_changes.friction.static = 45", "motor.lag = 10 s"]
 
 
 def test_all_mistakes_of_scenario_and_vehicle_come_at_once(tmp_path: Path) -> None:

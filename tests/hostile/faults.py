@@ -4,7 +4,7 @@
 
 makes a process for each fault and each output (or each command that writes), as limits and rights
 cannot be taken back, and prints as JSON what came of it: by fault and output the process's exit
-status, what it said, and the contents of its folder afterwards.
+status, its error, and the contents of its folder afterwards.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def writers() -> dict[str, Writer]:
 
 
 def command(*arguments: str) -> Callable[[Path], object]:
-    """A command that writes to a path; what it says on failure is a `SystemExit`."""
+    """A command that writes to a path; its error on failure is a `SystemExit`."""
 
     def run(path: Path) -> None:
         result = CliRunner().invoke(main, [*arguments, "-o", str(path)])
@@ -129,19 +129,19 @@ def apart(action: Callable[[], object]) -> tuple[int, str]:
     inlet, outlet = os.pipe()
     child = os.fork()
     if child == 0:
-        said = ""
+        error = ""
         try:
             action()
         except BaseException as error:
-            said = f"{type(error).__name__}: {error}"
-        os.write(outlet, said.encode())
+            error = f"{type(error).__name__}: {error}"
+        os.write(outlet, error.encode())
         # Or what coverage saves now ends after as many bytes.
         resource.setrlimit(resource.RLIMIT_FSIZE, (HARD_LIMIT, HARD_LIMIT))
         os._exit(0)
     os.close(outlet)
     with os.fdopen(inlet) as pipe:
-        said = pipe.read()
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), said
+        error = pipe.read()
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), error
 
 
 def contents(folder: Path) -> dict[str, str]:
@@ -164,8 +164,13 @@ def tried(fault: str, name: str, writer: Writer, folder: Path) -> dict[str, Any]
         FAULTS[fault]()
         writer(folder / name)
 
-    status, said = apart(faulty)
-    found = {"status": status, "said": said, "path": str(folder / name), "files": contents(folder)}
+    status, error = apart(faulty)
+    found = {
+        "status": status,
+        "error": error,
+        "path": str(folder / name),
+        "files": contents(folder),
+    }
     folder.chmod(0o755)
     if fault == "SIGKILL":
         found["next"] = apart(lambda: writer(folder / name)), contents(folder)
@@ -175,15 +180,15 @@ def tried(fault: str, name: str, writer: Writer, folder: Path) -> dict[str, Any]
 def all_tried(folder: Path, by_command: bool) -> dict[str, dict[str, Any]]:
     """Signals with all outputs, or what a disk does with all commands."""
     if by_command:
-        asked, faults = commands(folder), ["full", "read_only"]
+        attempts, faults = commands(folder), ["full", "read_only"]
     else:
-        asked, faults = writers(), ["SIGKILL", "SIGINT"]
-        for name, writer in asked.items():  # so that nothing has to be imported any more
+        attempts, faults = writers(), ["SIGKILL", "SIGINT"]
+        for name, writer in attempts.items():  # so that nothing has to be imported any more
             writer(folder / name)
     return {
         fault: {
             name: tried(fault, name, writer, folder / fault / name)
-            for name, writer in asked.items()
+            for name, writer in attempts.items()
         }
         for fault in faults
     }

@@ -1,6 +1,6 @@
 """How everything public is called well: a good value of each argument, by the argument's name.
 
-What takes numbers, and which, the signatures say. Here stand the values, objects to call a method
+The signatures show what takes numbers, and which. Here are the values, objects to call a method
 of, and what a function needs beside them; and for each public name without a call, why.
 """
 
@@ -463,7 +463,7 @@ UNCHECKED = {
     "traction.SensorReader.read": set(MEASURED),
 }
 # Names under which an error reports an argument, if it is not the argument's.
-SAYS = {
+REPORTED_AS = {
     ("Friction.from_function", "level"): "f|kinetic",
     ("Scenario", "design_speed"): "speed",
     ("control_systems.operating_point", "friction_scale"): "friction_scale|drive_torque",
@@ -477,7 +477,7 @@ INFINITE = {
     *("stability.proportional_window", "stability.slip_away_estimate"),
 }
 NOT_A_NUMBER = {"fit", "run_many", "sensor_errors"}
-EVERY_STEP = "asked at every step of an integrator: checks nothing"
+EVERY_STEP = "called at every step of an integrator: checks nothing"
 
 # Public names that take numbers and have no call, and why.
 EXEMPT: dict[str, str] = {
@@ -532,7 +532,7 @@ def public() -> dict[str, Any]:
 
 
 def takes_numbers(name: str, value: Any) -> bool:
-    """Whether a signature or what stands above says so."""
+    """Whether a signature or a table above shows it."""
     texts = [str(p.annotation) for p in inspect.signature(value).parameters.values()]
     return name in OVERRIDES or any(NUMERIC.match(t) or "Unpack" in t for t in texts)
 

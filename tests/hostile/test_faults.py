@@ -1,4 +1,4 @@
-"""What stands after a fault: the old file or the new one, whole, and a line that says why."""
+"""What stands after a fault: the old file or the new one, whole, and an error in one line."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ REASONS = {"full": errno.EFBIG, "read_only": errno.EACCES}
 @posix
 @pytest.mark.parametrize("fault", REASONS)
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_says_so_in_a_line_and_ends_with_2(
+def test_a_command_reports_it_in_a_line_and_ends_with_2(
     found_by_command: Found, fault: str, name: str
 ) -> None:
     if fault == "read_only" and sys.platform != "linux" and os.geteuid() == 0:
@@ -69,9 +69,9 @@ def test_a_command_says_so_in_a_line_and_ends_with_2(
     tried, code = found_by_command[fault][name], REASONS[fault]
     assert tried["files"] == {name: "old"}
     start = f"SystemExit: 2 SystemExit contactlib: [Errno {code}] {os.strerror(code)}: "
-    assert tried["said"].startswith(start)
-    assert tried["said"].count("\n") == 1
-    where = tried["said"].removeprefix(start).strip().strip("'")
+    assert tried["error"].startswith(start)
+    assert tried["error"].count("\n") == 1
+    where = tried["error"].removeprefix(start).strip().strip("'")
     assert where.startswith(str(Path(tried["path"]).parent))
 
 
@@ -82,7 +82,7 @@ class Silent:
         return nullcontext(lambda part: None)
 
     def line(self, text: str) -> None:
-        """Say nothing."""
+        """Print nothing."""
 
 
 def test_an_old_comparison_stays_until_the_new_one_is_written(
@@ -115,8 +115,8 @@ def test_a_kill_before_the_rename_leaves_the_old_file_and_one_that_is_hidden(
     assert kept == name
     assert tried["files"][name] == "old"
     assert re.fullmatch(re.escape(f".{name}.") + "[0-9a-f]{16}", hidden)
-    (status, said), files = tried["next"]  # which does not mind what was left
-    assert (status, said) == (0, "")
+    (status, error), files = tried["next"]  # which ignores what was left
+    assert (status, error) == (0, "")
     assert files[name] == files[hidden] == tried["files"][hidden]
 
 
@@ -125,7 +125,7 @@ def test_a_kill_before_the_rename_leaves_the_old_file_and_one_that_is_hidden(
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_ctrl_c_before_the_rename_leaves_the_old_file_alone(found: Found, name: str) -> None:
     tried = found["SIGINT"][name]
-    assert tried["said"] == "KeyboardInterrupt: "
+    assert tried["error"] == "KeyboardInterrupt: "
     assert tried["files"] == {name: "old"}
 
 
@@ -159,9 +159,9 @@ def test_sweeps_that_start_at_once_on_one_folder_give_one_result(tmp_path: Path)
         assert process.stdin is not None
         process.stdin.write("\n")
         process.stdin.flush()
-    said = [process.communicate()[0].strip() for process in running]
-    assert "done" in said
-    assert all(text == "done" or " is in use by " in text for text in said)
+    outputs = [process.communicate()[0].strip() for process in running]
+    assert "done" in outputs
+    assert all(text == "done" or " is in use by " in text for text in outputs)
     name = "quick_sweep.nc"
     assert (folder / name).read_bytes() == (tmp_path / "known" / name).read_bytes()
     assert [p.name for p in folder.iterdir()] == [name]

@@ -21,7 +21,7 @@ from typing import Annotated, Any
 import good_calls
 import numpy as np
 import pytest
-from good_calls import EXEMPT, INFINITE, NOT_A_NUMBER, SAYS, Call, public
+from good_calls import EXEMPT, INFINITE, NOT_A_NUMBER, REPORTED_AS, Call, public
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import (
@@ -153,7 +153,7 @@ def leaves(answer: object, path: str = "answer") -> Iterator[tuple[str, NDArray[
 
 
 def properties(answer: object) -> list[object]:
-    """What an object says of itself beyond its fields: its public properties that are numbers."""
+    """Public properties of an object that are numbers."""
     kind: Any = type(answer)
     if not isinstance(answer, Parameters):
         return []
@@ -187,7 +187,7 @@ def check_error(call: Call, argument: str, value: object, error: Exception) -> N
     assert message.isprintable(), where
     assert 0 < len(message) < 1000, where
     if isinstance(error, ValueError):
-        word = SAYS.get((call.covers, argument), argument)
+        word = REPORTED_AS.get((call.covers, argument), argument)
         assert re.search(rf"(?<![a-zA-Z])({word})(?![a-zA-Z])", message), where
         assert re.search(
             "must|need|only one|missing|out of range|is not|are not|no |not |too |only ", message

@@ -46,8 +46,8 @@ def test_an_untrusted_file_takes_neither_time_nor_memory(tmp_path: Path, name: s
     path.write_text(LARGE.get(name) or DOTTED.get(name, DEEP) + MODEL, encoding="utf-8")
     command = [sys.executable, "-c", READ, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
-    said, memory = done.stdout.splitlines()
-    assert said == f"{path}: " + (
+    output, memory = done.stdout.splitlines()
+    assert output == f"{path}: " + (
         "the file is too large: it must have <= 2 MB"
         if name in LARGE
         else "its lists or tables are nested too deeply"

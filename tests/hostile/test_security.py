@@ -194,12 +194,12 @@ def test_what_a_terminal_acts_on_is_written_out(text: str) -> None:
     assert harmless("1 \u00b5m\n\t[red]") == "1 \u00b5m\n\t[red]"
 
 
-def check_complaint(*arguments: str, said: str) -> None:
+def check_complaint(*arguments: str, message: str) -> None:
     """Hold that a command fails with one line on stderr that gives a terminal no orders."""
     result = CliRunner().invoke(main, arguments, color=True)
     assert result.exit_code == 2
     assert "\x1b" not in result.output
-    assert said in result.stderr
+    assert message in result.stderr
     assert result.stderr.count("\n") == 1
 
 
@@ -208,8 +208,8 @@ def test_a_message_is_one_line_without_orders(
 ) -> None:
     path = tmp_path / "sent.toml"
     path.write_text(f"{toml_text(ESCAPE + chr(10) + 'contactlib: all is well [red]')} = 1\n{RIG}")
-    said = r"\x1b[2J\ncontactlib: all is well [red] is not a known key"
-    check_complaint("table", str(path), said=said)
+    message = r"\x1b[2J\ncontactlib: all is well [red] is not a known key"
+    check_complaint("table", str(path), message=message)
 
     # The reader escapes the text of a file, the command that of any other error.
     @click.command()
@@ -217,7 +217,7 @@ def test_a_message_is_one_line_without_orders(
         raise ValueError(f"{ESCAPE}\nwell")
 
     monkeypatch.setitem(main.commands, "fails", fails)
-    check_complaint("fails", said=r"\x1b[2J\nwell")
+    check_complaint("fails", message=r"\x1b[2J\nwell")
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ def test_a_name_that_heads_a_report_is_one_line(tmp_path: Path, command: str, te
     name = toml_text("x\ncontactlib: all is well")
     path.write_text(re.sub("^name = .*$", lambda _: f"name = {name}", text, flags=re.MULTILINE))
     check_complaint(
-        command, str(path), said=r"name = 'x\ncontactlib: all is well' must be one line"
+        command, str(path), message=r"name = 'x\ncontactlib: all is well' must be one line"
     )
 
 

@@ -1,4 +1,4 @@
-"""What a release says of itself: one version, its changes, and how to cite it."""
+"""What a release declares: one version, its changes, and how to cite it."""
 
 from __future__ import annotations
 

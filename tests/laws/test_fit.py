@@ -119,7 +119,7 @@ def test_estimates_errors_and_correlation_are_those_of_another_solver() -> None:
 
 
 @pytest.mark.slow
-def test_an_end_of_a_profile_is_where_the_sum_of_squares_says(
+def test_an_end_of_a_profile_is_where_the_sum_of_squares_has_it(
     locomotive: TractionData, unweakened: FitResult
 ) -> None:
     n = locomotive.creepage.size
@@ -130,7 +130,7 @@ def test_an_end_of_a_profile_is_where_the_sum_of_squares_says(
 
 
 @pytest.mark.parametrize("runs", [20, pytest.param(80, marks=pytest.mark.slow)])
-def test_intervals_hold_the_truth_as_often_as_they_say(runs: int) -> None:
+def test_intervals_hold_the_truth_at_their_level(runs: int) -> None:
     held = np.zeros(2)
     for seed in range(runs):
         result = fit(CarterGriffith, made_up(seed, 0.005), level=0.8, **CARTER)
@@ -140,7 +140,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(runs: int) -> None:
     np.testing.assert_allclose(held / runs, 0.8, atol=3.0 * deviation)
 
 
-def test_k_hat_is_recovered_where_the_data_tell_it() -> None:
+def test_k_hat_is_recovered_where_the_data_determine_it() -> None:
     law = CarterGriffith(k_hat=0.4)
     zeta = np.geomspace(0.001, 0.1, 80)
     noise = np.random.default_rng(5).normal(0.0, 0.003, 80)
@@ -179,7 +179,7 @@ def test_slip_speed_scales_friction_creepage_and_k_hat() -> None:
         result.traction_coefficient(zeta)
 
 
-def test_polachs_reductions_are_not_told_apart_from_the_scale_of_creepage() -> None:
+def test_polachs_reductions_are_not_distinguished_from_the_scale_of_creepage() -> None:
     law = Polach.dry()
     zeta = np.geomspace(0.0002, 0.02, 60)
     noise = np.random.default_rng(2).normal(0.0, 0.001, 60)
@@ -228,7 +228,7 @@ def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     assert longer.rmse < 0.0290
     value = longer.values["softening_temperature"]
     assert value / softening.value == pytest.approx(1.24, abs=0.02)
-    # Another law of the rise takes another softening temperature: the fall alone does not tell it.
+    # Another law of the rise has another softening temperature: the fall alone does not fix it.
     other = fit(Polach, locomotive, heat=ContactHeat(contact=wheel), **POLACH)
     assert other.values["softening_temperature"] < softening.interval[0]
     assert other.bic < hot.bic

@@ -22,9 +22,9 @@ def contact(load: float = 4.5e6) -> cl.LineContact:
 
 
 def test_friction_made_for_a_k_hat_has_it() -> None:
-    for wanted in (0.0, 0.06, 0.3, 1.7):
-        friction = cl.friction_with_k_hat(contact(), k_hat=wanted, static=0.45, kinetic=0.21)
-        assert cl.laws.k_hat(contact(), friction) == pytest.approx(wanted, rel=1e-14)
+    for expected in (0.0, 0.06, 0.3, 1.7):
+        friction = cl.friction_with_k_hat(contact(), k_hat=expected, static=0.45, kinetic=0.21)
+        assert cl.laws.k_hat(contact(), friction) == pytest.approx(expected, rel=1e-14)
     with pytest.raises(ValueError, match="needs static > kinetic"):
         cl.friction_with_k_hat(contact(), k_hat=0.3, static=0.21, kinetic=0.21)
 

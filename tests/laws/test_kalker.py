@@ -20,7 +20,7 @@ COARSE, FINE = 8, 12  # degrees: right to 1e-4 in 0.1 s, and to 3e-5 in 0.5 s
 
 @pytest.mark.parametrize("g", [0.2, 1.0, 5.0])
 def test_solver_obeys_reciprocity(g: float) -> None:
-    """The force of spin is the moment of lateral creepage; nothing in the solver knows of it."""
+    """The force of spin is the moment of lateral creepage; nothing in the solver enforces it."""
     c = stick_coefficients(influence(g, COARSE), 0.28)
     assert c.c32 == pytest.approx(c.c23, rel=1e-4)
 

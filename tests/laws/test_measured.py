@@ -162,7 +162,7 @@ def test_a_steep_end_does_not_fall_below_zero() -> None:
         MeasuredCurve(dense, plunge)
 
 
-def test_the_summary_says_how_far_the_curve_is_from_the_points() -> None:
+def test_the_summary_reports_how_far_the_curve_is_from_the_points() -> None:
     curve = MeasuredCurve(np.append(0.0, ZETA), np.append(0.0, MU), name="my.csv")
     miss = curve.traction_coefficient(ZETA) - MU
     worst = np.abs(miss).argmax()

@@ -158,7 +158,7 @@ def test_cohesive_law_against_contact(static: float, k_hat: float, a_over_b: flo
 @pytest.mark.parametrize("a_over_b", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize(("static", "k_hat"), [(0.33, 0.15), (0.33, 0.3), (0.45, 0.3)])
 def test_peak_against_the_reference(static: float, k_hat: float, a_over_b: float) -> None:
-    """CONTACT's creepages are too far apart to tell where its peak is.
+    """CONTACT's creepages are too far apart to show where its peak is.
 
     The fourth friction is left out: its process zone of 0.1 a is too short for
     the reference solver.

@@ -1,4 +1,4 @@
-"""Measured points from arrays and files; a mistake in a file is one line that says where."""
+"""Measured points from arrays and files; a mistake in a file is one line with its place."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def test_options_are_checked(tmp_path: Path) -> None:
         TractionData.from_csv(path, columns=("a", "b"), creepage_unit="percent")
 
 
-def test_a_name_that_says_per_cent_wants_the_unit(tmp_path: Path) -> None:
+def test_a_name_with_per_cent_needs_the_unit(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     path.write_text("slip_percent,mu\n0.5,0.2\n1,0.3\n")
     with pytest.raises(ValueError, match=r"is slip_percent in per cent.* creepage_unit = '%'"):

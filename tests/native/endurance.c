@@ -51,16 +51,16 @@ static void report(void) {
 
 static void run_cycles(const fmi *v, const char *resources, const char *token, long cycles) {
     static char buffer[4096]; /* what reports need stays allocated too */
-    static int said;
+    static int messages;
     const char *nowhere = v->version == 2 ? "file:///no/folder" : "/no/folder";
     must_say = " "; /* which every message has */
     setvbuf(stdout, buffer, _IOFBF, sizeof buffer);
     for (long i = 0; i < cycles; i++) {
         if (i == WARM_UP) report();
         void *saved = NULL;
-        if (v->open(0, "?", resources, 1, &said) || v->open(0, token, nowhere, 1, &said))
+        if (v->open(0, "?", resources, 1, &messages) || v->open(0, token, nowhere, 1, &messages))
             fail("another token or folder", "is taken");
-        void *c = v->open(0, token, resources, 1, &said);
+        void *c = v->open(0, token, resources, 1, &messages);
         FINE(start(v, c, 0.0));
         FINE(v->step(c, 0.0, STEP));
         if (v->step(c, 1.0, STEP) != 3) fail("a step from another point", "is taken");
@@ -70,7 +70,7 @@ static void run_cycles(const fmi *v, const char *resources, const char *token, l
         v->close(c);
     }
     report();
-    if (said != 3 * cycles) fail("a message", "is missing");
+    if (messages != 3 * cycles) fail("a message", "is missing");
 }
 
 /* ---- trips --------------------------------------------------------------------------------- */
@@ -186,8 +186,8 @@ int main(int argc, char **argv) {
         run_cycles(v, argv[4], argv[5], count);
         return 0;
     }
-    static int said;
-    void *c = v->open(0, argv[5], argv[4], 1, &said);
+    static int messages;
+    void *c = v->open(0, argv[5], argv[4], 1, &messages);
     if (argc != 10 || c == NULL) fail(argv[3], "cannot be instantiated");
     run_trips(v, c, count, strcmp(argv[7], "counted") == 0, strtod(argv[8], NULL), argv[9]);
     FINE(v->terminate(c));

@@ -39,7 +39,7 @@ REFERENCES = (
 
 
 class Trip(NamedTuple):
-    """What endurance.c says of a trip."""
+    """What endurance.c prints for a trip."""
 
     digest: str
     omega: float
@@ -82,7 +82,7 @@ def program(folder: Path) -> Path:
     return alone(NATIVE / "endurance.c", folder)
 
 
-def said(command: Path, what: str, fmu: Fmu, *arguments: object) -> list[list[str]]:
+def numbers_of(command: Path, what: str, fmu: Fmu, *arguments: object) -> list[list[str]]:
     """Words of the lines that the program prints."""
     words = (command, what, fmu.version, fmu.library, fmu.location, fmu.token, *arguments)
     done = subprocess.run([*map(str, words)], check=True, stdout=subprocess.PIPE, text=True)
@@ -94,7 +94,7 @@ def growths(model: cl.Model, folder: Path, cycles: int) -> Iterator[tuple[str, G
     command = program(folder)
     for subject in (Subject(name, version) for name in EXPORTS for version in (2, 3)):
         fmu = Fmu(model, folder / str(subject), **subject.arguments)
-        first, last = said(command, "cycles", fmu, cycles)
+        first, last = numbers_of(command, "cycles", fmu, cycles)
         yield str(subject), Growth(*(int(b) - int(a) for a, b in zip(first, last, strict=True)))
 
 
@@ -103,7 +103,7 @@ def run(model: cl.Model, folder: Path, trips: int, points: str = "added") -> Day
     fmu = Fmu(model, folder / "locomotive", kind="wheelset")
     torque = 0.97 * cl.find_fold(model.wheelset, speed=10.0).drive_torque
     references = ",".join(str(fmu.references[name]) for name in REFERENCES)
-    found = said(program(folder), "trips", fmu, trips, points, repr(torque), references)
+    found = numbers_of(program(folder), "trips", fmu, trips, points, repr(torque), references)
     *lines, times = found
     return Day([trip_of(line) for line in lines], *map(float.fromhex, times))
 

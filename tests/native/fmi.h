@@ -94,21 +94,23 @@ static void note3(fmi3InstanceEnvironment count, fmi3Status status, fmi3String c
 
 /* ---- calls --------------------------------------------------------------------------------- */
 
-static void *open2(int exchange, const char *token, const char *location, int logging, int *said) {
-    fmi2CallbackFunctions callbacks = {note2, calloc, free, NULL, said};
+static void *open2(int exchange, const char *token, const char *location, int logging,
+                   int *messages) {
+    fmi2CallbackFunctions callbacks = {note2, calloc, free, NULL, messages};
     FUNCTION(fmi2Instantiate);
     return fmi2Instantiate("an instance", exchange ? fmi2ModelExchange : fmi2CoSimulation, token,
-                           location, said != NULL ? &callbacks : NULL, 0, logging);
+                           location, messages != NULL ? &callbacks : NULL, 0, logging);
 }
 
-static void *open3(int exchange, const char *token, const char *location, int logging, int *said) {
-    fmi3LogMessageCallback logger = said != NULL ? note3 : NULL;
+static void *open3(int exchange, const char *token, const char *location, int logging,
+                   int *messages) {
+    fmi3LogMessageCallback logger = messages != NULL ? note3 : NULL;
     FUNCTION(fmi3InstantiateModelExchange);
     FUNCTION(fmi3InstantiateCoSimulation);
     return exchange ? fmi3InstantiateModelExchange("an instance", token, location, 0, logging != 0,
-                                                   said, logger)
+                                                   messages, logger)
                     : fmi3InstantiateCoSimulation("an instance", token, location, 0, logging != 0,
-                                                  0, 0, NULL, 0, said, logger, NULL);
+                                                  0, 0, NULL, 0, messages, logger, NULL);
 }
 
 static void close2(void *c) {
@@ -266,7 +268,8 @@ static int enter2(void *c, const experiment *e) {
 
 typedef struct {
     int version;
-    void *(*open)(int exchange, const char *token, const char *location, int logging, int *said);
+    void *(*open)(int exchange, const char *token, const char *location, int logging,
+                  int *messages);
     void (*close)(void *c);
     int (*set_up)(void *c, const experiment *e);
     int (*enter)(void *c, const experiment *e); /* the initialization */

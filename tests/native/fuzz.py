@@ -33,7 +33,7 @@ FUZZER = "-fsanitize=fuzzer"  # for the linker
 
 
 class Found(NamedTuple):
-    """What a run of libFuzzer says of itself."""
+    """What a run of libFuzzer prints."""
 
     executions: int
     per_second: int

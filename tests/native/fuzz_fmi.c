@@ -283,7 +283,7 @@ static void check_unchanged(const component *core, const component_state *before
 
 static void run_program(fuzz_input *in) {
     program p = {0};
-    int said = 0;
+    int messages = 0;
     char location[PATH_LENGTH], token[PATH_LENGTH], text[64];
     unsigned which_fmu = take_byte(in), flags = take_byte(in);
     const char *name = FMU_NAMES[which_fmu % FMUS];
@@ -294,7 +294,8 @@ static void run_program(fuzz_input *in) {
     else if (flags >= 0xF0u) snprintf(location, sizeof location, "%s", take_text(in, text));
     else if (flags >= 0xE8u) strcat(token, take_text(in, text));
     v = fmi_of(2 + (int)(which_fmu / FMUS % 2));
-    p.instance = v->open(flags & 1, token, location, (flags & 2) != 0, flags & 4 ? &said : NULL);
+    p.instance =
+        v->open(flags & 1, token, location, (flags & 2) != 0, flags & 4 ? &messages : NULL);
     const component *core = p.instance; /* the first member of an instance */
     while (in->left > 0) {
         enum operation which = (enum operation)(take_byte(in) % OPERATIONS);

@@ -103,13 +103,13 @@ def alone(source: Path, folder: Path, *way: str) -> Path:
 
 
 def run(*command: object) -> None:
-    """Run a command that must not fail, and show what it says if it does."""
+    """Run a command that must not fail, and show its output if it does."""
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
     assert done.returncode == 0, f"{command[0]}: {done.stdout}{done.stderr}"
 
 
 def clean(command: Iterable[object], **environment: str) -> None:
-    """Run a program of tests/native, which says how many of its checks failed."""
+    """Run a program of tests/native, which prints how many of its checks failed."""
     words = [str(word) for word in command]
     done = subprocess.run(words, capture_output=True, text=True, env=os.environ | environment)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-6000:]

@@ -68,7 +68,7 @@ int main(int argc, char **argv) {
     if (argc != 7) fail("usage", "run_golden 2|3 LIBRARY RESOURCES TOKEN GOLDEN TOLERANCE");
     const fmi *v = fmi_of(atoi(argv[1]));
     static column columns[MAX_COLUMNS];
-    static int said; /* the FMU may keep the pointer */
+    static int messages; /* the FMU may keep the pointer */
     double row[MAX_COLUMNS + 1], tolerance = strtod(argv[6], NULL), worst = 0.0, time = 0.0;
     const char *where = "any column";
     unsigned rows = 0;
@@ -77,7 +77,7 @@ int main(int argc, char **argv) {
     if (file == NULL) fail(argv[5], "cannot be opened");
     size_t n = read_header(file, columns);
     open_library(argv[2]);
-    void *c = v->open(0, argv[4], argv[3], 1, &said);
+    void *c = v->open(0, argv[4], argv[3], 1, &messages);
     if (c == NULL) fail(argv[2], "cannot be instantiated");
     for (; read_row(file, n, row); rows++, time = row[0]) {
         const experiment e = {.start = row[0]};

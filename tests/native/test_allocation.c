@@ -1,5 +1,5 @@
 /* Memory that is refused: an instance, its resources and its saved states, with each allocation in
- * turn the one that fails. What asked for it says so, and nothing is left behind.
+ * turn the one that fails. The caller logs it, and nothing is left behind.
  *
  *     test_allocation RESOURCES TOKEN
  *
@@ -19,11 +19,11 @@ void *__wrap_calloc(size_t count, size_t size);
 void *__wrap_realloc(void *old, size_t size);
 void __wrap_free(void *memory);
 
-static int to_fail, asked, refused, held; /* number of the one to fail; counts */
-static int said;
+static int to_fail, attempts, refused, held; /* number of the one to fail; counts */
+static int messages;
 
 static int refuses(void) {
-    if (++asked != to_fail) return 0;
+    if (++attempts != to_fail) return 0;
     refused = 1;
     return 1;
 }
@@ -55,7 +55,7 @@ static void life(int version) {
     char bytes[4096];
     size_t size = 0;
     void *saved = NULL, *read = NULL;
-    void *c = v->open(version == 3, token, resources, 1, &said);
+    void *c = v->open(version == 3, token, resources, 1, &messages);
     CHECK((c == NULL) == refused);
     if (c == NULL) return;
     CHECK(v->save(c, &saved) == (refused ? RESULT_ERROR : RESULT_OK));
@@ -80,11 +80,11 @@ static void silent_life(int version) {
 /* Number of allocations of a life; each has failed once. */
 static int with_each_refused(void (*of)(int), int version, int words) {
     for (to_fail = 1;; to_fail++) {
-        asked = refused = said = 0;
+        attempts = refused = messages = 0;
         of(version);
         CHECK(held == 0);
-        CHECK(said == (words ? refused : 0));
-        if (!refused) return asked;
+        CHECK(messages == (words ? refused : 0));
+        if (!refused) return attempts;
     }
 }
 

@@ -1,5 +1,5 @@
-/* Every function of both versions of FMI, called as it may be and as it may not: what it says, and
- * what every refusal leaves behind. And the kernel's functions that no FMU calls.
+/* Every function of both versions of FMI, called as it may be and as it may not: what it returns,
+ * and what every refusal leaves behind. And the kernel's functions that no FMU calls.
  *
  *     test_calls RESOURCES TOKEN KIND FOLDER
  *
@@ -13,15 +13,15 @@
 #include "simd_math.h"
 #include "token.h"
 
-static int said;     /* messages */
+static int messages; /* in the log */
 static const fmi *v; /* the version that is called */
 
 /* A call that must end with this status, and with a message if it is not fine. */
-#define MUST_END(call, status)                   \
-    do {                                         \
-        int before_ = said;                      \
-        CHECK((int)(call) == (status));          \
-        CHECK(said == before_ + ((status) > 0)); \
+#define MUST_END(call, status)                       \
+    do {                                             \
+        int before_ = messages;                      \
+        CHECK((int)(call) == (status));              \
+        CHECK(messages == before_ + ((status) > 0)); \
     } while (0)
 #define REFUSED(call) MUST_END(call, RESULT_ERROR)
 #define DISCARDED(call) MUST_END(call, RESULT_DISCARD)
@@ -39,7 +39,7 @@ static unsigned reference_of(const char *name) {
 static int has(const char *name) { return reference_of(name) < kind->count; }
 
 static void *instance(int exchange) {
-    void *c = v->open(exchange, token, resources, 1, &said);
+    void *c = v->open(exchange, token, resources, 1, &messages);
     CHECK(c != NULL);
     return c;
 }
@@ -63,7 +63,7 @@ static void log_nameless(fmi2ComponentEnvironment environment, fmi2String name, 
                          fmi2String category, fmi2String message, ...) {
     (void)environment, (void)category;
     CHECK(strcmp(name, "") == 0 && status != fmi2OK && message[0] != '\0');
-    said++;
+    messages++;
 }
 
 static void test_names(void) {
@@ -93,24 +93,24 @@ static void test_logging(void) {
     REFUSED(v->set_logging(c, 1, 2, unknown));
     REFUSED(v->set_logging(c, 1, 1, null));
     FINE(v->set_logging(c, 0, 1, known));
-    int before = said;
-    CHECK(refused(c, 0) == RESULT_ERROR && said == before); /* that category is off */
-    FINE(v->set_logging(c, 0, 0, NULL));                    /* errors are on again */
+    int before = messages;
+    CHECK(refused(c, 0) == RESULT_ERROR && messages == before); /* that category is off */
+    FINE(v->set_logging(c, 0, 0, NULL));                        /* errors are on again */
     REFUSED(refused(c, 0));
     v->close(c);
-    /* Without a logger nothing is said, and nothing else is different. */
-    before = said;
+    /* Without a logger there is no message, and nothing else differs. */
+    before = messages;
     CHECK(v->open(0, "?", resources, 1, NULL) == NULL);
     CHECK(fmi3InstantiateCoSimulation("x", token, resources, 0, 1, 1, 0, NULL, 0, NULL, NULL,
                                       NULL) == NULL);
     CHECK(fmi3InstantiateScheduledExecution("x", token, resources, 0, 1, NULL, NULL, NULL, NULL,
                                             NULL) == NULL);
-    CHECK(said == before);
-    CHECK(fmi3InstantiateCoSimulation("x", token, resources, 0, 1, 1, 0, NULL, 0, &said, note3,
+    CHECK(messages == before);
+    CHECK(fmi3InstantiateCoSimulation("x", token, resources, 0, 1, 1, 0, NULL, 0, &messages, note3,
                                       NULL) == NULL);
-    CHECK(fmi3InstantiateScheduledExecution("x", token, resources, 0, 1, &said, note3, NULL, NULL,
-                                            NULL) == NULL);
-    CHECK(said == before + 2);
+    CHECK(fmi3InstantiateScheduledExecution("x", token, resources, 0, 1, &messages, note3, NULL,
+                                            NULL, NULL) == NULL);
+    CHECK(messages == before + 2);
 }
 
 /* Another token or another place: no instance, and a message. */
@@ -132,18 +132,18 @@ static void test_tokens_and_places(void) {
                                          "file:///broken%zz",
                                          "file:///null%00",
                                          endless};
-    int before = said, count = 0;
+    int before = messages, count = 0;
     memset(endless, 'a', sizeof endless - 1);
     for (size_t i = 0; i < sizeof ends / sizeof *ends; i++, count++) {
         strcpy(longest, contactlib_token());
         strcat(longest, ends[i]);
-        CHECK(v->open(0, longest, resources, 1, &said) == NULL);
+        CHECK(v->open(0, longest, resources, 1, &messages) == NULL);
     }
     for (size_t i = 0; i < sizeof tokens / sizeof *tokens; i++, count++)
-        CHECK(v->open(1, tokens[i], resources, 1, &said) == NULL);
+        CHECK(v->open(1, tokens[i], resources, 1, &messages) == NULL);
     for (size_t i = 0; i < sizeof places / sizeof *places; i++, count++)
-        CHECK(v->open(0, token, places[i], 1, &said) == NULL);
-    CHECK(said == before + count);
+        CHECK(v->open(0, token, places[i], 1, &messages) == NULL);
+    CHECK(messages == before + count);
     CHECK(v->step(NULL, 0.0, 1.0) == RESULT_ERROR);
     v->close(NULL);
 }
@@ -238,9 +238,9 @@ static void test_friction(void) {
     core = c;
     int limited = core->table.static_to_kinetic == 0.0 && !core->table.one_axis;
     FINE(v->set(c, &length, 1, &longest));
-    int before = said;
+    int before = messages;
     FINE(start(v, c, 0.0)); /* fine, with a warning */
-    CHECK(said == before + limited);
+    CHECK(messages == before + limited);
     v->close(c);
 }
 
@@ -420,7 +420,7 @@ static void test_absent(void) {
     v->close(c);
 }
 
-/* Null pointers where the standard wants values. */
+/* Null pointers where the standard requires values. */
 static void test_null_pointers(void) {
     void *c = instance(1), *s = instance(0), *saved = NULL;
     unsigned r[1] = {0};
@@ -509,7 +509,7 @@ static void test_model_by_pointer(void) {
     v->close(core);
 }
 
-/* A node's creepage is where its u says it is. */
+/* The creepage of a node follows from its u. */
 static void test_nodes(void) {
     for (uint32_t one_axis = 0; one_axis < 2; one_axis++)
         for (int i = 1; i < 20; i++) {
@@ -538,7 +538,7 @@ static void test_table_headers(void) {
     static const struct {
         size_t at, size;
         double value;
-        const char *says;
+        const char *message;
     } wrong[] = {
         {72, 4, 2.0, "shape"},          {76, 4, 17.0, "shape"},   {80, 4, 17.0, "shape"},
         {84, 4, 2.0, "shape"},          {24, 4, 4097.0, "cells"}, {28, 4, 4097.0, "cells"},
@@ -559,8 +559,8 @@ static void test_table_headers(void) {
         else memcpy(bytes + wrong[i].at, &wrong[i].value, 8);
         checked_file_frame(bytes, sizeof words, "CREEPTAB", 2);
         const char *error = creep_table_open(&table, bytes, sizeof words);
-        CHECK((error == NULL) == (wrong[i].says == NULL));
-        CHECK(error == NULL || strstr(error, wrong[i].says) != NULL);
+        CHECK((error == NULL) == (wrong[i].message == NULL));
+        CHECK(error == NULL || strstr(error, wrong[i].message) != NULL);
         checked_file_frame(bytes, sizeof words - 8, "CREEPTAB", 2); /* a coefficient is missing */
         CHECK(creep_table_open(&table, bytes, sizeof words - 8) != NULL);
         checked_file_frame(bytes, HEADER - 8, "CREEPTAB", 2);
@@ -573,7 +573,7 @@ static void test_lateral_spin_files(void) {
     static const struct {
         double stiffness;
         size_t count;
-        const char *says;
+        const char *message;
     } wrong[] = {{0.7, 5, NULL}, {0.0, 5, "shape"}, {NAN, 5, "not finite"}, {0.7, 4, "number of"}};
     double words[8] = {0.0};
     creep_forces pair;
@@ -584,8 +584,8 @@ static void test_lateral_spin_files(void) {
         words[3] = wrong[i].stiffness;
         checked_file_frame(words, size, "PLANECON", 1);
         const char *error = lateral_spin_contact_open(&contact, words, size);
-        CHECK((error == NULL) == (wrong[i].says == NULL));
-        CHECK(error == NULL || strstr(error, wrong[i].says) != NULL);
+        CHECK((error == NULL) == (wrong[i].message == NULL));
+        CHECK(error == NULL || strstr(error, wrong[i].message) != NULL);
     }
     checked_file_frame(words, sizeof words, "CREEPAIR", 1);
     CHECK(strstr(creep_forces_open(&pair, &table, words, sizeof words), "number of") != NULL);
@@ -632,7 +632,7 @@ static void test_parallel_exchange(void) {
 /* A body that answers the force in a way that the element does not expect: one that takes it a step
  * later, which does not make it swing with every law; and one that takes it at once, in steps that
  * are too long for a held force, and with a third of the mass that an implicit one expects, which
- * swings. That is said once. */
+ * swings. It is logged once. */
 static void test_wrong_exchange(void) {
     if (!has("parallel_exchange")) return;
     static const struct {
@@ -643,7 +643,7 @@ static void test_wrong_exchange(void) {
     unsigned omega = reference_of("omega"), force = reference_of("creep_force");
     unsigned known[2] = {reference_of("effective_inverse_mass"), reference_of("radius")};
     for (int k = 0; k < 4; k++) {
-        int implicit = k % 2, body = k / 2, before = said;
+        int implicit = k % 2, body = k / 2, before = messages;
         void *c = instance(0);
         double spin = bodies[body].omega, step = bodies[body].step, now, last, numbers[2];
         FINE(v->set_boolean(c, &mode, 1, &implicit));
@@ -659,7 +659,7 @@ static void test_wrong_exchange(void) {
             spin += step * inverse_mass * (bodies[body].torque - felt) / numbers[1];
             last = now;
         }
-        CHECK(said == before + 1 || (said == before && !bodies[body].swings));
+        CHECK(messages == before + 1 || (messages == before && !bodies[body].swings));
         v->close(c);
     }
 }

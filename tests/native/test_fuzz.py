@@ -111,7 +111,7 @@ def test_a_check_that_is_gone_is_found(
     assert list(tmp_path.glob("crash-*"))  # what breaks it is kept
 
 
-def test_the_command_says_what_it_found(
+def test_the_command_reports_what_it_found(
     programs: dict[str, Path],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -123,8 +123,8 @@ def test_the_command_says_what_it_found(
     command = ["fuzz.py", "table", "--seconds", "1", "--corpus", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", command)
     assert fuzz.main() == 0
-    said = capsys.readouterr().out
-    assert re.fullmatch(r"table: [1-9]\d* executions, .* [1-9]\d* edges, .* no crash\n", said)
+    output = capsys.readouterr().out
+    assert re.fullmatch(r"table: [1-9]\d* executions, .* [1-9]\d* edges, .* no crash\n", output)
 
 
 def test_the_command_starts_by_itself(tmp_path: Path) -> None:

@@ -2,8 +2,8 @@
  *
  *     test_native POINTS RESOURCES TOKEN [KIND]
  *
- * POINTS says at how many points each law is evaluated; RESOURCES is a URI. With the kind of the
- * FMU, variables of so many instances are set to any values, and that is all. */
+ * POINTS is the number of points at which each law is evaluated; RESOURCES is a URI. With the kind
+ * of the FMU, variables of so many instances are set to any values, and that is all. */
 #include <float.h>
 
 #include "checks.h"
@@ -19,7 +19,7 @@
 #include "wheelset_step.h"
 
 enum { CONTACTS = 3 }; /* a line; an ellipse whose force follows; a hot ellipse */
-static int points;     /* at which each law is asked */
+static int points;     /* at which each law is evaluated */
 
 /* Every finite creepage and every k_hat: finite, odd, bounded by the law's own maximum. */
 static void test_table(const creep_table *table) {
@@ -548,8 +548,8 @@ static double any_value(void) {
 static void test_any_values(const char *location, const char *token, const model *m) {
     const fmi *v = fmi_of(3);
     for (int life = 0; life < points; life++) {
-        int said = 0;
-        void *c = v->open(0, token, location, 1, &said);
+        int messages = 0;
+        void *c = v->open(0, token, location, 1, &messages);
         double time = 0.0, found;
         start(v, c, 0.0);
         for (int i = 0; i < 200; i++) {

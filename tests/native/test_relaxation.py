@@ -114,7 +114,7 @@ def test_relaxation_of_a_wheel_that_spins_at_standstill_has_its_derivatives(
 def test_relaxed_wheelset_spins_at_standstill_with_next_to_no_load(
     rig: cl.Model, omega: float, load: float, torque: float
 ) -> None:
-    # An inexact Jacobian would ask for more substeps than there may be.
+    # An inexact Jacobian would need more substeps than there may be.
     description = Description(rig, "wheelset", relaxation_length=SIGMA)
     model = native(
         description, omega=omega, speed=0.0, normal_load=load, drive_torque=torque, damping=0.0

@@ -149,8 +149,8 @@ def undefined_symbols(library: bytes) -> set[str]:
     symbol = [("name", "<u4"), ("info", "u1"), ("other", "u1"), ("section", "<u2"), ("rest", "V16")]
     table = library[int(dynamic["offset"]) : int(dynamic["offset"] + dynamic["size"])]
     symbols = np.frombuffer(table, np.dtype(symbol))
-    wanted = symbols[symbols["section"] == 0]["name"].tolist()
-    return {strings[at : strings.index(b"\0", at)].decode() for at in wanted} - {""}
+    places = symbols[symbols["section"] == 0]["name"].tolist()
+    return {strings[at : strings.index(b"\0", at)].decode() for at in places} - {""}
 
 
 def test_library_takes_no_mathematics_but_exact_ones_from_the_system() -> None:

@@ -18,7 +18,7 @@ enum { MAX_THREADS = 16, STEPS = 40, TRAINS = 20 };
 typedef struct {
     double speed2[STEPS], speed3[STEPS], ratio[TRAINS], slope[TRAINS];
     drivetrain_state trains[TRAINS];
-    int faults, said;
+    int faults, messages;
 } findings;
 
 static const char *resources, *token;
@@ -29,8 +29,8 @@ static force_element_parameters contact;
 static double torque_at(int step) { return 2.4e4 + 1e3 * (step % 7); }
 
 static void run(const fmi *v, findings *found, double *speeds) {
-    found->faults += v->open(0, "?", resources, 1, &found->said) != NULL;
-    void *c = v->open(0, token, resources, 1, &found->said);
+    found->faults += v->open(0, "?", resources, 1, &found->messages) != NULL;
+    void *c = v->open(0, token, resources, 1, &found->messages);
     found->faults += start(v, c, 0.0) > RESULT_OK;
     found->faults += v->step(c, 1.0, 1e-2) != RESULT_ERROR;
     for (int i = 0; i < STEPS; i++) {
@@ -107,7 +107,7 @@ int main(int count, char **arguments) {
     for (int i = 0; i < n; i++) CHECK(pthread_create(&threads[i], NULL, run_all, &found[i]) == 0);
     for (int i = 0; i < n; i++) CHECK(pthread_join(threads[i], NULL) == 0);
     run_all(&found[n]);
-    CHECK(found[n].faults == 0 && found[n].said == 4 * repetitions);
+    CHECK(found[n].faults == 0 && found[n].messages == 4 * repetitions);
     CHECK(found[n].speed2[STEPS - 1] != 0.0);
     CHECK(memcmp(found[n].speed2, found[n].speed3, sizeof found[n].speed2) == 0);
     for (int i = 0; i < n; i++) CHECK(memcmp(&found[i], &found[n], sizeof found[i]) == 0);

@@ -31,7 +31,7 @@ def test_wheelset_is_integrated_with_third_order(locomotive: cl.Model, relaxed: 
 
 @pytest.mark.parametrize("step", [1e-3, 1e-2, 0.1])
 @pytest.mark.parametrize("torque", [20e3, 26e3, 30e3])
-def test_wheelset_moves_as_the_stiff_solver_says(
+def test_wheelset_moves_as_in_the_stiff_solver(
     locomotive: cl.Model, torque: float, step: float
 ) -> None:
     # From the rising branch, close below the peak, and in a slip-away.

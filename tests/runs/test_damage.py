@@ -47,7 +47,7 @@ CURE = "no vehicle survives that; lower the torque, let a controller hold the cr
 
 
 @pytest.mark.parametrize(
-    ("speed", "slip", "work", "duration", "said"),
+    ("speed", "slip", "work", "duration", "warning"),
     [
         (60.0, 109.0, 1e6, 10.0, ""),
         (60.0, 111.0, 1e6, 10.0, "the run reaches a rim speed of 171 m/s: no vehicle"),
@@ -61,7 +61,7 @@ CURE = "no vehicle survives that; lower the torque, let a controller hold the cr
     ],
 )
 def test_what_no_vehicle_survives_is_warned_of(
-    speed: float, slip: float, work: float, duration: float, said: str
+    speed: float, slip: float, work: float, duration: float, warning: str
 ) -> None:
     row = np.ones(3)
     signals = {
@@ -71,10 +71,10 @@ def test_what_no_vehicle_survives_is_warned_of(
         "creep_work": work * np.array([0.0, 0.5, 1.0]),
     }
     run = cl.Result(np.array([0.0, 1.0, duration]), signals, dict.fromkeys(signals, "1"))
-    if not said:
+    if not warning:
         warn_of_damage(run)  # a warning would be an error
         return
-    with pytest.warns(cl.InputWarning, match=re.escape(said)) as caught:
+    with pytest.warns(cl.InputWarning, match=re.escape(warning)) as caught:
         warn_of_damage(run)
     assert len(caught) == 1
     assert CURE in str(caught[0].message)
@@ -100,9 +100,11 @@ def test_every_kind_of_run_warns_once(locomotive: cl.Model, tmp_path: Path) -> N
 
 def test_a_sweep_counts_such_runs(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, SWEEP, STRONG)
-    said = r"1 of 4 runs reach a slip speed of up to [3-9]\d\d\.\d m/s, 1 of 4 runs reach a slip w"
+    warning = (
+        r"1 of 4 runs reach a slip speed of up to [3-9]\d\d\.\d m/s, 1 of 4 runs reach a slip w"
+    )
     for _ in range(2):  # run, and read again
-        with pytest.warns(cl.InputWarning, match=said) as caught:
+        with pytest.warns(cl.InputWarning, match=warning) as caught:
             cl.ensemble(path, output=tmp_path / "out", workers=1)
         assert len(caught) == 1
     path.write_text(SWEEP.replace('"80 kN.m"', '"21 kN.m"'))

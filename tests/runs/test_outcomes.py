@@ -72,9 +72,9 @@ EARLY = TIME < 5.0
     [
         # Trapezoid: the drop takes one interval, and half of it counts.
         (np.where(EARLY, 1.0, 0.5), 1e6, 0.75 - 0.0025),
-        # The demand asks for less than friction allows: that is all that can be used.
+        # The demand is less than friction allows: that is all that can be used.
         (0.3, 0.5 * LEVEL * 0.3, 1.0),
-        # Half of the time nothing is asked for, which does not count.
+        # Half of the time there is no demand, which does not count.
         (0.6, np.where(EARLY, 1e6, 0.0), 0.6),
         (1.0, 0.0, math.nan),
         # Force beyond the demand does not make up for what was lost.
@@ -95,8 +95,8 @@ def test_utilisation_is_the_part_of_what_could_be_transmitted(
 def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
     held: Drivetrain,
 ) -> None:
-    # Half of the time the demand asks for a tenth of what is available, and gets it; for a tenth
-    # of the time it asks for nothing; else friction limits, and three quarters are used.
+    # Half of the time the demand is a tenth of what is available, and is met; for a tenth
+    # of the time it is zero; else friction limits, and three quarters are used.
     time = TIME
     demand = np.select([time < 4.95, time < 8.95], [0.5 * 0.1 * LEVEL, 1e6], 0.0)
     force = np.where(time < 4.95, 0.1, 0.75) * LEVEL
@@ -126,10 +126,10 @@ def test_demanded_force_is_that_of_a_steady_wheelset(creepage: float, lossless: 
     assert wheelset.mass is not None
     signals = {"creep_force": force, "acceleration": force / wheelset.mass, "speed": 10.0}
     run = run_of([0.0, 1.0], demand=torque, available_force=1e9, **signals)
-    used, wanted = transmittable(run, lossless)
+    used, possible = transmittable(run, lossless)
     turning = wheelset.inertia / (wheelset.mass * wheelset.radius**2)
     # The two differ by the creepage in what turns the wheelset along with the vehicle.
-    assert wanted[0] / used[0] - 1.0 == pytest.approx(creepage * turning / (1.0 + turning))
+    assert possible[0] / used[0] - 1.0 == pytest.approx(creepage * turning / (1.0 + turning))
 
 
 def test_damping_takes_its_part_of_the_demand(rig: cl.Model) -> None:
@@ -138,8 +138,8 @@ def test_damping_takes_its_part_of_the_demand(rig: cl.Model) -> None:
         rig.wheelset.balanced(creepage=0.0, speed=20.0),
     )
     run = run_of([0.0, 1.0], demand=point.drive_torque, speed=20.0)
-    _, wanted = transmittable(run, drivetrain)
-    np.testing.assert_allclose(wanted, 0.0, atol=1e-9)
+    _, possible = transmittable(run, drivetrain)
+    np.testing.assert_allclose(possible, 0.0, atol=1e-9)
 
 
 def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model) -> None:
@@ -225,15 +225,15 @@ def test_a_short_dip_more_or_less_does_not_decide_the_recovery(held: Drivetrain)
 def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
     scenario = cl.load_scenario("dry_wet_dry.toml")
     run = cl.run_scenario(scenario, "threshold")
-    used, wanted = transmittable(run, scenario.drivetrain)
-    cuts = np.count_nonzero(np.diff((used < 0.8 * wanted).astype(int), axis=0) == 1)
+    used, possible = transmittable(run, scenario.drivetrain)
+    cuts = np.count_nonzero(np.diff((used < 0.8 * possible).astype(int), axis=0) == 1)
     assert cuts > 15
     found = metrics(run, scenario.drivetrain)
     assert 0.0 < found.recovery_time < 1.5
     assert found.limited_utilisation < found.adhesion_utilisation - 0.03
 
 
-def test_who_is_asked_for_nothing_lacks_nothing(held: Drivetrain) -> None:
+def test_without_demand_no_force_is_lacking(held: Drivetrain) -> None:
     idle = run_of(RECOVERY_TIME, creep_force=0.0, demand=0.0)
     assert metrics(idle, held).recovery_time == 0.0
 

@@ -156,7 +156,7 @@ def test_who_fails_disturbs_nobody(scenarios: list[cl.Scenario]) -> None:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Broken(OpenLoop):
-    """Asks for no number from some sample on."""
+    """Returns nan from some sample on."""
 
     last: Any
 
@@ -204,18 +204,18 @@ def test_an_own_controller_s_runs_do_not_know_each_other(
     assert repr(control) == "SlipPI(slip=0.3, integral=0.0)"
 
 
-def test_metrics_of_failed_runs_are_not_asked_for(scenarios: list[cl.Scenario]) -> None:
+def test_metrics_of_failed_runs_are_not_computed(scenarios: list[cl.Scenario]) -> None:
     greedy = dataclasses.replace(scenarios[0], demand=cl.Profile.of(1e6))
-    asked: list[cl.Result] = []
+    measured: list[cl.Result] = []
 
     def metric(result: cl.Result) -> float:
-        asked.append(result)
+        measured.append(result)
         return 1.0
 
     found = run_many([greedy, scenarios[0]], "open_loop", metrics={"one": metric})
     assert list(found) == ["one", FAILED]
     assert same(found["one"], np.array([np.nan, 1.0]))
-    assert len(asked) == 1
+    assert len(measured) == 1
 
 
 class Wordy(Broken):

@@ -201,9 +201,11 @@ def test_sensors_read_the_motion_and_torque_is_held(locomotive: cl.Model) -> Non
         np.testing.assert_allclose(
             (seen.wheel_speed, seen.vehicle_speed), np.ravel(shown), rtol=1e-15
         )
-    asked = run["commanded_torque"]
-    assert np.array_equal(asked[:-1].reshape(-1, 5), np.repeat(asked[:-1:5, np.newaxis], 5, axis=1))
-    np.testing.assert_allclose(asked[samples], demand(run.time[samples]), rtol=1e-15)
+    command = run["commanded_torque"]
+    assert np.array_equal(
+        command[:-1].reshape(-1, 5), np.repeat(command[:-1:5, np.newaxis], 5, axis=1)
+    )
+    np.testing.assert_allclose(command[samples], demand(run.time[samples]), rtol=1e-15)
 
 
 KICKED = 0.021  # on the falling branch
@@ -228,7 +230,7 @@ def kicked(
 
 @pytest.mark.filterwarnings("ignore:the run reaches")  # where no gain holds it
 @pytest.mark.parametrize(("samples", "lag"), [(0, 0.0), (1, 0.0), (2, 0.0), (1, 0.004)])
-def test_sampled_control_holds_the_falling_branch_as_far_as_it_was_said(
+def test_sampled_control_holds_the_falling_branch_as_far_as_predicted(
     rig: cl.Model, samples: int, lag: float
 ) -> None:
     """Just inside the window of gains a kicked creepage comes back; just outside it does not."""
@@ -308,7 +310,7 @@ def test_creep_control_beats_cutting_the_torque() -> None:
 
 
 @pytest.mark.slow
-def test_creep_control_survives_what_the_sensors_do_not_say() -> None:
+def test_creep_control_survives_what_the_sensors_do_not_show() -> None:
     """Biases of the vehicle speed and wrong diameters that shift the creepage by up to 2 %."""
     errors = [(b, d) for b in (-0.01, -0.005, 0.0, 0.005, 0.01) for d in (-0.01, 0.0, 0.01)]
     cases = [
@@ -344,17 +346,17 @@ def test_standstill_and_back(name: str) -> None:
     assert run["speed"].max() > 39.0
     assert run["speed"].min() < 0.0
     assert run["creepage"].min() < 0.0 < run["creepage"].max()
-    # Noise at low speed is not taken for slip: dry rails give what is asked for.
+    # Noise at low speed is not taken for slip: dry rails give what is demanded.
     assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
 
 
-def test_a_run_ends_with_its_duration_and_says_how_far_it_is(locomotive: cl.Model) -> None:
-    told: list[float] = []
+def test_a_run_ends_with_its_duration_and_reports_its_progress(locomotive: cl.Model) -> None:
+    parts: list[float] = []
     case = plain_scenario(locomotive.wheelset, duration=0.995)
-    run = cl.run_scenario(case, "open_loop", progress=told.append)
+    run = cl.run_scenario(case, "open_loop", progress=parts.append)
     assert run.time[-1] == pytest.approx(0.995)
-    assert told[-1] == 1.0
-    assert told == sorted(told)
+    assert parts[-1] == 1.0
+    assert parts == sorted(parts)
 
 
 def test_a_variant_has_its_controllers_designed_again() -> None:

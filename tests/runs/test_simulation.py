@@ -177,7 +177,7 @@ def test_no_pulse_is_stepped_over(rig: cl.Model) -> None:
 
 
 def test_anti_windup_lets_go_of_the_limit(rig: cl.Model) -> None:
-    # However long the reference asked for more than the limit gives, the memory holds no more.
+    # However long the reference exceeded what the limit gives, the memory holds no more.
     def recovery(held: float) -> float:
         end = 1.0 + held
         control = cl.CreepControl(
@@ -257,13 +257,13 @@ def test_profile_ends_jumps_and_refusals() -> None:
     )
     assert profile.on(0.5, 1.0) == (0.5, 1.0)
     assert profile.on(1.0, 2.0) == (5.0, 5.5)
-    for time, value, said in (
+    for time, value, message in (
         ((1.0, 0.0), (0.0, 0.0), "at "),
         ((), (), "at "),
         ((0.0,), (1.0, 2.0), "at "),
         ((1.0, 1.0, 1.0), (0.0, 1.0, 2.0), "at most twice"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             cl.Profile(time, value)
 
 

@@ -125,7 +125,7 @@ def test_scenarios_of_one_name_are_refused(patch: cl.Scenario) -> None:
         cl.runs.sensor_errors([patch, patch], {"threshold": [control, control]}, noises=2)
 
 
-def test_what_cannot_be_searched_says_so(patch: cl.Scenario) -> None:
+def test_what_cannot_be_searched_reports_it(patch: cl.Scenario) -> None:
     mixed = replace(patch, controllers={"threshold": Held()})
     with pytest.raises(ValueError, match="one class in all scenarios: ThresholdControl, Held"):
         cl.tune([patch, mixed], "threshold")

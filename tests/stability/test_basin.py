@@ -27,7 +27,7 @@ def slips_away(body: cl.Wheelset, torque: float, creepage: float) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("mass", MASSES)
 @pytest.mark.parametrize("part", [0.92, 0.98])
-def test_the_basin_ends_where_it_says(
+def test_the_basin_ends_at_its_limits(
     locomotive: cl.Model, mass: float | None, part: float
 ) -> None:
     body = replace(locomotive.wheelset, mass=mass)
@@ -117,7 +117,7 @@ def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
         at = body.conditions(speed=speed)
         if _ahead(body, torque, unstable, at) is not None:
             continue
-        soon += 1  # the unstable branch ends soon: runs on either side tell
+        soon += 1  # the unstable branch ends soon: runs on either side decide
         reach = found.creepage + REACH * (unstable - found.creepage)
         sides = [(0.999, True), (1.001, False)]
         border = found.highest

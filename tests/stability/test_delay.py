@@ -47,7 +47,7 @@ def sampled_radius(
     relaxation: float = 0.0,
 ) -> float:
     """Spectral radius of one sample, stepped through with the exact flow of plant and torque."""
-    # Creepage; what the contact knows of it and the motor's torque, if they are late; the command.
+    # Creepage; the late creepage of the contact and the late torque of the motor; the command.
     size = 1 + (relaxation > 0.0) + (lag > 0.0)
     seen, motor = int(relaxation > 0.0), size - 1 if lag > 0.0 else size
     rates = np.zeros((size + 1, size + 1))

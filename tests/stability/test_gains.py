@@ -36,7 +36,7 @@ def test_routh_agrees_with_eigenvalues(
         matrix[2] /= lag
     worst = float(np.linalg.eigvals(matrix).real.max())
     if abs(worst) < 1e-9 * np.abs(matrix).max():
-        return  # nobody can say
+        return  # undecided
     assert stability.pi_stable(pole, gain, loop / gain, integral / gain, lag) == (worst < 0.0)
 
 

@@ -148,7 +148,7 @@ def test_slope_is_the_derivative(
     np.testing.assert_allclose(of.slope(x, k_hat), five_point, atol=error)
 
 
-def test_a_target_out_of_reach_says_what_was_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_target_out_of_reach_reports_what_was_reached(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("contactlib.table.building.GRIDS", GRIDS[:2])
     with pytest.raises(
         ValueError, match=r"target = 1e-14, .* are not reached for Stickier.* error"

@@ -226,7 +226,7 @@ def test_element_with_cohesive_table(
     np.testing.assert_allclose(
         record["creep_force"], expected, atol=0.21 * 220e3 * cohesive_table.max_error
     )
-    assert not record["force_limited"].any()  # this law knows f_s
+    assert not record["force_limited"].any()  # this law has f_s
     # All partial derivatives, to the load too, of a table with a corner.
     given = {"omega": 20.4, "speed": 10.0, "normal_load": 180e3}
     base = element.evaluate(**given)

@@ -18,16 +18,16 @@ from contactlib.traction import Measurement, stacked
 def answering(answer: Callable[[Measurement[float]], Any]) -> cl.SampledController:
     """Controller that only answers."""
 
-    class Asked(cl.SampledController):
+    class Answering(cl.SampledController):
         sample_time = 0.01
 
         def torque(self, measurement: Measurement[float]) -> Any:
             return answer(measurement)
 
-    return Asked()
+    return Answering()
 
 
-def asked(control: cl.SampledController, demand: list[float]) -> list[float]:
+def torques_of(control: cl.SampledController, demand: list[float]) -> list[float]:
     """Torques at the second sample of wheelsets that do not slip."""
     rolling = np.full(len(demand), 10.0)
     seen = Measurement(np.array(demand), rolling, rolling, np.zeros_like(rolling))
@@ -38,10 +38,10 @@ def asked(control: cl.SampledController, demand: list[float]) -> list[float]:
 def test_any_kind_of_number_from_zero_to_the_demand_is_a_torque(demand: float) -> None:
     for kind in (float, int, np.float64, np.float32, np.array, np.int64):
         control = answering(lambda seen, kind=kind: kind(0.5 * seen.demand))  # type: ignore[misc]
-        assert asked(control, [demand, demand]) == [0.5 * demand] * 2
+        assert torques_of(control, [demand, demand]) == [0.5 * demand] * 2
     for part in (1e-12, -1e-12):  # rounding is no mistake, and does not get beyond the demand
         beyond = answering(lambda seen, part=part: (1.0 + part) * seen.demand)  # type: ignore[misc]
-        assert abs(asked(beyond, [demand])[0]) <= abs(demand)
+        assert abs(torques_of(beyond, [demand])[0]) <= abs(demand)
 
 
 @pytest.mark.parametrize(
@@ -60,36 +60,39 @@ def test_any_kind_of_number_from_zero_to_the_demand_is_a_torque(demand: float) -
     ],
 )
 def test_what_is_no_torque_is_one_line(answer: Callable[..., Any], shown: str) -> None:
-    line = rf"^Asked\.torque at 0 s returned {shown}.*: it must return one number between 0 and "
+    line = (
+        rf"^Answering\.torque at 0 s returned {shown}.*: it must return one number between 0 and "
+    )
     with pytest.raises(ValueError, match=line) as caught:
-        asked(answering(answer), [2e4])
+        torques_of(answering(answer), [2e4])
     message = str(caught.value)
     assert "\n" not in message
     assert "the demand, 20000 N.m" in message
     assert message.endswith("; a return is missing") == (shown == "None")
 
 
-def test_an_error_of_the_user_s_is_told_with_its_place() -> None:
+def test_an_error_of_the_user_s_is_reported_with_its_place() -> None:
     def fail(seen: Measurement[float]) -> float:
         raise KeyError("slip")
 
     with pytest.raises(
-        RuntimeError, match=r"Asked\.torque at 0 s: KeyError: 'slip' \(test_batching\.py, line \d+"
+        RuntimeError,
+        match=r"Answering\.torque at 0 s: KeyError: 'slip' \(test_batching\.py, line \d+",
     ) as caught:
-        asked(answering(fail), [2e4])
+        torques_of(answering(fail), [2e4])
     assert isinstance(caught.value.__cause__, KeyError)
 
 
-def test_wheelsets_whose_numbers_overflowed_are_not_asked() -> None:
+def test_wheelsets_whose_numbers_overflowed_are_not_called() -> None:
     control = answering(lambda seen: seen.demand)
-    assert asked(control, [2e4, float("nan")]) == [2e4, 0.0]
+    assert torques_of(control, [2e4, float("nan")]) == [2e4, 0.0]
 
 
-def test_what_cannot_be_copied_is_told() -> None:
+def test_what_cannot_be_copied_is_reported() -> None:
     control = SlipPI()
     control.lock = threading.Lock()  # type: ignore[attr-defined]
     with pytest.raises(ValueError, match=r"SlipPI cannot be copied, and every run works on a copy"):
-        asked(control, [2e4])
+        torques_of(control, [2e4])
 
 
 class Listed(cl.SampledController):
@@ -112,7 +115,7 @@ class Reset(Listed):
 
 def test_what_stands_in_a_class_is_of_each_run_too() -> None:
     for kind in (Listed, Reset):
-        assert asked(kind(), [2e4, 1e4]) == asked(kind(), [2e4, 1e4]) == [1e4, 5e3]
+        assert torques_of(kind(), [2e4, 1e4]) == torques_of(kind(), [2e4, 1e4]) == [1e4, 5e3]
     assert Listed.history == []
 
 

@@ -16,7 +16,7 @@ def test_a_limiter_does_not_wind_up_against_its_drive() -> None:
     demand, vehicle = np.array(2e4), np.array(10.0)
 
     def integral(creepage: float, given: float) -> float:
-        """I after a second in which the drive gives a torque that nobody asks for."""
+        """I after a second in which the drive gives a torque that nobody commands."""
         wheel = 10.0 + 10.0 * np.array(creepage)
         memory = limiter.start(Measurement(demand, wheel, vehicle, np.array(1e4)), 1e4)
         for _ in range(100):

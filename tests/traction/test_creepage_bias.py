@@ -37,15 +37,15 @@ def learnt(model: cl.Model, error: float, *, speed: float, share: float) -> tupl
 @pytest.mark.parametrize("share", [0.0, 0.9, -0.9])
 def test_a_sticking_wheel_shows_the_error(locomotive: cl.Model, speed: float, share: float) -> None:
     for error in (-0.02, 0.005):
-        off, told = learnt(locomotive, error, speed=speed, share=share)
+        off, uncertainty = learnt(locomotive, error, speed=speed, share=share)
         assert off < KNOWN
-        assert off == pytest.approx(told, rel=0.5)  # as uncertain as it says
+        assert off == pytest.approx(uncertainty, rel=0.5)  # as uncertain as reported
 
 
 def test_nothing_is_learnt_at_standstill_nor_from_a_wheel_that_may_slip(
     locomotive: cl.Model,
 ) -> None:
     for speed, share in ((0.0, 0.5), (10.0, 1.1)):
-        off, told = learnt(locomotive, 0.005, speed=speed, share=share)
+        off, uncertainty = learnt(locomotive, 0.005, speed=speed, share=share)
         assert off == pytest.approx(0.005)
-        assert told == pytest.approx(0.01, rel=0.01)
+        assert uncertainty == pytest.approx(0.01, rel=0.01)

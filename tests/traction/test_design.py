@@ -118,7 +118,7 @@ def test_noise_bounds_the_gain(locomotive: cl.Model) -> None:
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.2])
-def test_slope_seeking_is_told_no_friction(locomotive: cl.Model, noise: float) -> None:
+def test_slope_seeking_gets_no_friction(locomotive: cl.Model, noise: float) -> None:
     # The same stiffness and layer: 0.2 m/s of noise is enough to bound the gain.
     element, sensors = locomotive.wheelset.element, replace(SENSORS, wheel_speed_noise=noise)
     found = []

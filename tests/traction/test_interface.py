@@ -38,7 +38,7 @@ def torques(
     measurements: Sequence[Measurement[Any]],
     start: float = 0.5,
 ) -> list[np.ndarray]:
-    """Torques of a controller whose drive gives what it asks for."""
+    """Torques of a controller whose drive gives what it commands."""
     torque = start * measurements[0].demand
     memory, found = controller.start(measurements[0], torque), []
     for measurement in measurements:
@@ -97,7 +97,7 @@ def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> No
         ),
     ],
 )
-def test_parameters_say_what_is_wrong(
+def test_parameters_report_what_is_wrong(
     kind: Callable[..., object], given: dict[str, float], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):

@@ -104,7 +104,7 @@ def test_settings_that_contradict_each_other_make_no_controller() -> None:
         (Forgets(), "Forgets must keep its argument lag as self.lag, as a search makes"),
     ],
 )
-def test_what_cannot_be_searched_is_told(control: Any, message: str) -> None:
+def test_what_cannot_be_searched_is_reported(control: Any, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         Searched("x", control)
 

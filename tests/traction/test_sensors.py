@@ -21,7 +21,7 @@ def test_sensors_delay_by_whole_samples_and_hold_the_first() -> None:
     assert np.array(read).tolist() == [[[k], [-k]] for k in range(3)]
 
 
-def test_noise_of_a_wheelset_knows_no_other() -> None:
+def test_noise_of_a_wheelset_depends_on_no_other() -> None:
     def read(seed: int) -> np.ndarray:
         reader = replace(SENSORS, seed=seed).reader(5, STEP)
         return np.array([reader.read(np.zeros(5), np.zeros(5), 0.0) for _ in range(600)])
@@ -109,6 +109,6 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
         ),
     ],
 )
-def test_sensors_say_what_is_wrong(given_values: Mapping[str, float], message: str) -> None:
+def test_sensors_report_what_is_wrong(given_values: Mapping[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Sensors(**given_values).reader(1, STEP)

@@ -1,4 +1,4 @@
-"""Threshold control against noise, and with a drive that gives less than is asked for."""
+"""Threshold control against noise, and with a drive that gives less than is commanded."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def test_each_side_has_its_own_and_time_multiplies() -> None:
     assert track.friction_scale(60.0, 30.0).tolist() == pytest.approx([0.4, 0.72])
 
 
-def test_the_right_rail_is_as_the_left_one_unless_told() -> None:
+def test_the_right_rail_is_as_the_left_one_by_default() -> None:
     scale = cl.Track(friction_left=PATCH).friction_scale(np.linspace(0.0, 200.0, 9), 1.0)
     assert scale.shape == (9, 2)
     np.testing.assert_array_equal(scale[:, 0], scale[:, 1])

@@ -24,9 +24,7 @@ def test_rates_are_the_equations_of_motion(locomotive: cl.Model) -> None:
     assert rates.resistance == pytest.approx(davis)
 
 
-def test_grade_pulls_back_and_a_held_speed_feels_neither(
-    locomotive: cl.Model, rig: cl.Model
-) -> None:
+def test_grade_pulls_back_and_a_held_speed_has_neither(locomotive: cl.Model, rig: cl.Model) -> None:
     hill = replace(locomotive.wheelset, resistance=Resistance(grade=0.02))
     rates, contact = hill.rates(20.0, 10.0, 0.0, 2e5, 1.0, 0.0)
     assert contact.creep_force == 0.0
@@ -95,7 +93,7 @@ def test_a_free_wheelset_has_both_equilibria_next_to_the_fold(
     davis = body.resistance
 
     def torque(creepage: float) -> float:
-        """At the speed where Davis' resistance meets the force, which here knows no speed."""
+        """At the speed where Davis' resistance meets the force, here independent of speed."""
         force = float(body.element.at_creepage(creepage, speed=10.0)["creep_force"])
         left = davis.constant - force
         root = np.sqrt(davis.linear**2 - 4.0 * davis.quadratic * left)

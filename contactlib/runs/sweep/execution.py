@@ -46,7 +46,7 @@ KEPT = (
 
 
 class StoppedError(RuntimeError):
-    """A chunk was asked to stop."""
+    """A chunk was stopped on request."""
 
 
 def go_on() -> bool:
@@ -172,7 +172,7 @@ def thread_workers(count: int) -> Iterator[Workers]:
 
 
 class _Deaf(SpawnProcess):
-    """A process that does not hear a terminal's Ctrl-C, while it starts either."""
+    """A process that ignores Ctrl-C in a terminal, also while it starts."""
 
     def start(self) -> None:
         """Start with the signal blocked, which the process inherits."""
@@ -224,11 +224,11 @@ def _leave_with_parent() -> None:
 
 @contextmanager
 def cluster_workers(
-    address: str, tell: Callable[[str], object] = lambda line: None
+    address: str, report: Callable[[str], object] = lambda line: None
 ) -> Iterator[Workers]:
     """Workers of the Dask cluster with this scheduler address.
 
-    A sweep that has lost all workers waits for one. `tell` is called with a line about this, and
+    A sweep that has lost all workers waits for one. `report` is called with a line about this, and
     with another one when the sweep resumes.
 
     Raises
@@ -241,7 +241,7 @@ def cluster_workers(
     distributed = optional_library("distributed")
     waits = False
     for name in logging.root.manager.loggerDict:
-        if name.split(".")[0] in ("distributed", "tornado"):  # `tell` reports what is lost
+        if name.split(".")[0] in ("distributed", "tornado"):  # `report` reports what is lost
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with distributed.Client(address) as client:
 
@@ -249,7 +249,7 @@ def cluster_workers(
             nonlocal waits
             if waits != (not client.nthreads()):
                 waits = not waits
-                tell("No worker is left: waiting for one" if waits else "A worker has come")
+                report("No worker is left: waiting for one" if waits else "A worker has come")
             return waits
 
         count = sum(client.nthreads().values())
@@ -299,13 +299,13 @@ def run_chunks(
             ) from error
     left, flying, again = iter(chunks), dict[Future[FloatArray], tuple[int, int]](), set[int]()
     local = isinstance(workers.executor, (ThreadPoolExecutor, ProcessPoolExecutor))
-    asked = () if workers.stopped is go_on else (workers.stopped,)
+    stopped = () if workers.stopped is go_on else (workers.stopped,)
     waits = False
     try:
         while True:
             while len(flying) < AHEAD * workers.count and (chunk := next(left, None)) is not None:
                 first, end = chunk
-                job = workers.executor.submit(run_chunk, plan, first, values[first:end], *asked)
+                job = workers.executor.submit(run_chunk, plan, first, values[first:end], *stopped)
                 flying[job] = chunk
             if not flying:
                 return

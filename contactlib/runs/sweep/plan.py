@@ -143,15 +143,18 @@ class Plan:
             "controllers": list(self.controllers),
             "tables": sorted(self.tables.items()),
             **{name: getattr(self, name) for name in ("outcomes", "noise", "step", "tolerance")},
-            **{f"controller {name}": self._told(found) for name, found in self.controllers.items()},
-            **{f"metric {name}": self._told(metric) for name, metric in self.metrics.items()},
+            **{
+                f"controller {name}": self._identity(found)
+                for name, found in self.controllers.items()
+            },
+            **{f"metric {name}": self._identity(metric) for name, metric in self.metrics.items()},
         }
         digests = {
             name: hashlib.sha256(repr(part).encode()).hexdigest() for name, part in parts.items()
         }
         return json.dumps({"contactlib": self.made_with, **digests})
 
-    def _told(self, one: Controller | ControllerDesign | Metric) -> object:
+    def _identity(self, one: Controller | ControllerDesign | Metric) -> object:
         """Identity of a controller or a metric: the key for the user's own.
 
         Without a key, its numbers and the text of the file that defines it; what has none, such as

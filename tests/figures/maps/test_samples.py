@@ -61,7 +61,7 @@ def test_strongest_parameter_comes_first() -> None:
     assert lower < -0.5
 
 
-def test_a_rise_and_fall_is_not_seen_and_that_is_said() -> None:
+def test_a_rise_and_fall_is_not_seen_and_that_is_reported() -> None:
     x = np.linspace(-1.0, 1.0, 201)
     assert abs(rank_correlation(x, x**2)) < 1e-2
     assert rank_correlation(x, x**3) == pytest.approx(1.0)

@@ -113,14 +113,14 @@ def test_a_wrong_axis_is_one_line_that_names_it(tmp_path: Path, kind: str, axis:
     text = HEAD
     if kind == "random":
         text += RANDOM.format("monte_carlo", 50, 1)
-        axis, said = f'parameter = "vehicle.wheelset.inertia"\n{axis}', ANY[axis]
+        axis, expected = f'parameter = "vehicle.wheelset.inertia"\n{axis}', ANY[axis]
     else:
-        said = CASES[axis]
+        expected = CASES[axis]
     path = write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n")
     with pytest.raises(cl.ModelError) as caught:
         cl.load_sweep(path)
     message = str(caught.value)
-    assert said in message
+    assert expected in message
     assert message.startswith(f"{path}: ")
     assert re.search(r"axes\.x: |run \d+ \(x = ", message)
     assert "\n" not in message

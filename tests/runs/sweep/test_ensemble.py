@@ -53,7 +53,7 @@ def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) 
                 assert here[outcome].values.flat[j] == getattr(again, outcome), (name, j, outcome)
 
 
-def test_a_run_that_fails_is_nan_and_says_so(tmp_path: Path) -> None:
+def test_a_run_that_fails_is_nan_and_reports_it(tmp_path: Path) -> None:
     axis = 'factor_on = "demand.torque"\nvalues = [1.0, 3.0]'  # the first demand is too much
     scenario = SCENARIO.replace('"10 kN.m", "23 kN.m"', '"20 kN.m", "23 kN.m"')
     path = one_axis(tmp_path, axis, scenario)
@@ -191,7 +191,9 @@ def test_own_controllers_go_to_processes_and_results_to_a_file(path: Path, tmp_p
 
 
 @pytest.mark.slow
-def test_what_processes_cannot_import_is_told(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_processes_cannot_import_is_reported(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with sweeps.process_workers(1) as pool:
         metrics = {"local": lambda result: 1.0}
         with pytest.raises(ValueError, match=r"cannot be sent to processes: .* top of a module"):
@@ -211,7 +213,7 @@ class Dying(ProcessPoolExecutor):
         raise BrokenProcessPool
 
 
-def test_a_script_that_starts_processes_without_a_guard_is_told(
+def test_a_script_that_starts_processes_without_a_guard_is_reported(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     script = tmp_path / "mine.py"

@@ -30,7 +30,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 # More runs, so that there is a middle to be killed in.
 LONG = SWEEP.replace("count = 3", "count = 12").replace(', "clearing_time"', "")
 # What is started behind a shell's & inherits an interrupt that is ignored; a user's does not.
-HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+INTERRUPTIBLE = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 COMMAND = "import sys; from contactlib.cli.commands import main; main(sys.argv[1:])"
 # However slowly the test itself gets on, the sweep does not end before it is stopped.
 UNHURRIED = """
@@ -78,7 +78,7 @@ def stop_in_the_middle(path: Path, output: Path, **given: Any) -> None:
 
 
 def python(code: str, *arguments: object) -> subprocess.Popen[str]:
-    given = [sys.executable, "-c", HEARS + textwrap.dedent(code), *map(str, arguments)]
+    given = [sys.executable, "-c", INTERRUPTIBLE + textwrap.dedent(code), *map(str, arguments)]
     return subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -122,7 +122,7 @@ def test_a_worker_that_is_another_contactlib_refuses(
 
 
 @pytest.mark.slow
-def test_a_dead_worker_process_is_told_and_costs_no_chunk(
+def test_a_dead_worker_process_is_reported_and_costs_no_chunk(
     path: Path, known: bytes, tmp_path: Path
 ) -> None:
     with sweeps.process_workers(2) as pool:
@@ -237,7 +237,7 @@ def test_another_plan_is_refused(tmp_path: Path, finished: bool) -> None:
 
 
 @pytest.mark.parametrize("harm", ["text", "empty", "cut", "head"])
-def test_results_that_are_no_netcdf_file_are_told_in_a_line(
+def test_results_that_are_no_netcdf_file_are_reported_in_a_line(
     path: Path, known: bytes, tmp_path: Path, harm: str
 ) -> None:
     harmed = {"text": b"notes\n", "empty": b"", "cut": known[: len(known) // 2], "head": known[:9]}
@@ -269,7 +269,7 @@ def test_any_change_of_what_is_run_is_another_plan(tmp_path: Path) -> None:
     assert digest(SWEEP.replace('"Quick"', '"Quicker"')) == known  # a name changes nothing
 
 
-def test_what_cannot_be_written_is_said_before_anything_runs(
+def test_what_cannot_be_written_is_reported_before_anything_runs(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("")
@@ -281,7 +281,7 @@ def test_what_cannot_be_written_is_said_before_anything_runs(
 # ---- the command ----------------------------------------------------------------------------
 
 
-def test_command_tells_what_it_does_and_where_the_results_are(
+def test_command_reports_what_it_does_and_where_the_results_are(
     path: Path, known: bytes, tmp_path: Path
 ) -> None:
     given = ["sweep", str(path), "-o", str(tmp_path), "--workers", "2", "--chunk", "4"]
@@ -293,8 +293,8 @@ def test_command_tells_what_it_does_and_where_the_results_are(
     assert (tmp_path / "slip_work.png").stat().st_size > 0
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
     assert "100% was done before" in done(*given).output
-    said = refused("sweep", path, "--cluster", "x", "--workers", "2")
-    assert said == "contactlib: --cluster cannot be combined with --processes or --workers\n"
+    error = refused("sweep", path, "--cluster", "x", "--workers", "2")
+    assert error == "contactlib: --cluster cannot be combined with --processes or --workers\n"
 
 
 @pytest.mark.slow
@@ -391,7 +391,7 @@ class Stumbling(Executor):
         return job
 
 
-def test_results_that_a_cluster_takes_for_an_error_are_asked_for_again(
+def test_results_that_a_cluster_takes_for_an_error_are_fetched_again(
     path: Path, known: bytes, tmp_path: Path
 ) -> None:
     # As Dask's do if the worker that holds them ends as they come.
@@ -424,7 +424,7 @@ def dask(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
 @needs_distributed
 @posix
 @pytest.mark.parametrize("end", ["scheduler", "Ctrl-C", "a worker comes"])
-def test_a_sweep_that_its_cluster_leaves_says_so_and_goes_on(
+def test_a_sweep_that_its_cluster_leaves_reports_it_and_goes_on(
     path: Path,
     known: bytes,
     tmp_path: Path,

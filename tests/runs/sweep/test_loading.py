@@ -27,7 +27,7 @@ def test_a_sweep_of_analysis_alone_runs_nothing_and_else_all_controllers(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "expected"),
     [
         ('scenario = "s.toml"', 'scenario = "t.toml"', "t.toml: no such file"),
         ('scenario = "s.toml"', 'scenario = "../s.toml"', "must lie beside the sweep"),
@@ -49,26 +49,26 @@ def test_a_sweep_of_analysis_alone_runs_nothing_and_else_all_controllers(tmp_pat
         ("[axes.patch]", "[axes.patch", "at line"),
     ],
 )
-def test_a_wrong_file_is_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_a_wrong_file_is_one_line(tmp_path: Path, old: str, new: str, expected: str) -> None:
     assert old in SWEEP
     path = write_sweep(tmp_path, SWEEP.replace(old, new, 1))
-    if said.startswith("set by"):
+    if expected.startswith("set by"):
         path.write_text(SWEEP.replace(old, new))
     with pytest.raises(cl.ModelError) as caught:
         cl.load_sweep(path)
     message = str(caught.value)
-    assert said in message
+    assert expected in message
     assert message.startswith(f"{path}: ")
 
 
 def test_each_kind_of_file_names_its_command() -> None:
-    for command, name, said in (
+    for command, name, expected in (
         ("simulate", SHIPPED[0], "'contactlib sweep' runs it"),
         ("table", SHIPPED[0], "'contactlib sweep' runs it"),
         ("sweep", "roller_rig.toml", "is a model; a sweep names a scenario"),
         ("sweep", "sanding.toml", "is a scenario, which the command 'contactlib simulate' runs"),
     ):
-        assert said in refused(command, name)
+        assert expected in refused(command, name)
 
 
 def test_a_file_may_begin_with_the_mark_of_its_encoding(tmp_path: Path) -> None:
@@ -106,11 +106,11 @@ def test_all_mistakes_of_a_sweep_come_at_once(broken: str, tmp_path: Path) -> No
     path.write_text(f"redesig = true\ntolerance = -1\n{text}")
     with pytest.raises(cl.ModelError) as caught:
         cl.load_sweep(path)
-    said = [line.partition("quick.toml: ")[2] for line in caught.value.lines]
+    lines = [line.partition("quick.toml: ")[2] for line in caught.value.lines]
     expected = {
         "its scenario": ["scenario s.toml: run.dur", "scenario s.toml: sensors.sed", "outcomes:"],
         "its axes": ["outcomes:", "axes.inertia: to"],
     }[broken]
-    assert len(said) == 2 + len(expected), said
-    for line, start in zip(said, ["redesig", "tolerance", *expected], strict=True):
+    assert len(lines) == 2 + len(expected), lines
+    for line, start in zip(lines, ["redesig", "tolerance", *expected], strict=True):
         assert line.startswith(start), line

@@ -59,13 +59,13 @@ def built_anew(sweep: Sweep, run: int) -> cl.Scenario:
     return build_scenario(parts[""], wheelset, parts["controllers"])
 
 
-def told(one: Any) -> Any:
+def structure(one: Any) -> Any:
     """All fields, to the last bit."""
     if dataclasses.is_dataclass(one) and not isinstance(one, type):
         names = [field.name for field in dataclasses.fields(one)]
-        return type(one), [(name, told(getattr(one, name))) for name in names]
+        return type(one), [(name, structure(getattr(one, name))) for name in names]
     if isinstance(one, Mapping):
-        return [(key, told(value)) for key, value in one.items()]
+        return [(key, structure(value)) for key, value in one.items()]
     return one.data if isinstance(one, cl.CreepForceTable) else repr(one)
 
 
@@ -95,7 +95,7 @@ def test_what_is_kept_from_run_to_run_is_what_would_be_built(tmp_path: Path, fir
         sweep = cl.load_sweep(write_sweep(tmp_path, text, SCENARIO))
         order = np.random.default_rng(first).permutation(2 * sweep.runs) % sweep.runs
         for run in order.tolist():
-            assert told(sweep.scenario_of(run)) == told(built_anew(sweep, run))
+            assert structure(sweep.scenario_of(run)) == structure(built_anew(sweep, run))
 
 
 def test_runs_share_what_the_axes_leave_alone(tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_there_is_no_scenario_of_a_run_that_is_not_there(tmp_path: Path) -> None
         sweep.scenario_of(6)
 
 
-def test_a_plan_knows_no_folder(tmp_path: Path) -> None:
+def test_a_plan_names_no_folder(tmp_path: Path) -> None:
     sweep = cl.load_sweep(write_sweep(tmp_path))
     pickled = pickle.dumps(sweep.plan)
     assert str(tmp_path).encode() not in pickled

@@ -97,7 +97,7 @@ def test_a_lock_that_its_owner_has_just_removed_is_not_taken_for_one(
     assert len(tried) == 2
 
 
-def test_a_file_system_without_locks_is_told(
+def test_a_file_system_without_locks_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def none(file: FileIO) -> None:
@@ -109,7 +109,7 @@ def test_a_file_system_without_locks_is_told(
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
-def test_a_full_disk_is_told_and_what_was_saved_stays(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_and_what_was_saved_stays(tmp_path: Path) -> None:
     import resource
 
     path = tmp_path / "x.chunks"

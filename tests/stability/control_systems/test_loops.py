@@ -210,7 +210,7 @@ def test_margins_gains_and_verdicts_are_those_of_a_brute_force_nyquist_curve(
     creepage = beyond * cl.worst_pole(body, speed=speed).creepage
     point = body.balanced(creepage=creepage, speed=speed)
     lowest = cl.creep_control_gain(body, point)
-    assume(0.0 < lowest < math.inf and abs(factor - 1.0) > 0.01)  # nobody can say on the border
+    assume(0.0 < lowest < math.inf and abs(factor - 1.0) > 0.01)  # undecided on the border
     kp = factor * lowest
     exact = brute_force(body, point, kp, reset * kp, lag, delay)
     assume(exact.sensitivity_peak < 100.0)

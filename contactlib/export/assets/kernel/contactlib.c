@@ -1,5 +1,5 @@
 /* @text@
- * Written by contactlib @version@; contactlib.h says how to use and compile it. The parts are those
+ * Written by contactlib @version@; contactlib.h shows how to use and compile it. The parts are those
  * of the kernel in contactlib's FMUs. */
 #include "contactlib.h"
 

@@ -58,7 +58,7 @@ const char *contactlib_force(const contactlib_parameters *parameters,
                              const contactlib_input *input, contactlib_output *output);
 
 /* Make a step with the inputs held and set outputs, and the relaxed creepage, at its end. Returns
- * NULL, or a text that says what is out of its limits or why the step failed; the element is then
+ * NULL, or a message: what is out of its limits, or why the step failed; the element is then
  * unchanged. The mean force of an implicit step replaces creep_force, wheel_torque and
  * traction_coefficient; what drives the slip is taken from its change over the step before, so a
  * tool calls this once for each of its steps and applies the force over that step. */

@@ -19,7 +19,7 @@ static double sample_time(SimStruct *S) { return mxGetScalar(ssGetSFcnParam(S, 0
 
 static void mdlInitializeSizes(SimStruct *S) {
     ssSetNumSFcnParams(S, PARAMETERS);
-    if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S)) return; /* Simulink says so */
+    if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S)) return; /* Simulink reports it */
     if (!ssSetNumInputPorts(S, 1) || !ssSetNumOutputPorts(S, 1)) return;
     ssSetInputPortWidth(S, 0, INPUTS);
     ssSetInputPortRequiredContiguous(S, 0, 1);
