@@ -276,14 +276,14 @@ class Description:
     def variables(self) -> tuple[Variable, ...]:
         """All variables of the FMU, by rising value reference."""
         entries, friction = enumerate(kernel.model_variables(self.kind)), self.element.friction
-        hot, decays = friction.softens_with_heat, friction.slip_rate_decay > 0.0
+        thermal, decays = friction.softens_with_heat, friction.slip_rate_decay > 0.0
         parts = {
             "always": True,
             "if_relaxed": self.relaxed,
             "if_spinning": self.spins,
             "if_falling": self.pair is not None and decays,
-            "if_hot": self.kind != "wheelset_body" and hot,
-            "if_slip_counts": self.pair is not None and (hot or decays),
+            "if_thermal": self.kind != "wheelset_body" and thermal,
+            "if_slip_counts": self.pair is not None and (thermal or decays),
         }
         return tuple(self._variable(i, v) for i, v in entries if parts[v.part])
 

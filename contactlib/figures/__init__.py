@@ -2,7 +2,7 @@
 
 from contactlib.figures.errors import sensor_errors
 from contactlib.figures.files import save, save_pictures
-from contactlib.figures.heat import hot_curves, hot_strips, stability_over_speed
+from contactlib.figures.heat import stability_over_speed, thermal_curves, thermal_strips
 from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
     CONTACT_PATCH,
@@ -44,8 +44,6 @@ __all__ = [
     "figure_5",
     "figure_6",
     "fold_diagram",
-    "hot_curves",
-    "hot_strips",
     "map_figure",
     "page_size",
     "run_name",
@@ -54,5 +52,7 @@ __all__ = [
     "scenario_run",
     "sensor_errors",
     "stability_over_speed",
+    "thermal_curves",
+    "thermal_strips",
     "time_histories",
 ]

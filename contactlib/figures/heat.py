@@ -43,7 +43,7 @@ OVER_SPEED = (
 )
 
 
-def hot_strips(contact: ThermalContact, creepages: Sequence[float], *, speed: float) -> Figure:
+def thermal_strips(contact: ThermalContact, creepages: Sequence[float], *, speed: float) -> Figure:
     """Shear traction and temperature along the middle strip, by the local solution.
 
     Parameters
@@ -82,7 +82,7 @@ def hot_strips(contact: ThermalContact, creepages: Sequence[float], *, speed: fl
     return figure
 
 
-def hot_curves(
+def thermal_curves(
     contact: ThermalContact,
     speeds: Sequence[float],
     *,

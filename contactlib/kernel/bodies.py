@@ -65,14 +65,14 @@ def contact_scales(
     return scales
 
 
-def hot_friction(
+def thermal_softening(
     x: FloatArray, heat_number: FloatArray, k_hat: FloatArray, *, elliptic: bool
 ) -> FloatArray:
     """Factor on friction by thermal softening; arguments broadcast, named as in `heat.h`."""
     given = [np.array(a, order="C") for a in np.broadcast_arrays(x, heat_number, k_hat)]
     found = np.empty(given[0].shape)
     arrays = [pointer(a, "double") for a in (*given, found)]
-    library().hot_friction_many(elliptic, found.size, *arrays)
+    library().thermal_softening_many(elliptic, found.size, *arrays)
     return found
 
 

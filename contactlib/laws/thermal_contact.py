@@ -81,10 +81,10 @@ def friction_factor(
     common_shape({"normalized_creepage": x, "heat_number": number, "k_hat": k_hats})
     # Beyond, no friction is left.
     x, number = np.minimum(x, 1e20), np.minimum(number, 1e20)
-    return kernel.hot_friction(x, number, k_hats, elliptic=contact == "elliptic")
+    return kernel.thermal_softening(x, number, k_hats, elliptic=contact == "elliptic")
 
 
-class HotStrip(NamedTuple):
+class ThermalStrip(NamedTuple):
     """Result of `ThermalContact.strip`; arrays (n,)."""
 
     position: FloatArray
@@ -255,7 +255,9 @@ class ThermalContact(Parameters):
         )
         return zone, enters, left
 
-    def strip(self, creepage: float, speed: float, *, lateral_position: float = 0.0) -> HotStrip:
+    def strip(
+        self, creepage: float, speed: float, *, lateral_position: float = 0.0
+    ) -> ThermalStrip:
         """Temperature and traction along a strip, by the local solution.
 
         Parameters
@@ -267,7 +269,7 @@ class ThermalContact(Parameters):
 
         Returns
         -------
-        HotStrip
+        ThermalStrip
             From the leading edge to the trailing edge: ``position`` x/a [1], ``temperature`` above
             ambient [K], ``friction_coefficient`` [1], ``shear_traction`` [Pa], ``slip_speed``
             [m/s], and ``heat_flux`` into both bodies [W/m^2].
@@ -298,7 +300,7 @@ class ThermalContact(Parameters):
         traction *= friction * w * self.heat.contact.peak_pressure
         slip_speed = along(0.0, self.saturation_creepage * left * w * speed * zone.slip_rate)
         slip_speed = np.copysign(slip_speed, creepage)
-        return HotStrip(
+        return ThermalStrip(
             position=w * np.append(ahead, xi),
             temperature=enters + along(0.0, zone.temperature),
             friction_coefficient=abs(friction) * along(1.0, zone.fraction),

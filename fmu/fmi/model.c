@@ -66,7 +66,7 @@ const char TRUTH[] = "Boolean";
         "and heat capacity of wheel and rail", 1e-3, 1e9, of.thermal_effusivity)
 
 #define HOT(role, name, unit, text, low, high, member) \
-    {name, unit, text, low, high, AT(member), role, IF_HOT}
+    {name, unit, text, low, high, AT(member), role, IF_THERMAL}
 
 #define CONTACT_INPUTS \
     GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
@@ -239,12 +239,12 @@ static const model_variable PAIR_VARIABLES[] = {
 
 int model_has(const model_variable *variable, const model_values *values) {
     if (variable->part == IF_RELAXED) return values->contact.relaxation_length > 0.0;
-    int hot =
+    int thermal =
         values->contact.softening_temperature > 0.0 || values->pair.softening_temperature > 0.0;
     int falling = values->pair.slip_rate_decay > 0.0;
-    if (variable->part == IF_HOT) return hot;
+    if (variable->part == IF_THERMAL) return thermal;
     if (variable->part == IF_FALLING) return falling;
-    if (variable->part == IF_SLIP_COUNTS) return hot || falling;
+    if (variable->part == IF_SLIP_COUNTS) return thermal || falling;
     return variable->part == ALWAYS || values->spins > 0.0;
 }
 

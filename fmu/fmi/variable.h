@@ -16,7 +16,14 @@ typedef enum {
     INDICATOR   /* of an event: a truth value changes where the indicator changes sign */
 } variable_role;
 
-typedef enum { ALWAYS, IF_RELAXED, IF_SPINNING, IF_HOT, IF_FALLING, IF_SLIP_COUNTS } variable_part;
+typedef enum {
+    ALWAYS,
+    IF_RELAXED,
+    IF_SPINNING,
+    IF_THERMAL,
+    IF_FALLING,
+    IF_SLIP_COUNTS
+} variable_part;
 
 /* The unit of a truth value, which is held as 0 or 1: "Boolean". */
 extern const char TRUTH[];

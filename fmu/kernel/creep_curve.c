@@ -114,8 +114,8 @@ static double minimum_gain(const curve *c, double creepage, double speed, const 
     double r = b->radius, fall = r * -q->by_creepage, square = r * r;
     if (b->inverse_mass == 0.0) return fall - b->damping * speed / r;
     const force_element_parameters *friction = &c->contact;
-    int falls =
-        is_hot(friction) || (friction->slip_rate_decay > 0.0 && friction->slip_rate_residual < 1.0);
+    int falls = softens_with_heat(friction) ||
+                (friction->slip_rate_decay > 0.0 && friction->slip_rate_residual < 1.0);
     double slope = rates->resistance_slope, growth = slope;
     if (falls) growth -= q->by_speed; /* which otherwise is rounding */
     double stretch = 1.0 + creepage, mass_ratio = b->inertia * b->inverse_mass;
@@ -330,7 +330,8 @@ static curve curve_of(const creep_table *table, const force_element_parameters *
         /* Friction that falls with the slip speed moves the peak at most to the saturation creepage
          * of what is left of it; that of a hot contact is at zeta0/sqrt(V zeta0/w_T), and V zeta0
          * is below 400 w_T for any steel. */
-        double left = is_hot(&c.contact) ? 0.05 : fmax(c.contact.slip_rate_residual, 1e-6);
+        double left =
+            softens_with_heat(&c.contact) ? 0.05 : fmax(c.contact.slip_rate_residual, 1e-6);
         double fall = c.contact.slip_rate_decay * at->speed * scales.saturation_creepage;
         double farthest = fall > 0.0 ? fmax(FARTHEST, 40.0 / fall) : FARTHEST;
         c.first = fmin(c.first, 0.01 * left * scales.saturation_creepage);

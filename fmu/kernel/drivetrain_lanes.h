@@ -55,7 +55,7 @@ typedef struct {
 /* Drivetrains with the same table, states and kind of friction. */
 typedef struct {
     const creep_table *table;
-    int elastic, relaxed, lagging, hot;
+    int elastic, relaxed, lagging, thermal;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
     lanes scales[2][FIELDS(contact_scales)];            /* likewise */
     lanes loaded[2];                                    /* 1 or 0 */
@@ -91,7 +91,7 @@ ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
 }
 
 /* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
-ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int hot) {
+ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
     lanes x, k_hat, ratio, slope, log_k, state[FIELDS(force_state)];
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
@@ -99,7 +99,7 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int hot) {
         TAKE(contact_scales, scales, g->scales[side]);
         scales.saturation_creepage /= g->input[SLOPE][l]; /* as slope_reduction does; k_hat stays */
         double slip = slip_of(&p, &in), size = fabs(slip), decay = slip_decay(&p, size);
-        friction_fall fall = falling_friction(g->table, &p, scales, &in, size, decay, hot);
+        friction_fall fall = falling_friction(g->table, &p, scales, &in, size, decay, thermal);
         force_state at = begin_force(g->table, &p, scales, &in, &fall, direction_of(slip));
         put(state, l, FIELDS(force_state), (const double *)&at);
         x[l] = at.place.x;
@@ -138,7 +138,7 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int hot) {
 }
 
 static void wheel(group *g, int side, rows y) {
-    if (g->hot) wheel_of(g, side, y, 1);
+    if (g->thermal) wheel_of(g, side, y, 1);
     else wheel_of(g, side, y, 0);
 }
 
@@ -280,7 +280,7 @@ static void set_kind(group *g, const drivetrain_member *member) {
     g->elastic = is_elastic(member);
     g->relaxed = is_relaxed(member);
     g->lagging = is_lagging(member);
-    g->hot = is_hot(member->contact);
+    g->thermal = softens_with_heat(member->contact);
 }
 
 /* Load a drivetrain into a lane. */

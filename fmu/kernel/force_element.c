@@ -40,7 +40,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     contact_scales scales = contact_scales_of(&p);
     double slip = slip_of(&p, in), size = fabs(slip);
     friction_fall fall =
-        falling_friction(table, &p, scales, in, size, decay_at(&p, size), is_hot(&p));
+        falling_friction(table, &p, scales, in, size, decay_at(&p, size), softens_with_heat(&p));
     force_state at = begin_force(table, &p, scales, in, &fall, direction_of(slip));
     creep_table_evaluate(table, at.place.x, at.place.k_hat, &q);
     finish_force(table, &p, in, &at, q, out);
@@ -60,12 +60,12 @@ void force_element_scales(const force_element_parameters *p, double normal_load,
     *scales = scaled(contact_scales_of(&there), friction_scale, 1.0 / friction_scale);
 }
 
-void hot_friction_many(int elliptic, size_t n, const double *x, const double *heat_number,
-                       const double *k_hat, double *fraction) {
+void thermal_softening_many(int elliptic, size_t n, const double *x, const double *heat_number,
+                            const double *k_hat, double *fraction) {
     heat_shape shape = elliptic ? HEAT_ELLIPSE : HEAT_LINE;
     for (size_t i = 0; i < n; i++) {
         double r = x[i] * heat_number[i];
-        fraction[i] = hot_friction_at(shape, x[i], r, heat_number[i], k_hat[i]).value;
+        fraction[i] = thermal_softening_at(shape, x[i], r, heat_number[i], k_hat[i]).value;
     }
 }
 

@@ -93,9 +93,9 @@ CONTACTLIB_API void force_element_scales(const force_element_parameters *paramet
 
 /* Factors on friction f0 (1 - T/T_m) by thermal softening at n normalized creepages x, numbers
  * n = V zeta0/w_T and k_hat; all not negative, and x and heat numbers at most 1e20. */
-CONTACTLIB_API void hot_friction_many(int elliptic, size_t n, const double *x,
-                                      const double *heat_number, const double *k_hat,
-                                      double *fraction);
+CONTACTLIB_API void thermal_softening_many(int elliptic, size_t n, const double *x,
+                                           const double *heat_number, const double *k_hat,
+                                           double *fraction);
 
 /* Output at one input. Parameters and input must be valid. */
 CONTACTLIB_API void force_element_evaluate(const creep_table *table,

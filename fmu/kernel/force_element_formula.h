@@ -46,7 +46,7 @@ ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element
 }
 
 /* Whether friction falls with temperature. */
-ALWAYS_INLINE int is_hot(const force_element_parameters *p) {
+ALWAYS_INLINE int softens_with_heat(const force_element_parameters *p) {
     return p->softening_temperature > 0.0;
 }
 
@@ -58,7 +58,7 @@ ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p
     double weakening = modulus * p->weakening_length / (p->semi_width * p->peak_pressure);
     double zone = 2.0 * weakening / drop; /* 2 pi k_hat^2 (f_d / (f_s - f_d))^2, with Eq. (17) */
     double heating = 0.0;
-    if (is_hot(p)) {
+    if (softens_with_heat(p)) {
         double mean = p->elliptic != 0.0 ? HEAT_ELLIPSE.mean : HEAT_LINE.mean;
         double per_flow = mean * kinetic / (p->softening_temperature * p->thermal_effusivity);
         heating = per_flow * p->peak_pressure * sqrt(p->semi_width * inverse_pi);
@@ -130,26 +130,26 @@ static inline double decay_at(const force_element_parameters *p, double slip) {
 
 /* Factor g on both friction coefficients, and derivatives of ln(g). */
 typedef struct {
-    double scale;          /* g times the friction scale */
-    double inverse;        /* one over it */
-    double passing;        /* part of the factor by slip speed that vanishes at high slip speed */
-    double temperature;    /* [K] */
-    double by_slip;        /* by the magnitude w of the slip velocity [s/m] */
-    double hot_by_slip;    /* the part of it by thermal softening */
-    double by_rolling;     /* by omega r, as it carries heat, [s/m] */
-    double by_speed;       /* and by the speed, both at fixed w [s/m] */
-    double by_log_heating; /* by ln(1/w_T) [1] */
-    double by_log_zeta0;   /* by the logarithms of the scales without heat [1] */
-    double by_log_k;       /* [1] */
+    double scale;           /* g times the friction scale */
+    double inverse;         /* one over it */
+    double passing;         /* part of the factor by slip speed that vanishes at high slip speed */
+    double temperature;     /* [K] */
+    double by_slip;         /* by the magnitude w of the slip velocity [s/m] */
+    double thermal_by_slip; /* the part of it by thermal softening */
+    double by_rolling;      /* by omega r, as it carries heat, [s/m] */
+    double by_speed;        /* and by the speed, both at fixed w [s/m] */
+    double by_log_heating;  /* by ln(1/w_T) [1] */
+    double by_log_zeta0;    /* by the logarithms of the scales without heat [1] */
+    double by_log_k;        /* [1] */
 } friction_fall;
 
-/* g at the magnitude of the slip velocity; scales are those of friction scale 1, and hot is
+/* g at the magnitude of the slip velocity; scales are those of friction scale 1, and thermal is
  * whether friction falls with temperature. Rail and wheel move through the contact at the speeds V
  * and omega r, and the heat that they absorb is proportional to sqrt(V) + sqrt(omega r). */
 ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
                                              const force_element_parameters *p,
                                              contact_scales scales, const force_element_input *in,
-                                             double slip, double decay, int hot) {
+                                             double slip, double decay, int thermal) {
     friction_fall fall;
     memset(&fall, 0, sizeof fall);
     fall.passing = (1.0 - p->slip_rate_residual) * decay;
@@ -158,7 +158,7 @@ ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
     fall.scale = by_speed * friction;
     fall.inverse = 1.0 / fall.scale;
     fall.by_slip = -(p->slip_rate_decay * fall.passing) * (fall.inverse * friction);
-    if (!hot) return fall;
+    if (!thermal) return fall;
     double rail, rail_slope, wheel, wheel_slope;
     regularized_speed(in->speed, p->minimum_speed, &rail, &rail_slope);
     regularized_speed(p->radius * in->omega, p->minimum_speed, &wheel, &wheel_slope);
@@ -173,12 +173,13 @@ ALWAYS_INLINE friction_fall falling_friction(const creep_table *table,
     double x = slip * per_full, r = slip * heating, n = rail * zeta0 * heating;
     double k_hat = table->one_axis ? 0.0 : scales.k_hat;
     if (friction != 1.0) k_hat *= sqrt(per_friction);
-    hot_friction g = hot_friction_at(p->elliptic != 0.0 ? HEAT_ELLIPSE : HEAT_LINE, x, r, n, k_hat);
+    thermal_softening g =
+        thermal_softening_at(p->elliptic != 0.0 ? HEAT_ELLIPSE : HEAT_LINE, x, r, n, k_hat);
     fall.scale *= g.value;
     fall.inverse *= g.inverse;
     fall.temperature = p->softening_temperature * (1.0 - g.value);
-    fall.hot_by_slip = g.by_x * per_full + g.by_r * heating;
-    fall.by_slip += fall.hot_by_slip;
+    fall.thermal_by_slip = g.by_x * per_full + g.by_r * heating;
+    fall.by_slip += fall.thermal_by_slip;
     fall.by_log_heating = r * g.by_r + g.by_log_n;
     fall.by_log_zeta0 = g.by_log_n - x * g.by_x;
     fall.by_log_k = g.by_log_k;

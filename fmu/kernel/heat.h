@@ -27,10 +27,10 @@ static const heat_shape HEAT_ELLIPSE = {1.3184531038587535, 0.1603, 0.9326, 0.11
 /* g and 1/g, and derivatives of ln(g) by x, r, ln(n) and ln(k_hat), each at fixed others. */
 typedef struct {
     double value, inverse, by_x, by_r, by_log_n, by_log_k;
-} hot_friction;
+} thermal_softening;
 
-ALWAYS_INLINE hot_friction hot_friction_at(heat_shape shape, double x, double r, double n,
-                                           double k_hat) {
+ALWAYS_INLINE thermal_softening thermal_softening_at(heat_shape shape, double x, double r, double n,
+                                                     double k_hat) {
     double k = smaller(k_hat, 1.0); /* fitted up to 0.5 */
     double pace = 1.0 / (shape.reach * (1.0 + 1.5 * k)), warming = 1.0 + 0.5 * r;
     double above = 1.0 + shape.flatness * r, curve = shape.bend + shape.flatness;
@@ -43,7 +43,7 @@ ALWAYS_INLINE hot_friction hot_friction_at(heat_shape shape, double x, double r,
     double alone = n * shape.late * c * c * c, lack = alone * (1.0 + 2.0 * k);
     double left = 1.0 / (1.0 - lack * m), by_s = lack * m_by_s * left;
     double by_k = 2.0 * alone * m * left - 1.5 * by_s * s * (pace * shape.reach);
-    hot_friction found;
+    thermal_softening found;
     found.value = c * left;
     found.inverse = (1.0 - lack * m) * (below * per_above);
     found.by_x = by_s * warming * pace;

@@ -50,7 +50,7 @@ ALWAYS_INLINE void lateral_spin_force_begin(const creep_table *table,
     contact_scales scales = contact_scales_of(there);
     s->slip = slip;
     s->fall = falling_friction(table, there, scales, in, slip.size, decay_at(there, slip.size),
-                               is_hot(there));
+                               softens_with_heat(there));
     double along = slip.size > 0.0 ? slip.along / slip.size : 0.0;
     s->at = begin_force(table, there, scales, in, &s->fall, along);
     s->most = there->static_friction / there->kinetic_friction;

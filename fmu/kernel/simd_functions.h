@@ -34,7 +34,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     force_state at[MAX_POINTS];
     double x[MAX_POINTS], k_hat[MAX_POINTS];
     double ratio[MAX_POINTS], slope[MAX_POINTS], log_k[MAX_POINTS];
-    int hot = is_hot(&p);
+    int thermal = softens_with_heat(&p);
     for (size_t first = 0; first < n; first += MAX_POINTS) {
         const force_element_input *in = input + first;
         size_t count = n - first < MAX_POINTS ? n - first : MAX_POINTS;
@@ -45,7 +45,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                 scales = contact_scales_of(&p);
             }
             double slip = slip_of(&p, &in[i]), size = fabs(slip), decay = decay_at(&p, size);
-            friction_fall fall = falling_friction(table, &p, scales, &in[i], size, decay, hot);
+            friction_fall fall = falling_friction(table, &p, scales, &in[i], size, decay, thermal);
             at[i] = begin_force(table, &p, scales, &in[i], &fall, direction_of(slip));
             x[i] = at[i].place.x;
             k_hat[i] = at[i].place.k_hat;

@@ -11,7 +11,7 @@ from figure_checks import check_all, lines
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.figures import hot_curves, hot_strips, stability_over_speed
+from contactlib.figures import stability_over_speed, thermal_curves, thermal_strips
 from contactlib.laws import ContactHeat, Softening, ThermalContact
 
 
@@ -29,7 +29,7 @@ def contact() -> ThermalContact:
 
 def test_curves_are_those_of_the_contact(contact: ThermalContact, tmp_path: Path) -> None:
     data = cl.TractionData([0.01, 0.1], [0.28, 0.22])
-    figure = hot_curves(contact, (5.0, 20.0, 60.0), data=data)
+    figure = thermal_curves(contact, (5.0, 20.0, 60.0), data=data)
     (axes,) = figure.axes
     for speed in (5.0, 20.0, 60.0):
         zeta, mu, _ = lines(axes, f"{speed:g} m/s")
@@ -41,7 +41,7 @@ def test_curves_are_those_of_the_contact(contact: ThermalContact, tmp_path: Path
 
 
 def test_strips_begin_cold_and_end_hot(contact: ThermalContact, tmp_path: Path) -> None:
-    figure = hot_strips(contact, (0.002, -0.02, 0.2), speed=10.0)
+    figure = thermal_strips(contact, (0.002, -0.02, 0.2), speed=10.0)
     traction, temperature = figure.axes
     for name in ("0.200 %", "2.00 %", "20.0 %"):
         xi, kelvin, _ = lines(temperature, f"creepage {name}")
@@ -71,10 +71,10 @@ def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path
 
 def test_bad_input_is_refused(contact: ThermalContact) -> None:
     with pytest.raises(ValueError, match="creepages has 4 numbers: must be 1 to 3"):
-        hot_strips(contact, (0.1, 0.2, 0.3, 0.4), speed=10.0)
+        thermal_strips(contact, (0.1, 0.2, 0.3, 0.4), speed=10.0)
     with pytest.raises(ValueError, match=r"speeds = 0\.0"):
-        hot_curves(contact, (10.0, 0.0))
+        thermal_curves(contact, (10.0, 0.0))
     with pytest.raises(ValueError, match=r"largest_creepage = -1\.0"):
-        hot_curves(contact, (10.0,), largest_creepage=-1.0)
+        thermal_curves(contact, (10.0,), largest_creepage=-1.0)
     with pytest.raises(ValueError, match="wheelsets has 0 members: must have 1 to 3"):
         stability_over_speed({}, (10.0,))

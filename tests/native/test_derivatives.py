@@ -35,7 +35,7 @@ def models(rig: cl.Model, cohesive_table: cl.CreepForceTable) -> dict[str, cl.Mo
     for name in ("line", "elliptic", "polach"):
         cold = elements[name]
         friction = replace(cold.friction, softening_temperature=300.0)
-        elements[f"hot {name}"] = replace(cold, friction=friction)
+        elements[f"softening {name}"] = replace(cold, friction=friction)
     return {name: _model(rig, element) for name, element in elements.items()}
 
 
@@ -122,7 +122,15 @@ BY_HAND = {
     *("creep_force", "wheel_torque", "lateral_force", "spin_moment", "traction_coefficient"),
     *("creepage", "force_x", "force_y", "utilisation"),
 }
-LAWS = ["line", "elliptic", "cohesive", "polach", "hot line", "hot elliptic", "hot polach"]
+LAWS = [
+    "line",
+    "elliptic",
+    "cohesive",
+    "polach",
+    "softening line",
+    "softening elliptic",
+    "softening polach",
+]
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -163,7 +171,7 @@ def test_tangent_is_the_derivative(
         assert branches == {0.0, 1.0}
 
 
-@pytest.mark.parametrize("law", ["line", "hot polach"])
+@pytest.mark.parametrize("law", ["line", "softening polach"])
 @pytest.mark.parametrize("relaxed", [False, True])
 @pytest.mark.parametrize("kind", ["force_element", "wheelset", "wheelset_body"])
 def test_outputs_depend_on_no_input_but_those_declared(

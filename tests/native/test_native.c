@@ -92,12 +92,12 @@ static void test_tangent(const creep_table *table, const force_element_parameter
 }
 
 /* A part of friction is left at any creepage, heat number and k_hat, and the less the hotter. */
-static void test_hot_friction(void) {
+static void test_thermal_softening(void) {
     for (int i = 0; i < points; i++) {
         double x = random_exponent(-20.0, 20.0), k_hat = random_exponent(-3.0, 6.0), left[2];
         double place[2] = {x, x}, number[2] = {random_exponent(-20.0, 19.0)}, k[2] = {k_hat, k_hat};
         number[1] = 2.0 * number[0];
-        hot_friction_many(i % 2, 2, place, number, k, left);
+        thermal_softening_many(i % 2, 2, place, number, k, left);
         CHECK(left[1] > 0.0 && left[0] <= 1.0 && left[1] <= left[0] * (1.0 + 1e-15));
     }
 }
@@ -621,7 +621,7 @@ int main(int count, char **arguments) {
     test_curve(&table, contacts);
     test_run(&table, contacts);
     test_hertz();
-    test_hot_friction();
+    test_thermal_softening();
     free(bytes);
     return verdict();
 }
