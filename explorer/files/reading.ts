@@ -55,7 +55,7 @@ function oneLine(text: string): string {
   return line.length > 120 ? `${line.slice(0, 117)}...` : line;
 }
 
-/** Refuse an unknown key, and the lack of one that is needed. */
+/** Refuse unknown keys, and missing keys that are needed. */
 export function checkKeys(prefix: string, table: Table, known: string[], needed: string[]): void {
   const unknown = Object.keys(table).find((key) => !known.includes(key));
   if (unknown !== undefined) {

@@ -113,7 +113,7 @@ export function toAddress(settings: Settings): string {
  */
 export function fromAddress(hash: string): { settings: Settings; problems: string[] } {
   const problems: string[] = [];
-  // A plus sign is one, and no space as in a form.
+  // A plus sign means itself, not a space as in a form.
   const given = [...new URLSearchParams(hash.replace(/^#/, "").replaceAll("+", "%2B"))];
   if (hash.length > LONGEST) {
     problems.push(`the address has ${hash.length} characters: must be <= ${LONGEST}`);

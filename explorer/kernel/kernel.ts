@@ -138,8 +138,8 @@ export class Drivetrain {
       kernel.given("drivetrain_parameters", parameters));
   }
 
-  /** Lay a patch in place of one that is there; null: the input alone sets the friction. */
-  layPatch(patch: Patch | null): void {
+  /** Place a patch in place of one that is there; null: the input alone sets the friction. */
+  placePatch(patch: Patch | null): void {
     const { begins, ends, friction } = patch ?? { begins: 0, ends: 0, friction: 1 };
     this.module.train_lay_patch(this.train, begins, ends, friction);
   }

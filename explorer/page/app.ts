@@ -15,7 +15,7 @@ const WELCOME = "Drag the torque up slowly, past the fold, or choose an experime
 const LOOK_BACK = 8; // visitor's time that the charts show [s]
 const ROWS = 1500; // rows of the history in that time
 const LONGEST_FRAME = 0.05; // of the visitor's time: a page that was hidden does not catch up [s]
-const AHEAD = 0.3; // of the visitor's time, until the wheel meets a patch that is laid [s]
+const AHEAD = 0.3; // of the visitor's time, until the wheel meets a patch ahead [s]
 const OFTEN = 100, SELDOM = 300; // between updates of curves and numbers, and of texts [ms]
 const MOVED = 2e-3; // relative change of the speed after which the curves are drawn again [1]
 
@@ -78,8 +78,8 @@ export class App {
     return this.run.control;
   }
 
-  /** Take other settings and begin again. With those that cannot run all stays as it is, and the
-   * error is thrown. */
+  /** Take other settings and begin again. If they cannot run, nothing changes and the error is
+   * thrown. */
   use(settings: Settings): void {
     this.endStory();
     const before = { ...this.settings, control: { ...this.control } };
@@ -137,8 +137,8 @@ export class App {
     this.run.watch(next.fold?.creepage ?? null);
   }
 
-  /** Change the vehicle, its load or the patch; the run goes on with them. A change that cannot be
-   * is taken back, and the error thrown. */
+  /** Change the vehicle, its load or the patch; the run goes on with them. An invalid change is
+   * undone, and the error thrown. */
   change(change: () => void): void {
     const { vehicle, normalLoad, patch } = this.settings;
     Object.assign(this.settings, { vehicle: { ...vehicle }, patch: { ...patch } });
@@ -163,10 +163,10 @@ export class App {
   }
 
   /** Put the wet patch of the settings on the rail, a moment ahead. */
-  layPatch(): void {
+  placePatch(): void {
     const { friction, length } = this.settings.patch, { speed } = this.run.now;
     this.predict(); // of this patch, not of one before
-    this.run.layPatch(friction, length, AHEAD * this.settings.playback * speed);
+    this.run.placePatch(friction, length, AHEAD * this.settings.playback * speed);
     this.lookAgain();
   }
 
@@ -186,7 +186,7 @@ export class App {
       this.story = story;
       this.beginStep(0);
     } else {
-      if (another) this.restart(); // not in the state to which that has led
+      if (another) this.restart(); // not in the state that the other story has led to
       showText(why);
     }
     this.stage.changed();

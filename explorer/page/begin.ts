@@ -94,7 +94,7 @@ export function begin(): App {
   return app;
 }
 
-/** Begin with settings or, if nothing runs with all of their numbers, with their preset. */
+/** Begin with settings or, if they cannot run, with their preset. */
 function orPreset<Begun>(
   settings: Settings, problems: string[], start: (settings: Settings) => Begun,
 ): Begun {
@@ -146,7 +146,7 @@ function wire(app: App): void {
   });
   on("wet", () => {
     app.endStory();
-    app.layPatch();
+    app.placePatch();
   });
   on("share", () => void share(app));
   on("open-model", () => find("model-file").click());

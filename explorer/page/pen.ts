@@ -47,8 +47,8 @@ const WAYS = Array.from({ length: 33 * 25 }, (_, i) => [8 * ((i % 33) - 16), 4 *
   .map(([dx, dy]) => ({ dx: dx!, dy: dy!, far: Math.hypot(dx!, 2 * dy!) }))
   .sort((a, b) => a.far - b.far);
 
-/** A pen over a chart. Its texts are written last, each in a place near the one it is meant for that
- * no other text, dot or line has; one that finds none is left out. */
+/** A pen over a chart. Its texts are written last, each in the free place nearest to where it is
+ * meant to be: clear of other texts, dots and lines. Without a free place a text is left out. */
 export class Pen {
   private readonly texts: Text[] = []; // those first that matter most
   private readonly taken: Box[] = [];

@@ -52,7 +52,7 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
   return { plant, speed, fold, most, peak, far, ends, dry, wet, wetFriction, states };
 }
 
-/** The least number of 1 and 3 times powers of ten that is not below a number. */
+/** The smallest of 1 and 3 times powers of ten that is not below a number. */
 export function roundUp(value: number): number {
   const power = 10 ** Math.floor(Math.log10(value) + 1e-9);
   return value <= power * (1 + 1e-9) ? power : value <= 3 * power ? 3 * power : 10 * power;

@@ -18,7 +18,7 @@ function noFold(app: App): string | null {
     : "Here the torque has no fold, so there is no slip-away: raise K, or lower the damping.";
 }
 
-/** The fold, which a story has looked for before it begins. */
+/** The fold, without which no story begins. */
 function critical(app: App): Fold {
   const { fold } = app.shown;
   if (fold === null) throw new RangeError("the story needs a fold");
@@ -93,7 +93,7 @@ function patchStory(app: App, part: number): void {
   const { plant } = app.shown;
   const found = clearing(plant, app.control.drive_torque, app.run.now.speed, app.settings.patch.friction);
   if (found !== null) app.settings.patch.length = part * found.distance;
-  app.layPatch();
+  app.placePatch();
 }
 
 /** A step with its text, and what it begins with. */

@@ -38,8 +38,8 @@ export function beginTheme(button: HTMLElement, changed: () => void): void {
   });
 }
 
-/* The choice, once another one has been put there; a page opened from a file may have no storage, so
- * that it lasts until the page is closed. */
+/* The stored choice, after another one has been stored if given. A page opened from a file may have
+ * no storage: the choice then lasts until the page is closed. */
 function kept(other?: string): string | null {
   try {
     if (other !== undefined) localStorage.setItem(KEPT, other);

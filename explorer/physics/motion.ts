@@ -31,7 +31,7 @@ export class Motion {
   start(speed: number, creepage: number): void {
     const { state } = this.drivetrain;
     for (const name of Object.keys(state)) Object.assign(state, { [name]: 0 });
-    this.layPatch(null);
+    this.placePatch(null);
     this.rims = [0, FASTEST_RIM];
     this.turn(speed, creepage);
   }
@@ -52,10 +52,10 @@ export class Motion {
     Object.assign(this.drivetrain.state, { speed, omega_left: omega, omega_right: omega });
   }
 
-  /** Lay a patch in place of one that is there, or take it away. */
-  layPatch(patch: Patch | null): void {
+  /** Place a patch in place of one that is there, or take it away. */
+  placePatch(patch: Patch | null): void {
     this.patch = patch;
-    this.drivetrain.layPatch(patch);
+    this.drivetrain.placePatch(patch);
   }
 
   /** Whether the wheels are on the patch. */
@@ -75,7 +75,7 @@ export class Motion {
       if (from < begins && to >= begins) passed.push("patch_begins");
       if (from < ends && to >= ends) {
         passed.push("patch_ends");
-        this.layPatch(null);
+        this.placePatch(null);
       }
     }
     return passed;

@@ -109,17 +109,17 @@ export class Run {
     this.jump(() => this.motion.turn(speed, this.now.creepage));
   }
 
-  /** Lay a patch on the rail in place of one that is there: the factor on its friction [1], its
+  /** Place a patch on the rail in place of one that is there: the factor on its friction [1], its
    * length and the distance to it [m]. */
-  layPatch(friction: number, length: number, ahead: number): void {
+  placePatch(friction: number, length: number, ahead: number): void {
     demand("friction", friction, { at_least: 1e-3, at_most: 1e3 });
     demand("length", length, { at_least: 1e-6 });
     demand("ahead", ahead, { at_least: 0 });
     const { motion } = this, wasWet = motion.onPatch;
     const begins = motion.drivetrain.state.distance + ahead;
-    const lay = (): void => motion.layPatch({ begins, ends: begins + length, friction });
-    if (wasWet || ahead === 0) this.jump(lay);
-    else lay();
+    const place = (): void => motion.placePatch({ begins, ends: begins + length, friction });
+    if (wasWet || ahead === 0) this.jump(place);
+    else place();
     if (wasWet) this.record("patch_ends");
     if (motion.onPatch) this.record("patch_begins");
   }

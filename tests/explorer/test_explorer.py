@@ -152,6 +152,6 @@ def test_a_page_without_a_place_for_a_model_is_not_written(
 ) -> None:
     (tmp_path / "page.html").write_text("<html></html>")
     monkeypatch.setattr(explorer, "PAGE", tmp_path / "page.html")
-    with pytest.raises(RuntimeError, match="has no one place for a model"):
+    with pytest.raises(RuntimeError, match="must have exactly one place for a model"):
         explorer.write_explorer(tmp_path / "made.html", "locomotive.toml")
     assert not (tmp_path / "made.html").exists()

@@ -130,7 +130,7 @@ ADVANCE = """async (contact, parameters, drivetrain, input, state, patch, torque
   const { kernel } = await contactlib.ready;
   const train = new contactlib.kernel.Drivetrain();
   train.configure(kernel.tables[contact], parameters, drivetrain);
-  train.layPatch(patch);
+  train.placePatch(patch);
   Object.assign(train.input, input);
   Object.assign(train.state, state);
   return torques.map((torque, i) => {

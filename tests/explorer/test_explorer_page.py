@@ -277,7 +277,7 @@ RANDOM_WHEELS = """async (count) => {
     app.control.drive_torque = most * (1 - 10 ** uniform(-6, -0.1));
     app.control.mode = uniform(0, 1) < 0.3 ? "creep" : "torque";
     app.restart();
-    if (i % 3 === 0) app.layPatch();
+    if (i % 3 === 0) app.placePatch();
     app.advance(0.5);
     for (let k = 0; k < 3; k++) app.frame(app.last + 400);
     if (!app.playing && app.run.stopped === null) stopped.push(JSON.stringify(vehicle));

@@ -178,7 +178,7 @@ def test_a_wet_patch_begins_and_ends_between_two_rows(page: ExplorerPage, rig: c
         page,
         rig.wheelset,
         {"drive_torque": 0.5 * fold_of(rig.wheelset).drive_torque},
-        ["layPatch", 0.5, length, 0.05],
+        ["placePatch", 0.5, length, 0.05],
         0.1,
     )
     assert run.names == ["patch_begins", "patch_ends"]
@@ -326,9 +326,9 @@ def test_it_stops_where_it_makes_no_sense(
         ({"torque_rate": -1.0}, [], "control.torque_rate = -1 .* >= 0"),
         ({"delay": 0.6}, [], "control.delay = 0.6 .* <= 0.5"),
         ({}, [["setSpeed", 0.05]], "speed = 0.05 .* >= 0.1"),
-        ({}, [["layPatch", 0.0, 1.0, 1.0]], "friction = 0 .* >= 0.001 and <= 1000"),
-        ({}, [["layPatch", 0.5, 0.0, 1.0]], "length = 0 "),
-        ({}, [["layPatch", 0.5, 1.0, -1.0]], "ahead = -1 "),
+        ({}, [["placePatch", 0.0, 1.0, 1.0]], "friction = 0 .* >= 0.001 and <= 1000"),
+        ({}, [["placePatch", 0.5, 0.0, 1.0]], "length = 0 "),
+        ({}, [["placePatch", 0.5, 1.0, -1.0]], "ahead = -1 "),
         ({}, [["kick", math.nan]], "creepage = NaN "),
         ({}, [["advance", -1.0]], "duration = -1 "),
     ],
